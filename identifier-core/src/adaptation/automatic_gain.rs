@@ -1,0 +1,119 @@
+use super::{Gradient, MatrixError, PositiveDefinite};
+use crate::control::{ControlState, Controller};
+use crate::excitation::Excitation;
+use crate::measurement::velocity::VelocityEstimate;
+use crate::model::HeldStep;
+use crate::stability::PlantBox;
+use crate::units::Units;
+
+/// Γ for users who have none: from the box, the excitation and the sample time.
+///
+/// The reference is played to the sampled loop around each corner servo of the box, and the second
+/// moments of the regressor (9) are taken, E q̇² and E u². From these:
+///
+/// - **Ratio.** (11) moves an estimate at a rate proportional to Γᵢᵢ E φᵢ². Equal rates ask for
+///   Γ_a/Γ_b = E u²/E q̇²; the smallest such ratio of the corners is taken, since a Γ_a too large
+///   beside Γ_b is what lets â swing (an a too small for one servo only takes longer).
+/// - **Size.** The guard allows T φᵀΓφ up to ρ α_min. Γ is sized so that the *mean* of T φᵀΓφ
+///   reaches [`AutomaticGain::STRENGTH`] times that bound at the corner where it is smallest: the
+///   guard then sets the pace in the transients, where the information is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AutomaticGain {
+    /// What is known of the loop, SI.
+    pub units: Units,
+    /// The box of servos.
+    pub plant_box: PlantBox,
+    /// The derivative gain k_d, for the smallest α.
+    pub kd: f64,
+    /// Samples of the reference that are played at each corner.
+    pub samples: u32,
+}
+
+impl AutomaticGain {
+    /// Mean of T φᵀΓφ over the guard's bound, at the least excited corner.
+    pub const STRENGTH: f64 = 1.0;
+
+    /// Γ for [â, b̂] under a controller and an excitation, SI.
+    ///
+    /// # Errors
+    /// If the excitation leaves a corner servo at rest (its moments are then zero) or drives it out
+    /// of the range of numbers, no Γ follows from it: the [`MatrixError`] shows the entry.
+    pub fn gamma<V, E>(
+        &self,
+        controller: &Controller<f64, V>,
+        excitation: &E,
+    ) -> Result<PositiveDefinite<2>, MatrixError>
+    where
+        V: VelocityEstimate<f64>,
+        E: Excitation<f64>,
+    {
+        let (a, b) = (self.plant_box.a(), self.plant_box.b());
+        let corners = [
+            (a.min(), b.min()),
+            (a.min(), b.max()),
+            (a.max(), b.min()),
+            (a.max(), b.max()),
+        ]
+        .map(|(a, b)| self.moments(controller, excitation, a, b));
+        let ratio = corners
+            .iter()
+            .map(|m| m.command / m.velocity)
+            .fold(f64::INFINITY, f64::min);
+        let least = corners
+            .iter()
+            .map(|m| ratio * m.velocity + m.command)
+            .fold(f64::INFINITY, f64::min);
+        let decay = self.plant_box.slowest_decay(self.kd);
+        let bound = Gradient::<f64, 2>::GUARD * decay / self.units.sample_time();
+        let gamma_b = Self::STRENGTH * bound / least;
+        PositiveDefinite::diagonal([ratio * gamma_b, gamma_b])
+    }
+
+    /// E q̇² and E u² of the loop around one servo, SI.
+    fn moments<V, E>(
+        &self,
+        controller: &Controller<f64, V>,
+        excitation: &E,
+        a: f64,
+        b: f64,
+    ) -> Moments
+    where
+        V: VelocityEstimate<f64>,
+        E: Excitation<f64>,
+    {
+        let step = HeldStep::<f64>::new();
+        let x = a * self.units.rate();
+        let gain = b * self.units.acceleration();
+        let mut reference = excitation.start();
+        let mut control = ControlState::at_rest(0.0);
+        let (mut position, mut velocity) = (0.0, 0.0);
+        let mut sum = Moments {
+            velocity: 0.0,
+            command: 0.0,
+        };
+        for _ in 0..self.samples {
+            let wanted = excitation.process(&mut reference);
+            let Ok(sample) = controller.process(&mut control, wanted, position) else {
+                break;
+            };
+            sum.velocity += velocity * velocity;
+            sum.command += sample.command * sample.command;
+            let motion = step.process(x, gain * sample.command, velocity);
+            position += motion.increment;
+            velocity = motion.velocity;
+        }
+        let count = f64::from(self.samples);
+        let per_velocity = self.units.velocity();
+        Moments {
+            velocity: sum.velocity / (count * per_velocity * per_velocity),
+            command: sum.command / count,
+        }
+    }
+}
+
+/// Second moments of the regressor, SI.
+#[derive(Debug, Clone, Copy)]
+struct Moments {
+    velocity: f64,
+    command: f64,
+}

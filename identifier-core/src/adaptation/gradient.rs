@@ -1,0 +1,129 @@
+use super::{PositiveDefinite, Projection};
+use crate::error::{Allowed, OutOfRange};
+use crate::interval::Interval;
+use crate::number::{Number, RunningSum};
+
+/// The Γ-gradient law (11), θ̂˙ = −Γ φ (μ ε + ε̇), for P parameters.
+///
+/// Sampled, it is θ̂ ← Proj[θ̂ − s Γ φ y], y = μ ε + ε̇, with the guard
+/// s = min(1, ρ α_min T / (T² φᵀΓφ)).
+///
+/// **Why the guard.** Near the solution the adaptation loop is s² + α s + φᵀΓφ: sampled with T, it
+/// needs T φᵀΓφ well below α = a + b k_d. The guard holds it below the fraction ρ =
+/// [`Gradient::GUARD`] of the smallest α that the servo can have. (11) stays stable for every
+/// Γ > 0, and scaling the whole step by a positive factor only makes Γ smaller for that sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gradient<N, const P: usize> {
+    gamma: [[N; P]; P],
+    mu: N,
+    strongest: N,
+    projection: Projection<N, P>,
+}
+
+/// What the law remembers: the estimates, machine units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GradientState<N: Number, const P: usize> {
+    estimates: [N::Sum; P],
+}
+
+/// What one update did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GradientUpdate {
+    /// The full step.
+    Full,
+    /// The guard shortened the step: Γ is larger than the sample time bears.
+    Slowed,
+    /// Nothing: the step would not have been finite.
+    Held,
+}
+
+/// The machine-unit configuration of a [`Gradient`] law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GradientConfig<const P: usize> {
+    /// Γ.
+    pub gamma: PositiveDefinite<P>,
+    /// μ T.
+    pub mu: f64,
+    /// Smallest α T the servo may have: (a_min + b_min k_d) T.
+    pub slowest_decay: f64,
+    /// Box of the estimates.
+    pub bounds: [Interval; P],
+}
+
+impl<N: Number, const P: usize> GradientState<N, P> {
+    /// Starts from initial estimates, machine units.
+    #[must_use]
+    pub fn new(estimates: [f64; P]) -> Self {
+        Self {
+            estimates: estimates.map(|value| N::Sum::new(N::from_f64(value))),
+        }
+    }
+
+    /// The estimates, machine units.
+    #[inline]
+    #[must_use]
+    pub fn estimates(&self) -> [N; P] {
+        self.estimates.map(RunningSum::value)
+    }
+}
+
+impl<N: Number, const P: usize> Gradient<N, P> {
+    /// ρ: the largest T φᵀΓφ/α_min. At 0.05 none of the servos of the paper's box diverges under
+    /// any Γ; at 0.3 some do.
+    pub const GUARD: f64 = 0.05;
+
+    /// The law from its configuration.
+    ///
+    /// # Errors
+    /// `mu` and the smallest α must be positive.
+    pub fn new(config: &GradientConfig<P>) -> Result<Self, OutOfRange> {
+        Allowed::Above(0.0).check("mu", config.mu)?;
+        Allowed::Above(0.0).check("alpha_min", config.slowest_decay)?;
+        Ok(Self {
+            gamma: config.gamma.entries().map(|row| row.map(N::from_f64)),
+            mu: N::from_f64(config.mu),
+            strongest: N::from_f64(Self::GUARD * config.slowest_decay),
+            projection: Projection::new(
+                config.bounds.map(|bound| bound.min()),
+                config.bounds.map(|bound| bound.max()),
+                &config.gamma,
+            ),
+        })
+    }
+
+    /// One update from the regressor φ, the output error ε and its rate ε̇, all in machine units.
+    #[inline]
+    pub fn update(
+        &self,
+        state: &mut GradientState<N, P>,
+        regressor: &[N; P],
+        output_error: N,
+        output_error_rate: N,
+    ) -> GradientUpdate {
+        let direction: [N; P] = core::array::from_fn(|i| dot(&self.gamma[i], regressor));
+        let strength = dot(regressor, &direction);
+        let mut output = self.mu * output_error + output_error_rate;
+        let mut update = GradientUpdate::Full;
+        if !(strength.is_finite() && output.is_finite()) {
+            return GradientUpdate::Held;
+        }
+        if strength > self.strongest {
+            output = output * self.strongest * strength.reciprocal();
+            update = GradientUpdate::Slowed;
+        }
+        for i in 0..P {
+            state.estimates[i].add(-(direction[i] * output));
+        }
+        self.projection.apply(&mut state.estimates);
+        update
+    }
+}
+
+#[inline]
+fn dot<N: Number, const P: usize>(x: &[N; P], y: &[N; P]) -> N {
+    let mut sum = x[0] * y[0];
+    for i in 1..P {
+        sum += x[i] * y[i];
+    }
+    sum
+}

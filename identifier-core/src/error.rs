@@ -1,0 +1,121 @@
+//! What a constructor or a step answers when it cannot do what it was asked.
+
+use core::fmt;
+
+/// A configuration value outside its range.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OutOfRange {
+    /// The parameter's name, as in the documentation of the configuration.
+    pub parameter: &'static str,
+    /// The value given, in the parameter's SI unit.
+    pub value: f64,
+    /// What would have been accepted.
+    pub allowed: Allowed,
+}
+
+/// The range of a configuration value. Every range excludes NaN and the infinities.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Allowed {
+    /// Any finite number.
+    Finite,
+    /// Greater than the bound.
+    Above(f64),
+    /// The bound or greater.
+    AtLeast(f64),
+    /// Less than the bound.
+    Below(f64),
+    /// The bound or less.
+    AtMost(f64),
+    /// Greater than the first bound and less than the second.
+    Between(f64, f64),
+    /// From the first bound to the second, both included.
+    Within(f64, f64),
+}
+
+impl Allowed {
+    /// Whether the range holds the value.
+    #[must_use]
+    pub fn holds(self, value: f64) -> bool {
+        value.is_finite()
+            && match self {
+                Self::Finite => true,
+                Self::Above(low) => value > low,
+                Self::AtLeast(low) => value >= low,
+                Self::Below(high) => value < high,
+                Self::AtMost(high) => value <= high,
+                Self::Between(low, high) => value > low && value < high,
+                Self::Within(low, high) => value >= low && value <= high,
+            }
+    }
+
+    /// The value, if the range holds it.
+    ///
+    /// # Errors
+    /// [`OutOfRange`] with the parameter's name.
+    pub fn check(self, parameter: &'static str, value: f64) -> Result<f64, OutOfRange> {
+        if self.holds(value) {
+            Ok(value)
+        } else {
+            Err(OutOfRange {
+                parameter,
+                value,
+                allowed: self,
+            })
+        }
+    }
+}
+
+impl fmt::Display for Allowed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Finite => write!(f, "any finite number"),
+            Self::Above(low) => write!(f, "a number above {low}"),
+            Self::AtLeast(low) => write!(f, "a number of at least {low}"),
+            Self::Below(high) => write!(f, "a number below {high}"),
+            Self::AtMost(high) => write!(f, "a number of at most {high}"),
+            Self::Between(low, high) => write!(f, "a number above {low} and below {high}"),
+            Self::Within(low, high) => write!(f, "a number from {low} to {high}"),
+        }
+    }
+}
+
+impl fmt::Display for OutOfRange {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} = {} is not allowed: it must be {}",
+            self.parameter, self.value, self.allowed
+        )
+    }
+}
+
+impl core::error::Error for OutOfRange {}
+
+/// Why a control step was refused. The state is as it was before the step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum StepError {
+    /// The reference is NaN or infinite.
+    ReferenceNotFinite,
+    /// The measured position is NaN or infinite.
+    PositionNotFinite,
+    /// Reference and position, or two successive positions, are further apart than the number
+    /// format counts exactly: a lost encoder, a wrong reference or a forgotten shift of origin.
+    TooFarApart,
+}
+
+impl fmt::Display for StepError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::ReferenceNotFinite => "the reference is not a finite number",
+            Self::PositionNotFinite => "the measured position is not a finite number",
+            Self::TooFarApart => {
+                "the position is further from the reference or from its last value than the number \
+                 format counts exactly: check the encoder, or shift the origin"
+            }
+        })
+    }
+}
+
+impl core::error::Error for StepError {}

@@ -1,0 +1,104 @@
+use super::oscillator::{Phase, SineSeries};
+use super::{Excitation, whole_samples};
+use crate::error::{Allowed, OutOfRange};
+use crate::number::Number;
+use crate::units::Units;
+
+/// A sine whose frequency moves linearly from one value to another and then starts again, the
+/// phase running on without a jump.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Chirp<N> {
+    amplitude: N,
+    first: Phase,
+    change: Phase,
+    samples: u32,
+    series: SineSeries<N>,
+}
+
+/// Progress of a [`Chirp`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ChirpState {
+    phase: Phase,
+    increment: Phase,
+    sample: u32,
+}
+
+impl<N: Number> Chirp<N> {
+    /// A chirp of an amplitude (rad), from and to an angular frequency (rad/s), in a time (s, a
+    /// whole number of control samples).
+    ///
+    /// # Errors
+    /// `amplitude` must be above 0, both frequencies (`from`, `to`) above 0 and below π/T,
+    /// `duration` a whole number of control samples.
+    pub fn new(
+        units: &Units,
+        amplitude: f64,
+        from: f64,
+        to: f64,
+        duration: f64,
+    ) -> Result<Self, OutOfRange> {
+        let nyquist = core::f64::consts::PI / units.sample_time();
+        Allowed::Above(0.0).check("amplitude", amplitude)?;
+        Allowed::Between(0.0, nyquist).check("from", from)?;
+        Allowed::Between(0.0, nyquist).check("to", to)?;
+        let samples = whole_samples("duration", duration, units)?;
+        let turns = |frequency: f64| frequency * units.sample_time() / core::f64::consts::TAU;
+        let first = Phase::from_turns(turns(from));
+        let last = Phase::from_turns(turns(to));
+        let change = last.0.wrapping_sub(first.0).cast_signed() / i64::from(samples);
+        Ok(Self {
+            amplitude: N::from_f64(amplitude * units.position()),
+            first,
+            change: Phase(change.cast_unsigned()),
+            samples,
+            series: SineSeries::new(),
+        })
+    }
+}
+
+impl<N: Number> Excitation<N> for Chirp<N> {
+    type State = ChirpState;
+
+    fn start(&self) -> ChirpState {
+        ChirpState {
+            phase: Phase(0),
+            increment: self.first,
+            sample: 0,
+        }
+    }
+
+    #[inline]
+    fn process(&self, state: &mut ChirpState) -> N {
+        let value = self.amplitude * state.phase.sine(&self.series);
+        state.phase.advance(state.increment);
+        state.increment.advance(self.change);
+        state.sample += 1;
+        if state.sample == self.samples {
+            state.sample = 0;
+            state.increment = self.first;
+        }
+        value
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sweeps_up_and_down_as_the_closed_form() {
+        let units = Units::new(1e-3, 1.0).expect("valid");
+        for (from, to) in [(2.0, 60.0), (60.0, 2.0)] {
+            let chirp = Chirp::<f64>::new(&units, 0.5, from, to, 4.0).expect("valid");
+            let mut state = chirp.start();
+            for k in 0..4000 {
+                // Phase of a frequency that rises by equal steps each sample.
+                let (k, n) = (f64::from(k), 4000.0);
+                let phase = 1e-3 * (from * k + (to - from) * k * (k - 1.0) / (2.0 * n));
+                let error = chirp.process(&mut state) - 0.5 * libm::sin(phase);
+                assert!(error.abs() < 1e-8, "sample {k}: {error:e}");
+            }
+            assert_eq!(state.increment, chirp.first, "starts again");
+        }
+    }
+}

@@ -1,0 +1,140 @@
+use super::Excitation;
+use super::oscillator::{Phase, SineSeries};
+use crate::error::{Allowed, OutOfRange};
+use crate::number::Number;
+use crate::units::Units;
+
+/// One tone of a [`Multisine`], SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tone {
+    /// Amplitude, rad.
+    pub amplitude: f64,
+    /// Angular frequency, rad/s.
+    pub frequency: f64,
+}
+
+/// A sum of at most M sines with Schroeder's phases, which keep its peak low ("Synthesis of
+/// low-peak-factor signals", IEEE Transactions on Information Theory 16(1), 1970; for equal
+/// amplitudes φₖ = −π k (k − 1)/n).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Multisine<N, const M: usize> {
+    amplitudes: [N; M],
+    increments: [Phase; M],
+    initial: [Phase; M],
+    used: usize,
+    series: SineSeries<N>,
+}
+
+/// Progress of a [`Multisine`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MultisineState<const M: usize> {
+    phases: [Phase; M],
+}
+
+impl<N: Number, const M: usize> Multisine<N, M> {
+    /// The sum of the given tones, 1 to M of them.
+    ///
+    /// # Errors
+    /// `tones`: their number; `amplitude` must be above 0; `frequency` above 0 and below π/T.
+    pub fn new(units: &Units, tones: &[Tone]) -> Result<Self, OutOfRange> {
+        Allowed::Within(1.0, M as f64).check("tones", tones.len() as f64)?;
+        let nyquist = core::f64::consts::PI / units.sample_time();
+        let mut multisine = Self {
+            amplitudes: [N::ZERO; M],
+            increments: [Phase(0); M],
+            initial: [Phase(0); M],
+            used: tones.len(),
+            series: SineSeries::new(),
+        };
+        for (k, tone) in tones.iter().enumerate() {
+            let amplitude = Allowed::Above(0.0).check("amplitude", tone.amplitude)?;
+            let frequency = Allowed::Between(0.0, nyquist).check("frequency", tone.frequency)?;
+            multisine.amplitudes[k] = N::from_f64(amplitude * units.position());
+            multisine.increments[k] =
+                Phase::from_turns(frequency * units.sample_time() / core::f64::consts::TAU);
+            let parts = 2 * tones.len();
+            let schroeder = (k * (k + 1)) % parts;
+            multisine.initial[k] = Phase::from_turns((parts - schroeder) as f64 / parts as f64);
+        }
+        Ok(multisine)
+    }
+}
+
+impl<N: Number, const M: usize> Excitation<N> for Multisine<N, M> {
+    type State = MultisineState<M>;
+
+    fn start(&self) -> MultisineState<M> {
+        MultisineState {
+            phases: self.initial,
+        }
+    }
+
+    #[inline]
+    fn process(&self, state: &mut MultisineState<M>) -> N {
+        let mut sum = N::ZERO;
+        for k in 0..self.used.min(M) {
+            sum += self.amplitudes[k] * state.phases[k].sine(&self.series);
+            state.phases[k].advance(self.increments[k]);
+        }
+        sum
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_single_tone_is_a_sine_of_its_frequency() {
+        let units = Units::new(1e-3, 1.0).expect("valid");
+        let tone = Tone {
+            amplitude: 0.3,
+            frequency: 40.0,
+        };
+        let sine = Multisine::<f64, 4>::new(&units, &[tone]).expect("valid");
+        let mut state = sine.start();
+        for k in 0..10_000 {
+            let exact = 0.3 * libm::sin(40.0 * 1e-3 * f64::from(k));
+            assert!(
+                (sine.process(&mut state) - exact).abs() < 1e-8,
+                "sample {k}"
+            );
+        }
+    }
+
+    #[test]
+    fn schroeders_phases_keep_the_peak_low() {
+        let units = Units::new(1e-3, 1.0).expect("valid");
+        let tones: [Tone; 16] = core::array::from_fn(|k| Tone {
+            amplitude: 1.0,
+            frequency: 2.0 * (k + 1) as f64,
+        });
+        let sine = Multisine::<f64, 16>::new(&units, &tones).expect("valid");
+        let mut state = sine.start();
+        let peak = (0..4000).fold(0.0_f64, |peak, _| peak.max(sine.process(&mut state).abs()));
+        let crest = peak / libm::sqrt(8.0);
+        assert!(
+            crest < 2.0,
+            "crest factor {crest}; in phase it would be 5.6"
+        );
+    }
+
+    #[test]
+    fn bad_tones_are_refused_by_name() {
+        let units = Units::new(1e-3, 1.0).expect("valid");
+        let refused = |tones: &[Tone]| {
+            Multisine::<f64, 2>::new(&units, tones)
+                .expect_err("bad tone")
+                .parameter
+        };
+        let tone = |amplitude, frequency| Tone {
+            amplitude,
+            frequency,
+        };
+        assert_eq!(refused(&[]), "tones");
+        assert_eq!(refused(&[tone(1.0, 1.0); 3]), "tones");
+        assert_eq!(refused(&[tone(0.0, 1.0)]), "amplitude");
+        assert_eq!(refused(&[tone(1.0, 4000.0)]), "frequency");
+        assert_eq!(refused(&[tone(1.0, f64::NAN)]), "frequency");
+    }
+}

@@ -1,0 +1,87 @@
+use super::{Excitation, Hold, whole_samples};
+use crate::error::{Allowed, OutOfRange};
+use crate::number::Number;
+use crate::units::Units;
+
+/// A square wave between +amplitude and −amplitude, high first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Square<N> {
+    amplitude: N,
+    half_period: u32,
+}
+
+/// Progress of a [`Square`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SquareState<N> {
+    hold: Hold,
+    level: N,
+}
+
+impl<N: Number> Square<N> {
+    /// A square wave of an amplitude (rad) and a period (s, an even number of control samples).
+    ///
+    /// # Errors
+    /// `amplitude` must be above 0, `period` an even number of control samples.
+    pub fn new(units: &Units, amplitude: f64, period: f64) -> Result<Self, OutOfRange> {
+        Allowed::Above(0.0).check("amplitude", amplitude)?;
+        let half_period =
+            whole_samples("period", period / 2.0, units).map_err(|error| OutOfRange {
+                value: period,
+                allowed: match error.allowed {
+                    Allowed::Within(low, high) => Allowed::Within(2.0 * low, 2.0 * high),
+                    other => other,
+                },
+                ..error
+            })?;
+        Ok(Self {
+            amplitude: N::from_f64(amplitude * units.position()),
+            half_period,
+        })
+    }
+}
+
+impl<N: Number> Excitation<N> for Square<N> {
+    type State = SquareState<N>;
+
+    fn start(&self) -> SquareState<N> {
+        SquareState {
+            hold: Hold::EXPIRED,
+            level: -self.amplitude,
+        }
+    }
+
+    #[inline]
+    fn process(&self, state: &mut SquareState<N>) -> N {
+        if state.hold.expires(self.half_period) {
+            state.level = -state.level;
+        }
+        state.level
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn changes_sign_every_half_period() {
+        let units = Units::new(1e-3, 0.5).expect("valid");
+        let square = Square::<f64>::new(&units, 0.25, 0.02).expect("valid");
+        let mut state = square.start();
+        for k in 0..100 {
+            let expected = if (k / 10) % 2 == 0 { 0.5 } else { -0.5 };
+            assert!(
+                (square.process(&mut state) - expected).abs() < 1e-15,
+                "sample {k}"
+            );
+        }
+    }
+
+    #[test]
+    fn odd_period_is_refused_with_the_nearest_even_one() {
+        let units = Units::new(1e-3, 1.0).expect("valid");
+        let error = Square::<f64>::new(&units, 1.0, 0.025).expect_err("25 samples");
+        assert_eq!(error.parameter, "period");
+        assert!((error.value - 0.025).abs() < 1e-15);
+    }
+}

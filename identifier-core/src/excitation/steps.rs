@@ -1,0 +1,84 @@
+use super::{Excitation, Hold, whole_samples};
+use crate::error::{Allowed, OutOfRange};
+use crate::number::Number;
+use crate::units::Units;
+
+/// A staircase: up to M levels in turn, each held for the same time, then from the first again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Steps<N, const M: usize> {
+    levels: [N; M],
+    used: usize,
+    hold: u32,
+}
+
+/// Progress of a [`Steps`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StepsState {
+    hold: Hold,
+    next: usize,
+}
+
+impl<N: Number, const M: usize> Steps<N, M> {
+    /// The staircase of the given levels (rad), 1 to M of them, each held for a time (s, a whole
+    /// number of control samples).
+    ///
+    /// # Errors
+    /// `levels`: their number, or a level that is not finite; `hold`: no whole number of samples.
+    pub fn new(units: &Units, levels: &[f64], hold: f64) -> Result<Self, OutOfRange> {
+        Allowed::Within(1.0, M as f64).check("levels", levels.len() as f64)?;
+        let mut steps = Self {
+            levels: [N::ZERO; M],
+            used: levels.len(),
+            hold: whole_samples("hold", hold, units)?,
+        };
+        for (slot, &level) in steps.levels.iter_mut().zip(levels) {
+            *slot = N::from_f64(Allowed::Finite.check("levels", level)? * units.position());
+        }
+        Ok(steps)
+    }
+}
+
+impl<N: Number, const M: usize> Excitation<N> for Steps<N, M> {
+    type State = StepsState;
+
+    fn start(&self) -> StepsState {
+        StepsState {
+            hold: Hold::EXPIRED,
+            next: 0,
+        }
+    }
+
+    #[inline]
+    fn process(&self, state: &mut StepsState) -> N {
+        if state.hold.expires(self.hold) {
+            state.next = if state.next >= self.used {
+                1
+            } else {
+                state.next + 1
+            };
+        }
+        self.levels
+            .get(state.next.wrapping_sub(1))
+            .copied()
+            .unwrap_or(N::ZERO)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn takes_its_levels_in_turn() {
+        let units = Units::new(1e-3, 1.0).expect("valid");
+        let steps = Steps::<f64, 4>::new(&units, &[0.1, -0.2, 0.3], 5e-3).expect("valid");
+        let mut state = steps.start();
+        for k in 0..100 {
+            let expected = [0.1, -0.2, 0.3][(k / 5) % 3];
+            assert!(
+                (steps.process(&mut state) - expected).abs() < 1e-15,
+                "sample {k}"
+            );
+        }
+    }
+}

@@ -1,0 +1,16 @@
+#![doc = include_str!("../README.md")]
+#![no_std]
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
+pub mod adaptation;
+pub mod control;
+pub mod error;
+pub mod excitation;
+pub mod identifier;
+pub mod interval;
+pub mod measurement;
+pub mod model;
+pub mod number;
+pub mod stability;
+pub mod units;

@@ -1,0 +1,94 @@
+//! Wrapping hardware counters made endless.
+
+/// The register of a quadrature counter as the hardware gives it.
+pub trait CounterRegister: Copy + core::fmt::Debug + PartialEq {
+    /// Counts moved since an earlier reading, through any wrap of the register.
+    ///
+    /// Right as long as the servo moves less than half the register's range between two readings.
+    fn moved_since(self, earlier: Self) -> i32;
+}
+
+impl CounterRegister for u16 {
+    #[inline]
+    fn moved_since(self, earlier: Self) -> i32 {
+        i32::from(self.wrapping_sub(earlier).cast_signed())
+    }
+}
+
+impl CounterRegister for u32 {
+    #[inline]
+    fn moved_since(self, earlier: Self) -> i32 {
+        self.wrapping_sub(earlier).cast_signed()
+    }
+}
+
+/// An endless count kept over a wrapping register: 64 bits, so any number of turns.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Counter<R> {
+    register: R,
+    count: i64,
+}
+
+impl<R: CounterRegister> Counter<R> {
+    /// Starts at count zero, wherever the register stands.
+    #[must_use]
+    pub fn new(register: R) -> Self {
+        Self { register, count: 0 }
+    }
+
+    /// Takes a reading of the register and returns the endless count.
+    #[inline]
+    pub fn read(&mut self, register: R) -> i64 {
+        let moved = register.moved_since(self.register);
+        self.register = register;
+        self.count = self.count.wrapping_add(i64::from(moved));
+        self.count
+    }
+
+    /// The count at the last reading.
+    #[must_use]
+    pub fn count(&self) -> i64 {
+        self.count
+    }
+}
+
+#[cfg(test)]
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the wrap under test"
+)]
+mod tests {
+    use super::Counter;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn sixteen_bits_follow_any_walk(
+            start: i64,
+            moves in prop::collection::vec(-32_768_i64..32_768, 0..500),
+        ) {
+            let start = start >> 2;
+            let mut counter = Counter::new(start as u16);
+            let mut true_count = start;
+            for step in moves {
+                true_count += step;
+                prop_assert_eq!(counter.read(true_count as u16), true_count - start);
+            }
+        }
+
+        #[test]
+        fn thirty_two_bits_follow_any_walk(
+            start: i64,
+            moves in prop::collection::vec(-2_147_483_648_i64..2_147_483_648, 0..500),
+        ) {
+            let start = start >> 2;
+            let mut counter = Counter::new(start as u32);
+            let mut true_count = start;
+            for step in moves {
+                true_count += step;
+                prop_assert_eq!(counter.read(true_count as u32), true_count - start);
+            }
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! Velocity estimates from sampled positions.
+//!
+//! Each estimate is a linear filter over the *increments* of position, so it never sees the
+//! position itself and costs no resolution far from the origin. The real and the model loop own
+//! one state each of the same estimate: what the filter does to q it does to q_e too.
+
+use crate::error::{Allowed, OutOfRange};
+use crate::number::Number;
+use crate::units::Units;
+
+/// A velocity estimate: position increments in, velocity (machine units, per sample) out.
+pub trait VelocityEstimate<N: Number>: Copy + core::fmt::Debug {
+    /// What the filter remembers between samples.
+    type State: Copy + core::fmt::Debug + Default;
+
+    /// The velocity after the position has moved by `increment` since the last sample.
+    fn process(&self, state: &mut Self::State, increment: N) -> N;
+
+    /// The filter's transfer function from increment to velocity.
+    fn transfer(&self) -> Transfer;
+}
+
+/// A pulse transfer function (n₁ z + n₀) / (z − p): enough for every estimate here.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Transfer {
+    /// Numerator coefficients, lowest power of z first.
+    pub numerator: [f64; 2],
+    /// The pole p.
+    pub pole: f64,
+}
+
+/// Low-pass derivative ω s/(s + ω), its pole mapped exactly: p = e^(−ωT).
+///
+/// v ← p v + (1 − p) Δq. A ramp is followed without error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LowPass<N> {
+    pole: N,
+    gain: N,
+}
+
+impl<N: Number> LowPass<N> {
+    /// A low-pass derivative with a cut-off in rad/s.
+    ///
+    /// # Errors
+    /// `cutoff` must be positive and below the Nyquist frequency π/T.
+    pub fn new(units: &Units, cutoff: f64) -> Result<Self, OutOfRange> {
+        let nyquist = core::f64::consts::PI / units.sample_time();
+        Allowed::Between(0.0, nyquist).check("cutoff", cutoff)?;
+        let decay = -libm::expm1(-cutoff * units.rate());
+        Ok(Self {
+            pole: N::from_f64(1.0 - decay),
+            gain: N::from_f64(decay),
+        })
+    }
+}
+
+/// The state of a [`LowPass`] estimate: the velocity, per sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LowPassState<N>(N);
+
+impl<N: Number> Default for LowPassState<N> {
+    fn default() -> Self {
+        Self(N::ZERO)
+    }
+}
+
+impl<N: Number> VelocityEstimate<N> for LowPass<N> {
+    type State = LowPassState<N>;
+
+    #[inline]
+    fn process(&self, state: &mut Self::State, increment: N) -> N {
+        state.0 = self.pole * state.0 + self.gain * increment;
+        state.0
+    }
+
+    fn transfer(&self) -> Transfer {
+        Transfer {
+            numerator: [0.0, self.gain.to_f64()],
+            pole: self.pole.to_f64(),
+        }
+    }
+}
+
+/// Backward difference: v = Δq.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct BackwardDifference;
+
+impl<N: Number> VelocityEstimate<N> for BackwardDifference {
+    type State = ();
+
+    #[inline]
+    fn process(&self, _: &mut Self::State, increment: N) -> N {
+        increment
+    }
+
+    fn transfer(&self) -> Transfer {
+        Transfer {
+            numerator: [0.0, 1.0],
+            pole: 0.0,
+        }
+    }
+}
+
+/// Averaged difference: the backward difference of the mean of two successive positions,
+/// v = (Δq + Δq⁻)/2.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AveragedDifference<N> {
+    half: N,
+}
+
+impl<N: Number> AveragedDifference<N> {
+    /// The estimate; it has no parameter.
+    #[must_use]
+    pub fn new() -> Self {
+        Self {
+            half: N::from_f64(0.5),
+        }
+    }
+}
+
+impl<N: Number> Default for AveragedDifference<N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The state of an [`AveragedDifference`]: the last increment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AveragedDifferenceState<N>(N);
+
+impl<N: Number> Default for AveragedDifferenceState<N> {
+    fn default() -> Self {
+        Self(N::ZERO)
+    }
+}
+
+impl<N: Number> VelocityEstimate<N> for AveragedDifference<N> {
+    type State = AveragedDifferenceState<N>;
+
+    #[inline]
+    fn process(&self, state: &mut Self::State, increment: N) -> N {
+        let velocity = self.half * (increment + state.0);
+        state.0 = increment;
+        velocity
+    }
+
+    fn transfer(&self) -> Transfer {
+        Transfer {
+            numerator: [0.5, 0.5],
+            pole: 0.0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn units() -> Units {
+        Units::new(1e-3, 1.0).expect("valid")
+    }
+
+    /// Settled response to a ramp must be its slope.
+    fn ramp_response<V: VelocityEstimate<f64>>(estimate: V) -> f64 {
+        let mut state = V::State::default();
+        (0..1000)
+            .map(|_| estimate.process(&mut state, 0.25))
+            .last()
+            .expect("samples")
+    }
+
+    #[test]
+    fn every_estimate_follows_a_ramp_without_error() {
+        let low_pass = LowPass::new(&units(), 500.0).expect("valid");
+        assert!((ramp_response(low_pass) - 0.25).abs() < 1e-12);
+        assert!((ramp_response(BackwardDifference) - 0.25).abs() < 1e-12);
+        assert!((ramp_response(AveragedDifference::new()) - 0.25).abs() < 1e-12);
+    }
+
+    #[test]
+    fn low_pass_steps_like_the_continuous_filter() {
+        let low_pass = LowPass::<f64>::new(&units(), 500.0).expect("valid");
+        let mut state = Default::default();
+        for k in 1..=20 {
+            let velocity = low_pass.process(&mut state, 1.0);
+            let continuous = 1.0 - (-500.0 * 1e-3 * f64::from(k)).exp();
+            assert!((velocity - continuous).abs() < 1e-12, "sample {k}");
+        }
+    }
+
+    #[test]
+    fn cutoff_above_nyquist_is_refused_by_name() {
+        let error = LowPass::<f64>::new(&units(), 3200.0).expect_err("above π/T");
+        assert_eq!(error.parameter, "cutoff");
+        assert!(LowPass::<f64>::new(&units(), 3100.0).is_ok());
+        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(LowPass::<f64>::new(&units(), bad).is_err(), "{bad}");
+        }
+    }
+}

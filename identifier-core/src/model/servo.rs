@@ -1,0 +1,12 @@
+/// The parameters of a servo q̈ = −a q̇ + b u + d − c sign(q̇), (2) with Coulomb friction added.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ServoParameters {
+    /// a = f/J: viscous friction over inertia, 1/s.
+    pub a: f64,
+    /// b = k/J: input gain over inertia, rad/s² per command unit.
+    pub b: f64,
+    /// c: Coulomb friction over inertia, rad/s².
+    pub coulomb: f64,
+    /// d = p/J: constant disturbance over inertia, rad/s².
+    pub load: f64,
+}

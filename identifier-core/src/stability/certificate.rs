@@ -1,0 +1,187 @@
+//! The stability certificate (14) for a whole box of servos, and the automatic μ.
+//!
+//! With the storage function (10), Ḣ₁ ≤ y v − (α/2) y² holds exactly when μ ≤ α/2 and
+//! k_p ≥ k_i/μ + α μ/(2b), where α = a + b k_d; the paper's other inequalities follow from these
+//! two. α/b = k_d + a/b, so both are monotonic in a and in b, and the worst corner of the box
+//! decides:
+//!
+//! 1. 0 < μ < (a_min + b_min k_d)/2
+//! 2. k_p > k_i/μ + μ (k_d + a_max/b_min)/2
+//!
+//! It is a statement about continuous time. What sampling takes away is the business of
+//! [`sampled_loop`](super::sampled_loop), and of the guard in
+//! [`Gradient`](crate::adaptation::Gradient).
+
+use core::fmt;
+
+use super::PlantBox;
+use crate::control::Gains;
+
+/// Proof that (14) holds for every servo of a box.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Certificate {
+    mu: f64,
+    plant_box: PlantBox,
+}
+
+/// The inequality that fails, and what would satisfy it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum CertificateError {
+    /// μ is not a positive finite number.
+    MuNotPositive {
+        /// The value given.
+        mu: f64,
+    },
+    /// 1. fails: μ < (a_min + b_min k_d)/2.
+    DampingTooSmall {
+        /// The μ given, 1/s.
+        mu: f64,
+        /// μ must be below this, 1/s.
+        mu_below: f64,
+        /// Or k_d above this.
+        kd_above: f64,
+        /// Or b_min above this.
+        b_min_above: f64,
+    },
+    /// 2. fails: k_p > k_i/μ + μ (k_d + a_max/b_min)/2.
+    ProportionalGainTooSmall {
+        /// The k_p given.
+        kp: f64,
+        /// k_p must be above this.
+        kp_above: f64,
+        /// The μ at which this was asked, 1/s.
+        mu: f64,
+        /// The μ that asks the least of k_p, 1/s.
+        best_mu: f64,
+        /// What it asks.
+        kp_above_at_best_mu: f64,
+    },
+}
+
+impl fmt::Display for CertificateError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::MuNotPositive { mu } => {
+                write!(f, "mu = {mu} is not allowed: it must be a number above 0")
+            }
+            Self::DampingTooSmall {
+                mu,
+                mu_below,
+                kd_above,
+                b_min_above,
+            } => write!(
+                f,
+                "mu < (a_min + b_min kd)/2 fails: mu = {mu} must be below {mu_below:.6}, or kd \
+                 above {kd_above:.6}, or b_min above {b_min_above:.6}"
+            ),
+            Self::ProportionalGainTooSmall {
+                kp,
+                kp_above,
+                mu,
+                best_mu,
+                kp_above_at_best_mu,
+            } => {
+                write!(
+                    f,
+                    "kp > ki/mu + mu (kd + a_max/b_min)/2 fails: kp = {kp} must be above \
+                     {kp_above:.6} for mu = {mu}"
+                )?;
+                if kp > kp_above_at_best_mu {
+                    write!(f, ", or mu = {best_mu:.6}")
+                } else {
+                    write!(
+                        f,
+                        " (at the best mu = {best_mu:.6} still above {kp_above_at_best_mu:.6}), \
+                         or ki or a_max lower, or b_min higher"
+                    )
+                }
+            }
+        }
+    }
+}
+
+impl core::error::Error for CertificateError {}
+
+impl Certificate {
+    /// Certifies a box for SI gains and μ (1/s).
+    ///
+    /// # Errors
+    /// The inequality that fails, with the values that would satisfy it.
+    pub fn new(gains: &Gains, plant_box: &PlantBox, mu: f64) -> Result<Self, CertificateError> {
+        if !(mu > 0.0 && mu.is_finite()) {
+            return Err(CertificateError::MuNotPositive { mu });
+        }
+        let mu_below = plant_box.slowest_decay(gains.kd()) / 2.0;
+        if mu >= mu_below {
+            let missing = 2.0 * mu - plant_box.a().min();
+            return Err(CertificateError::DampingTooSmall {
+                mu,
+                mu_below,
+                kd_above: missing / plant_box.b().min(),
+                b_min_above: missing / gains.kd(),
+            });
+        }
+        let kp_above = proportional_gain_floor(gains, plant_box, mu);
+        if gains.kp() <= kp_above {
+            let best_mu = automatic_mu(gains, plant_box);
+            return Err(CertificateError::ProportionalGainTooSmall {
+                kp: gains.kp(),
+                kp_above,
+                mu,
+                best_mu,
+                kp_above_at_best_mu: proportional_gain_floor(gains, plant_box, best_mu),
+            });
+        }
+        Ok(Self {
+            mu,
+            plant_box: *plant_box,
+        })
+    }
+
+    /// Certifies a box with the automatic μ.
+    ///
+    /// # Errors
+    /// As [`Certificate::new`]: if this fails, no μ would do, since 2. is then least.
+    pub fn with_automatic_mu(
+        gains: &Gains,
+        plant_box: &PlantBox,
+    ) -> Result<Self, CertificateError> {
+        Self::new(gains, plant_box, automatic_mu(gains, plant_box))
+    }
+
+    /// The certified μ, 1/s.
+    #[must_use]
+    pub fn mu(&self) -> f64 {
+        self.mu
+    }
+
+    /// The certified box.
+    #[must_use]
+    pub fn plant_box(&self) -> PlantBox {
+        self.plant_box
+    }
+}
+
+/// The right side of 2.
+fn proportional_gain_floor(gains: &Gains, plant_box: &PlantBox, mu: f64) -> f64 {
+    gains.ki() / mu + mu * (gains.kd() + plant_box.a().max() / plant_box.b().min()) / 2.0
+}
+
+/// The μ that asks the least of k_p: √(2 k_i/(k_d + a_max/b_min)), kept below the limit of 1.
+///
+/// Without integral action 2. asks for no more than a small μ; it is then half of what 1. and 2.
+/// allow at most.
+#[must_use]
+pub fn automatic_mu(gains: &Gains, plant_box: &PlantBox) -> f64 {
+    /// Distance kept from the limit of 1.
+    const MARGIN: f64 = 0.9;
+    let slope = gains.kd() + plant_box.a().max() / plant_box.b().min();
+    let damping_limit = plant_box.slowest_decay(gains.kd()) / 2.0;
+    let wanted = if gains.ki() > 0.0 {
+        libm::sqrt(2.0 * gains.ki() / slope)
+    } else {
+        (gains.kp() / slope).min(damping_limit / 2.0)
+    };
+    wanted.min(MARGIN * damping_limit)
+}

@@ -1,0 +1,11 @@
+//! What can be promised before the first sample.
+//!
+//! [`certificate`] proves the continuous-time loop stable for a whole box of servos;
+//! [`sampled_loop`] checks what sampling, hold and velocity filter leave of it.
+
+pub mod certificate;
+mod plant_box;
+pub mod sampled_loop;
+
+pub use certificate::{Certificate, CertificateError};
+pub use plant_box::PlantBox;
