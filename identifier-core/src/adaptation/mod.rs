@@ -1,11 +1,15 @@
 //! From output error and regressor to parameters.
 
 mod automatic_gain;
+mod covariance;
 mod gradient;
+mod least_squares;
 mod matrix;
 mod projection;
 
 pub use automatic_gain::AutomaticGain;
+pub use covariance::{Covariance, Innovation};
 pub use gradient::{Gradient, GradientConfig, GradientState, GradientUpdate};
+pub use least_squares::{LeastSquares, LeastSquaresConfig, LeastSquaresState};
 pub use matrix::{MatrixError, PositiveDefinite};
 pub use projection::Projection;

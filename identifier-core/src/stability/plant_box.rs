@@ -23,7 +23,8 @@ impl PlantBox {
     }
 
     /// The box that estimates are kept in, taken for the servo's; what is below 0 of a is cut off.
-    pub(crate) fn spanning(a: Interval, b: Interval) -> Self {
+    #[must_use]
+    pub fn spanning(a: Interval, b: Interval) -> Self {
         Self {
             a: a.from_zero(),
             b,

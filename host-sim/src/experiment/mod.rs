@@ -1,0 +1,17 @@
+//! One experiment: a true servo, the loop that the core closes around it, and what is seen of it.
+
+mod closed_loop;
+mod relay_loop;
+mod sample;
+
+pub use sample::{Abort, Outcome, Sample};
+
+use crate::scenario::{Law, Scenario};
+
+/// Runs a scenario and shows every sample to `observe`.
+pub fn run(scenario: &Scenario, observe: &mut impl FnMut(&Sample)) -> Outcome {
+    match &scenario.identifier.law {
+        Law::Gradient(settings) => closed_loop::run(scenario, settings, observe),
+        Law::RelayLeastSquares(settings) => relay_loop::run(scenario, settings, observe),
+    }
+}

@@ -1,0 +1,326 @@
+//! From tables to validated settings.
+
+use identifier_core::adaptation::PositiveDefinite;
+use identifier_core::control::{CommandLimit, Gains};
+use identifier_core::error::{Allowed, OutOfRange};
+use identifier_core::excitation::Tone;
+use identifier_core::interval::Interval;
+use identifier_core::model::ServoParameters;
+use identifier_core::stability::PlantBox;
+use identifier_core::units::Units;
+
+use super::error::Fault;
+use super::tables::{self, ExcitationKind, LawName, NumberOrRow, Parameter, Tables, VelocityKind};
+use super::{
+    Arithmetic, ControllerSettings, ExcitationSettings, GradientSettings, IdentifierSettings, Law,
+    RelaySettings, Scenario, VelocitySettings,
+};
+
+/// Sines that a multisine and levels that a staircase may have.
+pub(crate) const MOST_ENTRIES: usize = 16;
+
+/// The longest run, control samples.
+const MOST_SAMPLES: f64 = 1e10;
+
+pub(super) fn scenario(tables: &Tables) -> Result<Scenario, Fault> {
+    let counts_per_rev = counts_per_rev(&tables.encoder)?;
+    let controller = controller(&tables.controller, counts_per_rev)?;
+    let sample_time = controller.units.sample_time();
+    let duration = Allowed::Within(sample_time, MOST_SAMPLES * sample_time)
+        .check("duration", tables.run.duration)
+        .map_err(under("run"))?;
+    let scenario = Scenario {
+        plant: plant(&tables.plant)?,
+        counts_per_rev,
+        limit: limit(&tables.amplifier)?,
+        controller,
+        excitation: excitation(&tables.excitation)?,
+        identifier: identifier(&tables.identifier, sample_time)?,
+        duration,
+    };
+    scenario.try_parts()?;
+    Ok(scenario)
+}
+
+/// Puts the table before the name of a parameter of the core.
+fn under(table: &str) -> impl Fn(OutOfRange) -> Fault {
+    move |error| Fault::new(format!("{table}.{}", error.parameter), error)
+}
+
+fn plant(table: &tables::Plant) -> Result<ServoParameters, Fault> {
+    let checked = || {
+        Ok(ServoParameters {
+            a: Allowed::AtLeast(0.0).check("a", table.a)?,
+            b: Allowed::Above(0.0).check("b", table.b)?,
+            coulomb: 0.0,
+            load: Allowed::Finite.check("load", table.load)?,
+        })
+    };
+    checked().map_err(under("plant"))
+}
+
+fn counts_per_rev(table: &tables::Encoder) -> Result<Option<f64>, Fault> {
+    let counts = Allowed::AtLeast(0.0)
+        .check("counts_per_rev", table.counts_per_rev)
+        .map_err(under("encoder"))?;
+    Ok((counts > 0.0).then_some(counts))
+}
+
+fn limit(table: &tables::Amplifier) -> Result<CommandLimit, Fault> {
+    let fault = |error: OutOfRange| Fault::new("amplifier.limit", error);
+    match &table.limit {
+        None => Ok(CommandLimit::NONE),
+        Some(NumberOrRow::Number(limit)) => CommandLimit::symmetric(*limit).map_err(fault),
+        Some(NumberOrRow::Row(row)) => match row[..] {
+            [low, high] => CommandLimit::asymmetric(low, high).map_err(fault),
+            _ => Err(Fault::new(
+                "amplifier.limit",
+                format!("{} numbers where two belong", row.len()),
+            )),
+        },
+    }
+}
+
+fn controller(
+    table: &tables::Controller,
+    counts_per_rev: Option<f64>,
+) -> Result<ControllerSettings, Fault> {
+    let position_unit = counts_per_rev.map_or(1.0, |counts| std::f64::consts::TAU / counts);
+    let units = Units::new(table.sample_time, position_unit).map_err(under("controller"))?;
+    let gains = Gains::new(table.kp, table.kd, table.ki).map_err(under("controller"))?;
+    let filter = &table.velocity_filter;
+    let velocity = match (filter.kind, filter.cutoff) {
+        (VelocityKind::LowPass, cutoff) => VelocitySettings::LowPass(cutoff.unwrap_or(500.0)),
+        (VelocityKind::Difference, None) => VelocitySettings::Difference,
+        (VelocityKind::AveragedDifference, None) => VelocitySettings::AveragedDifference,
+        (_, Some(_)) => {
+            return Err(Fault::new(
+                "controller.velocity_filter.cutoff",
+                "this kind of velocity filter has no cut-off",
+            ));
+        }
+    };
+    Ok(ControllerSettings {
+        gains,
+        units,
+        velocity,
+    })
+}
+
+fn excitation(table: &tables::Excitation) -> Result<ExcitationSettings, Fault> {
+    use ExcitationKind as Kind;
+
+    let (name, takes): (&str, &[&str]) = match table.kind {
+        Kind::BandLimitedWhiteNoise => (
+            "band-limited-white-noise",
+            &["power", "sample_time", "seed"],
+        ),
+        Kind::Prbs => ("prbs", &["amplitude", "hold", "order"]),
+        Kind::Multisine => ("multisine", &["amplitudes", "frequencies"]),
+        Kind::Chirp => ("chirp", &["amplitude", "from", "to", "duration"]),
+        Kind::Square => ("square", &["amplitude", "period"]),
+        Kind::Steps => ("steps", &["levels", "hold"]),
+        Kind::None => ("none", &[]),
+    };
+    let given = [
+        ("power", table.power.is_some()),
+        ("sample_time", table.sample_time.is_some()),
+        ("seed", table.seed.is_some()),
+        ("amplitude", table.amplitude.is_some()),
+        ("hold", table.hold.is_some()),
+        ("order", table.order.is_some()),
+        ("amplitudes", table.amplitudes.is_some()),
+        ("frequencies", table.frequencies.is_some()),
+        ("from", table.from.is_some()),
+        ("to", table.to.is_some()),
+        ("duration", table.duration.is_some()),
+        ("period", table.period.is_some()),
+        ("levels", table.levels.is_some()),
+    ];
+    refuse_strangers("excitation", name, takes, &given)?;
+
+    let required = |key: &str, value: Option<f64>| {
+        value.ok_or_else(|| missing(&format!("excitation.{key}"), name))
+    };
+    Ok(match table.kind {
+        Kind::BandLimitedWhiteNoise => ExcitationSettings::BandLimitedWhiteNoise {
+            power: table.power.unwrap_or(0.005),
+            sample_time: table.sample_time.unwrap_or(0.1),
+            seed: table.seed.unwrap_or(1_212_121),
+        },
+        Kind::Prbs => ExcitationSettings::Prbs {
+            amplitude: required("amplitude", table.amplitude)?,
+            hold: required("hold", table.hold)?,
+            order: table.order.unwrap_or(9),
+        },
+        Kind::Multisine => ExcitationSettings::Multisine(tones(table, name)?),
+        Kind::Chirp => ExcitationSettings::Chirp {
+            amplitude: required("amplitude", table.amplitude)?,
+            from: required("from", table.from)?,
+            to: required("to", table.to)?,
+            duration: required("duration", table.duration)?,
+        },
+        Kind::Square => ExcitationSettings::Square {
+            amplitude: required("amplitude", table.amplitude)?,
+            period: required("period", table.period)?,
+        },
+        Kind::Steps => ExcitationSettings::Steps {
+            levels: table
+                .levels
+                .clone()
+                .ok_or_else(|| missing("excitation.levels", name))?,
+            hold: required("hold", table.hold)?,
+        },
+        Kind::None => ExcitationSettings::None,
+    })
+}
+
+fn tones(table: &tables::Excitation, name: &str) -> Result<Vec<Tone>, Fault> {
+    let list = |key: &str, values: &Option<Vec<f64>>| {
+        values
+            .clone()
+            .ok_or_else(|| missing(&format!("excitation.{key}"), name))
+    };
+    let amplitudes = list("amplitudes", &table.amplitudes)?;
+    let frequencies = list("frequencies", &table.frequencies)?;
+    if amplitudes.len() != frequencies.len() {
+        return Err(Fault::new(
+            "excitation.frequencies",
+            format!(
+                "{} frequencies for {} amplitudes",
+                frequencies.len(),
+                amplitudes.len()
+            ),
+        ));
+    }
+    Ok(amplitudes
+        .into_iter()
+        .zip(frequencies)
+        .map(|(amplitude, frequency)| Tone {
+            amplitude,
+            frequency,
+        })
+        .collect())
+}
+
+fn identifier(table: &tables::Identifier, sample_time: f64) -> Result<IdentifierSettings, Fault> {
+    let (name, takes): (&str, &[&str]) = match table.law {
+        LawName::Gradient => ("gradient", &["gamma", "mu", "bounds", "plant_box"]),
+        LawName::RelayLeastSquares => (
+            "relay-least-squares",
+            &["relay", "forgetting", "filter_cutoff"],
+        ),
+    };
+    let given = [
+        ("gamma", table.gamma.is_some()),
+        ("mu", table.mu.is_some()),
+        ("bounds", table.bounds.is_some()),
+        ("plant_box", table.plant_box.is_some()),
+        ("relay", table.relay.is_some()),
+        ("forgetting", table.forgetting.is_some()),
+        ("filter_cutoff", table.filter_cutoff.is_some()),
+    ];
+    refuse_strangers("identifier", name, takes, &given)?;
+    if let Some(parameters) = &table.parameters
+        && parameters[..] != [Parameter::A, Parameter::B]
+    {
+        return Err(Fault::new(
+            "identifier.parameters",
+            "these parameters cannot be estimated together",
+        ));
+    }
+    let law = match table.law {
+        LawName::Gradient => Law::Gradient(GradientSettings {
+            gamma: table.gamma.as_deref().map(gamma).transpose()?,
+            mu: table.mu,
+            bounds: bounds(table, sample_time)?,
+            plant_box: table.plant_box.as_ref().map(plant_box).transpose()?,
+        }),
+        LawName::RelayLeastSquares => Law::RelayLeastSquares(RelaySettings {
+            relay: table.relay.unwrap_or(1.0),
+            forgetting: table.forgetting.unwrap_or(0.999),
+            filter_cutoff: table.filter_cutoff.unwrap_or(50.0),
+        }),
+    };
+    Ok(IdentifierSettings {
+        law,
+        initial: [table.initial.a, table.initial.b],
+        arithmetic: match table.arithmetic {
+            tables::Arithmetic::F32 => Arithmetic::F32,
+            tables::Arithmetic::F64 => Arithmetic::F64,
+        },
+    })
+}
+
+fn gamma(entries: &[NumberOrRow]) -> Result<PositiveDefinite<2>, Fault> {
+    let matrix = match entries {
+        [NumberOrRow::Number(a), NumberOrRow::Number(b)] => PositiveDefinite::diagonal([*a, *b]),
+        [NumberOrRow::Row(first), NumberOrRow::Row(second)] => match (&first[..], &second[..]) {
+            (&[aa, ab], &[ba, bb]) => PositiveDefinite::new([[aa, ab], [ba, bb]]),
+            _ => return Err(Fault::new("identifier.gamma", "the matrix is not 2 by 2")),
+        },
+        _ => {
+            return Err(Fault::new(
+                "identifier.gamma",
+                "neither a diagonal of two numbers nor a matrix of two rows",
+            ));
+        }
+    };
+    matrix.map_err(|error| Fault::new("identifier.gamma", error))
+}
+
+fn bounds(table: &tables::Identifier, sample_time: f64) -> Result<[Interval; 2], Fault> {
+    let given = table.bounds.unwrap_or_default();
+    let initial = table.initial.b;
+    Ok([
+        interval("bounds.a", given.a.unwrap_or([0.0, 0.1 / sample_time]))?,
+        interval(
+            "bounds.b",
+            given.b.unwrap_or([0.1 * initial, 100.0 * initial]),
+        )?,
+    ])
+}
+
+fn plant_box(table: &tables::PlantBox) -> Result<PlantBox, Fault> {
+    let a = interval("plant_box.a", table.a)?;
+    let b = interval("plant_box.b", table.b)?;
+    PlantBox::new(a, b).map_err(|error| {
+        let side = if error.parameter == "a_min" { "a" } else { "b" };
+        Fault::new(format!("identifier.plant_box.{side}"), error)
+    })
+}
+
+fn interval(parameter: &'static str, [min, max]: [f64; 2]) -> Result<Interval, Fault> {
+    Interval::new(parameter, min, max).map_err(under("identifier"))
+}
+
+fn missing(key: &str, name: &str) -> Fault {
+    Fault::new(key, format!("this value is missing: \"{name}\" needs it"))
+}
+
+/// Refuses keys that exist but mean nothing to the chosen kind: a silent one would be a setting
+/// that the user believes in and that does nothing.
+fn refuse_strangers(
+    table: &str,
+    name: &str,
+    takes: &[&str],
+    given: &[(&str, bool)],
+) -> Result<(), Fault> {
+    let stranger = given
+        .iter()
+        .find(|(key, present)| *present && !takes.contains(key));
+    match stranger {
+        None => Ok(()),
+        Some((key, _)) => Err(Fault::new(
+            format!("{table}.{key}"),
+            if takes.is_empty() {
+                format!("\"{name}\" takes no further keys")
+            } else {
+                format!(
+                    "\"{name}\" does not take this key, but {}",
+                    takes.join(", ")
+                )
+            },
+        )),
+    }
+}

@@ -1,0 +1,255 @@
+//! Every key of a scenario file, what it may hold and what holds when it is absent.
+
+/// One key.
+#[derive(Debug, Clone, Copy)]
+pub struct Key {
+    /// Its path, table and key.
+    pub path: &'static str,
+    /// What is allowed.
+    pub allowed: &'static str,
+    /// What holds when it is absent.
+    pub default: &'static str,
+}
+
+const fn key(path: &'static str, allowed: &'static str, default: &'static str) -> Key {
+    Key {
+        path,
+        allowed,
+        default,
+    }
+}
+
+const ABOVE_ZERO: &str = "a number above 0";
+const AT_LEAST_ZERO: &str = "a number of at least 0";
+
+/// All keys, in the order of the documentation.
+pub const KEYS: &[Key] = &[
+    key("plant", "a table with the true servo's a and b", "required"),
+    key("plant.a", "a number of at least 0, 1/s", "required"),
+    key(
+        "plant.b",
+        "a number above 0, rad/s² per command unit",
+        "required",
+    ),
+    key("plant.load", "any finite number, rad/s²", "0"),
+    key("encoder", "a table with counts_per_rev", "10 000 counts"),
+    key(
+        "encoder.counts_per_rev",
+        "a number of at least 0; 0 is an ideal sensor",
+        "10000",
+    ),
+    key("amplifier", "a table with limit", "no limit"),
+    key(
+        "amplifier.limit",
+        "a number above 0 for |u| <= limit, or [low, high] with low below 0 and high above 0, \
+         command units",
+        "no limit",
+    ),
+    key("controller", "a table with the PID", "the paper's"),
+    key("controller.kp", ABOVE_ZERO, "9"),
+    key("controller.kd", AT_LEAST_ZERO, "0.19"),
+    key("controller.ki", AT_LEAST_ZERO, "4"),
+    key("controller.sample_time", "a number above 0, s", "0.001"),
+    key(
+        "controller.velocity_filter",
+        "{ kind = \"low-pass\", cutoff = rad/s }, { kind = \"difference\" } or \
+         { kind = \"averaged-difference\" }",
+        "low-pass, 500 rad/s",
+    ),
+    key(
+        "controller.velocity_filter.kind",
+        "\"low-pass\", \"difference\" or \"averaged-difference\"",
+        "\"low-pass\"",
+    ),
+    key(
+        "controller.velocity_filter.cutoff",
+        "with kind = \"low-pass\" only: a number above 0 and below pi/sample_time, rad/s",
+        "500",
+    ),
+    key("excitation", "a table with the reference", "the paper's"),
+    key(
+        "excitation.kind",
+        "\"band-limited-white-noise\", \"prbs\", \"multisine\", \"chirp\", \"square\", \"steps\" \
+         or \"none\"",
+        "\"band-limited-white-noise\"",
+    ),
+    key(
+        "excitation.power",
+        "a number above 0, rad² s (white noise)",
+        "0.005",
+    ),
+    key(
+        "excitation.sample_time",
+        "a whole number of control samples, s (white noise)",
+        "0.1",
+    ),
+    key(
+        "excitation.seed",
+        "a whole number from 0 to 4294967295 (white noise)",
+        "1212121",
+    ),
+    key(
+        "excitation.amplitude",
+        "a number above 0, rad (prbs, chirp, square)",
+        "required there",
+    ),
+    key(
+        "excitation.hold",
+        "a whole number of control samples, s (prbs, steps)",
+        "required there",
+    ),
+    key(
+        "excitation.order",
+        "a whole number from 2 to 24 (prbs)",
+        "9",
+    ),
+    key(
+        "excitation.amplitudes",
+        "1 to 16 numbers above 0, rad (multisine)",
+        "required there",
+    ),
+    key(
+        "excitation.frequencies",
+        "as many numbers above 0 and below pi/sample_time, rad/s (multisine)",
+        "required there",
+    ),
+    key(
+        "excitation.from",
+        "a number above 0 and below pi/sample_time, rad/s (chirp)",
+        "required there",
+    ),
+    key(
+        "excitation.to",
+        "a number above 0 and below pi/sample_time, rad/s (chirp)",
+        "required there",
+    ),
+    key(
+        "excitation.duration",
+        "a whole number of control samples, s (chirp)",
+        "required there",
+    ),
+    key(
+        "excitation.period",
+        "an even number of control samples, s (square)",
+        "required there",
+    ),
+    key(
+        "excitation.levels",
+        "1 to 16 finite numbers, rad (steps)",
+        "required there",
+    ),
+    key("identifier", "a table with the law", "the Γ-gradient law"),
+    key(
+        "identifier.law",
+        "\"gradient\" or \"relay-least-squares\"",
+        "\"gradient\"",
+    ),
+    key(
+        "identifier.gamma",
+        "the diagonal [g_a, g_b] or the full symmetric positive definite matrix [[..], [..]] \
+         (gradient)",
+        "automatic",
+    ),
+    key(
+        "identifier.mu",
+        "a number above 0, 1/s (gradient)",
+        "automatic",
+    ),
+    key("identifier.parameters", "[\"a\", \"b\"]", "[\"a\", \"b\"]"),
+    key(
+        "identifier.initial",
+        "{ a = 1/s, b = rad/s² per command unit }, inside bounds",
+        "{ a = 0, b = 50 }",
+    ),
+    key("identifier.initial.a", "a number inside bounds.a, 1/s", "0"),
+    key(
+        "identifier.initial.b",
+        "a number inside bounds.b, rad/s² per command unit",
+        "50",
+    ),
+    key(
+        "identifier.bounds",
+        "{ a = [min, max], b = [min, max] } (gradient)",
+        "a from 0 to 0.1/sample_time, b from a tenth to a hundred times initial.b",
+    ),
+    key(
+        "identifier.bounds.a",
+        "[min, max], both within 0.5/sample_time of 0, 1/s",
+        "[0, 0.1/sample_time]",
+    ),
+    key(
+        "identifier.bounds.b",
+        "[min, max] with min above 0, rad/s² per command unit",
+        "[initial.b/10, 100 initial.b]",
+    ),
+    key(
+        "identifier.plant_box",
+        "{ a = [min, max], b = [min, max] } (gradient)",
+        "none: nothing is certified",
+    ),
+    key(
+        "identifier.plant_box.a",
+        "[min, max] with min of at least 0, 1/s",
+        "required in plant_box",
+    ),
+    key(
+        "identifier.plant_box.b",
+        "[min, max] with min above 0, rad/s² per command unit",
+        "required in plant_box",
+    ),
+    key("identifier.arithmetic", "\"f32\" or \"f64\"", "\"f32\""),
+    key(
+        "identifier.relay",
+        "a number above 0, command units (relay-least-squares)",
+        "1",
+    ),
+    key(
+        "identifier.forgetting",
+        "a number above 0 and at most 1 (relay-least-squares)",
+        "0.999",
+    ),
+    key(
+        "identifier.filter_cutoff",
+        "a number above 0 and below pi/sample_time, rad/s (relay-least-squares)",
+        "50",
+    ),
+    key("run", "a table with duration", "60 s"),
+    key(
+        "run.duration",
+        "a number of at least one and at most 10^10 control samples, s",
+        "60",
+    ),
+];
+
+/// What a key may hold.
+#[must_use]
+pub fn allowed(path: &str) -> Option<&'static str> {
+    KEYS.iter()
+        .find(|key| key.path == path)
+        .map(|key| key.allowed)
+}
+
+/// The names of the keys of a table; of the tables for the empty path.
+#[must_use]
+pub fn children(table: &str) -> Vec<&'static str> {
+    KEYS.iter()
+        .filter_map(|key| match key.path.rsplit_once('.') {
+            Some((parent, name)) => (parent == table).then_some(name),
+            None => table.is_empty().then_some(key.path),
+        })
+        .collect()
+}
+
+/// All keys as a text for the help.
+#[must_use]
+pub fn listing() -> String {
+    KEYS.iter()
+        .filter(|key| key.path.contains('.'))
+        .map(|key| {
+            format!(
+                "  {}\n      {}; default {}\n",
+                key.path, key.allowed, key.default
+            )
+        })
+        .collect()
+}

@@ -1,0 +1,164 @@
+use identifier_core::model::ServoParameters;
+
+/// q̈ = −a q̇ + b u + d, moved from sample to sample in closed form for a held command.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plant {
+    gain: f64,
+    load: f64,
+    decay: f64,
+    g1: f64,
+    g2: f64,
+    sample_time: f64,
+    /// Position q, rad.
+    pub position: f64,
+    /// Velocity q̇, rad/s.
+    pub velocity: f64,
+}
+
+impl Plant {
+    /// At rest at position zero, to be moved in steps of `sample_time` (s).
+    #[must_use]
+    pub fn at_rest(parameters: &ServoParameters, sample_time: f64) -> Self {
+        /// Below this a T the two integrals are taken from their series, whose next term is then
+        /// below 10⁻¹⁸; the closed form would cancel.
+        const SERIES_BELOW: f64 = 1e-4;
+        let ServoParameters { a, b, load, .. } = *parameters;
+        let t = sample_time;
+        let x = a * t;
+        let (g1, g2) = if x < SERIES_BELOW {
+            (
+                t * (1.0 - x / 2.0 * (1.0 - x / 3.0 * (1.0 - x / 4.0))),
+                t * t * (0.5 - x / 6.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0))),
+            )
+        } else {
+            let g1 = -(-x).exp_m1() / a;
+            (g1, (t - g1) / a)
+        };
+        Self {
+            gain: b,
+            load,
+            decay: (-x).exp(),
+            g1,
+            g2,
+            sample_time,
+            position: 0.0,
+            velocity: 0.0,
+        }
+    }
+
+    /// Moves one sample under a held command.
+    #[inline]
+    pub fn advance(&mut self, command: f64) {
+        let drive = self.gain * command + self.load;
+        self.position += self.g1 * self.velocity + self.g2 * drive;
+        self.velocity = self.decay * self.velocity + self.g1 * drive;
+    }
+
+    /// The time of one step, s.
+    #[must_use]
+    pub fn sample_time(&self) -> f64 {
+        self.sample_time
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SERVO: ServoParameters = ServoParameters {
+        a: 0.2174,
+        b: 257.7,
+        coulomb: 0.0,
+        load: 20.0,
+    };
+
+    /// q and q̇ at time t after a step of acceleration w from velocity v0. Where the closed form
+    /// would cancel, its power series.
+    fn step_response(a: f64, w: f64, v0: f64, t: f64) -> (f64, f64) {
+        let x = a * t;
+        let (first, second) = if x < 0.1 {
+            let series = |order: u32| {
+                let mut term = 1.0 / f64::from((1..=order).product::<u32>());
+                let mut sum = 0.0;
+                for k in 1..20 {
+                    sum += term;
+                    term *= -x / f64::from(k + order);
+                }
+                sum
+            };
+            (series(1), series(2))
+        } else {
+            let first = (1.0 - (-x).exp()) / x;
+            (first, (1.0 - first) / x)
+        };
+        (
+            v0 * t * first + w * t * t * second,
+            v0 * (-x).exp() + w * t * first,
+        )
+    }
+
+    fn close(x: f64, y: f64) -> bool {
+        (x - y).abs() <= 1e-11 * (1.0 + y.abs())
+    }
+
+    #[test]
+    fn step_is_the_closed_form_for_any_viscosity_and_sample_time() {
+        for a in [0.0, 1e-9, 1e-3, 0.09, 0.11, 0.2174, 50.0, 900.0] {
+            for sample_time in [25e-6, 1e-3, 0.02] {
+                let servo = ServoParameters { a, ..SERVO };
+                let mut plant = Plant::at_rest(&servo, sample_time);
+                for k in 1..=500 {
+                    plant.advance(0.3);
+                    let t = sample_time * f64::from(k);
+                    let (q, v) = step_response(a, 257.7 * 0.3 + 20.0, 0.0, t);
+                    assert!(
+                        close(plant.position, q),
+                        "a = {a}, T = {sample_time}, sample {k}"
+                    );
+                    assert!(
+                        close(plant.velocity, v),
+                        "a = {a}, T = {sample_time}, sample {k}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn held_ramp_approaches_the_continuous_ramp_with_the_square_of_the_sample_time() {
+        // u = r t from rest: v = (b r/a)(t − (1 − e^(−at))/a), plus the load's step. The command is
+        // held at its value in the middle of each sample.
+        let error = |sample_time: f64| {
+            let mut plant = Plant::at_rest(&ServoParameters { load: 0.0, ..SERVO }, sample_time);
+            let samples = (1.0 / sample_time).round() as u32;
+            for k in 0..samples {
+                plant.advance(0.4 * sample_time * (f64::from(k) + 0.5));
+            }
+            let (a, slope) = (SERVO.a, SERVO.b * 0.4);
+            let v = slope / a * (1.0 + (-a).exp_m1() / a);
+            (plant.velocity - v).abs()
+        };
+        let (coarse, fine) = (error(0.02), error(0.01));
+        assert!(coarse < 1e-3);
+        assert!(
+            (3.5..4.5).contains(&(coarse / fine)),
+            "ratio {}",
+            coarse / fine
+        );
+    }
+
+    #[test]
+    fn saturated_step_is_the_step_of_the_limit_then_the_free_run() {
+        let mut plant = Plant::at_rest(&SERVO, 1e-3);
+        for _ in 0..200 {
+            plant.advance(25.0_f64.clamp(-1.0, 1.0));
+        }
+        let (q1, v1) = step_response(SERVO.a, 257.7 + 20.0, 0.0, 0.2);
+        assert!(close(plant.position, q1) && close(plant.velocity, v1));
+        for _ in 0..300 {
+            plant.advance(-20.0 / 257.7);
+        }
+        let (gone, v2) = step_response(SERVO.a, 0.0, v1, 0.3);
+        assert!(close(plant.position, q1 + gone) && close(plant.velocity, v2));
+    }
+}
