@@ -1,5 +1,8 @@
 //! The simulator of the servo identifier.
 
+pub mod cli;
 pub mod experiment;
+pub mod paper;
+pub mod report;
 pub mod scenario;
 pub mod servo;

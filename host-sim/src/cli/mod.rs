@@ -1,0 +1,47 @@
+//! The command line: one verb, one file.
+
+mod fault;
+mod output;
+mod paper;
+mod run;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Simulates the on-line identification of a servo under PID control.
+///
+/// Exit status: 0 done; 2 bad input; 1 anything else.
+#[derive(Debug, Parser)]
+#[command(name = "host-sim", version)]
+struct Arguments {
+    #[command(subcommand)]
+    verb: Option<Verb>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Run the paper's experiment: both methods, balanced and unbalanced (the default).
+    Paper(paper::Arguments),
+    /// Run one experiment on the simulated servo.
+    Run(run::Arguments),
+}
+
+/// Parses the command line, does what it says and answers with the exit status.
+#[must_use]
+pub fn main() -> ExitCode {
+    let verb = Arguments::parse()
+        .verb
+        .unwrap_or_else(|| Verb::Paper(paper::Arguments::default()));
+    let done = match verb {
+        Verb::Paper(arguments) => paper::run(&arguments),
+        Verb::Run(arguments) => run::run(&arguments),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(fault) => {
+            eprintln!("error: {fault}");
+            fault.exit_code()
+        }
+    }
+}

@@ -1,0 +1,138 @@
+use std::path::{Path, PathBuf};
+
+use super::fault::Fault;
+use super::output;
+use crate::experiment::Sample;
+use crate::paper::{self, Case, Method, Run};
+use crate::report::json::Document;
+use crate::report::plot::{self, Curve, Panel};
+use crate::report::table;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The folder for picture, traces and results.
+    #[arg(long, value_name = "DIR", default_value = Self::DIRECTORY)]
+    out: PathBuf,
+}
+
+impl Arguments {
+    const DIRECTORY: &str = "results/paper";
+}
+
+impl Default for Arguments {
+    fn default() -> Self {
+        Self {
+            out: PathBuf::from(Self::DIRECTORY),
+        }
+    }
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
+    let out = &arguments.out;
+    std::fs::create_dir_all(out).map_err(|error| Fault::unwritable(out, error))?;
+    let runs = paper::experiment();
+
+    println!(
+        "{}",
+        table::estimates(&runs.each_ref().map(|run| (run.name(), &run.summary)))
+    );
+    println!(
+        "Nominal: a = {} 1/s, b = {} rad/s² per command unit. Estimates: mean ± standard deviation \
+         over the\nlast quarter of {} s. Settled: from when on â stays within ±0.1 1/s and b̂ within \
+         2 % of nominal.\n",
+        paper::NOMINAL_A,
+        paper::NOMINAL_B,
+        paper::scenario(Method::Proposed, Case::Balanced).duration,
+    );
+    let [
+        proposed,
+        least_squares,
+        proposed_loaded,
+        least_squares_loaded,
+    ] = &runs;
+    println!(
+        "What the load of {} rad/s² does to the estimates:",
+        paper::UNBALANCE
+    );
+    for (name, without, with) in [
+        ("proposed", proposed, proposed_loaded),
+        ("least squares", least_squares, least_squares_loaded),
+    ] {
+        let (without, with) = (&without.summary, &with.summary);
+        println!(
+            "  {name:<14} b̂ moves by {:+.3} %, its standard deviation goes from {:.2} to {:.2}; that \
+             of â from {:.4} to {:.4}",
+            100.0 * (with.b.tail_mean / without.b.tail_mean - 1.0),
+            without.b.tail_std,
+            with.b.tail_std,
+            without.a.tail_std,
+            with.a.tail_std,
+        );
+    }
+
+    for run in &runs {
+        output::csv(&out.join(format!("{}.csv", run.file_stem())), &run.trace)?;
+        output::json(
+            &out.join(format!("{}.json", run.file_stem())),
+            &Document::new(&run.summary),
+        )?;
+    }
+    let picture = out.join("figure-03.png");
+    draw(&picture, &runs)?;
+    println!("\nPicture: {}", picture.display());
+    println!(
+        "Traces and results: {}",
+        out.join("*.csv, *.json").display()
+    );
+    Ok(())
+}
+
+/// The eight panels of Fig. 03 in the paper's order: 1–2 proposed and 3–4 least squares without
+/// load, 5–6 and 7–8 with it; odd panels â, even panels b̂, each kind on one scale.
+fn draw(path: &Path, runs: &[Run; 4]) -> Result<(), Fault> {
+    /// Room around the nominal value on the scales shared by the panels.
+    const SCALE_A: (f64, f64) = (-0.3, 1.0);
+    const SCALE_B: (f64, f64) = (0.0, 400.0);
+
+    let mut panels = Vec::new();
+    for run in runs {
+        let number = panels.len() + 1;
+        let method = match run.method {
+            Method::Proposed => "proposed method",
+            Method::LeastSquares => "least squares",
+        };
+        let case = match run.case {
+            Case::Balanced => "d = 0",
+            Case::Unbalanced => "d ≠ 0",
+        };
+        let panel =
+            |number, what: &str, axis: &str, nominal, range, value: fn(&Sample) -> f64| Panel {
+                title: format!("({number}) {what}, {method}, {case}"),
+                axis: axis.to_owned(),
+                curves: vec![Curve {
+                    name: None,
+                    points: run.trace.iter().map(|s| (s.time, value(s))).collect(),
+                }],
+                nominal: Some(("nominal".to_owned(), nominal)),
+                range: Some(range),
+            };
+        panels.push(panel(
+            number,
+            "â",
+            "â [1/s]",
+            paper::NOMINAL_A,
+            SCALE_A,
+            |s| s.a,
+        ));
+        panels.push(panel(
+            number + 1,
+            "b̂",
+            "b̂ [rad/s² per unit]",
+            paper::NOMINAL_B,
+            SCALE_B,
+            |s| s.b,
+        ));
+    }
+    plot::write(path, "Fig. 03: identified parameters over time", 2, &panels)?;
+    Ok(())
+}

@@ -1,0 +1,139 @@
+//! The machine-readable result.
+
+use serde::Serialize;
+
+use super::{Estimate, Summary};
+
+/// The result of one experiment as the command line promises it.
+#[derive(Debug, Clone, Serialize)]
+#[expect(
+    missing_docs,
+    reason = "the fields are the keys of the result, documented in the README"
+)]
+pub struct Document {
+    pub law: &'static str,
+    pub arithmetic: &'static str,
+    pub samples: u64,
+    pub sample_time: f64,
+    pub status: &'static str,
+    pub reason: String,
+    pub estimates: Estimates,
+    pub truth: Option<Truth>,
+    pub output_error: Option<OutputError>,
+    pub settling_time: SettlingTime,
+    pub slowed_samples: u64,
+    pub model_restarts: u64,
+    pub certified: bool,
+    pub gamma: Option<[[f64; 2]; 2]>,
+    pub mu: Option<f64>,
+}
+
+/// The estimates, null where the law has none.
+#[derive(Debug, Clone, Serialize)]
+#[expect(
+    missing_docs,
+    reason = "the fields are the keys of the result, documented in the README"
+)]
+pub struct Estimates {
+    pub a: Option<EstimateDocument>,
+    pub b: Option<EstimateDocument>,
+    pub coulomb: Option<EstimateDocument>,
+    pub load: Option<EstimateDocument>,
+}
+
+/// One estimate.
+#[derive(Debug, Clone, Serialize)]
+#[expect(
+    missing_docs,
+    reason = "the fields are the keys of the result, documented in the README"
+)]
+pub struct EstimateDocument {
+    #[serde(rename = "final")]
+    pub last: f64,
+    pub tail_mean: f64,
+    pub tail_std: f64,
+    pub std_error: Option<f64>,
+    pub unit: &'static str,
+}
+
+/// The true servo.
+#[derive(Debug, Clone, Serialize)]
+#[expect(
+    missing_docs,
+    reason = "the fields are the keys of the result, documented in the README"
+)]
+pub struct Truth {
+    pub a: f64,
+    pub b: f64,
+    pub coulomb: f64,
+    pub load: f64,
+}
+
+/// The output error, rad.
+#[derive(Debug, Clone, Serialize)]
+#[expect(
+    missing_docs,
+    reason = "the fields are the keys of the result, documented in the README"
+)]
+pub struct OutputError {
+    pub rms: f64,
+    pub max: f64,
+}
+
+/// Settling times, s; null where the estimate had not settled.
+#[derive(Debug, Clone, Serialize)]
+#[expect(
+    missing_docs,
+    reason = "the fields are the keys of the result, documented in the README"
+)]
+pub struct SettlingTime {
+    pub a: Option<f64>,
+    pub b: Option<f64>,
+}
+
+impl Document {
+    /// The document of a summary.
+    #[must_use]
+    pub fn new(summary: &Summary) -> Self {
+        let document = |estimate: &Estimate, unit| EstimateDocument {
+            last: estimate.last,
+            tail_mean: estimate.tail_mean,
+            tail_std: estimate.tail_std,
+            std_error: None,
+            unit,
+        };
+        let truth = &summary.truth;
+        Self {
+            law: summary.law,
+            arithmetic: summary.arithmetic,
+            samples: summary.outcome.samples,
+            sample_time: summary.sample_time,
+            status: summary.status.name(),
+            reason: summary.reason.clone(),
+            estimates: Estimates {
+                a: Some(document(&summary.a, "1/s")),
+                b: Some(document(&summary.b, "rad/s² per command unit")),
+                coulomb: None,
+                load: summary.load.as_ref().map(|load| document(load, "rad/s²")),
+            },
+            truth: Some(Truth {
+                a: truth.a,
+                b: truth.b,
+                coulomb: truth.coulomb,
+                load: truth.load,
+            }),
+            output_error: summary
+                .output_error
+                .map(|(rms, max)| OutputError { rms, max }),
+            settling_time: SettlingTime {
+                a: summary.settling_a,
+                b: summary.settling_b,
+            },
+            slowed_samples: summary.outcome.slowed,
+            model_restarts: summary.outcome.restarts,
+            certified: summary.outcome.certified,
+            gamma: summary.outcome.gamma.map(|gamma| *gamma.entries()),
+            mu: summary.outcome.mu,
+        }
+    }
+}

@@ -1,0 +1,11 @@
+//! What is shown of an experiment: summary, table, CSV and pictures.
+
+pub mod csv;
+pub mod json;
+pub mod plot;
+mod statistics;
+mod summary;
+pub mod table;
+
+pub use statistics::Statistics;
+pub use summary::{Estimate, Status, Summariser, Summary};

@@ -1,0 +1,164 @@
+//! Pictures: lines over time in panels, as PNG or SVG.
+
+use std::path::Path;
+
+use kuva::backend::png::PngBackend;
+use kuva::backend::svg::SvgBackend;
+use kuva::plot::{LegendPosition, LinePlot};
+use kuva::render::figure::Figure;
+use kuva::render::layout::Layout;
+use kuva::render::plots::Plot;
+
+/// One panel: a line over time, perhaps with a line to compare it to.
+#[derive(Debug, Clone)]
+pub struct Panel {
+    /// Its title.
+    pub title: String,
+    /// Name and unit of the vertical axis.
+    pub axis: String,
+    /// The curves, the first in front.
+    pub curves: Vec<Curve>,
+    /// A constant to compare with: its name and value.
+    pub nominal: Option<(String, f64)>,
+    /// The range of the vertical axis; none to fit the curves.
+    pub range: Option<(f64, f64)>,
+}
+
+/// A line over time.
+#[derive(Debug, Clone)]
+pub struct Curve {
+    /// Its name in the legend; none where the panel has only this one.
+    pub name: Option<String>,
+    /// Time (s) and value.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// Why a picture could not be written.
+#[derive(Debug)]
+pub enum PlotError {
+    /// The name ends neither in .png nor in .svg.
+    Format,
+    /// The picture could not be drawn.
+    Drawing(String),
+    /// The file could not be written.
+    File(std::io::Error),
+}
+
+impl std::fmt::Display for PlotError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Format => f.write_str("a picture's name must end in .png or .svg"),
+            Self::Drawing(error) => write!(f, "the picture could not be drawn: {error}"),
+            Self::File(error) => write!(f, "the picture could not be written: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for PlotError {}
+
+/// The most points a curve is drawn with; more cannot be seen.
+const MOST_POINTS: usize = 1500;
+
+/// Size of a panel, pixels before scaling.
+const PANEL: (f64, f64) = (560.0, 250.0);
+
+/// Scale of a PNG against the size of its panels.
+const PNG_SCALE: f32 = 1.5;
+
+/// Colours of the curves, in their order; the line to compare with is black. (Okabe and Ito, "Color
+/// universal design", 2008: told apart by colour-blind readers too.)
+const COLOURS: [&str; 4] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7"];
+const NOMINAL: &str = "#000000";
+
+/// Whether a picture can be written under this name.
+///
+/// # Errors
+/// [`PlotError::Format`] unless it ends in .png or .svg.
+pub fn check_format(path: &Path) -> Result<(), PlotError> {
+    match extension(path) {
+        "png" | "svg" => Ok(()),
+        _ => Err(PlotError::Format),
+    }
+}
+
+/// Writes panels, row by row, as one picture. The file's name says whether PNG or SVG.
+///
+/// # Errors
+/// See [`PlotError`].
+pub fn write(path: &Path, title: &str, columns: usize, panels: &[Panel]) -> Result<(), PlotError> {
+    check_format(path)?;
+    let rows = panels.len().div_ceil(columns);
+    let (plots, layouts): (Vec<_>, Vec<_>) = panels.iter().map(draw).unzip();
+    let scene = Figure::new(rows, columns)
+        .with_plots(plots)
+        .with_layouts(layouts)
+        .with_title(title)
+        .with_cell_size(PANEL.0, PANEL.1)
+        .render();
+    let bytes = match extension(path) {
+        "png" => PngBackend::new()
+            .with_scale(PNG_SCALE)
+            .render_scene(&scene)
+            .map_err(PlotError::Drawing)?,
+        _ => SvgBackend::new()
+            .with_embedded_font(true)
+            .render_scene(&scene)
+            .into_bytes(),
+    };
+    std::fs::write(path, bytes).map_err(PlotError::File)
+}
+
+fn extension(path: &Path) -> &str {
+    path.extension().and_then(|end| end.to_str()).unwrap_or("")
+}
+
+fn draw(panel: &Panel) -> (Vec<Plot>, Layout) {
+    let mut plots = Vec::new();
+    let end = panel
+        .curves
+        .iter()
+        .filter_map(|curve| curve.points.last())
+        .fold(0.0_f64, |end, point| end.max(point.0));
+    for (k, curve) in panel.curves.iter().enumerate().rev() {
+        let colour = COLOURS[k % COLOURS.len()];
+        let every = curve.points.len().div_ceil(MOST_POINTS).max(1);
+        let mut points: Vec<_> = curve.points.iter().copied().step_by(every).collect();
+        points.extend(curve.points.last().filter(|_| every > 1));
+        if let Some((low, high)) = panel.range {
+            for point in &mut points {
+                point.1 = point.1.clamp(low, high);
+            }
+        }
+        let mut line = LinePlot::new()
+            .with_data(points)
+            .with_color(colour)
+            .with_stroke_width(1.4);
+        if let Some(name) = &curve.name {
+            line = line.with_legend(name.clone());
+        }
+        plots.push(Plot::Line(line));
+    }
+    if let Some((name, value)) = &panel.nominal {
+        let line = LinePlot::new()
+            .with_data([(0.0, *value), (end, *value)])
+            .with_color(NOMINAL)
+            .with_stroke_width(1.2)
+            .with_dashed()
+            .with_legend(name.clone());
+        plots.push(Plot::Line(line));
+    }
+    let mut layout = Layout::auto_from_plots(&plots)
+        .with_title(panel.title.clone())
+        .with_x_label("time [s]")
+        .with_y_label(panel.axis.clone())
+        .with_x_axis_min(0.0)
+        .with_x_axis_max(end)
+        .with_title_size(13)
+        .with_label_size(12)
+        .with_tick_size(11)
+        .with_legend_position(LegendPosition::InsideTopRight);
+    if let Some((low, high)) = panel.range {
+        layout = layout.with_y_axis_min(low).with_y_axis_max(high);
+    }
+    (plots, layout)
+}
