@@ -31,6 +31,8 @@ pub enum Allowed {
     Between(f64, f64),
     /// From the first bound to the second, both included.
     Within(f64, f64),
+    /// Greater than zero, and the bound or less.
+    PositiveUpTo(f64),
 }
 
 impl Allowed {
@@ -46,6 +48,7 @@ impl Allowed {
                 Self::AtMost(high) => value <= high,
                 Self::Between(low, high) => value > low && value < high,
                 Self::Within(low, high) => value >= low && value <= high,
+                Self::PositiveUpTo(high) => value > 0.0 && value <= high,
             }
     }
 
@@ -75,7 +78,8 @@ impl fmt::Display for Allowed {
             Self::Below(high) => write!(f, "a number below {high}"),
             Self::AtMost(high) => write!(f, "a number of at most {high}"),
             Self::Between(low, high) => write!(f, "a number above {low} and below {high}"),
-            Self::Within(low, high) => write!(f, "a number from {low} to {high}"),
+            Self::PositiveUpTo(high) => write!(f, "a number above 0 and at most {high:?}"),
+            Self::Within(low, high) => write!(f, "a number from {low:?} to {high:?}"),
         }
     }
 }

@@ -114,6 +114,10 @@ impl IdentifierConfig {
     }
 }
 
+/// The largest b̂, rad/s² per command unit: far beyond any servo, and small enough that the model
+/// loop stays in the range of single precision.
+const LARGEST_GAIN: f64 = 1e9;
+
 /// The on-line identifier of [a, b] and the load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Identifier<N, V> {
@@ -122,6 +126,7 @@ pub struct Identifier<N, V> {
     initial: [f64; 2],
     units: Units,
     certificate: Option<Certificate>,
+    gain_margin: Option<f64>,
 }
 
 /// What the identifier remembers between samples.
@@ -177,17 +182,20 @@ impl<N: Number, V: VelocityEstimate<N>> Identifier<N, V> {
         Allowed::Within(-fastest, fastest).check("bounds.a", a_bounds.min())?;
         Allowed::Within(-fastest, fastest).check("bounds.a", a_bounds.max())?;
         Allowed::Above(0.0).check("bounds.b", b_bounds.min())?;
+        Allowed::AtMost(LARGEST_GAIN).check("bounds.b", b_bounds.max())?;
         Allowed::Within(a_bounds.min(), a_bounds.max()).check("initial.a", initial[0])?;
         Allowed::Within(b_bounds.min(), b_bounds.max()).check("initial.b", initial[1])?;
 
         let mu = config.mu();
-        let certificate = match plant_box {
+        let transfer = velocity.transfer();
+        let (certificate, gain_margin) = match plant_box {
             Some(plant_box) => {
                 let certificate = Certificate::new(gains, plant_box, mu)?;
-                sampled_loop::check(units, gains, &velocity.transfer(), plant_box)?;
-                Some(certificate)
+                sampled_loop::check(units, gains, &transfer, plant_box)?;
+                let margin = sampled_loop::gain_margin(units, gains, &transfer, plant_box);
+                (Some(certificate), Some(margin))
             }
-            None => None,
+            None => (None, None),
         };
         let scale = [units.rate(), units.acceleration()];
         let law = Gradient::new(&GradientConfig {
@@ -206,6 +214,7 @@ impl<N: Number, V: VelocityEstimate<N>> Identifier<N, V> {
             initial: [initial[0] * scale[0], initial[1] * scale[1]],
             units: *units,
             certificate,
+            gain_margin,
         })
     }
 
@@ -213,6 +222,13 @@ impl<N: Number, V: VelocityEstimate<N>> Identifier<N, V> {
     #[must_use]
     pub fn certificate(&self) -> Option<&Certificate> {
         self.certificate.as_ref()
+    }
+
+    /// The gain margin of the sampled loop over the box, where a box was given: see
+    /// [`sampled_loop::gain_margin`].
+    #[must_use]
+    pub fn gain_margin(&self) -> Option<f64> {
+        self.gain_margin
     }
 
     /// The state at the start: the model at rest where the servo is, the estimates at their
@@ -234,15 +250,14 @@ impl<N: Number, V: VelocityEstimate<N>> Identifier<N, V> {
         real: &ControlSample<N>,
     ) -> Identification<N> {
         let model = self.model.observe(&mut state.model, real);
-        let regressor = [model.velocity, -model.command];
         let update = self.law.update(
             &mut state.law,
-            &regressor,
+            &model.regressor,
             model.output_error,
             model.output_error_rate,
         );
         let [x, gain] = state.law.estimates();
-        let in_reach = self.model.advance(&mut state.model, model.command, x, gain);
+        let in_reach = self.model.advance(&mut state.model, x, gain);
         state.load_command = model.load_command;
         Identification {
             model,

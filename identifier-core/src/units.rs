@@ -25,15 +25,22 @@ pub struct Units {
 }
 
 impl Units {
+    /// The range of sample times, s: from 10 MHz to a sample in ten seconds.
+    pub const SAMPLE_TIMES: (f64, f64) = (1e-7, 10.0);
+
+    /// The range of position units, rad per machine unit.
+    pub const POSITION_UNITS: (f64, f64) = (1e-12, 1e3);
+
     /// Units for a sample time (s) and a position unit (rad per machine unit, for an encoder
     /// 2π / counts per revolution). For a linear axis read m for rad everywhere.
     ///
     /// # Errors
-    /// `sample_time` and `position_unit` must be positive and finite.
+    /// `sample_time` must be in [`Units::SAMPLE_TIMES`], `position_unit` in
+    /// [`Units::POSITION_UNITS`].
     pub fn new(sample_time: f64, position_unit: f64) -> Result<Self, OutOfRange> {
         Ok(Self {
-            sample_time: Allowed::Above(0.0).check("sample_time", sample_time)?,
-            position_unit: Allowed::Above(0.0).check("position_unit", position_unit)?,
+            sample_time: within(Self::SAMPLE_TIMES).check("sample_time", sample_time)?,
+            position_unit: within(Self::POSITION_UNITS).check("position_unit", position_unit)?,
         })
     }
 
@@ -72,4 +79,8 @@ impl Units {
     pub fn rate(&self) -> f64 {
         self.sample_time
     }
+}
+
+fn within((low, high): (f64, f64)) -> Allowed {
+    Allowed::Within(low, high)
 }

@@ -127,3 +127,67 @@ fn dot<N: Number, const P: usize>(x: &[N; P], y: &[N; P]) -> N {
     }
     sum
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn law(gamma: [[f64; 3]; 3]) -> Gradient<f64, 3> {
+        let wide = Interval::new("bounds", -1e3, 1e3).expect("ordered");
+        Gradient::new(&GradientConfig {
+            gamma: PositiveDefinite::new(gamma).expect("positive definite"),
+            mu: 0.5,
+            slowest_decay: 100.0,
+            bounds: [wide; 3],
+        })
+        .expect("valid")
+    }
+
+    const GAMMA: [[f64; 3]; 3] = [[2.0, 0.5, 0.0], [0.5, 1.0, 0.1], [0.0, 0.1, 3.0]];
+
+    #[test]
+    fn a_step_is_gamma_phi_y_with_a_full_gamma() {
+        let law = law(GAMMA);
+        let mut state = GradientState::new([1.0, 2.0, 3.0]);
+        let phi = [0.3, -0.2, 0.5];
+        let (error, rate) = (0.4, -0.1);
+        assert_eq!(
+            law.update(&mut state, &phi, error, rate),
+            GradientUpdate::Full
+        );
+        let y = 0.5 * error + rate;
+        for (i, estimate) in state.estimates().into_iter().enumerate() {
+            let step: f64 = (0..3).map(|j| GAMMA[i][j] * phi[j]).sum();
+            assert!((estimate - ((i + 1) as f64 - step * y)).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn the_guard_shortens_the_step_to_its_bound() {
+        let law = law(GAMMA);
+        let phi = [3.0, -2.0, 5.0];
+        let strength: f64 = (0..3)
+            .flat_map(|i| (0..3).map(move |j| phi[i] * GAMMA[i][j] * phi[j]))
+            .sum();
+        let bound = Gradient::<f64, 3>::GUARD * 100.0;
+        assert!(strength > bound, "the case is strong");
+        let mut state = GradientState::new([0.0; 3]);
+        assert_eq!(
+            law.update(&mut state, &phi, 0.0, 1.0),
+            GradientUpdate::Slowed
+        );
+        // φᵀΔθ̂ is the strength that acted.
+        let acted: f64 = state.estimates().iter().zip(phi).map(|(x, p)| -x * p).sum();
+        assert!((acted - bound).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_step_that_is_not_finite_is_not_taken() {
+        let law = law(GAMMA);
+        let mut state = GradientState::new([1.0; 3]);
+        let before = state;
+        let update = law.update(&mut state, &[1e200, 1e200, 0.0], 1.0, 0.0);
+        assert_eq!(update, GradientUpdate::Held);
+        assert!(state == before);
+    }
+}

@@ -56,7 +56,7 @@ impl<N: Number> LeastSquares<N> {
     /// # Errors
     /// The parameter out of its range, by name.
     pub fn new(units: &Units, config: &LeastSquaresConfig) -> Result<Self, OutOfRange> {
-        Allowed::Within(f64::MIN_POSITIVE, 1.0).check("forgetting", config.forgetting)?;
+        Allowed::PositiveUpTo(1.0).check("forgetting", config.forgetting)?;
         for value in config.initial {
             Allowed::Finite.check("initial", value)?;
         }

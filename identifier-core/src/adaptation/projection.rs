@@ -50,3 +50,44 @@ impl<N: Number, const P: usize> Projection<N, P> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn never_raises_the_storage_function_and_always_ends_inside(
+            truth in prop::array::uniform2(0.0_f64..1.0),
+            outside in prop::array::uniform2(-3.0_f64..4.0),
+            diagonal in prop::array::uniform2(0.1_f64..10.0),
+            correlation in -0.9_f64..0.9,
+        ) {
+            let cross = correlation * libm::sqrt(diagonal[0] * diagonal[1]);
+            let gamma = [[diagonal[0], cross], [cross, diagonal[1]]];
+            let gamma = PositiveDefinite::new(gamma).expect("positive definite");
+            let projection = Projection::<f64, 2>::new([0.0; 2], [1.0; 2], &gamma);
+            let mut estimates = outside;
+            projection.apply(&mut estimates);
+            prop_assert!(estimates.iter().all(|x| (0.0..=1.0).contains(x)), "{estimates:?}");
+
+            // One face only: a corner is closed by a plain limit, which promises less.
+            let faces = outside.iter().filter(|x| !(0.0..=1.0).contains(*x)).count();
+            let slid_out = (0..2).any(|i| {
+                let j = 1 - i;
+                let back = outside[j].clamp(0.0, 1.0) - outside[j];
+                let moved = outside[i] + back * gamma.entries()[i][j] / gamma.entries()[j][j];
+                !(0.0..=1.0).contains(&moved) && (0.0..=1.0).contains(&outside[i])
+            });
+            if faces == 1 && !slid_out {
+                let determinant = diagonal[0] * diagonal[1] - cross * cross;
+                let storage = |x: [f64; 2]| {
+                    let [p, q] = [x[0] - truth[0], x[1] - truth[1]];
+                    (diagonal[1] * p * p - 2.0 * cross * p * q + diagonal[0] * q * q) / determinant
+                };
+                prop_assert!(storage(estimates) <= storage(outside) + 1e-9);
+            }
+        }
+    }
+}

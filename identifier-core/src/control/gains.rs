@@ -9,16 +9,21 @@ pub struct Gains {
 }
 
 impl Gains {
+    /// The largest gain, SI: far beyond any drive, and small enough that no product of the loop
+    /// leaves the range of single precision.
+    pub const LARGEST: f64 = 1e9;
+
     /// Proportional gain (command units/rad, above 0), derivative gain on the measured velocity
-    /// (command units per rad/s, at least 0), integral gain (command units per rad s, at least 0).
+    /// (command units per rad/s, at least 0), integral gain (command units per rad s, at least 0);
+    /// none above [`Gains::LARGEST`].
     ///
     /// # Errors
     /// The gain that is out of its range, by name: `kp`, `kd` or `ki`.
     pub fn new(kp: f64, kd: f64, ki: f64) -> Result<Self, OutOfRange> {
         Ok(Self {
-            kp: Allowed::Above(0.0).check("kp", kp)?,
-            kd: Allowed::AtLeast(0.0).check("kd", kd)?,
-            ki: Allowed::AtLeast(0.0).check("ki", ki)?,
+            kp: Allowed::PositiveUpTo(Self::LARGEST).check("kp", kp)?,
+            kd: Allowed::Within(0.0, Self::LARGEST).check("kd", kd)?,
+            ki: Allowed::Within(0.0, Self::LARGEST).check("ki", ki)?,
         })
     }
 

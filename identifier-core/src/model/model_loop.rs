@@ -32,6 +32,8 @@ pub struct ModelState<N: Number, S> {
     integral_error: N::Sum,
     motion: Motion<N>,
     filter: S,
+    command: N,
+    command_filter: S,
 }
 
 impl<N: Number, S: Default> ModelState<N, S> {
@@ -46,6 +48,8 @@ impl<N: Number, S: Default> ModelState<N, S> {
                 velocity: N::ZERO,
             },
             filter: S::default(),
+            command: N::ZERO,
+            command_filter: S::default(),
         }
     }
 }
@@ -57,10 +61,11 @@ pub struct ModelSample<N> {
     pub output_error: N,
     /// Its rate ε̇, the difference of the two velocity estimates.
     pub output_error_rate: N,
-    /// The model's velocity q̇_e.
-    pub velocity: N,
-    /// The model's command u_e.
-    pub command: N,
+    /// The regressor (9), [q̇_e, −u_e], both entries through the velocity filter: what the filter
+    /// does to ε̇ it must do to φ, or their product loses its sign at the frequencies that the
+    /// filter delays. The velocity is the filter's estimate from q_e; the command is the one that
+    /// was held over the sample just passed, like the increment that the estimate is made of.
+    pub regressor: [N; 2],
     /// The load over the gain, d̂/b̂ = k_i ω, command units.
     pub load_command: N,
 }
@@ -88,25 +93,30 @@ impl<N: Number, V: VelocityEstimate<N>> ModelLoop<N, V> {
                 (false, true) => -real.error,
                 (false, false) => N::ZERO,
             });
+        let filtered_command = self
+            .velocity
+            .process(&mut state.command_filter, state.command);
+        state.command = command.value + load_command;
         state.output_error = output_error;
         ModelSample {
             output_error,
             output_error_rate: real.velocity - velocity,
-            velocity: state.motion.velocity,
-            command: command.value + load_command,
+            regressor: [velocity, -filtered_command],
             load_command,
         }
     }
 
-    /// Moves the model to the next sample under its held command, with the estimates x = â T and
-    /// `gain` = b̂ in machine units.
+    /// Moves the model to the next sample under the command of the last observation, with the
+    /// estimates x = â T and `gain` = b̂ in machine units.
     ///
     /// False when the model has left the reach of the number format, [`Number::REACH`]: it then
     /// stands still where the servo is, as at the start.
     #[inline]
     #[must_use]
-    pub fn advance(&self, state: &mut ModelState<N, V::State>, command: N, x: N, gain: N) -> bool {
-        state.motion = self.step.process(x, gain * command, state.motion.velocity);
+    pub fn advance(&self, state: &mut ModelState<N, V::State>, x: N, gain: N) -> bool {
+        state.motion = self
+            .step
+            .process(x, gain * state.command, state.motion.velocity);
         let in_reach = state.output_error.magnitude() <= N::REACH
             && state.motion.velocity.magnitude() <= N::REACH;
         if !in_reach {
