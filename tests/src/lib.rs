@@ -1,1 +1,57 @@
+//! What the integration tests share: seeded random servos and runs of a scenario.
 
+use host_sim::experiment;
+use host_sim::report::{Summariser, Summary};
+use host_sim::scenario::Scenario;
+use identifier_core::excitation::NormalSource;
+
+/// A seeded stream of random numbers, the same on every machine.
+#[derive(Debug, Clone, Copy)]
+pub struct Random(NormalSource);
+
+impl Random {
+    /// The stream of a seed.
+    #[must_use]
+    pub fn new(seed: u32) -> Self {
+        Self(NormalSource::new(seed))
+    }
+
+    /// Uniform between two bounds.
+    pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.0.next_uniform()
+    }
+
+    /// Uniform in the logarithm between two positive bounds.
+    pub fn log_uniform(&mut self, low: f64, high: f64) -> f64 {
+        low * (high / low).powf(self.0.next_uniform())
+    }
+
+    /// A seed for another generator.
+    pub fn seed(&mut self) -> u32 {
+        self.uniform(1.0, 2e9) as u32
+    }
+}
+
+/// Runs a scenario to its summary.
+#[must_use]
+pub fn run(scenario: &Scenario) -> Summary {
+    let mut summariser = Summariser::new(scenario);
+    let outcome = experiment::run(scenario, &mut |sample| summariser.add(sample));
+    summariser.finish(scenario, outcome)
+}
+
+/// Does independent work on all cores, the results in order.
+pub fn in_parallel<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let chunk = items.len().div_ceil(threads).max(1);
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = items
+            .chunks(chunk)
+            .map(|chunk| scope.spawn(|| chunk.iter().map(&work).collect::<Vec<_>>()))
+            .collect();
+        workers
+            .into_iter()
+            .flat_map(|worker| worker.join().expect("no panic in the work"))
+            .collect()
+    })
+}

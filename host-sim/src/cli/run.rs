@@ -45,7 +45,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         output::csv(path, &trace)?;
     }
     if let Some(path) = &arguments.plot {
-        plot::write(path, "", 1, &panels(&summary, &trace))?;
+        plot::write(path, "", 2, &panels(&summary, &trace))?;
     }
     if let Some(path) = &arguments.json {
         output::json(path, &Document::new(&summary))?;

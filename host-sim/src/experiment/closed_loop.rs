@@ -68,7 +68,9 @@ impl<N: Number, O: FnMut(&Sample)> WithVelocity<N> for Loop<'_, O> {
         let mut outcome = Outcome {
             gamma: Some(config.gamma),
             mu: Some(config.mu()),
+            bounds: Some(config.bounds),
             certified: identifier.certificate().is_some(),
+            gain_margin: identifier.gain_margin(),
             ..Outcome::default()
         };
         for k in 0..samples {

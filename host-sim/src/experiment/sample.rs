@@ -1,5 +1,6 @@
 use identifier_core::adaptation::PositiveDefinite;
 use identifier_core::error::StepError;
+use identifier_core::interval::Interval;
 
 /// One sample of an experiment, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,8 +36,12 @@ pub struct Outcome {
     pub gamma: Option<PositiveDefinite<2>>,
     /// μ, 1/s, for the Γ-gradient law.
     pub mu: Option<f64>,
+    /// The box that the estimates [â, b̂] were kept in, for laws that have one.
+    pub bounds: Option<[Interval; 2]>,
     /// Whether a box of servos was certified.
     pub certified: bool,
+    /// The gain margin of the sampled loop over that box.
+    pub gain_margin: Option<f64>,
     /// Why it ended early, if it did.
     pub abort: Option<Abort>,
 }

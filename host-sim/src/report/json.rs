@@ -24,6 +24,7 @@ pub struct Document {
     pub slowed_samples: u64,
     pub model_restarts: u64,
     pub certified: bool,
+    pub gain_margin: Option<f64>,
     pub gamma: Option<[[f64; 2]; 2]>,
     pub mu: Option<f64>,
 }
@@ -132,6 +133,7 @@ impl Document {
             slowed_samples: summary.outcome.slowed,
             model_restarts: summary.outcome.restarts,
             certified: summary.outcome.certified,
+            gain_margin: summary.outcome.gain_margin,
             gamma: summary.outcome.gamma.map(|gamma| *gamma.entries()),
             mu: summary.outcome.mu,
         }

@@ -1,4 +1,5 @@
 use identifier_core::model::ServoParameters;
+use identifier_core::stability::sampled_loop::AMPLE_GAIN_MARGIN;
 
 use super::Statistics;
 use crate::experiment::{Outcome, Sample};
@@ -11,6 +12,9 @@ const TAIL: f64 = 0.25;
 /// within this many 1/s. The same tolerances say whether estimates have come to rest.
 const SETTLED_B: f64 = 0.02;
 const SETTLED_A: f64 = 0.1;
+
+/// An estimate nearer to a bound than this fraction of its tolerance stands at it.
+const AT_BOUND: f64 = 0.5;
 
 /// The fraction of slowed samples from which a result says that the guard sets the pace.
 const MOSTLY_SLOWED: f64 = 0.5;
@@ -56,8 +60,9 @@ pub struct Estimate {
     pub tail_mean: f64,
     /// Standard deviation over the last quarter.
     pub tail_std: f64,
-    /// How far the mean of the last eighth is from that of the eighth before.
-    pub tail_drift: f64,
+    /// How far it still had to go when the run ended, judged from the means over the thirds of the
+    /// last quarter; infinite if its steps did not get shorter.
+    pub to_go: f64,
 }
 
 /// Whether the estimates have come to rest. The truth plays no part in it: a drive does not know
@@ -88,7 +93,7 @@ impl Status {
 #[derive(Debug, Clone)]
 pub struct Summariser {
     tail_from: f64,
-    last_eighth_from: f64,
+    duration: f64,
     truth: ServoParameters,
     sample_time: f64,
     a: Tracked,
@@ -106,29 +111,45 @@ pub struct Summariser {
 struct Tracked {
     last: f64,
     tail: Statistics,
-    halves: [Statistics; 2],
+    thirds: [Statistics; 3],
 }
 
 impl Tracked {
-    fn add(&mut self, value: f64, half: Option<usize>) {
+    fn add(&mut self, value: f64, third: Option<usize>) {
         self.last = value;
-        if let Some(half) = half {
+        if let Some(third) = third {
             self.tail.add(value);
-            self.halves[half].add(value);
+            self.thirds[third].add(value);
         }
     }
 
-    fn estimate(&self) -> Estimate {
-        let [earlier, later] = self.halves.map(|half| half.mean());
+    /// The estimate, with the tolerance within which it counts as being at rest.
+    fn estimate(&self, tolerance: impl Fn(f64) -> f64) -> Estimate {
+        let tail_mean = self.tail.mean().unwrap_or(self.last);
+        let means = self.thirds.map(|third| third.mean().unwrap_or(self.last));
         Estimate {
             last: self.last,
-            tail_mean: self.tail.mean().unwrap_or(self.last),
+            tail_mean,
             tail_std: self.tail.deviation().unwrap_or(0.0),
-            tail_drift: match (earlier, later) {
-                (Some(earlier), Some(later)) => (later - earlier).abs(),
-                _ => 0.0,
-            },
+            to_go: distance_to_go(means, tolerance(tail_mean)),
         }
+    }
+}
+
+/// Where a sequence that has passed three equally spaced values will still go.
+///
+/// An exponential approach shortens its steps by a constant ratio; the steps to come then sum to
+/// d₂²/(d₁ − d₂). A last step below a tenth of the tolerance counts as none, one that is no shorter
+/// than the step before as endless.
+fn distance_to_go([first, second, third]: [f64; 3], tolerance: f64) -> f64 {
+    const STILL: f64 = 0.1;
+    let (before, last) = ((second - first).abs(), (third - second).abs());
+    if last <= STILL * tolerance {
+        0.0
+    } else if last < before {
+        last * last / (before - last)
+    } else {
+        f64::INFINITY
     }
 }
 
@@ -138,7 +159,7 @@ impl Summariser {
     pub fn new(scenario: &Scenario) -> Self {
         Self {
             tail_from: (1.0 - TAIL) * scenario.duration,
-            last_eighth_from: (1.0 - TAIL / 2.0) * scenario.duration,
+            duration: scenario.duration,
             truth: scenario.plant,
             sample_time: scenario.controller.units.sample_time(),
             a: Tracked::default(),
@@ -157,11 +178,14 @@ impl Summariser {
     #[inline]
     pub fn add(&mut self, sample: &Sample) {
         let time = sample.time;
-        let half = (time >= self.tail_from).then(|| usize::from(time >= self.last_eighth_from));
-        self.a.add(sample.a, half);
-        self.b.add(sample.b, half);
+        let third = (time >= self.tail_from).then(|| {
+            let passed = (time - self.tail_from) / (self.duration - self.tail_from);
+            ((3.0 * passed) as usize).min(2)
+        });
+        self.a.add(sample.a, third);
+        self.b.add(sample.b, third);
         if let Some(load) = sample.load {
-            self.load.get_or_insert_default().add(load, half);
+            self.load.get_or_insert_default().add(load, third);
         }
         if let Some(error) = sample.output_error {
             self.has_model = true;
@@ -180,7 +204,7 @@ impl Summariser {
     /// The summary of a run that has ended.
     #[must_use]
     pub fn finish(self, scenario: &Scenario, outcome: Outcome) -> Summary {
-        let (a, b) = (self.a.estimate(), self.b.estimate());
+        let (a, b) = (self.a.estimate(tolerance_a), self.b.estimate(tolerance_b));
         let (status, reason) = verdict(&a, &b, &outcome);
         let still_outside = |outside: Option<f64>| outside.is_some_and(|time| time >= self.end);
         let settling = |outside: Option<f64>| {
@@ -196,7 +220,7 @@ impl Summariser {
             reason,
             a,
             b,
-            load: self.load.map(|load| load.estimate()),
+            load: self.load.map(|load| load.estimate(tolerance_b)),
             truth: self.truth,
             output_error: self.has_model.then(|| {
                 let mean_square = self.error_squares.mean().unwrap_or(0.0);
@@ -208,6 +232,16 @@ impl Summariser {
     }
 }
 
+/// Within what â is at rest, 1/s.
+fn tolerance_a(a: f64) -> f64 {
+    SETTLED_A.max(SETTLED_B * a.abs())
+}
+
+/// Within what b̂ is at rest, rad/s² per command unit.
+fn tolerance_b(b: f64) -> f64 {
+    SETTLED_B * b.abs()
+}
+
 fn verdict(a: &Estimate, b: &Estimate, outcome: &Outcome) -> (Status, String) {
     if let Some(abort) = outcome.abort {
         return (
@@ -215,25 +249,42 @@ fn verdict(a: &Estimate, b: &Estimate, outcome: &Outcome) -> (Status, String) {
             format!("aborted after {:.3} s: {}", abort.time, abort.error),
         );
     }
-    let limit_a = SETTLED_A.max(SETTLED_B * a.tail_mean.abs());
-    let limit_b = SETTLED_B * b.tail_mean.abs();
-    let restless = [
-        ("a", a, limit_a, "1/s"),
-        ("b", b, limit_b, "rad/s² per command unit"),
-    ]
-    .into_iter()
-    .find(|(_, estimate, limit, _)| estimate.tail_std.max(estimate.tail_drift) > *limit);
-    let (status, mut reason) = match restless {
-        None => (
+    let estimates = [
+        ("a", a, tolerance_a(a.tail_mean), "1/s"),
+        ("b", b, tolerance_b(b.tail_mean), "rad/s² per command unit"),
+    ];
+    let restless = estimates
+        .into_iter()
+        .find(|(_, estimate, limit, _)| estimate.tail_std.max(estimate.to_go) > *limit);
+    let held = estimates
+        .into_iter()
+        .zip(outcome.bounds.into_iter().flatten())
+        .find(|((_, estimate, limit, _), bounds)| {
+            let near = |bound: f64| (estimate.tail_mean - bound).abs() < AT_BOUND * limit;
+            // A lower bound of zero on a is no obstacle but a fact: friction is never negative.
+            near(bounds.max()) || (bounds.min() > 0.0 && near(bounds.min()))
+        });
+    let (status, mut reason) = match (restless, held) {
+        (None, None) => (
             Status::Converged,
             "every estimate kept still over the last quarter of the run".to_owned(),
         ),
-        Some((name, estimate, limit, unit)) => (
+        (Some((name, estimate, limit, unit)), _) => (
             Status::NotConverged,
             format!(
                 "{name} still moved over the last quarter of the run: standard deviation {:.4}, \
-                 drift {:.4}, at rest below {limit:.4} {unit}",
-                estimate.tail_std, estimate.tail_drift
+                 distance to go {:.4}, at rest below {limit:.4} {unit}",
+                estimate.tail_std, estimate.to_go
+            ),
+        ),
+        (None, Some(((name, estimate, _, unit), bounds))) => (
+            Status::NotConverged,
+            format!(
+                "{name} = {:.4} {unit} stands at the end of its bounds, {} to {}: widen them, or \
+                 look for what the model lacks",
+                estimate.tail_mean,
+                bounds.min(),
+                bounds.max()
             ),
         ),
     };
@@ -242,6 +293,14 @@ fn verdict(a: &Estimate, b: &Estimate, outcome: &Outcome) -> (Status, String) {
         reason.push_str(&format!(
             "; the guard slowed {:.0} % of the updates: gamma is larger than the sample time bears",
             100.0 * slowed
+        ));
+    }
+    if let Some(margin) = outcome.gain_margin
+        && margin < AMPLE_GAIN_MARGIN
+    {
+        reason.push_str(&format!(
+            "; the sampled loop keeps a gain margin of only {margin:.1} over the box: below \
+             {AMPLE_GAIN_MARGIN} the estimates may wander, sample faster or lower the gains"
         ));
     }
     if outcome.restarts > 0 {

@@ -52,7 +52,7 @@ fn plant(table: &tables::Plant) -> Result<ServoParameters, Fault> {
         Ok(ServoParameters {
             a: Allowed::AtLeast(0.0).check("a", table.a)?,
             b: Allowed::Above(0.0).check("b", table.b)?,
-            coulomb: 0.0,
+            coulomb: Allowed::Within(0.0, 0.0).check("coulomb", table.coulomb)?,
             load: Allowed::Finite.check("load", table.load)?,
         })
     };

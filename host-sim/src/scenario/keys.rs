@@ -19,9 +19,6 @@ const fn key(path: &'static str, allowed: &'static str, default: &'static str) -
     }
 }
 
-const ABOVE_ZERO: &str = "a number above 0";
-const AT_LEAST_ZERO: &str = "a number of at least 0";
-
 /// All keys, in the order of the documentation.
 pub const KEYS: &[Key] = &[
     key("plant", "a table with the true servo's a and b", "required"),
@@ -32,6 +29,11 @@ pub const KEYS: &[Key] = &[
         "required",
     ),
     key("plant.load", "any finite number, rad/s²", "0"),
+    key(
+        "plant.coulomb",
+        "0: Coulomb friction is not simulated yet",
+        "0",
+    ),
     key("encoder", "a table with counts_per_rev", "10 000 counts"),
     key(
         "encoder.counts_per_rev",
@@ -46,10 +48,14 @@ pub const KEYS: &[Key] = &[
         "no limit",
     ),
     key("controller", "a table with the PID", "the paper's"),
-    key("controller.kp", ABOVE_ZERO, "9"),
-    key("controller.kd", AT_LEAST_ZERO, "0.19"),
-    key("controller.ki", AT_LEAST_ZERO, "4"),
-    key("controller.sample_time", "a number above 0, s", "0.001"),
+    key("controller.kp", "a number above 0 and at most 1e9", "9"),
+    key("controller.kd", "a number from 0 to 1e9", "0.19"),
+    key("controller.ki", "a number from 0 to 1e9", "4"),
+    key(
+        "controller.sample_time",
+        "a number from 1e-7 to 10, s",
+        "0.001",
+    ),
     key(
         "controller.velocity_filter",
         "{ kind = \"low-pass\", cutoff = rad/s }, { kind = \"difference\" } or \

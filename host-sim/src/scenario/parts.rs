@@ -117,6 +117,12 @@ impl Scenario {
         Ok(velocity.with(units, Choose(self, automatic, reference))??)
     }
 
+    /// Whether every part can be built from these settings, as is checked when a file is read.
+    #[must_use]
+    pub fn is_buildable(&self) -> bool {
+        self.try_parts().is_ok()
+    }
+
     /// Builds every part once, so that nothing can fail after output has begun.
     pub(super) fn try_parts(&self) -> Result<(), Fault> {
         let units = &self.controller.units;

@@ -1,6 +1,5 @@
 use std::ops::Range;
 
-use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::error::{Fault, ScenarioError};
@@ -55,7 +54,12 @@ impl<'a> Source<'a> {
             let known = format!("the keys {}", keys::children(table).join(", "));
             (Some(join(table, unknown)), Some(known))
         } else if let Some(missing) = named("missing field `") {
-            let key = join(enclosing.as_deref().unwrap_or(""), missing);
+            let inside = join(enclosing.as_deref().unwrap_or(""), missing);
+            // The span of the whole file covers its first table too.
+            let key = match keys::allowed(&inside) {
+                Some(_) => inside,
+                None => missing.to_owned(),
+            };
             let allowed = keys::allowed(&key).map(str::to_owned);
             (Some(key), allowed)
         } else {
@@ -109,7 +113,7 @@ impl<'a> Source<'a> {
                 };
                 match inner {
                     Some(path) => Some(format!("{name}.{path}")),
-                    None => (covers(&key.span(), place) || covers(&value_span(value), place))
+                    None => (covers(&key.span(), place) || covers(&value.span(), place))
                         .then(|| name.to_string()),
                 }
             })
@@ -117,10 +121,6 @@ impl<'a> Source<'a> {
         let root = DeTable::parse(self.text).ok()?;
         search(root.get_ref(), place)
     }
-}
-
-fn value_span(value: &Spanned<DeValue<'_>>) -> Range<usize> {
-    value.span()
 }
 
 fn covers(span: &Range<usize>, place: &Range<usize>) -> bool {

@@ -40,6 +40,8 @@ pub struct Plant {
     pub b: f64,
     #[serde(default)]
     pub load: f64,
+    #[serde(default)]
+    pub coulomb: f64,
 }
 
 /// `[encoder]`

@@ -31,13 +31,13 @@ impl Plant {
                 t * t * (0.5 - x / 6.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0))),
             )
         } else {
-            let g1 = -(-x).exp_m1() / a;
+            let g1 = -libm::expm1(-x) / a;
             (g1, (t - g1) / a)
         };
         Self {
             gain: b,
             load,
-            decay: (-x).exp(),
+            decay: libm::exp(-x),
             g1,
             g2,
             sample_time,

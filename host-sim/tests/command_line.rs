@@ -1,0 +1,409 @@
+//! The contract of the command line: exit status, files, messages.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use host_sim::paper::PROPOSED;
+use host_sim::scenario::keys::KEYS;
+
+fn host_sim(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .args(arguments)
+        .output()
+        .expect("the program starts")
+}
+
+/// A fresh folder for a test.
+fn folder(test: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("a folder for the test");
+    folder
+}
+
+fn scenario(folder: &Path, text: &str) -> String {
+    let path = folder.join("scenario.toml");
+    std::fs::write(&path, text).expect("the scenario is written");
+    path.display().to_string()
+}
+
+fn short(text: &str) -> String {
+    text.replace("duration = 60.0", "duration = 10.0")
+}
+
+fn standard_error(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).expect("text")
+}
+
+/// What a wrong scenario is answered with: exit status 2, nothing on standard output, no file.
+fn refusal(test: &str, text: &str) -> String {
+    let folder = folder(test);
+    let scenario = scenario(&folder, text);
+    let json = folder.join("result.json");
+    let output = host_sim(&["run", &scenario, "--json", &json.display().to_string()]);
+    assert_eq!(output.status.code(), Some(2), "{}", standard_error(&output));
+    assert!(output.stdout.is_empty(), "no partial output");
+    assert!(!json.exists(), "no partial output");
+    standard_error(&output)
+}
+
+#[test]
+fn run_writes_json_csv_and_pictures() {
+    let folder = folder("outputs");
+    let scenario = scenario(&folder, &short(PROPOSED));
+    for picture in ["plot.png", "plot.svg"] {
+        let [json, csv, plot] = ["result.json", "trace.csv", picture]
+            .map(|name| folder.join(name).display().to_string());
+        let output = host_sim(&[
+            "run", &scenario, "--json", &json, "--csv", &csv, "--plot", &plot,
+        ]);
+        assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
+        let csv = std::fs::read_to_string(csv).expect("the trace is written");
+        assert_eq!(csv.lines().count(), 10_001);
+        assert!(csv.starts_with("time_s,reference_rad,position_rad,command,"));
+        let picture = std::fs::read(plot).expect("the picture is written");
+        assert!(picture.starts_with(b"\x89PNG") || picture.starts_with(b"<svg"));
+    }
+}
+
+#[test]
+fn json_on_standard_output_is_all_there_is_and_has_the_promised_keys() {
+    let folder = folder("json");
+    let scenario = scenario(&folder, &short(PROPOSED));
+    let output = host_sim(&["run", &scenario, "--json", "-"]);
+    assert_eq!(output.status.code(), Some(0));
+    let result: serde_json::Value = serde_json::from_slice(&output.stdout).expect("only JSON");
+    assert_eq!(result["law"], "gradient");
+    assert_eq!(result["arithmetic"], "f32");
+    assert_eq!(result["samples"], 10_000);
+    assert_eq!(result["status"], "converged", "{}", result["reason"]);
+    assert!((result["sample_time"].as_f64().expect("number") - 1e-3).abs() < 1e-15);
+    for parameter in ["a", "b", "load"] {
+        let estimate = &result["estimates"][parameter];
+        for key in ["final", "tail_mean", "tail_std"] {
+            assert!(estimate[key].is_f64(), "estimates.{parameter}.{key}");
+        }
+        assert!(estimate["std_error"].is_null());
+        assert!(estimate["unit"].is_string());
+    }
+    assert!(result["estimates"]["coulomb"].is_null());
+    for parameter in ["a", "b", "coulomb", "load"] {
+        assert!(result["truth"][parameter].is_f64(), "truth.{parameter}");
+    }
+    for key in ["rms", "max"] {
+        assert!(result["output_error"][key].is_f64(), "output_error.{key}");
+    }
+    for key in ["a", "b"] {
+        assert!(result["settling_time"][key].is_f64(), "settling_time.{key}");
+    }
+}
+
+#[test]
+fn paper_is_the_default_and_writes_where_it_is_told() {
+    let folder = folder("paper");
+    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .current_dir(&folder)
+        .output()
+        .expect("the program starts");
+    assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
+    let text = String::from_utf8(output.stdout).expect("text");
+    for row in [
+        "proposed, d = 0",
+        "proposed, d ≠ 0",
+        "least squares, d = 0",
+        "least squares, d ≠ 0",
+    ] {
+        assert!(text.contains(row), "{text}");
+    }
+    assert!(
+        text.contains("figure-03.png"),
+        "the picture is named: {text}"
+    );
+    assert!(folder.join("results/paper/figure-03.png").exists());
+
+    let elsewhere = folder.join("elsewhere");
+    let output = host_sim(&["paper", "--out", &elsewhere.display().to_string()]);
+    assert_eq!(output.status.code(), Some(0));
+    for file in [
+        "figure-03.png",
+        "proposed-balanced.csv",
+        "least-squares-unbalanced.json",
+    ] {
+        assert!(elsewhere.join(file).exists(), "{file}");
+    }
+}
+
+#[test]
+fn unknown_key_is_answered_with_file_line_key_and_the_known_keys() {
+    let text = PROPOSED.replace("load = 0.0", "laod = 0.0");
+    let line = 1 + text
+        .lines()
+        .position(|line| line.starts_with("laod"))
+        .expect("there");
+    let answer = refusal("unknown-key", &text);
+    assert!(
+        answer.contains(&format!("scenario.toml:{line}: plant.laod")),
+        "{answer}"
+    );
+    assert!(answer.contains("a, b, load"), "{answer}");
+
+    let answer = refusal("unknown-table", &format!("{PROPOSED}\n[motor]\nx = 1\n"));
+    assert!(answer.contains(": motor: "), "{answer}");
+    assert!(answer.contains("plant, encoder, amplifier"), "{answer}");
+}
+
+#[test]
+fn wrong_type_is_answered_with_file_line_key_and_what_is_allowed() {
+    for (test, from, to, key, allowed) in [
+        (
+            "type-number",
+            "kp = 9.0",
+            "kp = \"nine\"",
+            "controller.kp",
+            "a number above 0",
+        ),
+        (
+            "type-inline",
+            "cutoff = 500.0",
+            "cutoff = true",
+            "controller.velocity_filter.cutoff",
+            "pi/sample_time",
+        ),
+        (
+            "type-row",
+            "gamma = [0.2, 110.0]",
+            "gamma = \"large\"",
+            "identifier.gamma",
+            "[g_a, g_b]",
+        ),
+        (
+            "type-seed",
+            "seed = 1212121",
+            "seed = -1",
+            "excitation.seed",
+            "from 0 to 4294967295",
+        ),
+        (
+            "type-name",
+            "law = \"gradient\"",
+            "law = \"magic\"",
+            "identifier.law",
+            "\"relay-least-squares\"",
+        ),
+        (
+            "type-list",
+            "parameters = [\"a\", \"b\"]",
+            "parameters = [\"a\", \"z\"]",
+            "identifier.parameters",
+            "[\"a\", \"b\"]",
+        ),
+    ] {
+        let text = PROPOSED.replace(from, to);
+        assert_ne!(text, PROPOSED, "{test}");
+        let line = 1 + text
+            .lines()
+            .position(|line| line.contains(to))
+            .expect("there");
+        let answer = refusal(test, &text);
+        assert!(
+            answer.contains(&format!("scenario.toml:{line}: {key}")),
+            "{answer}"
+        );
+        assert!(answer.contains(allowed), "{answer}");
+    }
+}
+
+#[test]
+fn missing_value_is_answered_with_its_key_and_what_is_allowed() {
+    let answer = refusal("missing-key", &PROPOSED.replace("b = 257.7", "# none"));
+    assert!(
+        answer.contains("plant.b") && answer.contains("a number above 0"),
+        "{answer}"
+    );
+    let answer = refusal("missing-table", "[run]\nduration = 1.0\n");
+    assert!(
+        answer.contains("plant") && answer.contains("allowed"),
+        "{answer}"
+    );
+    let prbs = "[plant]\na = 1.0\nb = 100.0\n[excitation]\nkind = \"prbs\"\nhold = 0.1\n";
+    let answer = refusal("missing-amplitude", prbs);
+    assert!(
+        answer.contains("scenario.toml:4: excitation.amplitude"),
+        "{answer}"
+    );
+}
+
+#[test]
+fn value_out_of_range_is_answered_with_line_key_value_and_range() {
+    for (test, from, to, key, message) in [
+        (
+            "range-sample-time",
+            "sample_time = 0.001 ",
+            "sample_time = 0.0 ",
+            "controller.sample_time",
+            "sample_time = 0",
+        ),
+        (
+            "range-nan",
+            "kd = 0.19",
+            "kd = nan",
+            "controller.kd",
+            "kd = NaN",
+        ),
+        (
+            "range-cutoff",
+            "cutoff = 500.0",
+            "cutoff = 4000.0",
+            "controller.velocity_filter.cutoff",
+            "below 3141.59",
+        ),
+        (
+            "range-b",
+            "b = [5.0, 5000.0]",
+            "b = [0.0, 5000.0]",
+            "identifier.bounds.b",
+            "above 0",
+        ),
+        (
+            "range-order",
+            "a = [0.0, 100.0]",
+            "a = [3.0, 1.0]",
+            "identifier.bounds.a",
+            "at least 3",
+        ),
+        (
+            "range-gamma",
+            "gamma = [0.2, 110.0]",
+            "gamma = [[1.0, 2.0], [2.0, 1.0]]",
+            "identifier.gamma",
+            "not positive definite",
+        ),
+        (
+            "range-symmetry",
+            "gamma = [0.2, 110.0]",
+            "gamma = [[1.0, 0.2], [0.1, 1.0]]",
+            "identifier.gamma",
+            "not symmetric",
+        ),
+        (
+            "range-mu",
+            "mu = 10.0",
+            "mu = 12.0",
+            "identifier.mu",
+            "mu < (a_min + b_min kd)/2 fails",
+        ),
+        (
+            "range-kp",
+            "kp = 9.0",
+            "kp = 2.0",
+            "controller.kp",
+            "kp > ki/mu + mu (kd + a_max/b_min)/2 fails",
+        ),
+        (
+            "range-hold",
+            "sample_time = 0.1",
+            "sample_time = 0.1005",
+            "excitation.sample_time",
+            "from 0.1",
+        ),
+        (
+            "range-limit",
+            "limit = 10.0",
+            "limit = [1.0, 2.0]",
+            "amplifier.limit",
+            "limit_low = 1",
+        ),
+        (
+            "range-stranger",
+            "power = 0.005",
+            "period = 1.0",
+            "excitation.period",
+            "does not take this key",
+        ),
+        (
+            "range-duration",
+            "duration = 60.0",
+            "duration = -1.0",
+            "run.duration",
+            "duration = -1",
+        ),
+        (
+            "range-counts",
+            "counts_per_rev = 10000",
+            "counts_per_rev = -5",
+            "encoder.counts_per_rev",
+            "at least 0",
+        ),
+    ] {
+        let text = PROPOSED.replace(from, to);
+        assert_ne!(text, PROPOSED, "{test}");
+        let line = 1 + text
+            .lines()
+            .position(|line| line.contains(to))
+            .expect("there");
+        let answer = refusal(test, &text);
+        assert!(
+            answer.contains(&format!("scenario.toml:{line}: {key}")),
+            "{test}: {answer}"
+        );
+        assert!(answer.contains(message), "{test}: {answer}");
+    }
+}
+
+#[test]
+fn files_that_are_not_scenarios_are_refused() {
+    assert!(refusal("broken", "[plant\na = 1").contains("scenario.toml:1"));
+    let output = host_sim(&["run", "no-such-file.toml"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(standard_error(&output).contains("no-such-file.toml"));
+    let folder = folder("format");
+    let scenario = scenario(&folder, PROPOSED);
+    let output = host_sim(&["run", &scenario, "--plot", "picture.gif"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(standard_error(&output).contains(".png or .svg"));
+    assert_eq!(host_sim(&["no-such-verb"]).status.code(), Some(2));
+}
+
+#[test]
+fn files_that_cannot_be_written_are_told_apart_from_bad_input() {
+    let folder = folder("unwritable");
+    let scenario = scenario(&folder, &short(PROPOSED));
+    let nowhere = folder
+        .join("no/such/folder/result.json")
+        .display()
+        .to_string();
+    let output = host_sim(&["run", &scenario, "--json", &nowhere]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(standard_error(&output).contains("result.json"));
+}
+
+#[test]
+fn every_kind_of_reference_runs() {
+    let folder = folder("references");
+    for table in [
+        "kind = \"prbs\"\namplitude = 0.2\nhold = 0.05",
+        "kind = \"multisine\"\namplitudes = [0.1, 0.1, 0.05]\nfrequencies = [5.0, 12.0, 31.0]",
+        "kind = \"chirp\"\namplitude = 0.2\nfrom = 2.0\nto = 40.0\nduration = 5.0",
+        "kind = \"square\"\namplitude = 0.2\nperiod = 0.5",
+        "kind = \"steps\"\nlevels = [0.1, -0.2, 0.3]\nhold = 0.2",
+    ] {
+        let text = format!("[plant]\na = 0.5\nb = 200.0\nload = 5.0\n[excitation]\n{table}\n");
+        let scenario = scenario(&folder, &text);
+        let output = host_sim(&["run", &scenario, "--json", "-"]);
+        assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
+        let result: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let b = result["estimates"]["b"]["tail_mean"]
+            .as_f64()
+            .expect("number");
+        assert!((b / 200.0 - 1.0).abs() < 0.01, "{table}: {result}");
+    }
+}
+
+#[test]
+fn help_lists_every_key() {
+    let output = host_sim(&["run", "--help"]);
+    let text = String::from_utf8(output.stdout).expect("text");
+    for key in KEYS.iter().filter(|key| key.path.contains('.')) {
+        assert!(text.contains(key.path), "{}", key.path);
+    }
+}

@@ -1,0 +1,391 @@
+//! The certificate against a random search: continuous time by Lyapunov's function, sampled time by
+//! running it.
+
+use host_sim::paper::{self, Case, Method};
+use host_sim::report::{Status, Summary};
+use host_sim::scenario::{Law, Scenario, VelocitySettings};
+use identifier_core::adaptation::PositiveDefinite;
+use identifier_core::control::{CommandLimit, Gains};
+use identifier_core::interval::Interval;
+use identifier_core::stability::sampled_loop::AMPLE_GAIN_MARGIN;
+use identifier_core::stability::{Certificate, CertificateError, PlantBox, sampled_loop};
+use integration_tests::{Random, in_parallel, run};
+
+/// A random box of servos.
+fn random_box(random: &mut Random) -> PlantBox {
+    let a_min = random.uniform(0.0, 10.0);
+    let a_max = a_min + random.log_uniform(0.1, 50.0);
+    let b_min = random.log_uniform(1.0, 500.0);
+    let b_max = b_min * random.log_uniform(1.0, 10.0);
+    PlantBox::new(
+        Interval::new("a", a_min, a_max).expect("ordered"),
+        Interval::new("b", b_min, b_max).expect("ordered"),
+    )
+    .expect("positive")
+}
+
+fn random_gains(random: &mut Random) -> Gains {
+    Gains::new(
+        random.log_uniform(0.5, 50.0),
+        random.log_uniform(0.01, 2.0),
+        random.log_uniform(0.1, 50.0),
+    )
+    .expect("positive")
+}
+
+/// A random servo of a box.
+fn random_servo(random: &mut Random, plant_box: &PlantBox) -> (f64, f64) {
+    let (a, b) = (plant_box.a(), plant_box.b());
+    (
+        random.uniform(a.min(), a.max()),
+        random.log_uniform(b.min(), b.max()),
+    )
+}
+
+/// The continuous-time loop (4), (7), (11): [q, q̇, z̄, q_e, q̇_e, z_e, â, b̂], where z̄ = ∫e.
+struct Continuous {
+    a: f64,
+    b: f64,
+    load: f64,
+    gains: Gains,
+    mu: f64,
+    gamma: [f64; 2],
+}
+
+type State = [f64; 8];
+
+impl Continuous {
+    fn derivative(&self, x: &State, reference: f64) -> State {
+        let [q, v, z, q_e, v_e, z_e, a_hat, b_hat] = *x;
+        let (kp, kd, ki) = (self.gains.kp(), self.gains.kd(), self.gains.ki());
+        let u = kp * (reference - q) - kd * v + ki * z;
+        let u_e = kp * (reference - q_e) - kd * v_e + ki * z_e;
+        let y = self.mu * (q - q_e) + (v - v_e);
+        [
+            v,
+            -self.a * v + self.b * u + self.load,
+            reference - q,
+            v_e,
+            -a_hat * v_e + b_hat * u_e,
+            reference - q_e,
+            -self.gamma[0] * v_e * y,
+            self.gamma[1] * u_e * y,
+        ]
+    }
+
+    /// Classical Runge–Kutta step.
+    fn step(&self, x: &State, reference: f64, h: f64) -> State {
+        let shifted = |k: &State, h: f64| std::array::from_fn(|i| x[i] + h * k[i]);
+        let k1 = self.derivative(x, reference);
+        let k2 = self.derivative(&shifted(&k1, h / 2.0), reference);
+        let k3 = self.derivative(&shifted(&k2, h / 2.0), reference);
+        let k4 = self.derivative(&shifted(&k3, h), reference);
+        std::array::from_fn(|i| x[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]))
+    }
+
+    /// V₁ = H₁ + H₂ of (10) and (12).
+    fn storage(&self, x: &State) -> f64 {
+        let [q, v, z, q_e, v_e, z_e, a_hat, b_hat] = *x;
+        let (e, r) = (q - q_e, v - v_e);
+        let omega = z_e - z - self.load / (self.b * self.gains.ki());
+        let (bkp, bki) = (self.b * self.gains.kp(), self.b * self.gains.ki());
+        let h1 = bkp * e * e
+            + r * r
+            + self.mu * bki * omega * omega
+            + 2.0 * self.mu * e * r
+            + 2.0 * bki * e * omega;
+        let (a_error, b_error) = (a_hat - self.a, b_hat - self.b);
+        let h2 = a_error * a_error / self.gamma[0] + b_error * b_error / self.gamma[1];
+        (h1 + h2) / 2.0
+    }
+}
+
+#[test]
+fn no_certified_case_ever_raises_lyapunovs_function() {
+    let mut random = Random::new(14);
+    let mut certified = 0;
+    while certified < 200 {
+        let plant_box = random_box(&mut random);
+        let gains = random_gains(&mut random);
+        let mu = random.log_uniform(0.1, 50.0);
+        if Certificate::new(&gains, &plant_box, mu).is_err() {
+            continue;
+        }
+        certified += 1;
+        let (a, b) = random_servo(&mut random, &plant_box);
+        let system = Continuous {
+            a,
+            b,
+            load: random.uniform(-40.0, 40.0),
+            gains,
+            mu,
+            gamma: [
+                random.log_uniform(0.01, 100.0),
+                random.log_uniform(1.0, 1e4),
+            ],
+        };
+        let mut x: State = [0.0; 8];
+        x[6] = random.uniform(0.0, 50.0);
+        x[7] = random.log_uniform(b / 10.0, 10.0 * b);
+        let largest = x[7].max(b);
+        let h = 0.02 / (a + 50.0 + largest * (gains.kd() + gains.kp().sqrt()));
+        let mut storage = system.storage(&x);
+        let start = storage;
+        for k in 0..20_000 {
+            let reference = if (k / 2000) % 2 == 0 { 0.1 } else { -0.1 };
+            x = system.step(&x, reference, h);
+            let next = system.storage(&x);
+            assert!(
+                next <= storage + 1e-7 * start,
+                "V rises from {storage} to {next} at step {k} for {gains:?}, a = {a}, b = {b}"
+            );
+            storage = next;
+        }
+        assert!(storage.is_finite());
+    }
+}
+
+#[test]
+fn the_errors_name_values_that_mend_them() {
+    let mut random = Random::new(41);
+    let (mut damping, mut proportional) = (0, 0);
+    for _ in 0..2000 {
+        let plant_box = random_box(&mut random);
+        let gains = random_gains(&mut random);
+        let mu = random.log_uniform(0.1, 50.0);
+        match Certificate::new(&gains, &plant_box, mu) {
+            Err(CertificateError::DampingTooSmall {
+                mu_below, kd_above, ..
+            }) => {
+                damping += 1;
+                let smaller = Certificate::new(&gains, &plant_box, 0.999 * mu_below);
+                assert!(!matches!(
+                    smaller,
+                    Err(CertificateError::DampingTooSmall { .. })
+                ));
+                let damped = Gains::new(gains.kp(), 1.001 * kd_above, gains.ki()).expect("valid");
+                let mended = Certificate::new(&damped, &plant_box, mu);
+                assert!(!matches!(
+                    mended,
+                    Err(CertificateError::DampingTooSmall { .. })
+                ));
+            }
+            Err(CertificateError::ProportionalGainTooSmall { kp_above, .. }) => {
+                proportional += 1;
+                let stiff = Gains::new(1.001 * kp_above, gains.kd(), gains.ki()).expect("valid");
+                assert!(Certificate::new(&stiff, &plant_box, mu).is_ok());
+            }
+            Err(other) => panic!("{other}"),
+            Ok(_) => {}
+        }
+    }
+    assert!(damping > 100 && proportional > 100, "the search meets both");
+}
+
+#[test]
+fn the_automatic_mu_certifies_whatever_any_mu_does() {
+    let mut random = Random::new(7);
+    for _ in 0..2000 {
+        let plant_box = random_box(&mut random);
+        let gains = random_gains(&mut random);
+        let any = (0..200).any(|k| {
+            let mu = 0.01 * 1.06_f64.powi(k);
+            // The automatic μ keeps a tenth of distance from the first limit.
+            mu < 0.45 * plant_box.slowest_decay(gains.kd())
+                && Certificate::new(&gains, &plant_box, mu).is_ok()
+        });
+        let automatic = Certificate::with_automatic_mu(&gains, &plant_box).is_ok();
+        assert!(automatic || !any, "{gains:?} {plant_box:?}");
+    }
+}
+
+/// A random scenario whose box is certified and whose sampled loop is stable, under a Γ that is
+/// `excess` times the automatic one.
+fn random_scenario(random: &mut Random, excess: f64) -> Option<Scenario> {
+    let mut scenario = paper::scenario(Method::Proposed, Case::Balanced);
+    let plant_box = random_box(random);
+    let gains = random_gains(random);
+    Certificate::with_automatic_mu(&gains, &plant_box).ok()?;
+    scenario.controller.gains = gains;
+    scenario.controller.velocity = match random.uniform(0.0, 3.0) as u32 {
+        0 => VelocitySettings::LowPass(random.log_uniform(100.0, 2000.0)),
+        1 => VelocitySettings::Difference,
+        _ => VelocitySettings::AveragedDifference,
+    };
+    let (a, b) = random_servo(random, &plant_box);
+    scenario.plant.a = a;
+    scenario.plant.b = b;
+    scenario.plant.load = random.uniform(-0.06, 0.06) * b * gains.kp();
+    scenario.limit = CommandLimit::symmetric(random.log_uniform(0.5, 10.0) * gains.kp()).ok()?;
+    // Below the box or inside it: far above, the sampled model loop has no gain margin left.
+    let start = random.log_uniform(0.2 * plant_box.b().min(), plant_box.b().max());
+    scenario.identifier.initial = [0.0, start];
+    let Law::Gradient(mut settings) = scenario.identifier.law.clone() else {
+        return None;
+    };
+    settings.plant_box = Some(plant_box);
+    settings.mu = None;
+    settings.gamma = None;
+    let [_, b_bounds] = &mut settings.bounds;
+    *b_bounds = Interval::new("b", start.min(b) / 2.0, 10.0 * b).ok()?;
+    let gamma = scenario.identifier_config(&settings).ok()?.gamma;
+    let larger = gamma.entries().map(|row| row.map(|entry| entry * excess));
+    settings.gamma = Some(PositiveDefinite::new(larger).ok()?);
+    scenario.identifier.law = Law::Gradient(settings);
+    scenario.is_buildable().then_some(scenario)
+}
+
+/// Runs `count` random scenarios with Γ excesses of a range.
+fn search(seed: u32, count: usize, excess: (f64, f64)) -> Vec<(Scenario, Summary)> {
+    let mut random = Random::new(seed);
+    let mut scenarios = Vec::new();
+    while scenarios.len() < count {
+        let factor = random.log_uniform(excess.0, excess.1);
+        scenarios.extend(random_scenario(&mut random, factor));
+    }
+    let summaries = in_parallel(&scenarios, run);
+    scenarios.into_iter().zip(summaries).collect()
+}
+
+fn error_of_b(summary: &Summary) -> f64 {
+    (summary.b.tail_mean / summary.truth.b - 1.0).abs()
+}
+
+/// Lyapunov's function V₁ = H₁ + H₂ at the start, with the model at rest where the servo is, and
+/// its part H₂ at the end.
+fn lyapunov(scenario: &Scenario, summary: &Summary) -> (f64, f64) {
+    let gamma = summary.outcome.gamma.expect("the law has one");
+    let [[gamma_a, _], [_, gamma_b]] = *gamma.entries();
+    let truth = &summary.truth;
+    let h2 =
+        |a: f64, b: f64| ((a - truth.a).powi(2) / gamma_a + (b - truth.b).powi(2) / gamma_b) / 2.0;
+    let bki = truth.b * scenario.controller.gains.ki();
+    let omega = truth.load / bki;
+    let h1 = summary.outcome.mu.expect("the law has one") * bki * omega * omega / 2.0;
+    let [a, b] = scenario.identifier.initial;
+    (h1 + h2(a, b), h2(summary.a.tail_mean, summary.b.tail_mean))
+}
+
+/// No early end, no runaway model, and no "converged" on a wrong value.
+fn assert_honest(scenario: &Scenario, summary: &Summary) {
+    assert!(
+        summary.outcome.abort.is_none(),
+        "{}: {scenario:?}",
+        summary.reason
+    );
+    assert_eq!(summary.outcome.restarts, 0, "{scenario:?}");
+    if summary.status == Status::Converged {
+        assert!(error_of_b(summary) < 0.05, "{:?}: {scenario:?}", summary.b);
+    }
+}
+
+#[test]
+fn no_certified_and_sampled_stable_case_diverges() {
+    let mut ample = 0;
+    for (scenario, summary) in search(1000, 300, (0.1, 10.0)) {
+        assert_honest(&scenario, &summary);
+        if summary.outcome.gain_margin < Some(AMPLE_GAIN_MARGIN) {
+            continue;
+        }
+        ample += 1;
+        let (start, end) = lyapunov(&scenario, &summary);
+        assert!(
+            end < start,
+            "from {start} to {end}: {scenario:?} {summary:?}"
+        );
+    }
+    assert!(ample > 100, "{ample} of 300 have an ample gain margin");
+}
+
+#[test]
+fn far_too_large_a_gain_may_not_converge_but_never_says_that_it_did() {
+    let mut converged = 0;
+    for (scenario, summary) in search(2000, 200, (10.0, 1000.0)) {
+        assert_honest(&scenario, &summary);
+        converged += u32::from(summary.status == Status::Converged);
+    }
+    assert!(converged > 50, "{converged} of 200");
+}
+
+#[test]
+fn a_loop_that_sampling_makes_unstable_is_refused_although_its_box_is_certified() {
+    let scenario = paper::scenario(Method::Proposed, Case::Balanced);
+    let plant_box = PlantBox::new(
+        Interval::new("a", 0.0, 50.0).expect("ordered"),
+        Interval::new("b", 110.0, 1000.0).expect("ordered"),
+    )
+    .expect("positive");
+    let gains = scenario.controller.gains;
+    assert!(Certificate::new(&gains, &plant_box, 10.0).is_ok());
+    let text = paper::PROPOSED
+        .replace("sample_time = 0.001", "sample_time = 0.02")
+        .replace("cutoff = 500.0", "cutoff = 100.0")
+        .replace("a = [0.0, 100.0]", "a = [0.0, 25.0]");
+    let error = Scenario::parse("slow", &text)
+        .expect_err("unstable when sampled")
+        .to_string();
+    assert!(error.contains("the sampled loop is unstable"), "{error}");
+}
+
+#[test]
+fn the_sampled_test_agrees_with_running_the_loop() {
+    use identifier_core::control::{ControlState, Controller, Pid};
+    use identifier_core::measurement::velocity::{LowPass, VelocityEstimate};
+    use identifier_core::units::Units;
+
+    let mut random = Random::new(99);
+    let (mut stable, mut unstable) = (0, 0);
+    for _ in 0..1000 {
+        let units = Units::new(random.log_uniform(2e-4, 2e-2), 1.0).expect("valid");
+        let gains = random_gains(&mut random);
+        let (a, b) = (random.uniform(0.0, 20.0), random.log_uniform(1.0, 5000.0));
+        let cutoff = random.log_uniform(20.0, 1000.0);
+        let Ok(velocity) = LowPass::<f64>::new(&units, cutoff) else {
+            continue;
+        };
+        let transfer = VelocityEstimate::<f64>::transfer(&velocity);
+        let predicted = sampled_loop::is_stable(&units, &gains, &transfer, a, b);
+        let controller = Controller {
+            pid: Pid::new(&units, &gains, &CommandLimit::NONE),
+            velocity,
+        };
+        let mut servo = paper::scenario(Method::Proposed, Case::Balanced).plant;
+        (servo.a, servo.b, servo.load) = (a, b, 0.0);
+        let mut plant = host_sim::servo::Plant::at_rest(&servo, units.sample_time());
+        let mut control = ControlState::at_rest(0.0);
+        let mut swing = [0.0_f64; 2];
+        for k in 0..200_000 {
+            let reference = if k == 0 { 1.0 } else { 0.0 };
+            let Ok(sample) = controller.process(&mut control, reference, plant.position) else {
+                swing[1] = f64::INFINITY;
+                break;
+            };
+            plant.advance(sample.command);
+            if (100_000..150_000).contains(&k) {
+                swing[0] = swing[0].max(plant.position.abs());
+            } else if k >= 150_000 {
+                swing[1] = swing[1].max(plant.position.abs());
+            }
+        }
+        let decays = swing[1] < swing[0] || swing[1] < 1e-9;
+        if !decays && swing[1] < 1.01 * swing[0] {
+            // On the edge: no run of any length decides.
+            continue;
+        }
+        assert_eq!(
+            predicted,
+            decays,
+            "T = {}, {gains:?}, a = {a}, b = {b}",
+            units.sample_time()
+        );
+        if predicted {
+            stable += 1;
+        } else {
+            unstable += 1;
+        }
+    }
+    assert!(
+        stable > 100 && unstable > 100,
+        "{stable} stable, {unstable} unstable"
+    );
+}

@@ -1,0 +1,136 @@
+//! Two hundred servos that nobody tuned for: one automatic Γ for the whole box.
+
+use std::fmt::Write;
+
+use host_sim::paper::{self, Case, Method};
+use host_sim::report::Summary;
+use host_sim::scenario::{Arithmetic, ExcitationSettings, Law, Scenario};
+use identifier_core::adaptation::PositiveDefinite;
+use integration_tests::{Random, in_parallel, run};
+
+const SERVOS: usize = 200;
+
+/// Servos of the box a ∈ [0, 50], b ∈ [110, 1000], |d| ≤ 40 under the paper's PID, each with a
+/// reference of its own; Γ is chosen automatically, for all of them from the paper's reference.
+fn scenarios() -> Vec<Scenario> {
+    let mut base = paper::scenario(Method::Proposed, Case::Balanced);
+    base.identifier.arithmetic = Arithmetic::F32;
+    gradient(&mut base).gamma = None;
+    let Law::Gradient(settings) = base.identifier.law.clone() else {
+        unreachable!("the paper's law is the gradient");
+    };
+    let gamma = base.identifier_config(&settings).expect("valid").gamma;
+    gradient(&mut base).gamma = Some(gamma);
+    let mut random = Random::new(200);
+    (0..SERVOS)
+        .map(|_| {
+            let mut scenario = base.clone();
+            scenario.plant.a = random.uniform(0.0, 50.0);
+            scenario.plant.b = random.log_uniform(110.0, 1000.0);
+            scenario.plant.load = random.uniform(-40.0, 40.0);
+            if let ExcitationSettings::BandLimitedWhiteNoise { seed, .. } = &mut scenario.excitation
+            {
+                *seed = random.seed();
+            }
+            scenario
+        })
+        .collect()
+}
+
+fn gradient(scenario: &mut Scenario) -> &mut host_sim::scenario::GradientSettings {
+    match &mut scenario.identifier.law {
+        Law::Gradient(settings) => settings,
+        Law::RelayLeastSquares(_) => unreachable!("the paper's law is the gradient"),
+    }
+}
+
+/// The value that a fraction of the sorted values does not exceed.
+fn quantile(sorted: &[f64], fraction: f64) -> f64 {
+    sorted[((sorted.len() - 1) as f64 * fraction).round() as usize]
+}
+
+fn row(table: &mut String, name: &str, mut values: Vec<f64>) {
+    values.sort_by(f64::total_cmp);
+    let [median, ninety, most, worst] =
+        [0.5, 0.9, 0.95, 1.0].map(|fraction| quantile(&values, fraction));
+    writeln!(
+        table,
+        "{name:<36}{median:>9.2}{ninety:>9.2}{most:>9.2}{worst:>9.2}"
+    )
+    .expect("a string takes any text");
+}
+
+#[test]
+fn every_servo_of_the_box_is_identified_with_one_automatic_gain() {
+    let scenarios = scenarios();
+    let summaries: Vec<Summary> = in_parallel(&scenarios, run);
+
+    let mut table =
+        format!("{SERVOS} servos, 60 s            median      90 %     95 %      all\n");
+    let never = f64::INFINITY;
+    let (mut errors_a, mut errors_b) = (Vec::new(), Vec::new());
+    for summary in &summaries {
+        let truth = &summary.truth;
+        errors_a.push((summary.a.tail_mean - truth.a).abs() / (0.01 * truth.a).max(0.03));
+        errors_b.push(100.0 * (summary.b.tail_mean / truth.b - 1.0).abs());
+        assert!(
+            summary.outcome.abort.is_none(),
+            "{truth:?}: {}",
+            summary.reason
+        );
+        assert_eq!(summary.outcome.restarts, 0, "{truth:?}: the model ran away");
+    }
+    let settling = |of: fn(&Summary) -> Option<f64>| {
+        summaries.iter().map(|s| of(s).unwrap_or(never)).collect()
+    };
+    row(
+        &mut table,
+        "a settles (±0.1 1/s) after, s",
+        settling(|s| s.settling_a),
+    );
+    row(
+        &mut table,
+        "b settles (2 %) after, s",
+        settling(|s| s.settling_b),
+    );
+    row(
+        &mut table,
+        "error of a / max(1 %, 0.03 1/s)",
+        errors_a.clone(),
+    );
+    row(&mut table, "error of b, %", errors_b.clone());
+    println!("{table}");
+
+    for ((summary, a), b) in summaries.iter().zip(errors_a).zip(errors_b) {
+        assert!(a < 1.0, "{:?}: â {:?}", summary.truth, summary.a);
+        assert!(b < 0.2, "{:?}: b̂ {:?}", summary.truth, summary.b);
+    }
+    insta::assert_snapshot!(table);
+}
+
+#[test]
+fn a_gain_a_thousand_times_too_large_is_slowed_and_says_so() {
+    let mut scenarios = scenarios();
+    for scenario in &mut scenarios {
+        let settings = gradient(scenario);
+        let gamma = settings.gamma.expect("chosen above");
+        let thousandfold = gamma.entries().map(|row| row.map(|x| 1000.0 * x));
+        settings.gamma = Some(PositiveDefinite::new(thousandfold).expect("positive definite"));
+    }
+    for summary in in_parallel(&scenarios, run) {
+        let truth = &summary.truth;
+        let (rms, _) = summary.output_error.expect("the law has a model");
+        assert!(
+            summary.outcome.abort.is_none(),
+            "{truth:?}: {}",
+            summary.reason
+        );
+        assert_eq!(summary.outcome.restarts, 0, "{truth:?}: the model ran away");
+        assert!(rms < 0.2, "{truth:?}: output error {rms} rad rms");
+        assert!(
+            summary.reason.contains("the guard slowed"),
+            "{truth:?}: {}",
+            summary.reason
+        );
+    }
+}

@@ -1,0 +1,233 @@
+//! Whatever is fed in: no panic, no NaN, no estimate outside its bounds.
+
+use identifier_core::adaptation::PositiveDefinite;
+use identifier_core::control::{CommandLimit, ControlState, Gains};
+use identifier_core::error::StepError;
+use identifier_core::identifier::{Identifier, IdentifierConfig, IdentifierError};
+use identifier_core::interval::Interval;
+use identifier_core::measurement::velocity::LowPass;
+use identifier_core::number::Number;
+use identifier_core::stability::PlantBox;
+use identifier_core::units::Units;
+use proptest::prelude::*;
+
+fn config(limit: CommandLimit) -> IdentifierConfig {
+    let interval = |min, max| Interval::new("interval", min, max).expect("ordered");
+    IdentifierConfig {
+        units: Units::new(1e-3, 6e-4).expect("valid"),
+        gains: Gains::new(9.0, 0.19, 4.0).expect("valid"),
+        limit,
+        plant_box: Some(
+            PlantBox::new(interval(0.0, 50.0), interval(110.0, 1000.0)).expect("valid"),
+        ),
+        mu: None,
+        gamma: PositiveDefinite::new([[20.0, 10.0], [10.0, 3000.0]]).expect("positive definite"),
+        initial: [0.0, 50.0],
+        bounds: [interval(0.0, 100.0), interval(5.0, 5000.0)],
+    }
+}
+
+/// Numbers of every kind, finite and not.
+fn any_number() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        4 => -1e4_f64..1e4,
+        1 => -1e38_f64..1e38,
+        1 => any::<f64>(),
+        1 => Just(f64::NAN),
+        1 => Just(f64::INFINITY),
+    ]
+}
+
+fn abuse<N: Number>(limit: CommandLimit, inputs: &[(f64, f64)]) -> Result<(), TestCaseError> {
+    let config = config(limit);
+    let velocity = LowPass::<N>::new(&config.units, 500.0).expect("valid");
+    let controller = config.controller(velocity);
+    let identifier = Identifier::new(&config, velocity).expect("certified");
+    let mut control = ControlState::at_rest(N::ZERO);
+    let mut state = identifier.start();
+    for &(reference, position) in inputs {
+        let before = control;
+        let (reference, position) = (N::from_f64(reference), N::from_f64(position));
+        match controller.process(&mut control, reference, position) {
+            Ok(sample) => {
+                prop_assert!(sample.command.is_finite());
+                prop_assert!(reference.is_finite() && position.is_finite());
+                identifier.process(&mut state, &sample);
+            }
+            Err(error) => {
+                prop_assert!(control == before, "a refused sample leaves the state alone");
+                match error {
+                    StepError::ReferenceNotFinite => prop_assert!(!reference.is_finite()),
+                    StepError::PositionNotFinite => prop_assert!(!position.is_finite()),
+                    _ => prop_assert!(reference.is_finite() && position.is_finite()),
+                }
+            }
+        }
+        let estimates = identifier.estimates(&state);
+        prop_assert!((-1e-6..=100.001).contains(&estimates.a), "{estimates:?}");
+        prop_assert!((4.999..=5000.1).contains(&estimates.b), "{estimates:?}");
+        prop_assert!(estimates.load.is_finite(), "{estimates:?}");
+    }
+    Ok(())
+}
+
+proptest! {
+    #[test]
+    fn single_precision_survives_any_input(
+        inputs in prop::collection::vec((any_number(), any_number()), 1..400),
+    ) {
+        abuse::<f32>(CommandLimit::NONE, &inputs)?;
+        abuse::<f32>(CommandLimit::symmetric(1.0).expect("valid"), &inputs)?;
+    }
+
+    #[test]
+    fn double_precision_survives_any_input(
+        inputs in prop::collection::vec((any_number(), any_number()), 1..400),
+    ) {
+        abuse::<f64>(CommandLimit::NONE, &inputs)?;
+        abuse::<f64>(CommandLimit::symmetric(1.0).expect("valid"), &inputs)?;
+    }
+
+    #[test]
+    fn no_configuration_panics(
+        numbers in prop::array::uniform16(any_number()),
+        small in prop::array::uniform4(1e-5_f64..1.0),
+    ) {
+        let built = build(&numbers, &small);
+        if let Err(error) = built {
+            prop_assert!(!error.to_string().is_empty());
+        }
+    }
+}
+
+proptest! {
+    #[test]
+    fn single_precision_survives_any_allowed_configuration(
+        exponents in prop::array::uniform8(-1.0_f64..1.0),
+        inputs in prop::collection::vec((any_number(), any_number()), 1..200),
+    ) {
+        let [t, rho, kp, kd, ki, mu, ga, gb] = exponents;
+        let sample_time = 10_f64.powf(-3.0 + 3.0 * t);
+        let interval = |min, max| Interval::new("interval", min, max).expect("ordered");
+        let config = IdentifierConfig {
+            units: Units::new(sample_time, 10_f64.powf(-5.0 + 6.0 * rho)).expect("valid"),
+            gains: Gains::new(
+                10_f64.powf(9.0 * kp),
+                10_f64.powf(9.0 * kd),
+                10_f64.powf(9.0 * ki),
+            )
+            .expect("valid"),
+            limit: CommandLimit::NONE,
+            plant_box: None,
+            mu: Some(10_f64.powf(6.0 * mu)),
+            gamma: PositiveDefinite::diagonal([10_f64.powf(9.0 * ga), 10_f64.powf(9.0 * gb)])
+                .expect("positive"),
+            initial: [0.0, 1.0],
+            bounds: [interval(0.0, 0.5 / sample_time), interval(1e-6, 1e9)],
+        };
+        let velocity = LowPass::<f32>::new(&config.units, 1.0 / sample_time).expect("valid");
+        let controller = config.controller(velocity);
+        let Ok(identifier) = Identifier::new(&config, velocity) else {
+            return Ok(());
+        };
+        let mut control = ControlState::at_rest(0.0);
+        let mut state = identifier.start();
+        for (reference, position) in inputs {
+            let (reference, position) = (f32::from_f64(reference), f32::from_f64(position));
+            if let Ok(sample) = controller.process(&mut control, reference, position) {
+                prop_assert!(sample.command.is_finite(), "{sample:?}");
+                identifier.process(&mut state, &sample);
+            }
+            let estimates = identifier.estimates(&state);
+            prop_assert!(estimates.a.is_finite() && estimates.b.is_finite(), "{estimates:?}");
+            prop_assert!(estimates.load.is_finite(), "{estimates:?}");
+        }
+    }
+}
+
+/// An identifier of arbitrary numbers.
+fn build(
+    n: &[f64; 16],
+    small: &[f64; 4],
+) -> Result<Identifier<f32, LowPass<f32>>, IdentifierError> {
+    let units = Units::new(small[0].min(n[0].abs()), small[1])?;
+    let config = IdentifierConfig {
+        units,
+        gains: Gains::new(n[1], n[2], n[3])?,
+        limit: CommandLimit::asymmetric(n[4], n[5])?,
+        plant_box: Some(PlantBox::new(
+            Interval::new("plant_box.a", n[6], n[7])?,
+            Interval::new("plant_box.b", n[8], n[9])?,
+        )?),
+        mu: Some(n[10]),
+        gamma: PositiveDefinite::new([[n[11], small[2]], [small[2], n[12]]])?,
+        initial: [n[13], n[14]],
+        bounds: [
+            Interval::new("bounds.a", -n[15], n[15])?,
+            Interval::new("bounds.b", small[3], n[15])?,
+        ],
+    };
+    let velocity = LowPass::<f32>::new(&units, 1.0 / small[0])?;
+    Identifier::new(&config, velocity)
+}
+
+/// The parameter that a broken configuration is refused by.
+fn refused(change: impl FnOnce(&mut IdentifierConfig)) -> IdentifierError {
+    let mut config = config(CommandLimit::NONE);
+    change(&mut config);
+    let velocity = LowPass::<f64>::new(&config.units, 500.0).expect("valid");
+    Identifier::new(&config, velocity).expect_err("broken on purpose")
+}
+
+#[test]
+fn every_refusal_names_its_parameter() {
+    let interval = |min, max| Interval::new("interval", min, max).expect("ordered");
+    let parameter = |error: IdentifierError| match error {
+        IdentifierError::Range(range) => range.parameter,
+        other => panic!("{other}"),
+    };
+    assert_eq!(parameter(refused(|c| c.initial[0] = -1.0)), "initial.a");
+    assert_eq!(parameter(refused(|c| c.initial[1] = f64::NAN)), "initial.b");
+    assert_eq!(
+        parameter(refused(|c| c.bounds[0] = interval(0.0, 501.0))),
+        "bounds.a"
+    );
+    assert_eq!(
+        parameter(refused(|c| c.bounds[1] = interval(0.0, 5000.0))),
+        "bounds.b"
+    );
+    for (name, result) in [
+        ("sample_time", Units::new(0.0, 1.0).map(|_| ())),
+        ("sample_time", Units::new(f64::NAN, 1.0).map(|_| ())),
+        ("position_unit", Units::new(1e-3, f64::INFINITY).map(|_| ())),
+        ("kp", Gains::new(0.0, 1.0, 1.0).map(|_| ())),
+        ("kd", Gains::new(1.0, -1.0, 1.0).map(|_| ())),
+        ("ki", Gains::new(1.0, 1.0, f64::NAN).map(|_| ())),
+        ("limit", CommandLimit::symmetric(f64::NAN).map(|_| ())),
+        ("limit_low", CommandLimit::asymmetric(0.5, 1.0).map(|_| ())),
+        (
+            "limit_high",
+            CommandLimit::asymmetric(-1.0, 0.0).map(|_| ()),
+        ),
+        (
+            "b_min",
+            PlantBox::new(interval(0.0, 1.0), interval(0.0, 1.0)).map(|_| ()),
+        ),
+        (
+            "a_min",
+            PlantBox::new(interval(-1.0, 1.0), interval(1.0, 2.0)).map(|_| ()),
+        ),
+    ] {
+        let error = result.expect_err(name);
+        assert_eq!(error.parameter, name);
+        assert!(error.to_string().contains(name));
+    }
+    assert!(matches!(
+        refused(|c| c.mu = Some(10.5)),
+        IdentifierError::Certificate(_)
+    ));
+    assert!(matches!(
+        refused(|c| c.mu = Some(0.1)),
+        IdentifierError::Certificate(_)
+    ));
+}
