@@ -3,13 +3,14 @@
 
 use host_sim::paper::{self, Case, Method};
 use host_sim::report::{Status, Summary};
-use host_sim::scenario::{Law, Scenario, VelocitySettings};
-use identifier_core::adaptation::PositiveDefinite;
+use host_sim::scenario::{GradientSettings, Law, Purpose, Reference, Scenario, VelocitySettings};
 use identifier_core::control::{CommandLimit, Gains};
 use identifier_core::interval::Interval;
+use identifier_core::model::ServoParameters;
+use identifier_core::parameters::Ab;
 use identifier_core::stability::sampled_loop::AMPLE_GAIN_MARGIN;
 use identifier_core::stability::{Certificate, CertificateError, PlantBox, sampled_loop};
-use integration_tests::{Random, in_parallel, run};
+use integration_tests::{Random, in_parallel, run, servo};
 
 /// A random box of servos.
 fn random_box(random: &mut Random) -> PlantBox {
@@ -213,25 +214,28 @@ fn random_scenario(random: &mut Random, excess: f64) -> Option<Scenario> {
         _ => VelocitySettings::AveragedDifference,
     };
     let (a, b) = random_servo(random, &plant_box);
-    scenario.plant.a = a;
-    scenario.plant.b = b;
-    scenario.plant.load = random.uniform(-0.06, 0.06) * b * gains.kp();
+    let plant = servo(&mut scenario);
+    plant.a = a;
+    plant.b = b;
+    plant.load = random.uniform(-0.06, 0.06) * b * gains.kp();
     scenario.limit = CommandLimit::symmetric(random.log_uniform(0.5, 10.0) * gains.kp()).ok()?;
     // Below the box or inside it: far above, the sampled model loop has no gain margin left.
     let start = random.log_uniform(0.2 * plant_box.b().min(), plant_box.b().max());
-    scenario.identifier.initial = [0.0, start];
-    let Law::Gradient(mut settings) = scenario.identifier.law.clone() else {
-        return None;
+    scenario.identifier.initial.b = start;
+    scenario.identifier.plant_box = Some(plant_box);
+    scenario.identifier.bounds.b = Interval::new("b", start.min(b) / 2.0, 10.0 * b).ok()?;
+    let settings = GradientSettings {
+        gamma: None,
+        mu: None,
     };
-    settings.plant_box = Some(plant_box);
-    settings.mu = None;
-    settings.gamma = None;
-    let [_, b_bounds] = &mut settings.bounds;
-    *b_bounds = Interval::new("b", start.min(b) / 2.0, 10.0 * b).ok()?;
-    let gamma = scenario.identifier_config(&settings).ok()?.gamma;
-    let larger = gamma.entries().map(|row| row.map(|entry| entry * excess));
-    settings.gamma = Some(PositiveDefinite::new(larger).ok()?);
-    scenario.identifier.law = Law::Gradient(settings);
+    let reference = Reference::new(&scenario.controller.units, &scenario.excitation).ok()?;
+    let law = scenario.gradient_law::<Ab, 2>(&settings, &reference).ok()?;
+    let larger = |row: &[f64; 2]| row.iter().map(|entry| entry * excess).collect();
+    let gamma = law.gamma.entries().iter().map(larger).collect();
+    scenario.identifier.law = Law::Gradient(GradientSettings {
+        gamma: Some(gamma),
+        mu: None,
+    });
     scenario.is_buildable().then_some(scenario)
 }
 
@@ -248,22 +252,25 @@ fn search(seed: u32, count: usize, excess: (f64, f64)) -> Vec<(Scenario, Summary
 }
 
 fn error_of_b(summary: &Summary) -> f64 {
-    (summary.b.tail_mean / summary.truth.b - 1.0).abs()
+    (summary.b.tail_mean / summary.truth.expect("known").b - 1.0).abs()
 }
 
 /// Lyapunov's function V₁ = H₁ + H₂ at the start, with the model at rest where the servo is, and
 /// its part H₂ at the end.
 fn lyapunov(scenario: &Scenario, summary: &Summary) -> (f64, f64) {
-    let gamma = summary.outcome.gamma.expect("the law has one");
-    let [[gamma_a, _], [_, gamma_b]] = *gamma.entries();
-    let truth = &summary.truth;
+    let gamma = summary.outcome.gamma.as_ref().expect("the law has one");
+    let (gamma_a, gamma_b) = (gamma[0][0], gamma[1][1]);
+    let truth = &summary.truth.expect("known");
     let h2 =
         |a: f64, b: f64| ((a - truth.a).powi(2) / gamma_a + (b - truth.b).powi(2) / gamma_b) / 2.0;
     let bki = truth.b * scenario.controller.gains.ki();
     let omega = truth.load / bki;
     let h1 = summary.outcome.mu.expect("the law has one") * bki * omega * omega / 2.0;
-    let [a, b] = scenario.identifier.initial;
-    (h1 + h2(a, b), h2(summary.a.tail_mean, summary.b.tail_mean))
+    let initial = &scenario.identifier.initial;
+    (
+        h1 + h2(initial.a, initial.b),
+        h2(summary.a.tail_mean, summary.b.tail_mean),
+    )
 }
 
 /// No early end, no runaway model, and no "converged" on a wrong value.
@@ -321,7 +328,7 @@ fn a_loop_that_sampling_makes_unstable_is_refused_although_its_box_is_certified(
         .replace("sample_time = 0.001", "sample_time = 0.02")
         .replace("cutoff = 500.0", "cutoff = 100.0")
         .replace("a = [0.0, 100.0]", "a = [0.0, 25.0]");
-    let error = Scenario::parse("slow", &text)
+    let error = Scenario::parse("slow", &text, Purpose::Run)
         .expect_err("unstable when sampled")
         .to_string();
     assert!(error.contains("the sampled loop is unstable"), "{error}");
@@ -349,8 +356,12 @@ fn the_sampled_test_agrees_with_running_the_loop() {
             pid: Pid::new(&units, &gains, &CommandLimit::NONE),
             velocity,
         };
-        let mut servo = paper::scenario(Method::Proposed, Case::Balanced).plant;
-        (servo.a, servo.b, servo.load) = (a, b, 0.0);
+        let servo = ServoParameters {
+            a,
+            b,
+            coulomb: 0.0,
+            load: 0.0,
+        };
         let mut plant = host_sim::servo::Plant::at_rest(&servo, units.sample_time());
         let mut control = ControlState::at_rest(0.0);
         let mut swing = [0.0_f64; 2];

@@ -3,10 +3,11 @@
 
 use host_sim::experiment::{self, Sample};
 use host_sim::paper::{self, Case, Method, NOMINAL_A, NOMINAL_B};
-use host_sim::scenario::{Arithmetic, Scenario};
+use host_sim::scenario::Arithmetic;
 use host_sim::servo::Plant;
 use identifier_core::excitation::{BandLimitedWhiteNoise, Excitation};
 use identifier_core::units::Units;
+use integration_tests::{parse, servo};
 
 const T: f64 = 1e-3;
 const KP: f64 = 9.0;
@@ -33,9 +34,9 @@ fn identify(discretisation: Discretisation, load: f64, duration: f64) -> Vec<[f6
     let units = Units::new(T, 1.0).expect("valid");
     let noise = BandLimitedWhiteNoise::new(&units, 0.005, 0.1, 1_212_121).expect("valid");
     let mut reference = Excitation::<f64>::start(&noise);
-    let mut servo = paper::scenario(Method::Proposed, Case::Balanced).plant;
-    servo.load = load;
-    let mut plant = Plant::at_rest(&servo, T);
+    let mut scenario = paper::scenario(Method::Proposed, Case::Balanced);
+    servo(&mut scenario).load = load;
+    let mut plant = Plant::at_rest(servo(&mut scenario), T);
 
     let pole = (-CUTOFF * T).exp();
     let (mut last_q, mut filtered, mut integral) = (0.0, 0.0, 0.0);
@@ -123,8 +124,8 @@ fn textbook_discretisation_is_biased_many_times_over_and_the_matched_one_is_not(
 fn the_core_computes_the_papers_equations() {
     for load in [0.0, 20.0] {
         let text = paper::PROPOSED.replace("counts_per_rev = 10000", "counts_per_rev = 0");
-        let mut scenario = Scenario::parse("ideal", &text).expect("valid");
-        scenario.plant.load = load;
+        let mut scenario = parse(&text);
+        servo(&mut scenario).load = load;
         scenario.identifier.arithmetic = Arithmetic::F64;
         scenario.duration = 20.0;
         let mut samples: Vec<Sample> = Vec::new();
@@ -132,8 +133,14 @@ fn the_core_computes_the_papers_equations() {
         let reference = identify(Discretisation::Matched, load, 20.0);
         assert_eq!(samples.len(), reference.len());
         for (sample, [a, b]) in samples.iter().zip(reference) {
-            assert!((sample.a - a).abs() < 1e-6, "{sample:?} against {a}");
-            assert!((sample.b - b).abs() < 1e-5, "{sample:?} against {b}");
+            assert!(
+                (sample.estimates.a - a).abs() < 1e-6,
+                "{sample:?} against {a}"
+            );
+            assert!(
+                (sample.estimates.b - b).abs() < 1e-5,
+                "{sample:?} against {b}"
+            );
         }
     }
 }

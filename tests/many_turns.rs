@@ -4,21 +4,29 @@ use host_sim::servo::{Encoder, Plant};
 use identifier_core::adaptation::PositiveDefinite;
 use identifier_core::control::{CommandLimit, ControlState, Gains};
 use identifier_core::excitation::{BandLimitedWhiteNoise, Excitation};
-use identifier_core::identifier::{Estimates, Identifier, IdentifierConfig};
+use identifier_core::identifier::{Bounds, GradientIdentifier, GradientLaw, IdentifierConfig};
 use identifier_core::interval::Interval;
 use identifier_core::measurement::counter::Counter;
 use identifier_core::measurement::origin::Origin;
 use identifier_core::measurement::velocity::LowPass;
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
+use identifier_core::parameters::Ab;
 use identifier_core::stability::PlantBox;
 use identifier_core::units::Units;
 
 const COUNTS_PER_REV: f64 = 10_000.0;
 
+const NOTHING: ServoParameters = ServoParameters {
+    a: 0.0,
+    b: 0.0,
+    coulomb: 0.0,
+    load: 0.0,
+};
+
 /// A drive that travels: at a constant speed of whole counts per sample, with the paper's noise on
 /// top. The register is 16 bits wide; the journey starts `start` counts from zero.
-fn travel<N: Number>(sample_time: f64, duration: f64, start: i64, speed: i64) -> Estimates {
+fn travel<N: Number>(sample_time: f64, duration: f64, start: i64, speed: i64) -> ServoParameters {
     let resolution = std::f64::consts::TAU / COUNTS_PER_REV;
     let units = Units::new(sample_time, resolution).expect("valid");
     let interval = |min, max| Interval::new("interval", min, max).expect("ordered");
@@ -29,14 +37,23 @@ fn travel<N: Number>(sample_time: f64, duration: f64, start: i64, speed: i64) ->
         plant_box: Some(
             PlantBox::new(interval(0.0, 50.0), interval(110.0, 1000.0)).expect("valid"),
         ),
-        mu: Some(10.0),
+        initial: ServoParameters { b: 50.0, ..NOTHING },
+        bounds: Bounds {
+            a: interval(0.0, 100.0),
+            b: interval(5.0, 5000.0),
+            coulomb: interval(0.0, 0.0),
+            load: interval(0.0, 0.0),
+        },
+    };
+    let law = GradientLaw {
         gamma: PositiveDefinite::diagonal([0.2, 110.0]).expect("positive"),
-        initial: [0.0, 50.0],
-        bounds: [interval(0.0, 100.0), interval(5.0, 5000.0)],
+        mu: Some(10.0),
+        frozen: [false; 2],
     };
     let velocity = LowPass::<N>::new(&units, 500.0).expect("valid");
     let controller = config.controller(velocity);
-    let identifier = Identifier::new(&config, velocity).expect("certified");
+    let identifier =
+        GradientIdentifier::<_, _, Ab, 2>::new(&config, &law, velocity).expect("certified");
 
     let noise = BandLimitedWhiteNoise::new(&units, 0.005, 0.1, 1_212_121).expect("valid");
     let mut noise_state = Excitation::<f64>::start(&noise);
@@ -55,14 +72,7 @@ fn travel<N: Number>(sample_time: f64, duration: f64, start: i64, speed: i64) ->
     let mut state = identifier.start();
     let mut base = 0_i64;
     let samples = (duration / sample_time).round() as i64;
-    let mut tail = (
-        Estimates {
-            a: 0.0,
-            b: 0.0,
-            load: 0.0,
-        },
-        0.0,
-    );
+    let mut tail = (NOTHING, 0.0);
     for k in 0..samples {
         let count = register.read((start + encoder.read(plant.position)) as u16);
         if let Some(moved) = origin.follow::<N>(count) {
@@ -85,14 +95,15 @@ fn travel<N: Number>(sample_time: f64, duration: f64, start: i64, speed: i64) ->
         }
     }
     let (sum, count) = tail;
-    Estimates {
+    ServoParameters {
         a: sum.a / count,
         b: sum.b / count,
+        coulomb: 0.0,
         load: sum.load / count,
     }
 }
 
-fn assert_alike(single: &Estimates, double: &Estimates) {
+fn assert_alike(single: &ServoParameters, double: &ServoParameters) {
     assert!((single.a - double.a).abs() < 5e-3, "{single:?} {double:?}");
     assert!(
         (single.b / double.b - 1.0).abs() < 1e-3,

@@ -2,21 +2,22 @@
 
 use host_sim::paper::{self, Case, Method, NOMINAL_A, NOMINAL_B};
 use host_sim::report::{Status, Summary};
-use host_sim::scenario::{Arithmetic, Law, Scenario};
+use host_sim::scenario::{Arithmetic, Scenario};
 use identifier_core::control::CommandLimit;
-use integration_tests::run;
+use integration_tests::{gradient, parse, run, servo};
 
 fn proposed(load: f64, arithmetic: Arithmetic) -> Scenario {
     let mut scenario = paper::scenario(Method::Proposed, Case::Balanced);
-    scenario.plant.load = load;
+    servo(&mut scenario).load = load;
     scenario.identifier.arithmetic = arithmetic;
     scenario
 }
 
 /// Tail means within `a` (1/s) and `b` (relative) of nominal, and d̂ within 1 % of the load.
 fn assert_tail(summary: &Summary, a: f64, b: f64) {
-    let label = format!("{} d = {}", summary.arithmetic, summary.truth.load);
-    let load = summary.load.expect("the law estimates the load");
+    let truth = summary.truth.expect("known");
+    let label = format!("{} d = {}", summary.arithmetic, truth.load);
+    let load = summary.load;
     assert_eq!(
         summary.status,
         Status::Converged,
@@ -33,9 +34,9 @@ fn assert_tail(summary: &Summary, a: f64, b: f64) {
         "{label}: b̂ {:?}",
         summary.b
     );
-    let load_error = (load.tail_mean - summary.truth.load).abs();
+    let load_error = (load.tail_mean - truth.load).abs();
     assert!(
-        load_error < 0.01 * summary.truth.load.max(1.0),
+        load_error < 0.01 * truth.load.abs().max(1.0),
         "{label}: d̂ {load:?}"
     );
 }
@@ -60,10 +61,7 @@ fn automatic_gain_settles_faster_than_the_papers() {
             let mut scenario = proposed(load, arithmetic);
             let by_paper = run(&scenario).settling_b.expect("settles");
             assert!(by_paper < 2.5, "{by_paper}");
-            let Law::Gradient(settings) = &mut scenario.identifier.law else {
-                unreachable!("the paper's law is the gradient");
-            };
-            settings.gamma = None;
+            gradient(&mut scenario).gamma = None;
             let summary = run(&scenario);
             assert!(summary.settling_b.expect("settles") < 1.5, "{summary:?}");
             assert_tail(&summary, 0.01, 1e-3);
@@ -92,7 +90,7 @@ fn coarse_encoder_widens_the_spread_but_does_not_bias() {
     let mut scenario = proposed(20.0, Arithmetic::F64);
     scenario.duration = 120.0;
     let text = paper::PROPOSED.replace("counts_per_rev = 10000", "counts_per_rev = 2000");
-    let coarse = Scenario::parse("coarse", &text).expect("valid");
+    let coarse = parse(&text);
     let summary = run(&Scenario {
         duration: 120.0,
         ..coarse
@@ -125,8 +123,8 @@ fn least_squares_is_near_nominal_without_load_and_moves_with_it() {
 fn every_velocity_estimate_is_matched() {
     for filter in ["\"difference\"", "\"averaged-difference\""] {
         let text = paper::PROPOSED.replace("\"low-pass\", cutoff = 500.0", filter);
-        let mut scenario = Scenario::parse("filter", &text).expect("valid");
-        scenario.plant.load = 20.0;
+        let mut scenario = parse(&text);
+        servo(&mut scenario).load = 20.0;
         assert_tail(&run(&scenario), 0.01, 1e-3);
     }
 }

@@ -4,9 +4,10 @@ use std::fmt::Write;
 
 use host_sim::paper::{self, Case, Method};
 use host_sim::report::Summary;
-use host_sim::scenario::{Arithmetic, ExcitationSettings, Law, Scenario};
+use host_sim::scenario::{ExcitationSettings, Reference, Scenario};
 use identifier_core::adaptation::PositiveDefinite;
-use integration_tests::{Random, in_parallel, run};
+use identifier_core::parameters::Ab;
+use integration_tests::{Random, gradient, in_parallel, run, servo};
 
 const SERVOS: usize = 200;
 
@@ -14,20 +15,21 @@ const SERVOS: usize = 200;
 /// reference of its own; Γ is chosen automatically, for all of them from the paper's reference.
 fn scenarios() -> Vec<Scenario> {
     let mut base = paper::scenario(Method::Proposed, Case::Balanced);
-    base.identifier.arithmetic = Arithmetic::F32;
+    let reference = Reference::new(&base.controller.units, &base.excitation).expect("valid");
     gradient(&mut base).gamma = None;
-    let Law::Gradient(settings) = base.identifier.law.clone() else {
-        unreachable!("the paper's law is the gradient");
-    };
-    let gamma = base.identifier_config(&settings).expect("valid").gamma;
-    gradient(&mut base).gamma = Some(gamma);
+    let settings = gradient(&mut base).clone();
+    let law = base
+        .gradient_law::<Ab, 2>(&settings, &reference)
+        .expect("valid");
+    gradient(&mut base).gamma = Some(rows(&law.gamma, 1.0));
     let mut random = Random::new(200);
     (0..SERVOS)
         .map(|_| {
             let mut scenario = base.clone();
-            scenario.plant.a = random.uniform(0.0, 50.0);
-            scenario.plant.b = random.log_uniform(110.0, 1000.0);
-            scenario.plant.load = random.uniform(-40.0, 40.0);
+            let servo = servo(&mut scenario);
+            servo.a = random.uniform(0.0, 50.0);
+            servo.b = random.log_uniform(110.0, 1000.0);
+            servo.load = random.uniform(-40.0, 40.0);
             if let ExcitationSettings::BandLimitedWhiteNoise { seed, .. } = &mut scenario.excitation
             {
                 *seed = random.seed();
@@ -37,11 +39,10 @@ fn scenarios() -> Vec<Scenario> {
         .collect()
 }
 
-fn gradient(scenario: &mut Scenario) -> &mut host_sim::scenario::GradientSettings {
-    match &mut scenario.identifier.law {
-        Law::Gradient(settings) => settings,
-        Law::RelayLeastSquares(_) => unreachable!("the paper's law is the gradient"),
-    }
+/// The rows of a matrix, times a factor.
+fn rows(gamma: &PositiveDefinite<2>, factor: f64) -> Vec<Vec<f64>> {
+    let row = |row: &[f64; 2]| row.iter().map(|entry| factor * entry).collect();
+    gamma.entries().iter().map(row).collect()
 }
 
 /// The value that a fraction of the sorted values does not exceed.
@@ -70,7 +71,7 @@ fn every_servo_of_the_box_is_identified_with_one_automatic_gain() {
     let never = f64::INFINITY;
     let (mut errors_a, mut errors_b) = (Vec::new(), Vec::new());
     for summary in &summaries {
-        let truth = &summary.truth;
+        let truth = &summary.truth.expect("known");
         errors_a.push((summary.a.tail_mean - truth.a).abs() / (0.01 * truth.a).max(0.03));
         errors_b.push(100.0 * (summary.b.tail_mean / truth.b - 1.0).abs());
         assert!(
@@ -112,13 +113,12 @@ fn every_servo_of_the_box_is_identified_with_one_automatic_gain() {
 fn a_gain_a_thousand_times_too_large_is_slowed_and_says_so() {
     let mut scenarios = scenarios();
     for scenario in &mut scenarios {
-        let settings = gradient(scenario);
-        let gamma = settings.gamma.expect("chosen above");
-        let thousandfold = gamma.entries().map(|row| row.map(|x| 1000.0 * x));
-        settings.gamma = Some(PositiveDefinite::new(thousandfold).expect("positive definite"));
+        for entry in gradient(scenario).gamma.iter_mut().flatten().flatten() {
+            *entry *= 1000.0;
+        }
     }
     for summary in in_parallel(&scenarios, run) {
-        let truth = &summary.truth;
+        let truth = &summary.truth.expect("known");
         let (rms, _) = summary.output_error.expect("the law has a model");
         assert!(
             summary.outcome.abort.is_none(),

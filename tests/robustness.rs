@@ -3,10 +3,14 @@
 use identifier_core::adaptation::PositiveDefinite;
 use identifier_core::control::{CommandLimit, ControlState, Gains};
 use identifier_core::error::StepError;
-use identifier_core::identifier::{Identifier, IdentifierConfig, IdentifierError};
+use identifier_core::identifier::{
+    Bounds, GradientIdentifier, GradientLaw, IdentifierConfig, IdentifierError,
+};
 use identifier_core::interval::Interval;
 use identifier_core::measurement::velocity::LowPass;
+use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
+use identifier_core::parameters::Ab;
 use identifier_core::stability::PlantBox;
 use identifier_core::units::Units;
 use proptest::prelude::*;
@@ -20,10 +24,35 @@ fn config(limit: CommandLimit) -> IdentifierConfig {
         plant_box: Some(
             PlantBox::new(interval(0.0, 50.0), interval(110.0, 1000.0)).expect("valid"),
         ),
-        mu: None,
+        initial: start(0.0, 50.0),
+        bounds: bounds(interval(0.0, 100.0), interval(5.0, 5000.0)),
+    }
+}
+
+fn start(a: f64, b: f64) -> ServoParameters {
+    ServoParameters {
+        a,
+        b,
+        coulomb: 0.0,
+        load: 0.0,
+    }
+}
+
+fn bounds(a: Interval, b: Interval) -> Bounds {
+    let interval = |min, max| Interval::new("interval", min, max).expect("ordered");
+    Bounds {
+        a,
+        b,
+        coulomb: interval(0.0, 1e4),
+        load: interval(-1e4, 1e4),
+    }
+}
+
+fn law(mu: Option<f64>) -> GradientLaw<2> {
+    GradientLaw {
         gamma: PositiveDefinite::new([[20.0, 10.0], [10.0, 3000.0]]).expect("positive definite"),
-        initial: [0.0, 50.0],
-        bounds: [interval(0.0, 100.0), interval(5.0, 5000.0)],
+        mu,
+        frozen: [false; 2],
     }
 }
 
@@ -40,9 +69,11 @@ fn any_number() -> impl Strategy<Value = f64> {
 
 fn abuse<N: Number>(limit: CommandLimit, inputs: &[(f64, f64)]) -> Result<(), TestCaseError> {
     let config = config(limit);
+    let law = law(None);
     let velocity = LowPass::<N>::new(&config.units, 500.0).expect("valid");
     let controller = config.controller(velocity);
-    let identifier = Identifier::new(&config, velocity).expect("certified");
+    let identifier =
+        GradientIdentifier::<_, _, Ab, 2>::new(&config, &law, velocity).expect("certified");
     let mut control = ControlState::at_rest(N::ZERO);
     let mut state = identifier.start();
     for &(reference, position) in inputs {
@@ -119,15 +150,18 @@ proptest! {
             .expect("valid"),
             limit: CommandLimit::NONE,
             plant_box: None,
-            mu: Some(10_f64.powf(6.0 * mu)),
+            initial: start(0.0, 1.0),
+            bounds: bounds(interval(0.0, 0.5 / sample_time), interval(1e-6, 1e9)),
+        };
+        let law = GradientLaw {
             gamma: PositiveDefinite::diagonal([10_f64.powf(9.0 * ga), 10_f64.powf(9.0 * gb)])
                 .expect("positive"),
-            initial: [0.0, 1.0],
-            bounds: [interval(0.0, 0.5 / sample_time), interval(1e-6, 1e9)],
+            mu: Some(10_f64.powf(6.0 * mu)),
+            frozen: [false; 2],
         };
         let velocity = LowPass::<f32>::new(&config.units, 1.0 / sample_time).expect("valid");
         let controller = config.controller(velocity);
-        let Ok(identifier) = Identifier::new(&config, velocity) else {
+        let Ok(identifier) = GradientIdentifier::<_, _, Ab, 2>::new(&config, &law, velocity) else {
             return Ok(());
         };
         let mut control = ControlState::at_rest(0.0);
@@ -149,7 +183,7 @@ proptest! {
 fn build(
     n: &[f64; 16],
     small: &[f64; 4],
-) -> Result<Identifier<f32, LowPass<f32>>, IdentifierError> {
+) -> Result<GradientIdentifier<f32, LowPass<f32>, Ab, 2>, IdentifierError> {
     let units = Units::new(small[0].min(n[0].abs()), small[1])?;
     let config = IdentifierConfig {
         units,
@@ -159,24 +193,36 @@ fn build(
             Interval::new("plant_box.a", n[6], n[7])?,
             Interval::new("plant_box.b", n[8], n[9])?,
         )?),
-        mu: Some(n[10]),
-        gamma: PositiveDefinite::new([[n[11], small[2]], [small[2], n[12]]])?,
-        initial: [n[13], n[14]],
-        bounds: [
+        initial: start(n[13], n[14]),
+        bounds: bounds(
             Interval::new("bounds.a", -n[15], n[15])?,
             Interval::new("bounds.b", small[3], n[15])?,
-        ],
+        ),
+    };
+    let law = GradientLaw {
+        gamma: PositiveDefinite::new([[n[11], small[2]], [small[2], n[12]]])?,
+        mu: Some(n[10]),
+        frozen: [false; 2],
     };
     let velocity = LowPass::<f32>::new(&units, 1.0 / small[0])?;
-    Identifier::new(&config, velocity)
+    GradientIdentifier::<_, _, Ab, 2>::new(&config, &law, velocity)
 }
 
-/// The parameter that a broken configuration is refused by.
+/// What a broken configuration is refused with.
 fn refused(change: impl FnOnce(&mut IdentifierConfig)) -> IdentifierError {
     let mut config = config(CommandLimit::NONE);
     change(&mut config);
     let velocity = LowPass::<f64>::new(&config.units, 500.0).expect("valid");
-    Identifier::new(&config, velocity).expect_err("broken on purpose")
+    GradientIdentifier::<_, _, Ab, 2>::new(&config, &law(None), velocity)
+        .expect_err("broken on purpose")
+}
+
+/// What a μ is refused with.
+fn refused_mu(mu: f64) -> IdentifierError {
+    let config = config(CommandLimit::NONE);
+    let velocity = LowPass::<f64>::new(&config.units, 500.0).expect("valid");
+    GradientIdentifier::<_, _, Ab, 2>::new(&config, &law(Some(mu)), velocity)
+        .expect_err("broken on purpose")
 }
 
 #[test]
@@ -186,14 +232,14 @@ fn every_refusal_names_its_parameter() {
         IdentifierError::Range(range) => range.parameter,
         other => panic!("{other}"),
     };
-    assert_eq!(parameter(refused(|c| c.initial[0] = -1.0)), "initial.a");
-    assert_eq!(parameter(refused(|c| c.initial[1] = f64::NAN)), "initial.b");
+    assert_eq!(parameter(refused(|c| c.initial.a = -1.0)), "initial.a");
+    assert_eq!(parameter(refused(|c| c.initial.b = f64::NAN)), "initial.b");
     assert_eq!(
-        parameter(refused(|c| c.bounds[0] = interval(0.0, 501.0))),
+        parameter(refused(|c| c.bounds.a = interval(0.0, 501.0))),
         "bounds.a"
     );
     assert_eq!(
-        parameter(refused(|c| c.bounds[1] = interval(0.0, 5000.0))),
+        parameter(refused(|c| c.bounds.b = interval(0.0, 5000.0))),
         "bounds.b"
     );
     for (name, result) in [
@@ -222,12 +268,6 @@ fn every_refusal_names_its_parameter() {
         assert_eq!(error.parameter, name);
         assert!(error.to_string().contains(name));
     }
-    assert!(matches!(
-        refused(|c| c.mu = Some(10.5)),
-        IdentifierError::Certificate(_)
-    ));
-    assert!(matches!(
-        refused(|c| c.mu = Some(0.1)),
-        IdentifierError::Certificate(_)
-    ));
+    assert!(matches!(refused_mu(10.5), IdentifierError::Certificate(_)));
+    assert!(matches!(refused_mu(0.1), IdentifierError::Certificate(_)));
 }

@@ -6,12 +6,13 @@ use std::time::{Duration, Instant};
 use criterion::{Criterion, criterion_group, criterion_main};
 use host_sim::experiment;
 use host_sim::paper::{self, Case, Method};
-use host_sim::scenario::{Arithmetic, Law, Scenario};
+use host_sim::scenario::{Arithmetic, Law, Reference, Scenario};
 use identifier_core::control::{ControlSample, ControlState};
 use identifier_core::excitation::Excitation;
-use identifier_core::identifier::Identifier;
+use identifier_core::identifier::GradientIdentifier;
 use identifier_core::measurement::velocity::LowPass;
 use identifier_core::number::Number;
+use identifier_core::parameters::Ab;
 
 /// Samples of a recording that the identifier is fed with, again and again.
 const RECORDED: usize = 10_000;
@@ -26,11 +27,11 @@ fn recording<N: Number>(scenario: &Scenario) -> Vec<ControlSample<N>> {
     let units = &scenario.controller.units;
     let velocity = LowPass::<N>::new(units, 500.0).expect("valid");
     let controller = scenario.controller::<N, _>(velocity);
-    let reference =
-        host_sim::scenario::Reference::<N>::new(units, &scenario.excitation).expect("valid");
+    let reference = Reference::<N>::new(units, &scenario.excitation).expect("valid");
     let mut reference_state = reference.start();
     let mut control = ControlState::at_rest(N::ZERO);
-    let mut plant = host_sim::servo::Plant::at_rest(&scenario.plant, units.sample_time());
+    let mut plant =
+        host_sim::servo::Plant::at_rest(&scenario.plant.expect("known"), units.sample_time());
     for _ in 0..RECORDED {
         let wanted = reference.process(&mut reference_state);
         let position = N::from_f64(plant.position * units.position());
@@ -48,9 +49,14 @@ fn identifier_sample<N: Number>(criterion: &mut Criterion, name: &str) {
     let Law::Gradient(settings) = &scenario.identifier.law else {
         unreachable!("the paper's law is the gradient");
     };
-    let config = scenario.identifier_config(settings).expect("valid");
+    let config = scenario.identifier_config();
+    let reference = Reference::new(&config.units, &scenario.excitation).expect("valid");
+    let law = scenario
+        .gradient_law::<Ab, 2>(settings, &reference)
+        .expect("valid");
     let velocity = LowPass::<N>::new(&config.units, 500.0).expect("valid");
-    let identifier = Identifier::<N, _>::new(&config, velocity).expect("valid");
+    let identifier =
+        GradientIdentifier::<N, _, Ab, 2>::new(&config, &law, velocity).expect("valid");
     let samples = recording::<N>(&scenario);
     let mut state = identifier.start();
     let mut next = samples.iter().cycle();
@@ -77,7 +83,7 @@ fn simulated_sample(criterion: &mut Criterion, arithmetic: Arithmetic) {
                 run.duration = samples as f64 * sample_time;
                 let start = Instant::now();
                 let mut last = 0.0;
-                experiment::run(&run, &mut |sample| last = sample.b);
+                experiment::run(&run, &mut |sample| last = sample.estimates.b);
                 spent += start.elapsed();
                 black_box(last);
                 left -= samples;

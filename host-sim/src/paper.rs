@@ -3,7 +3,7 @@
 
 use crate::experiment::{self, Sample};
 use crate::report::{Summariser, Summary};
-use crate::scenario::Scenario;
+use crate::scenario::{Purpose, Scenario};
 
 /// The paper's nominal a, 1/s.
 pub const NOMINAL_A: f64 = 0.2174;
@@ -86,11 +86,14 @@ pub fn scenario(method: Method, case: Case) -> Scenario {
         Method::Proposed => ("paper.toml", PROPOSED),
         Method::LeastSquares => ("paper-least-squares.toml", LEAST_SQUARES),
     };
-    let mut scenario = Scenario::parse(name, text).expect("the built-in scenarios are valid");
-    scenario.plant.load = match case {
-        Case::Balanced => 0.0,
-        Case::Unbalanced => UNBALANCE,
-    };
+    let mut scenario =
+        Scenario::parse(name, text, Purpose::Run).expect("the built-in scenarios are valid");
+    if let Some(plant) = &mut scenario.plant {
+        plant.load = match case {
+            Case::Balanced => 0.0,
+            Case::Unbalanced => UNBALANCE,
+        };
+    }
     scenario
 }
 

@@ -174,7 +174,7 @@ fn wrong_type_is_answered_with_file_line_key_and_what_is_allowed() {
             "gamma = [0.2, 110.0]",
             "gamma = \"large\"",
             "identifier.gamma",
-            "[g_a, g_b]",
+            "[g_a, g_b, ..]",
         ),
         (
             "type-seed",

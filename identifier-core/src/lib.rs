@@ -12,5 +12,6 @@ pub mod interval;
 pub mod measurement;
 pub mod model;
 pub mod number;
+pub mod parameters;
 pub mod stability;
 pub mod units;

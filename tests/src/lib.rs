@@ -2,8 +2,9 @@
 
 use host_sim::experiment;
 use host_sim::report::{Summariser, Summary};
-use host_sim::scenario::Scenario;
+use host_sim::scenario::{GradientSettings, Law, Purpose, Scenario};
 use identifier_core::excitation::NormalSource;
+use identifier_core::model::ServoParameters;
 
 /// A seeded stream of random numbers, the same on every machine.
 #[derive(Debug, Clone, Copy)]
@@ -30,6 +31,25 @@ impl Random {
     pub fn seed(&mut self) -> u32 {
         self.uniform(1.0, 2e9) as u32
     }
+}
+
+/// The true servo of a scenario for a run.
+pub fn servo(scenario: &mut Scenario) -> &mut ServoParameters {
+    scenario.plant.as_mut().expect("a run has a plant")
+}
+
+/// The settings of the Γ-gradient law.
+pub fn gradient(scenario: &mut Scenario) -> &mut GradientSettings {
+    match &mut scenario.identifier.law {
+        Law::Gradient(settings) => settings,
+        other => panic!("the law is {}", other.name()),
+    }
+}
+
+/// A scenario from a text that is known to be right.
+#[must_use]
+pub fn parse(text: &str) -> Scenario {
+    Scenario::parse("test", text, Purpose::Run).expect("a valid scenario")
 }
 
 /// Runs a scenario to its summary.

@@ -112,6 +112,7 @@ fn draw(path: &Path, runs: &[Run; 4]) -> Result<(), Fault> {
                 curves: vec![Curve {
                     name: None,
                     points: run.trace.iter().map(|s| (s.time, value(s))).collect(),
+                    band: Vec::new(),
                 }],
                 nominal: Some(("nominal".to_owned(), nominal)),
                 range: Some(range),
@@ -122,7 +123,7 @@ fn draw(path: &Path, runs: &[Run; 4]) -> Result<(), Fault> {
             "â [1/s]",
             paper::NOMINAL_A,
             SCALE_A,
-            |s| s.a,
+            |s| s.estimates.a,
         ));
         panels.push(panel(
             number + 1,
@@ -130,7 +131,7 @@ fn draw(path: &Path, runs: &[Run; 4]) -> Result<(), Fault> {
             "b̂ [rad/s² per unit]",
             paper::NOMINAL_B,
             SCALE_B,
-            |s| s.b,
+            |s| s.estimates.b,
         ));
     }
     plot::write(path, "Fig. 03: identified parameters over time", 2, &panels)?;

@@ -2,11 +2,11 @@ use std::path::PathBuf;
 
 use super::fault::Fault;
 use super::output;
-use crate::experiment::{self, Sample};
+use crate::experiment;
 use crate::report::json::Document;
-use crate::report::plot::{self, Curve, Panel};
-use crate::report::{Status, Summariser, Summary, table};
-use crate::scenario::{Scenario, keys};
+use crate::report::plot;
+use crate::report::{Status, Summariser, panels, table};
+use crate::scenario::{Purpose, Scenario, keys};
 
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
@@ -25,7 +25,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
-    let scenario = Scenario::load(&arguments.scenario)?;
+    let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
     if let Some(path) = &arguments.plot {
         plot::check_format(path)?;
     }
@@ -45,7 +45,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         output::csv(path, &trace)?;
     }
     if let Some(path) = &arguments.plot {
-        plot::write(path, "", 2, &panels(&summary, &trace))?;
+        plot::write(path, "", 2, &panels::experiment(&summary, &trace))?;
     }
     if let Some(path) = &arguments.json {
         output::json(path, &Document::new(&summary))?;
@@ -62,68 +62,4 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         Status::Aborted => Err(Fault::Other(summary.reason)),
         Status::Converged | Status::NotConverged => Ok(()),
     }
-}
-
-fn panels(summary: &Summary, trace: &[Sample]) -> Vec<Panel> {
-    let curve = |name: Option<&str>, value: &dyn Fn(&Sample) -> Option<f64>| Curve {
-        name: name.map(str::to_owned),
-        points: trace
-            .iter()
-            .filter_map(|sample| Some((sample.time, value(sample)?)))
-            .collect(),
-    };
-    let panel = |title: &str, axis: &str, curves, nominal: Option<f64>| Panel {
-        title: title.to_owned(),
-        axis: axis.to_owned(),
-        curves,
-        nominal: nominal.map(|value| ("true".to_owned(), value)),
-        range: None,
-    };
-    let truth = &summary.truth;
-    let mut panels = vec![
-        panel(
-            "Viscous friction over inertia",
-            "a [1/s]",
-            vec![curve(None, &|s| Some(s.a))],
-            Some(truth.a),
-        ),
-        panel(
-            "Gain over inertia",
-            "b [rad/s² per unit]",
-            vec![curve(None, &|s| Some(s.b))],
-            Some(truth.b),
-        ),
-    ];
-    if summary.load.is_some() {
-        panels.push(panel(
-            "Load over inertia",
-            "d [rad/s²]",
-            vec![curve(None, &|s| s.load)],
-            Some(truth.load),
-        ));
-    }
-    panels.push(panel(
-        "Position",
-        "q [rad]",
-        vec![
-            curve(Some("measured"), &|s| Some(s.position)),
-            curve(Some("reference"), &|s| Some(s.reference)),
-        ],
-        None,
-    ));
-    if summary.output_error.is_some() {
-        panels.push(panel(
-            "Output error",
-            "ε [rad]",
-            vec![curve(None, &|s| s.output_error)],
-            None,
-        ));
-    }
-    panels.push(panel(
-        "Command",
-        "u [command units]",
-        vec![curve(None, &|s| Some(s.command))],
-        None,
-    ));
-    panels
 }

@@ -1,6 +1,8 @@
 //! One experiment: a true servo, the loop that the core closes around it, and what is seen of it.
 
+mod build;
 mod closed_loop;
+mod learner;
 mod relay_loop;
 mod sample;
 
@@ -11,7 +13,7 @@ use crate::scenario::{Law, Scenario};
 /// Runs a scenario and shows every sample to `observe`.
 pub fn run(scenario: &Scenario, observe: &mut impl FnMut(&Sample)) -> Outcome {
     match &scenario.identifier.law {
-        Law::Gradient(settings) => closed_loop::run(scenario, settings, observe),
+        Law::Gradient(_) | Law::GaussNewton(_) => closed_loop::run(scenario, observe),
         Law::RelayLeastSquares(settings) => relay_loop::run(scenario, settings, observe),
     }
 }

@@ -5,14 +5,13 @@
 
 use identifier_core::excitation::Excitation;
 use identifier_core::measurement::origin::Origin;
+use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
 
+use super::build::CHECKED;
 use super::{Outcome, Sample};
 use crate::scenario::{Arithmetic, Reference, RelaySettings, Scenario};
 use crate::servo::{Encoder, Plant};
-
-/// Why the parts can be relied on: a [`Scenario`] builds each of them once when it is read.
-const CHECKED: &str = "the scenario was checked when it was read";
 
 pub(super) fn run(
     scenario: &Scenario,
@@ -35,8 +34,9 @@ fn run_in<N: Number>(
     let position_unit = units.position_unit();
 
     let reference = Reference::<N>::new(units, &scenario.excitation).expect(CHECKED);
+    let initial = &scenario.identifier.initial;
     let law = settings
-        .least_squares::<N>(units, scenario.identifier.initial)
+        .least_squares::<N>(units, [initial.a, initial.b])
         .expect(CHECKED);
     let encoder = scenario.counts_per_rev.map(Encoder::new);
     let origin = Origin::default();
@@ -45,7 +45,7 @@ fn run_in<N: Number>(
         .min(scenario.limit.high())
         .min(-scenario.limit.low());
 
-    let mut plant = Plant::at_rest(&scenario.plant, sample_time);
+    let mut plant = Plant::at_rest(&scenario.plant.expect(CHECKED), sample_time);
     let mut reference_state = reference.start();
     let mut state = law.start(N::ZERO);
     let mut outcome = Outcome::default();
@@ -53,7 +53,7 @@ fn run_in<N: Number>(
         let wanted = reference.process(&mut reference_state);
         let position: N = match &encoder {
             Some(encoder) => origin.position(encoder.read(plant.position)),
-            None => N::from_f64(plant.position),
+            None => N::from_f64(plant.position * units.position()),
         };
         let command = if wanted >= position { level } else { -level };
         law.process(&mut state, position, N::from_f64(command));
@@ -65,9 +65,13 @@ fn run_in<N: Number>(
             position: position.to_f64() * position_unit,
             command,
             output_error: None,
-            a,
-            b,
-            load: None,
+            estimates: ServoParameters {
+                a,
+                b,
+                coulomb: 0.0,
+                load: 0.0,
+            },
+            standard_errors: None,
         });
         plant.advance(command);
     }

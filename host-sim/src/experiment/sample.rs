@@ -1,6 +1,8 @@
-use identifier_core::adaptation::PositiveDefinite;
 use identifier_core::error::StepError;
-use identifier_core::interval::Interval;
+use identifier_core::identifier::Bounds;
+use identifier_core::model::ServoParameters;
+
+use super::learner::Seen;
 
 /// One sample of an experiment, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,16 +17,14 @@ pub struct Sample {
     pub command: f64,
     /// Output error ε = q − q_e, rad, for laws that have a model.
     pub output_error: Option<f64>,
-    /// â, 1/s.
-    pub a: f64,
-    /// b̂, rad/s² per command unit.
-    pub b: f64,
-    /// d̂, rad/s², for laws that estimate it.
-    pub load: Option<f64>,
+    /// The estimates; of what the law does not estimate, what its model takes for it.
+    pub estimates: ServoParameters,
+    /// Their standard errors, for laws that have them.
+    pub standard_errors: Option<ServoParameters>,
 }
 
 /// What is known of an experiment once it has run.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Outcome {
     /// Samples run.
     pub samples: u64,
@@ -32,18 +32,26 @@ pub struct Outcome {
     pub slowed: u64,
     /// Times that the model left the range of the number format and was started again.
     pub restarts: u64,
-    /// Γ, SI, for the Γ-gradient law.
-    pub gamma: Option<PositiveDefinite<2>>,
+    /// Γ over the model's parameters, SI, for the Γ-gradient law.
+    pub gamma: Option<Vec<Vec<f64>>>,
     /// μ, 1/s, for the Γ-gradient law.
     pub mu: Option<f64>,
-    /// The box that the estimates [â, b̂] were kept in, for laws that have one.
-    pub bounds: Option<[Interval; 2]>,
+    /// The box that the estimates were kept in, for laws that have one.
+    pub bounds: Option<Bounds>,
     /// Whether a box of servos was certified.
     pub certified: bool,
     /// The gain margin of the sampled loop over that box.
     pub gain_margin: Option<f64>,
     /// Why it ended early, if it did.
     pub abort: Option<Abort>,
+}
+
+impl Outcome {
+    pub(super) fn count<N>(&mut self, seen: &Seen<N>) {
+        self.samples += 1;
+        self.slowed += u64::from(seen.slowed);
+        self.restarts += u64::from(seen.restarted);
+    }
 }
 
 /// An early end.

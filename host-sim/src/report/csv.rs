@@ -5,7 +5,7 @@ use std::io::Write;
 use crate::experiment::Sample;
 
 /// Names and units of the columns.
-const COLUMNS: [&str; 8] = [
+const COLUMNS: [&str; 13] = [
     "time_s",
     "reference_rad",
     "position_rad",
@@ -13,7 +13,12 @@ const COLUMNS: [&str; 8] = [
     "output_error_rad",
     "a_per_s",
     "b_rad_per_s2_per_command",
+    "coulomb_rad_per_s2",
     "load_rad_per_s2",
+    "a_std_error",
+    "b_std_error",
+    "coulomb_std_error",
+    "load_std_error",
 ];
 
 /// Writes a trace. What a law does not have is left empty.
@@ -31,9 +36,14 @@ pub fn write(out: impl Write, trace: &[Sample]) -> Result<(), csv::Error> {
             sample.position.to_string(),
             sample.command.to_string(),
             optional(sample.output_error),
-            sample.a.to_string(),
-            sample.b.to_string(),
-            optional(sample.load),
+            sample.estimates.a.to_string(),
+            sample.estimates.b.to_string(),
+            sample.estimates.coulomb.to_string(),
+            sample.estimates.load.to_string(),
+            optional(sample.standard_errors.map(|errors| errors.a)),
+            optional(sample.standard_errors.map(|errors| errors.b)),
+            optional(sample.standard_errors.map(|errors| errors.coulomb)),
+            optional(sample.standard_errors.map(|errors| errors.load)),
         ])?;
     }
     writer.flush()?;

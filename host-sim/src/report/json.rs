@@ -1,8 +1,9 @@
 //! The machine-readable result.
 
+use identifier_core::parameters::Parameter;
 use serde::Serialize;
 
-use super::{Estimate, Summary};
+use super::{Summary, unit};
 
 /// The result of one experiment as the command line promises it.
 #[derive(Debug, Clone, Serialize)]
@@ -25,7 +26,7 @@ pub struct Document {
     pub model_restarts: u64,
     pub certified: bool,
     pub gain_margin: Option<f64>,
-    pub gamma: Option<[[f64; 2]; 2]>,
+    pub gamma: Option<Vec<Vec<f64>>>,
     pub mu: Option<f64>,
 }
 
@@ -96,14 +97,17 @@ impl Document {
     /// The document of a summary.
     #[must_use]
     pub fn new(summary: &Summary) -> Self {
-        let document = |estimate: &Estimate, unit| EstimateDocument {
-            last: estimate.last,
-            tail_mean: estimate.tail_mean,
-            tail_std: estimate.tail_std,
-            std_error: None,
-            unit,
+        let document = |parameter: Parameter| {
+            summary
+                .estimate(parameter)
+                .map(|estimate| EstimateDocument {
+                    last: estimate.last,
+                    tail_mean: estimate.tail_mean,
+                    tail_std: estimate.tail_std,
+                    std_error: estimate.std_error,
+                    unit: unit(parameter),
+                })
         };
-        let truth = &summary.truth;
         Self {
             law: summary.law,
             arithmetic: summary.arithmetic,
@@ -112,12 +116,12 @@ impl Document {
             status: summary.status.name(),
             reason: summary.reason.clone(),
             estimates: Estimates {
-                a: Some(document(&summary.a, "1/s")),
-                b: Some(document(&summary.b, "rad/s² per command unit")),
-                coulomb: None,
-                load: summary.load.as_ref().map(|load| document(load, "rad/s²")),
+                a: document(Parameter::A),
+                b: document(Parameter::B),
+                coulomb: document(Parameter::Coulomb),
+                load: document(Parameter::Load),
             },
-            truth: Some(Truth {
+            truth: summary.truth.map(|truth| Truth {
                 a: truth.a,
                 b: truth.b,
                 coulomb: truth.coulomb,
@@ -134,7 +138,7 @@ impl Document {
             model_restarts: summary.outcome.restarts,
             certified: summary.outcome.certified,
             gain_margin: summary.outcome.gain_margin,
-            gamma: summary.outcome.gamma.map(|gamma| *gamma.entries()),
+            gamma: summary.outcome.gamma.clone(),
             mu: summary.outcome.mu,
         }
     }

@@ -2,10 +2,11 @@
 
 pub mod csv;
 pub mod json;
+pub mod panels;
 pub mod plot;
 mod statistics;
 mod summary;
 pub mod table;
 
 pub use statistics::Statistics;
-pub use summary::{Estimate, Status, Summariser, Summary};
+pub use summary::{Estimate, Status, Summariser, Summary, unit};

@@ -31,6 +31,8 @@ pub struct Curve {
     pub name: Option<String>,
     /// Time (s) and value.
     pub points: Vec<(f64, f64)>,
+    /// Half-width of the confidence band at each point; empty for none.
+    pub band: Vec<f64>,
 }
 
 /// Why a picture could not be written.
@@ -112,6 +114,13 @@ fn extension(path: &Path) -> &str {
     path.extension().and_then(|end| end.to_str()).unwrap_or("")
 }
 
+/// The points that are drawn of so many: evenly spaced, the last one among them.
+fn kept(points: usize) -> impl Iterator<Item = usize> {
+    let every = points.div_ceil(MOST_POINTS).max(1);
+    let last = points.checked_sub(1).filter(|last| last % every != 0);
+    (0..points).step_by(every).chain(last)
+}
+
 fn draw(panel: &Panel) -> (Vec<Plot>, Layout) {
     let mut plots = Vec::new();
     let end = panel
@@ -121,18 +130,25 @@ fn draw(panel: &Panel) -> (Vec<Plot>, Layout) {
         .fold(0.0_f64, |end, point| end.max(point.0));
     for (k, curve) in panel.curves.iter().enumerate().rev() {
         let colour = COLOURS[k % COLOURS.len()];
-        let every = curve.points.len().div_ceil(MOST_POINTS).max(1);
-        let mut points: Vec<_> = curve.points.iter().copied().step_by(every).collect();
-        points.extend(curve.points.last().filter(|_| every > 1));
-        if let Some((low, high)) = panel.range {
-            for point in &mut points {
-                point.1 = point.1.clamp(low, high);
-            }
-        }
+        let inside = |value: f64| match panel.range {
+            Some((low, high)) => value.clamp(low, high),
+            None => value,
+        };
+        let kept: Vec<usize> = kept(curve.points.len()).collect();
+        let points = kept
+            .iter()
+            .map(|&i| (curve.points[i].0, inside(curve.points[i].1)));
         let mut line = LinePlot::new()
             .with_data(points)
             .with_color(colour)
             .with_stroke_width(1.4);
+        if curve.band.len() == curve.points.len() && !curve.band.is_empty() {
+            let edge = |sign: f64| {
+                let at = |&i: &usize| inside(curve.points[i].1 + sign * curve.band[i]);
+                kept.iter().map(at).collect::<Vec<f64>>()
+            };
+            line = line.with_band(edge(-1.0), edge(1.0));
+        }
         if let Some(name) = &curve.name {
             line = line.with_legend(name.clone());
         }

@@ -1,4 +1,5 @@
 use identifier_core::model::ServoParameters;
+use identifier_core::parameters::Parameter;
 use identifier_core::stability::sampled_loop::AMPLE_GAIN_MARGIN;
 
 use super::Statistics;
@@ -34,14 +35,18 @@ pub struct Summary {
     pub status: Status,
     /// Why that status, and what else a user should know.
     pub reason: String,
-    /// â, 1/s.
+    /// The parameters that the law estimates.
+    pub estimated: Vec<Parameter>,
+    /// â, 1/s; constant if it is not estimated.
     pub a: Estimate,
-    /// b̂, rad/s² per command unit.
+    /// b̂, rad/s² per command unit; constant if it is not estimated.
     pub b: Estimate,
-    /// d̂, rad/s², for laws that estimate it.
-    pub load: Option<Estimate>,
-    /// The true servo.
-    pub truth: ServoParameters,
+    /// ĉ, rad/s²; constant if it is not estimated.
+    pub coulomb: Estimate,
+    /// d̂, rad/s²; constant if it is not estimated.
+    pub load: Estimate,
+    /// The true servo, where it is known.
+    pub truth: Option<ServoParameters>,
     /// Root mean square and largest magnitude of the output error, rad, for laws with a model.
     pub output_error: Option<(f64, f64)>,
     /// The last time at which â was outside ±0.1 1/s of the truth, s; none if it still was at the
@@ -63,6 +68,8 @@ pub struct Estimate {
     /// How far it still had to go when the run ended, judged from the means over the thirds of the
     /// last quarter; infinite if its steps did not get shorter.
     pub to_go: f64,
+    /// The standard error at the end, for laws that have one.
+    pub std_error: Option<f64>,
 }
 
 /// Whether the estimates have come to rest. The truth plays no part in it: a drive does not know
@@ -94,11 +101,10 @@ impl Status {
 pub struct Summariser {
     tail_from: f64,
     duration: f64,
-    truth: ServoParameters,
+    truth: Option<ServoParameters>,
     sample_time: f64,
-    a: Tracked,
-    b: Tracked,
-    load: Option<Tracked>,
+    tracked: [Tracked; 4],
+    standard_errors: Option<ServoParameters>,
     error_squares: Statistics,
     error_peak: f64,
     has_model: bool,
@@ -124,7 +130,7 @@ impl Tracked {
     }
 
     /// The estimate, with the tolerance within which it counts as being at rest.
-    fn estimate(&self, tolerance: impl Fn(f64) -> f64) -> Estimate {
+    fn estimate(&self, tolerance: impl Fn(f64) -> f64, std_error: Option<f64>) -> Estimate {
         let tail_mean = self.tail.mean().unwrap_or(self.last);
         let means = self.thirds.map(|third| third.mean().unwrap_or(self.last));
         Estimate {
@@ -132,6 +138,7 @@ impl Tracked {
             tail_mean,
             tail_std: self.tail.deviation().unwrap_or(0.0),
             to_go: distance_to_go(means, tolerance(tail_mean)),
+            std_error,
         }
     }
 }
@@ -153,18 +160,31 @@ fn distance_to_go([first, second, third]: [f64; 3], tolerance: f64) -> f64 {
     }
 }
 
+/// The parameters in the order of [`Summariser::tracked`].
+const PARAMETERS: [Parameter; 4] = [
+    Parameter::A,
+    Parameter::B,
+    Parameter::Coulomb,
+    Parameter::Load,
+];
+
 impl Summariser {
     /// For a run of this scenario.
     #[must_use]
     pub fn new(scenario: &Scenario) -> Self {
+        Self::lasting(scenario, scenario.duration)
+    }
+
+    /// For a run that lasts so long, s.
+    #[must_use]
+    pub fn lasting(scenario: &Scenario, duration: f64) -> Self {
         Self {
-            tail_from: (1.0 - TAIL) * scenario.duration,
-            duration: scenario.duration,
+            tail_from: (1.0 - TAIL) * duration,
+            duration,
             truth: scenario.plant,
             sample_time: scenario.controller.units.sample_time(),
-            a: Tracked::default(),
-            b: Tracked::default(),
-            load: None,
+            tracked: [Tracked::default(); 4],
+            standard_errors: None,
             error_squares: Statistics::default(),
             error_peak: 0.0,
             has_model: false,
@@ -182,21 +202,22 @@ impl Summariser {
             let passed = (time - self.tail_from) / (self.duration - self.tail_from);
             ((3.0 * passed) as usize).min(2)
         });
-        self.a.add(sample.a, third);
-        self.b.add(sample.b, third);
-        if let Some(load) = sample.load {
-            self.load.get_or_insert_default().add(load, third);
+        for (tracked, parameter) in self.tracked.iter_mut().zip(PARAMETERS) {
+            tracked.add(parameter.of(&sample.estimates), third);
         }
+        self.standard_errors = sample.standard_errors;
         if let Some(error) = sample.output_error {
             self.has_model = true;
             self.error_squares.add(error * error);
             self.error_peak = self.error_peak.max(error.abs());
         }
-        if (sample.a - self.truth.a).abs() > SETTLED_A {
-            self.outside_a = Some(time);
-        }
-        if (sample.b - self.truth.b).abs() > SETTLED_B * self.truth.b {
-            self.outside_b = Some(time);
+        if let Some(truth) = &self.truth {
+            if (sample.estimates.a - truth.a).abs() > SETTLED_A {
+                self.outside_a = Some(time);
+            }
+            if (sample.estimates.b - truth.b).abs() > SETTLED_B * truth.b {
+                self.outside_b = Some(time);
+            }
         }
         self.end = time;
     }
@@ -204,13 +225,20 @@ impl Summariser {
     /// The summary of a run that has ended.
     #[must_use]
     pub fn finish(self, scenario: &Scenario, outcome: Outcome) -> Summary {
-        let (a, b) = (self.a.estimate(tolerance_a), self.b.estimate(tolerance_b));
-        let (status, reason) = verdict(&a, &b, &outcome);
+        let estimates: [Estimate; 4] = std::array::from_fn(|i| {
+            let parameter = PARAMETERS[i];
+            let std_error = self.standard_errors.map(|errors| parameter.of(&errors));
+            self.tracked[i].estimate(|value| tolerance(parameter, value, scenario), std_error)
+        });
+        let estimated = scenario.estimated();
+        let (status, reason) = verdict(&estimates, scenario, &outcome);
         let still_outside = |outside: Option<f64>| outside.is_some_and(|time| time >= self.end);
+        let known = self.truth.is_some() && status != Status::Aborted;
         let settling = |outside: Option<f64>| {
-            (status != Status::Aborted && !still_outside(outside))
+            (known && !still_outside(outside))
                 .then(|| outside.map_or(0.0, |time| time + self.sample_time))
         };
+        let [a, b, coulomb, load] = estimates;
         Summary {
             law: scenario.identifier.law.name(),
             arithmetic: scenario.identifier.arithmetic.name(),
@@ -218,9 +246,11 @@ impl Summariser {
             outcome,
             status,
             reason,
+            estimated,
             a,
             b,
-            load: self.load.map(|load| load.estimate(tolerance_b)),
+            coulomb,
+            load,
             truth: self.truth,
             output_error: self.has_model.then(|| {
                 let mean_square = self.error_squares.mean().unwrap_or(0.0);
@@ -232,59 +262,94 @@ impl Summariser {
     }
 }
 
-/// Within what â is at rest, 1/s.
-fn tolerance_a(a: f64) -> f64 {
-    SETTLED_A.max(SETTLED_B * a.abs())
+impl Summary {
+    /// One estimate; none if the law does not estimate the parameter.
+    #[must_use]
+    pub fn estimate(&self, parameter: Parameter) -> Option<&Estimate> {
+        let estimate = match parameter {
+            Parameter::A => &self.a,
+            Parameter::B => &self.b,
+            Parameter::Coulomb => &self.coulomb,
+            Parameter::Load => &self.load,
+        };
+        self.estimated.contains(&parameter).then_some(estimate)
+    }
 }
 
-/// Within what b̂ is at rest, rad/s² per command unit.
-fn tolerance_b(b: f64) -> f64 {
-    SETTLED_B * b.abs()
+/// The unit of a parameter.
+#[must_use]
+pub fn unit(parameter: Parameter) -> &'static str {
+    match parameter {
+        Parameter::A => "1/s",
+        Parameter::B => "rad/s² per command unit",
+        Parameter::Coulomb | Parameter::Load => "rad/s²",
+    }
 }
 
-fn verdict(a: &Estimate, b: &Estimate, outcome: &Outcome) -> (Status, String) {
-    if let Some(abort) = outcome.abort {
+/// Within what an estimate is at rest, in the parameter's unit. Friction and load are compared to
+/// what the loop's command does in proportion: a fiftieth of the acceleration of a hundredth of k_p.
+fn tolerance(parameter: Parameter, value: f64, scenario: &Scenario) -> f64 {
+    let relative = SETTLED_B * value.abs();
+    match parameter {
+        Parameter::A => SETTLED_A.max(relative),
+        Parameter::B => relative,
+        Parameter::Coulomb | Parameter::Load => {
+            let acceleration = scenario.identifier.initial.b * scenario.controller.gains.kp();
+            (2e-4 * acceleration).max(relative)
+        }
+    }
+}
+
+fn verdict(estimates: &[Estimate; 4], scenario: &Scenario, outcome: &Outcome) -> (Status, String) {
+    if let Some(abort) = &outcome.abort {
         return (
             Status::Aborted,
             format!("aborted after {:.3} s: {}", abort.time, abort.error),
         );
     }
-    let estimates = [
-        ("a", a, tolerance_a(a.tail_mean), "1/s"),
-        ("b", b, tolerance_b(b.tail_mean), "rad/s² per command unit"),
-    ];
-    let restless = estimates
+    let of_law = PARAMETERS
         .into_iter()
-        .find(|(_, estimate, limit, _)| estimate.tail_std.max(estimate.to_go) > *limit);
-    let held = estimates
-        .into_iter()
-        .zip(outcome.bounds.into_iter().flatten())
-        .find(|((_, estimate, limit, _), bounds)| {
-            let near = |bound: f64| (estimate.tail_mean - bound).abs() < AT_BOUND * limit;
-            // A lower bound of zero on a is no obstacle but a fact: friction is never negative.
-            near(bounds.max()) || (bounds.min() > 0.0 && near(bounds.min()))
+        .zip(estimates)
+        .filter(|(parameter, _)| scenario.identifier.estimates(*parameter))
+        .map(|(parameter, estimate)| {
+            let limit = tolerance(parameter, estimate.tail_mean, scenario);
+            (parameter, estimate, limit)
         });
+    let restless = of_law
+        .clone()
+        .find(|(_, estimate, limit)| estimate.tail_std.max(estimate.to_go) > *limit);
+    let held = of_law.clone().find(|(parameter, estimate, limit)| {
+        outcome.bounds.is_some_and(|bounds| {
+            let bounds = bounds.of(*parameter);
+            let near = |bound: f64| (estimate.tail_mean - bound).abs() < AT_BOUND * limit;
+            // A lower bound of zero on friction is no obstacle but a fact: it is never negative.
+            near(bounds.max()) || (bounds.min() != 0.0 && near(bounds.min()))
+        })
+    });
     let (status, mut reason) = match (restless, held) {
         (None, None) => (
             Status::Converged,
             "every estimate kept still over the last quarter of the run".to_owned(),
         ),
-        (Some((name, estimate, limit, unit)), _) => (
+        (Some((parameter, estimate, limit)), _) => (
             Status::NotConverged,
             format!(
-                "{name} still moved over the last quarter of the run: standard deviation {:.4}, \
-                 distance to go {:.4}, at rest below {limit:.4} {unit}",
-                estimate.tail_std, estimate.to_go
+                "{} still moved over the last quarter of the run: standard deviation {:.4}, \
+                 distance to go {:.4}, at rest below {limit:.4} {}",
+                parameter.name(),
+                estimate.tail_std,
+                estimate.to_go,
+                unit(parameter)
             ),
         ),
-        (None, Some(((name, estimate, _, unit), bounds))) => (
+        (None, Some((parameter, estimate, _))) => (
             Status::NotConverged,
             format!(
-                "{name} = {:.4} {unit} stands at the end of its bounds, {} to {}: widen them, or \
-                 look for what the model lacks",
+                "{} = {:.4} {} stands at the end of its bounds: widen them, or look for what the \
+                 model lacks",
+                parameter.name(),
                 estimate.tail_mean,
-                bounds.min(),
-                bounds.max()
+                unit(parameter),
             ),
         ),
     };

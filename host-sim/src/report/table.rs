@@ -1,44 +1,55 @@
 //! Tables for a terminal.
 
 use comfy_table::{CellAlignment, Table, presets};
+use identifier_core::model::ServoParameters;
+use identifier_core::parameters::Parameter;
 
 use super::{Estimate, Summary};
 
-/// One row for each experiment, named in the first column.
+/// One row for each experiment, named in the first column; friction only where some law estimates
+/// it, deviations and settling times only where some truth is known.
 #[must_use]
 pub fn estimates(rows: &[(&str, &Summary)]) -> String {
+    let friction = rows
+        .iter()
+        .any(|(_, summary)| summary.estimate(Parameter::Coulomb).is_some());
+    let truth = rows.iter().any(|(_, summary)| summary.truth.is_some());
+
+    let mut heading = vec!["experiment", "â [1/s]"];
+    heading.extend(truth.then_some("â − a"));
+    heading.push("b̂ [rad/s²/u]");
+    heading.extend(truth.then_some("b̂/b − 1"));
+    heading.extend(friction.then_some("ĉ [rad/s²]"));
+    heading.push("d̂ [rad/s²]");
+    heading.extend(truth.then_some("settled a, b [s]"));
+    heading.push("status");
+
     let mut table = Table::new();
     table.load_style(presets::UTF8_BORDERS_ONLY);
-    table.set_header([
-        "experiment",
-        "â [1/s]",
-        "â − a",
-        "b̂ [rad/s²/u]",
-        "b̂/b − 1",
-        "d̂ [rad/s²]",
-        "settled a, b [s]",
-        "status",
-    ]);
+    table.set_header(heading);
     for (name, summary) in rows {
-        let truth = &summary.truth;
+        let cell = |parameter, digits| with_spread(summary.estimate(parameter), digits);
+        let deviation = |of: &dyn Fn(&ServoParameters) -> String| {
+            truth.then(|| summary.truth.as_ref().map_or_else(dash, of))
+        };
         let (a, b) = (&summary.a, &summary.b);
-        table.add_row([
-            (*name).to_owned(),
-            with_spread(a, 4),
-            format!("{:+.4}", a.tail_mean - truth.a),
-            with_spread(b, 2),
-            format!("{:+.3} %", 100.0 * (b.tail_mean / truth.b - 1.0)),
-            summary
-                .load
-                .as_ref()
-                .map_or_else(|| "–".to_owned(), |load| with_spread(load, 2)),
+        let mut row = vec![(*name).to_owned(), cell(Parameter::A, 4)];
+        row.extend(deviation(&|truth| format!("{:+.4}", a.tail_mean - truth.a)));
+        row.push(cell(Parameter::B, 2));
+        row.extend(deviation(&|truth| {
+            format!("{:+.3} %", 100.0 * (b.tail_mean / truth.b - 1.0))
+        }));
+        row.extend(friction.then(|| cell(Parameter::Coulomb, 3)));
+        row.push(cell(Parameter::Load, 2));
+        row.extend(deviation(&|_| {
             format!(
                 "{}, {}",
                 seconds(summary.settling_a),
                 seconds(summary.settling_b)
-            ),
-            summary.status.name().to_owned(),
-        ]);
+            )
+        }));
+        row.push(summary.status.name().to_owned());
+        table.add_row(row);
     }
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
@@ -46,11 +57,17 @@ pub fn estimates(rows: &[(&str, &Summary)]) -> String {
     table.to_string()
 }
 
-fn with_spread(estimate: &Estimate, digits: usize) -> String {
-    format!(
-        "{:.digits$} ± {:.digits$}",
-        estimate.tail_mean, estimate.tail_std
-    )
+fn dash() -> String {
+    "–".to_owned()
+}
+
+/// Mean ± standard deviation over the tail; + 0.0 turns a negative zero into zero.
+fn with_spread(estimate: Option<&Estimate>, digits: usize) -> String {
+    estimate.map_or_else(dash, |estimate| {
+        let scale = 10_f64.powi(digits as i32);
+        let mean = (estimate.tail_mean * scale).round() / scale + 0.0;
+        format!("{mean:.digits$} ± {:.digits$}", estimate.tail_std)
+    })
 }
 
 fn seconds(time: Option<f64>) -> String {

@@ -1,19 +1,20 @@
 //! From tables to validated settings.
 
-use identifier_core::adaptation::PositiveDefinite;
 use identifier_core::control::{CommandLimit, Gains};
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::excitation::Tone;
+use identifier_core::identifier::{Bounds, Uncertainty};
 use identifier_core::interval::Interval;
 use identifier_core::model::ServoParameters;
+use identifier_core::parameters::Parameter;
 use identifier_core::stability::PlantBox;
 use identifier_core::units::Units;
 
 use super::error::Fault;
-use super::tables::{self, ExcitationKind, LawName, NumberOrRow, Parameter, Tables, VelocityKind};
+use super::tables::{self, ExcitationKind, LawName, NumberOrRow, Tables, VelocityKind};
 use super::{
     Arithmetic, ControllerSettings, ExcitationSettings, GradientSettings, IdentifierSettings, Law,
-    RelaySettings, Scenario, VelocitySettings,
+    LogSettings, Purpose, RelaySettings, Scenario, VelocitySettings,
 };
 
 /// Sines that a multisine and levels that a staircase may have.
@@ -22,24 +23,57 @@ pub(crate) const MOST_ENTRIES: usize = 16;
 /// The longest run, control samples.
 const MOST_SAMPLES: f64 = 1e10;
 
-pub(super) fn scenario(tables: &Tables) -> Result<Scenario, Fault> {
+/// The position unit of an ideal sensor, rad: as of an encoder that is finer than any effect.
+const IDEAL_UNIT: f64 = 1e-5;
+
+pub(super) fn scenario(tables: &Tables, purpose: Purpose) -> Result<Scenario, Fault> {
     let counts_per_rev = counts_per_rev(&tables.encoder)?;
     let controller = controller(&tables.controller, counts_per_rev)?;
     let sample_time = controller.units.sample_time();
     let duration = Allowed::Within(sample_time, MOST_SAMPLES * sample_time)
         .check("duration", tables.run.duration)
         .map_err(under("run"))?;
+    let plant = tables.plant.as_ref().map(plant).transpose()?;
+    match purpose {
+        Purpose::Run if plant.is_none() => {
+            return Err(Fault::new("plant", "a run needs the true servo"));
+        }
+        Purpose::Replay if tables.log.is_none() => {
+            return Err(Fault::new(
+                "log",
+                "a replay needs to know the columns of the log",
+            ));
+        }
+        _ => {}
+    }
+    let limit = limit(&tables.amplifier)?;
+    let command = limit.high().min(-limit.low()).min(controller.gains.kp());
     let scenario = Scenario {
-        plant: plant(&tables.plant)?,
+        plant,
         counts_per_rev,
-        limit: limit(&tables.amplifier)?,
+        limit,
         controller,
         excitation: excitation(&tables.excitation)?,
-        identifier: identifier(&tables.identifier, sample_time)?,
+        identifier: identifier(&tables.identifier, sample_time, command)?,
         duration,
+        log: tables.log.as_ref().map(log),
     };
-    scenario.try_parts()?;
+    // A replay knows its units and its reference only once the log is read.
+    if purpose == Purpose::Run {
+        scenario.try_parts()?;
+    }
     Ok(scenario)
+}
+
+fn log(table: &tables::Log) -> LogSettings {
+    LogSettings {
+        time: table.time.clone(),
+        reference: table.reference.clone(),
+        position: table.position.clone(),
+        command: table.command.clone(),
+        injection: table.injection.clone(),
+        bridge: table.bridge_gaps,
+    }
 }
 
 /// Puts the table before the name of a parameter of the core.
@@ -52,7 +86,7 @@ fn plant(table: &tables::Plant) -> Result<ServoParameters, Fault> {
         Ok(ServoParameters {
             a: Allowed::AtLeast(0.0).check("a", table.a)?,
             b: Allowed::Above(0.0).check("b", table.b)?,
-            coulomb: Allowed::Within(0.0, 0.0).check("coulomb", table.coulomb)?,
+            coulomb: Allowed::AtLeast(0.0).check("coulomb", table.coulomb)?,
             load: Allowed::Finite.check("load", table.load)?,
         })
     };
@@ -85,7 +119,7 @@ fn controller(
     table: &tables::Controller,
     counts_per_rev: Option<f64>,
 ) -> Result<ControllerSettings, Fault> {
-    let position_unit = counts_per_rev.map_or(1.0, |counts| std::f64::consts::TAU / counts);
+    let position_unit = counts_per_rev.map_or(IDEAL_UNIT, |counts| std::f64::consts::TAU / counts);
     let units = Units::new(table.sample_time, position_unit).map_err(under("controller"))?;
     let gains = Gains::new(table.kp, table.kd, table.ki).map_err(under("controller"))?;
     let filter = &table.velocity_filter;
@@ -203,9 +237,17 @@ fn tones(table: &tables::Excitation, name: &str) -> Result<Vec<Tone>, Fault> {
         .collect())
 }
 
-fn identifier(table: &tables::Identifier, sample_time: f64) -> Result<IdentifierSettings, Fault> {
+fn identifier(
+    table: &tables::Identifier,
+    sample_time: f64,
+    command: f64,
+) -> Result<IdentifierSettings, Fault> {
     let (name, takes): (&str, &[&str]) = match table.law {
         LawName::Gradient => ("gradient", &["gamma", "mu", "bounds", "plant_box"]),
+        LawName::GaussNewton => (
+            "gauss-newton",
+            &["bounds", "plant_box", "uncertainty", "noise"],
+        ),
         LawName::RelayLeastSquares => (
             "relay-least-squares",
             &["relay", "forgetting", "filter_cutoff"],
@@ -216,35 +258,49 @@ fn identifier(table: &tables::Identifier, sample_time: f64) -> Result<Identifier
         ("mu", table.mu.is_some()),
         ("bounds", table.bounds.is_some()),
         ("plant_box", table.plant_box.is_some()),
+        ("uncertainty", table.uncertainty.is_some()),
+        ("noise", table.noise.is_some()),
         ("relay", table.relay.is_some()),
         ("forgetting", table.forgetting.is_some()),
         ("filter_cutoff", table.filter_cutoff.is_some()),
     ];
     refuse_strangers("identifier", name, takes, &given)?;
-    if let Some(parameters) = &table.parameters
-        && parameters[..] != [Parameter::A, Parameter::B]
-    {
-        return Err(Fault::new(
-            "identifier.parameters",
-            "these parameters cannot be estimated together",
-        ));
-    }
+    let parameters = parameters(table)?;
     let law = match table.law {
         LawName::Gradient => Law::Gradient(GradientSettings {
-            gamma: table.gamma.as_deref().map(gamma).transpose()?,
+            gamma: table
+                .gamma
+                .as_deref()
+                .map(|entries| gamma(entries, parameters.len()))
+                .transpose()?,
             mu: table.mu,
-            bounds: bounds(table, sample_time)?,
-            plant_box: table.plant_box.as_ref().map(plant_box).transpose()?,
         }),
+        LawName::GaussNewton => Law::GaussNewton(uncertainty(table)?),
         LawName::RelayLeastSquares => Law::RelayLeastSquares(RelaySettings {
             relay: table.relay.unwrap_or(1.0),
             forgetting: table.forgetting.unwrap_or(0.999),
             filter_cutoff: table.filter_cutoff.unwrap_or(50.0),
         }),
     };
+    let tables::Initial {
+        a,
+        b,
+        coulomb,
+        load,
+    } = table.initial;
     Ok(IdentifierSettings {
         law,
-        initial: [table.initial.a, table.initial.b],
+        parameters,
+        initial: ServoParameters {
+            a,
+            b: Allowed::Above(0.0)
+                .check("initial.b", b)
+                .map_err(under("identifier"))?,
+            coulomb,
+            load,
+        },
+        bounds: bounds(table, sample_time, command)?,
+        plant_box: table.plant_box.as_ref().map(plant_box).transpose()?,
         arithmetic: match table.arithmetic {
             tables::Arithmetic::F32 => Arithmetic::F32,
             tables::Arithmetic::F64 => Arithmetic::F64,
@@ -252,33 +308,100 @@ fn identifier(table: &tables::Identifier, sample_time: f64) -> Result<Identifier
     })
 }
 
-fn gamma(entries: &[NumberOrRow]) -> Result<PositiveDefinite<2>, Fault> {
-    let matrix = match entries {
-        [NumberOrRow::Number(a), NumberOrRow::Number(b)] => PositiveDefinite::diagonal([*a, *b]),
-        [NumberOrRow::Row(first), NumberOrRow::Row(second)] => match (&first[..], &second[..]) {
-            (&[aa, ab], &[ba, bb]) => PositiveDefinite::new([[aa, ab], [ba, bb]]),
-            _ => return Err(Fault::new("identifier.gamma", "the matrix is not 2 by 2")),
-        },
-        _ => {
-            return Err(Fault::new(
-                "identifier.gamma",
-                "neither a diagonal of two numbers nor a matrix of two rows",
-            ));
-        }
+fn parameters(table: &tables::Identifier) -> Result<Vec<Parameter>, Fault> {
+    let key = "identifier.parameters";
+    let Some(names) = &table.parameters else {
+        return Ok(vec![Parameter::A, Parameter::B]);
     };
-    matrix.map_err(|error| Fault::new("identifier.gamma", error))
+    let parameters: Vec<Parameter> = names
+        .iter()
+        .map(|name| match name {
+            tables::Parameter::A => Parameter::A,
+            tables::Parameter::B => Parameter::B,
+            tables::Parameter::Coulomb => Parameter::Coulomb,
+            tables::Parameter::Load => Parameter::Load,
+        })
+        .collect();
+    if parameters.is_empty() {
+        return Err(Fault::new(key, "there is nothing to estimate"));
+    }
+    if let Some(twice) = (1..parameters.len()).find(|&i| parameters[..i].contains(&parameters[i])) {
+        let name = parameters[twice].name();
+        return Err(Fault::new(key, format!("\"{name}\" stands there twice")));
+    }
+    if table.law == LawName::RelayLeastSquares && parameters != [Parameter::A, Parameter::B] {
+        return Err(Fault::new(
+            key,
+            "\"relay-least-squares\" estimates [\"a\", \"b\"] and nothing else",
+        ));
+    }
+    Ok(parameters)
 }
 
-fn bounds(table: &tables::Identifier, sample_time: f64) -> Result<[Interval; 2], Fault> {
+fn uncertainty(table: &tables::Identifier) -> Result<Uncertainty, Fault> {
+    let tables::Uncertainty {
+        a,
+        b,
+        coulomb,
+        load,
+    } = table.uncertainty.unwrap_or_default();
+    for (name, value) in [
+        ("uncertainty.a", a),
+        ("uncertainty.b", b),
+        ("uncertainty.coulomb", coulomb),
+        ("uncertainty.load", load),
+        ("noise", table.noise),
+    ] {
+        if let Some(value) = value {
+            Allowed::Above(0.0)
+                .check(name, value)
+                .map_err(under("identifier"))?;
+        }
+    }
+    Ok(Uncertainty {
+        initial: [a, b, coulomb, load],
+        noise: table.noise,
+    })
+}
+
+/// The matrix of a diagonal or of rows, for so many parameters.
+fn gamma(entries: &[NumberOrRow], parameters: usize) -> Result<Vec<Vec<f64>>, Fault> {
+    let fault = |fault: String| Fault::new("identifier.gamma", fault);
+    if entries.len() != parameters {
+        return Err(fault(format!(
+            "{} entries for {parameters} parameters",
+            entries.len()
+        )));
+    }
+    entries
+        .iter()
+        .enumerate()
+        .map(|(i, entry)| match entry {
+            NumberOrRow::Number(value) => {
+                let mut row = vec![0.0; parameters];
+                row[i] = *value;
+                Ok(row)
+            }
+            NumberOrRow::Row(row) if row.len() == parameters => Ok(row.clone()),
+            NumberOrRow::Row(row) => Err(fault(format!(
+                "row {i} has {} entries for {parameters} parameters",
+                row.len()
+            ))),
+        })
+        .collect()
+}
+
+fn bounds(table: &tables::Identifier, sample_time: f64, command: f64) -> Result<Bounds, Fault> {
     let given = table.bounds.unwrap_or_default();
     let initial = table.initial.b;
-    Ok([
-        interval("bounds.a", given.a.unwrap_or([0.0, 0.1 / sample_time]))?,
-        interval(
-            "bounds.b",
-            given.b.unwrap_or([0.1 * initial, 100.0 * initial]),
-        )?,
-    ])
+    let b = given.b.unwrap_or([0.1 * initial, 100.0 * initial]);
+    let most = b[1] * command;
+    Ok(Bounds {
+        a: interval("bounds.a", given.a.unwrap_or([0.0, 0.1 / sample_time]))?,
+        b: interval("bounds.b", b)?,
+        coulomb: interval("bounds.coulomb", given.coulomb.unwrap_or([0.0, most]))?,
+        load: interval("bounds.load", given.load.unwrap_or([-most, most]))?,
+    })
 }
 
 fn plant_box(table: &tables::PlantBox) -> Result<PlantBox, Fault> {

@@ -21,7 +21,11 @@ const fn key(path: &'static str, allowed: &'static str, default: &'static str) -
 
 /// All keys, in the order of the documentation.
 pub const KEYS: &[Key] = &[
-    key("plant", "a table with the true servo's a and b", "required"),
+    key(
+        "plant",
+        "a table with the true servo's a and b",
+        "required to run",
+    ),
     key("plant.a", "a number of at least 0, 1/s", "required"),
     key(
         "plant.b",
@@ -147,13 +151,13 @@ pub const KEYS: &[Key] = &[
     key("identifier", "a table with the law", "the Γ-gradient law"),
     key(
         "identifier.law",
-        "\"gradient\" or \"relay-least-squares\"",
+        "\"gradient\", \"gauss-newton\" or \"relay-least-squares\"",
         "\"gradient\"",
     ),
     key(
         "identifier.gamma",
-        "the diagonal [g_a, g_b] or the full symmetric positive definite matrix [[..], [..]] \
-         (gradient)",
+        "the diagonal [g_a, g_b, ..] or the full symmetric positive definite matrix [[..], ..], in \
+         the order of parameters (gradient)",
         "automatic",
     ),
     key(
@@ -161,22 +165,37 @@ pub const KEYS: &[Key] = &[
         "a number above 0, 1/s (gradient)",
         "automatic",
     ),
-    key("identifier.parameters", "[\"a\", \"b\"]", "[\"a\", \"b\"]"),
+    key(
+        "identifier.parameters",
+        "one or more of \"a\", \"b\", \"coulomb\" and \"load\", each once; the others stay at their \
+         initial values; relay-least-squares: [\"a\", \"b\"]",
+        "[\"a\", \"b\"]",
+    ),
     key(
         "identifier.initial",
-        "{ a = 1/s, b = rad/s² per command unit }, inside bounds",
-        "{ a = 0, b = 50 }",
+        "{ a = 1/s, b = rad/s² per command unit, coulomb = rad/s², load = rad/s² }, inside bounds",
+        "{ a = 0, b = 50, coulomb = 0, load = 0 }",
     ),
     key("identifier.initial.a", "a number inside bounds.a, 1/s", "0"),
     key(
         "identifier.initial.b",
-        "a number inside bounds.b, rad/s² per command unit",
+        "a number above 0 inside bounds.b, rad/s² per command unit",
         "50",
     ),
     key(
+        "identifier.initial.coulomb",
+        "a number inside bounds.coulomb, rad/s²",
+        "0",
+    ),
+    key(
+        "identifier.initial.load",
+        "a number inside bounds.load, rad/s²",
+        "0",
+    ),
+    key(
         "identifier.bounds",
-        "{ a = [min, max], b = [min, max] } (gradient)",
-        "a from 0 to 0.1/sample_time, b from a tenth to a hundred times initial.b",
+        "{ a = [min, max], b = [min, max], coulomb = [min, max], load = [min, max] }",
+        "as below",
     ),
     key(
         "identifier.bounds.a",
@@ -189,8 +208,18 @@ pub const KEYS: &[Key] = &[
         "[initial.b/10, 100 initial.b]",
     ),
     key(
+        "identifier.bounds.coulomb",
+        "[min, max] with min of at least 0, rad/s²",
+        "from 0 to bounds.b's max times the smaller of limit and kp",
+    ),
+    key(
+        "identifier.bounds.load",
+        "[min, max], rad/s²",
+        "bounds.b's max times the smaller of limit and kp, to both sides",
+    ),
+    key(
         "identifier.plant_box",
-        "{ a = [min, max], b = [min, max] } (gradient)",
+        "{ a = [min, max], b = [min, max] } (gradient, gauss-newton)",
         "none: nothing is certified",
     ),
     key(
@@ -202,6 +231,36 @@ pub const KEYS: &[Key] = &[
         "identifier.plant_box.b",
         "[min, max] with min above 0, rad/s² per command unit",
         "required in plant_box",
+    ),
+    key(
+        "identifier.uncertainty",
+        "{ a, b, coulomb, load }: standard deviations of the initial estimates (gauss-newton)",
+        "a factor of three",
+    ),
+    key(
+        "identifier.uncertainty.a",
+        "a number above 0, 1/s",
+        "twice initial.a, at least initial.b kd",
+    ),
+    key(
+        "identifier.uncertainty.b",
+        "a number above 0, rad/s² per command unit",
+        "twice initial.b",
+    ),
+    key(
+        "identifier.uncertainty.coulomb",
+        "a number above 0, rad/s²",
+        "twice initial.coulomb, at least a tenth of initial.b times the command",
+    ),
+    key(
+        "identifier.uncertainty.load",
+        "a number above 0, rad/s²",
+        "twice initial.load, at least a tenth of initial.b times the command",
+    ),
+    key(
+        "identifier.noise",
+        "a number above 0, rad: standard deviation of the position noise (gauss-newton)",
+        "an encoder count over the square root of 12",
     ),
     key("identifier.arithmetic", "\"f32\" or \"f64\"", "\"f32\""),
     key(
@@ -224,6 +283,37 @@ pub const KEYS: &[Key] = &[
         "run.duration",
         "a number of at least one and at most 10^10 control samples, s",
         "60",
+    ),
+    key(
+        "log",
+        "a table with the columns of a log",
+        "required to replay",
+    ),
+    key("log.time", "the name of a column, s", "required in log"),
+    key(
+        "log.reference",
+        "the name of a column, rad",
+        "required in log",
+    ),
+    key(
+        "log.position",
+        "the name of a column, rad",
+        "required in log",
+    ),
+    key(
+        "log.command",
+        "the name of a column, command units: checked against the declared controller",
+        "not checked",
+    ),
+    key(
+        "log.injection",
+        "the name of a column, command units: added to the command behind controller and limit",
+        "none",
+    ),
+    key(
+        "log.bridge_gaps",
+        "a whole number: the most missing samples in a row that straight lines may bridge",
+        "0",
     ),
 ];
 

@@ -10,29 +10,31 @@ mod error;
 pub mod keys;
 mod parts;
 mod reference;
+mod set;
 mod source;
 pub mod tables;
 mod velocity;
 
 pub use error::ScenarioError;
 pub use reference::{Reference, ReferenceState};
+pub use set::{ModelSet, WithSet};
 pub use velocity::WithVelocity;
 
 use std::path::Path;
 
-use identifier_core::adaptation::PositiveDefinite;
 use identifier_core::control::{CommandLimit, Gains};
 use identifier_core::excitation::Tone;
-use identifier_core::interval::Interval;
+use identifier_core::identifier::{Bounds, Uncertainty};
 use identifier_core::model::ServoParameters;
+use identifier_core::parameters::Parameter;
 use identifier_core::stability::PlantBox;
 use identifier_core::units::Units;
 
 /// A validated scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scenario {
-    /// The true servo.
-    pub plant: ServoParameters,
+    /// The true servo, where it is known; a run needs it.
+    pub plant: Option<ServoParameters>,
     /// Encoder counts per revolution; none for an ideal sensor.
     pub counts_per_rev: Option<f64>,
     /// The amplifier's limit.
@@ -45,6 +47,34 @@ pub struct Scenario {
     pub identifier: IdentifierSettings,
     /// Length of the run, s.
     pub duration: f64,
+    /// The columns of a log to replay.
+    pub log: Option<LogSettings>,
+}
+
+/// What a scenario is read for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Purpose {
+    /// A simulated run: it needs a plant.
+    Run,
+    /// The replay of a log: it needs the log's columns.
+    Replay,
+}
+
+/// Which column of a log is what.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LogSettings {
+    /// Time, s.
+    pub time: String,
+    /// Reference position.
+    pub reference: String,
+    /// Measured position.
+    pub position: String,
+    /// The recorded command, to be checked against the declared controller.
+    pub command: Option<String>,
+    /// A known signal added to the command behind the controller and its limit.
+    pub injection: Option<String>,
+    /// The longest gap, in missing samples, that may be bridged by straight lines.
+    pub bridge: u32,
 }
 
 /// The PID and its sampling.
@@ -109,8 +139,14 @@ pub enum ExcitationSettings {
 pub struct IdentifierSettings {
     /// The law and what only it needs.
     pub law: Law,
-    /// Initial [â, b̂], SI.
-    pub initial: [f64; 2],
+    /// The parameters to be estimated, in the user's order.
+    pub parameters: Vec<Parameter>,
+    /// Initial estimates, SI; of a parameter that is not estimated, its known value.
+    pub initial: ServoParameters,
+    /// Box of the estimates.
+    pub bounds: Bounds,
+    /// Box of the servo, to be certified.
+    pub plant_box: Option<PlantBox>,
     /// The number format of the loop.
     pub arithmetic: Arithmetic,
 }
@@ -120,21 +156,19 @@ pub struct IdentifierSettings {
 pub enum Law {
     /// The Γ-gradient law (11) in the PID's loop.
     Gradient(GradientSettings),
+    /// Recursive Gauss–Newton in the PID's loop.
+    GaussNewton(Uncertainty),
     /// Recursive least squares in a loop closed by a relay.
     RelayLeastSquares(RelaySettings),
 }
 
 /// What only the Γ-gradient law needs.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct GradientSettings {
-    /// Γ; none for the automatic one.
-    pub gamma: Option<PositiveDefinite<2>>,
+    /// Γ for the parameters in the user's order; none for the automatic one.
+    pub gamma: Option<Vec<Vec<f64>>>,
     /// μ, 1/s; none for the automatic one.
     pub mu: Option<f64>,
-    /// Box of the estimates.
-    pub bounds: [Interval; 2],
-    /// Box of the servo, to be certified.
-    pub plant_box: Option<PlantBox>,
 }
 
 /// What only the relay's least squares needs.
@@ -154,6 +188,7 @@ impl Law {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Gradient(_) => "gradient",
+            Self::GaussNewton(_) => "gauss-newton",
             Self::RelayLeastSquares(_) => "relay-least-squares",
         }
     }
@@ -190,19 +225,19 @@ impl Scenario {
     ///
     /// # Errors
     /// File, line, key and what is allowed there.
-    pub fn load(path: &Path) -> Result<Self, ScenarioError> {
+    pub fn load(path: &Path, purpose: Purpose) -> Result<Self, ScenarioError> {
         let text = std::fs::read_to_string(path)
             .map_err(|error| ScenarioError::unreadable(path, &error))?;
-        Self::parse(&path.display().to_string(), &text)
+        Self::parse(&path.display().to_string(), &text, purpose)
     }
 
     /// Reads a scenario from a text; `name` stands for the file in errors.
     ///
     /// # Errors
     /// As [`Scenario::load`].
-    pub fn parse(name: &str, text: &str) -> Result<Self, ScenarioError> {
+    pub fn parse(name: &str, text: &str, purpose: Purpose) -> Result<Self, ScenarioError> {
         let source = source::Source::new(name, text);
         let tables = source.tables()?;
-        build::scenario(&tables).map_err(|fault| source.locate(fault))
+        build::scenario(&tables, purpose).map_err(|fault| source.locate(fault))
     }
 }

@@ -5,16 +5,20 @@ use identifier_core::adaptation::{
 };
 use identifier_core::control::{Controller, Pid};
 use identifier_core::error::{Allowed, OutOfRange};
-use identifier_core::identifier::{Identifier, IdentifierConfig, IdentifierError};
+use identifier_core::excitation::Excitation;
+use identifier_core::identifier::{
+    GaussNewtonIdentifier, GradientIdentifier, GradientLaw, IdentifierConfig, IdentifierError,
+};
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::number::Number;
-use identifier_core::stability::{CertificateError, PlantBox};
+use identifier_core::parameters::ParameterSet;
+use identifier_core::stability::CertificateError;
 use identifier_core::units::Units;
 
 use super::error::Fault;
 use super::{
-    ControllerSettings, ExcitationSettings, GradientSettings, Law, Reference, RelaySettings,
-    Scenario, WithVelocity,
+    ControllerSettings, ExcitationSettings, GradientSettings, IdentifierSettings, Law, Reference,
+    RelaySettings, Scenario, WithSet, WithVelocity,
 };
 
 /// Standard deviations of the least squares' initial [â, b̂], SI, for a filtered acceleration with
@@ -54,47 +58,64 @@ impl Scenario {
         }
     }
 
-    /// The configuration of the Γ-gradient identifier, Γ chosen from the box and the excitation
-    /// where none is given.
-    ///
-    /// # Errors
-    /// If no Γ can be chosen.
-    pub fn identifier_config(
-        &self,
-        settings: &GradientSettings,
-    ) -> Result<IdentifierConfig, IdentifierError> {
+    /// What every identifier is built from.
+    #[must_use]
+    pub fn identifier_config(&self) -> IdentifierConfig {
         let ControllerSettings { gains, units, .. } = self.controller;
-        let gamma = match settings.gamma {
-            Some(gamma) => gamma,
-            None => self.automatic_gamma(settings)?,
-        };
-        Ok(IdentifierConfig {
+        IdentifierConfig {
             units,
             gains,
             limit: self.limit,
-            plant_box: settings.plant_box,
-            mu: settings.mu,
-            gamma,
+            plant_box: self.identifier.plant_box,
             initial: self.identifier.initial,
-            bounds: settings.bounds,
+            bounds: self.identifier.bounds,
+        }
+    }
+
+    /// The Γ-gradient law for a parameter set, Γ chosen from the box and the reference where none
+    /// is given.
+    ///
+    /// # Errors
+    /// If no Γ can be chosen, or the one given is not positive definite.
+    pub fn gradient_law<S: ParameterSet<P>, const P: usize>(
+        &self,
+        settings: &GradientSettings,
+        reference: &impl Excitation<f64>,
+    ) -> Result<GradientLaw<P>, IdentifierError> {
+        let gamma = match &settings.gamma {
+            Some(gamma) => self.identifier.spread::<S, P>(gamma)?,
+            None => self.automatic_gamma::<S, P>(reference)?,
+        };
+        Ok(GradientLaw {
+            gamma,
+            mu: settings.mu,
+            frozen: self.identifier.frozen::<S, P>(),
         })
     }
 
-    fn automatic_gamma(
+    fn automatic_gamma<S: ParameterSet<P>, const P: usize>(
         &self,
-        settings: &GradientSettings,
-    ) -> Result<PositiveDefinite<2>, IdentifierError> {
+        reference: &impl Excitation<f64>,
+    ) -> Result<PositiveDefinite<P>, IdentifierError> {
         /// Time for which the reference is played, s, and the most samples of it.
         const PLAYED: (f64, f64) = (10.0, 200_000.0);
 
-        struct Choose<'a>(&'a Scenario, AutomaticGain, Reference<f64>);
+        struct Choose<'a, S, E, const P: usize> {
+            scenario: &'a Scenario,
+            automatic: AutomaticGain,
+            reference: &'a E,
+            set: std::marker::PhantomData<S>,
+        }
 
-        impl WithVelocity<f64> for Choose<'_> {
-            type Output = Result<PositiveDefinite<2>, MatrixError>;
+        impl<S: ParameterSet<P>, E: Excitation<f64>, const P: usize> WithVelocity<f64>
+            for Choose<'_, S, E, P>
+        {
+            type Output = Result<PositiveDefinite<P>, MatrixError>;
 
-            fn with<V: VelocityEstimate<f64>>(self, velocity: V) -> Self::Output {
-                let Self(scenario, automatic, reference) = self;
-                automatic.gamma(&scenario.controller(velocity), &reference)
+            fn with<V: VelocityEstimate<f64> + 'static>(self, velocity: V) -> Self::Output {
+                let controller = self.scenario.controller(velocity);
+                self.automatic
+                    .gamma::<S, V, _, P>(&controller, self.reference)
             }
         }
 
@@ -103,18 +124,20 @@ impl Scenario {
             units,
             velocity,
         } = &self.controller;
-        let [a, b] = settings.bounds;
         let (time, most) = PLAYED;
         let automatic = AutomaticGain {
             units: *units,
-            plant_box: settings
-                .plant_box
-                .unwrap_or_else(|| PlantBox::spanning(a, b)),
+            plant_box: self.identifier_config().assumed_box(),
             kd: gains.kd(),
             samples: (time / units.sample_time()).min(most) as u32,
         };
-        let reference = Reference::new(units, &self.excitation)?;
-        Ok(velocity.with(units, Choose(self, automatic, reference))??)
+        let work = Choose {
+            scenario: self,
+            automatic,
+            reference,
+            set: std::marker::PhantomData::<S>,
+        };
+        Ok(velocity.with(units, work)??)
     }
 
     /// Whether every part can be built from these settings, as is checked when a file is read.
@@ -126,7 +149,7 @@ impl Scenario {
     /// Builds every part once, so that nothing can fail after output has begun.
     pub(super) fn try_parts(&self) -> Result<(), Fault> {
         let units = &self.controller.units;
-        Reference::<f64>::new(units, &self.excitation).map_err(|error| {
+        let reference = Reference::<f64>::new(units, &self.excitation).map_err(|error| {
             let multisine = matches!(self.excitation, ExcitationSettings::Multisine(_));
             let key = match error.parameter {
                 "tones" | "frequency" => "frequencies",
@@ -135,25 +158,11 @@ impl Scenario {
             };
             Fault::new(format!("excitation.{key}"), error)
         })?;
-        let cutoff = |error| Fault::new("controller.velocity_filter.cutoff", error);
-        match &self.identifier.law {
-            Law::Gradient(settings) => {
-                let fault = |error: IdentifierError| Fault::new(key_of(&error, settings), error);
-                // The filter first: choosing Γ needs it.
-                self.controller
-                    .velocity
-                    .with(units, Built)
-                    .map_err(cutoff)?;
-                let config = self.identifier_config(settings).map_err(fault)?;
-                self.controller
-                    .velocity
-                    .with(units, Build(&config))
-                    .map_err(cutoff)?
-                    .map_err(fault)
-            }
-            Law::RelayLeastSquares(settings) => Allowed::Above(0.0)
+        if let Law::RelayLeastSquares(settings) = &self.identifier.law {
+            let initial = [self.identifier.initial.a, self.identifier.initial.b];
+            return Allowed::Above(0.0)
                 .check("relay", settings.relay)
-                .and_then(|_| settings.least_squares::<f64>(units, self.identifier.initial))
+                .and_then(|_| settings.least_squares::<f64>(units, initial))
                 .map(|_| ())
                 .map_err(|error| {
                     let key = match error.parameter {
@@ -161,8 +170,44 @@ impl Scenario {
                         other => other,
                     };
                     Fault::new(format!("identifier.{key}"), error)
-                }),
+                });
         }
+        // The filter first: choosing Γ needs it.
+        let cutoff = |error| Fault::new("controller.velocity_filter.cutoff", error);
+        let velocity = &self.controller.velocity;
+        velocity.with(units, Built).map_err(cutoff)?;
+        let work = Build {
+            scenario: self,
+            reference: &reference,
+        };
+        self.identifier
+            .model_set()
+            .with(work)
+            .map_err(|error| Fault::new(key_of(&error, &self.identifier.law), error))
+    }
+}
+
+impl IdentifierSettings {
+    /// Which parameters of a set are known.
+    #[must_use]
+    pub fn frozen<S: ParameterSet<P>, const P: usize>(&self) -> [bool; P] {
+        S::PARAMETERS.map(|parameter| self.is_frozen(parameter))
+    }
+
+    /// A matrix over the user's parameters as one over a set; a parameter that is not estimated
+    /// gets a one that the law does not use.
+    fn spread<S: ParameterSet<P>, const P: usize>(
+        &self,
+        entries: &[Vec<f64>],
+    ) -> Result<PositiveDefinite<P>, MatrixError> {
+        let place = S::PARAMETERS.map(|p| self.parameters.iter().position(|&own| own == p));
+        PositiveDefinite::new(std::array::from_fn(|i| {
+            std::array::from_fn(|j| match (place[i], place[j]) {
+                (Some(row), Some(column)) => entries[row][column],
+                _ if i == j => 1.0,
+                _ => 0.0,
+            })
+        }))
     }
 }
 
@@ -172,22 +217,71 @@ struct Built;
 impl WithVelocity<f64> for Built {
     type Output = ();
 
-    fn with<V: VelocityEstimate<f64>>(self, _: V) {}
+    fn with<V: VelocityEstimate<f64> + 'static>(self, _: V) {}
 }
 
 /// A whole identifier.
-struct Build<'a>(&'a IdentifierConfig);
+struct Build<'a> {
+    scenario: &'a Scenario,
+    reference: &'a Reference<f64>,
+}
 
-impl WithVelocity<f64> for Build<'_> {
+impl WithSet for Build<'_> {
     type Output = Result<(), IdentifierError>;
 
-    fn with<V: VelocityEstimate<f64>>(self, velocity: V) -> Self::Output {
-        Identifier::new(self.0, velocity).map(|_| ())
+    fn with<S: ParameterSet<P> + 'static, const P: usize>(self) -> Self::Output {
+        struct Inner<'a, S, const P: usize>(
+            &'a Scenario,
+            Option<GradientLaw<P>>,
+            std::marker::PhantomData<S>,
+        );
+
+        impl<S: ParameterSet<P>, const P: usize> WithVelocity<f64> for Inner<'_, S, P> {
+            type Output = Result<(), IdentifierError>;
+
+            fn with<V: VelocityEstimate<f64> + 'static>(self, velocity: V) -> Self::Output {
+                let Self(scenario, law, _) = self;
+                let config = scenario.identifier_config();
+                let frozen = scenario.identifier.frozen::<S, P>();
+                match (law, &scenario.identifier.law) {
+                    (Some(law), _) => {
+                        GradientIdentifier::<f64, V, S, P>::new(&config, &law, velocity)?;
+                    }
+                    (None, Law::GaussNewton(uncertainty)) => {
+                        GaussNewtonIdentifier::<f64, V, S, P>::new(
+                            &config,
+                            uncertainty,
+                            frozen,
+                            velocity,
+                        )?;
+                    }
+                    _ => {}
+                }
+                Ok(())
+            }
+        }
+
+        let Self {
+            scenario,
+            reference,
+        } = self;
+        let law = match &scenario.identifier.law {
+            Law::Gradient(settings) => Some(scenario.gradient_law::<S, P>(settings, reference)?),
+            _ => None,
+        };
+        let ControllerSettings {
+            units, velocity, ..
+        } = &scenario.controller;
+        velocity.with(
+            units,
+            Inner::<S, P>(scenario, law, std::marker::PhantomData),
+        )?
     }
 }
 
 /// The key that an identifier's error is best mended at.
-fn key_of(error: &IdentifierError, settings: &GradientSettings) -> String {
+fn key_of(error: &IdentifierError, law: &Law) -> String {
+    let states_mu = matches!(law, Law::Gradient(GradientSettings { mu: Some(_), .. }));
     match error {
         IdentifierError::Range(error) => match error.parameter {
             "alpha_min" => "controller.kd".to_owned(),
@@ -196,7 +290,7 @@ fn key_of(error: &IdentifierError, settings: &GradientSettings) -> String {
         IdentifierError::Certificate(CertificateError::ProportionalGainTooSmall { .. }) => {
             "controller.kp".to_owned()
         }
-        IdentifierError::Certificate(_) if settings.mu.is_some() => "identifier.mu".to_owned(),
+        IdentifierError::Certificate(_) if states_mu => "identifier.mu".to_owned(),
         IdentifierError::Certificate(_) => "identifier.plant_box".to_owned(),
         IdentifierError::SampledLoop(_) => "controller.sample_time".to_owned(),
         _ => "identifier.gamma".to_owned(),

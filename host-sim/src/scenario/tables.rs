@@ -13,7 +13,7 @@ use serde::de::{Deserializer, Error, SeqAccess, Visitor};
     reason = "the fields are the keys of the scenario file, see `keys`"
 )]
 pub struct Tables {
-    pub plant: Plant,
+    pub plant: Option<Plant>,
     #[serde(default)]
     pub encoder: Encoder,
     #[serde(default)]
@@ -26,6 +26,7 @@ pub struct Tables {
     pub identifier: Identifier,
     #[serde(default)]
     pub run: Run,
+    pub log: Option<Log>,
 }
 
 /// `[plant]`
@@ -186,6 +187,8 @@ pub struct Identifier {
     pub bounds: Option<Bounds>,
     pub plant_box: Option<PlantBox>,
     pub arithmetic: Arithmetic,
+    pub uncertainty: Option<Uncertainty>,
+    pub noise: Option<f64>,
     pub relay: Option<f64>,
     pub forgetting: Option<f64>,
     pub filter_cutoff: Option<f64>,
@@ -201,6 +204,7 @@ pub struct Identifier {
 pub enum LawName {
     #[default]
     Gradient,
+    GaussNewton,
     RelayLeastSquares,
 }
 
@@ -214,6 +218,8 @@ pub enum LawName {
 pub enum Parameter {
     A,
     B,
+    Coulomb,
+    Load,
 }
 
 /// The number formats.
@@ -239,11 +245,18 @@ pub enum Arithmetic {
 pub struct Initial {
     pub a: f64,
     pub b: f64,
+    pub coulomb: f64,
+    pub load: f64,
 }
 
 impl Default for Initial {
     fn default() -> Self {
-        Self { a: 0.0, b: 50.0 }
+        Self {
+            a: 0.0,
+            b: 50.0,
+            coulomb: 0.0,
+            load: 0.0,
+        }
     }
 }
 
@@ -257,6 +270,39 @@ impl Default for Initial {
 pub struct Bounds {
     pub a: Option<[f64; 2]>,
     pub b: Option<[f64; 2]>,
+    pub coulomb: Option<[f64; 2]>,
+    pub load: Option<[f64; 2]>,
+}
+
+/// `uncertainty`
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+#[expect(
+    missing_docs,
+    reason = "the fields are the keys of the scenario file, see `keys`"
+)]
+pub struct Uncertainty {
+    pub a: Option<f64>,
+    pub b: Option<f64>,
+    pub coulomb: Option<f64>,
+    pub load: Option<f64>,
+}
+
+/// `[log]`
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(
+    missing_docs,
+    reason = "the fields are the keys of the scenario file, see `keys`"
+)]
+pub struct Log {
+    pub time: String,
+    pub reference: String,
+    pub position: String,
+    pub command: Option<String>,
+    pub injection: Option<String>,
+    #[serde(default)]
+    pub bridge_gaps: u32,
 }
 
 /// `plant_box`

@@ -15,7 +15,7 @@ pub trait WithVelocity<N: Number> {
     type Output;
 
     /// Does it.
-    fn with<V: VelocityEstimate<N>>(self, velocity: V) -> Self::Output;
+    fn with<V: VelocityEstimate<N> + 'static>(self, velocity: V) -> Self::Output;
 }
 
 impl VelocitySettings {

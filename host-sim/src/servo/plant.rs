@@ -1,29 +1,39 @@
 use identifier_core::model::ServoParameters;
 
-/// q̈ = −a q̇ + b u + d, moved from sample to sample in closed form for a held command.
+/// q̈ = −a q̇ + b u + d − c sign(q̇), moved from sample to sample in closed form for a held command.
+///
+/// Coulomb friction is taken event by event: where the velocity reaches zero within a sample, the
+/// time is found in closed form, and from there the servo stands if friction can hold it, or turns.
+/// Standing, it breaks away when the drive exceeds friction; the drive is held, so that happens at
+/// a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plant {
+    a: f64,
     gain: f64,
     load: f64,
-    decay: f64,
-    g1: f64,
-    g2: f64,
-    sample_time: f64,
+    coulomb: f64,
+    whole: Step,
     /// Position q, rad.
     pub position: f64,
     /// Velocity q̇, rad/s.
     pub velocity: f64,
 }
 
-impl Plant {
-    /// At rest at position zero, to be moved in steps of `sample_time` (s).
-    #[must_use]
-    pub fn at_rest(parameters: &ServoParameters, sample_time: f64) -> Self {
-        /// Below this a T the two integrals are taken from their series, whose next term is then
+/// The exact step of q̈ = −a q̇ + w over a time t: q += g₁ q̇ + g₂ w, q̇ = e^(−at) q̇ + g₁ w.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Step {
+    time: f64,
+    decay: f64,
+    g1: f64,
+    g2: f64,
+}
+
+impl Step {
+    fn new(a: f64, time: f64) -> Self {
+        /// Below this a t the two integrals are taken from their series, whose next term is then
         /// below 10⁻¹⁸; the closed form would cancel.
         const SERIES_BELOW: f64 = 1e-4;
-        let ServoParameters { a, b, load, .. } = *parameters;
-        let t = sample_time;
+        let t = time;
         let x = a * t;
         let (g1, g2) = if x < SERIES_BELOW {
             (
@@ -35,12 +45,30 @@ impl Plant {
             (g1, (t - g1) / a)
         };
         Self {
-            gain: b,
-            load,
+            time,
             decay: libm::exp(-x),
             g1,
             g2,
-            sample_time,
+        }
+    }
+}
+
+impl Plant {
+    /// At rest at position zero, to be moved in steps of `sample_time` (s).
+    #[must_use]
+    pub fn at_rest(parameters: &ServoParameters, sample_time: f64) -> Self {
+        let ServoParameters {
+            a,
+            b,
+            load,
+            coulomb,
+        } = *parameters;
+        Self {
+            a,
+            gain: b,
+            load,
+            coulomb,
+            whole: Step::new(a, sample_time),
             position: 0.0,
             velocity: 0.0,
         }
@@ -50,14 +78,65 @@ impl Plant {
     #[inline]
     pub fn advance(&mut self, command: f64) {
         let drive = self.gain * command + self.load;
-        self.position += self.g1 * self.velocity + self.g2 * drive;
-        self.velocity = self.decay * self.velocity + self.g1 * drive;
+        if self.coulomb > 0.0 {
+            self.advance_with_friction(drive);
+        } else {
+            let whole = self.whole;
+            self.slide(&whole, drive);
+        }
+    }
+
+    #[inline]
+    fn slide(&mut self, step: &Step, drive: f64) {
+        self.position += step.g1 * self.velocity + step.g2 * drive;
+        self.velocity = step.decay * self.velocity + step.g1 * drive;
+    }
+
+    fn advance_with_friction(&mut self, drive: f64) {
+        let mut left = self.whole.time;
+        while left > 0.0 {
+            let direction = if self.velocity != 0.0 {
+                self.velocity.signum()
+            } else if drive.abs() > self.coulomb {
+                drive.signum()
+            } else {
+                return;
+            };
+            let pushed = drive - self.coulomb * direction;
+            let until_rest = self.time_to_rest(pushed);
+            if until_rest >= left {
+                let step = if left < self.whole.time {
+                    Step::new(self.a, left)
+                } else {
+                    self.whole
+                };
+                self.slide(&step, pushed);
+                return;
+            }
+            self.slide(&Step::new(self.a, until_rest), pushed);
+            self.velocity = 0.0;
+            left -= until_rest;
+        }
+    }
+
+    /// When q̇ e^(−at) + w (1 − e^(−at))/a is zero: t = ln(1 − a q̇/w)/a, or q̇/−w without viscosity;
+    /// never if the acceleration w drives the servo on.
+    fn time_to_rest(&self, w: f64) -> f64 {
+        if self.velocity == 0.0 || self.velocity * w >= 0.0 {
+            return f64::INFINITY;
+        }
+        let r = -self.velocity / w;
+        if self.a * r < 1e-8 {
+            r
+        } else {
+            libm::log1p(self.a * r) / self.a
+        }
     }
 
     /// The time of one step, s.
     #[must_use]
     pub fn sample_time(&self) -> f64 {
-        self.sample_time
+        self.whole.time
     }
 }
 
@@ -160,5 +239,70 @@ mod tests {
         }
         let (gone, v2) = step_response(SERVO.a, 0.0, v1, 0.3);
         assert!(close(plant.position, q1 + gone) && close(plant.velocity, v2));
+    }
+
+    #[test]
+    fn friction_stops_a_coasting_servo_where_the_closed_form_does() {
+        // q̈ = −a q̇ − c from v₀: rest after t = ln(1 + a v₀/c)/a, at q = (v₀ − c t)/a.
+        for sample_time in [1e-4, 1e-3, 7e-3] {
+            let servo = ServoParameters {
+                a: 3.0,
+                b: 100.0,
+                coulomb: 12.0,
+                load: 0.0,
+            };
+            let mut plant = Plant::at_rest(&servo, sample_time);
+            plant.velocity = 5.0;
+            let rest = (1.0_f64 + 3.0 * 5.0 / 12.0).ln() / 3.0;
+            for _ in 0..(2.0 * rest / sample_time) as u32 {
+                plant.advance(0.0);
+            }
+            assert!(plant.velocity == 0.0, "it stays at rest");
+            assert!(close(plant.position, (5.0 - 12.0 * rest) / 3.0));
+        }
+    }
+
+    #[test]
+    fn friction_holds_until_the_drive_exceeds_it_and_then_takes_its_share() {
+        let servo = ServoParameters {
+            a: 2.0,
+            b: 100.0,
+            coulomb: 10.0,
+            load: -5.0,
+        };
+        let mut plant = Plant::at_rest(&servo, 1e-3);
+        for _ in 0..100 {
+            plant.advance(0.149);
+        }
+        assert!(
+            plant.position == 0.0 && plant.velocity == 0.0,
+            "15 − 5 does not exceed 10"
+        );
+        for _ in 0..100 {
+            plant.advance(0.4);
+        }
+        let (q, v) = step_response(2.0, 40.0 - 5.0 - 10.0, 0.0, 0.1);
+        assert!(close(plant.position, q) && close(plant.velocity, v));
+    }
+
+    #[test]
+    fn a_reversal_within_a_sample_is_exact() {
+        // Braked by w₁ = −60 to rest, then driven back by w₂ = −40: friction changes its side.
+        let servo = ServoParameters {
+            a: 0.0,
+            b: 100.0,
+            coulomb: 10.0,
+            load: 0.0,
+        };
+        let mut plant = Plant::at_rest(&servo, 0.1);
+        plant.velocity = 2.0;
+        plant.advance(-0.5);
+        let rest = 2.0 / 60.0;
+        let left = 0.1 - rest;
+        assert!(close(plant.velocity, -40.0 * left));
+        assert!(close(
+            plant.position,
+            2.0 * rest / 2.0 - 40.0 * left * left / 2.0
+        ));
     }
 }

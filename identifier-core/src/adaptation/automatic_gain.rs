@@ -3,6 +3,7 @@ use crate::control::{ControlState, Controller};
 use crate::excitation::Excitation;
 use crate::measurement::velocity::VelocityEstimate;
 use crate::model::HeldStep;
+use crate::parameters::{Parameter, ParameterSet};
 use crate::stability::PlantBox;
 use crate::units::Units;
 
@@ -12,8 +13,9 @@ use crate::units::Units;
 /// moments of the regressor (9) are taken, E q̇² and E u². From these:
 ///
 /// - **Ratio.** (11) moves an estimate at a rate proportional to Γᵢᵢ E φᵢ². Equal rates ask for
-///   Γ_a/Γ_b = E u²/E q̇²; the smallest such ratio of the corners is taken, since a Γ_a too large
-///   beside Γ_b is what lets â swing (an a too small for one servo only takes longer).
+///   Γ_a/Γ_b = E u²/E q̇², and Γ_c/Γ_b = E u² for friction and load; the smallest such ratio of the
+///   corners is taken, since a Γ_a too large beside Γ_b is what lets â swing (one too small for one
+///   servo only takes longer).
 /// - **Size.** The guard allows T φᵀΓφ up to ρ α_min. Γ is sized so that the *mean* of T φᵀΓφ
 ///   reaches [`AutomaticGain::STRENGTH`] times that bound at the corner where it is smallest: the
 ///   guard then sets the pace in the transients, where the information is.
@@ -33,17 +35,18 @@ impl AutomaticGain {
     /// Mean of T φᵀΓφ over the guard's bound, at the least excited corner.
     pub const STRENGTH: f64 = 1.0;
 
-    /// Γ for [â, b̂] under a controller and an excitation, SI.
+    /// Γ for the parameters of a set under a controller and an excitation, SI.
     ///
     /// # Errors
     /// If the excitation leaves a corner servo at rest (its moments are then zero) or drives it out
     /// of the range of numbers, no Γ follows from it: the [`MatrixError`] shows the entry.
-    pub fn gamma<V, E>(
+    pub fn gamma<S, V, E, const P: usize>(
         &self,
         controller: &Controller<f64, V>,
         excitation: &E,
-    ) -> Result<PositiveDefinite<2>, MatrixError>
+    ) -> Result<PositiveDefinite<P>, MatrixError>
     where
+        S: ParameterSet<P>,
         V: VelocityEstimate<f64>,
         E: Excitation<f64>,
     {
@@ -55,18 +58,23 @@ impl AutomaticGain {
             (a.max(), b.max()),
         ]
         .map(|(a, b)| self.moments(controller, excitation, a, b));
-        let ratio = corners
-            .iter()
-            .map(|m| m.command / m.velocity)
-            .fold(f64::INFINITY, f64::min);
-        let least = corners
-            .iter()
-            .map(|m| ratio * m.velocity + m.command)
-            .fold(f64::INFINITY, f64::min);
+        // Friction and load have regressors of magnitude one.
+        let moment = |m: &Moments, parameter: Parameter| match parameter {
+            Parameter::A => m.velocity,
+            Parameter::B => m.command,
+            Parameter::Coulomb | Parameter::Load => 1.0,
+        };
+        let least =
+            |of: &dyn Fn(&Moments) -> f64| corners.iter().map(of).fold(f64::INFINITY, f64::min);
+        let ratios = S::PARAMETERS.map(|p| least(&|m: &Moments| m.command / moment(m, p)));
+        let strength = least(&|m: &Moments| {
+            let terms = S::PARAMETERS.iter().zip(ratios);
+            terms.map(|(&p, ratio)| ratio * moment(m, p)).sum()
+        });
         let decay = self.plant_box.slowest_decay(self.kd);
-        let bound = Gradient::<f64, 2>::GUARD * decay / self.units.sample_time();
-        let gamma_b = Self::STRENGTH * bound / least;
-        PositiveDefinite::diagonal([ratio * gamma_b, gamma_b])
+        let bound = Gradient::<f64, P>::GUARD * decay / self.units.sample_time();
+        let gamma_b = Self::STRENGTH * bound / strength;
+        PositiveDefinite::diagonal(ratios.map(|ratio| ratio * gamma_b))
     }
 
     /// E q̇² and E u² of the loop around one servo, SI.

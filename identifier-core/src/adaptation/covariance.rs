@@ -32,29 +32,33 @@ impl<N: Number, const P: usize> Covariance<N, P> {
         }
     }
 
-    /// Takes in a measurement with regressor φ and noise variance r > 0.
+    /// Takes in a measurement with regressor φ. `noise` answers with the noise variance r > 0 to the
+    /// variance φᵀPφ that the covariance predicts.
     #[inline]
-    pub fn measure(&mut self, regressor: &[N; P], noise: N) -> Innovation<N, P> {
+    pub fn measure(&mut self, regressor: &[N; P], noise: impl FnOnce(N) -> N) -> Innovation<N, P> {
         let projected: [N; P] = core::array::from_fn(|j| {
             (0..j).fold(regressor[j], |sum, i| sum + self.upper[i][j] * regressor[i])
         });
+        let weighted: [N; P] = core::array::from_fn(|j| self.diagonal[j] * projected[j]);
+        let predicted = (0..P).fold(N::ZERO, |sum, j| sum + projected[j] * weighted[j]);
+        let noise = noise(predicted);
+
         let mut gain: [N; P] = [N::ZERO; P];
         let mut variance = noise;
+        let mut precision = noise.reciprocal();
         for j in 0..P {
-            let weighted = self.diagonal[j] * projected[j];
             let before = variance;
-            let precision = before.reciprocal();
-            variance = before + projected[j] * weighted;
-            self.diagonal[j] = self.diagonal[j] * before * variance.reciprocal();
             let correction = projected[j] * precision;
+            variance = before + projected[j] * weighted[j];
+            precision = variance.reciprocal();
+            self.diagonal[j] = self.diagonal[j] * before * precision;
             for i in 0..j {
                 let entry = self.upper[i][j];
                 self.upper[i][j] = entry - gain[i] * correction;
-                gain[i] += entry * weighted;
+                gain[i] += entry * weighted[j];
             }
-            gain[j] = weighted;
+            gain[j] = weighted[j];
         }
-        let precision = variance.reciprocal();
         Innovation {
             gain: gain.map(|g| g * precision),
             variance,
@@ -69,12 +73,22 @@ impl<N: Number, const P: usize> Covariance<N, P> {
         }
     }
 
-    /// The variance of one parameter.
+    /// [`Covariance::inflate`], but no further than a diagonal entry of `most`.
+    #[inline]
+    pub fn forget(&mut self, factor: N, most: &[N; P]) {
+        for (variance, &most) in self.diagonal.iter_mut().zip(most) {
+            *variance = (*variance * factor).limited(N::ZERO, most);
+        }
+    }
+
+    /// The variance of a combination gᵀθ of the parameters, gᵀPg.
     #[must_use]
-    pub fn variance(&self, parameter: usize) -> N {
-        (parameter..P).fold(N::ZERO, |sum, j| {
-            let u = self.upper[parameter][j];
-            sum + u * u * self.diagonal[j]
+    pub fn variance_of(&self, combination: &[N; P]) -> N {
+        (0..P).fold(N::ZERO, |sum, j| {
+            let projected = (0..j).fold(combination[j], |sum, i| {
+                sum + self.upper[i][j] * combination[i]
+            });
+            sum + projected * projected * self.diagonal[j]
         })
     }
 }
@@ -101,13 +115,14 @@ mod tests {
         ) {
             let mut factored = Covariance::<f64, 3>::diagonal([1.0, 2.0, 3.0]);
             let mut plain = [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]];
+            let unit = |i: usize| core::array::from_fn(|j| if i == j { 1.0 } else { 0.0 });
             for phi in regressors {
-                let innovation = factored.measure(&phi, noise);
+                let innovation = factored.measure(&phi, |_| noise);
                 let (next, gain) = textbook(plain, phi, noise);
                 plain = next;
                 for i in 0..3 {
                     prop_assert!((innovation.gain[i] - gain[i]).abs() < 1e-9);
-                    prop_assert!((factored.variance(i) - plain[i][i]).abs() < 1e-9);
+                    prop_assert!((factored.variance_of(&unit(i)) - plain[i][i]).abs() < 1e-9);
                 }
             }
         }
@@ -117,11 +132,12 @@ mod tests {
             regressors in prop::collection::vec(prop::array::uniform3(-1e3_f32..1e3), 1..300),
         ) {
             let mut covariance = Covariance::<f32, 3>::diagonal([1e6, 1e6, 1e6]);
+            let unit = |i: usize| core::array::from_fn(|j| if i == j { 1.0 } else { 0.0 });
             for phi in regressors {
-                covariance.measure(&phi, 1.0);
+                covariance.measure(&phi, |_| 1.0);
                 covariance.inflate(1.001);
                 for i in 0..3 {
-                    prop_assert!(covariance.variance(i) > 0.0);
+                    prop_assert!(covariance.variance_of(&unit(i)) > 0.0);
                 }
             }
         }

@@ -48,6 +48,8 @@ pub struct GradientConfig<const P: usize> {
     pub slowest_decay: f64,
     /// Box of the estimates.
     pub bounds: [Interval; P],
+    /// Parameters that are known and stay at their initial values.
+    pub frozen: [bool; P],
 }
 
 impl<N: Number, const P: usize> GradientState<N, P> {
@@ -79,8 +81,14 @@ impl<N: Number, const P: usize> Gradient<N, P> {
     pub fn new(config: &GradientConfig<P>) -> Result<Self, OutOfRange> {
         Allowed::Above(0.0).check("mu", config.mu)?;
         Allowed::Above(0.0).check("alpha_min", config.slowest_decay)?;
+        let gamma = config.gamma.entries();
         Ok(Self {
-            gamma: config.gamma.entries().map(|row| row.map(N::from_f64)),
+            gamma: core::array::from_fn(|i| {
+                core::array::from_fn(|j| {
+                    let moves = !(config.frozen[i] || config.frozen[j]);
+                    N::from_f64(if moves { gamma[i][j] } else { 0.0 })
+                })
+            }),
             mu: N::from_f64(config.mu),
             strongest: N::from_f64(Self::GUARD * config.slowest_decay),
             projection: Projection::new(
@@ -139,6 +147,7 @@ mod tests {
             mu: 0.5,
             slowest_decay: 100.0,
             bounds: [wide; 3],
+            frozen: [false; 3],
         })
         .expect("valid")
     }

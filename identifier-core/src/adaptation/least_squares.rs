@@ -106,7 +106,7 @@ impl<N: Number> LeastSquares<N> {
         let predicted =
             state.estimates[0].value() * regressor[0] + state.estimates[1].value() * regressor[1];
         let error = state.motion.rate - predicted;
-        let innovation = state.covariance.measure(&regressor, self.noise);
+        let innovation = state.covariance.measure(&regressor, |_| self.noise);
         state.covariance.inflate(self.growth);
         for (estimate, gain) in state.estimates.iter_mut().zip(innovation.gain) {
             estimate.add(gain * error);

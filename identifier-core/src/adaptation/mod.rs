@@ -2,6 +2,7 @@
 
 mod automatic_gain;
 mod covariance;
+mod gauss_newton;
 mod gradient;
 mod least_squares;
 mod matrix;
@@ -9,6 +10,7 @@ mod projection;
 
 pub use automatic_gain::AutomaticGain;
 pub use covariance::{Covariance, Innovation};
+pub use gauss_newton::{GaussNewton, GaussNewtonConfig, GaussNewtonState};
 pub use gradient::{Gradient, GradientConfig, GradientState, GradientUpdate};
 pub use least_squares::{LeastSquares, LeastSquaresConfig, LeastSquaresState};
 pub use matrix::{MatrixError, PositiveDefinite};

@@ -64,6 +64,9 @@ pub struct ControlSample<N> {
     pub command: N,
     /// Whether the integral took this sample's error (anti-windup holds it otherwise).
     pub integrates: bool,
+    /// A known signal that is added to the command behind the controller and its limit; zero
+    /// unless the caller sets it.
+    pub injection: N,
 }
 
 impl<N: Number, V: VelocityEstimate<N>> Controller<N, V> {
@@ -99,6 +102,7 @@ impl<N: Number, V: VelocityEstimate<N>> Controller<N, V> {
             integral,
             command: command.value,
             integrates: command.integrates,
+            injection: N::ZERO,
         })
     }
 

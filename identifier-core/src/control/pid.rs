@@ -24,6 +24,8 @@ pub struct Command<N> {
     /// must then stand still (conditional integration; Åström and Hägglund, PID Controllers:
     /// Theory, Design and Tuning, 2nd ed., 1994, section 3.5).
     pub integrates: bool,
+    /// Whether the limit changed the command.
+    pub limited: bool,
 }
 
 impl<N: Number> Pid<N> {
@@ -42,26 +44,26 @@ impl<N: Number> Pid<N> {
     /// u = kp e − kd v + ki ∑e, limited.
     #[inline]
     pub fn command(&self, error: N, velocity: N, integral: N) -> Command<N> {
-        let wanted =
-            self.proportional * error - self.derivative * velocity + self.integral * integral;
+        let wanted = self.linear(error, velocity) + self.integral * integral;
         let value = wanted.limited(self.low, self.high);
         Command {
             value,
             integrates: !((wanted > self.high && error > N::ZERO)
                 || (wanted < self.low && error < N::ZERO)),
+            limited: wanted > self.high || wanted < self.low,
         }
+    }
+
+    /// The part of a command that the moment accounts for, without limit: kp e − kd v.
+    #[inline]
+    pub fn linear(&self, error: N, velocity: N) -> N {
+        self.proportional * error - self.derivative * velocity
     }
 
     /// The part of a command that an integral accounts for: ki ∑.
     #[inline]
     pub fn integral_command(&self, integral: N) -> N {
         self.integral * integral
-    }
-
-    /// The integral gain in machine units.
-    #[inline]
-    pub fn integral_gain(&self) -> N {
-        self.integral
     }
 }
 

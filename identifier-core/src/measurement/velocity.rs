@@ -16,6 +16,9 @@ pub trait VelocityEstimate<N: Number>: Copy + core::fmt::Debug {
     /// The velocity after the position has moved by `increment` since the last sample.
     fn process(&self, state: &mut Self::State, increment: N) -> N;
 
+    /// Adds `scale` times another state: the filter is linear, so its states add as its inputs do.
+    fn add_scaled(state: &mut Self::State, other: &Self::State, scale: N);
+
     /// The filter's transfer function from increment to velocity.
     fn transfer(&self) -> Transfer;
 }
@@ -73,6 +76,11 @@ impl<N: Number> VelocityEstimate<N> for LowPass<N> {
         state.0
     }
 
+    #[inline]
+    fn add_scaled(state: &mut Self::State, other: &Self::State, scale: N) {
+        state.0 += other.0 * scale;
+    }
+
     fn transfer(&self) -> Transfer {
         Transfer {
             numerator: [0.0, self.gain.to_f64()],
@@ -92,6 +100,9 @@ impl<N: Number> VelocityEstimate<N> for BackwardDifference {
     fn process(&self, _: &mut Self::State, increment: N) -> N {
         increment
     }
+
+    #[inline]
+    fn add_scaled(_: &mut Self::State, _: &Self::State, _: N) {}
 
     fn transfer(&self) -> Transfer {
         Transfer {
@@ -142,6 +153,11 @@ impl<N: Number> VelocityEstimate<N> for AveragedDifference<N> {
         let velocity = self.half * (increment + state.0);
         state.0 = increment;
         velocity
+    }
+
+    #[inline]
+    fn add_scaled(state: &mut Self::State, other: &Self::State, scale: N) {
+        state.0 += other.0 * scale;
     }
 
     fn transfer(&self) -> Transfer {

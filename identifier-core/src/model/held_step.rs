@@ -2,14 +2,14 @@ use crate::number::Number;
 
 /// The exact zero-order-hold step of q̈ = −a q̇ + w for a held acceleration w.
 ///
-/// In machine units, with x = a T, the motion over one sample from velocity v is
+/// In machine units, with x = a T, the motion over a time τ (in samples) from velocity v is
 ///
-/// h₂ = (x − 1 + e⁻ˣ)/x², h₁ = (1 − e⁻ˣ)/x = 1 − x h₂, and with A = w − x v:
-/// Δq = v + h₂ A, v⁺ = v + h₁ A.
+/// h₂ = (xτ − 1 + e^(−xτ))/(xτ)², h₁ = (1 − e^(−xτ))/(xτ) = 1 − xτ h₂, and with A = w − x v:
+/// Δq = v τ + h₂ τ² A, v⁺ = v + h₁ τ A.
 ///
-/// It is the closed form of DESIGN's E, g₁, g₂ written so that only h₂ needs a series and
-/// a small acceleration is not lost in a large velocity. The series ∑ (−x)ᵏ/(k + 2)! is cut after
-/// x⁵: its relative error is below 10⁻⁸ for |x| ≤ 0.2 and 10⁻⁶ at the limit |x| = 0.5.
+/// It is the closed form of the linear step written so that only h₂ needs a series and a small
+/// acceleration is not lost in a large velocity. The series ∑ (−xτ)ᵏ/(k + 2)! is cut after the
+/// fifth power: its relative error is below 10⁻⁸ for |xτ| ≤ 0.2 and 10⁻⁶ at the limit 0.5.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeldStep<N> {
     coefficients: [N; 6],
@@ -21,6 +21,23 @@ pub struct Motion<N> {
     /// The way gone, Δq.
     pub increment: N,
     /// The velocity at the end.
+    pub velocity: N,
+}
+
+impl<N: Number> Motion<N> {
+    /// No motion.
+    pub const NONE: Self = Self {
+        increment: N::ZERO,
+        velocity: N::ZERO,
+    };
+}
+
+/// How an acceleration acts over a time: the way it adds and the velocity it adds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Response<N> {
+    /// Way per acceleration, h₂ τ².
+    pub way: N,
+    /// Velocity per acceleration, h₁ τ.
     pub velocity: N,
 }
 
@@ -42,16 +59,35 @@ impl<N: Number> HeldStep<N> {
         Self { coefficients }
     }
 
+    /// The response over a whole sample.
+    #[inline]
+    pub fn response(&self, x: N) -> Response<N> {
+        let [head @ .., last] = self.coefficients;
+        let way = head.iter().rev().fold(last, |sum, &c| sum * x + c);
+        Response {
+            way,
+            velocity: N::ONE - x * way,
+        }
+    }
+
+    /// The response over a part τ of a sample.
+    #[inline]
+    pub fn partial_response(&self, x: N, part: N) -> Response<N> {
+        let Response { way, velocity } = self.response(x * part);
+        Response {
+            way: way * part * part,
+            velocity: velocity * part,
+        }
+    }
+
     /// Moves one sample from `velocity` under the held acceleration `drive`, with x = a T.
     #[inline]
     pub fn process(&self, x: N, drive: N, velocity: N) -> Motion<N> {
-        let [head @ .., last] = self.coefficients;
-        let h2 = head.iter().rev().fold(last, |sum, &c| sum * x + c);
-        let h1 = N::ONE - x * h2;
+        let response = self.response(x);
         let acceleration = drive - x * velocity;
         Motion {
-            increment: velocity + h2 * acceleration,
-            velocity: velocity + h1 * acceleration,
+            increment: velocity + response.way * acceleration,
+            velocity: velocity + response.velocity * acceleration,
         }
     }
 }
@@ -75,8 +111,8 @@ mod tests {
             velocity in -10.0_f64..10.0,
         ) {
             let motion = HeldStep::<f64>::new().process(x, drive, velocity);
-            let decayed = (-x).exp();
-            let h1 = -(-x).exp_m1() / x;
+            let decayed = libm::exp(-x);
+            let h1 = -libm::expm1(-x) / x;
             let h2 = (1.0 - h1) / x;
             let scale = drive.abs() + velocity.abs();
             prop_assert!((motion.velocity - (decayed * velocity + h1 * drive)).abs() < 1e-8 * scale);
@@ -84,21 +120,33 @@ mod tests {
         }
 
         #[test]
-        fn two_half_steps_are_one_step(x in 0.0_f64..0.2, drive in -1.0_f64..1.0, velocity in -1.0_f64..1.0) {
+        fn two_parts_are_a_whole(
+            x in 0.0_f64..0.2,
+            drive in -1.0_f64..1.0,
+            velocity in -1.0_f64..1.0,
+            part in 0.01_f64..0.99,
+        ) {
             let step = HeldStep::<f64>::new();
-            // Half the sample time halves x and v, and quarters the acceleration.
-            let first = step.process(x / 2.0, drive / 4.0, velocity / 2.0);
-            let second = step.process(x / 2.0, drive / 4.0, first.velocity);
+            let advance = |velocity: f64, part: f64| {
+                let response = step.partial_response(x, part);
+                let acceleration = drive - x * velocity;
+                Motion {
+                    increment: velocity * part + response.way * acceleration,
+                    velocity: velocity + response.velocity * acceleration,
+                }
+            };
+            let first = advance(velocity, part);
+            let second = advance(first.velocity, 1.0 - part);
             let whole = step.process(x, drive, velocity);
             prop_assert!((first.increment + second.increment - whole.increment).abs() < 1e-8);
-            prop_assert!((2.0 * second.velocity - whole.velocity).abs() < 1e-8);
+            prop_assert!((second.velocity - whole.velocity).abs() < 1e-8);
         }
     }
 
     #[test]
     fn error_at_the_largest_rate_is_as_documented() {
         let x = HeldStep::<f64>::LARGEST_RATE;
-        let exact = (x - 1.0 + (-x).exp()) / (x * x);
+        let exact = (x - 1.0 + libm::exp(-x)) / (x * x);
         let motion = HeldStep::<f64>::new().process(x, 1.0, 0.0);
         assert!((motion.increment / exact - 1.0).abs() < 1e-6);
     }

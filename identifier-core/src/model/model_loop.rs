@@ -1,7 +1,8 @@
-use super::{HeldStep, Motion};
+use super::{FrictionStep, Motion, Phase};
 use crate::control::{ControlSample, Pid};
 use crate::measurement::velocity::VelocityEstimate;
 use crate::number::{Number, RunningSum};
+use crate::parameters::{ModelParameters, Parameter, ParameterSet};
 
 /// The model loop (5)–(7): the same PID, filter, hold and limit around the estimated servo.
 ///
@@ -9,9 +10,10 @@ use crate::number::{Number, RunningSum};
 /// ω = ∑e_e − ∑e rather than q_e and z_e: from e_e = e + ε and z_e = z + ω everything else
 /// follows, nothing large is ever subtracted, and the loop needs to know no origin.
 ///
-/// **Limit and load.** The real command carries −d/b that the model's does not, so the model's
-/// limits are those of the amplifier shifted by d̂/b̂ = k_i ω. The shift cancels: the model's
-/// command is the PID of (e_e, q̇_e, z), limited as the real one, plus k_i ω.
+/// **Limit and load.** A load that is no parameter of the model is carried by the real command as
+/// −d/b and by the model's not, so the model's limits are those of the amplifier shifted by
+/// d̂/b̂ = k_i ω. The shift cancels: the model's command is the PID of (e_e, q̇_e, z), limited as the
+/// real one, plus k_i ω.
 ///
 /// **Anti-windup.** ω moves by what the model's integral takes minus what the real one takes, each
 /// decided by its own limit with the same rule.
@@ -21,107 +23,193 @@ pub struct ModelLoop<N, V> {
     pub pid: Pid<N>,
     /// The velocity estimate, the same as the real loop's.
     pub velocity: V,
-    /// The exact zero-order-hold step.
-    pub step: HeldStep<N>,
+    /// The exact zero-order-hold step, with friction where the model has it.
+    pub step: FrictionStep<N>,
 }
 
 /// What the model loop remembers between samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ModelState<N: Number, S> {
-    output_error: N,
-    integral_error: N::Sum,
-    motion: Motion<N>,
-    filter: S,
-    command: N,
-    command_filter: S,
+pub struct ModelState<N: Number, F> {
+    pub(super) output_error: N,
+    pub(super) integral_error: N::Sum,
+    pub(super) motion: Motion<N>,
+    pub(super) filter: F,
+    acted: Acted<N>,
+    regressor_filter: Acted<F>,
 }
 
-impl<N: Number, S: Default> ModelState<N, S> {
+/// What acted on the model over the sample just passed, or the filters of these signals.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Acted<X> {
+    command: X,
+    direction: X,
+    moving: X,
+}
+
+impl<N: Number, F: Default> ModelState<N, F> {
     /// At rest where the servo is.
     #[must_use]
     pub fn at_rest() -> Self {
         Self {
             output_error: N::ZERO,
             integral_error: N::Sum::new(N::ZERO),
-            motion: Motion {
-                increment: N::ZERO,
-                velocity: N::ZERO,
+            motion: Motion::NONE,
+            filter: F::default(),
+            acted: Acted {
+                command: N::ZERO,
+                direction: N::ZERO,
+                moving: N::ZERO,
             },
-            filter: S::default(),
-            command: N::ZERO,
-            command_filter: S::default(),
+            regressor_filter: Acted {
+                command: F::default(),
+                direction: F::default(),
+                moving: F::default(),
+            },
         }
     }
 }
 
-/// One sample of the model loop, as the adaptation needs it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ModelSample<N> {
+impl<N: Number, F> ModelState<N, F> {
     /// Output error ε = q − q_e.
-    pub output_error: N,
-    /// Its rate ε̇, the difference of the two velocity estimates.
+    #[inline]
+    pub fn output_error(&self) -> N {
+        self.output_error
+    }
+
+    /// The model's velocity.
+    #[inline]
+    pub fn velocity(&self) -> N {
+        self.motion.velocity
+    }
+}
+
+/// The model's command of a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModelCommand<N> {
+    /// What drives the model: u_e, and the injection behind the real controller if there is one.
+    pub value: N,
+    /// The load over the gain that the integral has found, k_i ω, command units.
+    pub load: N,
+    /// The rate of the output error, ε̇: the difference of the two velocity estimates.
     pub output_error_rate: N,
-    /// The regressor (9), [q̇_e, −u_e], both entries through the velocity filter: what the filter
-    /// does to ε̇ it must do to φ, or their product loses its sign at the frequencies that the
-    /// filter delays. The velocity is the filter's estimate from q_e; the command is the one that
-    /// was held over the sample just passed, like the increment that the estimate is made of.
-    pub regressor: [N; 2],
-    /// The load over the gain, d̂/b̂ = k_i ω, command units.
-    pub load_command: N,
+    /// The velocity estimate of the model's position.
+    pub velocity: N,
+    /// Whether the limit holds the command.
+    pub limited: bool,
+    /// Whether the model's integral took this sample's error.
+    pub integrates: bool,
 }
 
 impl<N: Number, V: VelocityEstimate<N>> ModelLoop<N, V> {
-    /// Takes the real loop's sample and returns the model's of the same instant.
+    /// Brings the output error to this sample: both positions have moved.
     #[inline]
-    pub fn observe(
+    pub fn observe(&self, state: &mut ModelState<N, V::State>, real: &ControlSample<N>) {
+        state.output_error += real.increment - state.motion.increment;
+    }
+
+    /// The model's command for this sample.
+    #[inline]
+    pub fn command(
         &self,
         state: &mut ModelState<N, V::State>,
         real: &ControlSample<N>,
-    ) -> ModelSample<N> {
-        let output_error = state.output_error + (real.increment - state.motion.increment);
+    ) -> ModelCommand<N> {
         let velocity = self
             .velocity
             .process(&mut state.filter, state.motion.increment);
-        let load_command = self.pid.integral_command(state.integral_error.value());
-        let error = real.error + output_error;
+        let load = self.pid.integral_command(state.integral_error.value());
+        let error = real.error + state.output_error;
         let command = self.pid.command(error, velocity, real.integral);
         state
             .integral_error
             .add(match (command.integrates, real.integrates) {
-                (true, true) => output_error,
+                (true, true) => state.output_error,
                 (true, false) => error,
                 (false, true) => -real.error,
                 (false, false) => N::ZERO,
             });
-        let filtered_command = self
-            .velocity
-            .process(&mut state.command_filter, state.command);
-        state.command = command.value + load_command;
-        state.output_error = output_error;
-        ModelSample {
-            output_error,
+        ModelCommand {
+            value: command.value + load + real.injection,
+            load,
             output_error_rate: real.velocity - velocity,
-            regressor: [velocity, -filtered_command],
-            load_command,
+            velocity,
+            limited: command.limited,
+            integrates: command.integrates,
         }
     }
 
-    /// Moves the model to the next sample under the command of the last observation, with the
-    /// estimates x = â T and `gain` = b̂ in machine units.
-    ///
-    /// False when the model has left the reach of the number format, [`Number::REACH`]: it then
-    /// stands still where the servo is, as at the start.
+    /// The regressor (9) of a parameter set, [q̇_e, −u_e, sign q̇_e, −1], its entries through the
+    /// velocity filter: what the filter does to ε̇ it must do to φ, or their product loses its sign
+    /// at the frequencies that the filter delays. They are those of the sample just passed, like
+    /// the increment that the velocity is made of. While friction holds the model nothing acts on
+    /// it, and the regressor is zero.
+    #[inline]
+    pub fn regressor<S: ParameterSet<P>, const P: usize>(
+        &self,
+        state: &mut ModelState<N, V::State>,
+        command: &ModelCommand<N>,
+    ) -> [N; P] {
+        let Acted {
+            command: u,
+            direction,
+            moving,
+        } = state.acted;
+        let filters = &mut state.regressor_filter;
+        S::PARAMETERS.map(|parameter| match parameter {
+            Parameter::A => command.velocity,
+            Parameter::B => -self.velocity.process(&mut filters.command, u),
+            Parameter::Coulomb => self.velocity.process(&mut filters.direction, direction),
+            Parameter::Load if S::HAS_COULOMB => {
+                -self.velocity.process(&mut filters.moving, moving)
+            }
+            Parameter::Load => -N::ONE,
+        })
+    }
+
+    /// Moves the model to the next sample under its held command.
+    #[inline]
+    pub fn advance<S: ParameterSet<P>, const P: usize>(
+        &self,
+        state: &mut ModelState<N, V::State>,
+        command: &ModelCommand<N>,
+        parameters: &ModelParameters<N>,
+    ) -> Phase<N> {
+        let drive = parameters.gain * command.value + parameters.load;
+        if S::HAS_COULOMB {
+            let (motion, phase) = self.step.process(
+                parameters.x,
+                drive,
+                parameters.coulomb,
+                state.motion.velocity,
+            );
+            state.motion = motion;
+            let moving = phase.moving_part();
+            state.acted = Acted {
+                command: command.value * moving,
+                direction: phase.mean_direction(),
+                moving,
+            };
+            phase
+        } else {
+            state.motion = self
+                .step
+                .step
+                .process(parameters.x, drive, state.motion.velocity);
+            state.acted.command = command.value;
+            Phase::Slid { direction: N::ONE }
+        }
+    }
+
+    /// Starts the model again where the servo is if it has left the reach of the number format,
+    /// [`Number::REACH`]; true if it had to.
     #[inline]
     #[must_use]
-    pub fn advance(&self, state: &mut ModelState<N, V::State>, x: N, gain: N) -> bool {
-        state.motion = self
-            .step
-            .process(x, gain * state.command, state.motion.velocity);
+    pub fn restart_if_lost(&self, state: &mut ModelState<N, V::State>) -> bool {
         let in_reach = state.output_error.magnitude() <= N::REACH
             && state.motion.velocity.magnitude() <= N::REACH;
         if !in_reach {
             *state = ModelState::at_rest();
         }
-        in_reach
+        !in_reach
     }
 }

@@ -10,3 +10,14 @@ pub struct ServoParameters {
     /// d = p/J: constant disturbance over inertia, rad/s².
     pub load: f64,
 }
+
+impl ServoParameters {
+    /// The servo with the load that an integral has found on top, b times the command it takes.
+    #[must_use]
+    pub fn with_load_of(self, command: f64) -> Self {
+        Self {
+            load: self.load + self.b * command,
+            ..self
+        }
+    }
+}

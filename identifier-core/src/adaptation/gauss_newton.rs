@@ -1,0 +1,238 @@
+use super::Covariance;
+use crate::error::{Allowed, OutOfRange};
+use crate::interval::Interval;
+use crate::number::{Number, RunningSum};
+
+/// Recursive Gauss–Newton: the recursive prediction error method (Ljung and Söderström, Theory and
+/// Practice of Recursive Identification, 1983, section 3.4) on the model loop's output error.
+///
+/// With ψ = ∂q_e/∂θ and the covariance P (in units of the noise), per sample:
+/// K = P ψ/(λ r + ψᵀP ψ), θ̂ ← Proj[θ̂ + K ε], P ← (P − K ψᵀ P)/λ, in the factored form of
+/// [`Covariance`]. What keeps it sound is part of the law:
+///
+/// - **Forgetting** starts at [`GaussNewton::FIRST_MEMORY`] samples, because the first gradients
+///   are taken far from the truth, and tends to none: λ ← 1 − (1 − λ)·[`GaussNewton::SETTLING`].
+/// - **Covariance bounds**: forgetting never makes a parameter less certain than it was at the
+///   start.
+/// - **Dead zone**: while the model stands still, the quantisation error is a constant and no
+///   noise; nothing is learnt from it.
+/// - **Noise level**: r is the encoder's or, where larger, the output error's mean square over the
+///   last [`GaussNewton::LEVEL_MEMORY`] samples. What was learnt far from the truth, where the
+///   output error is large, then weighs little beside what is learnt near it. A single surprise of
+///   more than three standard deviations counts as three.
+/// - **Standard errors** are those of P, corrected for the colour of the noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GaussNewton<N, const P: usize> {
+    noise: N,
+    dead_zone: N,
+    settling: N,
+    short: N,
+    ninth: N,
+    low: [N; P],
+    high: [N; P],
+    prior: [N; P],
+}
+
+/// The machine-unit configuration of [`GaussNewton`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GaussNewtonConfig<const P: usize> {
+    /// Variance of the position noise; for an encoder in counts 1/12.
+    pub noise: f64,
+    /// Velocity below which the servo counts as standing, position units per sample.
+    pub dead_zone: f64,
+    /// Standard deviations of the initial estimates; zero for a parameter that is known.
+    pub uncertainty: [f64; P],
+    /// Box of the estimates.
+    pub bounds: [Interval; P],
+}
+
+/// What the law remembers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GaussNewtonState<N: Number, const P: usize> {
+    estimates: [N::Sum; P],
+    covariance: Covariance<N, P>,
+    lost_memory: N,
+    level: N,
+    batches: Batches<N, P>,
+}
+
+/// How much the steps of an estimate add up within a batch, against steps that know nothing of each
+/// other: the factor by which the noise's spectrum where it matters differs from white noise
+/// (the method of batch means; Schmeiser, "Batch size effects in the analysis of simulation
+/// output", Operations Research 30(3), 1982).
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Batches<N, const P: usize> {
+    count: u32,
+    sums: [N; P],
+    squares: [N; P],
+    factors: [N; P],
+    weight: N,
+}
+
+impl<N: Number, const P: usize> Batches<N, P> {
+    /// Updates in a batch: longer than the loop remembers.
+    const LENGTH: u32 = 512;
+
+    /// The least weight of a batch in the mean of the batches.
+    const LEAST_WEIGHT: f64 = 1.0 / 64.0;
+
+    fn new() -> Self {
+        Self {
+            count: 0,
+            sums: [N::ZERO; P],
+            squares: [N::ZERO; P],
+            factors: [N::ONE; P],
+            weight: N::ONE,
+        }
+    }
+
+    #[inline]
+    fn observe(&mut self, steps: &[N; P]) {
+        for i in 0..P {
+            self.sums[i] += steps[i];
+            self.squares[i] += steps[i] * steps[i];
+        }
+        self.count += 1;
+        if self.count == Self::LENGTH {
+            self.close();
+        }
+    }
+
+    #[cold]
+    fn close(&mut self) {
+        for i in 0..P {
+            if self.squares[i] > N::ZERO {
+                // Squares of steps may be smaller than any number that has a reciprocal.
+                let scale = self.squares[i].to_f64();
+                let sum = self.sums[i].to_f64();
+                let ratio = N::from_f64((sum * sum / scale).min(f64::from(Self::LENGTH)));
+                self.factors[i] += self.weight * (ratio - self.factors[i]);
+            }
+        }
+        let least = N::from_f64(Self::LEAST_WEIGHT);
+        let next = self.weight * (N::ONE + self.weight).reciprocal();
+        *self = Self {
+            factors: self.factors,
+            weight: if next > least { next } else { least },
+            ..Self::new()
+        };
+    }
+}
+
+impl<N: Number, const P: usize> GaussNewtonState<N, P> {
+    /// The estimates, machine units.
+    #[inline]
+    #[must_use]
+    pub fn estimates(&self) -> [N; P] {
+        self.estimates.map(RunningSum::value)
+    }
+}
+
+impl<N: Number, const P: usize> GaussNewton<N, P> {
+    /// Samples that the law remembers at the start.
+    pub const FIRST_MEMORY: f64 = 100.0;
+
+    /// Factor by which the forgetting shrinks each sample.
+    pub const SETTLING: f64 = 0.9995;
+
+    /// Samples over which the noise level of the moment is taken.
+    pub const LEVEL_MEMORY: f64 = 30.0;
+
+    /// The law from its configuration.
+    ///
+    /// # Errors
+    /// `noise` must be above zero, `dead_zone` and `uncertainty` at least zero.
+    pub fn new(config: &GaussNewtonConfig<P>) -> Result<Self, OutOfRange> {
+        Allowed::Above(0.0).check("noise", config.noise)?;
+        Allowed::AtLeast(0.0).check("dead_zone", config.dead_zone)?;
+        for deviation in config.uncertainty {
+            Allowed::AtLeast(0.0).check("uncertainty", deviation)?;
+        }
+        Ok(Self {
+            noise: N::from_f64(config.noise),
+            dead_zone: N::from_f64(config.dead_zone),
+            settling: N::from_f64(Self::SETTLING),
+            short: N::from_f64(1.0 / Self::LEVEL_MEMORY),
+            ninth: N::from_f64(1.0 / 9.0),
+            low: config.bounds.map(|bound| N::from_f64(bound.min())),
+            high: config.bounds.map(|bound| N::from_f64(bound.max())),
+            prior: config
+                .uncertainty
+                .map(|deviation| N::from_f64(deviation * deviation)),
+        })
+    }
+
+    /// The state with initial estimates, machine units.
+    #[must_use]
+    pub fn start(&self, estimates: [f64; P]) -> GaussNewtonState<N, P> {
+        GaussNewtonState {
+            estimates: estimates.map(|value| N::Sum::new(N::from_f64(value))),
+            covariance: Covariance::diagonal(self.prior.map(N::to_f64)),
+            lost_memory: N::from_f64(1.0 / Self::FIRST_MEMORY),
+            level: self.noise,
+            batches: Batches::new(),
+        }
+    }
+
+    /// One update from ψ = ∂q_e/∂θ, the output error ε and the model's velocity, machine units.
+    /// Returns by how much the estimates moved.
+    #[inline]
+    pub fn update(
+        &self,
+        state: &mut GaussNewtonState<N, P>,
+        sensitivity: &[N; P],
+        output_error: N,
+        velocity: N,
+    ) -> [N; P] {
+        state.level += self.short * (output_error * output_error - state.level);
+        if velocity.magnitude() < self.dead_zone {
+            return [N::ZERO; P];
+        }
+        let forgetting = N::ONE - state.lost_memory;
+        let level = state.level;
+        let innovation = state.covariance.measure(sensitivity, |predicted| {
+            let surprising = output_error * output_error * self.ninth - predicted;
+            let floor = forgetting
+                * if level > self.noise {
+                    level
+                } else {
+                    self.noise
+                };
+            if surprising > floor {
+                surprising
+            } else {
+                floor
+            }
+        });
+        state
+            .covariance
+            .forget(forgetting.reciprocal(), &self.prior);
+        state.lost_memory = state.lost_memory * self.settling;
+        let steps = innovation.gain.map(|gain| gain * output_error);
+        state.batches.observe(&steps);
+        core::array::from_fn(|i| {
+            let before = state.estimates[i].value();
+            let step = steps[i];
+            let after = before + step;
+            if after >= self.low[i] && after <= self.high[i] {
+                state.estimates[i].add(step);
+                step
+            } else if after.is_finite() {
+                let limited = after.limited(self.low[i], self.high[i]);
+                state.estimates[i] = N::Sum::new(limited);
+                limited - before
+            } else {
+                N::ZERO
+            }
+        })
+    }
+
+    /// The standard error of a combination gᵀθ of the parameters, machine units, for a report.
+    #[must_use]
+    pub fn standard_error(&self, state: &GaussNewtonState<N, P>, combination: &[N; P]) -> f64 {
+        let coloured = core::array::from_fn(|i| {
+            combination[i] * N::from_f64(libm::sqrt(state.batches.factors[i].to_f64()))
+        });
+        libm::sqrt(state.covariance.variance_of(&coloured).to_f64())
+    }
+}

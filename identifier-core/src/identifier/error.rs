@@ -1,0 +1,57 @@
+use core::fmt;
+
+use crate::adaptation::MatrixError;
+use crate::error::OutOfRange;
+use crate::stability::CertificateError;
+use crate::stability::sampled_loop::SampledLoopError;
+
+/// Why an identifier cannot be built.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum IdentifierError {
+    /// A value outside its range.
+    Range(OutOfRange),
+    /// Γ is not symmetric positive definite.
+    Gamma(MatrixError),
+    /// The certificate fails.
+    Certificate(CertificateError),
+    /// The sampled loop of a servo in the box is unstable.
+    SampledLoop(SampledLoopError),
+}
+
+impl fmt::Display for IdentifierError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Range(error) => error.fmt(f),
+            Self::Gamma(error) => write!(f, "gamma: {error}"),
+            Self::Certificate(error) => error.fmt(f),
+            Self::SampledLoop(error) => error.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for IdentifierError {}
+
+impl From<OutOfRange> for IdentifierError {
+    fn from(error: OutOfRange) -> Self {
+        Self::Range(error)
+    }
+}
+
+impl From<MatrixError> for IdentifierError {
+    fn from(error: MatrixError) -> Self {
+        Self::Gamma(error)
+    }
+}
+
+impl From<CertificateError> for IdentifierError {
+    fn from(error: CertificateError) -> Self {
+        Self::Certificate(error)
+    }
+}
+
+impl From<SampledLoopError> for IdentifierError {
+    fn from(error: SampledLoopError) -> Self {
+        Self::SampledLoop(error)
+    }
+}

@@ -1,0 +1,19 @@
+//! Identifiers: a model loop and a law beside a running controller.
+//!
+//! [`GradientIdentifier`] runs the paper's law, [`GaussNewtonIdentifier`] the fast one with
+//! standard errors. Both are built from the same [`IdentifierConfig`] and a configuration of the
+//! law, and take each sample after the controller's.
+
+mod config;
+mod error;
+mod gauss_newton;
+mod gradient;
+
+pub use config::{Bounds, IdentifierConfig};
+pub use error::IdentifierError;
+pub use gauss_newton::{
+    GaussNewtonIdentification, GaussNewtonIdentifier, GaussNewtonIdentifierState, Uncertainty,
+};
+pub use gradient::{
+    GradientIdentification, GradientIdentifier, GradientIdentifierState, GradientLaw,
+};

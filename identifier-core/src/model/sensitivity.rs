@@ -1,0 +1,167 @@
+use super::{ModelCommand, ModelLoop, ModelState, Motion, Phase};
+use crate::measurement::velocity::VelocityEstimate;
+use crate::number::{Number, RunningSum};
+use crate::parameters::{ModelParameters, Parameter, ParameterSet};
+
+/// The model loop's motion per unit of each parameter: what it would have done differently, to
+/// first order, had the parameter been larger by one all along.
+///
+/// Each parameter's tangent passes through the linearised model loop: the same filter, PID and
+/// hold; zero where the limit holds the command; through a stop or a turn of friction as the exact
+/// motion does (a stop forgets the velocity's tangent, a turn scales it by the ratio of the
+/// accelerations after and before).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensitivity<N, F, const P: usize> {
+    tangents: [Tangent<N, F>; P],
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Tangent<N, F> {
+    position: N,
+    integral: N,
+    motion: Motion<N>,
+    filter: F,
+    command: N,
+}
+
+impl<N: Number, F: Copy + Default, const P: usize> Sensitivity<N, F, P> {
+    /// Nothing has happened yet.
+    #[must_use]
+    pub fn none() -> Self {
+        Self {
+            tangents: [Tangent {
+                position: N::ZERO,
+                integral: N::ZERO,
+                motion: Motion::NONE,
+                filter: F::default(),
+                command: N::ZERO,
+            }; P],
+        }
+    }
+}
+
+impl<N: Number, F, const P: usize> Sensitivity<N, F, P> {
+    /// ∂q_e/∂θᵢ.
+    #[inline]
+    pub fn position(&self) -> [N; P] {
+        core::array::from_fn(|i| self.tangents[i].position)
+    }
+}
+
+impl<N: Number, F, const P: usize> Sensitivity<N, F, P> {
+    /// ∂ω/∂θᵢ.
+    #[inline]
+    pub fn integral(&self) -> [N; P] {
+        core::array::from_fn(|i| self.tangents[i].integral)
+    }
+}
+
+impl<N: Number, V: VelocityEstimate<N>> ModelLoop<N, V> {
+    /// Brings the tangents to this sample, with [`ModelLoop::observe`].
+    #[inline]
+    pub fn observe_tangents<const P: usize>(&self, sensitivity: &mut Sensitivity<N, V::State, P>) {
+        for tangent in &mut sensitivity.tangents {
+            tangent.position += tangent.motion.increment;
+        }
+    }
+
+    /// Moves the model's state to where it would be, to first order, had the parameters always been
+    /// larger by `change`.
+    #[inline]
+    pub fn follow<const P: usize>(
+        &self,
+        state: &mut ModelState<N, V::State>,
+        sensitivity: &Sensitivity<N, V::State, P>,
+        change: &[N; P],
+    ) {
+        for (tangent, &change) in sensitivity.tangents.iter().zip(change) {
+            state.output_error = state.output_error - tangent.position * change;
+            state.motion.increment += tangent.motion.increment * change;
+            state.motion.velocity += tangent.motion.velocity * change;
+            state.integral_error.add(tangent.integral * change);
+            V::add_scaled(&mut state.filter, &tangent.filter, change);
+        }
+    }
+
+    /// The tangents of the command, with [`ModelLoop::command`].
+    #[inline]
+    pub fn command_tangents<const P: usize>(
+        &self,
+        sensitivity: &mut Sensitivity<N, V::State, P>,
+        command: &ModelCommand<N>,
+    ) {
+        for tangent in &mut sensitivity.tangents {
+            let velocity = self
+                .velocity
+                .process(&mut tangent.filter, tangent.motion.increment);
+            let load = self.pid.integral_command(tangent.integral);
+            tangent.command = if command.limited {
+                load
+            } else {
+                self.pid.linear(-tangent.position, velocity) + load
+            };
+            if command.integrates {
+                tangent.integral = tangent.integral - tangent.position;
+            }
+        }
+    }
+
+    /// Moves the tangents to the next sample, with [`ModelLoop::advance`]: `velocity` is the
+    /// model's before it.
+    #[inline]
+    pub fn advance_tangents<S: ParameterSet<P>, const P: usize>(
+        &self,
+        sensitivity: &mut Sensitivity<N, V::State, P>,
+        command: &ModelCommand<N>,
+        parameters: &ModelParameters<N>,
+        velocity: N,
+        phase: Phase<N>,
+    ) {
+        let x = parameters.x;
+        let (part, direction) = match phase {
+            Phase::Slid { direction } => (N::ONE, direction),
+            Phase::Stuck => (N::ZERO, N::ZERO),
+            Phase::Stopped { direction, part }
+            | Phase::Turned {
+                direction, part, ..
+            } => (part, direction),
+        };
+        let response = if S::HAS_COULOMB {
+            self.step.step.partial_response(x, part)
+        } else {
+            self.step.step.response(x)
+        };
+        let rest = self.step.step.partial_response(x, N::ONE - part);
+        for (tangent, parameter) in sensitivity.tangents.iter_mut().zip(S::PARAMETERS) {
+            let own = |velocity: N, direction: N| match parameter {
+                Parameter::A => -velocity,
+                Parameter::B => command.value,
+                Parameter::Coulomb => -direction,
+                Parameter::Load => N::ONE,
+            };
+            let driven = parameters.gain * tangent.command;
+            let before = tangent.motion.velocity;
+            let acceleration = own(velocity, direction) + driven - x * before;
+            let mut motion = Motion {
+                increment: before * part + response.way * acceleration,
+                velocity: before + response.velocity * acceleration,
+            };
+            match phase {
+                Phase::Slid { .. } => {}
+                Phase::Stuck => motion = Motion::NONE,
+                Phase::Stopped { .. } => motion.velocity = N::ZERO,
+                Phase::Turned { slowing, .. } => {
+                    let turned = motion.velocity * slowing;
+                    let acceleration = own(N::ZERO, -direction) + driven - x * turned;
+                    motion = Motion {
+                        increment: motion.increment
+                            + turned * (N::ONE - part)
+                            + rest.way * acceleration,
+                        velocity: turned + rest.velocity * acceleration,
+                    };
+                }
+            }
+            tangent.motion = motion;
+        }
+    }
+}
