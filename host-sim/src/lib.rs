@@ -3,6 +3,7 @@
 pub mod cli;
 pub mod experiment;
 pub mod paper;
+pub mod replay;
 pub mod report;
 pub mod scenario;
 pub mod servo;

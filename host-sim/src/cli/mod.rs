@@ -3,6 +3,7 @@
 mod fault;
 mod output;
 mod paper;
+mod replay;
 mod run;
 
 use std::process::ExitCode;
@@ -25,6 +26,8 @@ enum Verb {
     Paper(paper::Arguments),
     /// Run one experiment on the simulated servo.
     Run(run::Arguments),
+    /// Identify from a recorded log with a declared controller.
+    Replay(replay::Arguments),
 }
 
 /// Parses the command line, does what it says and answers with the exit status.
@@ -36,6 +39,7 @@ pub fn main() -> ExitCode {
     let done = match verb {
         Verb::Paper(arguments) => paper::run(&arguments),
         Verb::Run(arguments) => run::run(&arguments),
+        Verb::Replay(arguments) => replay::run(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

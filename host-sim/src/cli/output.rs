@@ -2,34 +2,92 @@
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
 use super::fault::Fault;
 use crate::experiment::Sample;
-use crate::report;
+use crate::report::json::Document;
+use crate::report::residual::Report;
+use crate::report::{self, Summary, panels, plot};
 
 /// The name that stands for standard output.
 const STANDARD_OUTPUT: &str = "-";
 
-pub(super) fn is_standard_output(path: &Path) -> bool {
-    path.as_os_str() == STANDARD_OUTPUT
+/// Where the results of one experiment go.
+#[derive(Debug, clap::Args)]
+pub(super) struct Outputs {
+    /// Write the result as JSON to this file; `-` is standard output.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Write the trace, one row a sample, to this file.
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Draw the estimates and signals into this file, .png or .svg.
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
 }
 
-/// Writes a document as JSON to a file, or to standard output for `-`.
-pub(super) fn json(path: &Path, document: &impl Serialize) -> Result<(), Fault> {
-    let text =
-        serde_json::to_string_pretty(document).map_err(|error| Fault::unwritable(path, error))?;
-    if is_standard_output(path) {
-        writeln!(io::stdout(), "{text}").map_err(|error| Fault::unwritable(path, error))
-    } else {
-        std::fs::write(path, text + "\n").map_err(|error| Fault::unwritable(path, error))
+impl Outputs {
+    /// Whether every file can be asked for under its name.
+    pub(super) fn check(&self) -> Result<(), Fault> {
+        match &self.plot {
+            Some(path) => Ok(plot::check_format(path)?),
+            None => Ok(()),
+        }
     }
+
+    /// Whether standard output belongs to the JSON result alone.
+    pub(super) fn is_quiet(&self) -> bool {
+        self.json
+            .as_ref()
+            .is_some_and(|path| path.as_os_str() == STANDARD_OUTPUT)
+    }
+
+    /// Writes what was asked for.
+    pub(super) fn write(
+        &self,
+        summary: &Summary,
+        trace: &[Sample],
+        residual: Option<&Report>,
+    ) -> Result<(), Fault> {
+        if let Some(path) = &self.csv {
+            csv(path, trace)?;
+        }
+        if let Some(path) = &self.plot {
+            plot::write(path, "", 2, &panels::experiment(summary, trace))?;
+        }
+        if let Some(path) = &self.json {
+            let document = Document::new(summary, residual);
+            if self.is_quiet() {
+                let text = text(path, &document)?;
+                writeln!(io::stdout(), "{text}").map_err(|error| Fault::unwritable(path, error))?;
+            } else {
+                json(path, &document)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn text(path: &Path, document: &impl Serialize) -> Result<String, Fault> {
+    serde_json::to_string_pretty(document).map_err(|error| Fault::unwritable(path, error))
+}
+
+/// Writes a document as JSON to a file.
+pub(super) fn json(path: &Path, document: &impl Serialize) -> Result<(), Fault> {
+    let text = text(path, document)? + "\n";
+    std::fs::write(path, text).map_err(|error| Fault::unwritable(path, error))
 }
 
 /// Writes a trace as CSV.
 pub(super) fn csv(path: &Path, trace: &[Sample]) -> Result<(), Fault> {
     let file = File::create(path).map_err(|error| Fault::unwritable(path, error))?;
     report::csv::write(BufWriter::new(file), trace).map_err(|error| Fault::unwritable(path, error))
+}
+
+/// Prints a text with lines of its own.
+pub(super) fn say(text: &str) {
+    println!("{text}");
 }

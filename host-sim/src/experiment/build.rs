@@ -15,17 +15,17 @@ use crate::scenario::{Law, Scenario, WithSet};
 /// Why the parts can be relied on: a [`Scenario`] builds each of them once when it is read.
 pub(super) const CHECKED: &str = "the scenario was checked when it was read";
 
-type Built<N> = Result<(Box<dyn Learner<N>>, Outcome), IdentifierError>;
+type Built<N, F> = Result<(Box<dyn Learner<N, F>>, Outcome), IdentifierError>;
 
 /// The identifier of a scenario for a velocity estimate, with what is known of it beforehand.
 ///
 /// # Errors
 /// Whatever the core refuses; never for a scenario that was read for a run.
-pub(super) fn learner<N: Number, V: VelocityEstimate<N> + 'static>(
+pub(crate) fn learner<N: Number, V: VelocityEstimate<N> + 'static>(
     scenario: &Scenario,
     velocity: V,
     reference: &impl Excitation<f64>,
-) -> Built<N> {
+) -> Built<N, V::State> {
     scenario.identifier.model_set().with(Choose {
         scenario,
         velocity,
@@ -47,9 +47,9 @@ where
     V: VelocityEstimate<N> + 'static,
     E: Excitation<f64>,
 {
-    type Output = Built<N>;
+    type Output = Built<N, V::State>;
 
-    fn with<S: ParameterSet<P> + 'static, const P: usize>(self) -> Built<N> {
+    fn with<S: ParameterSet<P> + 'static, const P: usize>(self) -> Built<N, V::State> {
         let Self {
             scenario,
             velocity,
@@ -62,7 +62,7 @@ where
             bounds: Some(config.bounds),
             ..Outcome::default()
         };
-        let learner: Box<dyn Learner<N>> = match &identifier.law {
+        let learner: Box<dyn Learner<N, V::State>> = match &identifier.law {
             Law::Gradient(settings) => {
                 let law = scenario.gradient_law::<S, P>(settings, reference)?;
                 let built = GradientIdentifier::<N, V, S, P>::new(&config, &law, velocity)?;

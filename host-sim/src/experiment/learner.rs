@@ -1,7 +1,7 @@
 //! The identifiers of the core behind one face, so that one loop serves them all.
 
 use identifier_core::adaptation::GradientUpdate;
-use identifier_core::control::ControlSample;
+use identifier_core::control::{ControlSample, ControlState};
 use identifier_core::identifier::{
     GaussNewtonIdentifier, GaussNewtonIdentifierState, GradientIdentifier, GradientIdentifierState,
 };
@@ -22,7 +22,7 @@ pub(crate) struct Seen<N> {
 }
 
 /// An identifier with its state.
-pub(crate) trait Learner<N> {
+pub(crate) trait Learner<N: Number, F> {
     /// Takes in a sample of the real loop.
     fn process(&mut self, real: &ControlSample<N>) -> Seen<N>;
 
@@ -32,8 +32,8 @@ pub(crate) trait Learner<N> {
     /// Their standard errors, SI, for laws that have them.
     fn standard_errors(&self) -> Option<ServoParameters>;
 
-    /// Starts a new pass over the same motion.
-    fn rewind(&mut self);
+    /// Joins a loop in motion, before its next sample; the estimates are kept.
+    fn join(&mut self, control: &ControlState<N, F>);
 }
 
 pub(crate) struct GradientLearner<N: Number, V: VelocityEstimate<N>, S, const P: usize> {
@@ -55,7 +55,7 @@ where
     }
 }
 
-impl<N, V, S, const P: usize> Learner<N> for GradientLearner<N, V, S, P>
+impl<N, V, S, const P: usize> Learner<N, V::State> for GradientLearner<N, V, S, P>
 where
     N: Number,
     V: VelocityEstimate<N>,
@@ -78,8 +78,8 @@ where
         None
     }
 
-    fn rewind(&mut self) {
-        self.identifier.rewind(&mut self.state);
+    fn join(&mut self, control: &ControlState<N, V::State>) {
+        self.identifier.join(&mut self.state, control);
     }
 }
 
@@ -102,7 +102,7 @@ where
     }
 }
 
-impl<N, V, S, const P: usize> Learner<N> for GaussNewtonLearner<N, V, S, P>
+impl<N, V, S, const P: usize> Learner<N, V::State> for GaussNewtonLearner<N, V, S, P>
 where
     N: Number,
     V: VelocityEstimate<N>,
@@ -125,7 +125,7 @@ where
         Some(self.identifier.standard_errors(&self.state))
     }
 
-    fn rewind(&mut self) {
-        self.identifier.rewind(&mut self.state);
+    fn join(&mut self, control: &ControlState<N, V::State>) {
+        self.identifier.join(&mut self.state, control);
     }
 }

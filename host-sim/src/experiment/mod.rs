@@ -6,6 +6,7 @@ mod learner;
 mod relay_loop;
 mod sample;
 
+pub(crate) use build::learner;
 pub use sample::{Abort, Outcome, Sample};
 
 use crate::scenario::{Law, Scenario};

@@ -47,7 +47,7 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    pub(super) fn count<N>(&mut self, seen: &Seen<N>) {
+    pub(crate) fn count<N>(&mut self, seen: &Seen<N>) {
         self.samples += 1;
         self.slowed += u64::from(seen.slowed);
         self.restarts += u64::from(seen.restarted);

@@ -3,6 +3,7 @@
 use identifier_core::parameters::Parameter;
 use serde::Serialize;
 
+use super::residual::Report;
 use super::{Summary, unit};
 
 /// The result of one experiment as the command line promises it.
@@ -28,6 +29,20 @@ pub struct Document {
     pub gain_margin: Option<f64>,
     pub gamma: Option<Vec<Vec<f64>>>,
     pub mu: Option<f64>,
+    pub residual: Option<Residual>,
+}
+
+/// What the output error says of the model.
+#[derive(Debug, Clone, Serialize)]
+#[expect(
+    missing_docs,
+    reason = "the fields are the keys of the result, documented in the README"
+)]
+pub struct Residual {
+    pub rms: f64,
+    pub resolution_rms: f64,
+    pub correlation: f64,
+    pub likely_cause: Option<String>,
 }
 
 /// The estimates, null where the law has none.
@@ -96,7 +111,7 @@ pub struct SettlingTime {
 impl Document {
     /// The document of a summary.
     #[must_use]
-    pub fn new(summary: &Summary) -> Self {
+    pub fn new(summary: &Summary, residual: Option<&Report>) -> Self {
         let document = |parameter: Parameter| {
             summary
                 .estimate(parameter)
@@ -140,6 +155,12 @@ impl Document {
             gain_margin: summary.outcome.gain_margin,
             gamma: summary.outcome.gamma.clone(),
             mu: summary.outcome.mu,
+            residual: residual.map(|report| Residual {
+                rms: report.rms,
+                resolution_rms: report.resolution_rms,
+                correlation: report.correlation,
+                likely_cause: report.cause.map(|(cause, _)| cause.to_string()),
+            }),
         }
     }
 }

@@ -4,6 +4,7 @@ pub mod csv;
 pub mod json;
 pub mod panels;
 pub mod plot;
+pub mod residual;
 mod statistics;
 mod summary;
 pub mod table;

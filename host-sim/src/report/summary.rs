@@ -132,12 +132,13 @@ impl Tracked {
     /// The estimate, with the tolerance within which it counts as being at rest.
     fn estimate(&self, tolerance: impl Fn(f64) -> f64, std_error: Option<f64>) -> Estimate {
         let tail_mean = self.tail.mean().unwrap_or(self.last);
+        let tail_std = self.tail.deviation().unwrap_or(0.0);
         let means = self.thirds.map(|third| third.mean().unwrap_or(self.last));
         Estimate {
             last: self.last,
             tail_mean,
-            tail_std: self.tail.deviation().unwrap_or(0.0),
-            to_go: distance_to_go(means, tolerance(tail_mean)),
+            tail_std,
+            to_go: distance_to_go(means, tolerance(tail_mean), tail_std),
             std_error,
         }
     }
@@ -146,12 +147,14 @@ impl Tracked {
 /// Where a sequence that has passed three equally spaced values will still go.
 ///
 /// An exponential approach shortens its steps by a constant ratio; the steps to come then sum to
-/// d₂²/(d₁ − d₂). A last step below a tenth of the tolerance counts as none, one that is no shorter
-/// than the step before as endless.
-fn distance_to_go([first, second, third]: [f64; 3], tolerance: f64) -> f64 {
+/// d₂²/(d₁ − d₂). A last step counts as none if it is below a tenth of the tolerance, or so small
+/// beside the standard deviation over the whole stretch that noise explains it (a steady drift has
+/// steps of 1.15 standard deviations). One that is no shorter than the step before is endless.
+fn distance_to_go([first, second, third]: [f64; 3], tolerance: f64, deviation: f64) -> f64 {
     const STILL: f64 = 0.1;
+    const NOISE: f64 = 0.7;
     let (before, last) = ((second - first).abs(), (third - second).abs());
-    if last <= STILL * tolerance {
+    if last <= (STILL * tolerance).max(NOISE * deviation) {
         0.0
     } else if last < before {
         last * last / (before - last)
@@ -375,4 +378,33 @@ fn verdict(estimates: &[Estimate; 4], scenario: &Scenario, outcome: &Outcome) ->
         ));
     }
     (status, reason)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The distance that a course over the last quarter still has to go.
+    fn to_go(course: impl Fn(f64) -> f64, tolerance: f64) -> f64 {
+        let mut tracked = Tracked::default();
+        for k in 0..3000 {
+            tracked.add(course(f64::from(k) / 3000.0), Some(k as usize / 1000));
+        }
+        tracked.estimate(|_| tolerance, None).to_go
+    }
+
+    #[test]
+    fn an_exponential_approach_is_seen_through() {
+        // From 0 to 1 with a time constant of one stretch: e⁻¹ is left at its end.
+        let left = to_go(|t| 1.0 - (-t).exp(), 0.1);
+        assert!((0.3..0.6).contains(&left), "{left}");
+    }
+
+    #[test]
+    fn a_steady_drift_is_endless_and_noise_is_no_drift() {
+        assert!(to_go(|t| t, 0.1).is_infinite());
+        let noise = to_go(|t| 0.3 * (1234.5 * t).sin(), 0.1);
+        assert!(noise < 1e-12, "{noise}");
+        assert!(to_go(|t| 0.005 * t, 0.1) < 1e-12, "far below the tolerance");
+    }
 }

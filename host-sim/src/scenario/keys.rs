@@ -38,10 +38,14 @@ pub const KEYS: &[Key] = &[
         "0: Coulomb friction is not simulated yet",
         "0",
     ),
-    key("encoder", "a table with counts_per_rev", "10 000 counts"),
+    key(
+        "encoder",
+        "a table with counts_per_rev",
+        "10 000 counts; in a replay, the log's own resolution",
+    ),
     key(
         "encoder.counts_per_rev",
-        "a number of at least 0; 0 is an ideal sensor",
+        "a number of at least 0; 0 is an ideal sensor, in a replay the log's own resolution",
         "10000",
     ),
     key("amplifier", "a table with limit", "no limit"),

@@ -14,8 +14,7 @@ use serde::de::{Deserializer, Error, SeqAccess, Visitor};
 )]
 pub struct Tables {
     pub plant: Option<Plant>,
-    #[serde(default)]
-    pub encoder: Encoder,
+    pub encoder: Option<Encoder>,
     #[serde(default)]
     pub amplifier: Amplifier,
     #[serde(default)]

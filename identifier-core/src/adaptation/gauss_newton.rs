@@ -16,17 +16,26 @@ use crate::number::{Number, RunningSum};
 ///   start.
 /// - **Dead zone**: while the model stands still, the quantisation error is a constant and no
 ///   noise; nothing is learnt from it.
-/// - **Noise level**: r is the encoder's or, where larger, the output error's mean square over the
-///   last [`GaussNewton::LEVEL_MEMORY`] samples. What was learnt far from the truth, where the
-///   output error is large, then weighs little beside what is learnt near it. A single surprise of
-///   more than three standard deviations counts as three.
-/// - **Standard errors** are those of P, corrected for the colour of the noise.
+/// - **Trust**: r is at least [`GaussNewton::CAUTION`] times ψᵀP ψ, so that no sample takes more than
+///   that fraction of the uncertainty along its ψ: the gradients hold near the estimates only, and
+///   the estimates must not run ahead of them. A surprise of more than three standard deviations
+///   counts as three.
+/// - **Noise level**: r is at least the encoder's noise and at least the recent peak of the output
+///   error's mean square over [`GaussNewton::LEVEL_MEMORY`] samples, which fades over
+///   [`GaussNewton::FADING`]. What was learnt far from the truth, where the output error is large,
+///   then weighs little beside what is learnt near it; and where the model lacks something, every
+///   phase of the motion weighs alike.
+/// - **Standard errors** are those of P, corrected for the mean square and the colour of the output
+///   error against r.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewton<N, const P: usize> {
     noise: N,
     dead_zone: N,
     settling: N,
     short: N,
+    fade: N,
+    caution: N,
+    least_weight: N,
     ninth: N,
     low: [N; P],
     high: [N; P],
@@ -53,7 +62,32 @@ pub struct GaussNewtonState<N: Number, const P: usize> {
     covariance: Covariance<N, P>,
     lost_memory: N,
     level: N,
+    peak: N,
+    balance: Balance<N>,
     batches: Batches<N, P>,
+}
+
+/// The output error's mean square and that of the noise it was weighed with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Balance<N> {
+    error: N,
+    noise: N,
+    weight: N,
+}
+
+impl<N: Number> Balance<N> {
+    #[inline]
+    fn observe(&mut self, square: N, noise: N, least_weight: N) {
+        self.error += self.weight * (square - self.error);
+        self.noise += self.weight * (noise - self.noise);
+        // 1, 1/2, 1/3, …
+        let next = if self.weight > least_weight {
+            self.weight * (N::ONE + self.weight).reciprocal()
+        } else {
+            least_weight
+        };
+        self.weight = next;
+    }
 }
 
 /// How much the steps of an estimate add up within a batch, against steps that know nothing of each
@@ -133,10 +167,19 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     pub const FIRST_MEMORY: f64 = 100.0;
 
     /// Factor by which the forgetting shrinks each sample.
-    pub const SETTLING: f64 = 0.9995;
+    pub const SETTLING: f64 = 0.999;
 
     /// Samples over which the noise level of the moment is taken.
     pub const LEVEL_MEMORY: f64 = 30.0;
+
+    /// Samples over which a peak of the noise level fades.
+    pub const FADING: f64 = 20_000.0;
+
+    /// The least r over ψᵀP ψ.
+    pub const CAUTION: f64 = 20.0;
+
+    /// The most samples over which the output error is held against r.
+    const BALANCE_MEMORY: f64 = 20_000.0;
 
     /// The law from its configuration.
     ///
@@ -153,6 +196,9 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             dead_zone: N::from_f64(config.dead_zone),
             settling: N::from_f64(Self::SETTLING),
             short: N::from_f64(1.0 / Self::LEVEL_MEMORY),
+            fade: N::from_f64(1.0 - 1.0 / Self::FADING),
+            caution: N::from_f64(Self::CAUTION),
+            least_weight: N::from_f64(1.0 / Self::BALANCE_MEMORY),
             ninth: N::from_f64(1.0 / 9.0),
             low: config.bounds.map(|bound| N::from_f64(bound.min())),
             high: config.bounds.map(|bound| N::from_f64(bound.max())),
@@ -170,6 +216,12 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             covariance: Covariance::diagonal(self.prior.map(N::to_f64)),
             lost_memory: N::from_f64(1.0 / Self::FIRST_MEMORY),
             level: self.noise,
+            peak: self.noise,
+            balance: Balance {
+                error: N::ZERO,
+                noise: N::ZERO,
+                weight: N::ONE,
+            },
             batches: Batches::new(),
         }
     }
@@ -184,26 +236,22 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         output_error: N,
         velocity: N,
     ) -> [N; P] {
-        state.level += self.short * (output_error * output_error - state.level);
+        let square = output_error * output_error;
+        state.level += self.short * (square - state.level);
+        let faded = state.peak * self.fade;
+        state.peak = larger(state.level, faded);
         if velocity.magnitude() < self.dead_zone {
             return [N::ZERO; P];
         }
         let forgetting = N::ONE - state.lost_memory;
-        let level = state.level;
+        let floor = forgetting * larger(state.peak, self.noise);
+        let mut noise = floor;
         let innovation = state.covariance.measure(sensitivity, |predicted| {
-            let surprising = output_error * output_error * self.ninth - predicted;
-            let floor = forgetting
-                * if level > self.noise {
-                    level
-                } else {
-                    self.noise
-                };
-            if surprising > floor {
-                surprising
-            } else {
-                floor
-            }
+            let surprise = square * self.ninth - predicted;
+            noise = larger(floor, larger(surprise, self.caution * predicted));
+            noise
         });
+        state.balance.observe(square, noise, self.least_weight);
         state
             .covariance
             .forget(forgetting.reciprocal(), &self.prior);
@@ -233,6 +281,17 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         let coloured = core::array::from_fn(|i| {
             combination[i] * N::from_f64(libm::sqrt(state.batches.factors[i].to_f64()))
         });
-        libm::sqrt(state.covariance.variance_of(&coloured).to_f64())
+        let Balance { error, noise, .. } = state.balance;
+        let ratio = if noise > N::ZERO {
+            error.to_f64() / noise.to_f64()
+        } else {
+            1.0
+        };
+        libm::sqrt(ratio * state.covariance.variance_of(&coloured).to_f64())
     }
+}
+
+#[inline]
+fn larger<N: Number>(x: N, y: N) -> N {
+    if x > y { x } else { y }
 }

@@ -25,6 +25,7 @@ pub struct Controller<N, V> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControlState<N: Number, S> {
     position: N,
+    velocity: N,
     integral: N::Sum,
     filter: S,
 }
@@ -35,8 +36,30 @@ impl<N: Number, S: Default> ControlState<N, S> {
     pub fn at_rest(position: N) -> Self {
         Self {
             position,
+            velocity: N::ZERO,
             integral: N::Sum::new(N::ZERO),
             filter: S::default(),
+        }
+    }
+
+    /// The velocity estimate of the last sample.
+    #[must_use]
+    pub fn velocity(&self) -> N {
+        self.velocity
+    }
+
+    /// The state of the velocity estimate.
+    #[must_use]
+    pub fn filter(&self) -> &S {
+        &self.filter
+    }
+
+    /// With an integral ∑e that a controller has gathered before, machine units.
+    #[must_use]
+    pub fn with_integral(self, integral: N) -> Self {
+        Self {
+            integral: N::Sum::new(integral),
+            ..self
         }
     }
 
@@ -95,6 +118,7 @@ impl<N: Number, V: VelocityEstimate<N>> Controller<N, V> {
             state.integral.add(error);
         }
         state.position = position;
+        state.velocity = velocity;
         Ok(ControlSample {
             error,
             increment,

@@ -3,7 +3,7 @@ use core::marker::PhantomData;
 use super::config::Promise;
 use super::{IdentifierConfig, IdentifierError};
 use crate::adaptation::{GaussNewton, GaussNewtonConfig, GaussNewtonState};
-use crate::control::ControlSample;
+use crate::control::{ControlSample, ControlState};
 use crate::error::Allowed;
 use crate::measurement::velocity::VelocityEstimate;
 use crate::model::{ModelLoop, ModelState, Sensitivity, ServoParameters};
@@ -267,10 +267,14 @@ where
         }
     }
 
-    /// Starts a new pass over the same motion: the estimates and what is known of them are kept,
-    /// the model stands again.
-    pub fn rewind(&self, state: &mut GaussNewtonIdentifierState<N, V::State, P>) {
-        state.model = ModelState::at_rest();
+    /// Joins a loop in motion, before its next sample: the model moves with the servo. The estimates
+    /// and what is known of them are kept, so this also starts another pass over a recording.
+    pub fn join(
+        &self,
+        state: &mut GaussNewtonIdentifierState<N, V::State, P>,
+        control: &ControlState<N, V::State>,
+    ) {
+        state.model = ModelState::alongside(control);
         state.sensitivity = Sensitivity::none();
     }
 }

@@ -5,7 +5,7 @@ use super::{IdentifierConfig, IdentifierError};
 use crate::adaptation::{
     Gradient, GradientConfig, GradientState, GradientUpdate, PositiveDefinite,
 };
-use crate::control::ControlSample;
+use crate::control::{ControlSample, ControlState};
 use crate::measurement::velocity::VelocityEstimate;
 use crate::model::{ModelLoop, ModelState, ServoParameters};
 use crate::number::Number;
@@ -163,8 +163,13 @@ where
             .with_load_of(state.load_command.to_f64())
     }
 
-    /// Starts a new pass over the same motion: the estimates are kept, the model stands again.
-    pub fn rewind(&self, state: &mut GradientIdentifierState<N, V::State, P>) {
-        state.model = ModelState::at_rest();
+    /// Joins a loop in motion, before its next sample: the model moves with the servo. The estimates
+    /// are kept, so this also starts another pass over a recording.
+    pub fn join(
+        &self,
+        state: &mut GradientIdentifierState<N, V::State, P>,
+        control: &ControlState<N, V::State>,
+    ) {
+        state.model = ModelState::alongside(control);
     }
 }

@@ -1,5 +1,5 @@
 use super::{FrictionStep, Motion, Phase};
-use crate::control::{ControlSample, Pid};
+use crate::control::{ControlSample, ControlState, Pid};
 use crate::measurement::velocity::VelocityEstimate;
 use crate::number::{Number, RunningSum};
 use crate::parameters::{ModelParameters, Parameter, ParameterSet};
@@ -65,6 +65,23 @@ impl<N: Number, F: Default> ModelState<N, F> {
                 direction: F::default(),
                 moving: F::default(),
             },
+        }
+    }
+}
+
+impl<N: Number, F: Copy + Default> ModelState<N, F> {
+    /// Moving with the servo: where it is, as fast as its velocity estimate says, with the same
+    /// filter state. For an identifier that joins a loop in motion, before the next sample.
+    #[must_use]
+    pub fn alongside(control: &ControlState<N, F>) -> Self {
+        let velocity = control.velocity();
+        Self {
+            motion: Motion {
+                increment: velocity,
+                velocity,
+            },
+            filter: *control.filter(),
+            ..Self::at_rest()
         }
     }
 }

@@ -1,0 +1,82 @@
+//! The recorded command against the declared controller.
+
+use std::fmt;
+
+/// How well the declared controller reproduces the recorded command.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Agreement {
+    /// Root mean square of the recorded command.
+    pub command: f64,
+    /// Root mean square of the difference.
+    pub difference: f64,
+    /// The largest difference.
+    pub largest: f64,
+    /// Its line in the file.
+    pub line: u64,
+}
+
+impl Agreement {
+    /// Relative difference up to which the declared controller counts as the one that ran.
+    pub const TOLERANCE: f64 = 0.05;
+
+    /// The root mean square difference relative to the command's.
+    #[must_use]
+    pub fn relative(&self) -> f64 {
+        if self.command > 0.0 {
+            self.difference / self.command
+        } else {
+            self.difference
+        }
+    }
+
+    /// Whether the declared controller is the one that ran.
+    #[must_use]
+    pub fn holds(&self) -> bool {
+        self.relative() <= Self::TOLERANCE
+    }
+}
+
+impl fmt::Display for Agreement {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "the declared controller reproduces the recorded command to {:.2} % rms (largest \
+             difference {:.4} in line {})",
+            100.0 * self.relative(),
+            self.largest,
+            self.line
+        )
+    }
+}
+
+/// Gathers an [`Agreement`].
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Comparison {
+    count: f64,
+    command_squares: f64,
+    difference_squares: f64,
+    largest: f64,
+    line: u64,
+}
+
+impl Comparison {
+    pub(super) fn add(&mut self, line: u64, recorded: f64, declared: f64) {
+        let difference = (declared - recorded).abs();
+        self.count += 1.0;
+        self.command_squares += recorded * recorded;
+        self.difference_squares += difference * difference;
+        if difference > self.largest {
+            self.largest = difference;
+            self.line = line;
+        }
+    }
+
+    pub(super) fn finish(&self) -> Option<Agreement> {
+        (self.count > 0.0).then(|| Agreement {
+            command: (self.command_squares / self.count).sqrt(),
+            difference: (self.difference_squares / self.count).sqrt(),
+            largest: self.largest,
+            line: self.line,
+        })
+    }
+}

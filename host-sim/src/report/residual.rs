@@ -1,0 +1,232 @@
+//! What the output error says of the model: is it the encoder's, is it white, and if not, why.
+
+use std::fmt;
+
+use identifier_core::model::ServoParameters;
+
+use super::Summary;
+use crate::experiment::Sample;
+use crate::scenario::Scenario;
+
+/// The output error against what the encoder allows, and its likely cause where that is not all.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// Root mean square of the output error over the second half of the trace, position units.
+    pub rms: f64,
+    /// What rounding to the encoder's resolution alone would leave, position units.
+    pub resolution_rms: f64,
+    /// Correlation of the output error from sample to sample.
+    pub correlation: f64,
+    /// The best explanation of the rest and the part of it that it explains, if it explains
+    /// [`Report::TELLING`].
+    pub cause: Option<(Cause, f64)>,
+}
+
+/// What a model without it would show in its output error.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cause {
+    /// Viscous friction that differs with the direction.
+    AsymmetricFriction,
+    /// Friction that grows with the square of the velocity.
+    QuadraticFriction,
+    /// Friction that is larger at low speed.
+    Stribeck,
+    /// Coulomb friction that the model has not got.
+    Coulomb,
+    /// A gap between motor and load.
+    Backlash,
+    /// A delay between command and motion, or of the measurement.
+    Delay,
+}
+
+impl fmt::Display for Cause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::AsymmetricFriction => "viscous friction that differs with the direction",
+            Self::QuadraticFriction => "friction that grows with the square of the velocity",
+            Self::Stribeck => "friction that is larger at low speed (Stribeck)",
+            Self::Coulomb => "Coulomb friction: add \"coulomb\" to the parameters",
+            Self::Backlash => "backlash between motor and load",
+            Self::Delay => "a delay that the declared loop has not got",
+        })
+    }
+}
+
+impl Report {
+    /// Output error beyond this many times the encoder's is not the encoder's.
+    const BEYOND_ENCODER: f64 = 2.0;
+
+    /// A cause that explains less of the output error's variance than this is not named.
+    pub const TELLING: f64 = 0.1;
+
+    /// The report of a run.
+    #[must_use]
+    pub fn new(scenario: &Scenario, summary: &Summary, trace: &[Sample]) -> Self {
+        let errors: Vec<f64> = trace
+            .iter()
+            .map(|s| s.output_error.unwrap_or(0.0))
+            .collect();
+        let second_half = errors.len() / 2..errors.len();
+        let judged = &errors[second_half.clone()];
+        let rms = (mean(judged.iter().map(|e| e * e))).sqrt();
+        let resolution_rms = scenario.controller.units.position_unit() / 12.0_f64.sqrt();
+        let mut report = Self {
+            rms,
+            resolution_rms,
+            correlation: correlation(judged),
+            cause: None,
+        };
+        if !report.is_the_encoders() {
+            let servo = ServoParameters {
+                a: summary.a.last,
+                b: summary.b.last,
+                coulomb: summary.coulomb.last,
+                load: summary.load.last,
+            };
+            report.cause = candidates(scenario, &servo, trace)
+                .into_iter()
+                .filter(|(cause, _)| *cause != Cause::Coulomb || servo.coulomb == 0.0)
+                .map(|(cause, shape)| (cause, explained(judged, &shape[second_half.clone()])))
+                .filter(|(_, part)| *part >= Self::TELLING)
+                .max_by(|x, y| x.1.total_cmp(&y.1));
+        }
+        report
+    }
+
+    /// Whether the encoder's resolution accounts for the output error.
+    #[must_use]
+    pub fn is_the_encoders(&self) -> bool {
+        self.rms <= Self::BEYOND_ENCODER * self.resolution_rms
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "residual: output error {:.3e} rms, {:.1} times what the encoder's resolution leaves, \
+             correlation from sample to sample {:.2}",
+            self.rms,
+            self.rms / self.resolution_rms,
+            self.correlation
+        )?;
+        if self.is_the_encoders() {
+            return write!(f, ": the model explains all that the encoder shows");
+        }
+        match self.cause {
+            Some((cause, part)) => write!(
+                f,
+                "\n  the model lacks something; likeliest: {cause} ({:.0} % of the rest)",
+                100.0 * part
+            ),
+            None => write!(
+                f,
+                "\n  the model lacks something, or has not converged; none of the usual causes \
+                 stands out"
+            ),
+        }
+    }
+}
+
+fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let count = values.len().max(1) as f64;
+    values.sum::<f64>() / count
+}
+
+fn correlation(errors: &[f64]) -> f64 {
+    let centre = mean(errors.iter().copied());
+    let variance = mean(errors.iter().map(|e| (e - centre).powi(2)));
+    let lagged = errors.windows(2).map(|w| (w[0] - centre) * (w[1] - centre));
+    if variance > 0.0 {
+        mean(lagged) / variance
+    } else {
+        0.0
+    }
+}
+
+/// The part of the errors' variance that a multiple of a shape explains.
+fn explained(errors: &[f64], shape: &[f64]) -> f64 {
+    let (e, s) = (mean(errors.iter().copied()), mean(shape.iter().copied()));
+    let pairs = || errors.iter().zip(shape).map(|(x, y)| (x - e, y - s));
+    let cross = mean(pairs().map(|(x, y)| x * y));
+    let (errors, shapes) = (
+        mean(pairs().map(|(x, _)| x * x)),
+        mean(pairs().map(|(_, y)| y * y)),
+    );
+    if errors > 0.0 && shapes > 0.0 {
+        cross * cross / (errors * shapes)
+    } else {
+        0.0
+    }
+}
+
+/// The shape that each cause would give the output error: an acceleration that the model lacks
+/// passes through the closed loop, ẍ = −α ẋ − b k_p x − b k_i ∫x + f; a displacement shows directly.
+fn candidates(
+    scenario: &Scenario,
+    servo: &ServoParameters,
+    trace: &[Sample],
+) -> [(Cause, Vec<f64>); 6] {
+    let t = scenario.controller.units.sample_time();
+    let velocity = smooth_velocity(trace, t);
+    let rms = mean(velocity.iter().map(|v| v * v)).sqrt();
+    let standing = 0.02 * rms;
+    let direction = |v: f64| if v.abs() > standing { v.signum() } else { 0.0 };
+    let through_loop = |force: &dyn Fn(f64) -> f64| response(scenario, servo, &velocity, force);
+    [
+        (Cause::AsymmetricFriction, through_loop(&|v| -v.abs())),
+        (Cause::QuadraticFriction, through_loop(&|v| -v * v.abs())),
+        (
+            Cause::Stribeck,
+            through_loop(&|v| -direction(v) * (-(v / (0.2 * rms)).powi(2)).exp()),
+        ),
+        (Cause::Coulomb, through_loop(&|v| -direction(v))),
+        (
+            Cause::Backlash,
+            velocity.iter().map(|&v| direction(v)).collect(),
+        ),
+        (Cause::Delay, velocity.clone()),
+    ]
+}
+
+/// The velocity over a few samples to both sides.
+fn smooth_velocity(trace: &[Sample], t: f64) -> Vec<f64> {
+    const REACH: usize = 5;
+    (0..trace.len())
+        .map(|k| {
+            let (from, to) = (k.saturating_sub(REACH), (k + REACH).min(trace.len() - 1));
+            let span = (to - from).max(1) as f64 * t;
+            (trace[to].position - trace[from].position) / span
+        })
+        .collect()
+}
+
+fn response(
+    scenario: &Scenario,
+    servo: &ServoParameters,
+    velocity: &[f64],
+    force: &dyn Fn(f64) -> f64,
+) -> Vec<f64> {
+    let gains = &scenario.controller.gains;
+    let t = scenario.controller.units.sample_time();
+    let damping = servo.a + servo.b * gains.kd();
+    let (mut x, mut rate, mut integral) = (0.0, 0.0, 0.0);
+    // Steps short enough for the loop, however coarse the sampling.
+    let stiffness = damping + (servo.b * gains.kp()).sqrt();
+    let parts = (10.0 * t * stiffness).ceil().clamp(1.0, 1000.0);
+    let h = t / parts;
+    velocity
+        .iter()
+        .map(|&v| {
+            let f = force(v);
+            for _ in 0..parts as u32 {
+                let acceleration =
+                    f - damping * rate - servo.b * (gains.kp() * x + gains.ki() * integral);
+                rate += h * acceleration;
+                x += h * rate;
+                integral += h * x;
+            }
+            x
+        })
+        .collect()
+}
