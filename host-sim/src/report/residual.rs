@@ -83,10 +83,23 @@ impl Report {
                 coulomb: summary.coulomb.last,
                 load: summary.load.last,
             };
-            report.cause = candidates(scenario, &servo, trace)
+            let velocity = smooth_velocity(trace, scenario.controller.units.sample_time());
+            let shapes = Shapes::new(scenario, &servo, &velocity);
+            let own: Vec<Vec<f64>> = shapes
+                .of_the_model(servo.coulomb > 0.0)
+                .iter()
+                .map(|shape| centred(&shape[second_half.clone()]))
+                .collect();
+            let own = orthogonal(own);
+            let rest = without(&own, centred(judged));
+            report.cause = shapes
+                .of_causes()
                 .into_iter()
                 .filter(|(cause, _)| *cause != Cause::Coulomb || servo.coulomb == 0.0)
-                .map(|(cause, shape)| (cause, explained(judged, &shape[second_half.clone()])))
+                .map(|(cause, shape)| {
+                    let shape = without(&own, centred(&shape[second_half.clone()]));
+                    (cause, explained(&rest, &shape))
+                })
                 .filter(|(_, part)| *part >= Self::TELLING)
                 .max_by(|x, y| x.1.total_cmp(&y.1));
         }
@@ -144,49 +157,142 @@ fn correlation(errors: &[f64]) -> f64 {
     }
 }
 
-/// The part of the errors' variance that a multiple of a shape explains.
+/// The part of the errors' square that a multiple of a shape explains.
 fn explained(errors: &[f64], shape: &[f64]) -> f64 {
-    let (e, s) = (mean(errors.iter().copied()), mean(shape.iter().copied()));
-    let pairs = || errors.iter().zip(shape).map(|(x, y)| (x - e, y - s));
-    let cross = mean(pairs().map(|(x, y)| x * y));
-    let (errors, shapes) = (
-        mean(pairs().map(|(x, _)| x * x)),
-        mean(pairs().map(|(_, y)| y * y)),
-    );
-    if errors > 0.0 && shapes > 0.0 {
-        cross * cross / (errors * shapes)
+    let (errors_square, shape_square) = (dot(errors, errors), dot(shape, shape));
+    if errors_square > 0.0 && shape_square > 0.0 {
+        dot(errors, shape).powi(2) / (errors_square * shape_square)
     } else {
         0.0
     }
 }
 
-/// The shape that each cause would give the output error: an acceleration that the model lacks
-/// passes through the closed loop, ẍ = −α ẋ − b k_p x − b k_i ∫x + f; a displacement shows directly.
-fn candidates(
-    scenario: &Scenario,
-    servo: &ServoParameters,
-    trace: &[Sample],
-) -> [(Cause, Vec<f64>); 6] {
-    let t = scenario.controller.units.sample_time();
-    let velocity = smooth_velocity(trace, t);
-    let rms = mean(velocity.iter().map(|v| v * v)).sqrt();
-    let standing = 0.02 * rms;
-    let direction = |v: f64| if v.abs() > standing { v.signum() } else { 0.0 };
-    let through_loop = |force: &dyn Fn(f64) -> f64| response(scenario, servo, &velocity, force);
-    [
-        (Cause::AsymmetricFriction, through_loop(&|v| -v.abs())),
-        (Cause::QuadraticFriction, through_loop(&|v| -v * v.abs())),
-        (
-            Cause::Stribeck,
-            through_loop(&|v| -direction(v) * (-(v / (0.2 * rms)).powi(2)).exp()),
-        ),
-        (Cause::Coulomb, through_loop(&|v| -direction(v))),
-        (
-            Cause::Backlash,
-            velocity.iter().map(|&v| direction(v)).collect(),
-        ),
-        (Cause::Delay, velocity.clone()),
-    ]
+fn dot(x: &[f64], y: &[f64]) -> f64 {
+    x.iter().zip(y).map(|(x, y)| x * y).sum()
+}
+
+fn centred(values: &[f64]) -> Vec<f64> {
+    let centre = mean(values.iter().copied());
+    values.iter().map(|value| value - centre).collect()
+}
+
+/// What is left of values once every multiple of mutually orthogonal shapes is taken out.
+fn without(shapes: &[Vec<f64>], mut values: Vec<f64>) -> Vec<f64> {
+    for shape in shapes {
+        let square = dot(shape, shape);
+        if square > 0.0 {
+            let part = dot(&values, shape) / square;
+            for (value, s) in values.iter_mut().zip(shape) {
+                *value -= part * s;
+            }
+        }
+    }
+    values
+}
+
+/// The shapes made orthogonal to each other (Gram and Schmidt).
+fn orthogonal(shapes: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    shapes.into_iter().fold(Vec::new(), |mut done, shape| {
+        let next = without(&done, shape);
+        done.push(next);
+        done
+    })
+}
+
+/// The shapes that accelerations which a model lacks, or has in the wrong measure, would give the
+/// output error: each passes through the closed loop, ẍ = −α ẋ − b k_p x − b k_i ∫x + f.
+struct Shapes<'a> {
+    scenario: &'a Scenario,
+    servo: &'a ServoParameters,
+    velocity: &'a [f64],
+    rms: f64,
+}
+
+impl<'a> Shapes<'a> {
+    fn new(scenario: &'a Scenario, servo: &'a ServoParameters, velocity: &'a [f64]) -> Self {
+        Self {
+            scenario,
+            servo,
+            velocity,
+            rms: mean(velocity.iter().map(|v| v * v)).sqrt(),
+        }
+    }
+
+    fn direction(&self, v: f64) -> f64 {
+        /// Below this part of the usual velocity the servo counts as standing.
+        const STANDING: f64 = 0.02;
+        if v.abs() > STANDING * self.rms {
+            v.signum()
+        } else {
+            0.0
+        }
+    }
+
+    /// Those of the model's own parameters. What a cause has in common with them the model has
+    /// already taken up, in the wrong measure.
+    fn of_the_model(&self, coulomb: bool) -> Vec<Vec<f64>> {
+        let t = self.scenario.controller.units.sample_time();
+        let accelerations: Vec<f64> = self
+            .velocity
+            .windows(2)
+            .map(|w| (w[1] - w[0]) / t)
+            .collect();
+        let last = accelerations.last().copied();
+        let padded: Vec<f64> = accelerations.into_iter().chain(last).collect();
+        let mut shapes = vec![
+            self.response(self.velocity.iter().copied()),
+            self.response(padded.into_iter()),
+        ];
+        if coulomb {
+            shapes.push(self.response(self.velocity.iter().map(|&v| self.direction(v))));
+        }
+        shapes
+    }
+
+    /// Those of the causes that have names. A gap or a delay displaces, and shows directly.
+    fn of_causes(&self) -> [(Cause, Vec<f64>); 6] {
+        let velocity = || self.velocity.iter().copied();
+        let through_loop = |force: &dyn Fn(f64) -> f64| self.response(velocity().map(force));
+        let slow = |v: f64| (-(v / (0.2 * self.rms)).powi(2)).exp();
+        [
+            (Cause::Coulomb, through_loop(&|v| -self.direction(v))),
+            (Cause::AsymmetricFriction, through_loop(&|v| -v.abs())),
+            (Cause::QuadraticFriction, through_loop(&|v| -v * v.abs())),
+            (
+                Cause::Stribeck,
+                through_loop(&|v| -self.direction(v) * slow(v)),
+            ),
+            (
+                Cause::Backlash,
+                velocity().map(|v| self.direction(v)).collect(),
+            ),
+            (Cause::Delay, velocity().collect()),
+        ]
+    }
+
+    fn response(&self, forces: impl Iterator<Item = f64>) -> Vec<f64> {
+        let ServoParameters { a, b, .. } = *self.servo;
+        let gains = &self.scenario.controller.gains;
+        let t = self.scenario.controller.units.sample_time();
+        let damping = a + b * gains.kd();
+        // Steps short enough for the loop, however coarse the sampling.
+        let stiffness = damping + (b * gains.kp()).sqrt();
+        let parts = (10.0 * t * stiffness).ceil().clamp(1.0, 1000.0);
+        let h = t / parts;
+        let (mut x, mut rate, mut integral) = (0.0, 0.0, 0.0);
+        forces
+            .map(|f| {
+                for _ in 0..parts as u32 {
+                    let acceleration =
+                        f - damping * rate - b * (gains.kp() * x + gains.ki() * integral);
+                    rate += h * acceleration;
+                    x += h * rate;
+                    integral += h * x;
+                }
+                x
+            })
+            .collect()
+    }
 }
 
 /// The velocity over a few samples to both sides.
@@ -197,36 +303,6 @@ fn smooth_velocity(trace: &[Sample], t: f64) -> Vec<f64> {
             let (from, to) = (k.saturating_sub(REACH), (k + REACH).min(trace.len() - 1));
             let span = (to - from).max(1) as f64 * t;
             (trace[to].position - trace[from].position) / span
-        })
-        .collect()
-}
-
-fn response(
-    scenario: &Scenario,
-    servo: &ServoParameters,
-    velocity: &[f64],
-    force: &dyn Fn(f64) -> f64,
-) -> Vec<f64> {
-    let gains = &scenario.controller.gains;
-    let t = scenario.controller.units.sample_time();
-    let damping = servo.a + servo.b * gains.kd();
-    let (mut x, mut rate, mut integral) = (0.0, 0.0, 0.0);
-    // Steps short enough for the loop, however coarse the sampling.
-    let stiffness = damping + (servo.b * gains.kp()).sqrt();
-    let parts = (10.0 * t * stiffness).ceil().clamp(1.0, 1000.0);
-    let h = t / parts;
-    velocity
-        .iter()
-        .map(|&v| {
-            let f = force(v);
-            for _ in 0..parts as u32 {
-                let acceleration =
-                    f - damping * rate - servo.b * (gains.kp() * x + gains.ki() * integral);
-                rate += h * acceleration;
-                x += h * rate;
-                integral += h * x;
-            }
-            x
         })
         .collect()
 }

@@ -226,6 +226,19 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         }
     }
 
+    /// The state with estimates and standard deviations that are already known, machine units; no
+    /// deviation is taken for larger than the initial one. Nothing is forgotten any more.
+    #[must_use]
+    pub fn resume(&self, estimates: [f64; P], deviations: [f64; P]) -> GaussNewtonState<N, P> {
+        let variances =
+            core::array::from_fn(|i| (deviations[i] * deviations[i]).min(self.prior[i].to_f64()));
+        GaussNewtonState {
+            covariance: Covariance::diagonal(variances),
+            lost_memory: N::ZERO,
+            ..self.start(estimates)
+        }
+    }
+
     /// One update from ψ = ∂q_e/∂θ, the output error ε and the model's velocity, machine units.
     /// Returns by how much the estimates moved.
     #[inline]

@@ -6,6 +6,7 @@ mod gauss_newton;
 mod gradient;
 mod least_squares;
 mod matrix;
+mod normal_equations;
 mod projection;
 
 pub use automatic_gain::AutomaticGain;
@@ -14,4 +15,5 @@ pub use gauss_newton::{GaussNewton, GaussNewtonConfig, GaussNewtonState};
 pub use gradient::{Gradient, GradientConfig, GradientState, GradientUpdate};
 pub use least_squares::{LeastSquares, LeastSquaresConfig, LeastSquaresState};
 pub use matrix::{MatrixError, PositiveDefinite};
+pub use normal_equations::{NormalEquations, Solution};
 pub use projection::Projection;

@@ -206,7 +206,7 @@ where
         let velocity = model.velocity();
         let phase = self.model.advance::<S, P>(model, &command, &parameters);
         self.model
-            .advance_tangents::<S, P>(sensitivity, &command, &parameters, velocity, phase);
+            .advance_tangents::<S, P, P>(sensitivity, &command, &parameters, velocity, phase);
         *load_command = command.load;
         let deviation = command.load - *load_mean;
         *load_mean += self.load_weight * deviation;
@@ -265,6 +265,22 @@ where
             coulomb: of(Parameter::Coulomb),
             load: of(Parameter::Load),
         }
+    }
+
+    /// Takes over estimates and standard errors (SI) that another identifier has found, for instance
+    /// a window: they are the new start.
+    pub fn adopt(
+        &self,
+        state: &mut GaussNewtonIdentifierState<N, V::State, P>,
+        estimates: &ServoParameters,
+        standard_errors: &ServoParameters,
+    ) {
+        let machine = |servo: &ServoParameters| {
+            S::PARAMETERS.map(|parameter| parameter.of(servo) * parameter.scale(&self.units))
+        };
+        state.law = self
+            .law
+            .resume(machine(estimates), machine(standard_errors));
     }
 
     /// Joins a loop in motion, before its next sample: the model moves with the servo. The estimates

@@ -87,6 +87,15 @@ impl<N: Number, F: Copy + Default> ModelState<N, F> {
 }
 
 impl<N: Number, F> ModelState<N, F> {
+    /// Displaced by `position` and faster by `velocity`, before the next sample.
+    #[must_use]
+    pub fn displaced(mut self, position: N, velocity: N) -> Self {
+        self.output_error = self.output_error - position;
+        self.motion.increment += velocity;
+        self.motion.velocity += velocity;
+        self
+    }
+
     /// Output error ε = q − q_e.
     #[inline]
     pub fn output_error(&self) -> N {

@@ -40,6 +40,23 @@ impl<N: Number, F: Copy + Default, const P: usize> Sensitivity<N, F, P> {
     }
 }
 
+impl<N: Number, F: Copy + Default, const P: usize> Sensitivity<N, F, P> {
+    /// The tangents of an initial position (second last) and an initial velocity (last) of the
+    /// model, the others zero: for a motion that begins with the next sample.
+    #[must_use]
+    pub fn of_initial_state() -> Self {
+        let mut sensitivity = Self::none();
+        if let [.., position, velocity] = &mut sensitivity.tangents[..] {
+            position.position = N::ONE;
+            velocity.motion = Motion {
+                increment: N::ONE,
+                velocity: N::ONE,
+            };
+        }
+        sensitivity
+    }
+}
+
 impl<N: Number, F, const P: usize> Sensitivity<N, F, P> {
     /// ∂q_e/∂θᵢ.
     #[inline]
@@ -107,11 +124,12 @@ impl<N: Number, V: VelocityEstimate<N>> ModelLoop<N, V> {
     }
 
     /// Moves the tangents to the next sample, with [`ModelLoop::advance`]: `velocity` is the
-    /// model's before it.
+    /// model's before it. The first P tangents are those of the set's parameters, any further ones
+    /// of initial states.
     #[inline]
-    pub fn advance_tangents<S: ParameterSet<P>, const P: usize>(
+    pub fn advance_tangents<S: ParameterSet<P>, const P: usize, const Q: usize>(
         &self,
-        sensitivity: &mut Sensitivity<N, V::State, P>,
+        sensitivity: &mut Sensitivity<N, V::State, Q>,
         command: &ModelCommand<N>,
         parameters: &ModelParameters<N>,
         velocity: N,
@@ -132,12 +150,13 @@ impl<N: Number, V: VelocityEstimate<N>> ModelLoop<N, V> {
             self.step.step.response(x)
         };
         let rest = self.step.step.partial_response(x, N::ONE - part);
-        for (tangent, parameter) in sensitivity.tangents.iter_mut().zip(S::PARAMETERS) {
-            let own = |velocity: N, direction: N| match parameter {
-                Parameter::A => -velocity,
-                Parameter::B => command.value,
-                Parameter::Coulomb => -direction,
-                Parameter::Load => N::ONE,
+        for (i, tangent) in sensitivity.tangents.iter_mut().enumerate() {
+            let own = |velocity: N, direction: N| match S::PARAMETERS.get(i) {
+                Some(Parameter::A) => -velocity,
+                Some(Parameter::B) => command.value,
+                Some(Parameter::Coulomb) => -direction,
+                Some(Parameter::Load) => N::ONE,
+                None => N::ZERO,
             };
             let driven = parameters.gain * tangent.command;
             let before = tangent.motion.velocity;

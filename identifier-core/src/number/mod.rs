@@ -56,6 +56,9 @@ pub trait Number:
     /// The hot path has no division; this serves the rare sample in which a guard must scale.
     fn reciprocal(self) -> Self;
 
+    /// 1/√x for positive, normal x, to a few units in the last place; for fits in the background.
+    fn reciprocal_root(self) -> Self;
+
     /// The value moved into `[low, high]`.
     #[inline]
     #[must_use]
@@ -124,6 +127,11 @@ impl Number for f32 {
         }
         r
     }
+
+    #[inline]
+    fn reciprocal_root(self) -> Self {
+        1.0 / libm::sqrtf(self)
+    }
 }
 
 impl Number for f64 {
@@ -158,6 +166,11 @@ impl Number for f64 {
     #[inline]
     fn reciprocal(self) -> Self {
         1.0 / self
+    }
+
+    #[inline]
+    fn reciprocal_root(self) -> Self {
+        1.0 / libm::sqrt(self)
     }
 }
 

@@ -1,0 +1,268 @@
+//! Replay from the command line: the committed log, and every way a log can be wrong.
+
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const LOG: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/logs/simulated-servo.csv.gz");
+const SCENARIO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/replay.toml");
+
+fn host_sim(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .args(arguments)
+        .output()
+        .expect("the program starts")
+}
+
+fn folder(test: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"))
+        .join("replay")
+        .join(test);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("a folder for the test");
+    folder
+}
+
+/// The lines of the committed log.
+fn lines() -> Vec<String> {
+    let file = std::fs::File::open(LOG).expect("the log is committed");
+    let mut text = String::new();
+    flate2::read::GzDecoder::new(file)
+        .read_to_string(&mut text)
+        .expect("the log is text");
+    text.lines().map(str::to_owned).collect()
+}
+
+fn replay_text(test: &str, text: &str, scenario: &str) -> Output {
+    let folder = folder(test);
+    let log = folder.join("log.csv");
+    std::fs::write(&log, text).expect("the log is written");
+    let path = folder.join("scenario.toml");
+    std::fs::write(&path, scenario).expect("the scenario is written");
+    let [log, path] = [log, path].map(|path| path.display().to_string());
+    host_sim(&["replay", &log, "--scenario", &path, "--json", "-"])
+}
+
+fn scenario() -> String {
+    std::fs::read_to_string(SCENARIO).expect("the scenario is committed")
+}
+
+/// What a wrong log is answered with: exit status 2 and no output.
+fn refusal(test: &str, change: impl FnOnce(&mut Vec<String>)) -> String {
+    let mut lines = lines();
+    change(&mut lines);
+    let output = replay_text(test, &(lines.join("\n") + "\n"), &scenario());
+    let answer = String::from_utf8(output.stderr).expect("text");
+    assert_eq!(output.status.code(), Some(2), "{answer}");
+    assert!(output.stdout.is_empty(), "no partial output");
+    answer
+}
+
+/// A line with one of its fields changed.
+fn with_field(line: &str, index: usize, value: &str) -> String {
+    let mut fields: Vec<&str> = line.split(',').collect();
+    fields[index] = value;
+    fields.join(",")
+}
+
+fn result(output: &Output) -> serde_json::Value {
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{errors}");
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
+#[test]
+fn the_committed_log_gives_the_servo_that_made_it() {
+    let result = result(&host_sim(&[
+        "replay",
+        LOG,
+        "--scenario",
+        SCENARIO,
+        "--json",
+        "-",
+    ]));
+    let found = |name: &str| result["estimates"][name]["final"].as_f64().expect("number");
+    assert!((found("a") - 0.2174).abs() < 0.03, "{result}");
+    assert!((found("b") / 257.7 - 1.0).abs() < 2e-3, "{result}");
+    assert!((found("coulomb") / 10.0 - 1.0).abs() < 0.03, "{result}");
+    assert!((found("load") / 20.0 - 1.0).abs() < 0.02, "{result}");
+    assert!(result["truth"].is_null() && result["settling_time"]["a"].is_null());
+    assert_eq!(result["status"], "converged");
+    assert!(result["estimates"]["b"]["std_error"].is_f64());
+}
+
+#[test]
+fn passes_go_on_from_each_other_and_pictures_are_drawn() {
+    let folder = folder("passes");
+    let plot = folder.join("replay.svg").display().to_string();
+    let gradient = scenario()
+        .replace("\"gauss-newton\"", "\"gradient\"")
+        .replace(
+            "initial = { a = 0.0, b = 50.0 }",
+            "initial = { a = 0.0, b = 50.0 }\nplant_box = { a = [0.0, 50.0], b = [110.0, 1000.0] }",
+        );
+    let path = folder.join("scenario.toml");
+    std::fs::write(&path, gradient).expect("the scenario is written");
+    let path = path.display().to_string();
+    let error_after = |passes: &str| {
+        let arguments = [
+            "replay",
+            LOG,
+            "--scenario",
+            &path,
+            "--passes",
+            passes,
+            "--json",
+            "-",
+            "--plot",
+            &plot,
+        ];
+        let result = result(&host_sim(&arguments));
+        let b = result["estimates"]["b"]["final"].as_f64().expect("number");
+        (b / 257.7 - 1.0).abs()
+    };
+    assert!(error_after("8") < 0.01);
+    assert!(std::fs::read(&plot).expect("drawn").starts_with(b"<svg"));
+    assert_eq!(
+        host_sim(&["replay", LOG, "--scenario", &path, "--passes", "0"])
+            .status
+            .code(),
+        Some(2)
+    );
+}
+
+#[test]
+fn plain_and_packed_logs_are_alike() {
+    let plain = result(&replay_text(
+        "plain",
+        &(lines().join("\n") + "\n"),
+        &scenario(),
+    ));
+    let packed = result(&host_sim(&[
+        "replay",
+        LOG,
+        "--scenario",
+        SCENARIO,
+        "--json",
+        "-",
+    ]));
+    assert_eq!(plain, packed);
+}
+
+#[test]
+fn a_missing_column_is_answered_with_the_known_ones() {
+    let answer = refusal("column", |lines| {
+        lines[0] = "t,reference_rad,position_rad,command".into()
+    });
+    assert!(answer.contains("log.csv:1: column time_s"), "{answer}");
+    assert!(
+        answer.contains("t, reference_rad, position_rad, command"),
+        "{answer}"
+    );
+}
+
+#[test]
+fn text_and_nan_are_answered_with_line_and_column() {
+    for (test, value) in [
+        ("text", "fast"),
+        ("nan", "NaN"),
+        ("empty-field", ""),
+        ("inf", "inf"),
+    ] {
+        let answer = refusal(test, |lines| lines[41] = with_field(&lines[41], 2, value));
+        assert!(
+            answer.contains("log.csv:42: column position_rad"),
+            "{answer}"
+        );
+        assert!(answer.contains("any finite number"), "{answer}");
+    }
+}
+
+#[test]
+fn time_that_does_not_advance_evenly_is_answered_with_its_line() {
+    let answer = refusal("reversed", |lines| {
+        lines[100] = with_field(&lines[100], 0, "0.050")
+    });
+    assert!(
+        answer.contains("log.csv:101: column time_s: time goes from"),
+        "{answer}"
+    );
+    let answer = refusal("uneven", |lines| {
+        lines[100] = with_field(&lines[100], 0, "0.09935")
+    });
+    assert!(answer.contains("log.csv:101: column time_s"), "{answer}");
+    assert!(answer.contains("sample time, 0.001 s"), "{answer}");
+    let answer = refusal("stands", |lines| lines[100] = lines[99].clone());
+    assert!(answer.contains("log.csv:101: column time_s"), "{answer}");
+}
+
+#[test]
+fn gaps_are_bridged_only_when_the_user_says_so() {
+    let answer = refusal("gap", |lines| drop(lines.drain(500..503)));
+    assert!(answer.contains("3 samples are missing"), "{answer}");
+    assert!(answer.contains("bridge_gaps"), "{answer}");
+
+    let mut lines = lines();
+    lines.drain(500..503);
+    let text = lines.join("\n") + "\n";
+    let bridging = scenario() + "bridge_gaps = 3\n";
+    let result = result(&replay_text("bridged", &text, &bridging));
+    assert_eq!(result["samples"], 7990);
+    let b = result["estimates"]["b"]["final"].as_f64().expect("number");
+    assert!((b / 257.7 - 1.0).abs() < 0.01, "{result}");
+}
+
+#[test]
+fn a_log_without_samples_is_refused() {
+    for (test, keep) in [("nothing", 0), ("heading", 1), ("one-sample", 2)] {
+        let answer = refusal(test, |lines| lines.truncate(keep));
+        assert!(answer.contains("log.csv"), "{answer}");
+    }
+    let output = host_sim(&["replay", "no-such-log.csv", "--scenario", SCENARIO]);
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
+fn a_broken_archive_is_refused() {
+    let folder = folder("archive");
+    let path = folder.join("log.csv.gz");
+    let mut file = std::fs::File::create(&path).expect("created");
+    file.write_all(b"not an archive").expect("written");
+    let output = host_sim(&[
+        "replay",
+        &path.display().to_string(),
+        "--scenario",
+        SCENARIO,
+    ]);
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
+fn another_controller_than_the_declared_one_is_found_out() {
+    let text = lines().join("\n") + "\n";
+    for (test, from, to) in [
+        ("gain", "kp = 9.0", "kp = 8.0"),
+        ("filter", "\"low-pass\", cutoff = 500.0", "\"difference\""),
+        ("limit", "limit = 10.0", "limit = 0.5"),
+    ] {
+        let output = replay_text(test, &text, &scenario().replace(from, to));
+        let answer = String::from_utf8(output.stderr).expect("text");
+        assert_eq!(output.status.code(), Some(2), "{test}: {answer}");
+        assert!(
+            answer.contains("another controller ran"),
+            "{test}: {answer}"
+        );
+        assert!(answer.contains("in line "), "{test}: {answer}");
+    }
+}
+
+#[test]
+fn a_scenario_for_a_run_cannot_be_replayed_and_the_other_way_round() {
+    let paper = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/paper.toml");
+    let output = host_sim(&["replay", LOG, "--scenario", paper]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains(": log: "));
+    let output = host_sim(&["run", SCENARIO]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains(": plant: "));
+}

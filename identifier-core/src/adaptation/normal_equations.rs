@@ -1,0 +1,148 @@
+use crate::number::Number;
+
+/// The normal equations of a least-squares fit in Q unknowns, gathered sample by sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NormalEquations<N, const Q: usize> {
+    matrix: [[N; Q]; Q],
+    right: [N; Q],
+    cost: N,
+}
+
+impl<N: Number, const Q: usize> NormalEquations<N, Q> {
+    /// No sample yet.
+    #[must_use]
+    pub fn empty() -> Self {
+        Self {
+            matrix: [[N::ZERO; Q]; Q],
+            right: [N::ZERO; Q],
+            cost: N::ZERO,
+        }
+    }
+
+    /// The sum of squared errors.
+    #[must_use]
+    pub fn cost(&self) -> N {
+        self.cost
+    }
+
+    /// Takes in a sample: its error and the error's decrease per unit of each unknown.
+    #[inline]
+    pub fn add(&mut self, row: &[N; Q], error: N) {
+        for i in 0..Q {
+            for j in 0..=i {
+                self.matrix[i][j] += row[i] * row[j];
+            }
+            self.right[i] += row[i] * error;
+        }
+        self.cost += error * error;
+    }
+
+    /// The step that Levenberg and Marquardt take, (A + λ diag A) δ = g (Marquardt, "An algorithm
+    /// for least-squares estimation of nonlinear parameters", SIAM Journal 11(2), 1963), and for
+    /// λ = 0 the variances diag(A⁻¹). An unknown that nothing depends on stays.
+    #[must_use]
+    pub fn solve(&self, damping: N) -> Solution<N, Q> {
+        /// The least pivot of the matrix scaled to a unit diagonal.
+        const LEAST_PIVOT: f64 = 1e-6;
+        let scale: [N; Q] = core::array::from_fn(|i| {
+            let diagonal = self.matrix[i][i];
+            if diagonal > N::ZERO {
+                diagonal.reciprocal_root()
+            } else {
+                N::ZERO
+            }
+        });
+        // Cholesky's factor of the scaled matrix, the reciprocals of its diagonal apart.
+        let least = N::from_f64(LEAST_PIVOT);
+        let mut lower = [[N::ZERO; Q]; Q];
+        let mut inverse = [N::ZERO; Q];
+        for i in 0..Q {
+            for j in 0..=i {
+                let mut sum = self.matrix[i][j] * scale[i] * scale[j];
+                if i == j {
+                    sum = N::ONE + damping;
+                }
+                for k in 0..j {
+                    sum = sum - lower[i][k] * lower[j][k];
+                }
+                if i == j {
+                    let pivot = if sum > least { sum } else { least };
+                    inverse[i] = pivot.reciprocal_root();
+                    lower[i][i] = pivot * inverse[i];
+                } else {
+                    lower[i][j] = sum * inverse[j];
+                }
+            }
+        }
+        let solve = |right: [N; Q]| {
+            let mut x = right;
+            for i in 0..Q {
+                for k in 0..i {
+                    x[i] = x[i] - lower[i][k] * x[k];
+                }
+                x[i] = x[i] * inverse[i];
+            }
+            for i in (0..Q).rev() {
+                for k in i + 1..Q {
+                    x[i] = x[i] - lower[k][i] * x[k];
+                }
+                x[i] = x[i] * inverse[i];
+            }
+            x
+        };
+        let step = solve(core::array::from_fn(|i| self.right[i] * scale[i]));
+        let variances = core::array::from_fn(|i| {
+            let unit = core::array::from_fn(|j| if i == j { N::ONE } else { N::ZERO });
+            solve(unit)[i] * scale[i] * scale[i]
+        });
+        Solution {
+            step: core::array::from_fn(|i| step[i] * scale[i]),
+            variances,
+        }
+    }
+}
+
+/// What the normal equations say.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solution<N, const Q: usize> {
+    /// The step of the unknowns.
+    pub step: [N; Q],
+    /// Their variances for errors of variance one.
+    pub variances: [N; Q],
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn solves_a_linear_fit_exactly(
+            truth in prop::array::uniform3(-5.0_f64..5.0),
+            rows in prop::collection::vec(prop::array::uniform3(-1.0_f64..1.0), 20..40),
+        ) {
+            let mut equations = NormalEquations::<f64, 3>::empty();
+            for row in &rows {
+                let error: f64 = (0..3).map(|i| row[i] * truth[i]).sum();
+                equations.add(row, error);
+            }
+            let solution = equations.solve(0.0);
+            for i in 0..3 {
+                prop_assert!((solution.step[i] - truth[i]).abs() < 1e-6);
+                prop_assert!(solution.variances[i] > 0.0);
+            }
+        }
+    }
+
+    #[test]
+    fn an_unknown_that_nothing_depends_on_stays() {
+        let mut equations = NormalEquations::<f32, 2>::empty();
+        for k in 0..10 {
+            equations.add(&[k as f32, 0.0], 3.0 * k as f32);
+        }
+        let step = equations.solve(0.0).step;
+        assert!((step[0] - 3.0).abs() < 1e-4);
+        assert!(step[1].abs() < 1e-9);
+    }
+}

@@ -1,0 +1,102 @@
+//! Servos with Coulomb friction and load: both laws, both formats, with and without saturation.
+
+use host_sim::report::Summary;
+use host_sim::scenario::Scenario;
+use integration_tests::{parse, run};
+
+/// A scenario with friction c, a load of 20 rad/s² and |u| ≤ limit.
+fn scenario(law: &str, arithmetic: &str, coulomb: f64, limit: f64) -> Scenario {
+    parse(&format!(
+        "[plant]\n\
+         a = 0.2174\n\
+         b = 257.7\n\
+         load = 20.0\n\
+         coulomb = {coulomb}\n\
+         [amplifier]\n\
+         limit = {limit}\n\
+         [identifier]\n\
+         law = \"{law}\"\n\
+         parameters = [\"a\", \"b\", \"coulomb\"]\n\
+         plant_box = {{ a = [0.0, 50.0], b = [110.0, 1000.0] }}\n\
+         arithmetic = \"{arithmetic}\"\n"
+    ))
+}
+
+/// Tail means within `a` (1/s), and `b`, `coulomb`, `load` (relative) of the truth.
+fn assert_tail(summary: &Summary, a: f64, b: f64, coulomb: f64, load: f64) {
+    let truth = summary.truth.expect("known");
+    let relative = |estimate: f64, truth: f64| (estimate / truth - 1.0).abs();
+    assert!((summary.a.tail_mean - truth.a).abs() < a, "â {summary:?}");
+    assert!(relative(summary.b.tail_mean, truth.b) < b, "b̂ {summary:?}");
+    assert!(
+        relative(summary.coulomb.tail_mean, truth.coulomb) < coulomb,
+        "ĉ {summary:?}"
+    );
+    assert!(
+        relative(summary.load.tail_mean, truth.load) < load,
+        "d̂ {summary:?}"
+    );
+}
+
+#[test]
+fn both_laws_find_friction_and_load() {
+    for law in ["gradient", "gauss-newton"] {
+        for arithmetic in ["f32", "f64"] {
+            for limit in [10.0, 1.0] {
+                let summary = run(&scenario(law, arithmetic, 10.0, limit));
+                assert_tail(&summary, 0.03, 2e-3, 0.03, 0.02);
+            }
+        }
+    }
+}
+
+#[test]
+fn both_laws_find_friction_three_times_as_large() {
+    for law in ["gradient", "gauss-newton"] {
+        for arithmetic in ["f32", "f64"] {
+            for limit in [10.0, 1.0] {
+                let summary = run(&scenario(law, arithmetic, 30.0, limit));
+                assert_tail(&summary, 0.05, 5e-3, 0.03, 0.02);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_model_without_friction_is_biased_by_it_and_the_residual_says_why() {
+    use host_sim::experiment;
+    use host_sim::report::Summariser;
+    use host_sim::report::residual::{Cause, Report};
+
+    let mut lacking = scenario("gauss-newton", "f64", 10.0, 10.0);
+    lacking.identifier.parameters.truncate(2);
+    let report = |scenario: &Scenario| {
+        let mut summariser = Summariser::new(scenario);
+        let mut trace = Vec::new();
+        let outcome = experiment::run(scenario, &mut |sample| {
+            summariser.add(sample);
+            trace.push(*sample);
+        });
+        let summary = summariser.finish(scenario, outcome);
+        Report::new(scenario, &summary, &trace)
+    };
+    let without = report(&lacking);
+    assert!(!without.is_the_encoders(), "{without}");
+    assert_eq!(
+        without.cause.map(|(cause, _)| cause),
+        Some(Cause::Coulomb),
+        "{without}"
+    );
+    let with = report(&scenario("gauss-newton", "f64", 10.0, 10.0));
+    assert!(with.is_the_encoders(), "{with}");
+}
+
+#[test]
+fn friction_that_is_known_can_be_given_and_kept() {
+    let mut known = scenario("gauss-newton", "f64", 10.0, 10.0);
+    known.identifier.parameters.truncate(2);
+    known.identifier.initial.coulomb = 10.0;
+    let summary = run(&known);
+    assert_tail(&summary, 0.01, 1e-3, 1e-9, 0.02);
+    assert!(summary.coulomb.tail_std < 1e-9, "it stays where it is");
+}

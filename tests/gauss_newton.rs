@@ -1,0 +1,109 @@
+//! The fast law: how soon it knows, how well, and whether its standard errors are honest.
+
+use host_sim::report::Summary;
+use host_sim::scenario::{ExcitationSettings, Scenario};
+use identifier_core::parameters::Parameter;
+use integration_tests::{Random, in_parallel, parse, run, servo};
+
+/// The paper's servo and loop under noise of its own for each run, from an initial b̂.
+fn scenarios(runs: usize, initial_b: f64, extra: &str) -> Vec<Scenario> {
+    let base = parse(&format!(
+        "[plant]\n\
+         a = 0.2174\n\
+         b = 257.7\n\
+         {extra}\n\
+         [amplifier]\n\
+         limit = 10.0\n\
+         [identifier]\n\
+         law = \"gauss-newton\"\n\
+         parameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n\
+         initial = {{ a = 0.0, b = {initial_b} }}\n"
+    ));
+    let mut random = Random::new(33);
+    (0..runs)
+        .map(|k| {
+            let mut scenario = base.clone();
+            servo(&mut scenario).load = [0.0, 20.0, -20.0][k % 3];
+            if let ExcitationSettings::BandLimitedWhiteNoise { seed, .. } = &mut scenario.excitation
+            {
+                *seed = random.seed();
+            }
+            scenario
+        })
+        .collect()
+}
+
+fn without_friction(mut scenarios: Vec<Scenario>) -> Vec<Scenario> {
+    for scenario in &mut scenarios {
+        scenario
+            .identifier
+            .parameters
+            .retain(|p| *p != Parameter::Coulomb);
+    }
+    scenarios
+}
+
+#[test]
+fn it_settles_within_a_second_and_a_half_from_far_below_and_far_above() {
+    for initial_b in [50.0, 2000.0] {
+        let scenarios = without_friction(scenarios(60, initial_b, ""));
+        for (scenario, summary) in scenarios.iter().zip(in_parallel(&scenarios, run)) {
+            let settled = |time: Option<f64>| time.unwrap_or(f64::INFINITY);
+            assert!(
+                settled(summary.settling_b) < 1.5,
+                "{scenario:?} {summary:?}"
+            );
+            assert!(
+                settled(summary.settling_a) < 5.0,
+                "{scenario:?} {summary:?}"
+            );
+            // Three times the information limit of the paper's servo after 60 s.
+            assert!(summary.a.tail_std < 3.0 * 0.0003, "{summary:?}");
+            assert!(summary.b.tail_std < 3.0 * 0.0024, "{summary:?}");
+        }
+    }
+}
+
+/// Of the runs, how many have the truth within two standard errors.
+fn covered(summaries: &[Summary], parameter: Parameter) -> usize {
+    summaries
+        .iter()
+        .filter(|summary| {
+            let estimate = summary.estimate(parameter).expect("estimated");
+            let error = estimate.last - parameter.of(&summary.truth.expect("known"));
+            error.abs() < 2.0 * estimate.std_error.expect("the law has one")
+        })
+        .count()
+}
+
+#[test]
+fn standard_errors_cover_the_truth() {
+    const RUNS: usize = 200;
+    let scenarios = scenarios(RUNS, 50.0, "coulomb = 10.0");
+    let summaries = in_parallel(&scenarios, run);
+    for parameter in [
+        Parameter::A,
+        Parameter::B,
+        Parameter::Coulomb,
+        Parameter::Load,
+    ] {
+        let covered = covered(&summaries, parameter);
+        println!("{}: {covered} of {RUNS}", parameter.name());
+        assert!(
+            (180..=198).contains(&covered),
+            "{}: {covered} of {RUNS}",
+            parameter.name()
+        );
+    }
+}
+
+#[test]
+fn single_and_double_precision_agree() {
+    let text =
+        "[plant]\na = 0.2174\nb = 257.7\nload = 20.0\n[identifier]\nlaw = \"gauss-newton\"\n";
+    let single = run(&parse(&format!("{text}arithmetic = \"f32\"\n")));
+    let double = run(&parse(&format!("{text}arithmetic = \"f64\"\n")));
+    assert!((single.a.tail_mean - double.a.tail_mean).abs() < 2e-3);
+    assert!((single.b.tail_mean / double.b.tail_mean - 1.0).abs() < 2e-4);
+    assert!((single.load.tail_mean / double.load.tail_mean - 1.0).abs() < 2e-3);
+}
