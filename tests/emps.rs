@@ -4,7 +4,7 @@
 //! The log is not part of this project. Put `emps_train.csv.gz` (columns t_s, q_ref_m, q_m, vir_V)
 //! where `EMPS_LOG` says, or in `shared/data/emps` beside the project.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use host_sim::replay::{Log, replay};
 use host_sim::report::{Summariser, Summary};
@@ -29,7 +29,7 @@ fn log_path() -> Option<PathBuf> {
 }
 
 /// One causal pass from the published values times these factors.
-fn identify(path: &PathBuf, factors: [f64; 4]) -> (Summary, [f64; 4]) {
+fn identify(path: &Path, factors: [f64; 4]) -> (Summary, [f64; 4]) {
     let [mass, viscous, coulomb, offset] = std::array::from_fn(|i| PUBLISHED[i] * factors[i]);
     let text = format!(
         "[amplifier]\n\

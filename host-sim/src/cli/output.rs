@@ -86,8 +86,3 @@ pub(super) fn csv(path: &Path, trace: &[Sample]) -> Result<(), Fault> {
     let file = File::create(path).map_err(|error| Fault::unwritable(path, error))?;
     report::csv::write(BufWriter::new(file), trace).map_err(|error| Fault::unwritable(path, error))
 }
-
-/// Prints a text with lines of its own.
-pub(super) fn say(text: &str) {
-    println!("{text}");
-}

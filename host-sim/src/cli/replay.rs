@@ -3,7 +3,7 @@ use std::path::PathBuf;
 use identifier_core::units::Units;
 
 use super::fault::Fault;
-use super::output::{self, Outputs};
+use super::output::Outputs;
 use crate::experiment::Sample;
 use crate::replay::{self, Log};
 use crate::report::{Status, Summariser, residual, table};
@@ -67,7 +67,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
                 log.bridged
             );
         }
-        output::say(&table::estimates(&[(summary.law, &summary)]));
+        println!("{}", table::estimates(&[(summary.law, &summary)]));
         println!("{}: {}", summary.status.name(), summary.reason);
         println!("{residual}");
     }

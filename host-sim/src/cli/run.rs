@@ -1,7 +1,7 @@
 use std::path::PathBuf;
 
 use super::fault::Fault;
-use super::output::{self, Outputs};
+use super::output::Outputs;
 use crate::experiment;
 use crate::report::{Status, Summariser, residual, table};
 use crate::scenario::{Purpose, Scenario, keys};
@@ -34,7 +34,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         .outputs
         .write(&summary, &trace, residual.as_ref())?;
     if !arguments.outputs.is_quiet() {
-        output::say(&table::estimates(&[(summary.law, &summary)]));
+        println!("{}", table::estimates(&[(summary.law, &summary)]));
         println!("{}: {}", summary.status.name(), summary.reason);
         if let Some(residual) = residual {
             println!("{residual}");

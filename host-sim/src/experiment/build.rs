@@ -3,13 +3,15 @@
 use std::marker::PhantomData;
 
 use identifier_core::excitation::Excitation;
-use identifier_core::identifier::{GaussNewtonIdentifier, GradientIdentifier, IdentifierError};
+use identifier_core::identifier::{
+    GaussNewtonIdentifier, GradientIdentifier, IdentifierError, WindowIdentifier,
+};
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::number::Number;
 use identifier_core::parameters::ParameterSet;
 
 use super::Outcome;
-use super::learner::{GaussNewtonLearner, GradientLearner, Learner};
+use super::learner::{GaussNewtonLearner, GradientLearner, Learner, WindowLearner};
 use crate::scenario::{Law, Scenario, WithSet};
 
 /// Why the parts can be relied on: a [`Scenario`] builds each of them once when it is read.
@@ -49,7 +51,9 @@ where
 {
     type Output = Built<N, V::State>;
 
-    fn with<S: ParameterSet<P> + 'static, const P: usize>(self) -> Built<N, V::State> {
+    fn with<S: ParameterSet<P> + 'static, const P: usize, const Q: usize>(
+        self,
+    ) -> Built<N, V::State> {
         let Self {
             scenario,
             velocity,
@@ -83,6 +87,13 @@ where
                 outcome.certified = built.certificate().is_some();
                 outcome.gain_margin = built.gain_margin();
                 Box::new(GaussNewtonLearner::new(built))
+            }
+            Law::Window => {
+                let frozen = identifier.frozen::<S, P>();
+                let built = WindowIdentifier::<N, V, S, P, Q>::new(&config, frozen, velocity)?;
+                outcome.certified = config.plant_box.is_some();
+                outcome.gain_margin = built.gain_margin();
+                Box::new(WindowLearner::new(built))
             }
             Law::RelayLeastSquares(_) => unreachable!("the relay has a loop of its own"),
         };

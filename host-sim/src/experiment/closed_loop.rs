@@ -2,11 +2,13 @@
 
 use identifier_core::control::ControlState;
 use identifier_core::excitation::Excitation;
+use identifier_core::identifier::Recorded;
 use identifier_core::measurement::origin::Origin;
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::number::Number;
 
 use super::build::{CHECKED, learner};
+use super::learner::Given;
 use super::{Abort, Outcome, Sample};
 use crate::scenario::{Arithmetic, Reference, Scenario, WithVelocity};
 use crate::servo::{Encoder, Plant};
@@ -56,6 +58,14 @@ impl<N: Number, O: FnMut(&Sample)> WithVelocity<N> for Loop<'_, O> {
                 Some(encoder) => origin.position(encoder.read(plant.position)),
                 None => N::from_f64(plant.position * per_unit),
             };
+            let given = Given {
+                before: control,
+                sample: Recorded {
+                    reference: wanted,
+                    position,
+                    injection: N::ZERO,
+                },
+            };
             let real = match controller.process(&mut control, wanted, position) {
                 Ok(real) => real,
                 Err(error) => {
@@ -63,7 +73,7 @@ impl<N: Number, O: FnMut(&Sample)> WithVelocity<N> for Loop<'_, O> {
                     break;
                 }
             };
-            let seen = learner.process(&real);
+            let seen = learner.process(&given, &real);
             outcome.count(&seen);
             let command = real.command.to_f64();
             observe(&Sample {

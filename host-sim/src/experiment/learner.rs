@@ -4,6 +4,7 @@ use identifier_core::adaptation::GradientUpdate;
 use identifier_core::control::{ControlSample, ControlState};
 use identifier_core::identifier::{
     GaussNewtonIdentifier, GaussNewtonIdentifierState, GradientIdentifier, GradientIdentifierState,
+    Recorded, Window, WindowIdentifier, WindowState,
 };
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::model::ServoParameters;
@@ -21,10 +22,19 @@ pub(crate) struct Seen<N> {
     pub(crate) restarted: bool,
 }
 
+/// What the controller was given, machine units.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Given<N: Number, F> {
+    /// Its state before the sample.
+    pub(crate) before: ControlState<N, F>,
+    /// Reference, position and injection.
+    pub(crate) sample: Recorded<N>,
+}
+
 /// An identifier with its state.
 pub(crate) trait Learner<N: Number, F> {
-    /// Takes in a sample of the real loop.
-    fn process(&mut self, real: &ControlSample<N>) -> Seen<N>;
+    /// Takes in a sample: what the controller was given, its state before that and what it did.
+    fn process(&mut self, given: &Given<N, F>, real: &ControlSample<N>) -> Seen<N>;
 
     /// The estimates, SI.
     fn estimates(&self) -> ServoParameters;
@@ -61,7 +71,7 @@ where
     V: VelocityEstimate<N>,
     S: ParameterSet<P>,
 {
-    fn process(&mut self, real: &ControlSample<N>) -> Seen<N> {
+    fn process(&mut self, _: &Given<N, V::State>, real: &ControlSample<N>) -> Seen<N> {
         let seen = self.identifier.process(&mut self.state, real);
         Seen {
             output_error: seen.output_error,
@@ -108,7 +118,7 @@ where
     V: VelocityEstimate<N>,
     S: ParameterSet<P>,
 {
-    fn process(&mut self, real: &ControlSample<N>) -> Seen<N> {
+    fn process(&mut self, _: &Given<N, V::State>, real: &ControlSample<N>) -> Seen<N> {
         let seen = self.identifier.process(&mut self.state, real);
         Seen {
             output_error: seen.output_error,
@@ -127,5 +137,81 @@ where
 
     fn join(&mut self, control: &ControlState<N, V::State>) {
         self.identifier.join(&mut self.state, control);
+    }
+}
+
+/// Samples that a window holds: half a second at 1 kHz.
+const WINDOW: usize = 512;
+
+/// Samples from one fit to the next.
+const BETWEEN_FITS: u32 = 10;
+
+pub(crate) struct WindowLearner<
+    N: Number,
+    V: VelocityEstimate<N>,
+    S,
+    const P: usize,
+    const Q: usize,
+> {
+    identifier: WindowIdentifier<N, V, S, P, Q>,
+    state: WindowState<N, V::State, P, Q>,
+    window: Window<N, WINDOW>,
+    until_fit: u32,
+}
+
+impl<N, V, S, const P: usize, const Q: usize> WindowLearner<N, V, S, P, Q>
+where
+    N: Number,
+    V: VelocityEstimate<N>,
+    S: ParameterSet<P>,
+{
+    pub(crate) fn new(identifier: WindowIdentifier<N, V, S, P, Q>) -> Self {
+        Self {
+            state: identifier.start(),
+            identifier,
+            window: Window::empty(),
+            until_fit: BETWEEN_FITS,
+        }
+    }
+}
+
+impl<N, V, S, const P: usize, const Q: usize> Learner<N, V::State> for WindowLearner<N, V, S, P, Q>
+where
+    N: Number,
+    V: VelocityEstimate<N>,
+    S: ParameterSet<P>,
+{
+    fn process(&mut self, given: &Given<N, V::State>, _: &ControlSample<N>) -> Seen<N> {
+        let Self {
+            identifier,
+            state,
+            window,
+            until_fit,
+        } = self;
+        identifier.record(state, window, &given.before, given.sample);
+        *until_fit -= 1;
+        if *until_fit == 0 {
+            *until_fit = BETWEEN_FITS;
+            // A simulator has all the background time it wants.
+            identifier.begin(state, window);
+            while !identifier.work(state, window, u32::MAX) {}
+        }
+        Seen {
+            output_error: identifier.output_error(state),
+            slowed: false,
+            restarted: false,
+        }
+    }
+
+    fn estimates(&self) -> ServoParameters {
+        self.identifier.estimates(&self.state)
+    }
+
+    fn standard_errors(&self) -> Option<ServoParameters> {
+        Some(self.identifier.standard_errors(&self.state))
+    }
+
+    fn join(&mut self, _: &ControlState<N, V::State>) {
+        self.window = Window::empty();
     }
 }

@@ -7,6 +7,7 @@ mod relay_loop;
 mod sample;
 
 pub(crate) use build::learner;
+pub(crate) use learner::Given;
 pub use sample::{Abort, Outcome, Sample};
 
 use crate::scenario::{Law, Scenario};
@@ -14,7 +15,7 @@ use crate::scenario::{Law, Scenario};
 /// Runs a scenario and shows every sample to `observe`.
 pub fn run(scenario: &Scenario, observe: &mut impl FnMut(&Sample)) -> Outcome {
     match &scenario.identifier.law {
-        Law::Gradient(_) | Law::GaussNewton(_) => closed_loop::run(scenario, observe),
+        Law::Gradient(_) | Law::GaussNewton(_) | Law::Window => closed_loop::run(scenario, observe),
         Law::RelayLeastSquares(settings) => relay_loop::run(scenario, settings, observe),
     }
 }

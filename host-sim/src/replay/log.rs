@@ -240,7 +240,7 @@ impl Log {
             .map(|(before, after)| (after - before).abs())
             .filter(|step| *step > 0.0)
             .fold(f64::INFINITY, f64::min);
-        smallest.max(FINEST * (high - low)).min(1.0).max(1e-12)
+        smallest.max(FINEST * (high - low)).clamp(1e-12, 1.0)
     }
 }
 
@@ -253,10 +253,10 @@ struct Columns<'a> {
     injection: Option<(usize, &'a str)>,
 }
 
-fn optional<'a>(
-    name: &'a Option<String>,
+fn optional(
+    name: &Option<String>,
     place: impl Fn(&str) -> Result<usize, LogError>,
-) -> Result<Option<(usize, &'a str)>, LogError> {
+) -> Result<Option<(usize, &str)>, LogError> {
     name.as_deref()
         .map(|name| Ok((place(name)?, name)))
         .transpose()

@@ -4,7 +4,7 @@ use std::fmt;
 
 use identifier_core::control::{ControlSample, ControlState, Controller};
 use identifier_core::error::{OutOfRange, StepError};
-use identifier_core::identifier::IdentifierError;
+use identifier_core::identifier::{IdentifierError, Recorded};
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::number::Number;
 use identifier_core::units::Units;
@@ -12,7 +12,7 @@ use identifier_core::units::Units;
 use super::agreement::Comparison;
 use super::recorded::RecordedReference;
 use super::{Agreement, Log};
-use crate::experiment::{Abort, Outcome, Sample, learner};
+use crate::experiment::{Abort, Given, Outcome, Sample, learner};
 use crate::scenario::{Arithmetic, Scenario, WithVelocity};
 
 /// What a replay found.
@@ -131,6 +131,10 @@ impl<N: Number> WithVelocity<N> for Passes<'_> {
             learner.join(&control);
             for record in &log.records[settling..] {
                 let time = f64::from(pass) * length + record.time - first.time;
+                let given = Given {
+                    before: control,
+                    sample: recording.given(record),
+                };
                 let mut real = match recording.sample(&mut control, record) {
                     Ok(real) => real,
                     Err(error) => {
@@ -138,8 +142,8 @@ impl<N: Number> WithVelocity<N> for Passes<'_> {
                         break 'passes;
                     }
                 };
-                real.injection = N::from_f64(record.injection);
-                let seen = learner.process(&real);
+                real.injection = given.sample.injection;
+                let seen = learner.process(&given, &real);
                 outcome.count(&seen);
                 observe(&Sample {
                     time,
@@ -188,10 +192,23 @@ impl<N: Number, V: VelocityEstimate<N>> Recording<'_, N, V> {
         control: &mut ControlState<N, V::State>,
         record: &super::log::Record,
     ) -> Result<ControlSample<N>, StepError> {
+        let Recorded {
+            reference,
+            position,
+            ..
+        } = self.given(record);
+        self.controller.process(control, reference, position)
+    }
+
+    /// A record in machine units, positions from the first.
+    fn given(&self, record: &super::log::Record) -> Recorded<N> {
         let origin = self.log.records[0].position;
         let machine = |value: f64| N::from_f64((value - origin) * self.units.position());
-        self.controller
-            .process(control, machine(record.reference), machine(record.position))
+        Recorded {
+            reference: machine(record.reference),
+            position: machine(record.position),
+            injection: N::from_f64(record.injection),
+        }
     }
 
     fn agreement(&self) -> Option<Agreement> {

@@ -147,11 +147,11 @@ impl Tracked {
 /// Where a sequence that has passed three equally spaced values will still go.
 ///
 /// An exponential approach shortens its steps by a constant ratio; the steps to come then sum to
-/// d₂²/(d₁ − d₂). A last step counts as none if it is below a tenth of the tolerance, or so small
+/// d₂²/(d₁ − d₂). A last step counts as none if it is below a quarter of the tolerance, or so small
 /// beside the standard deviation over the whole stretch that noise explains it (a steady drift has
 /// steps of 1.15 standard deviations). One that is no shorter than the step before is endless.
 fn distance_to_go([first, second, third]: [f64; 3], tolerance: f64, deviation: f64) -> f64 {
-    const STILL: f64 = 0.1;
+    const STILL: f64 = 0.25;
     const NOISE: f64 = 0.7;
     let (before, last) = ((second - first).abs(), (third - second).abs());
     if last <= (STILL * tolerance).max(NOISE * deviation) {
@@ -405,6 +405,6 @@ mod tests {
         assert!(to_go(|t| t, 0.1).is_infinite());
         let noise = to_go(|t| 0.3 * (1234.5 * t).sin(), 0.1);
         assert!(noise < 1e-12, "{noise}");
-        assert!(to_go(|t| 0.005 * t, 0.1) < 1e-12, "far below the tolerance");
+        assert!(to_go(|t| 0.01 * t, 0.1) < 1e-12, "far below the tolerance");
     }
 }

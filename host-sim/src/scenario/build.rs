@@ -252,6 +252,7 @@ fn identifier(
             "gauss-newton",
             &["bounds", "plant_box", "uncertainty", "noise"],
         ),
+        LawName::Window => ("window", &["bounds", "plant_box"]),
         LawName::RelayLeastSquares => (
             "relay-least-squares",
             &["relay", "forgetting", "filter_cutoff"],
@@ -280,6 +281,7 @@ fn identifier(
             mu: table.mu,
         }),
         LawName::GaussNewton => Law::GaussNewton(uncertainty(table)?),
+        LawName::Window => Law::Window,
         LawName::RelayLeastSquares => Law::RelayLeastSquares(RelaySettings {
             relay: table.relay.unwrap_or(1.0),
             forgetting: table.forgetting.unwrap_or(0.999),

@@ -155,7 +155,7 @@ pub const KEYS: &[Key] = &[
     key("identifier", "a table with the law", "the Γ-gradient law"),
     key(
         "identifier.law",
-        "\"gradient\", \"gauss-newton\" or \"relay-least-squares\"",
+        "\"gradient\", \"gauss-newton\", \"window\" or \"relay-least-squares\"",
         "\"gradient\"",
     ),
     key(
@@ -223,7 +223,7 @@ pub const KEYS: &[Key] = &[
     ),
     key(
         "identifier.plant_box",
-        "{ a = [min, max], b = [min, max] } (gradient, gauss-newton)",
+        "{ a = [min, max], b = [min, max] } (gradient, gauss-newton, window)",
         "none: nothing is certified",
     ),
     key(

@@ -158,6 +158,8 @@ pub enum Law {
     Gradient(GradientSettings),
     /// Recursive Gauss–Newton in the PID's loop.
     GaussNewton(Uncertainty),
+    /// Windowed Gauss–Newton in the PID's loop.
+    Window,
     /// Recursive least squares in a loop closed by a relay.
     RelayLeastSquares(RelaySettings),
 }
@@ -189,6 +191,7 @@ impl Law {
         match self {
             Self::Gradient(_) => "gradient",
             Self::GaussNewton(_) => "gauss-newton",
+            Self::Window => "window",
             Self::RelayLeastSquares(_) => "relay-least-squares",
         }
     }

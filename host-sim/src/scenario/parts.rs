@@ -229,7 +229,7 @@ struct Build<'a> {
 impl WithSet for Build<'_> {
     type Output = Result<(), IdentifierError>;
 
-    fn with<S: ParameterSet<P> + 'static, const P: usize>(self) -> Self::Output {
+    fn with<S: ParameterSet<P> + 'static, const P: usize, const Q: usize>(self) -> Self::Output {
         struct Inner<'a, S, const P: usize>(
             &'a Scenario,
             Option<GradientLaw<P>>,

@@ -20,18 +20,18 @@ pub trait WithSet {
     /// Its result.
     type Output;
 
-    /// Does it.
-    fn with<S: ParameterSet<P> + 'static, const P: usize>(self) -> Self::Output;
+    /// Does it, for the P parameters of S; Q counts the two initial states besides.
+    fn with<S: ParameterSet<P> + 'static, const P: usize, const Q: usize>(self) -> Self::Output;
 }
 
 impl ModelSet {
     /// Does a computation with this set.
     pub fn with<W: WithSet>(self, work: W) -> W::Output {
         match self {
-            Self::Ab => work.with::<Ab, 2>(),
-            Self::AbCoulomb => work.with::<AbCoulomb, 3>(),
-            Self::AbLoad => work.with::<AbLoad, 3>(),
-            Self::AbCoulombLoad => work.with::<AbCoulombLoad, 4>(),
+            Self::Ab => work.with::<Ab, 2, 4>(),
+            Self::AbCoulomb => work.with::<AbCoulomb, 3, 5>(),
+            Self::AbLoad => work.with::<AbLoad, 3, 5>(),
+            Self::AbCoulombLoad => work.with::<AbCoulombLoad, 4, 6>(),
         }
     }
 }
@@ -43,11 +43,12 @@ impl IdentifierSettings {
         self.parameters.contains(&parameter)
     }
 
-    /// Whether a parameter of the model stays at its initial value. Gauss–Newton always finds the
-    /// load: what the integral takes over only slowly would bias its first seconds.
+    /// Whether a parameter of the model stays at its initial value. The Gauss–Newton laws always find
+    /// the load: what the integral takes over only slowly would bias their first seconds.
     #[must_use]
     pub fn is_frozen(&self, parameter: Parameter) -> bool {
-        let finds_load = matches!(self.law, Law::GaussNewton(_)) && parameter == Parameter::Load;
+        let finds_load =
+            matches!(self.law, Law::GaussNewton(_) | Law::Window) && parameter == Parameter::Load;
         !self.estimates(parameter) && !finds_load
     }
 
@@ -73,7 +74,7 @@ impl Scenario {
     pub fn estimated(&self) -> Vec<Parameter> {
         let identifier = &self.identifier;
         let mut found = identifier.parameters.clone();
-        let by_integral = matches!(identifier.law, Law::Gradient(_) | Law::GaussNewton(_))
+        let by_integral = !matches!(identifier.law, Law::RelayLeastSquares(_))
             && self.controller.gains.ki() > 0.0;
         let finds_load = by_integral || !identifier.is_frozen(Parameter::Load);
         if finds_load && !found.contains(&Parameter::Load) {

@@ -204,6 +204,7 @@ pub enum LawName {
     #[default]
     Gradient,
     GaussNewton,
+    Window,
     RelayLeastSquares,
 }
 

@@ -39,14 +39,15 @@ impl<N: Number, const Q: usize> NormalEquations<N, Q> {
 
     /// The step that Levenberg and Marquardt take, (A + λ diag A) δ = g (Marquardt, "An algorithm
     /// for least-squares estimation of nonlinear parameters", SIAM Journal 11(2), 1963), and for
-    /// λ = 0 the variances diag(A⁻¹). An unknown that nothing depends on stays.
+    /// λ = 0 the variances diag(A⁻¹). An unknown that nothing depends on, or that is not `free`,
+    /// stays.
     #[must_use]
-    pub fn solve(&self, damping: N) -> Solution<N, Q> {
+    pub fn solve(&self, damping: N, free: &[bool; Q]) -> Solution<N, Q> {
         /// The least pivot of the matrix scaled to a unit diagonal.
         const LEAST_PIVOT: f64 = 1e-6;
         let scale: [N; Q] = core::array::from_fn(|i| {
             let diagonal = self.matrix[i][i];
-            if diagonal > N::ZERO {
+            if free[i] && diagonal > N::ZERO {
                 diagonal.reciprocal_root()
             } else {
                 N::ZERO
@@ -127,7 +128,7 @@ mod tests {
                 let error: f64 = (0..3).map(|i| row[i] * truth[i]).sum();
                 equations.add(row, error);
             }
-            let solution = equations.solve(0.0);
+            let solution = equations.solve(0.0, &[true; 3]);
             for i in 0..3 {
                 prop_assert!((solution.step[i] - truth[i]).abs() < 1e-6);
                 prop_assert!(solution.variances[i] > 0.0);
@@ -141,7 +142,7 @@ mod tests {
         for k in 0..10 {
             equations.add(&[k as f32, 0.0], 3.0 * k as f32);
         }
-        let step = equations.solve(0.0).step;
+        let step = equations.solve(0.0, &[true; 2]).step;
         assert!((step[0] - 3.0).abs() < 1e-4);
         assert!(step[1].abs() < 1e-9);
     }

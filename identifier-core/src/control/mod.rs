@@ -48,6 +48,13 @@ impl<N: Number, S: Default> ControlState<N, S> {
         self.velocity
     }
 
+    /// Whether the loop has done nothing yet: no velocity, no integral. A servo that only stands for
+    /// the moment has an integral.
+    #[must_use]
+    pub fn is_fresh(&self) -> bool {
+        self.velocity == N::ZERO && self.integral.value() == N::ZERO
+    }
+
     /// The state of the velocity estimate.
     #[must_use]
     pub fn filter(&self) -> &S {

@@ -1,13 +1,14 @@
 //! Identifiers: a model loop and a law beside a running controller.
 //!
 //! [`GradientIdentifier`] runs the paper's law, [`GaussNewtonIdentifier`] the fast one with
-//! standard errors. Both are built from the same [`IdentifierConfig`] and a configuration of the
+//! standard errors, [`WindowIdentifier`] fits the last samples again and again in the background. All are built from the same [`IdentifierConfig`] and a configuration of the
 //! law, and take each sample after the controller's.
 
 mod config;
 mod error;
 mod gauss_newton;
 mod gradient;
+mod window;
 
 pub use config::{Bounds, IdentifierConfig};
 pub use error::IdentifierError;
@@ -17,3 +18,4 @@ pub use gauss_newton::{
 pub use gradient::{
     GradientIdentification, GradientIdentifier, GradientIdentifierState, GradientLaw,
 };
+pub use window::{Recorded, Window, WindowIdentifier, WindowState};
