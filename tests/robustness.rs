@@ -4,13 +4,14 @@ use identifier_core::adaptation::PositiveDefinite;
 use identifier_core::control::{CommandLimit, ControlState, Gains};
 use identifier_core::error::StepError;
 use identifier_core::identifier::{
-    Bounds, GradientIdentifier, GradientLaw, IdentifierConfig, IdentifierError,
+    Bounds, GaussNewtonIdentifier, GradientIdentifier, GradientLaw, IdentifierConfig,
+    IdentifierError, Recorded, Uncertainty, Window, WindowIdentifier,
 };
 use identifier_core::interval::Interval;
 use identifier_core::measurement::velocity::LowPass;
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
-use identifier_core::parameters::Ab;
+use identifier_core::parameters::{Ab, AbCoulombLoad};
 use identifier_core::stability::PlantBox;
 use identifier_core::units::Units;
 use proptest::prelude::*;
@@ -102,7 +103,71 @@ fn abuse<N: Number>(limit: CommandLimit, inputs: &[(f64, f64)]) -> Result<(), Te
     Ok(())
 }
 
+/// The same for the laws that fit: nothing that is not finite comes out of them.
+fn abuse_fits<N: Number>(inputs: &[(f64, f64)]) -> Result<(), TestCaseError> {
+    let config = config(CommandLimit::symmetric(10.0).expect("valid"));
+    let velocity = LowPass::<N>::new(&config.units, 500.0).expect("valid");
+    let controller = config.controller(velocity);
+    let recursive = GaussNewtonIdentifier::<N, _, AbCoulombLoad, 4>::new(
+        &config,
+        &Uncertainty::UNSTATED,
+        [false; 4],
+        velocity,
+    )
+    .expect("certified");
+    let windowed =
+        WindowIdentifier::<N, _, AbCoulombLoad, 4, 6>::new(&config, [false; 4], velocity)
+            .expect("certified");
+    let mut control = ControlState::at_rest(N::ZERO);
+    let mut recursive_state = recursive.start();
+    let mut window_state = windowed.start();
+    let mut window = Window::<N, 40>::empty();
+    for &(reference, position) in inputs {
+        let given = Recorded {
+            reference: N::from_f64(reference),
+            position: N::from_f64(position),
+            injection: N::ZERO,
+        };
+        let before = control;
+        let Ok(sample) = controller.process(&mut control, given.reference, given.position) else {
+            continue;
+        };
+        recursive.process(&mut recursive_state, &sample);
+        windowed.record(&mut window_state, &mut window, &before, given);
+        if !windowed.is_fitting(&window_state) {
+            windowed.begin(&mut window_state, &window);
+        }
+        windowed.work(&mut window_state, &window, 100);
+        for found in [
+            recursive.estimates(&recursive_state),
+            recursive.standard_errors(&recursive_state),
+            windowed.estimates(&window_state),
+            windowed.standard_errors(&window_state),
+        ] {
+            let ServoParameters {
+                a,
+                b,
+                coulomb,
+                load,
+            } = found;
+            prop_assert!(
+                [a, b, coulomb, load].iter().all(|x| x.is_finite()),
+                "{found:?}"
+            );
+        }
+    }
+    Ok(())
+}
+
 proptest! {
+    #[test]
+    fn the_fitting_laws_survive_any_input(
+        inputs in prop::collection::vec((any_number(), any_number()), 1..400),
+    ) {
+        abuse_fits::<f32>(&inputs)?;
+        abuse_fits::<f64>(&inputs)?;
+    }
+
     #[test]
     fn single_precision_survives_any_input(
         inputs in prop::collection::vec((any_number(), any_number()), 1..400),
