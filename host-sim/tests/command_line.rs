@@ -1,25 +1,13 @@
 //! The contract of the command line: exit status, files, messages.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+mod support;
+
+use std::path::Path;
+use std::process::Command;
 
 use host_sim::paper::PROPOSED;
 use host_sim::scenario::keys::KEYS;
-
-fn host_sim(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .args(arguments)
-        .output()
-        .expect("the program starts")
-}
-
-/// A fresh folder for a test.
-fn folder(test: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).expect("a folder for the test");
-    folder
-}
+use support::{folder, host_sim, standard_error};
 
 fn scenario(folder: &Path, text: &str) -> String {
     let path = folder.join("scenario.toml");
@@ -29,10 +17,6 @@ fn scenario(folder: &Path, text: &str) -> String {
 
 fn short(text: &str) -> String {
     text.replace("duration = 60.0", "duration = 10.0")
-}
-
-fn standard_error(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).expect("text")
 }
 
 /// What a wrong scenario is answered with: exit status 2, nothing on standard output, no file.

@@ -1,27 +1,14 @@
 //! Replay from the command line: the committed log, and every way a log can be wrong.
 
+mod support;
+
 use std::io::{Read, Write};
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
+
+use support::{folder, host_sim, standard_error};
 
 const LOG: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/logs/simulated-servo.csv.gz");
 const SCENARIO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/replay.toml");
-
-fn host_sim(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .args(arguments)
-        .output()
-        .expect("the program starts")
-}
-
-fn folder(test: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"))
-        .join("replay")
-        .join(test);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).expect("a folder for the test");
-    folder
-}
 
 /// The lines of the committed log.
 fn lines() -> Vec<String> {
@@ -34,7 +21,7 @@ fn lines() -> Vec<String> {
 }
 
 fn replay_text(test: &str, text: &str, scenario: &str) -> Output {
-    let folder = folder(test);
+    let folder = folder(&format!("replay-{test}"));
     let log = folder.join("log.csv");
     std::fs::write(&log, text).expect("the log is written");
     let path = folder.join("scenario.toml");
@@ -52,7 +39,7 @@ fn refusal(test: &str, change: impl FnOnce(&mut Vec<String>)) -> String {
     let mut lines = lines();
     change(&mut lines);
     let output = replay_text(test, &(lines.join("\n") + "\n"), &scenario());
-    let answer = String::from_utf8(output.stderr).expect("text");
+    let answer = standard_error(&output);
     assert_eq!(output.status.code(), Some(2), "{answer}");
     assert!(output.stdout.is_empty(), "no partial output");
     answer
@@ -66,7 +53,7 @@ fn with_field(line: &str, index: usize, value: &str) -> String {
 }
 
 fn result(output: &Output) -> serde_json::Value {
-    let errors = String::from_utf8_lossy(&output.stderr);
+    let errors = standard_error(output);
     assert_eq!(output.status.code(), Some(0), "{errors}");
     serde_json::from_slice(&output.stdout).expect("JSON")
 }
@@ -93,7 +80,7 @@ fn the_committed_log_gives_the_servo_that_made_it() {
 
 #[test]
 fn passes_go_on_from_each_other_and_pictures_are_drawn() {
-    let folder = folder("passes");
+    let folder = folder("replay-passes");
     let plot = folder.join("replay.svg").display().to_string();
     let gradient = scenario()
         .replace("\"gauss-newton\"", "\"gradient\"")
@@ -224,7 +211,7 @@ fn a_log_without_samples_is_refused() {
 
 #[test]
 fn a_broken_archive_is_refused() {
-    let folder = folder("archive");
+    let folder = folder("replay-archive");
     let path = folder.join("log.csv.gz");
     let mut file = std::fs::File::create(&path).expect("created");
     file.write_all(b"not an archive").expect("written");
@@ -246,7 +233,7 @@ fn another_controller_than_the_declared_one_is_found_out() {
         ("limit", "limit = 10.0", "limit = 0.5"),
     ] {
         let output = replay_text(test, &text, &scenario().replace(from, to));
-        let answer = String::from_utf8(output.stderr).expect("text");
+        let answer = standard_error(&output);
         assert_eq!(output.status.code(), Some(2), "{test}: {answer}");
         assert!(
             answer.contains("another controller ran"),
@@ -261,8 +248,8 @@ fn a_scenario_for_a_run_cannot_be_replayed_and_the_other_way_round() {
     let paper = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/paper.toml");
     let output = host_sim(&["replay", LOG, "--scenario", paper]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&output.stderr).contains(": log: "));
+    assert!(standard_error(&output).contains(": log: "));
     let output = host_sim(&["run", SCENARIO]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&output.stderr).contains(": plant: "));
+    assert!(standard_error(&output).contains(": plant: "));
 }

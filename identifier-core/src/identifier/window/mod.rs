@@ -1,4 +1,11 @@
+mod fit;
+mod storage;
+
+pub use storage::{Recorded, Window};
+
 use core::marker::PhantomData;
+
+use fit::{Best, FIRST_DAMPING, Fit};
 
 use super::config::Promise;
 use super::{IdentifierConfig, IdentifierError};
@@ -13,80 +20,6 @@ use crate::units::Units;
 
 /// Standard deviation of a count's rounding, √(1/12).
 const ROUNDING_DEVIATION: f64 = 0.288_675_134_594_812_9;
-
-/// Levenberg's and Marquardt's damping at the start of a fit.
-const FIRST_DAMPING: f64 = 1e-3;
-
-/// The last W samples of a loop, in storage that the caller owns.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Window<N, const W: usize> {
-    samples: [Recorded<N>; W],
-    first: usize,
-    count: usize,
-}
-
-/// What a window keeps of a sample, machine units.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Recorded<N> {
-    /// Reference.
-    pub reference: N,
-    /// Measured position.
-    pub position: N,
-    /// Known signal behind the controller and its limit.
-    pub injection: N,
-}
-
-impl<N: Number, const W: usize> Window<N, W> {
-    /// No sample yet.
-    #[must_use]
-    pub fn empty() -> Self {
-        Self {
-            samples: [Recorded {
-                reference: N::ZERO,
-                position: N::ZERO,
-                injection: N::ZERO,
-            }; W],
-            first: 0,
-            count: 0,
-        }
-    }
-
-    /// Samples in the window.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.count
-    }
-
-    /// Whether there is none.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.count == 0
-    }
-
-    fn get(&self, index: usize) -> Option<&Recorded<N>> {
-        let place = self.first + index;
-        let wrapped = if place >= W { place - W } else { place };
-        self.samples.get(wrapped).filter(|_| index < self.count)
-    }
-
-    fn push(&mut self, sample: Recorded<N>) {
-        let place = self.first + self.count;
-        let wrapped = if place >= W { place - W } else { place };
-        if let Some(slot) = self.samples.get_mut(wrapped) {
-            *slot = sample;
-            self.count += 1;
-        }
-    }
-
-    fn drop_first(&mut self) {
-        self.first = if self.first + 1 >= W {
-            0
-        } else {
-            self.first + 1
-        };
-        self.count = self.count.saturating_sub(1);
-    }
-}
 
 /// The windowed identifier: Levenberg–Marquardt passes of the model loop over the last samples, for
 /// the parameter set S, with a free initial position and velocity of the model (Q = P + 2
@@ -126,44 +59,6 @@ struct Found<N, const P: usize> {
     load_command: N,
     output_error: N,
     fits: u32,
-}
-
-/// A fit under way.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Fit<N: Number, F, const Q: usize> {
-    next: usize,
-    samples: usize,
-    pass: u32,
-    damping: N,
-    trial: [N; Q],
-    best: Option<Best<N, Q>>,
-    control: ControlState<N, F>,
-    model: ModelState<N, F>,
-    sensitivity: Sensitivity<N, F, Q>,
-    equations: NormalEquations<N, Q>,
-    load_command: N,
-    lost: bool,
-}
-
-impl<N: Number, F, const Q: usize> Fit<N, F, Q> {
-    /// Goes on from the best trial with twice as many samples, at most `all`.
-    fn grow(&mut self, all: usize) {
-        if let Some(best) = self.best.take() {
-            self.trial = best.unknowns;
-        }
-        self.samples = (2 * self.samples).min(all);
-        self.pass = 0;
-        self.damping = N::from_f64(FIRST_DAMPING);
-    }
-}
-
-/// The best trial so far.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Best<N, const Q: usize> {
-    unknowns: [N; Q],
-    equations: NormalEquations<N, Q>,
-    load_command: N,
-    output_error: N,
 }
 
 impl<N, V, S, const P: usize, const Q: usize> WindowIdentifier<N, V, S, P, Q>
@@ -264,7 +159,7 @@ where
             *window = Window::empty();
             state.missed = false;
         }
-        if window.count == W {
+        if window.is_full() {
             if state.fit.is_some() {
                 state.missed = true;
                 return;
@@ -296,10 +191,7 @@ where
         if let Some(fit) = &mut state.fit {
             fit.control.shift_origin(moved);
         }
-        for sample in &mut window.samples {
-            sample.reference = sample.reference - moved;
-            sample.position = sample.position - moved;
-        }
+        window.shift_origin(moved);
     }
 
     /// Begins a fit over what the window holds, from the last estimates.
@@ -315,9 +207,9 @@ where
         let mut fit = Fit {
             next: 0,
             samples: if state.found.fits == 0 {
-                window.count.min(Self::FIRST_SAMPLES)
+                window.len().min(Self::FIRST_SAMPLES)
             } else {
-                window.count
+                window.len()
             },
             pass: 0,
             damping: N::from_f64(FIRST_DAMPING),
@@ -331,7 +223,7 @@ where
             lost: false,
         };
         self.begin_pass(&state.start, state.from_rest, &mut fit);
-        state.fit = (window.count > Q).then_some(fit);
+        state.fit = (window.len() > Q).then_some(fit);
     }
 
     /// Whether a fit is under way.
@@ -357,8 +249,8 @@ where
                 }
                 fit.next += 1;
             } else if self.end_pass(&mut fit) {
-                if fit.samples < window.count {
-                    fit.grow(window.count);
+                if fit.samples < window.len() {
+                    fit.grow(window.len());
                     self.begin_pass(&state.start, state.from_rest, &mut fit);
                     continue;
                 }
