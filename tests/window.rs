@@ -278,6 +278,7 @@ fn the_recursive_law_goes_on_from_the_window_and_never_leaves() {
                         &mut state,
                         &window_law.estimates(&window_state),
                         &window_law.standard_errors(&window_state),
+                        window_law.unexplained(&window_state),
                     );
                     recursive.join(&mut state, &drive.control);
                 }

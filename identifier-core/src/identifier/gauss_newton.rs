@@ -267,20 +267,25 @@ where
         }
     }
 
-    /// Takes over estimates and standard errors (SI) that another identifier has found, for instance
-    /// a window: they are the new start.
+    /// Takes over what another identifier has found, for instance a window, as the new start:
+    /// estimates and standard errors in SI, and the standard deviation of what it could not explain,
+    /// rad.
     pub fn adopt(
         &self,
         state: &mut GaussNewtonIdentifierState<N, V::State, P>,
         estimates: &ServoParameters,
         standard_errors: &ServoParameters,
+        unexplained: f64,
     ) {
         let machine = |servo: &ServoParameters| {
             S::PARAMETERS.map(|parameter| parameter.of(servo) * parameter.scale(&self.units))
         };
-        state.law = self
-            .law
-            .resume(machine(estimates), machine(standard_errors));
+        let unexplained = unexplained * self.units.position();
+        state.law = self.law.resume(
+            machine(estimates),
+            machine(standard_errors),
+            unexplained * unexplained,
+        );
     }
 
     /// Joins a loop in motion, before its next sample: the model moves with the servo. The estimates

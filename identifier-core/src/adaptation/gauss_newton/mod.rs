@@ -144,15 +144,21 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         }
     }
 
-    /// The state with estimates and standard deviations that are already known, machine units; no
-    /// deviation is taken for larger than the initial one. Nothing is forgotten any more.
+    /// The state with estimates and standard deviations that are already known, machine units, from
+    /// a fit that left this noise variance. Nothing is forgotten any more.
     #[must_use]
-    pub fn resume(&self, estimates: [f64; P], deviations: [f64; P]) -> GaussNewtonState<N, P> {
-        let variances =
-            core::array::from_fn(|i| (deviations[i] * deviations[i]).min(self.prior[i].to_f64()));
+    pub fn resume(
+        &self,
+        estimates: [f64; P],
+        deviations: [f64; P],
+        noise: f64,
+    ) -> GaussNewtonState<N, P> {
+        let noise = larger(N::from_f64(noise), self.noise);
         GaussNewtonState {
-            covariance: Covariance::diagonal(variances),
+            covariance: Covariance::diagonal(deviations.map(|deviation| deviation * deviation)),
             lost_memory: N::ZERO,
+            level: noise,
+            peak: noise,
             ..self.start(estimates)
         }
     }

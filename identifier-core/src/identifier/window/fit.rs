@@ -19,6 +19,8 @@ pub(super) struct Fit<N: Number, F, const Q: usize> {
     pub(super) model: ModelState<N, F>,
     pub(super) sensitivity: Sensitivity<N, F, Q>,
     pub(super) equations: NormalEquations<N, Q>,
+    pub(super) lag_one: N,
+    pub(super) last_error: N,
     pub(super) load_command: N,
     pub(super) lost: bool,
 }
@@ -40,6 +42,7 @@ impl<N: Number, F, const Q: usize> Fit<N, F, Q> {
 pub(super) struct Best<N, const Q: usize> {
     pub(super) unknowns: [N; Q],
     pub(super) equations: NormalEquations<N, Q>,
+    pub(super) lag_one: N,
     pub(super) load_command: N,
     pub(super) output_error: N,
 }

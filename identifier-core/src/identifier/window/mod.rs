@@ -58,6 +58,7 @@ struct Found<N, const P: usize> {
     deviations: [N; P],
     load_command: N,
     output_error: N,
+    unexplained: N,
     fits: u32,
 }
 
@@ -137,6 +138,7 @@ where
                 deviations: [N::ZERO; P],
                 load_command: N::ZERO,
                 output_error: N::ZERO,
+                unexplained: N::ZERO,
                 fits: 0,
             },
             fit: None,
@@ -219,6 +221,8 @@ where
             model: ModelState::at_rest(),
             sensitivity: Sensitivity::none(),
             equations: NormalEquations::empty(),
+            lag_one: N::ZERO,
+            last_error: N::ZERO,
             load_command: N::ZERO,
             lost: false,
         };
@@ -278,6 +282,8 @@ where
         fit.model = ModelState::alongside(start).displaced(position, velocity);
         fit.sensitivity = Sensitivity::of_initial_state();
         fit.equations = NormalEquations::empty();
+        fit.lag_one = N::ZERO;
+        fit.last_error = N::ZERO;
         // What is known of the initial state, as two more measurements.
         let deviation = if from_rest {
             Self::VELOCITY.0
@@ -309,6 +315,8 @@ where
             model,
             sensitivity,
             equations,
+            lag_one,
+            last_error,
             ..
         } = fit;
         self.model.observe(model, &real);
@@ -317,7 +325,10 @@ where
         for (entry, known) in row.iter_mut().zip(self.known) {
             *entry = *entry * known;
         }
-        equations.add(&row, model.output_error());
+        let error = model.output_error();
+        equations.add(&row, error);
+        *lag_one += error * *last_error;
+        *last_error = error;
         let parameters = ModelParameters::of_set::<S, P>(&parameters_of(&fit.trial));
         let command = self.model.command(model, &real);
         self.model.command_tangents(sensitivity, &command);
@@ -349,6 +360,7 @@ where
             fit.best = Some(Best {
                 unknowns: fit.trial,
                 equations: fit.equations,
+                lag_one: fit.lag_one,
                 load_command: fit.load_command,
                 output_error: fit.model.output_error(),
             });
@@ -399,20 +411,31 @@ where
     }
 
     fn finish(&self, found: &mut Found<N, P>, fit: &Fit<N, V::State, Q>) {
+        /// The largest correlation from sample to sample that can be told from one.
+        const MOST_CORRELATED: f64 = 0.999;
         let Some(best) = &fit.best else {
             return;
         };
         let freedom = fit.samples.saturating_sub(Q).max(1) as f64;
         let variance =
             (best.equations.cost().to_f64() / freedom).max(ROUNDING_DEVIATION * ROUNDING_DEVIATION);
+        // Errors that go on from sample to sample as ρᵏ tell less than white ones.
+        let cost = best.equations.cost().to_f64();
+        let correlation = if cost > 0.0 {
+            (best.lag_one.to_f64() / cost).clamp(0.0, MOST_CORRELATED)
+        } else {
+            0.0
+        };
+        let coloured = variance * (1.0 + correlation) / (1.0 - correlation);
         let variances = best.equations.solve(N::ZERO, &[true; Q]).variances;
         *found = Found {
             estimates: parameters_of(&best.unknowns),
             deviations: core::array::from_fn(|i| {
-                N::from_f64(libm::sqrt(variance * variances[i].to_f64())) * self.known[i]
+                N::from_f64(libm::sqrt(coloured * variances[i].to_f64())) * self.known[i]
             }),
             load_command: best.load_command,
             output_error: best.output_error,
+            unexplained: N::from_f64(libm::sqrt(variance)),
             fits: found.fits.saturating_add(1),
         };
     }
@@ -427,6 +450,13 @@ where
     #[must_use]
     pub fn output_error(&self, state: &WindowState<N, V::State, P, Q>) -> N {
         state.found.output_error
+    }
+
+    /// The standard deviation of what the last fit could not explain, rad; at least a count's
+    /// rounding.
+    #[must_use]
+    pub fn unexplained(&self, state: &WindowState<N, V::State, P, Q>) -> f64 {
+        state.found.unexplained.to_f64() / self.units.position()
     }
 
     /// The estimates of the last fit in SI.

@@ -47,7 +47,8 @@ impl<N: Number, const W: usize> Window<N, W> {
     }
 
     /// Whether there is no room left.
-    pub(super) fn is_full(&self) -> bool {
+    #[must_use]
+    pub fn is_full(&self) -> bool {
         self.count == W
     }
 
