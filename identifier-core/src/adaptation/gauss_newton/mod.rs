@@ -20,10 +20,10 @@ use crate::number::{Number, RunningSum};
 ///   start.
 /// - **Dead zone**: while the model stands still, the quantisation error is a constant and no
 ///   noise; nothing is learnt from it.
-/// - **Trust**: r is at least [`GaussNewton::CAUTION`] times ψᵀP ψ, so that no sample takes more than
-///   that fraction of the uncertainty along its ψ: the gradients hold near the estimates only, and
-///   the estimates must not run ahead of them. A surprise of more than three standard deviations
-///   counts as three.
+/// - **Trust**: r is at least [`GaussNewton::CAUTION`] times ψᵀP ψ, so that a sample moves the
+///   prediction by no more than a small part of its error: the gradients hold near the estimates
+///   only, and the estimates must not run ahead of them. A surprise of more than three standard
+///   deviations counts as three.
 /// - **Noise level**: r is at least the encoder's noise and at least the recent peak of the output
 ///   error's mean square over [`GaussNewton::LEVEL_MEMORY`] samples, which fades over
 ///   [`GaussNewton::FADING`]. What was learnt far from the truth, where the output error is large,
