@@ -115,9 +115,13 @@ fn abuse_fits<N: Number>(inputs: &[(f64, f64)]) -> Result<(), TestCaseError> {
         velocity,
     )
     .expect("certified");
-    let windowed =
-        WindowIdentifier::<N, _, AbCoulombLoad, 4, 6>::new(&config, [false; 4], velocity)
-            .expect("certified");
+    let windowed = WindowIdentifier::<N, _, AbCoulombLoad, 4, 6>::new(
+        &config,
+        &Uncertainty::UNSTATED,
+        [false; 4],
+        velocity,
+    )
+    .expect("certified");
     let mut control = ControlState::at_rest(N::ZERO);
     let mut recursive_state = recursive.start();
     let mut window_state = windowed.start();

@@ -163,7 +163,8 @@ type State = WindowState<f32, LowPassState<f32>, 3, 5>;
 fn filled(seed: u32) -> (Identifier, State, Window<f32, 150>, Drive) {
     let mut drive = Drive::new(seed);
     let velocity = drive.controller.velocity;
-    let identifier = Identifier::new(&config(), [false; 3], velocity).expect("valid");
+    let identifier =
+        Identifier::new(&config(), &Uncertainty::UNSTATED, [false; 3], velocity).expect("valid");
     let mut state = identifier.start();
     let mut window = Window::empty();
     for _ in 0..150 {
@@ -256,7 +257,8 @@ fn the_recursive_law_goes_on_from_the_window_and_never_leaves() {
     for seed in 100..120 {
         let mut drive = Drive::new(seed);
         let velocity = drive.controller.velocity;
-        let window_law = Identifier::new(&config(), [false; 3], velocity).expect("valid");
+        let window_law = Identifier::new(&config(), &Uncertainty::UNSTATED, [false; 3], velocity)
+            .expect("valid");
         let recursive = GaussNewtonIdentifier::<f32, Filter, AbLoad, 3>::new(
             &config(),
             &Uncertainty::UNSTATED,
@@ -279,12 +281,12 @@ fn the_recursive_law_goes_on_from_the_window_and_never_leaves() {
                         &window_law.estimates(&window_state),
                         &window_law.standard_errors(&window_state),
                         window_law.unexplained(&window_state),
+                        &window_law.model(&window_state),
                     );
-                    recursive.join(&mut state, &drive.control);
                 }
                 step(&mut drive, given)
             };
-            if k >= 300 {
+            if k > 300 {
                 recursive.process(&mut state, &sample);
                 let found = recursive.estimates(&state);
                 assert!(

@@ -4,7 +4,7 @@ use std::marker::PhantomData;
 
 use identifier_core::excitation::Excitation;
 use identifier_core::identifier::{
-    GaussNewtonIdentifier, GradientIdentifier, IdentifierError, WindowIdentifier,
+    GaussNewtonIdentifier, GradientIdentifier, IdentifierError, Uncertainty, WindowIdentifier,
 };
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::number::Number;
@@ -86,11 +86,18 @@ where
                 )?;
                 outcome.certified = built.certificate().is_some();
                 outcome.gain_margin = built.gain_margin();
-                Box::new(GaussNewtonLearner::new(built))
+                let window =
+                    WindowIdentifier::<N, V, S, P, Q>::new(&config, uncertainty, frozen, velocity)?;
+                Box::new(GaussNewtonLearner::new(built, window))
             }
             Law::Window => {
                 let frozen = identifier.frozen::<S, P>();
-                let built = WindowIdentifier::<N, V, S, P, Q>::new(&config, frozen, velocity)?;
+                let built = WindowIdentifier::<N, V, S, P, Q>::new(
+                    &config,
+                    &Uncertainty::UNSTATED,
+                    frozen,
+                    velocity,
+                )?;
                 outcome.certified = config.plant_box.is_some();
                 outcome.gain_margin = built.gain_margin();
                 Box::new(WindowLearner::new(built))

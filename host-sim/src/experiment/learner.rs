@@ -93,33 +93,67 @@ where
     }
 }
 
-pub(crate) struct GaussNewtonLearner<N: Number, V: VelocityEstimate<N>, S, const P: usize> {
+/// Recursive Gauss–Newton that takes over from a window once that is full: what the first samples
+/// showed, seen again from near the truth, is worth more than what the recursion made of it on the
+/// way there.
+pub(crate) struct GaussNewtonLearner<
+    N: Number,
+    V: VelocityEstimate<N>,
+    S,
+    const P: usize,
+    const Q: usize,
+> {
     identifier: GaussNewtonIdentifier<N, V, S, P>,
     state: GaussNewtonIdentifierState<N, V::State, P>,
+    first: Option<WindowLearner<N, V, S, P, Q>>,
 }
 
-impl<N, V, S, const P: usize> GaussNewtonLearner<N, V, S, P>
+impl<N, V, S, const P: usize, const Q: usize> GaussNewtonLearner<N, V, S, P, Q>
 where
     N: Number,
     V: VelocityEstimate<N>,
     S: ParameterSet<P>,
 {
-    pub(crate) fn new(identifier: GaussNewtonIdentifier<N, V, S, P>) -> Self {
+    pub(crate) fn new(
+        identifier: GaussNewtonIdentifier<N, V, S, P>,
+        window: WindowIdentifier<N, V, S, P, Q>,
+    ) -> Self {
         Self {
             state: identifier.start(),
             identifier,
+            first: Some(WindowLearner::new(window)),
         }
     }
 }
 
-impl<N, V, S, const P: usize> Learner<N, V::State> for GaussNewtonLearner<N, V, S, P>
+impl<N, V, S, const P: usize, const Q: usize> Learner<N, V::State>
+    for GaussNewtonLearner<N, V, S, P, Q>
 where
     N: Number,
     V: VelocityEstimate<N>,
     S: ParameterSet<P>,
 {
-    fn process(&mut self, _: &Given<N, V::State>, real: &ControlSample<N>) -> Seen<N> {
+    fn process(&mut self, given: &Given<N, V::State>, real: &ControlSample<N>) -> Seen<N> {
         let seen = self.identifier.process(&mut self.state, real);
+        if let Some(first) = &mut self.first {
+            first.process(given, real);
+            if first.window.is_full() {
+                first.fit();
+                let WindowLearner {
+                    identifier: window,
+                    state,
+                    ..
+                } = first;
+                self.identifier.adopt(
+                    &mut self.state,
+                    &window.estimates(state),
+                    &window.standard_errors(state),
+                    window.unexplained(state),
+                    &window.model(state),
+                );
+                self.first = None;
+            }
+        }
         Seen {
             output_error: seen.output_error,
             slowed: false,
@@ -173,6 +207,15 @@ where
             until_fit: BETWEEN_FITS,
         }
     }
+
+    /// A fit over all that the window holds; a simulator has all the background time it wants.
+    fn fit(&mut self) {
+        self.identifier.begin(&mut self.state, &self.window);
+        while !self
+            .identifier
+            .work(&mut self.state, &self.window, u32::MAX)
+        {}
+    }
 }
 
 impl<N, V, S, const P: usize, const Q: usize> Learner<N, V::State> for WindowLearner<N, V, S, P, Q>
@@ -182,22 +225,19 @@ where
     S: ParameterSet<P>,
 {
     fn process(&mut self, given: &Given<N, V::State>, _: &ControlSample<N>) -> Seen<N> {
-        let Self {
-            identifier,
-            state,
-            window,
-            until_fit,
-        } = self;
-        identifier.record(state, window, &given.before, given.sample);
-        *until_fit -= 1;
-        if *until_fit == 0 {
-            *until_fit = BETWEEN_FITS;
-            // A simulator has all the background time it wants.
-            identifier.begin(state, window);
-            while !identifier.work(state, window, u32::MAX) {}
+        self.identifier.record(
+            &mut self.state,
+            &mut self.window,
+            &given.before,
+            given.sample,
+        );
+        self.until_fit -= 1;
+        if self.until_fit == 0 {
+            self.until_fit = BETWEEN_FITS;
+            self.fit();
         }
         Seen {
-            output_error: identifier.output_error(state),
+            output_error: self.identifier.output_error(&self.state),
             slowed: false,
             restarted: false,
         }

@@ -33,7 +33,7 @@ impl Uncertainty {
     /// A factor of three makes it twice the value. Where the value is zero: for a, the damping that
     /// the loop itself adds; for friction and load, a tenth of what the command can do, since a
     /// servo that needs more for them is not one to identify.
-    fn of(&self, parameter: Parameter, config: &IdentifierConfig) -> f64 {
+    pub(super) fn of(&self, parameter: Parameter, config: &IdentifierConfig) -> f64 {
         /// Half-width of a factor of three: 3 − 1.
         const FACTOR: f64 = 2.0;
         let b = config.initial.b;
@@ -276,7 +276,10 @@ where
         estimates: &ServoParameters,
         standard_errors: &ServoParameters,
         unexplained: f64,
+        model: &ModelState<N, V::State>,
     ) {
+        state.model = *model;
+        state.sensitivity = Sensitivity::none();
         let machine = |servo: &ServoParameters| {
             S::PARAMETERS.map(|parameter| parameter.of(servo) * parameter.scale(&self.units))
         };

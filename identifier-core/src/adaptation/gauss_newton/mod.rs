@@ -146,6 +146,10 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
 
     /// The state with estimates and standard deviations that are already known, machine units, from
     /// a fit that left this noise variance. Nothing is forgotten any more.
+    ///
+    /// The correlations between the parameters are not taken over. P times the diagonal of a
+    /// covariance is no smaller than it in any direction, so that nothing is taken for known that
+    /// was not.
     #[must_use]
     pub fn resume(
         &self,
@@ -155,7 +159,9 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     ) -> GaussNewtonState<N, P> {
         let noise = larger(N::from_f64(noise), self.noise);
         GaussNewtonState {
-            covariance: Covariance::diagonal(deviations.map(|deviation| deviation * deviation)),
+            covariance: Covariance::diagonal(
+                deviations.map(|deviation| P as f64 * deviation * deviation),
+            ),
             lost_memory: N::ZERO,
             level: noise,
             peak: noise,

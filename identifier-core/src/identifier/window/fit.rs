@@ -14,7 +14,7 @@ pub(super) struct Fit<N: Number, F, const Q: usize> {
     pub(super) pass: u32,
     pub(super) damping: N,
     pub(super) trial: [N; Q],
-    pub(super) best: Option<Best<N, Q>>,
+    pub(super) best: Option<Best<N, F, Q>>,
     pub(super) control: ControlState<N, F>,
     pub(super) model: ModelState<N, F>,
     pub(super) sensitivity: Sensitivity<N, F, Q>,
@@ -39,7 +39,8 @@ impl<N: Number, F, const Q: usize> Fit<N, F, Q> {
 
 /// The best trial so far.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Best<N, const Q: usize> {
+pub(super) struct Best<N: Number, F, const Q: usize> {
+    pub(super) model: ModelState<N, F>,
     pub(super) unknowns: [N; Q],
     pub(super) equations: NormalEquations<N, Q>,
     pub(super) lag_one: N,

@@ -8,7 +8,7 @@ use core::marker::PhantomData;
 use fit::{Best, FIRST_DAMPING, Fit};
 
 use super::config::Promise;
-use super::{IdentifierConfig, IdentifierError};
+use super::{IdentifierConfig, IdentifierError, Uncertainty};
 use crate::adaptation::NormalEquations;
 use crate::control::{ControlState, Controller};
 use crate::measurement::velocity::VelocityEstimate;
@@ -35,6 +35,7 @@ pub struct WindowIdentifier<N, V, S, const P: usize, const Q: usize> {
     low: [N; P],
     high: [N; P],
     initial: [N; P],
+    prior: [N; P],
     known: [N; P],
     units: Units,
     promise: Option<Promise>,
@@ -47,13 +48,14 @@ pub struct WindowState<N: Number, F, const P: usize, const Q: usize> {
     start: ControlState<N, F>,
     from_rest: bool,
     missed: bool,
-    found: Found<N, P>,
+    found: Found<N, F, P>,
     fit: Option<Fit<N, F, Q>>,
 }
 
 /// A finished fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Found<N, const P: usize> {
+struct Found<N: Number, F, const P: usize> {
+    model: ModelState<N, F>,
     estimates: [N; P],
     deviations: [N; P],
     load_command: N,
@@ -95,6 +97,7 @@ where
     /// See [`IdentifierError`].
     pub fn new(
         config: &IdentifierConfig,
+        uncertainty: &Uncertainty,
         frozen: [bool; P],
         velocity: V,
     ) -> Result<Self, IdentifierError> {
@@ -113,6 +116,10 @@ where
             low: bounds.map(|bound| N::from_f64(bound.min())),
             high: bounds.map(|bound| N::from_f64(bound.max())),
             initial: config.initial_of::<S, P>().map(N::from_f64),
+            prior: S::PARAMETERS.map(|parameter| {
+                let deviation = uncertainty.of(parameter, config) * parameter.scale(&config.units);
+                N::from_f64(ROUNDING_DEVIATION / deviation)
+            }),
             known: frozen.map(|frozen| if frozen { N::ZERO } else { N::ONE }),
             units: config.units,
             promise: config.certify(mu, &velocity.transfer())?,
@@ -134,6 +141,7 @@ where
             from_rest: false,
             missed: false,
             found: Found {
+                model: ModelState::at_rest(),
                 estimates: self.initial,
                 deviations: [N::ZERO; P],
                 load_command: N::ZERO,
@@ -299,6 +307,14 @@ where
             row[place] = weight;
             fit.equations.add(&row, -(value * weight));
         }
+        // And of the parameters: what a motion in one direction cannot tell apart stays near where
+        // it was thought to be.
+        for i in 0..P {
+            let mut row = [N::ZERO; Q];
+            row[i] = self.prior[i] * self.known[i];
+            fit.equations
+                .add(&row, (self.initial[i] - fit.trial[i]) * row[i]);
+        }
     }
 
     #[inline]
@@ -358,6 +374,7 @@ where
         };
         if better {
             fit.best = Some(Best {
+                model: fit.model,
                 unknowns: fit.trial,
                 equations: fit.equations,
                 lag_one: fit.lag_one,
@@ -381,7 +398,7 @@ where
 
     /// The best trial and a step from it. A parameter that stands at a bound and would leave it is
     /// kept there and the step taken without it: the others must not make up for what it may not do.
-    fn next_trial(&self, best: &Best<N, Q>, damping: N) -> [N; Q] {
+    fn next_trial(&self, best: &Best<N, V::State, Q>, damping: N) -> [N; Q] {
         let mut free = [true; Q];
         let mut step = best.equations.solve(damping, &free).step;
         for _ in 0..P {
@@ -410,7 +427,7 @@ where
         })
     }
 
-    fn finish(&self, found: &mut Found<N, P>, fit: &Fit<N, V::State, Q>) {
+    fn finish(&self, found: &mut Found<N, V::State, P>, fit: &Fit<N, V::State, Q>) {
         /// The largest correlation from sample to sample that can be told from one.
         const MOST_CORRELATED: f64 = 0.999;
         let Some(best) = &fit.best else {
@@ -429,6 +446,7 @@ where
         let coloured = variance * (1.0 + correlation) / (1.0 - correlation);
         let variances = best.equations.solve(N::ZERO, &[true; Q]).variances;
         *found = Found {
+            model: best.model,
             estimates: parameters_of(&best.unknowns),
             deviations: core::array::from_fn(|i| {
                 N::from_f64(libm::sqrt(coloured * variances[i].to_f64())) * self.known[i]
@@ -457,6 +475,13 @@ where
     #[must_use]
     pub fn unexplained(&self, state: &WindowState<N, V::State, P, Q>) -> f64 {
         state.found.unexplained.to_f64() / self.units.position()
+    }
+
+    /// The model of the last fit, moved to the sample after the window's last: a recursive
+    /// identifier that goes on from there needs not wait for a transient to die.
+    #[must_use]
+    pub fn model(&self, state: &WindowState<N, V::State, P, Q>) -> ModelState<N, V::State> {
+        state.found.model
     }
 
     /// The estimates of the last fit in SI.
