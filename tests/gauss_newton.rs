@@ -107,3 +107,21 @@ fn single_and_double_precision_agree() {
     assert!((single.b.tail_mean / double.b.tail_mean - 1.0).abs() < 2e-4);
     assert!((single.load.tail_mean / double.load.tail_mean - 1.0).abs() < 2e-3);
 }
+
+#[test]
+fn a_loop_without_derivative_action_is_identified_too() {
+    for law in ["gauss-newton", "window"] {
+        let summary = run(&parse(&format!(
+            "[plant]\na = 20.0\nb = 257.7\nload = 20.0\n[controller]\nkp = 2.0\nkd = 0.0\nki = 1.0\n\
+             [identifier]\nlaw = \"{law}\"\n"
+        )));
+        assert!(
+            (summary.a.tail_mean - 20.0).abs() < 0.5,
+            "{law}: {summary:?}"
+        );
+        assert!(
+            (summary.b.tail_mean / 257.7 - 1.0).abs() < 0.01,
+            "{law}: {summary:?}"
+        );
+    }
+}

@@ -253,3 +253,25 @@ fn a_scenario_for_a_run_cannot_be_replayed_and_the_other_way_round() {
     assert_eq!(output.status.code(), Some(2));
     assert!(standard_error(&output).contains(": plant: "));
 }
+
+#[test]
+fn a_pass_over_a_short_log_does_not_run_into_the_next() {
+    // 300 samples: fewer than the window that the recursion takes over from.
+    let folder = folder("replay-short");
+    let path = folder.join("log.csv");
+    std::fs::write(&path, lines()[..301].join("\n") + "\n").expect("the log is written");
+    let path = path.display().to_string();
+    let arguments = [
+        "replay",
+        &path,
+        "--scenario",
+        SCENARIO,
+        "--passes",
+        "4",
+        "--json",
+        "-",
+    ];
+    let result = result(&host_sim(&arguments));
+    let b = result["estimates"]["b"]["final"].as_f64().expect("number");
+    assert!((b / 257.7 - 1.0).abs() < 0.02, "{result}");
+}

@@ -98,7 +98,7 @@ where
                     frozen,
                     velocity,
                 )?;
-                outcome.certified = config.plant_box.is_some();
+                outcome.certified = built.gain_margin().is_some();
                 outcome.gain_margin = built.gain_margin();
                 Box::new(WindowLearner::new(built))
             }

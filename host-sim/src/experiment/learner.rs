@@ -144,13 +144,16 @@ where
                     state,
                     ..
                 } = first;
-                self.identifier.adopt(
-                    &mut self.state,
-                    &window.estimates(state),
-                    &window.standard_errors(state),
-                    window.unexplained(state),
-                    &window.model(state),
-                );
+                // Without a fit there is nothing to take over.
+                if window.fits(state) > 0 {
+                    self.identifier.adopt(
+                        &mut self.state,
+                        &window.estimates(state),
+                        &window.standard_errors(state),
+                        window.unexplained(state),
+                        &window.model(state),
+                    );
+                }
                 self.first = None;
             }
         }
@@ -170,6 +173,9 @@ where
     }
 
     fn join(&mut self, control: &ControlState<N, V::State>) {
+        if let Some(first) = &mut self.first {
+            first.join(control);
+        }
         self.identifier.join(&mut self.state, control);
     }
 }

@@ -31,7 +31,7 @@ impl Uncertainty {
     /// The standard deviation of an initial estimate.
     ///
     /// A factor of three makes it twice the value. Where the value is zero: for a, the damping that
-    /// the loop itself adds; for friction and load, a tenth of what the command can do, since a
+    /// the loop itself adds, or its natural frequency if it adds none; for friction and load, a tenth of what the command can do, since a
     /// servo that needs more for them is not one to identify.
     pub(super) fn of(&self, parameter: Parameter, config: &IdentifierConfig) -> f64 {
         /// Half-width of a factor of three: 3 − 1.
@@ -49,7 +49,8 @@ impl Uncertainty {
             .min(-config.limit.low())
             .min(config.gains.kp());
         let least = match parameter {
-            Parameter::A => b * config.gains.kd(),
+            Parameter::A if config.gains.kd() > 0.0 => b * config.gains.kd(),
+            Parameter::A => libm::sqrt(b * config.gains.kp()),
             Parameter::B => 0.0,
             Parameter::Coulomb | Parameter::Load => 0.1 * b * command,
         };

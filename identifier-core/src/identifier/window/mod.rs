@@ -11,6 +11,7 @@ use super::config::Promise;
 use super::{IdentifierConfig, IdentifierError, Uncertainty};
 use crate::adaptation::NormalEquations;
 use crate::control::{ControlState, Controller};
+use crate::error::Allowed;
 use crate::measurement::velocity::VelocityEstimate;
 use crate::model::{ModelLoop, ModelState, Sensitivity, ServoParameters};
 use crate::number::Number;
@@ -110,16 +111,21 @@ where
         config.check::<S, P>()?;
         let mu = certificate::automatic_mu(&config.gains, &config.assumed_box());
         let bounds = config.bounds_of::<S, P>();
+        let mut prior = [0.0; P];
+        for i in (0..P).filter(|&i| !frozen[i]) {
+            let parameter = S::PARAMETERS[i];
+            let deviation = Allowed::Above(0.0)
+                .check("uncertainty", uncertainty.of(parameter, config))?
+                * parameter.scale(&config.units);
+            prior[i] = ROUNDING_DEVIATION / deviation;
+        }
         Ok(Self {
             controller: config.controller(velocity),
             model: config.model_loop(velocity),
             low: bounds.map(|bound| N::from_f64(bound.min())),
             high: bounds.map(|bound| N::from_f64(bound.max())),
             initial: config.initial_of::<S, P>().map(N::from_f64),
-            prior: S::PARAMETERS.map(|parameter| {
-                let deviation = uncertainty.of(parameter, config) * parameter.scale(&config.units);
-                N::from_f64(ROUNDING_DEVIATION / deviation)
-            }),
+            prior: prior.map(N::from_f64),
             known: frozen.map(|frozen| if frozen { N::ZERO } else { N::ONE }),
             units: config.units,
             promise: config.certify(mu, &velocity.transfer())?,
