@@ -31,6 +31,19 @@ fn refusal(test: &str, text: &str) -> String {
     standard_error(&output)
 }
 
+/// The paper's scenario with one text changed is refused, with the line of the change, the key and
+/// a part of the message.
+fn assert_refused(test: &str, (from, to): (&str, &str), key: &str, message: &str) {
+    let text = PROPOSED.replace(from, to);
+    assert_ne!(text, PROPOSED, "{test}");
+    let changed = text.lines().position(|line| line.contains(to));
+    let line = 1 + changed.expect("the change is there");
+    let answer = refusal(test, &text);
+    let place = format!("scenario.toml:{line}: {key}");
+    assert!(answer.contains(&place), "{test}: {answer}");
+    assert!(answer.contains(message), "{test}: {answer}");
+}
+
 #[test]
 fn run_writes_json_csv_and_pictures() {
     let folder = folder("outputs");
@@ -182,18 +195,7 @@ fn wrong_type_is_answered_with_file_line_key_and_what_is_allowed() {
             "[\"a\", \"b\"]",
         ),
     ] {
-        let text = PROPOSED.replace(from, to);
-        assert_ne!(text, PROPOSED, "{test}");
-        let line = 1 + text
-            .lines()
-            .position(|line| line.contains(to))
-            .expect("there");
-        let answer = refusal(test, &text);
-        assert!(
-            answer.contains(&format!("scenario.toml:{line}: {key}")),
-            "{answer}"
-        );
-        assert!(answer.contains(allowed), "{answer}");
+        assert_refused(test, (from, to), key, allowed);
     }
 }
 
@@ -319,18 +321,7 @@ fn value_out_of_range_is_answered_with_line_key_value_and_range() {
             "at least 0",
         ),
     ] {
-        let text = PROPOSED.replace(from, to);
-        assert_ne!(text, PROPOSED, "{test}");
-        let line = 1 + text
-            .lines()
-            .position(|line| line.contains(to))
-            .expect("there");
-        let answer = refusal(test, &text);
-        assert!(
-            answer.contains(&format!("scenario.toml:{line}: {key}")),
-            "{test}: {answer}"
-        );
-        assert!(answer.contains(message), "{test}: {answer}");
+        assert_refused(test, (from, to), key, message);
     }
 }
 
