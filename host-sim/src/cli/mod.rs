@@ -1,5 +1,14 @@
 //! The command line: one verb, one file.
 
+/// `println!` to a reader that may have gone, as the head of a pipe does: it then wants no more, and
+/// that is no fault.
+macro_rules! say {
+    ($($text:tt)*) => {{
+        use std::io::Write;
+        let _ = writeln!(std::io::stdout(), $($text)*);
+    }};
+}
+
 mod fault;
 mod output;
 mod paper;

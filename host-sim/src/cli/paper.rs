@@ -32,11 +32,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     std::fs::create_dir_all(out).map_err(|error| Fault::unwritable(out, error))?;
     let runs = paper::experiment();
 
-    println!(
+    say!(
         "{}",
         table::estimates(&runs.each_ref().map(|run| (run.name(), &run.summary)))
     );
-    println!(
+    say!(
         "Nominal: a = {} 1/s, b = {} rad/s² per command unit. Estimates: mean ± standard deviation \
          over the\nlast quarter of {} s. Settled: from when on â stays within ±0.1 1/s and b̂ within \
          2 % of nominal.\n",
@@ -50,7 +50,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         proposed_loaded,
         least_squares_loaded,
     ] = &runs;
-    println!(
+    say!(
         "What the load of {} rad/s² does to the estimates:",
         paper::UNBALANCE
     );
@@ -59,7 +59,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         ("least squares", least_squares, least_squares_loaded),
     ] {
         let (without, with) = (&without.summary, &with.summary);
-        println!(
+        say!(
             "  {name:<14} b̂ moves by {:+.3} %, its standard deviation goes from {:.2} to {:.2}; that \
              of â from {:.4} to {:.4}",
             100.0 * (with.b.tail_mean / without.b.tail_mean - 1.0),
@@ -79,8 +79,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     }
     let picture = out.join("figure-03.png");
     draw(&picture, &runs)?;
-    println!("\nPicture: {}", picture.display());
-    println!(
+    say!("\nPicture: {}", picture.display());
+    say!(
         "Traces and results: {}",
         out.join("*.csv, *.json").display()
     );

@@ -59,17 +59,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     arguments.outputs.write(&summary, &trace, Some(&residual))?;
     if !arguments.outputs.is_quiet() {
         if let Some(agreement) = replayed.agreement {
-            println!("{agreement}");
+            say!("{agreement}");
         }
         if log.bridged > 0 {
-            println!(
+            say!(
                 "{} missing samples were bridged by straight lines",
                 log.bridged
             );
         }
-        println!("{}", table::estimates(&[(summary.law, &summary)]));
-        println!("{}: {}", summary.status.name(), summary.reason);
-        println!("{residual}");
+        say!("{}", table::estimates(&[(summary.law, &summary)]));
+        say!("{}: {}", summary.status.name(), summary.reason);
+        say!("{residual}");
     }
     match summary.status {
         Status::Aborted => Err(Fault::Other(summary.reason)),

@@ -34,10 +34,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         .outputs
         .write(&summary, &trace, residual.as_ref())?;
     if !arguments.outputs.is_quiet() {
-        println!("{}", table::estimates(&[(summary.law, &summary)]));
-        println!("{}: {}", summary.status.name(), summary.reason);
+        say!("{}", table::estimates(&[(summary.law, &summary)]));
+        say!("{}: {}", summary.status.name(), summary.reason);
         if let Some(residual) = residual {
-            println!("{residual}");
+            say!("{residual}");
         }
     }
     match summary.status {

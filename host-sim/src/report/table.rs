@@ -61,12 +61,26 @@ fn dash() -> String {
     "–".to_owned()
 }
 
-/// Mean ± standard deviation over the tail; + 0.0 turns a negative zero into zero.
+/// Mean ± standard deviation over the tail; + 0.0 turns a negative zero into zero. So many digits
+/// behind the point, or as many as it takes to show three of a mean that stands out of its spread.
 fn with_spread(estimate: Option<&Estimate>, digits: usize) -> String {
+    /// Digits behind the point that a table has room for.
+    const MOST_DIGITS: f64 = 7.0;
     estimate.map_or_else(dash, |estimate| {
+        let Estimate {
+            tail_mean,
+            tail_std,
+            ..
+        } = estimate;
+        let digits = if tail_mean.abs() > *tail_std {
+            let needed = (2.0 - tail_mean.abs().log10().floor()).min(MOST_DIGITS);
+            digits.max(needed as usize)
+        } else {
+            digits
+        };
         let scale = 10_f64.powi(digits as i32);
-        let mean = (estimate.tail_mean * scale).round() / scale + 0.0;
-        format!("{mean:.digits$} ± {:.digits$}", estimate.tail_std)
+        let mean = (tail_mean * scale).round() / scale + 0.0;
+        format!("{mean:.digits$} ± {tail_std:.digits$}")
     })
 }
 
