@@ -276,13 +276,7 @@ fn the_recursive_law_goes_on_from_the_window_and_never_leaves() {
                 if k == 300 {
                     window_law.begin(&mut window_state, &window);
                     while !window_law.work(&mut window_state, &window, 100) {}
-                    recursive.adopt(
-                        &mut state,
-                        &window_law.estimates(&window_state),
-                        &window_law.standard_errors(&window_state),
-                        window_law.unexplained(&window_state),
-                        &window_law.model(&window_state),
-                    );
+                    recursive.adopt(&mut state, window_law.found(&window_state));
                 }
                 step(&mut drive, given)
             };

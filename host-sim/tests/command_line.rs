@@ -326,6 +326,17 @@ fn value_out_of_range_is_answered_with_line_key_value_and_range() {
 }
 
 #[test]
+fn a_window_has_a_shortest_and_a_longest_length() {
+    let law = "law = \"gradient\"\ngamma = [0.2, 110.0]\nmu = 10.0";
+    for length in ["8", "10000"] {
+        let text = PROPOSED.replace(law, &format!("law = \"window\"\nwindow = {length}"));
+        let answer = refusal(&format!("window-{length}"), &text);
+        assert!(answer.contains("identifier.window"), "{answer}");
+        assert!(answer.contains("from 32 to 4096"), "{answer}");
+    }
+}
+
+#[test]
 fn files_that_are_not_scenarios_are_refused() {
     assert!(refusal("broken", "[plant\na = 1").contains("scenario.toml:1"));
     let output = host_sim(&["run", "no-such-file.toml"]);

@@ -76,7 +76,7 @@ where
                 outcome.gain_margin = built.gain_margin();
                 Box::new(GradientLearner::new(built))
             }
-            Law::GaussNewton(uncertainty) => {
+            Law::GaussNewton(uncertainty, settings) => {
                 let frozen = identifier.frozen::<S, P>();
                 let built = GaussNewtonIdentifier::<N, V, S, P>::new(
                     &config,
@@ -88,9 +88,9 @@ where
                 outcome.gain_margin = built.gain_margin();
                 let window =
                     WindowIdentifier::<N, V, S, P, Q>::new(&config, uncertainty, frozen, velocity)?;
-                Box::new(GaussNewtonLearner::new(built, window))
+                Box::new(GaussNewtonLearner::new(built, window, *settings))
             }
-            Law::Window => {
+            Law::Window(settings) => {
                 let frozen = identifier.frozen::<S, P>();
                 let built = WindowIdentifier::<N, V, S, P, Q>::new(
                     &config,
@@ -100,7 +100,7 @@ where
                 )?;
                 outcome.certified = built.gain_margin().is_some();
                 outcome.gain_margin = built.gain_margin();
-                Box::new(WindowLearner::new(built))
+                Box::new(WindowLearner::new(built, *settings))
             }
             Law::RelayLeastSquares(_) => unreachable!("the relay has a loop of its own"),
         };

@@ -11,6 +11,8 @@ use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
 use identifier_core::parameters::ParameterSet;
 
+use crate::scenario::WindowSettings;
+
 /// What one sample showed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Seen<N> {
@@ -117,11 +119,12 @@ where
     pub(crate) fn new(
         identifier: GaussNewtonIdentifier<N, V, S, P>,
         window: WindowIdentifier<N, V, S, P, Q>,
+        settings: WindowSettings,
     ) -> Self {
         Self {
             state: identifier.start(),
             identifier,
-            first: Some(WindowLearner::new(window)),
+            first: Some(WindowLearner::new(window, settings)),
         }
     }
 }
@@ -146,13 +149,7 @@ where
                 } = first;
                 // Without a fit there is nothing to take over.
                 if window.fits(state) > 0 {
-                    self.identifier.adopt(
-                        &mut self.state,
-                        &window.estimates(state),
-                        &window.standard_errors(state),
-                        window.unexplained(state),
-                        &window.model(state),
-                    );
+                    self.identifier.adopt(&mut self.state, window.found(state));
                 }
                 self.first = None;
             }
@@ -180,12 +177,6 @@ where
     }
 }
 
-/// Samples that a window holds: half a second at 1 kHz.
-const WINDOW: usize = 512;
-
-/// Samples from one fit to the next.
-const BETWEEN_FITS: u32 = 10;
-
 pub(crate) struct WindowLearner<
     N: Number,
     V: VelocityEstimate<N>,
@@ -195,7 +186,8 @@ pub(crate) struct WindowLearner<
 > {
     identifier: WindowIdentifier<N, V, S, P, Q>,
     state: WindowState<N, V::State, P, Q>,
-    window: Window<N, WINDOW>,
+    window: Window<N, { WindowSettings::LONGEST }>,
+    fit_every: u32,
     until_fit: u32,
 }
 
@@ -205,12 +197,16 @@ where
     V: VelocityEstimate<N>,
     S: ParameterSet<P>,
 {
-    pub(crate) fn new(identifier: WindowIdentifier<N, V, S, P, Q>) -> Self {
+    pub(crate) fn new(
+        identifier: WindowIdentifier<N, V, S, P, Q>,
+        settings: WindowSettings,
+    ) -> Self {
         Self {
             state: identifier.start(),
             identifier,
-            window: Window::empty(),
-            until_fit: BETWEEN_FITS,
+            window: Window::of_length(settings.length),
+            fit_every: settings.fit_every,
+            until_fit: settings.fit_every,
         }
     }
 
@@ -239,7 +235,7 @@ where
         );
         self.until_fit -= 1;
         if self.until_fit == 0 {
-            self.until_fit = BETWEEN_FITS;
+            self.until_fit = self.fit_every;
             self.fit();
         }
         Seen {
@@ -258,6 +254,6 @@ where
     }
 
     fn join(&mut self, _: &ControlState<N, V::State>) {
-        self.window = Window::empty();
+        self.window.clear();
     }
 }

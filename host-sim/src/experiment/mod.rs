@@ -15,7 +15,9 @@ use crate::scenario::{Law, Scenario};
 /// Runs a scenario and shows every sample to `observe`.
 pub fn run(scenario: &Scenario, observe: &mut impl FnMut(&Sample)) -> Outcome {
     match &scenario.identifier.law {
-        Law::Gradient(_) | Law::GaussNewton(_) | Law::Window => closed_loop::run(scenario, observe),
+        Law::Gradient(_) | Law::GaussNewton(..) | Law::Window(_) => {
+            closed_loop::run(scenario, observe)
+        }
         Law::RelayLeastSquares(settings) => relay_loop::run(scenario, settings, observe),
     }
 }

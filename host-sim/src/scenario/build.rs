@@ -14,7 +14,7 @@ use super::error::Fault;
 use super::tables::{self, ExcitationKind, LawName, NumberOrRow, Tables, VelocityKind};
 use super::{
     Arithmetic, ControllerSettings, ExcitationSettings, GradientSettings, IdentifierSettings, Law,
-    LogSettings, Purpose, RelaySettings, Scenario, VelocitySettings,
+    LogSettings, Purpose, RelaySettings, Scenario, VelocitySettings, WindowSettings,
 };
 
 /// Sines that a multisine and levels that a staircase may have.
@@ -250,9 +250,16 @@ fn identifier(
         LawName::Gradient => ("gradient", &["gamma", "mu", "bounds", "plant_box"]),
         LawName::GaussNewton => (
             "gauss-newton",
-            &["bounds", "plant_box", "uncertainty", "noise"],
+            &[
+                "bounds",
+                "plant_box",
+                "uncertainty",
+                "noise",
+                "window",
+                "fit_every",
+            ],
         ),
-        LawName::Window => ("window", &["bounds", "plant_box"]),
+        LawName::Window => ("window", &["bounds", "plant_box", "window", "fit_every"]),
         LawName::RelayLeastSquares => (
             "relay-least-squares",
             &["relay", "forgetting", "filter_cutoff"],
@@ -265,6 +272,8 @@ fn identifier(
         ("plant_box", table.plant_box.is_some()),
         ("uncertainty", table.uncertainty.is_some()),
         ("noise", table.noise.is_some()),
+        ("window", table.window.is_some()),
+        ("fit_every", table.fit_every.is_some()),
         ("relay", table.relay.is_some()),
         ("forgetting", table.forgetting.is_some()),
         ("filter_cutoff", table.filter_cutoff.is_some()),
@@ -280,8 +289,8 @@ fn identifier(
                 .transpose()?,
             mu: table.mu,
         }),
-        LawName::GaussNewton => Law::GaussNewton(uncertainty(table)?),
-        LawName::Window => Law::Window,
+        LawName::GaussNewton => Law::GaussNewton(uncertainty(table)?, window(table)?),
+        LawName::Window => Law::Window(window(table)?),
         LawName::RelayLeastSquares => Law::RelayLeastSquares(RelaySettings {
             relay: table.relay.unwrap_or(1.0),
             forgetting: table.forgetting.unwrap_or(0.999),
@@ -368,6 +377,24 @@ fn uncertainty(table: &tables::Identifier) -> Result<Uncertainty, Fault> {
         initial: [a, b, coulomb, load],
         noise: table.noise,
     })
+}
+
+/// The fewest samples of a window: below, there are hardly more samples than unknowns.
+const SHORTEST_WINDOW: f64 = 32.0;
+
+fn window(table: &tables::Identifier) -> Result<WindowSettings, Fault> {
+    let default = WindowSettings::default();
+    let WindowSettings { length, fit_every } = WindowSettings {
+        length: table
+            .window
+            .map_or(default.length, |length| length as usize),
+        fit_every: table.fit_every.unwrap_or(default.fit_every),
+    };
+    Allowed::Within(SHORTEST_WINDOW, WindowSettings::LONGEST as f64)
+        .check("window", length as f64)
+        .and_then(|_| Allowed::AtLeast(1.0).check("fit_every", f64::from(fit_every)))
+        .map_err(under("identifier"))?;
+    Ok(WindowSettings { length, fit_every })
 }
 
 /// The matrix of a diagonal or of rows, for so many parameters.

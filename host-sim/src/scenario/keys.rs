@@ -266,6 +266,16 @@ pub const KEYS: &[Key] = &[
         "a number above 0, rad: standard deviation of the position noise (gauss-newton)",
         "an encoder count over the square root of 12",
     ),
+    key(
+        "identifier.window",
+        "a whole number from 32 to 4096, samples (window; gauss-newton takes over from one)",
+        "512",
+    ),
+    key(
+        "identifier.fit_every",
+        "a whole number above 0, samples from one fit of a window to the next",
+        "10",
+    ),
     key("identifier.arithmetic", "\"f32\" or \"f64\"", "\"f32\""),
     key(
         "identifier.relay",

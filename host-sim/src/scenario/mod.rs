@@ -157,9 +157,9 @@ pub enum Law {
     /// The Γ-gradient law (11) in the PID's loop.
     Gradient(GradientSettings),
     /// Recursive Gauss–Newton in the PID's loop.
-    GaussNewton(Uncertainty),
+    GaussNewton(Uncertainty, WindowSettings),
     /// Windowed Gauss–Newton in the PID's loop.
-    Window,
+    Window(WindowSettings),
     /// Recursive least squares in a loop closed by a relay.
     RelayLeastSquares(RelaySettings),
 }
@@ -171,6 +171,30 @@ pub struct GradientSettings {
     pub gamma: Option<Vec<Vec<f64>>>,
     /// μ, 1/s; none for the automatic one.
     pub mu: Option<f64>,
+}
+
+/// How a window is kept and fitted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct WindowSettings {
+    /// Samples that it holds, at most [`WindowSettings::LONGEST`].
+    pub length: usize,
+    /// Samples from one fit to the next.
+    pub fit_every: u32,
+}
+
+impl WindowSettings {
+    /// The most samples that a window may hold.
+    pub const LONGEST: usize = 4096;
+}
+
+impl Default for WindowSettings {
+    /// Half a second at 1 kHz, fitted a hundred times a second.
+    fn default() -> Self {
+        Self {
+            length: 512,
+            fit_every: 10,
+        }
+    }
 }
 
 /// What only the relay's least squares needs.
@@ -190,8 +214,8 @@ impl Law {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Gradient(_) => "gradient",
-            Self::GaussNewton(_) => "gauss-newton",
-            Self::Window => "window",
+            Self::GaussNewton(..) => "gauss-newton",
+            Self::Window(_) => "window",
             Self::RelayLeastSquares(_) => "relay-least-squares",
         }
     }

@@ -247,7 +247,7 @@ impl WithSet for Build<'_> {
                     (Some(law), _) => {
                         GradientIdentifier::<f64, V, S, P>::new(&config, &law, velocity)?;
                     }
-                    (None, Law::GaussNewton(uncertainty)) => {
+                    (None, Law::GaussNewton(uncertainty, _)) => {
                         GaussNewtonIdentifier::<f64, V, S, P>::new(
                             &config,
                             uncertainty,

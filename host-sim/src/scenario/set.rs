@@ -47,8 +47,8 @@ impl IdentifierSettings {
     /// the load: what the integral takes over only slowly would bias their first seconds.
     #[must_use]
     pub fn is_frozen(&self, parameter: Parameter) -> bool {
-        let finds_load =
-            matches!(self.law, Law::GaussNewton(_) | Law::Window) && parameter == Parameter::Load;
+        let finds_load = matches!(self.law, Law::GaussNewton(..) | Law::Window(_))
+            && parameter == Parameter::Load;
         !self.estimates(parameter) && !finds_load
     }
 

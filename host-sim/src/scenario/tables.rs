@@ -188,6 +188,8 @@ pub struct Identifier {
     pub arithmetic: Arithmetic,
     pub uncertainty: Option<Uncertainty>,
     pub noise: Option<f64>,
+    pub window: Option<u32>,
+    pub fit_every: Option<u32>,
     pub relay: Option<f64>,
     pub forgetting: Option<f64>,
     pub filter_cutoff: Option<f64>,

@@ -32,6 +32,27 @@ impl<N: Number, const P: usize> Covariance<N, P> {
         }
     }
 
+    /// The factors of a symmetric positive semidefinite matrix. A direction in which rounding leaves
+    /// it less than nothing counts as known.
+    #[must_use]
+    pub fn of(mut matrix: [[f64; P]; P]) -> Self {
+        let mut factors = Self::diagonal([0.0; P]);
+        for j in (0..P).rev() {
+            let pivot = matrix[j][j].max(0.0);
+            factors.diagonal[j] = N::from_f64(pivot);
+            if pivot > 0.0 {
+                for i in 0..j {
+                    let entry = matrix[i][j] / pivot;
+                    factors.upper[i][j] = N::from_f64(entry);
+                    for k in 0..=i {
+                        matrix[k][i] -= entry * matrix[k][j];
+                    }
+                }
+            }
+        }
+        factors
+    }
+
     /// Takes in a measurement with regressor φ. `noise` answers with the noise variance r > 0 to the
     /// variance φᵀPφ that the covariance predicts.
     #[inline]
@@ -125,6 +146,21 @@ mod tests {
                     prop_assert!((factored.variance_of(&unit(i)) - plain[i][i]).abs() < 1e-9);
                 }
             }
+        }
+
+        #[test]
+        fn has_the_factors_of_any_covariance(
+            root in prop::array::uniform3(prop::array::uniform3(-2.0_f64..2.0)),
+            combination in prop::array::uniform3(-1.0_f64..1.0),
+        ) {
+            let matrix: [[f64; 3]; 3] = core::array::from_fn(|i| {
+                core::array::from_fn(|j| (0..3).map(|k| root[i][k] * root[j][k]).sum())
+            });
+            let expected: f64 = (0..3)
+                .map(|k| (0..3).map(|i| combination[i] * root[i][k]).sum::<f64>().powi(2))
+                .sum();
+            let variance = Covariance::<f64, 3>::of(matrix).variance_of(&combination);
+            prop_assert!((variance - expected).abs() < 1e-6 * (1.0 + expected), "{variance} {expected}");
         }
 
         #[test]

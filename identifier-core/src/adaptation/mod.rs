@@ -15,5 +15,5 @@ pub use gauss_newton::{GaussNewton, GaussNewtonConfig, GaussNewtonState};
 pub use gradient::{Gradient, GradientConfig, GradientState, GradientUpdate};
 pub use least_squares::{LeastSquares, LeastSquaresConfig, LeastSquaresState};
 pub use matrix::{MatrixError, PositiveDefinite};
-pub use normal_equations::{NormalEquations, Solution};
+pub use normal_equations::NormalEquations;
 pub use projection::Projection;

@@ -38,11 +38,28 @@ impl<N: Number, const Q: usize> NormalEquations<N, Q> {
     }
 
     /// The step that Levenberg and Marquardt take, (A + λ diag A) δ = g (Marquardt, "An algorithm
-    /// for least-squares estimation of nonlinear parameters", SIAM Journal 11(2), 1963), and for
-    /// λ = 0 the variances diag(A⁻¹). An unknown that nothing depends on, or that is not `free`,
-    /// stays.
+    /// for least-squares estimation of nonlinear parameters", SIAM Journal 11(2), 1963). An unknown
+    /// that nothing depends on, or that is not `free`, stays.
     #[must_use]
-    pub fn solve(&self, damping: N, free: &[bool; Q]) -> Solution<N, Q> {
+    pub fn solve(&self, damping: N, free: &[bool; Q]) -> [N; Q] {
+        self.factor(damping, free).solve(&self.right)
+    }
+
+    /// A⁻¹, the covariance of the unknowns for errors of variance one. The rows and columns of an
+    /// unknown that nothing depends on are zero.
+    #[must_use]
+    pub fn covariance(&self) -> [[N; Q]; Q] {
+        let factor = self.factor(N::ZERO, &[true; Q]);
+        core::array::from_fn(|i| {
+            factor.solve(&core::array::from_fn(
+                |j| {
+                    if i == j { N::ONE } else { N::ZERO }
+                },
+            ))
+        })
+    }
+
+    fn factor(&self, damping: N, free: &[bool; Q]) -> Factor<N, Q> {
         /// The least pivot of the matrix scaled to a unit diagonal.
         const LEAST_PIVOT: f64 = 1e-6;
         let scale: [N; Q] = core::array::from_fn(|i| {
@@ -53,7 +70,6 @@ impl<N: Number, const Q: usize> NormalEquations<N, Q> {
                 N::ZERO
             }
         });
-        // Cholesky's factor of the scaled matrix, the reciprocals of its diagonal apart.
         let least = N::from_f64(LEAST_PIVOT);
         let mut lower = [[N::ZERO; Q]; Q];
         let mut inverse = [N::ZERO; Q];
@@ -75,41 +91,43 @@ impl<N: Number, const Q: usize> NormalEquations<N, Q> {
                 }
             }
         }
-        let solve = |right: [N; Q]| {
-            let mut x = right;
-            for i in 0..Q {
-                for k in 0..i {
-                    x[i] = x[i] - lower[i][k] * x[k];
-                }
-                x[i] = x[i] * inverse[i];
-            }
-            for i in (0..Q).rev() {
-                for k in i + 1..Q {
-                    x[i] = x[i] - lower[k][i] * x[k];
-                }
-                x[i] = x[i] * inverse[i];
-            }
-            x
-        };
-        let step = solve(core::array::from_fn(|i| self.right[i] * scale[i]));
-        let variances = core::array::from_fn(|i| {
-            let unit = core::array::from_fn(|j| if i == j { N::ONE } else { N::ZERO });
-            solve(unit)[i] * scale[i] * scale[i]
-        });
-        Solution {
-            step: core::array::from_fn(|i| step[i] * scale[i]),
-            variances,
+        Factor {
+            scale,
+            lower,
+            inverse,
         }
     }
 }
 
-/// What the normal equations say.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Solution<N, const Q: usize> {
-    /// The step of the unknowns.
-    pub step: [N; Q],
-    /// Their variances for errors of variance one.
-    pub variances: [N; Q],
+/// Cholesky's factor of the matrix scaled to a unit diagonal, the reciprocals of its diagonal apart.
+struct Factor<N, const Q: usize> {
+    scale: [N; Q],
+    lower: [[N; Q]; Q],
+    inverse: [N; Q],
+}
+
+impl<N: Number, const Q: usize> Factor<N, Q> {
+    fn solve(&self, right: &[N; Q]) -> [N; Q] {
+        let Self {
+            scale,
+            lower,
+            inverse,
+        } = self;
+        let mut x: [N; Q] = core::array::from_fn(|i| right[i] * scale[i]);
+        for i in 0..Q {
+            for k in 0..i {
+                x[i] = x[i] - lower[i][k] * x[k];
+            }
+            x[i] = x[i] * inverse[i];
+        }
+        for i in (0..Q).rev() {
+            for k in i + 1..Q {
+                x[i] = x[i] - lower[k][i] * x[k];
+            }
+            x[i] = x[i] * inverse[i];
+        }
+        core::array::from_fn(|i| x[i] * scale[i])
+    }
 }
 
 #[cfg(test)]
@@ -129,9 +147,10 @@ mod tests {
                 equations.add(row, error);
             }
             let solution = equations.solve(0.0, &[true; 3]);
+            let covariance = equations.covariance();
             for i in 0..3 {
-                prop_assert!((solution.step[i] - truth[i]).abs() < 1e-6);
-                prop_assert!(solution.variances[i] > 0.0);
+                prop_assert!((solution[i] - truth[i]).abs() < 1e-6);
+                prop_assert!(covariance[i][i] > 0.0);
             }
         }
     }
@@ -142,7 +161,7 @@ mod tests {
         for k in 0..10 {
             equations.add(&[k as f32, 0.0], 3.0 * k as f32);
         }
-        let step = equations.solve(0.0, &[true; 2]).step;
+        let step = equations.solve(0.0, &[true; 2]);
         assert!((step[0] - 3.0).abs() < 1e-4);
         assert!(step[1].abs() < 1e-9);
     }

@@ -1,7 +1,7 @@
 use core::marker::PhantomData;
 
 use super::config::Promise;
-use super::{IdentifierConfig, IdentifierError};
+use super::{Found, IdentifierConfig, IdentifierError};
 use crate::adaptation::{GaussNewton, GaussNewtonConfig, GaussNewtonState};
 use crate::control::{ControlSample, ControlState};
 use crate::error::Allowed;
@@ -208,6 +208,9 @@ where
         let phase = self.model.advance::<S, P>(model, &command, &parameters);
         self.model
             .advance_tangents::<S, P, P>(sensitivity, &command, &parameters, velocity, phase);
+        if self.model.stand_together(model, real, &parameters, phase) {
+            self.model.stand_still(sensitivity);
+        }
         *load_command = command.load;
         let deviation = command.load - *load_mean;
         *load_mean += self.load_weight * deviation;
@@ -268,28 +271,17 @@ where
         }
     }
 
-    /// Takes over what another identifier has found, for instance a window, as the new start:
-    /// estimates and standard errors in SI, and the standard deviation of what it could not explain,
-    /// rad.
+    /// Takes over what a window has found, as the new start.
     pub fn adopt(
         &self,
         state: &mut GaussNewtonIdentifierState<N, V::State, P>,
-        estimates: &ServoParameters,
-        standard_errors: &ServoParameters,
-        unexplained: f64,
-        model: &ModelState<N, V::State>,
+        found: &Found<N, V::State, P>,
     ) {
-        state.model = *model;
-        state.sensitivity = Sensitivity::none();
-        let machine = |servo: &ServoParameters| {
-            S::PARAMETERS.map(|parameter| parameter.of(servo) * parameter.scale(&self.units))
-        };
-        let unexplained = unexplained * self.units.position();
-        state.law = self.law.resume(
-            machine(estimates),
-            machine(standard_errors),
-            unexplained * unexplained,
-        );
+        state.model = found.model;
+        state.sensitivity = found.sensitivity;
+        state.law = self
+            .law
+            .resume(&found.estimates, &found.covariance, found.unexplained);
     }
 
     /// Joins a loop in motion, before its next sample: the model moves with the servo. The estimates

@@ -18,4 +18,4 @@ pub use gauss_newton::{
 pub use gradient::{
     GradientIdentification, GradientIdentifier, GradientIdentifierState, GradientLaw,
 };
-pub use window::{Recorded, Window, WindowIdentifier, WindowState};
+pub use window::{Found, Recorded, Window, WindowIdentifier, WindowState};

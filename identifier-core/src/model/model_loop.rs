@@ -226,6 +226,30 @@ impl<N: Number, V: VelocityEstimate<N>> ModelLoop<N, V> {
         }
     }
 
+    /// Puts the model where the servo is while both stand; true if they do.
+    ///
+    /// Real friction gives a little before it breaks away, and creeps: where exactly within the
+    /// friction's band a servo comes to stand says nothing of its parameters, and the model's own
+    /// place there would be an error that the next motion begins with. The servo counts as standing
+    /// while friction outweighs all damping, (a + b kd) |q̇| ≤ c, and the model does while it is
+    /// stuck.
+    #[inline]
+    pub fn stand_together(
+        &self,
+        state: &mut ModelState<N, V::State>,
+        real: &ControlSample<N>,
+        parameters: &ModelParameters<N>,
+        phase: Phase<N>,
+    ) -> bool {
+        let damping = parameters.x * real.velocity
+            - parameters.gain * self.pid.linear(N::ZERO, real.velocity);
+        let stand = phase == Phase::Stuck && damping.magnitude() <= parameters.coulomb;
+        if stand {
+            state.output_error = N::ZERO;
+        }
+        stand
+    }
+
     /// Starts the model again where the servo is if it has left the reach of the number format,
     /// [`Number::REACH`]; true if it had to.
     #[inline]

@@ -57,6 +57,18 @@ impl<N: Number, F: Copy + Default, const P: usize> Sensitivity<N, F, P> {
     }
 }
 
+impl<N: Number, F: Copy + Default, const Q: usize> Sensitivity<N, F, Q> {
+    /// The first P tangents alone: those of the parameters.
+    #[must_use]
+    pub fn of_first<const P: usize>(&self) -> Sensitivity<N, F, P> {
+        let mut first = Sensitivity::none();
+        for (to, from) in first.tangents.iter_mut().zip(&self.tangents) {
+            *to = *from;
+        }
+        first
+    }
+}
+
 impl<N: Number, F, const P: usize> Sensitivity<N, F, P> {
     /// ∂q_e/∂θᵢ.
     #[inline]
@@ -97,6 +109,16 @@ impl<N: Number, V: VelocityEstimate<N>> ModelLoop<N, V> {
             state.motion.velocity += tangent.motion.velocity * change;
             state.integral_error.add(tangent.integral * change);
             V::add_scaled(&mut state.filter, &tangent.filter, change);
+        }
+    }
+
+    /// Forgets what led to where the model stands, with [`ModelLoop::stand_together`]; what the
+    /// integral has gathered stays.
+    #[inline]
+    pub fn stand_still<const P: usize>(&self, sensitivity: &mut Sensitivity<N, V::State, P>) {
+        for tangent in &mut sensitivity.tangents {
+            tangent.position = N::ZERO;
+            tangent.filter = V::State::default();
         }
     }
 

@@ -170,8 +170,9 @@ fn proportional_gain_floor(gains: &Gains, plant_box: &PlantBox, mu: f64) -> f64 
 
 /// The μ that asks the least of k_p: √(2 k_i/(k_d + a_max/b_min)), kept below the limit of 1.
 ///
-/// Without integral action 2. asks for no more than a small μ; it is then half of what 1. and 2.
-/// allow at most.
+/// Without integral action a small μ costs nothing and brings nothing: μ is then half of what 2.
+/// allows, below the limit of 1. The larger it is, the more the position and the less its derivative,
+/// with the encoder's noise, decides.
 #[must_use]
 pub fn automatic_mu(gains: &Gains, plant_box: &PlantBox) -> f64 {
     /// Distance kept from the limit of 1.
@@ -181,7 +182,7 @@ pub fn automatic_mu(gains: &Gains, plant_box: &PlantBox) -> f64 {
     let wanted = if gains.ki() > 0.0 {
         libm::sqrt(2.0 * gains.ki() / slope)
     } else {
-        (gains.kp() / slope).min(damping_limit / 2.0)
+        gains.kp() / slope
     };
     wanted.min(MARGIN * damping_limit)
 }

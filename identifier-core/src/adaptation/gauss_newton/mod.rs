@@ -24,11 +24,12 @@ use crate::number::{Number, RunningSum};
 ///   prediction by no more than a small part of its error: the gradients hold near the estimates
 ///   only, and the estimates must not run ahead of them. A surprise of more than three standard
 ///   deviations counts as three.
-/// - **Noise level**: r is at least the encoder's noise and at least the recent peak of the output
-///   error's mean square over [`GaussNewton::LEVEL_MEMORY`] samples, which fades over
-///   [`GaussNewton::FADING`]. What was learnt far from the truth, where the output error is large,
-///   then weighs little beside what is learnt near it; and where the model lacks something, every
-///   phase of the motion weighs alike.
+/// - **Noise level**: r is at least the encoder's noise and at least the peak, so far, of the output
+///   error's mean square over [`GaussNewton::LEVEL_MEMORY`] samples; the peak is forgotten as the
+///   law forgets. So what was learnt far from the truth, where the output error is large, weighs
+///   little beside what is learnt near it. Once the peak *rises*, what was learnt before it was not
+///   as certain as it seemed, and P rises with r: where the model lacks something, every phase of
+///   the motion weighs alike, whichever comes first.
 /// - **Standard errors** are those of P, corrected for the mean square and the colour of the output
 ///   error against r.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,7 +38,6 @@ pub struct GaussNewton<N, const P: usize> {
     dead_zone: N,
     settling: N,
     short: N,
-    fade: N,
     caution: N,
     least_weight: N,
     ninth: N,
@@ -90,9 +90,6 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     /// Samples over which the noise level of the moment is taken.
     pub const LEVEL_MEMORY: f64 = 30.0;
 
-    /// Samples over which a peak of the noise level fades.
-    pub const FADING: f64 = 20_000.0;
-
     /// The least r over ψᵀP ψ.
     pub const CAUTION: f64 = 20.0;
 
@@ -114,7 +111,6 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             dead_zone: N::from_f64(config.dead_zone),
             settling: N::from_f64(Self::SETTLING),
             short: N::from_f64(1.0 / Self::LEVEL_MEMORY),
-            fade: N::from_f64(1.0 - 1.0 / Self::FADING),
             caution: N::from_f64(Self::CAUTION),
             least_weight: N::from_f64(1.0 / Self::BALANCE_MEMORY),
             ninth: N::from_f64(1.0 / 9.0),
@@ -144,28 +140,22 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         }
     }
 
-    /// The state with estimates and standard deviations that are already known, machine units, from
-    /// a fit that left this noise variance. Nothing is forgotten any more.
-    ///
-    /// The correlations between the parameters are not taken over. P times the diagonal of a
-    /// covariance is no smaller than it in any direction, so that nothing is taken for known that
-    /// was not.
+    /// The state with estimates and a covariance that are already known, machine units, from a fit
+    /// that left errors of this standard deviation. Nothing is forgotten any more.
     #[must_use]
     pub fn resume(
         &self,
-        estimates: [f64; P],
-        deviations: [f64; P],
-        noise: f64,
+        estimates: &[N; P],
+        covariance: &[[N; P]; P],
+        unexplained: N,
     ) -> GaussNewtonState<N, P> {
-        let noise = larger(N::from_f64(noise), self.noise);
+        let noise = larger(unexplained * unexplained, self.noise);
         GaussNewtonState {
-            covariance: Covariance::diagonal(
-                deviations.map(|deviation| P as f64 * deviation * deviation),
-            ),
+            covariance: Covariance::of(covariance.map(|row| row.map(N::to_f64))),
             lost_memory: N::ZERO,
             level: noise,
             peak: noise,
-            ..self.start(estimates)
+            ..self.start(estimates.map(N::to_f64))
         }
     }
 
@@ -180,14 +170,12 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         velocity: N,
     ) -> [N; P] {
         let square = output_error * output_error;
-        state.level += self.short * (square - state.level);
-        let faded = state.peak * self.fade;
-        state.peak = larger(state.level, faded);
+        let forgetting = N::ONE - state.lost_memory;
+        self.follow_noise(state, square, forgetting);
         if velocity.magnitude() < self.dead_zone {
             return [N::ZERO; P];
         }
-        let forgetting = N::ONE - state.lost_memory;
-        let floor = forgetting * larger(state.peak, self.noise);
+        let floor = forgetting * state.peak;
         let mut noise = floor;
         let innovation = state.covariance.measure(sensitivity, |predicted| {
             let surprise = square * self.ninth - predicted;
@@ -216,6 +204,18 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
                 N::ZERO
             }
         })
+    }
+
+    #[inline]
+    fn follow_noise(&self, state: &mut GaussNewtonState<N, P>, square: N, forgetting: N) {
+        state.level += self.short * (square - state.level);
+        let faded = larger(state.peak * forgetting, self.noise);
+        state.peak = larger(state.level, faded);
+        if state.level > faded {
+            state
+                .covariance
+                .forget(state.level * faded.reciprocal(), &self.prior);
+        }
     }
 
     /// The standard error of a combination gᵀθ of the parameters, machine units, for a report.

@@ -41,6 +41,7 @@ impl<N: Number, F, const Q: usize> Fit<N, F, Q> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Best<N: Number, F, const Q: usize> {
     pub(super) model: ModelState<N, F>,
+    pub(super) sensitivity: Sensitivity<N, F, Q>,
     pub(super) unknowns: [N; Q],
     pub(super) equations: NormalEquations<N, Q>,
     pub(super) lag_one: N,

@@ -1,6 +1,8 @@
 mod fit;
+mod found;
 mod storage;
 
+pub use found::Found;
 pub use storage::{Recorded, Window};
 
 use core::marker::PhantomData;
@@ -51,18 +53,6 @@ pub struct WindowState<N: Number, F, const P: usize, const Q: usize> {
     missed: bool,
     found: Found<N, F, P>,
     fit: Option<Fit<N, F, Q>>,
-}
-
-/// A finished fit.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Found<N: Number, F, const P: usize> {
-    model: ModelState<N, F>,
-    estimates: [N; P],
-    deviations: [N; P],
-    load_command: N,
-    output_error: N,
-    unexplained: N,
-    fits: u32,
 }
 
 impl<N, V, S, const P: usize, const Q: usize> WindowIdentifier<N, V, S, P, Q>
@@ -148,8 +138,9 @@ where
             missed: false,
             found: Found {
                 model: ModelState::at_rest(),
+                sensitivity: Sensitivity::none(),
                 estimates: self.initial,
-                deviations: [N::ZERO; P],
+                covariance: [[N::ZERO; P]; P],
                 load_command: N::ZERO,
                 output_error: N::ZERO,
                 unexplained: N::ZERO,
@@ -172,7 +163,7 @@ where
         sample: Recorded<N>,
     ) {
         if state.missed && state.fit.is_none() {
-            *window = Window::empty();
+            window.clear();
             state.missed = false;
         }
         if window.is_full() {
@@ -313,13 +304,17 @@ where
             row[place] = weight;
             fit.equations.add(&row, -(value * weight));
         }
-        // And of the parameters: what a motion in one direction cannot tell apart stays near where
-        // it was thought to be.
+        self.add_prior(&mut fit.equations, &fit.trial, N::ONE);
+    }
+
+    /// What is known of the parameters before: what a motion in one direction cannot tell apart
+    /// stays near where it was thought to be. Weighed against errors of `weight` times a count's
+    /// rounding.
+    fn add_prior(&self, equations: &mut NormalEquations<N, Q>, unknowns: &[N; Q], weight: N) {
         for i in 0..P {
             let mut row = [N::ZERO; Q];
-            row[i] = self.prior[i] * self.known[i];
-            fit.equations
-                .add(&row, (self.initial[i] - fit.trial[i]) * row[i]);
+            row[i] = weight * self.prior[i] * self.known[i];
+            equations.add(&row, (self.initial[i] - unknowns[i]) * row[i]);
         }
     }
 
@@ -358,6 +353,9 @@ where
         let phase = self.model.advance::<S, P>(model, &command, &parameters);
         self.model
             .advance_tangents::<S, P, Q>(sensitivity, &command, &parameters, velocity, phase);
+        if self.model.stand_together(model, &real, &parameters, phase) {
+            self.model.stand_still(sensitivity);
+        }
         fit.load_command = command.load;
         fit.lost = self.model.restart_if_lost(model);
     }
@@ -381,6 +379,7 @@ where
         if better {
             fit.best = Some(Best {
                 model: fit.model,
+                sensitivity: fit.sensitivity,
                 unknowns: fit.trial,
                 equations: fit.equations,
                 lag_one: fit.lag_one,
@@ -398,19 +397,24 @@ where
         if little || fit.pass >= Self::PASSES {
             return true;
         }
-        fit.trial = self.next_trial(best, fit.damping);
+        fit.trial = self.next_trial(&best.unknowns, &best.equations, fit.damping);
         false
     }
 
-    /// The best trial and a step from it. A parameter that stands at a bound and would leave it is
+    /// A trial and a step from it. A parameter that stands at a bound and would leave it is
     /// kept there and the step taken without it: the others must not make up for what it may not do.
-    fn next_trial(&self, best: &Best<N, V::State, Q>, damping: N) -> [N; Q] {
+    fn next_trial(
+        &self,
+        unknowns: &[N; Q],
+        equations: &NormalEquations<N, Q>,
+        damping: N,
+    ) -> [N; Q] {
         let mut free = [true; Q];
-        let mut step = best.equations.solve(damping, &free).step;
+        let mut step = equations.solve(damping, &free);
         for _ in 0..P {
             let mut held = false;
             for i in 0..P {
-                let at = best.unknowns[i];
+                let at = unknowns[i];
                 let outward = (at <= self.low[i] && step[i] < N::ZERO)
                     || (at >= self.high[i] && step[i] > N::ZERO);
                 if free[i] && outward {
@@ -421,10 +425,10 @@ where
             if !held {
                 break;
             }
-            step = best.equations.solve(damping, &free).step;
+            step = equations.solve(damping, &free);
         }
         core::array::from_fn(|i| {
-            let moved = best.unknowns[i] + step[i];
+            let moved = unknowns[i] + step[i];
             if i < P {
                 moved.limited(self.low[i], self.high[i])
             } else {
@@ -450,12 +454,27 @@ where
             0.0
         };
         let coloured = variance * (1.0 + correlation) / (1.0 - correlation);
-        let variances = best.equations.solve(N::ZERO, &[true; Q]).variances;
+        // The passes held what was thought before against errors of a count's rounding. It weighs
+        // more against what the errors turned out to be.
+        let mut equations = best.equations;
+        let more =
+            libm::sqrt((coloured / (ROUNDING_DEVIATION * ROUNDING_DEVIATION) - 1.0).max(0.0));
+        self.add_prior(&mut equations, &best.unknowns, N::from_f64(more));
+        let unknowns = self.next_trial(&best.unknowns, &equations, N::ZERO);
+        let covariance = equations.covariance();
+        let change: [N; Q] = core::array::from_fn(|i| unknowns[i] - best.unknowns[i]);
+        let mut model = best.model;
+        self.model.follow(&mut model, &best.sensitivity, &change);
         *found = Found {
-            model: best.model,
-            estimates: parameters_of(&best.unknowns),
-            deviations: core::array::from_fn(|i| {
-                N::from_f64(libm::sqrt(coloured * variances[i].to_f64())) * self.known[i]
+            model,
+            sensitivity: best.sensitivity.of_first(),
+            estimates: parameters_of(&unknowns),
+            covariance: core::array::from_fn(|i| {
+                core::array::from_fn(|j| {
+                    N::from_f64(coloured * covariance[i][j].to_f64())
+                        * self.known[i]
+                        * self.known[j]
+                })
             }),
             load_command: best.load_command,
             output_error: best.output_error,
@@ -483,11 +502,13 @@ where
         state.found.unexplained.to_f64() / self.units.position()
     }
 
-    /// The model of the last fit, moved to the sample after the window's last: a recursive
-    /// identifier that goes on from there needs not wait for a transient to die.
+    /// The last fit as it is, machine units: what a recursive identifier takes over.
     #[must_use]
-    pub fn model(&self, state: &WindowState<N, V::State, P, Q>) -> ModelState<N, V::State> {
-        state.found.model
+    pub fn found<'a>(
+        &self,
+        state: &'a WindowState<N, V::State, P, Q>,
+    ) -> &'a Found<N, V::State, P> {
+        &state.found
     }
 
     /// The estimates of the last fit in SI.
@@ -502,7 +523,7 @@ where
     /// model has not got.
     #[must_use]
     pub fn standard_errors(&self, state: &WindowState<N, V::State, P, Q>) -> ServoParameters {
-        ModelParameters::of_set::<S, P>(&state.found.deviations).to_si(&self.units)
+        ModelParameters::of_set::<S, P>(&state.found.deviations()).to_si(&self.units)
     }
 }
 

@@ -1,9 +1,10 @@
 use crate::number::Number;
 
-/// The last W samples of a loop, in storage that the caller owns.
+/// The last samples of a loop, at most W, in storage that the caller owns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Window<N, const W: usize> {
     samples: [Recorded<N>; W],
+    length: usize,
     first: usize,
     count: usize,
 }
@@ -20,10 +21,18 @@ pub struct Recorded<N> {
 }
 
 impl<N: Number, const W: usize> Window<N, W> {
-    /// No sample yet.
+    /// No sample yet, room for all W.
     #[must_use]
     pub fn empty() -> Self {
+        Self::of_length(W)
+    }
+
+    /// No sample yet, room for `length` samples, at least one and at most W: a length that is known
+    /// only when the program runs.
+    #[must_use]
+    pub fn of_length(length: usize) -> Self {
         Self {
+            length: length.clamp(1, W),
             samples: [Recorded {
                 reference: N::ZERO,
                 position: N::ZERO,
@@ -49,7 +58,13 @@ impl<N: Number, const W: usize> Window<N, W> {
     /// Whether there is no room left.
     #[must_use]
     pub fn is_full(&self) -> bool {
-        self.count == W
+        self.count == self.length
+    }
+
+    /// Forgets its samples.
+    pub fn clear(&mut self) {
+        self.first = 0;
+        self.count = 0;
     }
 
     /// Moves the origin by `moved`.
@@ -62,13 +77,21 @@ impl<N: Number, const W: usize> Window<N, W> {
 
     pub(super) fn get(&self, index: usize) -> Option<&Recorded<N>> {
         let place = self.first + index;
-        let wrapped = if place >= W { place - W } else { place };
+        let wrapped = if place >= self.length {
+            place - self.length
+        } else {
+            place
+        };
         self.samples.get(wrapped).filter(|_| index < self.count)
     }
 
     pub(super) fn push(&mut self, sample: Recorded<N>) {
         let place = self.first + self.count;
-        let wrapped = if place >= W { place - W } else { place };
+        let wrapped = if place >= self.length {
+            place - self.length
+        } else {
+            place
+        };
         if let Some(slot) = self.samples.get_mut(wrapped) {
             *slot = sample;
             self.count += 1;
@@ -76,7 +99,7 @@ impl<N: Number, const W: usize> Window<N, W> {
     }
 
     pub(super) fn drop_first(&mut self) {
-        self.first = if self.first + 1 >= W {
+        self.first = if self.first + 1 >= self.length {
             0
         } else {
             self.first + 1
