@@ -4,6 +4,7 @@
 #![deny(missing_docs)]
 
 pub mod adaptation;
+pub mod baseline;
 pub mod control;
 pub mod error;
 pub mod excitation;

@@ -67,7 +67,7 @@ where
             ..Outcome::default()
         };
         let learner: Box<dyn Learner<N, V::State>> = match &identifier.law {
-            Law::Gradient(settings) => {
+            Law::Gradient(settings) | Law::PdGradient(settings) => {
                 let law = scenario.gradient_law::<S, P>(settings, reference)?;
                 let built = GradientIdentifier::<N, V, S, P>::new(&config, &law, velocity)?;
                 outcome.gamma = Some(law.gamma.entries().iter().map(|row| row.to_vec()).collect());
@@ -102,7 +102,10 @@ where
                 outcome.gain_margin = built.gain_margin();
                 Box::new(WindowLearner::new(built, *settings))
             }
-            Law::RelayLeastSquares(_) => unreachable!("the relay has a loop of its own"),
+            Law::Baseline(baseline, settings) => {
+                outcome.bounds = None;
+                super::baseline::learner(scenario, *baseline, settings)
+            }
         };
         Ok((learner, outcome))
     }

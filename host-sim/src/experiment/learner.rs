@@ -16,12 +16,23 @@ use crate::scenario::WindowSettings;
 /// What one sample showed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Seen<N> {
-    /// Output error, machine units.
-    pub(crate) output_error: N,
+    /// Output error, machine units, for laws with a model.
+    pub(crate) output_error: Option<N>,
     /// Whether a guard shortened the law's step.
     pub(crate) slowed: bool,
     /// Whether the model had to be started again.
     pub(crate) restarted: bool,
+}
+
+impl<N: Number> Seen<N> {
+    /// What a method without a model sees.
+    pub(crate) fn nothing() -> Self {
+        Self {
+            output_error: None,
+            slowed: false,
+            restarted: false,
+        }
+    }
 }
 
 /// What the controller was given, machine units.
@@ -76,7 +87,7 @@ where
     fn process(&mut self, _: &Given<N, V::State>, real: &ControlSample<N>) -> Seen<N> {
         let seen = self.identifier.process(&mut self.state, real);
         Seen {
-            output_error: seen.output_error,
+            output_error: Some(seen.output_error),
             slowed: seen.update == GradientUpdate::Slowed,
             restarted: seen.restarted,
         }
@@ -155,7 +166,7 @@ where
             }
         }
         Seen {
-            output_error: seen.output_error,
+            output_error: Some(seen.output_error),
             slowed: false,
             restarted: seen.restarted,
         }
@@ -239,7 +250,7 @@ where
             self.fit();
         }
         Seen {
-            output_error: self.identifier.output_error(&self.state),
+            output_error: Some(self.identifier.output_error(&self.state)),
             slowed: false,
             restarted: false,
         }

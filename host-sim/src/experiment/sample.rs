@@ -17,7 +17,8 @@ pub struct Sample {
     pub command: f64,
     /// Output error ε = q − q_e, rad, for laws that have a model.
     pub output_error: Option<f64>,
-    /// The estimates; of what the law does not estimate, what its model takes for it.
+    /// The estimates; of what the law does not estimate, what its model takes for it. NaN while a
+    /// method has none.
     pub estimates: ServoParameters,
     /// Their standard errors, for laws that have them.
     pub standard_errors: Option<ServoParameters>,
@@ -42,6 +43,8 @@ pub struct Outcome {
     pub certified: bool,
     /// The gain margin of the sampled loop over that box.
     pub gain_margin: Option<f64>,
+    /// Why a method that closes its own loop has no estimates at the end, if it has none.
+    pub failure: Option<&'static str>,
     /// Why it ended early, if it did.
     pub abort: Option<Abort>,
 }

@@ -150,7 +150,9 @@ impl<N: Number> WithVelocity<N> for Passes<'_> {
                     reference: record.reference,
                     position: record.position,
                     command: real.command.to_f64(),
-                    output_error: Some(seen.output_error.to_f64() * position_unit),
+                    output_error: seen
+                        .output_error
+                        .map(|error| error.to_f64() * position_unit),
                     estimates: learner.estimates(),
                     standard_errors: learner.standard_errors(),
                 });

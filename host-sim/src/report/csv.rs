@@ -29,6 +29,13 @@ pub fn write(out: impl Write, trace: &[Sample]) -> Result<(), csv::Error> {
     let mut writer = csv::Writer::from_writer(out);
     writer.write_record(COLUMNS)?;
     for sample in trace {
+        let known = |value: f64| {
+            if value.is_finite() {
+                value.to_string()
+            } else {
+                String::new()
+            }
+        };
         let optional = |value: Option<f64>| value.map_or_else(String::new, |x| x.to_string());
         writer.write_record([
             sample.time.to_string(),
@@ -36,10 +43,10 @@ pub fn write(out: impl Write, trace: &[Sample]) -> Result<(), csv::Error> {
             sample.position.to_string(),
             sample.command.to_string(),
             optional(sample.output_error),
-            sample.estimates.a.to_string(),
-            sample.estimates.b.to_string(),
-            sample.estimates.coulomb.to_string(),
-            sample.estimates.load.to_string(),
+            known(sample.estimates.a),
+            known(sample.estimates.b),
+            known(sample.estimates.coulomb),
+            known(sample.estimates.load),
             optional(sample.standard_errors.map(|errors| errors.a)),
             optional(sample.standard_errors.map(|errors| errors.b)),
             optional(sample.standard_errors.map(|errors| errors.coulomb)),

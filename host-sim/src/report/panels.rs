@@ -55,7 +55,10 @@ fn estimate(parameter: Parameter, title: &str, summary: &Summary, trace: &[Sampl
         .iter()
         .filter_map(|s| s.standard_errors.map(half_width))
         .collect();
-    let scale = summary.estimate(parameter).map(|estimate| estimate.last);
+    let scale = summary
+        .estimate(parameter)
+        .map(|estimate| estimate.last)
+        .filter(|last| last.is_finite());
     Panel {
         title: title.to_owned(),
         axis: format!("{} [{}]", parameter.name(), unit(parameter)),
@@ -70,7 +73,10 @@ fn estimate(parameter: Parameter, title: &str, summary: &Summary, trace: &[Sampl
 /// A range that shows the estimate's course but not a start so wild that nothing else is seen.
 fn around(last: f64, trace: &[Sample], parameter: Parameter) -> Option<(f64, f64)> {
     let settled = &trace[trace.len() / 100..];
-    let values = settled.iter().map(|s| parameter.of(&s.estimates));
+    let values = settled
+        .iter()
+        .map(|s| parameter.of(&s.estimates))
+        .filter(|value| value.is_finite());
     let (low, high) = values.fold((last, last), |(low, high), value| {
         (low.min(value), high.max(value))
     });
@@ -99,6 +105,7 @@ fn curve(trace: &[Sample], value: &dyn Fn(&Sample) -> Option<f64>) -> Curve {
         points: trace
             .iter()
             .filter_map(|sample| Some((sample.time, value(sample)?)))
+            .filter(|(_, value)| value.is_finite())
             .collect(),
         band: Vec::new(),
     }

@@ -59,7 +59,7 @@ pub struct Summary {
 /// One estimate over the run.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Estimate {
-    /// At the end.
+    /// At the end; NaN, like all that follows from it, if the method then had none.
     pub last: f64,
     /// Mean over the last quarter.
     pub tail_mean: f64,
@@ -123,6 +123,9 @@ struct Tracked {
 impl Tracked {
     fn add(&mut self, value: f64, third: Option<usize>) {
         self.last = value;
+        if !value.is_finite() {
+            return;
+        }
         if let Some(third) = third {
             self.tail.add(value);
             self.thirds[third].add(value);
@@ -131,6 +134,15 @@ impl Tracked {
 
     /// The estimate, with the tolerance within which it counts as being at rest.
     fn estimate(&self, tolerance: impl Fn(f64) -> f64, std_error: Option<f64>) -> Estimate {
+        if !self.last.is_finite() {
+            return Estimate {
+                last: f64::NAN,
+                tail_mean: f64::NAN,
+                tail_std: f64::NAN,
+                to_go: f64::NAN,
+                std_error: None,
+            };
+        }
         let tail_mean = self.tail.mean().unwrap_or(self.last);
         let tail_std = self.tail.deviation().unwrap_or(0.0);
         let means = self.thirds.map(|third| third.mean().unwrap_or(self.last));
@@ -215,10 +227,12 @@ impl Summariser {
             self.error_peak = self.error_peak.max(error.abs());
         }
         if let Some(truth) = &self.truth {
-            if (sample.estimates.a - truth.a).abs() > SETTLED_A {
+            let within = |off: f64, tolerance: f64| off.abs() <= tolerance;
+            // No estimate is outside too.
+            if !within(sample.estimates.a - truth.a, SETTLED_A) {
                 self.outside_a = Some(time);
             }
-            if (sample.estimates.b - truth.b).abs() > SETTLED_B * truth.b {
+            if !within(sample.estimates.b - truth.b, SETTLED_B * truth.b) {
                 self.outside_b = Some(time);
             }
         }
@@ -309,6 +323,12 @@ fn verdict(estimates: &[Estimate; 4], scenario: &Scenario, outcome: &Outcome) ->
             Status::Aborted,
             format!("aborted after {:.3} s: {}", abort.time, abort.error),
         );
+    }
+    if estimates.iter().any(|estimate| !estimate.last.is_finite()) {
+        let why = outcome
+            .failure
+            .unwrap_or("what it found at the end cannot be a servo");
+        return (Status::NotConverged, format!("no estimate: {why}"));
     }
     let of_law = PARAMETERS
         .into_iter()

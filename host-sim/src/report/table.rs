@@ -34,10 +34,22 @@ pub fn estimates(rows: &[(&str, &Summary)]) -> String {
         };
         let (a, b) = (&summary.a, &summary.b);
         let mut row = vec![(*name).to_owned(), cell(Parameter::A, 4)];
-        row.extend(deviation(&|truth| format!("{:+.4}", a.tail_mean - truth.a)));
+        row.extend(deviation(&|truth| {
+            let off = a.tail_mean - truth.a;
+            if off.is_finite() {
+                format!("{off:+.4}")
+            } else {
+                dash()
+            }
+        }));
         row.push(cell(Parameter::B, 2));
         row.extend(deviation(&|truth| {
-            format!("{:+.3} %", 100.0 * (b.tail_mean / truth.b - 1.0))
+            let off = 100.0 * (b.tail_mean / truth.b - 1.0);
+            if off.is_finite() {
+                format!("{off:+.3} %")
+            } else {
+                dash()
+            }
         }));
         row.extend(friction.then(|| cell(Parameter::Coulomb, 3)));
         row.push(cell(Parameter::Load, 2));
@@ -66,7 +78,8 @@ fn dash() -> String {
 fn with_spread(estimate: Option<&Estimate>, digits: usize) -> String {
     /// Digits behind the point that a table has room for.
     const MOST_DIGITS: f64 = 7.0;
-    estimate.map_or_else(dash, |estimate| {
+    let known = estimate.filter(|estimate| estimate.last.is_finite());
+    known.map_or_else(dash, |estimate| {
         let Estimate {
             tail_mean,
             tail_std,

@@ -13,8 +13,9 @@ use identifier_core::units::Units;
 use super::error::Fault;
 use super::tables::{self, ExcitationKind, LawName, NumberOrRow, Tables, VelocityKind};
 use super::{
-    Arithmetic, ControllerSettings, ExcitationSettings, GradientSettings, IdentifierSettings, Law,
-    LogSettings, Purpose, RelaySettings, Scenario, VelocitySettings, WindowSettings,
+    Arithmetic, Baseline, BaselineSettings, ControllerSettings, ExcitationSettings,
+    GradientSettings, IdentifierSettings, Law, LogSettings, Purpose, Scenario, VelocitySettings,
+    WindowSettings,
 };
 
 /// Sines that a multisine and levels that a staircase may have.
@@ -63,10 +64,22 @@ pub(super) fn scenario(tables: &Tables, purpose: Purpose) -> Result<Scenario, Fa
         log: tables.log.as_ref().map(log),
     };
     // A replay knows its units and its reference only once the log is read.
-    if purpose == Purpose::Run {
-        scenario.try_parts()?;
+    match purpose {
+        Purpose::Run => {
+            let scenario = scenario.in_own_loop();
+            scenario.try_parts()?;
+            Ok(scenario)
+        }
+        Purpose::Replay if !scenario.identifier.law.is_replayable() => Err(Fault::new(
+            "identifier.law",
+            format!(
+                "\"{}\" works in a loop of its own and cannot take a log: {} can",
+                scenario.identifier.law.name(),
+                Law::REPLAYABLE
+            ),
+        )),
+        Purpose::Replay => Ok(scenario),
     }
-    Ok(scenario)
 }
 
 fn log(table: &tables::Log) -> LogSettings {
@@ -260,10 +273,8 @@ fn identifier(
             ],
         ),
         LawName::Window => ("window", &["bounds", "plant_box", "window", "fit_every"]),
-        LawName::RelayLeastSquares => (
-            "relay-least-squares",
-            &["relay", "forgetting", "filter_cutoff"],
-        ),
+        LawName::PdGradient => ("pd-gradient", &["gamma", "mu", "bounds", "plant_box"]),
+        other => other.baseline().map_or(("", &[]), |b| (b.name(), b.keys())),
     };
     let given = [
         ("gamma", table.gamma.is_some()),
@@ -277,25 +288,28 @@ fn identifier(
         ("relay", table.relay.is_some()),
         ("forgetting", table.forgetting.is_some()),
         ("filter_cutoff", table.filter_cutoff.is_some()),
+        ("relay_delay", table.relay_delay.is_some()),
+        ("proportional_gain", table.proportional_gain.is_some()),
+        ("block", table.block.is_some()),
     ];
     refuse_strangers("identifier", name, takes, &given)?;
     let parameters = parameters(table)?;
-    let law = match table.law {
-        LawName::Gradient => Law::Gradient(GradientSettings {
+    let gradient = || -> Result<GradientSettings, Fault> {
+        Ok(GradientSettings {
             gamma: table
                 .gamma
                 .as_deref()
                 .map(|entries| gamma(entries, parameters.len()))
                 .transpose()?,
             mu: table.mu,
-        }),
-        LawName::GaussNewton => Law::GaussNewton(uncertainty(table)?, window(table)?),
-        LawName::Window => Law::Window(window(table)?),
-        LawName::RelayLeastSquares => Law::RelayLeastSquares(RelaySettings {
-            relay: table.relay.unwrap_or(1.0),
-            forgetting: table.forgetting.unwrap_or(0.999),
-            filter_cutoff: table.filter_cutoff.unwrap_or(50.0),
-        }),
+        })
+    };
+    let law = match (table.law, table.law.baseline()) {
+        (_, Some(baseline)) => Law::Baseline(baseline, baseline_settings(table, baseline)?),
+        (LawName::GaussNewton, None) => Law::GaussNewton(uncertainty(table)?, window(table)?),
+        (LawName::Window, None) => Law::Window(window(table)?),
+        (LawName::PdGradient, None) => Law::PdGradient(gradient()?),
+        (_, None) => Law::Gradient(gradient()?),
     };
     let tables::Initial {
         a,
@@ -325,8 +339,10 @@ fn identifier(
 
 fn parameters(table: &tables::Identifier) -> Result<Vec<Parameter>, Fault> {
     let key = "identifier.parameters";
+    let fixed = table.law.baseline().map(Baseline::parameters);
     let Some(names) = &table.parameters else {
-        return Ok(vec![Parameter::A, Parameter::B]);
+        let default: &[Parameter] = &[Parameter::A, Parameter::B];
+        return Ok(fixed.unwrap_or(default).to_vec());
     };
     let parameters: Vec<Parameter> = names
         .iter()
@@ -344,13 +360,76 @@ fn parameters(table: &tables::Identifier) -> Result<Vec<Parameter>, Fault> {
         let name = parameters[twice].name();
         return Err(Fault::new(key, format!("\"{name}\" stands there twice")));
     }
-    if table.law == LawName::RelayLeastSquares && parameters != [Parameter::A, Parameter::B] {
+    let only = match (table.law, table.law.baseline()) {
+        (_, Some(baseline)) => Some((baseline.name(), baseline.parameters())),
+        (LawName::PdGradient, None) => Some(("pd-gradient", PD_GRADIENT)),
+        _ => None,
+    };
+    if let Some((law, own)) = only
+        && let Some(foreign) = parameters.iter().find(|parameter| !own.contains(parameter))
+    {
+        let names: Vec<_> = own
+            .iter()
+            .map(|own| format!("\"{}\"", own.name()))
+            .collect();
         return Err(Fault::new(
             key,
-            "\"relay-least-squares\" estimates [\"a\", \"b\"] and nothing else",
+            format!(
+                "\"{law}\" cannot estimate \"{}\": it estimates [{}] and nothing else",
+                foreign.name(),
+                names.join(", ")
+            ),
+        ));
+    }
+    if let Some(own) = fixed
+        && let Some(missing) = own.iter().find(|own| !parameters.contains(own))
+        && *missing != Parameter::Coulomb
+        && *missing != Parameter::Load
+    {
+        return Err(Fault::new(
+            key,
+            format!("this law always estimates \"{}\"", missing.name()),
         ));
     }
     Ok(parameters)
+}
+
+/// What the gradient's ancestor estimates: in a loop without integral a load is an error to it, and
+/// friction was none of its concern.
+const PD_GRADIENT: &[Parameter] = &[Parameter::A, Parameter::B];
+
+fn baseline_settings(
+    table: &tables::Identifier,
+    baseline: Baseline,
+) -> Result<BaselineSettings, Fault> {
+    let default = BaselineSettings::of(baseline);
+    let settings = BaselineSettings {
+        relay: table.relay.unwrap_or(default.relay),
+        relay_delay: table.relay_delay.unwrap_or(default.relay_delay),
+        forgetting: table.forgetting.unwrap_or(default.forgetting),
+        filter_cutoff: table.filter_cutoff.unwrap_or(default.filter_cutoff),
+        proportional_gain: table.proportional_gain,
+        block: table.block.unwrap_or(default.block),
+    };
+    let positive = |name, value: Option<f64>| match value {
+        Some(value) => Allowed::Above(0.0).check(name, value).map(|_| ()),
+        None => Ok(()),
+    };
+    positive("relay", Some(settings.relay))
+        .and_then(|()| {
+            Allowed::Within(0.0, 10.0)
+                .check("relay_delay", settings.relay_delay)
+                .map(|_| ())
+        })
+        .and_then(|()| {
+            Allowed::PositiveUpTo(1.0)
+                .check("forgetting", settings.forgetting)
+                .map(|_| ())
+        })
+        .and_then(|()| positive("proportional_gain", settings.proportional_gain))
+        .and_then(|()| positive("block", Some(settings.block)))
+        .map_err(under("identifier"))?;
+    Ok(settings)
 }
 
 fn uncertainty(table: &tables::Identifier) -> Result<Uncertainty, Fault> {

@@ -155,7 +155,10 @@ pub const KEYS: &[Key] = &[
     key("identifier", "a table with the law", "the Γ-gradient law"),
     key(
         "identifier.law",
-        "\"gradient\", \"gauss-newton\", \"window\" or \"relay-least-squares\"",
+        "\"gradient\", \"gauss-newton\", \"window\", \"pd-gradient\", \"relay-least-squares\", \
+         \"proportional-least-squares\", \"two-degrees-of-freedom\", \
+         \"multi-step-least-squares\", \"relay-cycle\", \"two-relays\", \"closed-loop-arx\" or \
+         \"mechanical-least-squares\"",
         "\"gradient\"",
     ),
     key(
@@ -279,18 +282,33 @@ pub const KEYS: &[Key] = &[
     key("identifier.arithmetic", "\"f32\" or \"f64\"", "\"f32\""),
     key(
         "identifier.relay",
-        "a number above 0, command units (relay-least-squares)",
+        "a number above 0, command units (laws with a relay)",
         "1",
     ),
     key(
+        "identifier.relay_delay",
+        "a number from 0 to 10, s (relay-cycle, two-relays)",
+        "0.005",
+    ),
+    key(
         "identifier.forgetting",
-        "a number above 0 and at most 1 (relay-least-squares)",
-        "0.999",
+        "a number above 0 and at most 1 (recursive least squares)",
+        "0.999 for relay-least-squares and multi-step-least-squares, 0.9999 for the others",
     ),
     key(
         "identifier.filter_cutoff",
-        "a number above 0 and below pi/sample_time, rad/s (relay-least-squares)",
+        "a number above 0 and below pi/sample_time, rad/s (least squares on filtered signals)",
         "50",
+    ),
+    key(
+        "identifier.proportional_gain",
+        "a number above 0, command units per rad (laws in a proportional loop)",
+        "a twentieth of kp",
+    ),
+    key(
+        "identifier.block",
+        "a number above 0, s: the sample time of the model (multi-step-least-squares)",
+        "0.02",
     ),
     key("run", "a table with duration", "60 s"),
     key(

@@ -5,9 +5,11 @@
 //! a step failed and what is allowed there. [`keys`] is the list of all keys, for the errors and
 //! for the help.
 
+mod baselines;
 mod build;
 mod error;
 pub mod keys;
+mod law;
 mod parts;
 mod reference;
 mod set;
@@ -16,6 +18,7 @@ pub mod tables;
 mod velocity;
 
 pub use error::ScenarioError;
+pub use law::{Baseline, BaselineSettings, Closing, GradientSettings, Law, WindowSettings};
 pub use reference::{Reference, ReferenceState};
 pub use set::{ModelSet, WithSet};
 pub use velocity::WithVelocity;
@@ -24,7 +27,7 @@ use std::path::Path;
 
 use identifier_core::control::{CommandLimit, Gains};
 use identifier_core::excitation::Tone;
-use identifier_core::identifier::{Bounds, Uncertainty};
+use identifier_core::identifier::Bounds;
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Parameter;
 use identifier_core::stability::PlantBox;
@@ -149,76 +152,6 @@ pub struct IdentifierSettings {
     pub plant_box: Option<PlantBox>,
     /// The number format of the loop.
     pub arithmetic: Arithmetic,
-}
-
-/// The adaptation law.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Law {
-    /// The Γ-gradient law (11) in the PID's loop.
-    Gradient(GradientSettings),
-    /// Recursive Gauss–Newton in the PID's loop.
-    GaussNewton(Uncertainty, WindowSettings),
-    /// Windowed Gauss–Newton in the PID's loop.
-    Window(WindowSettings),
-    /// Recursive least squares in a loop closed by a relay.
-    RelayLeastSquares(RelaySettings),
-}
-
-/// What only the Γ-gradient law needs.
-#[derive(Debug, Clone, PartialEq)]
-pub struct GradientSettings {
-    /// Γ for the parameters in the user's order; none for the automatic one.
-    pub gamma: Option<Vec<Vec<f64>>>,
-    /// μ, 1/s; none for the automatic one.
-    pub mu: Option<f64>,
-}
-
-/// How a window is kept and fitted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct WindowSettings {
-    /// Samples that it holds, at most [`WindowSettings::LONGEST`].
-    pub length: usize,
-    /// Samples from one fit to the next.
-    pub fit_every: u32,
-}
-
-impl WindowSettings {
-    /// The most samples that a window may hold.
-    pub const LONGEST: usize = 4096;
-}
-
-impl Default for WindowSettings {
-    /// Half a second at 1 kHz, fitted a hundred times a second.
-    fn default() -> Self {
-        Self {
-            length: 512,
-            fit_every: 10,
-        }
-    }
-}
-
-/// What only the relay's least squares needs.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RelaySettings {
-    /// The relay's command, ± this, command units.
-    pub relay: f64,
-    /// Forgetting factor.
-    pub forgetting: f64,
-    /// Cut-off of the filters of input and output, rad/s.
-    pub filter_cutoff: f64,
-}
-
-impl Law {
-    /// The law's name in scenarios and results.
-    #[must_use]
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Gradient(_) => "gradient",
-            Self::GaussNewton(..) => "gauss-newton",
-            Self::Window(_) => "window",
-            Self::RelayLeastSquares(_) => "relay-least-squares",
-        }
-    }
 }
 
 /// The number format that the loop is computed in.

@@ -1,10 +1,7 @@
 //! The parts of the core that a scenario describes.
 
-use identifier_core::adaptation::{
-    AutomaticGain, LeastSquares, LeastSquaresConfig, MatrixError, PositiveDefinite,
-};
+use identifier_core::adaptation::{AutomaticGain, MatrixError, PositiveDefinite};
 use identifier_core::control::{Controller, Pid};
-use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::excitation::Excitation;
 use identifier_core::identifier::{
     GaussNewtonIdentifier, GradientIdentifier, GradientLaw, IdentifierConfig, IdentifierError,
@@ -13,41 +10,22 @@ use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::number::Number;
 use identifier_core::parameters::ParameterSet;
 use identifier_core::stability::CertificateError;
-use identifier_core::units::Units;
 
 use super::error::Fault;
 use super::{
     ControllerSettings, ExcitationSettings, GradientSettings, IdentifierSettings, Law, Reference,
-    RelaySettings, Scenario, WithSet, WithVelocity,
+    Scenario, WithSet, WithVelocity,
 };
 
-/// Standard deviations of the least squares' initial [â, b̂], SI, for a filtered acceleration with
-/// noise of 1 rad/s²: so wide that the first second of data outweighs them.
-const LEAST_SQUARES_UNCERTAINTY: [f64; 2] = [100.0, 1000.0];
-
-impl RelaySettings {
-    /// The least-squares recursion for a loop with these units and initial estimates.
-    ///
-    /// # Errors
-    /// The parameter out of its range.
-    pub fn least_squares<N: Number>(
-        &self,
-        units: &Units,
-        initial: [f64; 2],
-    ) -> Result<LeastSquares<N>, OutOfRange> {
-        LeastSquares::new(
-            units,
-            &LeastSquaresConfig {
-                cutoff: self.filter_cutoff,
-                forgetting: self.forgetting,
-                initial,
-                uncertainty: LEAST_SQUARES_UNCERTAINTY,
-            },
-        )
-    }
-}
-
 impl Scenario {
+    /// The scenario with the loop that its law closes in place of the declared one, where it has one
+    /// of its own.
+    #[must_use]
+    pub fn in_own_loop(mut self) -> Self {
+        self.controller.gains = self.identifier.law.gains(&self.controller.gains);
+        self
+    }
+
     /// The controller with a velocity estimate.
     #[must_use]
     pub fn controller<N: Number, V: VelocityEstimate<N>>(&self, velocity: V) -> Controller<N, V> {
@@ -158,19 +136,15 @@ impl Scenario {
             };
             Fault::new(format!("excitation.{key}"), error)
         })?;
-        if let Law::RelayLeastSquares(settings) = &self.identifier.law {
-            let initial = [self.identifier.initial.a, self.identifier.initial.b];
-            return Allowed::Above(0.0)
-                .check("relay", settings.relay)
-                .and_then(|_| settings.least_squares::<f64>(units, initial))
-                .map(|_| ())
-                .map_err(|error| {
-                    let key = match error.parameter {
-                        "cutoff" => "filter_cutoff",
-                        other => other,
-                    };
-                    Fault::new(format!("identifier.{key}"), error)
-                });
+        if let Law::Baseline(baseline, _) = &self.identifier.law {
+            return self.try_baseline(*baseline).map_err(|error| {
+                let key = match error.parameter {
+                    "cutoff" => "filter_cutoff",
+                    "sample_time" => "block",
+                    other => other,
+                };
+                Fault::new(format!("identifier.{key}"), error)
+            });
         }
         // The filter first: choosing Γ needs it.
         let cutoff = |error| Fault::new("controller.velocity_filter.cutoff", error);
@@ -266,7 +240,9 @@ impl WithSet for Build<'_> {
             reference,
         } = self;
         let law = match &scenario.identifier.law {
-            Law::Gradient(settings) => Some(scenario.gradient_law::<S, P>(settings, reference)?),
+            Law::Gradient(settings) | Law::PdGradient(settings) => {
+                Some(scenario.gradient_law::<S, P>(settings, reference)?)
+            }
             _ => None,
         };
         let ControllerSettings {
@@ -281,7 +257,10 @@ impl WithSet for Build<'_> {
 
 /// The key that an identifier's error is best mended at.
 fn key_of(error: &IdentifierError, law: &Law) -> String {
-    let states_mu = matches!(law, Law::Gradient(GradientSettings { mu: Some(_), .. }));
+    let states_mu = matches!(
+        law,
+        Law::Gradient(settings) | Law::PdGradient(settings) if settings.mu.is_some()
+    );
     match error {
         IdentifierError::Range(error) => match error.parameter {
             "alpha_min" => "controller.kd".to_owned(),

@@ -74,8 +74,10 @@ impl Scenario {
     pub fn estimated(&self) -> Vec<Parameter> {
         let identifier = &self.identifier;
         let mut found = identifier.parameters.clone();
-        let by_integral = !matches!(identifier.law, Law::RelayLeastSquares(_))
-            && self.controller.gains.ki() > 0.0;
+        if matches!(identifier.law, Law::Baseline(..)) {
+            return found;
+        }
+        let by_integral = self.controller.gains.ki() > 0.0;
         let finds_load = by_integral || !identifier.is_frozen(Parameter::Load);
         if finds_load && !found.contains(&Parameter::Load) {
             found.push(Parameter::Load);

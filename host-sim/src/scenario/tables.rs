@@ -3,6 +3,8 @@
 use std::fmt;
 
 use serde::Deserialize;
+
+use super::Baseline;
 use serde::de::{Deserializer, Error, SeqAccess, Visitor};
 
 /// A whole file.
@@ -193,6 +195,9 @@ pub struct Identifier {
     pub relay: Option<f64>,
     pub forgetting: Option<f64>,
     pub filter_cutoff: Option<f64>,
+    pub relay_delay: Option<f64>,
+    pub proportional_gain: Option<f64>,
+    pub block: Option<f64>,
 }
 
 /// The laws.
@@ -207,7 +212,33 @@ pub enum LawName {
     Gradient,
     GaussNewton,
     Window,
+    PdGradient,
     RelayLeastSquares,
+    ProportionalLeastSquares,
+    TwoDegreesOfFreedom,
+    MultiStepLeastSquares,
+    RelayCycle,
+    TwoRelays,
+    ClosedLoopArx,
+    MechanicalLeastSquares,
+}
+
+impl LawName {
+    /// The method for comparison of that name.
+    #[must_use]
+    pub fn baseline(self) -> Option<Baseline> {
+        Some(match self {
+            Self::Gradient | Self::GaussNewton | Self::Window | Self::PdGradient => return None,
+            Self::RelayLeastSquares => Baseline::RelayLeastSquares,
+            Self::ProportionalLeastSquares => Baseline::ProportionalLeastSquares,
+            Self::TwoDegreesOfFreedom => Baseline::TwoDegreesOfFreedom,
+            Self::MultiStepLeastSquares => Baseline::MultiStepLeastSquares,
+            Self::RelayCycle => Baseline::RelayCycle,
+            Self::TwoRelays => Baseline::TwoRelays,
+            Self::ClosedLoopArx => Baseline::ClosedLoopArx,
+            Self::MechanicalLeastSquares => Baseline::MechanicalLeastSquares,
+        })
+    }
 }
 
 /// The parameters that can be estimated.

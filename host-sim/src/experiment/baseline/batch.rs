@@ -1,0 +1,69 @@
+use identifier_core::adaptation::NormalEquations;
+use identifier_core::baseline::{Filtered, StateVariableFilter};
+use identifier_core::control::{ControlSample, ControlState};
+use identifier_core::model::ServoParameters;
+use identifier_core::number::Number;
+use identifier_core::units::Units;
+
+use super::NO_ESTIMATE;
+use crate::experiment::build::CHECKED;
+use crate::experiment::learner::{Given, Learner, Seen};
+use crate::scenario::BaselineSettings;
+
+/// Off-line least squares of q̈_f = −a q̇_f + b u_f over all samples so far, in double precision:
+/// what Adam and Guestrin do after an experiment in a proportional loop of low gain
+/// ("Identification and robust control for an experimental servomotor", ISA Transactions 41(2),
+/// 2002).
+pub(super) struct BatchLeastSquares {
+    units: Units,
+    filter: StateVariableFilter<f64>,
+    command: f64,
+    motion: Filtered<f64>,
+    drive: Filtered<f64>,
+    equations: NormalEquations<f64, 2>,
+}
+
+impl BatchLeastSquares {
+    pub(super) fn new(units: &Units, settings: &BaselineSettings) -> Self {
+        Self {
+            units: *units,
+            filter: StateVariableFilter::new(units, settings.filter_cutoff).expect(CHECKED),
+            command: 0.0,
+            motion: Filtered::AT_REST,
+            drive: Filtered::AT_REST,
+            equations: NormalEquations::empty(),
+        }
+    }
+}
+
+impl<N: Number, F> Learner<N, F> for BatchLeastSquares {
+    fn process(&mut self, _: &Given<N, F>, real: &ControlSample<N>) -> Seen<N> {
+        self.filter
+            .process(&mut self.motion, real.increment.to_f64());
+        self.filter.process(&mut self.drive, self.command);
+        self.equations
+            .add(&[-self.motion.value, self.drive.value], self.motion.rate);
+        self.command = (real.command + real.injection).to_f64();
+        Seen::nothing()
+    }
+
+    fn estimates(&self) -> ServoParameters {
+        let [x, gain] = self.equations.solve(0.0, &[true; 2]);
+        if gain > 0.0 {
+            ServoParameters {
+                a: x / self.units.rate(),
+                b: gain / self.units.acceleration(),
+                coulomb: 0.0,
+                load: 0.0,
+            }
+        } else {
+            NO_ESTIMATE
+        }
+    }
+
+    fn standard_errors(&self) -> Option<ServoParameters> {
+        None
+    }
+
+    fn join(&mut self, _: &ControlState<N, F>) {}
+}

@@ -1,0 +1,286 @@
+//! The laws: what each needs, what it finds and what closes its loop.
+
+use identifier_core::control::Gains;
+use identifier_core::identifier::Uncertainty;
+use identifier_core::parameters::Parameter;
+
+/// What identifies the servo.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Law {
+    /// The Γ-gradient law (11) in the PID's loop.
+    Gradient(GradientSettings),
+    /// Recursive Gauss–Newton in the PID's loop.
+    GaussNewton(Uncertainty, WindowSettings),
+    /// Windowed Gauss–Newton in the PID's loop.
+    Window(WindowSettings),
+    /// The gradient's ancestor, in the loop of a PD controller.
+    PdGradient(GradientSettings),
+    /// A method that is there for comparison.
+    Baseline(Baseline, BaselineSettings),
+}
+
+/// What only the Γ-gradient law needs.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct GradientSettings {
+    /// Γ for the parameters in the user's order; none for the automatic one.
+    pub gamma: Option<Vec<Vec<f64>>>,
+    /// μ, 1/s; none for the automatic one.
+    pub mu: Option<f64>,
+}
+
+/// How a window is kept and fitted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct WindowSettings {
+    /// Samples that it holds, at most [`WindowSettings::LONGEST`].
+    pub length: usize,
+    /// Samples from one fit to the next.
+    pub fit_every: u32,
+}
+
+impl WindowSettings {
+    /// The most samples that a window may hold.
+    pub const LONGEST: usize = 4096;
+}
+
+impl Default for WindowSettings {
+    /// Half a second at 1 kHz, fitted a hundred times a second.
+    fn default() -> Self {
+        Self {
+            length: 512,
+            fit_every: 10,
+        }
+    }
+}
+
+/// The methods that the paper stands beside.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Baseline {
+    /// Recursive least squares on filtered signals in the loop of a relay.
+    RelayLeastSquares,
+    /// Off-line least squares in the loop of a proportional controller of low gain.
+    ProportionalLeastSquares,
+    /// Two degrees of freedom tuned from the rotor's inertia, off-line least squares, tuned again.
+    TwoDegreesOfFreedom,
+    /// Multi-step recursive extended least squares in a proportional loop.
+    MultiStepLeastSquares,
+    /// The limit cycle of a relay with delay.
+    RelayCycle,
+    /// The limit cycles of two relays.
+    TwoRelays,
+    /// Closed-loop ARX by recursive least squares.
+    ClosedLoopArx,
+    /// Mechanical recursive least squares on differentiated position.
+    MechanicalLeastSquares,
+}
+
+/// What the baselines need; each takes its own part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BaselineSettings {
+    /// The relay's command, ± this, command units.
+    pub relay: f64,
+    /// The relay's delay, s.
+    pub relay_delay: f64,
+    /// Forgetting factor.
+    pub forgetting: f64,
+    /// Cut-off of the filters of input and output, rad/s.
+    pub filter_cutoff: f64,
+    /// Gain of the proportional loop, command units per rad; none for a twentieth of kp.
+    pub proportional_gain: Option<f64>,
+    /// Time over which a discrete-time model takes one of its samples, s.
+    pub block: f64,
+}
+
+impl BaselineSettings {
+    /// The part of k_p that counts as a low gain where none is given.
+    const LOW: f64 = 0.05;
+
+    /// What a baseline takes where nothing is stated; the same for every servo and case.
+    #[must_use]
+    pub fn of(baseline: Baseline) -> Self {
+        Self {
+            relay: 1.0,
+            relay_delay: 0.005,
+            forgetting: match baseline {
+                // One second at 1 kHz, the paper's.
+                Baseline::RelayLeastSquares => 0.999,
+                // Twenty seconds of blocks.
+                Baseline::MultiStepLeastSquares => 0.999,
+                // Ten seconds at 1 kHz.
+                _ => 0.9999,
+            },
+            filter_cutoff: 50.0,
+            proportional_gain: None,
+            block: 0.02,
+        }
+    }
+}
+
+/// What closes the loop in which a law works.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Closing {
+    /// The scenario's PID.
+    Pid,
+    /// The scenario's PID without its integral.
+    Pd,
+    /// A proportional controller of low gain.
+    Proportional,
+    /// A controller with two degrees of freedom of the method's own.
+    TwoDegreesOfFreedom,
+    /// A relay.
+    Relay,
+}
+
+impl Baseline {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::RelayLeastSquares,
+        Self::ProportionalLeastSquares,
+        Self::TwoDegreesOfFreedom,
+        Self::MultiStepLeastSquares,
+        Self::RelayCycle,
+        Self::TwoRelays,
+        Self::ClosedLoopArx,
+        Self::MechanicalLeastSquares,
+    ];
+
+    /// The name in scenarios and results.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::RelayLeastSquares => "relay-least-squares",
+            Self::ProportionalLeastSquares => "proportional-least-squares",
+            Self::TwoDegreesOfFreedom => "two-degrees-of-freedom",
+            Self::MultiStepLeastSquares => "multi-step-least-squares",
+            Self::RelayCycle => "relay-cycle",
+            Self::TwoRelays => "two-relays",
+            Self::ClosedLoopArx => "closed-loop-arx",
+            Self::MechanicalLeastSquares => "mechanical-least-squares",
+        }
+    }
+
+    /// What it finds.
+    #[must_use]
+    pub fn parameters(self) -> &'static [Parameter] {
+        use Parameter::{A, B, Coulomb, Load};
+        match self {
+            Self::RelayLeastSquares
+            | Self::ProportionalLeastSquares
+            | Self::MultiStepLeastSquares
+            | Self::ClosedLoopArx => &[A, B],
+            Self::TwoDegreesOfFreedom | Self::RelayCycle | Self::TwoRelays => &[A, B, Coulomb],
+            Self::MechanicalLeastSquares => &[A, B, Load],
+        }
+    }
+
+    /// What closes its loop.
+    #[must_use]
+    pub fn closing(self) -> Closing {
+        match self {
+            Self::RelayLeastSquares | Self::RelayCycle | Self::TwoRelays => Closing::Relay,
+            Self::ProportionalLeastSquares | Self::MultiStepLeastSquares => Closing::Proportional,
+            Self::TwoDegreesOfFreedom => Closing::TwoDegreesOfFreedom,
+            Self::ClosedLoopArx | Self::MechanicalLeastSquares => Closing::Pid,
+        }
+    }
+
+    /// The keys of `[identifier]` that it takes.
+    #[must_use]
+    pub fn keys(self) -> &'static [&'static str] {
+        match self {
+            Self::RelayLeastSquares => &["relay", "forgetting", "filter_cutoff"],
+            Self::ProportionalLeastSquares => &["proportional_gain", "filter_cutoff"],
+            Self::TwoDegreesOfFreedom => &["filter_cutoff"],
+            Self::MultiStepLeastSquares => &["proportional_gain", "forgetting", "block"],
+            Self::RelayCycle | Self::TwoRelays => &["relay", "relay_delay"],
+            Self::ClosedLoopArx | Self::MechanicalLeastSquares => &["forgetting", "filter_cutoff"],
+        }
+    }
+}
+
+impl Law {
+    /// The names of the laws that a recorded log can be replayed with.
+    pub const REPLAYABLE: &'static str = "\"gradient\", \"gauss-newton\", \"window\", \
+        \"closed-loop-arx\", \"mechanical-least-squares\", \"proportional-least-squares\" and \
+        \"multi-step-least-squares\"";
+
+    /// The law's name in scenarios and results.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Gradient(_) => "gradient",
+            Self::GaussNewton(..) => "gauss-newton",
+            Self::Window(_) => "window",
+            Self::PdGradient(_) => "pd-gradient",
+            Self::Baseline(baseline, _) => baseline.name(),
+        }
+    }
+
+    /// What closes its loop.
+    #[must_use]
+    pub fn closing(&self) -> Closing {
+        match self {
+            Self::Gradient(_) | Self::GaussNewton(..) | Self::Window(_) => Closing::Pid,
+            Self::PdGradient(_) => Closing::Pd,
+            Self::Baseline(baseline, _) => baseline.closing(),
+        }
+    }
+
+    /// Whether it can take a log that some other controller recorded.
+    #[must_use]
+    pub fn is_replayable(&self) -> bool {
+        matches!(self.closing(), Closing::Pid | Closing::Proportional)
+    }
+
+    /// The gains of the loop that the law closes, from those of the scenario's controller.
+    pub(super) fn gains(&self, declared: &Gains) -> Gains {
+        let own = match (self.closing(), self) {
+            (Closing::Pd, _) => Gains::new(declared.kp(), declared.kd(), 0.0),
+            (Closing::Proportional, Self::Baseline(_, settings)) => {
+                let low = BaselineSettings::LOW * declared.kp();
+                Gains::new(settings.proportional_gain.unwrap_or(low), 0.0, 0.0)
+            }
+            _ => return *declared,
+        };
+        own.unwrap_or(*declared)
+    }
+
+    /// What a user must know beforehand, for a table.
+    #[must_use]
+    pub fn prior(&self) -> &'static str {
+        match self {
+            Self::Gradient(_) => "box of a and b, gains of the PID",
+            Self::GaussNewton(..) | Self::Window(_) => "b within a factor of ten, gains of the PID",
+            Self::PdGradient(_) => "box of a and b, gains of the PD",
+            Self::Baseline(baseline, _) => match baseline {
+                Baseline::RelayLeastSquares => "a safe relay, bandwidth",
+                Baseline::ProportionalLeastSquares => "a safe low gain, bandwidth",
+                Baseline::TwoDegreesOfFreedom => "b without the load's inertia, bandwidth",
+                Baseline::MultiStepLeastSquares => "a safe low gain, a sample time for the model",
+                Baseline::RelayCycle => "a safe relay and delay",
+                Baseline::TwoRelays => "two safe relays and a delay",
+                Baseline::ClosedLoopArx => "a controller, bandwidth",
+                Baseline::MechanicalLeastSquares => "a controller, bandwidth, order of b",
+            },
+        }
+    }
+
+    /// Where the method is from: a number is the paper's reference.
+    #[must_use]
+    pub fn source(&self) -> &'static str {
+        match self {
+            Self::Gradient(_) => "the paper",
+            Self::GaussNewton(..) | Self::Window(_) => "this project",
+            Self::PdGradient(_) => "[7]",
+            Self::Baseline(baseline, _) => match baseline {
+                Baseline::RelayLeastSquares => "[2], [14]",
+                Baseline::ProportionalLeastSquares => "[4]",
+                Baseline::TwoDegreesOfFreedom => "[5]",
+                Baseline::MultiStepLeastSquares => "[6]",
+                Baseline::RelayCycle => "[8]",
+                Baseline::TwoRelays => "[9]",
+                Baseline::ClosedLoopArx => "flight controllers",
+                Baseline::MechanicalLeastSquares => "motor-control firmware",
+            },
+        }
+    }
+}

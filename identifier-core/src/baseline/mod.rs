@@ -1,0 +1,81 @@
+//! The methods that the paper stands beside, for comparison: what a drive could run instead.
+//!
+//! | estimator | idea | loop it is published with | assumes |
+//! |---|---|---|---|
+//! | [`FilteredLeastSquares`] | recursive least squares on filtered input and output, (2) with d = 0 | a relay (the paper's rival, its references 2 and 14) | no load, no friction |
+//! | [`ClosedLoopArx`] | recursive ARX of the velocity on band-passed signals, as flight controllers identify themselves | any controller | a load that is constant (the band-pass drops it), no friction, a fine encoder |
+//! | [`MechanicalLeastSquares`] | command = inertia · acceleration + viscous · velocity + offset, as motor-control firmware does it | any controller | no friction, a fine encoder |
+//! | [`MultiStepLeastSquares`] | recursive extended least squares of a discrete-time model, several steps a sample (the paper's reference 6) | a proportional controller of low gain | no load, no friction |
+//! | [`RelayCycle`] | a relay with delay; the balance of one limit cycle gives model and friction (its reference 8) | its own | the cycle becomes steady |
+//! | [`TwoRelays`] | the limit cycles of two relays tell viscous from Coulomb friction (its reference 9) | its own | both cycles become steady |
+//!
+//! The [`DirectEstimator`]s need to know nothing of the controller, only what the servo was given
+//! and did; so they take recorded logs too. Each gives no estimate rather than one that cannot be
+//! (a pole outside the unit circle, a negative inertia).
+
+mod arx;
+mod filtered;
+mod limit_cycle;
+mod mechanical;
+mod multi_step;
+mod recursion;
+mod relay;
+mod state_variable_filter;
+
+pub use arx::{ClosedLoopArx, ClosedLoopArxState};
+pub use filtered::{FilteredLeastSquares, FilteredLeastSquaresState};
+pub use limit_cycle::{LimitCycle, LimitCycleState};
+pub use mechanical::{MechanicalLeastSquares, MechanicalLeastSquaresState};
+pub use multi_step::{MultiStepLeastSquares, MultiStepLeastSquaresState};
+pub use recursion::RecursionState;
+pub use relay::{Relay, RelayCycle, RelayCycleState, RelayState, TwoRelays, TwoRelaysState};
+pub use state_variable_filter::{Filtered, StateVariableFilter};
+
+use crate::model::ServoParameters;
+use crate::number::Number;
+use crate::parameters::Parameter;
+
+/// A direct method: it needs what the servo was given and did, not what closed the loop.
+pub trait DirectEstimator<N: Number> {
+    /// What it remembers between samples.
+    type State: Copy + core::fmt::Debug;
+
+    /// What it estimates.
+    const PARAMETERS: &'static [Parameter];
+
+    /// The state before the first sample.
+    fn start(&self) -> Self::State;
+
+    /// One sample: by how much the measured position moved since the last (machine units), and the
+    /// command that is held from now on.
+    fn process(&self, state: &mut Self::State, increment: N, command: N);
+
+    /// The estimates, SI, zero for what it does not estimate; none while they cannot be those of a
+    /// servo.
+    fn estimates(&self, state: &Self::State) -> Option<ServoParameters>;
+}
+
+/// What the recursive least squares of this room are built from, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LeastSquaresConfig {
+    /// Cut-off λ of the filters, rad/s: above the motion's frequencies, well below Nyquist.
+    pub cutoff: f64,
+    /// Forgetting factor, above 0 and at most 1. Its memory is T/(1 − factor) seconds.
+    pub forgetting: f64,
+    /// Initial â, 1/s.
+    pub a: f64,
+    /// Initial b̂, rad/s² per command unit; above zero.
+    pub b: f64,
+}
+
+/// The estimates, where they can be those of a servo: finite, and b above zero.
+fn plausible(servo: ServoParameters) -> Option<ServoParameters> {
+    let ServoParameters {
+        a,
+        b,
+        coulomb,
+        load,
+    } = servo;
+    let finite = [a, b, coulomb, load].iter().all(|x| x.is_finite());
+    (finite && b > 0.0).then_some(servo)
+}
