@@ -1,9 +1,11 @@
 //! The simulator of the servo identifier.
 
 pub mod cli;
+pub mod compare;
 pub mod experiment;
 pub mod paper;
 pub mod replay;
 pub mod report;
 pub mod scenario;
 pub mod servo;
+pub mod sweep;

@@ -393,3 +393,106 @@ fn help_lists_every_key() {
         assert!(text.contains(key.path), "{}", key.path);
     }
 }
+
+#[test]
+fn compare_shows_every_method_in_every_case() {
+    let folder = folder("compare");
+    let text = include_str!("../scenarios/compare.toml").replace("60.0", "2.0");
+    let scenario = scenario(&folder, &text);
+    let (picture, json) = (folder.join("compare.png"), folder.join("compare.json"));
+    let [picture_name, json_name] = [&picture, &json].map(|path| path.display().to_string());
+    let output = host_sim(&[
+        "compare",
+        &scenario,
+        "--plot",
+        &picture_name,
+        "--json",
+        &json_name,
+    ]);
+    assert!(output.status.success(), "{}", standard_error(&output));
+    let shown = String::from_utf8_lossy(&output.stdout);
+    for case in [
+        "as it should be",
+        "load",
+        "friction",
+        "coarse encoder",
+        "all together",
+    ] {
+        assert!(shown.contains(case), "{shown}");
+    }
+    let png = std::fs::read(&picture).expect("the picture is there");
+    assert!(png.starts_with(b"\x89PNG"));
+    let text = std::fs::read_to_string(&json).expect("the result is there");
+    let document: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let cases = document["cases"].as_array().expect("cases");
+    assert_eq!(cases.len(), 6);
+    assert!(
+        cases
+            .iter()
+            .all(|case| case["methods"].as_array().is_some_and(|m| m.len() == 12))
+    );
+    // Two seconds are too short for a limit cycle: null, not a number.
+    let cycle = &cases[0]["methods"][9];
+    assert_eq!(cycle["law"], "two-relays");
+    assert!(cycle["error_a"].is_null() && cycle["status"] == "not-converged");
+}
+
+#[test]
+fn sweep_gives_the_same_for_any_number_of_threads() {
+    let folder = folder("sweep");
+    let scenario = scenario(&folder, &PROPOSED.replace("60.0", "1.0"));
+    let run = |threads: &str| {
+        let rows = folder.join(format!("{threads}.csv"));
+        let name = rows.display().to_string();
+        let output = host_sim(&[
+            "sweep",
+            &scenario,
+            "--runs",
+            "20",
+            "--seed",
+            "5",
+            "--json",
+            "-",
+            "--threads",
+            threads,
+            "--csv",
+            &name,
+        ]);
+        assert!(output.status.success(), "{}", standard_error(&output));
+        (
+            output.stdout,
+            std::fs::read(rows).expect("the rows are there"),
+        )
+    };
+    let one = run("1");
+    assert_eq!(one, run("3"));
+    let document: serde_json::Value = serde_json::from_slice(&one.0).expect("JSON");
+    assert_eq!(document["runs"], 20);
+    assert_eq!(String::from_utf8_lossy(&one.1).lines().count(), 21);
+}
+
+#[test]
+fn a_method_asked_for_what_it_cannot_do_says_what_it_can() {
+    let text = PROPOSED
+        .replace(
+            "law = \"gradient\"\ngamma = [0.2, 110.0]\nmu = 10.0\n",
+            "law = \"relay-cycle\"\n",
+        )
+        .replace(
+            "parameters = [\"a\", \"b\"]",
+            "parameters = [\"a\", \"b\", \"load\"]",
+        );
+    let text: String = text
+        .lines()
+        .filter(|line| !line.starts_with("bounds") && !line.starts_with("plant_box"))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let answer = refusal("relay-load", &text);
+    assert!(answer.contains("identifier.parameters"), "{answer}");
+    assert!(
+        answer.contains(
+            "\"relay-cycle\" cannot estimate \"load\": it estimates [\"a\", \"b\", \"coulomb\"]"
+        ),
+        "{answer}"
+    );
+}

@@ -275,3 +275,32 @@ fn a_pass_over_a_short_log_does_not_run_into_the_next() {
     let b = result["estimates"]["b"]["final"].as_f64().expect("number");
     assert!((b / 257.7 - 1.0).abs() < 0.02, "{result}");
 }
+
+#[test]
+fn direct_methods_take_a_log_and_methods_with_a_loop_of_their_own_refuse_it() {
+    let with = |law: &str, parameters: &str| {
+        scenario()
+            .replace("gauss-newton", law)
+            .replace("[\"a\", \"b\", \"coulomb\", \"load\"]", parameters)
+    };
+    let log = lines().join("\n") + "\n";
+    for (law, parameters) in [
+        ("closed-loop-arx", "[\"a\", \"b\"]"),
+        ("mechanical-least-squares", "[\"a\", \"b\", \"load\"]"),
+        ("proportional-least-squares", "[\"a\", \"b\"]"),
+    ] {
+        let result = result(&replay_text(law, &log, &with(law, parameters)));
+        let b = result["estimates"]["b"]["final"].as_f64().expect("number");
+        // The log's servo has friction, of which these know nothing.
+        assert!((b / 257.7 - 1.0).abs() < 0.1, "{law}: {result}");
+        assert!(result["output_error"].is_null() && result["residual"].is_null());
+    }
+    for law in ["relay-cycle", "two-degrees-of-freedom", "pd-gradient"] {
+        let parameters = "[\"a\", \"b\"]";
+        let output = replay_text(law, &log, &with(law, parameters));
+        let answer = standard_error(&output);
+        assert_eq!(output.status.code(), Some(2), "{answer}");
+        assert!(answer.contains("cannot take a log"), "{answer}");
+        assert!(answer.contains("\"closed-loop-arx\""), "{answer}");
+    }
+}

@@ -9,11 +9,13 @@ macro_rules! say {
     }};
 }
 
+mod compare;
 mod fault;
 mod output;
 mod paper;
 mod replay;
 mod run;
+mod sweep;
 
 use std::process::ExitCode;
 
@@ -37,6 +39,10 @@ enum Verb {
     Run(run::Arguments),
     /// Identify from a recorded log with a declared controller.
     Replay(replay::Arguments),
+    /// Run every method on the same servo, in cases that each break one assumption.
+    Compare(compare::Arguments),
+    /// Run many random servos: the distribution of the errors.
+    Sweep(sweep::Arguments),
 }
 
 /// Parses the command line, does what it says and answers with the exit status.
@@ -49,6 +55,8 @@ pub fn main() -> ExitCode {
         Verb::Paper(arguments) => paper::run(&arguments),
         Verb::Run(arguments) => run::run(&arguments),
         Verb::Replay(arguments) => replay::run(&arguments),
+        Verb::Compare(arguments) => compare::run(&arguments),
+        Verb::Sweep(arguments) => sweep::run(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -40,9 +40,7 @@ impl Outputs {
 
     /// Whether standard output belongs to the JSON result alone.
     pub(super) fn is_quiet(&self) -> bool {
-        self.json
-            .as_ref()
-            .is_some_and(|path| path.as_os_str() == STANDARD_OUTPUT)
+        is_standard_output(self.json.as_deref())
     }
 
     /// Writes what was asked for.
@@ -59,15 +57,24 @@ impl Outputs {
             plot::write(path, "", 2, &panels::experiment(summary, trace))?;
         }
         if let Some(path) = &self.json {
-            let document = Document::new(summary, residual);
-            if self.is_quiet() {
-                let text = text(path, &document)?;
-                writeln!(io::stdout(), "{text}").map_err(|error| Fault::unwritable(path, error))?;
-            } else {
-                json(path, &document)?;
-            }
+            document(path, &Document::new(summary, residual))?;
         }
         Ok(())
+    }
+}
+
+/// Whether a result goes to standard output, which then belongs to it alone.
+pub(super) fn is_standard_output(path: Option<&Path>) -> bool {
+    path.is_some_and(|path| path.as_os_str() == STANDARD_OUTPUT)
+}
+
+/// Writes a document as JSON to a file or to standard output.
+pub(super) fn document(path: &Path, document: &impl Serialize) -> Result<(), Fault> {
+    if is_standard_output(Some(path)) {
+        let text = text(path, document)?;
+        writeln!(io::stdout(), "{text}").map_err(|error| Fault::unwritable(path, error))
+    } else {
+        json(path, document)
     }
 }
 

@@ -108,6 +108,8 @@ fn draw(path: &Path, runs: &[Run; 4]) -> Result<(), Fault> {
         let panel =
             |number, what: &str, axis: &str, nominal, range, value: fn(&Sample) -> f64| Panel {
                 title: format!("({number}) {what}, {method}, {case}"),
+                abscissa: plot::TIME.to_owned(),
+                logarithmic: false,
                 axis: axis.to_owned(),
                 curves: vec![Curve {
                     name: None,

@@ -54,9 +54,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     })
     .map_err(|error| Fault::Input(format!("{}: {error}", arguments.log.display())))?;
     let summary = summariser.finish(&scenario, replayed.outcome);
-    let residual = residual::Report::new(&scenario, &summary, &trace);
+    let residual = summary
+        .output_error
+        .map(|_| residual::Report::new(&scenario, &summary, &trace));
 
-    arguments.outputs.write(&summary, &trace, Some(&residual))?;
+    arguments
+        .outputs
+        .write(&summary, &trace, residual.as_ref())?;
     if !arguments.outputs.is_quiet() {
         if let Some(agreement) = replayed.agreement {
             say!("{agreement}");
@@ -69,7 +73,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         }
         say!("{}", table::estimates(&[(summary.law, &summary)]));
         say!("{}: {}", summary.status.name(), summary.reason);
-        say!("{residual}");
+        if let Some(residual) = residual {
+            say!("{residual}");
+        }
     }
     match summary.status {
         Status::Aborted => Err(Fault::Other(summary.reason)),

@@ -4,10 +4,12 @@ mod baseline;
 mod build;
 mod closed_loop;
 mod learner;
+mod operations;
 mod sample;
 
 pub(crate) use build::learner;
 pub(crate) use learner::Given;
+pub use operations::operations;
 pub use sample::{Abort, Outcome, Sample};
 
 use crate::scenario::{Closing, Law, Scenario};

@@ -1,6 +1,8 @@
 //! What is shown of an experiment: summary, table, CSV and pictures.
 
+pub mod comparison;
 pub mod csv;
+pub mod distribution;
 pub mod json;
 pub mod panels;
 pub mod plot;

@@ -3,7 +3,7 @@
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Parameter;
 
-use super::plot::{Curve, Panel};
+use super::plot::{self, Curve, Panel};
 use super::{Summary, unit};
 use crate::experiment::Sample;
 
@@ -61,6 +61,8 @@ fn estimate(parameter: Parameter, title: &str, summary: &Summary, trace: &[Sampl
         .filter(|last| last.is_finite());
     Panel {
         title: title.to_owned(),
+        abscissa: plot::TIME.to_owned(),
+        logarithmic: false,
         axis: format!("{} [{}]", parameter.name(), unit(parameter)),
         curves: vec![curve],
         nominal: summary
@@ -92,6 +94,8 @@ fn signal(
 ) -> Panel {
     Panel {
         title: title.to_owned(),
+        abscissa: plot::TIME.to_owned(),
+        logarithmic: false,
         axis: axis.to_owned(),
         curves: vec![curve(trace, &value)],
         nominal: None,

@@ -4,18 +4,26 @@ use std::path::Path;
 
 use kuva::backend::png::PngBackend;
 use kuva::backend::svg::SvgBackend;
-use kuva::plot::{LegendPosition, LinePlot};
+use kuva::plot::{Heatmap, LegendPosition, LinePlot};
 use kuva::render::figure::Figure;
 use kuva::render::layout::Layout;
 use kuva::render::plots::Plot;
+use kuva::render::render::Scene;
 
-/// One panel: a line over time, perhaps with a line to compare it to.
+/// The horizontal axis of what happens over time.
+pub const TIME: &str = "time [s]";
+
+/// One panel: curves, perhaps with a line to compare them to.
 #[derive(Debug, Clone)]
 pub struct Panel {
     /// Its title.
     pub title: String,
+    /// Name and unit of the horizontal axis.
+    pub abscissa: String,
     /// Name and unit of the vertical axis.
     pub axis: String,
+    /// Whether the vertical axis is logarithmic.
+    pub logarithmic: bool,
     /// The curves, the first in front.
     pub curves: Vec<Curve>,
     /// A constant to compare with: its name and value.
@@ -24,12 +32,12 @@ pub struct Panel {
     pub range: Option<(f64, f64)>,
 }
 
-/// A line over time.
+/// A line.
 #[derive(Debug, Clone)]
 pub struct Curve {
     /// Its name in the legend; none where the panel has only this one.
     pub name: Option<String>,
-    /// Time (s) and value.
+    /// Places, from zero up, and values.
     pub points: Vec<(f64, f64)>,
     /// Half-width of the confidence band at each point; empty for none.
     pub band: Vec<f64>,
@@ -64,6 +72,9 @@ const MOST_POINTS: usize = 1500;
 /// Size of a panel, pixels before scaling.
 const PANEL: (f64, f64) = (560.0, 250.0);
 
+/// Size of a grid, likewise.
+const GRID: (f64, f64) = (760.0, 480.0);
+
 /// Scale of a PNG against the size of its panels.
 const PNG_SCALE: f32 = 1.5;
 
@@ -97,14 +108,71 @@ pub fn write(path: &Path, title: &str, columns: usize, panels: &[Panel]) -> Resu
         .with_title(title)
         .with_cell_size(PANEL.0, PANEL.1)
         .render();
+    save(path, &scene)
+}
+
+/// A table of values as colours.
+#[derive(Debug, Clone)]
+pub struct Grid {
+    /// Its title.
+    pub title: String,
+    /// Names of the rows, from the top.
+    pub rows: Vec<String>,
+    /// Names of the columns.
+    pub columns: Vec<String>,
+    /// The values, row by row.
+    pub values: Vec<Vec<f64>>,
+}
+
+/// Writes grids side by side as one picture.
+///
+/// # Errors
+/// See [`PlotError`].
+pub fn write_grids(path: &Path, grids: &[Grid]) -> Result<(), PlotError> {
+    check_format(path)?;
+    let (plots, layouts): (Vec<_>, Vec<_>) = grids
+        .iter()
+        .map(|grid| {
+            // The lowest row is the first to be drawn.
+            let upwards: Vec<String> = grid.rows.iter().rev().cloned().collect();
+            // One digit is what the eye can take in of a colour.
+            let rounded = grid.values.iter().rev().map(|row| {
+                row.iter()
+                    .map(|value| (value * 10.0).round() / 10.0 + 0.0)
+                    .collect()
+            });
+            let heatmap = Heatmap::new()
+                .with_data::<f64, Vec<f64>, _>(rounded)
+                .with_values()
+                .with_labels(upwards.clone(), grid.columns.clone());
+            let plots = vec![Plot::Heatmap(heatmap)];
+            let layout = Layout::auto_from_plots(&plots)
+                .with_title(grid.title.clone())
+                .with_x_categories(grid.columns.clone())
+                .with_y_categories(upwards)
+                .with_x_tick_rotate(-30.0)
+                .with_title_size(13)
+                .with_tick_size(11);
+            (plots, layout)
+        })
+        .unzip();
+    let scene = Figure::new(1, grids.len())
+        .with_plots(plots)
+        .with_layouts(layouts)
+        .with_cell_size(GRID.0, GRID.1)
+        .render();
+    save(path, &scene)
+}
+
+fn save(path: &Path, scene: &Scene) -> Result<(), PlotError> {
     let bytes = match extension(path) {
         "png" => PngBackend::new()
             .with_scale(PNG_SCALE)
-            .render_scene(&scene)
+            .render_scene(scene)
             .map_err(PlotError::Drawing)?,
         _ => SvgBackend::new()
             .with_embedded_font(true)
-            .render_scene(&scene)
+            .render_scene(scene)
             .into_bytes(),
     };
     std::fs::write(path, bytes).map_err(PlotError::File)
@@ -165,7 +233,7 @@ fn draw(panel: &Panel) -> (Vec<Plot>, Layout) {
     }
     let mut layout = Layout::auto_from_plots(&plots)
         .with_title(panel.title.clone())
-        .with_x_label("time [s]")
+        .with_x_label(panel.abscissa.clone())
         .with_y_label(panel.axis.clone())
         .with_x_axis_min(0.0)
         .with_x_axis_max(end)
@@ -173,6 +241,9 @@ fn draw(panel: &Panel) -> (Vec<Plot>, Layout) {
         .with_label_size(12)
         .with_tick_size(11)
         .with_legend_position(LegendPosition::InsideTopRight);
+    if panel.logarithmic {
+        layout = layout.with_log_y();
+    }
     if let Some((low, high)) = panel.range {
         layout = layout.with_y_axis_min(low).with_y_axis_max(high);
     }

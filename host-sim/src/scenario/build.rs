@@ -13,9 +13,9 @@ use identifier_core::units::Units;
 use super::error::Fault;
 use super::tables::{self, ExcitationKind, LawName, NumberOrRow, Tables, VelocityKind};
 use super::{
-    Arithmetic, Baseline, BaselineSettings, ControllerSettings, ExcitationSettings,
-    GradientSettings, IdentifierSettings, Law, LogSettings, Purpose, Scenario, VelocitySettings,
-    WindowSettings,
+    Arithmetic, Baseline, BaselineSettings, CompareSettings, ControllerSettings,
+    ExcitationSettings, GradientSettings, IdentifierSettings, Law, LogSettings, Purpose, Scenario,
+    VelocitySettings, WindowSettings,
 };
 
 /// Sines that a multisine and levels that a staircase may have.
@@ -62,6 +62,7 @@ pub(super) fn scenario(tables: &Tables, purpose: Purpose) -> Result<Scenario, Fa
         identifier: identifier(&tables.identifier, sample_time, command)?,
         duration,
         log: tables.log.as_ref().map(log),
+        compare: compare(&tables.compare)?,
     };
     // A replay knows its units and its reference only once the log is read.
     match purpose {
@@ -91,6 +92,32 @@ fn log(table: &tables::Log) -> LogSettings {
         injection: table.injection.clone(),
         bridge: table.bridge_gaps,
     }
+}
+
+fn compare(table: &tables::Compare) -> Result<CompareSettings, Fault> {
+    /// Counts of an encoder that counts as coarse.
+    const COARSE: f64 = 2000.0;
+    let counts_per_rev = table.counts_per_rev.unwrap_or(COARSE);
+    let positive = |name, value: Option<f64>| {
+        value
+            .map(|value| Allowed::Above(0.0).check(name, value))
+            .transpose()
+    };
+    let checked = || {
+        Ok(CompareSettings {
+            load: table
+                .load
+                .map(|load| Allowed::Finite.check("load", load))
+                .transpose()?,
+            coulomb: table
+                .coulomb
+                .map(|coulomb| Allowed::AtLeast(0.0).check("coulomb", coulomb))
+                .transpose()?,
+            counts_per_rev: Allowed::Above(0.0).check("counts_per_rev", counts_per_rev)?,
+            limit: positive("limit", table.limit)?,
+        })
+    };
+    checked().map_err(under("compare"))
 }
 
 /// Puts the table before the name of a parameter of the core.

@@ -317,6 +317,23 @@ pub const KEYS: &[Key] = &[
         "60",
     ),
     key(
+        "compare",
+        "a table with what the cases of a comparison are made of",
+        "each has a default",
+    ),
+    key("compare.load", "a number, rad/s²", "0.08 of plant.b"),
+    key(
+        "compare.coulomb",
+        "a number of at least 0, rad/s²",
+        "0.04 of plant.b",
+    ),
+    key("compare.counts_per_rev", "a number above 0", "2000"),
+    key(
+        "compare.limit",
+        "a number above 0, command units",
+        "a ninth of kp",
+    ),
+    key(
         "log",
         "a table with the columns of a log",
         "required to replay",

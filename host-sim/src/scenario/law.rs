@@ -231,6 +231,18 @@ impl Law {
         matches!(self.closing(), Closing::Pid | Closing::Proportional)
     }
 
+    /// Whether it computes its result after the experiment, from all that was recorded.
+    #[must_use]
+    pub fn is_off_line(&self) -> bool {
+        matches!(
+            self,
+            Self::Baseline(
+                Baseline::ProportionalLeastSquares | Baseline::TwoDegreesOfFreedom,
+                _
+            )
+        )
+    }
+
     /// The gains of the loop that the law closes, from those of the scenario's controller.
     pub(super) fn gains(&self, declared: &Gains) -> Gains {
         let own = match (self.closing(), self) {

@@ -52,6 +52,21 @@ pub struct Scenario {
     pub duration: f64,
     /// The columns of a log to replay.
     pub log: Option<LogSettings>,
+    /// What the cases of a comparison are made of.
+    pub compare: CompareSettings,
+}
+
+/// What the cases of a comparison are made of, SI; none for what follows from the servo.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CompareSettings {
+    /// The load, rad/s².
+    pub load: Option<f64>,
+    /// The friction, rad/s².
+    pub coulomb: Option<f64>,
+    /// The coarse encoder, counts per revolution.
+    pub counts_per_rev: f64,
+    /// The amplifier that saturates, command units.
+    pub limit: Option<f64>,
 }
 
 /// What a scenario is read for.
@@ -175,6 +190,15 @@ impl Arithmetic {
 }
 
 impl Scenario {
+    /// Puts an encoder on the servo, and its counts into the loop's units.
+    pub fn set_encoder(&mut self, counts_per_rev: f64) {
+        let unit = std::f64::consts::TAU / counts_per_rev;
+        if let Ok(units) = Units::new(self.controller.units.sample_time(), unit) {
+            self.controller.units = units;
+            self.counts_per_rev = Some(counts_per_rev);
+        }
+    }
+
     /// The control samples of the run.
     #[must_use]
     pub fn samples(&self) -> u64 {

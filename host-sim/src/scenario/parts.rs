@@ -5,6 +5,7 @@ use identifier_core::control::{Controller, Pid};
 use identifier_core::excitation::Excitation;
 use identifier_core::identifier::{
     GaussNewtonIdentifier, GradientIdentifier, GradientLaw, IdentifierConfig, IdentifierError,
+    Uncertainty, WindowIdentifier,
 };
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::number::Number;
@@ -124,6 +125,58 @@ impl Scenario {
         self.try_parts().is_ok()
     }
 
+    /// The same with the reason.
+    ///
+    /// # Errors
+    /// What cannot be built.
+    pub fn buildable(&self) -> Result<(), String> {
+        self.try_parts()
+            .map_err(|Fault { key, fault }| format!("{key}: {fault}"))
+    }
+
+    /// The scenario with Γ stated where it would be chosen: it follows from the box and the
+    /// reference, so many servos of one box can share it. Where none can be chosen it stays as it is.
+    #[must_use]
+    pub fn with_gamma_chosen(mut self) -> Self {
+        struct Choose<'a>(&'a Scenario, &'a GradientSettings);
+
+        impl WithSet for Choose<'_> {
+            type Output = Option<Vec<Vec<f64>>>;
+
+            fn with<S: ParameterSet<P> + 'static, const P: usize, const Q: usize>(
+                self,
+            ) -> Self::Output {
+                let Self(scenario, settings) = self;
+                let units = &scenario.controller.units;
+                let reference = Reference::<f64>::new(units, &scenario.excitation).ok()?;
+                let law = scenario.gradient_law::<S, P>(settings, &reference).ok()?;
+                let entries = law.gamma.entries();
+                let place = |wanted| S::PARAMETERS.iter().position(|&own| own == wanted);
+                let own = &scenario.identifier.parameters;
+                own.iter()
+                    .map(|&row| {
+                        own.iter()
+                            .map(|&column| Some(entries[place(row)?][place(column)?]))
+                            .collect()
+                    })
+                    .collect()
+            }
+        }
+
+        let gamma = match &self.identifier.law {
+            Law::Gradient(settings) | Law::PdGradient(settings) if settings.gamma.is_none() => {
+                self.identifier.model_set().with(Choose(&self, settings))
+            }
+            _ => None,
+        };
+        if let (Some(gamma), Law::Gradient(settings) | Law::PdGradient(settings)) =
+            (gamma, &mut self.identifier.law)
+        {
+            settings.gamma = Some(gamma);
+        }
+        self
+    }
+
     /// Builds every part once, so that nothing can fail after output has begun.
     pub(super) fn try_parts(&self) -> Result<(), Fault> {
         let units = &self.controller.units;
@@ -204,13 +257,13 @@ impl WithSet for Build<'_> {
     type Output = Result<(), IdentifierError>;
 
     fn with<S: ParameterSet<P> + 'static, const P: usize, const Q: usize>(self) -> Self::Output {
-        struct Inner<'a, S, const P: usize>(
+        struct Inner<'a, S, const P: usize, const Q: usize>(
             &'a Scenario,
             Option<GradientLaw<P>>,
             std::marker::PhantomData<S>,
         );
 
-        impl<S: ParameterSet<P>, const P: usize> WithVelocity<f64> for Inner<'_, S, P> {
+        impl<S: ParameterSet<P>, const P: usize, const Q: usize> WithVelocity<f64> for Inner<'_, S, P, Q> {
             type Output = Result<(), IdentifierError>;
 
             fn with<V: VelocityEstimate<f64> + 'static>(self, velocity: V) -> Self::Output {
@@ -227,6 +280,18 @@ impl WithSet for Build<'_> {
                             uncertainty,
                             frozen,
                             velocity,
+                        )?;
+                        WindowIdentifier::<f64, V, S, P, Q>::new(
+                            &config,
+                            uncertainty,
+                            frozen,
+                            velocity,
+                        )?;
+                    }
+                    (None, Law::Window(_)) => {
+                        let unstated = &Uncertainty::UNSTATED;
+                        WindowIdentifier::<f64, V, S, P, Q>::new(
+                            &config, unstated, frozen, velocity,
                         )?;
                     }
                     _ => {}
@@ -250,7 +315,7 @@ impl WithSet for Build<'_> {
         } = &scenario.controller;
         velocity.with(
             units,
-            Inner::<S, P>(scenario, law, std::marker::PhantomData),
+            Inner::<S, P, Q>(scenario, law, std::marker::PhantomData),
         )?
     }
 }

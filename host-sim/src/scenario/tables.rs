@@ -28,6 +28,8 @@ pub struct Tables {
     #[serde(default)]
     pub run: Run,
     pub log: Option<Log>,
+    #[serde(default)]
+    pub compare: Compare,
 }
 
 /// `[plant]`
@@ -170,6 +172,20 @@ pub enum ExcitationKind {
     Square,
     Steps,
     None,
+}
+
+/// `[compare]`
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+#[expect(
+    missing_docs,
+    reason = "the fields are the keys of the scenario file, see `keys`"
+)]
+pub struct Compare {
+    pub load: Option<f64>,
+    pub coulomb: Option<f64>,
+    pub counts_per_rev: Option<f64>,
+    pub limit: Option<f64>,
 }
 
 /// `[identifier]`: the keys of every law, judged like those of the excitation.

@@ -57,6 +57,16 @@ fn boxed<N: Number, F: 'static, E: DirectEstimator<N> + 'static>(
     Box::new(DirectLearner::new(estimator))
 }
 
+/// Runs a baseline that closes its loop with a relay, each of its samples within `around`.
+pub(super) fn measure<N: Number>(
+    scenario: &Scenario,
+    baseline: Baseline,
+    settings: &BaselineSettings,
+    around: &mut dyn FnMut(&mut dyn FnMut() -> N) -> N,
+) {
+    relay_loop::run_in::<N>(scenario, baseline, settings, &mut |_| (), around);
+}
+
 /// Runs a baseline that closes a loop of its own.
 pub(super) fn run(
     scenario: &Scenario,

@@ -25,16 +25,22 @@ pub(super) fn run(
     observe: &mut impl FnMut(&Sample),
 ) -> Outcome {
     match scenario.identifier.arithmetic {
-        Arithmetic::F32 => run_in::<f32>(scenario, baseline, settings, observe),
-        Arithmetic::F64 => run_in::<f64>(scenario, baseline, settings, observe),
+        Arithmetic::F32 => run_in::<f32>(scenario, baseline, settings, observe, &mut |process| {
+            process()
+        }),
+        Arithmetic::F64 => run_in::<f64>(scenario, baseline, settings, observe, &mut |process| {
+            process()
+        }),
     }
 }
 
-fn run_in<N: Number>(
+/// Runs it, each of the method's samples within `around`.
+pub(super) fn run_in<N: Number>(
     scenario: &Scenario,
     baseline: Baseline,
     settings: &BaselineSettings,
     observe: &mut impl FnMut(&Sample),
+    around: &mut dyn FnMut(&mut dyn FnMut() -> N) -> N,
 ) -> Outcome {
     let mut method = method::<N>(scenario, baseline, settings);
     let units = &scenario.controller.units;
@@ -58,7 +64,8 @@ fn run_in<N: Number>(
             Some(encoder) => origin.position(encoder.read(plant.position)),
             None => N::from_f64(plant.position * units.position()),
         };
-        let command = method.process(position - last, wanted - position).to_f64();
+        let (increment, error) = (position - last, wanted - position);
+        let command = around(&mut || method.process(increment, error)).to_f64();
         last = position;
         outcome.samples += 1;
         observe(&Sample {

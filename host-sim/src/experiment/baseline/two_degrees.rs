@@ -149,10 +149,13 @@ fn direction(x: f64) -> f64 {
 }
 
 /// Least squares of u_f = J q̈_f + F q̇_f + C s_f, s = sign q̇.
+///
+/// It is done off-line, so the direction of a sample may be that of the motion from some samples
+/// before to as many after it: an encoder's single counts say little.
 struct Fit {
     units: Units,
     filter: StateVariableFilter<f64>,
-    command: f64,
+    recent: [(f64, f64); 2 * Fit::AROUND + 1],
     motion: Filtered<f64>,
     drive: Filtered<f64>,
     friction: Filtered<f64>,
@@ -164,12 +167,15 @@ impl Fit {
     /// Time constants of the filter before the first sample counts.
     const SETTLING: f64 = 10.0;
 
+    /// Samples to each side from which a direction is taken.
+    const AROUND: usize = 4;
+
     fn new(units: &Units, settings: &BaselineSettings) -> Self {
         let settling = Self::SETTLING / (settings.filter_cutoff * units.sample_time());
         Self {
             units: *units,
             filter: StateVariableFilter::new(units, settings.filter_cutoff).expect(CHECKED),
-            command: 0.0,
+            recent: [(0.0, 0.0); 2 * Self::AROUND + 1],
             motion: Filtered::AT_REST,
             drive: Filtered::AT_REST,
             friction: Filtered::AT_REST,
@@ -179,11 +185,15 @@ impl Fit {
     }
 
     fn process(&mut self, increment: f64, command: f64) {
+        self.recent.rotate_left(1);
+        self.recent[2 * Self::AROUND] = (increment, command);
+        let around: f64 = self.recent.iter().map(|(increment, _)| increment).sum();
+        let (increment, _) = self.recent[Self::AROUND];
+        // The command that was held while the position moved by it.
+        let (_, command) = self.recent[Self::AROUND - 1];
         self.filter.process(&mut self.motion, increment);
-        self.filter.process(&mut self.drive, self.command);
-        self.filter
-            .process(&mut self.friction, direction(increment));
-        self.command = command;
+        self.filter.process(&mut self.drive, command);
+        self.filter.process(&mut self.friction, direction(around));
         if self.settling > 0 {
             self.settling -= 1;
             return;

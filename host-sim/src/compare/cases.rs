@@ -1,0 +1,84 @@
+use identifier_core::control::CommandLimit;
+use identifier_core::model::ServoParameters;
+
+use crate::scenario::Scenario;
+
+/// A servo and its surroundings, as a scenario whose law does not matter.
+#[derive(Debug, Clone)]
+pub struct Case {
+    /// What it is called.
+    pub name: &'static str,
+    /// What makes it.
+    pub detail: String,
+    /// The scenario.
+    pub scenario: Scenario,
+}
+
+impl Case {
+    /// The cases of a scenario: its servo without load and friction, then one thing at a time that
+    /// the `[compare]` table says, then all of them.
+    #[must_use]
+    pub fn all(base: &Scenario) -> Vec<Self> {
+        let with = &base.compare;
+        let servo = base.plant.unwrap_or(ServoParameters {
+            a: 0.0,
+            b: 1.0,
+            coulomb: 0.0,
+            load: 0.0,
+        });
+        let bare = ServoParameters {
+            coulomb: 0.0,
+            load: 0.0,
+            ..servo
+        };
+        let load = with.load.unwrap_or(0.08 * servo.b);
+        let coulomb = with.coulomb.unwrap_or(0.04 * servo.b);
+        let counts = with.counts_per_rev;
+        let limit = with.limit.unwrap_or(base.controller.gains.kp() / 9.0);
+        let case = |name, detail: String, plant, coarse: bool, saturated: bool| {
+            let mut scenario = base.clone();
+            scenario.plant = Some(plant);
+            if coarse {
+                scenario.set_encoder(counts);
+            }
+            if saturated && let Ok(limit) = CommandLimit::symmetric(limit) {
+                scenario.limit = limit;
+            }
+            Self {
+                name,
+                detail,
+                scenario,
+            }
+        };
+        let loaded = ServoParameters { load, ..bare };
+        let rubbing = ServoParameters { coulomb, ..bare };
+        let both = ServoParameters { coulomb, ..loaded };
+        let nothing = "no load, no friction, the scenario's encoder and amplifier";
+        vec![
+            case("as it should be", nothing.to_owned(), bare, false, false),
+            case("load", format!("d = {load} rad/s²"), loaded, false, false),
+            case(
+                "friction",
+                format!("c = {coulomb} rad/s²"),
+                rubbing,
+                false,
+                false,
+            ),
+            case(
+                "coarse encoder",
+                format!("{counts} counts per revolution"),
+                bare,
+                true,
+                false,
+            ),
+            case("saturation", format!("|u| ≤ {limit}"), bare, false, true),
+            case(
+                "all together",
+                "load, friction, coarse encoder and saturation".to_owned(),
+                both,
+                true,
+                true,
+            ),
+        ]
+    }
+}

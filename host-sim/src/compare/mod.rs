@@ -1,0 +1,147 @@
+//! Every method on the same servo: cases that each break one assumption, and one that breaks all.
+
+mod cases;
+
+pub use cases::Case;
+
+use rayon::prelude::*;
+
+use identifier_core::identifier::Uncertainty;
+use identifier_core::parameters::Parameter;
+
+use crate::experiment::{self, operations};
+use crate::report::{Summariser, Summary};
+use crate::scenario::{
+    Baseline, BaselineSettings, Closing, GradientSettings, Law, Scenario, WindowSettings,
+};
+
+/// A comparison.
+#[derive(Debug, Clone)]
+pub struct Comparison {
+    /// The methods, one row in each table.
+    pub methods: Vec<Method>,
+    /// The cases, in order.
+    pub cases: Vec<Compared>,
+}
+
+/// What is to be said of a method whatever the case.
+#[derive(Debug, Clone)]
+pub struct Method {
+    /// Its name.
+    pub name: &'static str,
+    /// Where it is from.
+    pub source: &'static str,
+    /// What must be known beforehand.
+    pub prior: &'static str,
+    /// What closes its loop.
+    pub closing: &'static str,
+    /// Arithmetic operations a sample; none for what is computed after the experiment, or cannot be
+    /// built for this servo.
+    pub operations: Option<f64>,
+}
+
+/// One case with the results of all methods, in their order.
+#[derive(Debug, Clone)]
+pub struct Compared {
+    /// The case.
+    pub case: Case,
+    /// What each method found.
+    pub results: Vec<Found>,
+}
+
+/// What a method found.
+#[derive(Debug, Clone)]
+pub enum Found {
+    /// It ran.
+    Ran(Box<Summary>),
+    /// It cannot be built for this case.
+    Refused(String),
+}
+
+/// The laws that are compared, with the settings that they have where nothing is stated: none is
+/// set per case.
+#[must_use]
+pub fn laws() -> Vec<Law> {
+    let mut laws = vec![
+        Law::Gradient(GradientSettings::default()),
+        Law::GaussNewton(Uncertainty::UNSTATED, WindowSettings::default()),
+        Law::Window(WindowSettings::default()),
+        Law::PdGradient(GradientSettings::default()),
+    ];
+    laws.extend(
+        Baseline::ALL
+            .into_iter()
+            .map(|baseline| Law::Baseline(baseline, BaselineSettings::of(baseline))),
+    );
+    laws
+}
+
+/// The scenario with another law and the parameters that it estimates at most, in the loop that the
+/// law closes.
+#[must_use]
+pub fn with_law(base: &Scenario, law: &Law) -> Scenario {
+    let mut scenario = base.clone();
+    scenario.identifier.parameters = match law {
+        Law::Gradient(_) | Law::GaussNewton(..) | Law::Window(_) => {
+            vec![Parameter::A, Parameter::B, Parameter::Coulomb]
+        }
+        Law::PdGradient(_) => vec![Parameter::A, Parameter::B],
+        Law::Baseline(baseline, _) => baseline.parameters().to_vec(),
+    };
+    scenario.identifier.law = law.clone();
+    scenario.in_own_loop()
+}
+
+/// Runs every method in every case, on all cores.
+#[must_use]
+pub fn compare(base: &Scenario) -> Comparison {
+    let laws = laws();
+    let cases = Case::all(base);
+    let pairs: Vec<(&Case, &Law)> = cases
+        .iter()
+        .flat_map(|case| laws.iter().map(move |law| (case, law)))
+        .collect();
+    let found: Vec<Found> = pairs
+        .par_iter()
+        .map(|(case, law)| run(&with_law(&case.scenario, law)))
+        .collect();
+    let mut found = found.into_iter();
+    let methods = laws
+        .par_iter()
+        .map(|law| Method {
+            name: law.name(),
+            source: law.source(),
+            prior: law.prior(),
+            closing: match law.closing() {
+                Closing::Pid => "PID",
+                Closing::Pd => "PD",
+                Closing::Proportional => "P, low gain",
+                Closing::TwoDegreesOfFreedom => "2 degrees of freedom",
+                Closing::Relay => "relay",
+            },
+            operations: cases.first().and_then(|case| {
+                let scenario = with_law(&case.scenario, law);
+                scenario.is_buildable().then(|| operations(&scenario))?
+            }),
+        })
+        .collect();
+    Comparison {
+        methods,
+        cases: cases
+            .into_iter()
+            .map(|case| Compared {
+                case,
+                results: found.by_ref().take(laws.len()).collect(),
+            })
+            .collect(),
+    }
+}
+
+fn run(scenario: &Scenario) -> Found {
+    if let Err(refusal) = scenario.buildable() {
+        return Found::Refused(refusal);
+    }
+    let mut summariser = Summariser::new(scenario);
+    let outcome = experiment::run(scenario, &mut |sample| summariser.add(sample));
+    Found::Ran(Box::new(summariser.finish(scenario, outcome)))
+}

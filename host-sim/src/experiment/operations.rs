@@ -1,0 +1,231 @@
+//! What a law costs: the arithmetic operations of a sample, counted by a number that counts.
+
+use std::cell::Cell;
+use std::ops::{Add, AddAssign, Mul, Neg, Sub};
+
+use identifier_core::control::{ControlSample, ControlState};
+use identifier_core::measurement::velocity::VelocityEstimate;
+use identifier_core::model::ServoParameters;
+use identifier_core::number::{Compensated, Number};
+
+use super::build::CHECKED;
+use super::closed_loop;
+use super::learner::{Given, Learner, Seen};
+use crate::scenario::{Closing, Law, Scenario, WithVelocity};
+
+/// Samples over which the mean is taken, so that the rare ones count as they do in a long run; and
+/// samples before them, in which a law may still be starting.
+const SAMPLES: u64 = 4000;
+const STARTING: u64 = 1000;
+
+thread_local! {
+    static OPERATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+/// The additions, multiplications and comparisons of a law in a sample, the mean over a run of the
+/// scenario, as single precision with its compensated sums does them; none for what is computed
+/// after the experiment. The controller and the simulated servo are not counted.
+#[must_use]
+pub fn operations(scenario: &Scenario) -> Option<f64> {
+    let mut scenario = scenario.clone();
+    scenario.duration = (STARTING + SAMPLES) as f64 * scenario.controller.units.sample_time();
+    match (&scenario.identifier.law, scenario.identifier.law.closing()) {
+        (Law::Baseline(baseline, settings), Closing::Relay) => {
+            let mut meter = Meter::default();
+            super::baseline::measure::<Counted>(&scenario, *baseline, settings, &mut |process| {
+                meter.measure(process)
+            });
+            Some(meter.mean())
+        }
+        (law, _) if law.is_off_line() => None,
+        _ => {
+            let work = Count {
+                scenario: &scenario,
+            };
+            let velocity = &scenario.controller.velocity;
+            let counted = velocity
+                .with::<Counted, _>(&scenario.controller.units, work)
+                .expect(CHECKED);
+            Some(counted)
+        }
+    }
+}
+
+/// Adds up the operations of the samples that count.
+#[derive(Debug, Default)]
+struct Meter {
+    samples: u64,
+    operations: u64,
+}
+
+impl Meter {
+    fn measure<T>(&mut self, work: &mut dyn FnMut() -> T) -> T {
+        take();
+        let result = work();
+        self.samples += 1;
+        if self.samples > STARTING {
+            self.operations += take();
+        }
+        result
+    }
+
+    fn mean(&self) -> f64 {
+        self.operations as f64 / SAMPLES as f64
+    }
+}
+
+/// The operations since the last call.
+fn take() -> u64 {
+    OPERATIONS.replace(0)
+}
+
+#[inline]
+fn count<T>(result: T) -> T {
+    OPERATIONS.set(OPERATIONS.get() + 1);
+    result
+}
+
+struct Count<'a> {
+    scenario: &'a Scenario,
+}
+
+impl WithVelocity<Counted> for Count<'_> {
+    type Output = f64;
+
+    fn with<V: VelocityEstimate<Counted> + 'static>(self, velocity: V) -> f64 {
+        let (learner, outcome) = closed_loop::build::<Counted, V>(self.scenario, velocity);
+        let mut watched = Watched {
+            learner,
+            meter: Meter::default(),
+        };
+        closed_loop::drive(self.scenario, velocity, &mut watched, outcome, &mut |_| ());
+        watched.meter.mean()
+    }
+}
+
+/// A learner whose samples are counted.
+struct Watched<F> {
+    learner: Box<dyn Learner<Counted, F>>,
+    meter: Meter,
+}
+
+impl<F> Learner<Counted, F> for Watched<F> {
+    fn process(
+        &mut self,
+        given: &Given<Counted, F>,
+        real: &ControlSample<Counted>,
+    ) -> Seen<Counted> {
+        let Self { learner, meter } = self;
+        meter.measure(&mut || learner.process(given, real))
+    }
+
+    fn estimates(&self) -> ServoParameters {
+        self.learner.estimates()
+    }
+
+    fn standard_errors(&self) -> Option<ServoParameters> {
+        self.learner.standard_errors()
+    }
+
+    fn join(&mut self, control: &ControlState<Counted, F>) {
+        self.learner.join(control);
+    }
+}
+
+/// A double that counts what is done with it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Counted(f64);
+
+impl PartialOrd for Counted {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        count(self.0.partial_cmp(&other.0))
+    }
+}
+
+impl Add for Counted {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        count(Self(self.0 + other.0))
+    }
+}
+
+impl Sub for Counted {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        count(Self(self.0 - other.0))
+    }
+}
+
+impl Mul for Counted {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        count(Self(self.0 * other.0))
+    }
+}
+
+impl Neg for Counted {
+    type Output = Self;
+    fn neg(self) -> Self {
+        // A sign is free: it goes into the addition.
+        Self(-self.0)
+    }
+}
+
+impl AddAssign for Counted {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl Number for Counted {
+    type Sum = Compensated<Self>;
+
+    const ZERO: Self = Self(0.0);
+    const ONE: Self = Self(1.0);
+    const LARGEST_EXACT_COUNT: i64 = <f64 as Number>::LARGEST_EXACT_COUNT;
+    const REACH: Self = Self(<f64 as Number>::REACH);
+    const EPSILON: f64 = <f64 as Number>::EPSILON;
+
+    fn from_f64(value: f64) -> Self {
+        Self(value)
+    }
+
+    fn to_f64(self) -> f64 {
+        self.0
+    }
+
+    fn from_count(count: i32) -> Self {
+        Self(f64::from(count))
+    }
+
+    fn is_finite(self) -> bool {
+        self.0.is_finite()
+    }
+
+    /// Three Newton steps of three operations, as in single precision.
+    fn reciprocal(self) -> Self {
+        OPERATIONS.set(OPERATIONS.get() + 9);
+        Self(1.0 / self.0)
+    }
+
+    fn reciprocal_root(self) -> Self {
+        OPERATIONS.set(OPERATIONS.get() + 2);
+        Self(1.0 / self.0.sqrt())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn operations_are_counted_and_taken() {
+        take();
+        let x = Counted(2.0);
+        let y = x * x + Counted::ONE;
+        assert_eq!(y, Counted(5.0));
+        assert!(y > x);
+        assert_eq!(take(), 3);
+        assert_eq!(take(), 0);
+    }
+}

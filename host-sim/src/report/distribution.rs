@@ -1,0 +1,182 @@
+//! A sweep as a table, as JSON, as CSV and as a picture.
+
+use std::io::Write;
+
+use comfy_table::{CellAlignment, Table, presets};
+use serde::Serialize;
+
+use super::plot::{Curve, Panel};
+use crate::sweep::{Distribution, Run, Spread};
+
+/// The quantiles.
+#[must_use]
+pub fn table(distribution: &Distribution) -> String {
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_BORDERS_ONLY);
+    table.set_header([
+        "quantity", "servos", "5 %", "25 %", "50 %", "75 %", "95 %", "largest",
+    ]);
+    for spread in &distribution.spreads {
+        let quantiles = &spread.quantiles;
+        let mut row = vec![
+            format!("{} [{}]", spread.name, spread.unit),
+            spread.count.to_string(),
+        ];
+        row.extend(
+            [
+                quantiles.q05,
+                quantiles.q25,
+                quantiles.q50,
+                quantiles.q75,
+                quantiles.q95,
+                quantiles.max,
+            ]
+            .map(|value| format!("{value:.4}")),
+        );
+        table.add_row(row);
+    }
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table.to_string()
+}
+
+/// The quantile functions, one panel for each quantity.
+#[must_use]
+pub fn panels(distribution: &Distribution) -> Vec<Panel> {
+    distribution.spreads.iter().map(panel).collect()
+}
+
+fn panel(spread: &Spread) -> Panel {
+    let share = |place: usize| 100.0 * (place + 1) as f64 / spread.sorted.len() as f64;
+    Panel {
+        title: format!("{} over {} servos", spread.name, spread.count),
+        logarithmic: true,
+        abscissa: "servos that are no worse [%]".to_owned(),
+        axis: format!("{} [{}]", spread.name, spread.unit),
+        curves: vec![Curve {
+            name: None,
+            points: spread
+                .sorted
+                .iter()
+                .enumerate()
+                .filter(|(_, value)| **value > 0.0)
+                .map(|(place, &value)| (share(place), value))
+                .collect(),
+            band: Vec::new(),
+        }],
+        nominal: None,
+        range: None,
+    }
+}
+
+/// Writes the runs, one row a servo, SI; what a run does not have is left empty.
+///
+/// # Errors
+/// Whatever the writer answers.
+pub fn csv(out: impl Write, runs: &[Run]) -> Result<(), csv::Error> {
+    let mut writer = csv::Writer::from_writer(out);
+    writer.write_record([
+        "run",
+        "status",
+        "a",
+        "b",
+        "coulomb",
+        "load",
+        "a_found",
+        "b_found",
+        "coulomb_found",
+        "load_found",
+        "a_settled_s",
+        "b_settled_s",
+    ])?;
+    for run in runs {
+        let known = |value: Option<f64>| {
+            value
+                .filter(|value| value.is_finite())
+                .map_or_else(String::new, |value| value.to_string())
+        };
+        writer.write_record([
+            run.index.to_string(),
+            run.status.name().to_owned(),
+            run.truth.a.to_string(),
+            run.truth.b.to_string(),
+            run.truth.coulomb.to_string(),
+            run.truth.load.to_string(),
+            known(Some(run.found.a)),
+            known(Some(run.found.b)),
+            known(Some(run.found.coulomb)),
+            known(Some(run.found.load)),
+            known(run.settling_a),
+            known(run.settling_b),
+        ])?;
+    }
+    writer.flush()?;
+    Ok(())
+}
+
+/// The distribution for a program.
+#[derive(Debug, Clone, Serialize)]
+#[expect(
+    missing_docs,
+    reason = "the fields are the keys of the result, documented in the README"
+)]
+pub struct Document {
+    pub law: &'static str,
+    pub seed: u32,
+    pub wanted: u32,
+    pub runs: usize,
+    pub converged: usize,
+    pub not_converged: usize,
+    pub aborted: usize,
+    pub spreads: Vec<SpreadDocument>,
+}
+
+/// The quantiles of one quantity.
+#[derive(Debug, Clone, Serialize)]
+#[expect(
+    missing_docs,
+    reason = "the fields are the keys of the result, documented in the README"
+)]
+pub struct SpreadDocument {
+    pub quantity: &'static str,
+    pub unit: &'static str,
+    pub count: usize,
+    pub q05: f64,
+    pub q25: f64,
+    pub q50: f64,
+    pub q75: f64,
+    pub q95: f64,
+    pub max: f64,
+}
+
+impl Document {
+    /// The document of a sweep.
+    #[must_use]
+    pub fn new(law: &'static str, seed: u32, wanted: u32, distribution: &Distribution) -> Self {
+        Self {
+            law,
+            seed,
+            wanted,
+            runs: distribution.runs,
+            converged: distribution.converged,
+            not_converged: distribution.not_converged,
+            aborted: distribution.aborted,
+            spreads: distribution
+                .spreads
+                .iter()
+                .map(|spread| SpreadDocument {
+                    quantity: spread.name,
+                    unit: spread.unit,
+                    count: spread.count,
+                    q05: spread.quantiles.q05,
+                    q25: spread.quantiles.q25,
+                    q50: spread.quantiles.q50,
+                    q75: spread.quantiles.q75,
+                    q95: spread.quantiles.q95,
+                    max: spread.quantiles.max,
+                })
+                .collect(),
+        }
+    }
+}

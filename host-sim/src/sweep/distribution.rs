@@ -1,0 +1,132 @@
+use identifier_core::parameters::Parameter;
+
+use super::Run;
+use crate::report::Status;
+
+/// The distribution over a sweep.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Distribution {
+    /// Servos that were run.
+    pub runs: usize,
+    /// Of them: estimates came to rest, did not, run ended early.
+    pub converged: usize,
+    /// Estimates still moved.
+    pub not_converged: usize,
+    /// The run ended early.
+    pub aborted: usize,
+    /// What is distributed, with its quantiles.
+    pub spreads: Vec<Spread>,
+}
+
+/// The distribution of one quantity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spread {
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Servos that have a value.
+    pub count: usize,
+    /// The quantiles of these.
+    pub quantiles: Quantiles,
+    /// The values in ascending order.
+    pub sorted: Vec<f64>,
+}
+
+/// Quantiles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(missing_docs, reason = "each is the quantile of that name, in percent")]
+pub struct Quantiles {
+    pub q05: f64,
+    pub q25: f64,
+    pub q50: f64,
+    pub q75: f64,
+    pub q95: f64,
+    pub max: f64,
+}
+
+impl Quantiles {
+    /// Those of values in ascending order, at least one: the smallest value that so many per cent
+    /// do not exceed.
+    fn of(sorted: &[f64]) -> Self {
+        let at = |part: f64| {
+            let place = (part * sorted.len() as f64).ceil().max(1.0) as usize - 1;
+            sorted[place.min(sorted.len() - 1)]
+        };
+        Self {
+            q05: at(0.05),
+            q25: at(0.25),
+            q50: at(0.5),
+            q75: at(0.75),
+            q95: at(0.95),
+            max: at(1.0),
+        }
+    }
+}
+
+impl Distribution {
+    /// Of these runs.
+    #[must_use]
+    pub fn of(runs: &[Run]) -> Self {
+        let with = |status| runs.iter().filter(|run| run.status == status).count();
+        let error = |parameter: Parameter| move |run: &Run| Some(run.error(parameter).abs());
+        let spreads = [
+            spread("|â − a|", "1/s", runs, error(Parameter::A)),
+            spread("|b̂/b − 1|", "%", runs, |run| {
+                Some(100.0 * run.error(Parameter::B).abs() / run.truth.b)
+            }),
+            spread("|ĉ − c|", "rad/s²", runs, error(Parameter::Coulomb)),
+            spread("|d̂ − d|", "rad/s²", runs, error(Parameter::Load)),
+            spread("a settled", "s", runs, |run| run.settling_a),
+            spread("b settled", "s", runs, |run| run.settling_b),
+        ];
+        Self {
+            runs: runs.len(),
+            converged: with(Status::Converged),
+            not_converged: with(Status::NotConverged),
+            aborted: with(Status::Aborted),
+            spreads: spreads.into_iter().flatten().collect(),
+        }
+    }
+}
+
+fn spread(
+    name: &'static str,
+    unit: &'static str,
+    runs: &[Run],
+    of: impl Fn(&Run) -> Option<f64>,
+) -> Option<Spread> {
+    let mut sorted: Vec<f64> = runs
+        .iter()
+        .filter(|run| run.status != Status::Aborted)
+        .filter_map(of)
+        .filter(|value| value.is_finite())
+        .collect();
+    sorted.sort_by(f64::total_cmp);
+    (!sorted.is_empty()).then(|| Spread {
+        name,
+        unit,
+        count: sorted.len(),
+        quantiles: Quantiles::of(&sorted),
+        sorted,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_values_that_occur() {
+        let sorted: Vec<f64> = (1..=100).map(f64::from).collect();
+        let quantiles = Quantiles::of(&sorted);
+        for (quantile, expected) in [
+            (quantiles.q05, 5.0),
+            (quantiles.q50, 50.0),
+            (quantiles.max, 100.0),
+        ] {
+            assert!((quantile - expected).abs() < 1e-12, "{quantile}");
+        }
+        assert!((Quantiles::of(&[7.0]).q95 - 7.0).abs() < 1e-12);
+    }
+}

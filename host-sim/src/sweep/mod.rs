@@ -1,0 +1,100 @@
+//! Many random servos under one scenario: the distribution of the errors.
+
+mod distribution;
+mod draw;
+
+pub use distribution::{Distribution, Quantiles, Spread};
+pub use draw::draw;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use identifier_core::model::ServoParameters;
+use identifier_core::parameters::Parameter;
+use rayon::prelude::*;
+
+use crate::experiment;
+use crate::report::{Status, Summariser};
+use crate::scenario::Scenario;
+
+/// What became of one servo.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Run {
+    /// Its number in the sweep.
+    pub index: u32,
+    /// The servo.
+    pub truth: ServoParameters,
+    /// Whether the estimates came to rest.
+    pub status: Status,
+    /// Mean of each estimate over the tail; NaN for what there is none of.
+    pub found: ServoParameters,
+    /// From when on â was within ±0.1 1/s, s.
+    pub settling_a: Option<f64>,
+    /// From when on b̂ was within 2 %, s.
+    pub settling_b: Option<f64>,
+}
+
+impl Run {
+    /// Estimate less truth.
+    #[must_use]
+    pub fn error(&self, parameter: Parameter) -> f64 {
+        parameter.of(&self.found) - parameter.of(&self.truth)
+    }
+}
+
+/// Runs so many random servos on all cores, in the order of their numbers whatever the number of
+/// threads. Each that is done calls `done`; once `stop` is set no further one begins, and the result
+/// is what was done.
+///
+/// # Errors
+/// The reason why a servo's scenario cannot be built; all are alike in that.
+pub fn sweep(
+    base: &Scenario,
+    runs: u32,
+    seed: u32,
+    stop: &AtomicBool,
+    done: &(dyn Fn() + Sync),
+) -> Result<Vec<Run>, String> {
+    let base = base.clone().with_gamma_chosen();
+    draw(&base, seed, 0).buildable()?;
+    let results: Vec<Option<Run>> = (0..runs)
+        .into_par_iter()
+        .map(|index| {
+            if stop.load(Ordering::Relaxed) {
+                return None;
+            }
+            let run = run(&draw(&base, seed, index), index);
+            done();
+            Some(run)
+        })
+        .collect();
+    Ok(results.into_iter().flatten().collect())
+}
+
+fn run(scenario: &Scenario, index: u32) -> Run {
+    let mut summariser = Summariser::new(scenario);
+    let outcome = experiment::run(scenario, &mut |sample| summariser.add(sample));
+    let summary = summariser.finish(scenario, outcome);
+    let of = |parameter| {
+        summary
+            .estimate(parameter)
+            .map_or(f64::NAN, |estimate| estimate.tail_mean)
+    };
+    Run {
+        index,
+        truth: scenario.plant.unwrap_or(ServoParameters {
+            a: f64::NAN,
+            b: f64::NAN,
+            coulomb: f64::NAN,
+            load: f64::NAN,
+        }),
+        status: summary.status,
+        found: ServoParameters {
+            a: of(Parameter::A),
+            b: of(Parameter::B),
+            coulomb: of(Parameter::Coulomb),
+            load: of(Parameter::Load),
+        },
+        settling_a: summary.settling_a,
+        settling_b: summary.settling_b,
+    }
+}

@@ -1,0 +1,130 @@
+//! Every method on one bench: what each claims, where each breaks, as a reviewed table.
+
+use host_sim::compare::{self, Found, laws, with_law};
+use host_sim::report::{Status, Summary, comparison};
+use host_sim::scenario::{Baseline, Law, Scenario};
+use identifier_core::parameters::Parameter;
+use integration_tests::{in_parallel, parse, run, servo};
+
+const BENCH: &str = include_str!("../host-sim/scenarios/compare.toml");
+
+/// The table of the README: a change in any method shows here.
+#[test]
+fn the_comparison_is_as_reviewed() {
+    let compared = compare::compare(&parse(BENCH));
+    let mut text = comparison::methods(&compared);
+    for case in &compared.cases {
+        text.push_str(&format!("\n\n{}: {}\n", case.case.name, case.case.detail));
+        text.push_str(&comparison::case(case, &compared));
+    }
+    insta::assert_snapshot!(text);
+}
+
+/// What each method's own source claims: the servo without load, a fine sensor, no saturation; and
+/// friction where the method knows of friction.
+fn at_its_best(law: &Law) -> Scenario {
+    let mut scenario = parse(BENCH);
+    scenario.counts_per_rev = None;
+    scenario.identifier.initial.b = 50.0;
+    with_law(&scenario, law)
+}
+
+fn assert_found(summary: &Summary, parameters: &[Parameter]) {
+    let truth = summary.truth.expect("a simulated servo");
+    for &parameter in parameters {
+        let off = summary
+            .estimate(parameter)
+            .expect("it is estimated")
+            .tail_mean
+            - parameter.of(&truth);
+        let tolerance = match parameter {
+            Parameter::A => 0.1,
+            Parameter::B => 0.02 * truth.b,
+            Parameter::Coulomb | Parameter::Load => 1.0,
+        };
+        assert!(
+            off.abs() < tolerance,
+            "{}: {} is off by {off}",
+            summary.law,
+            parameter.name()
+        );
+    }
+}
+
+#[test]
+fn each_method_keeps_its_own_claim() {
+    for summary in in_parallel(&laws(), |law| run(&at_its_best(law))) {
+        assert_found(&summary, &[Parameter::A, Parameter::B]);
+    }
+}
+
+#[test]
+fn the_methods_that_know_of_friction_find_it() {
+    let knowing: Vec<Law> = laws()
+        .into_iter()
+        .filter(|law| match law {
+            Law::Baseline(baseline, _) => baseline.parameters().contains(&Parameter::Coulomb),
+            Law::PdGradient(_) => false,
+            _ => true,
+        })
+        .collect();
+    assert_eq!(knowing.len(), 6);
+    let found = in_parallel(&knowing, |law| {
+        let mut scenario = at_its_best(law);
+        servo(&mut scenario).coulomb = 10.0;
+        run(&scenario)
+    });
+    for summary in found {
+        assert_found(&summary, &[Parameter::A, Parameter::B, Parameter::Coulomb]);
+    }
+}
+
+#[test]
+fn the_methods_that_know_of_a_load_find_it() {
+    let knowing: Vec<Law> = laws()
+        .into_iter()
+        .filter(|law| match law {
+            Law::Baseline(baseline, _) => baseline.parameters().contains(&Parameter::Load),
+            Law::PdGradient(_) => false,
+            _ => true,
+        })
+        .collect();
+    let found = in_parallel(&knowing, |law| {
+        let mut scenario = at_its_best(law);
+        servo(&mut scenario).load = 20.0;
+        run(&scenario)
+    });
+    for summary in found {
+        assert_found(&summary, &[Parameter::A, Parameter::B, Parameter::Load]);
+    }
+}
+
+/// Two relays that friction holds fast never swing: no number may come of it.
+#[test]
+fn a_relay_that_friction_holds_gives_no_estimate() {
+    for law in laws() {
+        let Law::Baseline(Baseline::RelayCycle | Baseline::TwoRelays, _) = law else {
+            continue;
+        };
+        let mut scenario = at_its_best(&law);
+        servo(&mut scenario).coulomb = 300.0;
+        let summary = run(&scenario);
+        assert_eq!(summary.status, Status::NotConverged);
+        assert!(summary.reason.contains("limit cycle"), "{}", summary.reason);
+        assert!(summary.b.last.is_nan() && summary.b.tail_mean.is_nan());
+    }
+}
+
+/// A box whose sampled loop cannot be promised is refused for the methods that promise, and the
+/// others still run.
+#[test]
+fn a_method_that_cannot_be_built_is_refused_and_the_others_run() {
+    let mut scenario = parse(BENCH);
+    scenario.controller.gains =
+        identifier_core::control::Gains::new(0.5, 0.19, 4.0).expect("valid");
+    scenario.duration = 2.0;
+    let compared = compare::compare(&scenario);
+    let results = &compared.cases[0].results;
+    assert!(matches!(&results[0], Found::Refused(why) if why.contains("kp")));
+    assert!(matches!(&results[4], Found::Ran(_)));
+}

@@ -1,0 +1,154 @@
+//! Many random servos: the paper's claim as numbers, and a sweep that any number of threads does
+//! alike.
+
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+
+use host_sim::compare::with_law;
+use host_sim::scenario::{Baseline, BaselineSettings, GradientSettings, Law, Scenario};
+use host_sim::sweep::{Distribution, Run, sweep};
+use identifier_core::parameters::Parameter;
+use integration_tests::{parse, servo};
+
+const BOX: &str = "
+[plant]
+a = 0.2174
+b = 257.7
+load = 0.0
+[encoder]
+counts_per_rev = 10000
+[amplifier]
+limit = 10.0
+[controller]
+kp = 9.0
+kd = 0.19
+ki = 4.0
+sample_time = 0.001
+[identifier]
+law = \"gradient\"
+initial = { a = 0.0, b = 300.0 }
+plant_box = { a = [0.0, 50.0], b = [110.0, 1000.0] }
+[run]
+duration = 30.0
+";
+
+const SERVOS: u32 = 1000;
+
+fn of(scenario: &Scenario, runs: u32) -> Vec<Run> {
+    sweep(scenario, runs, 7, &AtomicBool::new(false), &|| ()).expect("it can be built")
+}
+
+/// By how much a load of 20 rad/s² moves the estimates of each servo, in ascending order: |Δb̂|/b in
+/// per cent and |Δâ| in 1/s.
+fn moved_by_a_load(law: &Law) -> [Vec<f64>; 2] {
+    let mut scenario = parse(BOX);
+    scenario.identifier.parameters = vec![Parameter::A, Parameter::B];
+    let mut scenario = with_law(&scenario, law);
+    scenario.identifier.parameters = vec![Parameter::A, Parameter::B];
+    let without = of(&scenario, SERVOS);
+    // A load that is drawn would differ from servo to servo; this one is the same for all.
+    let with: Vec<Run> = {
+        let drawn: Vec<Scenario> = (0..SERVOS)
+            .map(|index| {
+                let chosen = scenario.clone().with_gamma_chosen();
+                let mut drawn = host_sim::sweep::draw(&chosen, 7, index);
+                servo(&mut drawn).load = 20.0;
+                drawn
+            })
+            .collect();
+        integration_tests::in_parallel(&drawn, |drawn| {
+            let summary = integration_tests::run(drawn);
+            Run {
+                index: 0,
+                truth: drawn.plant.expect("a servo"),
+                status: summary.status,
+                found: identifier_core::model::ServoParameters {
+                    a: summary.a.tail_mean,
+                    b: summary.b.tail_mean,
+                    coulomb: 0.0,
+                    load: 0.0,
+                },
+                settling_a: None,
+                settling_b: None,
+            }
+        })
+    };
+    let moved = |relative: bool| {
+        let mut moved: Vec<f64> = without
+            .iter()
+            .zip(&with)
+            .map(|(without, with)| {
+                if relative {
+                    100.0 * (with.found.b - without.found.b).abs() / without.truth.b
+                } else {
+                    (with.found.a - without.found.a).abs()
+                }
+            })
+            .collect();
+        moved.sort_by(f64::total_cmp);
+        moved
+    };
+    [moved(true), moved(false)]
+}
+
+#[test]
+fn a_constant_load_moves_the_least_squares_and_not_the_proposed_method() {
+    let proposed = moved_by_a_load(&Law::Gradient(GradientSettings::default()));
+    let baseline = Baseline::RelayLeastSquares;
+    let rival = moved_by_a_load(&Law::Baseline(baseline, BaselineSettings::of(baseline)));
+    let at = |sorted: &[f64], part: f64| sorted[(part * (sorted.len() - 1) as f64) as usize];
+    for (name, [b, a]) in [("proposed", &proposed), ("least squares", &rival)] {
+        println!(
+            "{name}: b moves by {:.4} % (median), {:.4} % (95 of 100), {:.4} % (most); a by {:.4}, \
+             {:.4}, {:.4} 1/s",
+            at(b, 0.5),
+            at(b, 0.95),
+            at(b, 1.0),
+            at(a, 0.5),
+            at(a, 0.95),
+            at(a, 1.0),
+        );
+    }
+    assert!(at(&proposed[0], 0.5) < 0.02 && at(&proposed[0], 0.95) < 0.5);
+    assert!(at(&rival[0], 0.5) > 20.0 * at(&proposed[0], 0.5));
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same() {
+    let mut scenario = parse(BOX);
+    scenario.duration = 2.0;
+    servo(&mut scenario).load = 40.0;
+    let in_pool = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("threads");
+        pool.install(|| of(&scenario, 64))
+    };
+    let one = in_pool(1);
+    assert_eq!(one.len(), 64);
+    assert_eq!(
+        Distribution::of(&one).spreads,
+        Distribution::of(&in_pool(3)).spreads
+    );
+    let bits =
+        |runs: &[Run]| -> Vec<u64> { runs.iter().map(|run| run.found.b.to_bits()).collect() };
+    assert_eq!(bits(&one), bits(&in_pool(2)));
+    assert!(one.iter().zip(0..).all(|(run, index)| run.index == index));
+}
+
+#[test]
+fn a_sweep_that_is_stopped_keeps_what_is_done() {
+    let mut scenario = parse(BOX);
+    scenario.duration = 1.0;
+    let stop = AtomicBool::new(false);
+    let done = AtomicU32::new(0);
+    let runs = sweep(&scenario, 1000, 7, &stop, &|| {
+        if done.fetch_add(1, Ordering::Relaxed) == 20 {
+            stop.store(true, Ordering::Relaxed);
+        }
+    })
+    .expect("it can be built");
+    let finished = done.load(Ordering::Relaxed) as usize;
+    assert_eq!(runs.len(), finished);
+    assert!((21..1000).contains(&finished), "{finished}");
+}
