@@ -13,7 +13,10 @@ pub enum Law {
     GaussNewton(Uncertainty, WindowSettings),
     /// Windowed Gauss–Newton in the PID's loop.
     Window(WindowSettings),
-    /// The gradient's ancestor, in the loop of a PD controller.
+    /// The gradient's ancestor, in the loop of a PD controller: θ̂˙ = −Γ [q̇_e, k_d q̇_e − k_p e_e]ᵀ
+    /// (μ ε + ε̇) (Garrido and Miranda, "Autotuning of a DC servomechanism using closed loop
+    /// identification", IECON 2006). It assumes a servo without load and friction: a load leaves a
+    /// constant ε that no integral takes over.
     PdGradient(GradientSettings),
     /// A method that is there for comparison.
     Baseline(Baseline, BaselineSettings),
