@@ -29,7 +29,7 @@ pub(super) struct RecursionConfig<const P: usize> {
     pub(super) uncertainty: [f64; P],
 }
 
-/// What a [`Recursion`] remembers.
+/// What a recursive least squares remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RecursionState<N: Number, const P: usize> {
     estimates: [N::Sum; P],
