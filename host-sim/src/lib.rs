@@ -2,6 +2,7 @@
 
 pub mod cli;
 pub mod compare;
+pub mod drift;
 pub mod experiment;
 pub mod paper;
 pub mod replay;

@@ -496,3 +496,66 @@ fn a_method_asked_for_what_it_cannot_do_says_what_it_can() {
         "{answer}"
     );
 }
+
+#[test]
+fn drift_holds_every_format_against_double_precision() {
+    let folder = folder("drift");
+    let text = include_str!("../scenarios/drift.toml").replace("60.0", "2.0");
+    let scenario = scenario(&folder, &text);
+    let [picture, rows] =
+        ["drift.png", "drift.csv"].map(|name| folder.join(name).display().to_string());
+    let output = host_sim(&[
+        "drift", &scenario, "--turns", "1000", "--json", "-", "--plot", &picture, "--csv", &rows,
+    ]);
+    assert!(output.status.success(), "{}", standard_error(&output));
+    let document: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(document["samples"], 2000);
+    assert_eq!(document["all_finite"], true);
+    for format in ["f32", "fixed"] {
+        let b = &document[format][4];
+        assert_eq!(b["signal"], "b");
+        let off = b["max"].as_f64().expect("a number");
+        assert!(off > 0.0 && off < 1.0, "{format}: {document}");
+    }
+    let rows = std::fs::read_to_string(rows).expect("the rows are there");
+    assert_eq!(rows.lines().count(), 2001);
+    assert!(
+        std::fs::read(picture)
+            .expect("the picture is there")
+            .starts_with(b"\x89PNG")
+    );
+}
+
+#[test]
+fn what_fixed_point_cannot_do_is_answered_with_key_and_what_can_be_done() {
+    let fixed = "arithmetic = \"fixed\"";
+    let words = |more: &str| PROPOSED.replace("arithmetic = \"f32\"", &format!("{fixed}\n{more}"));
+    let narrow = "ranges = { error = 1.0, velocity = 100.0, command = 2.0 }";
+    let answer = refusal("fixed-command", &words(narrow));
+    assert!(answer.contains("identifier.ranges.command"), "{answer}");
+    assert!(answer.contains("at least 10"), "{answer}");
+    let answer = refusal(
+        "fixed-gamma",
+        &words("").replace("[0.2, 110.0]", "[0.2, 1e14]"),
+    );
+    assert!(
+        answer.contains("identifier.gamma") && answer.contains("at most"),
+        "{answer}"
+    );
+    let law = "law = \"gradient\"\ngamma = [0.2, 110.0]\nmu = 10.0";
+    let answer = refusal(
+        "fixed-law",
+        &words("").replace(law, "law = \"gauss-newton\""),
+    );
+    assert!(answer.contains("identifier.arithmetic"), "{answer}");
+    assert!(
+        answer.contains("\"gradient\" and \"pd-gradient\" alone"),
+        "{answer}"
+    );
+    let stray = PROPOSED.replace(
+        "arithmetic = \"f32\"",
+        &format!("arithmetic = \"f32\"\n{narrow}"),
+    );
+    let answer = refusal("fixed-stray", &stray);
+    assert!(answer.contains("identifier.ranges"), "{answer}");
+}

@@ -8,6 +8,8 @@ pub mod baseline;
 pub mod control;
 pub mod error;
 pub mod excitation;
+#[cfg(feature = "fixed")]
+pub mod fixed_point;
 pub mod identifier;
 pub mod interval;
 pub mod measurement;

@@ -10,6 +10,7 @@ macro_rules! say {
 }
 
 mod compare;
+mod drift;
 mod fault;
 mod output;
 mod paper;
@@ -41,6 +42,8 @@ enum Verb {
     Replay(replay::Arguments),
     /// Run every method on the same servo, in cases that each break one assumption.
     Compare(compare::Arguments),
+    /// Run one experiment in every number format, side by side on the same measurements.
+    Drift(drift::Arguments),
     /// Run many random servos: the distribution of the errors.
     Sweep(sweep::Arguments),
 }
@@ -56,6 +59,7 @@ pub fn main() -> ExitCode {
         Verb::Run(arguments) => run::run(&arguments),
         Verb::Replay(arguments) => replay::run(&arguments),
         Verb::Compare(arguments) => compare::run(&arguments),
+        Verb::Drift(arguments) => drift::run(&arguments),
         Verb::Sweep(arguments) => sweep::run(&arguments),
     };
     match done {

@@ -12,7 +12,8 @@ use identifier_core::parameters::Parameter;
 use crate::experiment::{self, operations};
 use crate::report::{Summariser, Summary};
 use crate::scenario::{
-    Baseline, BaselineSettings, Closing, GradientSettings, Law, Scenario, WindowSettings,
+    Arithmetic, Baseline, BaselineSettings, Closing, GradientSettings, Law, Scenario,
+    WindowSettings,
 };
 
 /// A comparison.
@@ -89,6 +90,10 @@ pub fn with_law(base: &Scenario, law: &Law) -> Scenario {
         Law::Baseline(baseline, _) => baseline.parameters().to_vec(),
     };
     scenario.identifier.law = law.clone();
+    let in_fixed_point = matches!(law, Law::Gradient(_) | Law::PdGradient(_));
+    if scenario.identifier.arithmetic == Arithmetic::Fixed && !in_fixed_point {
+        scenario.identifier.arithmetic = Arithmetic::F32;
+    }
     scenario.in_own_loop()
 }
 

@@ -14,12 +14,15 @@ use crate::scenario::{Arithmetic, Reference, Scenario, WithVelocity};
 use crate::servo::{Encoder, Plant};
 
 pub(super) fn run(scenario: &Scenario, observe: &mut impl FnMut(&Sample)) -> Outcome {
+    if scenario.identifier.arithmetic == Arithmetic::Fixed {
+        return super::fixed_loop::run(scenario, observe);
+    }
     let velocity = &scenario.controller.velocity;
     let units = &scenario.controller.units;
     let work = Loop { scenario, observe };
     match scenario.identifier.arithmetic {
         Arithmetic::F32 => velocity.with::<f32, _>(units, work),
-        Arithmetic::F64 => velocity.with::<f64, _>(units, work),
+        Arithmetic::F64 | Arithmetic::Fixed => velocity.with::<f64, _>(units, work),
     }
     .expect(CHECKED)
 }

@@ -3,6 +3,7 @@
 mod baseline;
 mod build;
 mod closed_loop;
+mod fixed_loop;
 mod learner;
 mod operations;
 mod sample;

@@ -78,7 +78,7 @@ pub fn replay(
     let velocity = &scenario.controller.velocity;
     match scenario.identifier.arithmetic {
         Arithmetic::F32 => velocity.with::<f32, _>(units, work),
-        Arithmetic::F64 => velocity.with::<f64, _>(units, work),
+        Arithmetic::F64 | Arithmetic::Fixed => velocity.with::<f64, _>(units, work),
     }
     .map_err(ReplayError::Range)?
 }

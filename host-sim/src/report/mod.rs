@@ -3,6 +3,7 @@
 pub mod comparison;
 pub mod csv;
 pub mod distribution;
+pub mod drift;
 pub mod json;
 pub mod panels;
 pub mod plot;

@@ -3,6 +3,7 @@
 use identifier_core::control::{CommandLimit, Gains};
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::excitation::Tone;
+use identifier_core::fixed_point::Ranges;
 use identifier_core::identifier::{Bounds, Uncertainty};
 use identifier_core::interval::Interval;
 use identifier_core::model::ServoParameters;
@@ -78,6 +79,10 @@ pub(super) fn scenario(tables: &Tables, purpose: Purpose) -> Result<Scenario, Fa
                 scenario.identifier.law.name(),
                 Law::REPLAYABLE
             ),
+        )),
+        Purpose::Replay if scenario.identifier.arithmetic == Arithmetic::Fixed => Err(Fault::new(
+            "identifier.arithmetic",
+            "a log is replayed in \"f32\" or \"f64\"; `drift` shows what fixed point makes of a run",
         )),
         Purpose::Replay => Ok(scenario),
     }
@@ -360,7 +365,9 @@ fn identifier(
         arithmetic: match table.arithmetic {
             tables::Arithmetic::F32 => Arithmetic::F32,
             tables::Arithmetic::F64 => Arithmetic::F64,
+            tables::Arithmetic::Fixed => Arithmetic::Fixed,
         },
+        ranges: ranges(table)?,
     })
 }
 
@@ -501,6 +508,30 @@ fn window(table: &tables::Identifier) -> Result<WindowSettings, Fault> {
         .and_then(|_| Allowed::AtLeast(1.0).check("fit_every", f64::from(fit_every)))
         .map_err(under("identifier"))?;
     Ok(WindowSettings { length, fit_every })
+}
+
+/// What fixed point needs: a law that has it, and ranges.
+fn ranges(table: &tables::Identifier) -> Result<Option<Ranges>, Fault> {
+    if table.arithmetic != tables::Arithmetic::Fixed {
+        return match table.ranges {
+            Some(_) => Err(Fault::new(
+                "identifier.ranges",
+                "floating point needs no ranges: this key belongs to arithmetic = \"fixed\"",
+            )),
+            None => Ok(None),
+        };
+    }
+    if !matches!(table.law, LawName::Gradient | LawName::PdGradient) {
+        return Err(Fault::new(
+            "identifier.arithmetic",
+            "\"gradient\" and \"pd-gradient\" alone are there in fixed point",
+        ));
+    }
+    Ok(table.ranges.map(|ranges| Ranges {
+        error: ranges.error,
+        velocity: ranges.velocity,
+        command: ranges.command,
+    }))
 }
 
 /// The matrix of a diagonal or of rows, for so many parameters.

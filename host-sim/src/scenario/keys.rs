@@ -279,7 +279,31 @@ pub const KEYS: &[Key] = &[
         "a whole number above 0, samples from one fit of a window to the next",
         "10",
     ),
-    key("identifier.arithmetic", "\"f32\" or \"f64\"", "\"f32\""),
+    key(
+        "identifier.arithmetic",
+        "\"f32\", \"f64\" or \"fixed\" (gradient, pd-gradient)",
+        "\"f32\"",
+    ),
+    key(
+        "identifier.ranges",
+        "{ error, velocity, command }: what the signals stay within (fixed)",
+        "four times what the command limit lets the PID ask for",
+    ),
+    key(
+        "identifier.ranges.error",
+        "a number above 0, rad",
+        "required in ranges",
+    ),
+    key(
+        "identifier.ranges.velocity",
+        "a number above 0, rad/s",
+        "required in ranges",
+    ),
+    key(
+        "identifier.ranges.command",
+        "a number of at least the limit, command units",
+        "required in ranges",
+    ),
     key(
         "identifier.relay",
         "a number above 0, command units (laws with a relay)",

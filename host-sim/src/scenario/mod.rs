@@ -8,6 +8,7 @@
 mod baselines;
 mod build;
 mod error;
+pub(crate) mod fixed;
 pub mod keys;
 mod law;
 mod parts;
@@ -27,6 +28,7 @@ use std::path::Path;
 
 use identifier_core::control::{CommandLimit, Gains};
 use identifier_core::excitation::Tone;
+use identifier_core::fixed_point::Ranges;
 use identifier_core::identifier::Bounds;
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Parameter;
@@ -167,6 +169,8 @@ pub struct IdentifierSettings {
     pub plant_box: Option<PlantBox>,
     /// The number format of the loop.
     pub arithmetic: Arithmetic,
+    /// What the signals stay within in fixed point; none for what follows from the loop.
+    pub ranges: Option<Ranges>,
 }
 
 /// The number format that the loop is computed in.
@@ -176,6 +180,8 @@ pub enum Arithmetic {
     F32,
     /// Double precision.
     F64,
+    /// Fixed point, words of 32 bits.
+    Fixed,
 }
 
 impl Arithmetic {
@@ -185,6 +191,7 @@ impl Arithmetic {
         match self {
             Self::F32 => "f32",
             Self::F64 => "f64",
+            Self::Fixed => "fixed",
         }
     }
 }

@@ -14,8 +14,8 @@ use identifier_core::stability::CertificateError;
 
 use super::error::Fault;
 use super::{
-    ControllerSettings, ExcitationSettings, GradientSettings, IdentifierSettings, Law, Reference,
-    Scenario, WithSet, WithVelocity,
+    Arithmetic, ControllerSettings, ExcitationSettings, GradientSettings, IdentifierSettings, Law,
+    Reference, Scenario, WithSet, WithVelocity, fixed,
 };
 
 impl Scenario {
@@ -203,14 +203,15 @@ impl Scenario {
         let cutoff = |error| Fault::new("controller.velocity_filter.cutoff", error);
         let velocity = &self.controller.velocity;
         velocity.with(units, Built).map_err(cutoff)?;
+        let fault = |error| Fault::new(key_of(&error, &self.identifier.law), error);
+        if self.identifier.arithmetic == Arithmetic::Fixed {
+            fixed::check(self).map_err(fault)?;
+        }
         let work = Build {
             scenario: self,
             reference: &reference,
         };
-        self.identifier
-            .model_set()
-            .with(work)
-            .map_err(|error| Fault::new(key_of(&error, &self.identifier.law), error))
+        self.identifier.model_set().with(work).map_err(fault)
     }
 }
 
@@ -329,6 +330,7 @@ fn key_of(error: &IdentifierError, law: &Law) -> String {
     match error {
         IdentifierError::Range(error) => match error.parameter {
             "alpha_min" => "controller.kd".to_owned(),
+            "sample_time" => "controller.sample_time".to_owned(),
             parameter => format!("identifier.{parameter}"),
         },
         IdentifierError::Certificate(CertificateError::ProportionalGainTooSmall { .. }) => {

@@ -204,6 +204,7 @@ pub struct Identifier {
     pub bounds: Option<Bounds>,
     pub plant_box: Option<PlantBox>,
     pub arithmetic: Arithmetic,
+    pub ranges: Option<FixedRanges>,
     pub uncertainty: Option<Uncertainty>,
     pub noise: Option<f64>,
     pub window: Option<u32>,
@@ -282,6 +283,7 @@ pub enum Arithmetic {
     #[default]
     F32,
     F64,
+    Fixed,
 }
 
 /// `initial`
@@ -321,6 +323,19 @@ pub struct Bounds {
     pub b: Option<[f64; 2]>,
     pub coulomb: Option<[f64; 2]>,
     pub load: Option<[f64; 2]>,
+}
+
+/// `ranges`
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(
+    missing_docs,
+    reason = "the fields are the keys of the scenario file, see `keys`"
+)]
+pub struct FixedRanges {
+    pub error: f64,
+    pub velocity: f64,
+    pub command: f64,
 }
 
 /// `uncertainty`

@@ -144,8 +144,13 @@ where
             command.output_error_rate,
         );
         let parameters = ModelParameters::of_set::<S, P>(&state.law.estimates());
-        self.model
+        let phase = self
+            .model
             .advance::<S, P>(&mut state.model, &command, &parameters);
+        if S::HAS_COULOMB {
+            self.model
+                .stand_together(&mut state.model, real, &parameters, phase);
+        }
         state.load_command = command.load;
         GradientIdentification {
             output_error,

@@ -57,6 +57,14 @@ impl<N: Number> LowPass<N> {
     }
 }
 
+impl<N: Number> LowPass<N> {
+    /// How much of a step of the velocity shows after one sample, 1 − p.
+    #[cfg(feature = "fixed")]
+    pub(crate) fn gain(&self) -> f64 {
+        self.gain.to_f64()
+    }
+}
+
 /// The state of a [`LowPass`] estimate: the velocity, per sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LowPassState<N>(N);

@@ -28,9 +28,11 @@ pub(super) fn run(
         Arithmetic::F32 => run_in::<f32>(scenario, baseline, settings, observe, &mut |process| {
             process()
         }),
-        Arithmetic::F64 => run_in::<f64>(scenario, baseline, settings, observe, &mut |process| {
-            process()
-        }),
+        Arithmetic::F64 | Arithmetic::Fixed => {
+            run_in::<f64>(scenario, baseline, settings, observe, &mut |process| {
+                process()
+            })
+        }
     }
 }
 

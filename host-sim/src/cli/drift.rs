@@ -1,0 +1,103 @@
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::PathBuf;
+
+use identifier_core::excitation::Excitation;
+
+use super::fault::Fault;
+use super::output;
+use crate::drift::{self, Differences};
+use crate::report::{drift as report, plot};
+use crate::scenario::{Arithmetic, Law, Purpose, Reference, Scenario, keys};
+
+/// The most samples that are kept for the trace and the picture.
+const KEPT: u64 = 100_000;
+
+#[derive(Debug, clap::Args)]
+#[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
+pub(super) struct Arguments {
+    /// The scenario, a TOML file with the gradient law; its arithmetic does not matter.
+    scenario: PathBuf,
+    /// Turns that the servo is away from where its encoder counted zero.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    turns: u32,
+    /// Write the differences as JSON to this file; `-` is standard output.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Write the signals of every format to this file, at most 100 000 rows.
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Draw the differences over time into this file, .png or .svg.
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
+    let mut scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
+    if !matches!(
+        scenario.identifier.law,
+        Law::Gradient(_) | Law::PdGradient(_)
+    ) {
+        return Err(Fault::Input(format!(
+            "{}: identifier.law: \"{}\" is not there in fixed point: \"gradient\" and \
+             \"pd-gradient\" are",
+            arguments.scenario.display(),
+            scenario.identifier.law.name()
+        )));
+    }
+    if let Some(path) = &arguments.plot {
+        plot::check_format(path)?;
+    }
+    scenario.identifier.arithmetic = Arithmetic::Fixed;
+    let input = |fault: String| Fault::Input(format!("{}: {fault}", arguments.scenario.display()));
+    scenario.buildable().map_err(input)?;
+
+    let units = scenario.controller.units;
+    let reference = Reference::<f64>::new(&units, &scenario.excitation)
+        .map_err(|error| input(error.to_string()))?;
+    let mut state = reference.start();
+    let samples = scenario.samples();
+    let every = samples.div_ceil(KEPT).max(1);
+    let mut trace = Vec::new();
+    let mut place = 0;
+    let mut differences = Differences::lasting(scenario.duration);
+    drift::run(
+        &scenario,
+        arguments.turns,
+        samples,
+        &mut |_| reference.process(&mut state) * units.position_unit(),
+        &mut |compared| {
+            differences.add(compared);
+            if place % every == 0 {
+                trace.push(*compared);
+            }
+            place += 1;
+        },
+    )
+    .map_err(|error| input(error.to_string()))?;
+
+    if let Some(path) = &arguments.csv {
+        let file = File::create(path).map_err(|error| Fault::unwritable(path, error))?;
+        report::csv(BufWriter::new(file), &trace)
+            .map_err(|error| Fault::unwritable(path, error))?;
+    }
+    if let Some(path) = &arguments.plot {
+        plot::write(path, "", 2, &report::panels(&trace))?;
+    }
+    if let Some(path) = &arguments.json {
+        let document = report::Document::new(&differences, place, units.sample_time());
+        output::document(path, &document)?;
+    }
+    if !output::is_standard_output(arguments.json.as_deref()) {
+        say!("{}", report::table(&differences));
+        say!(
+            "Differences from f64 on the same {place} measurements: mean and root mean square over \
+             the last quarter, the largest\nover the whole run."
+        );
+    }
+    if differences.all_finite() {
+        Ok(())
+    } else {
+        Err(Fault::Other("a value was infinite or no number".to_owned()))
+    }
+}

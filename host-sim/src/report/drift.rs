@@ -1,0 +1,208 @@
+//! What number formats make of an experiment: as a table, as JSON, as CSV and as a picture.
+
+use std::io::Write;
+
+use comfy_table::{CellAlignment, Table, presets};
+use serde::Serialize;
+
+use super::plot::{self, Curve, Panel};
+use crate::drift::{Compared, Difference, Differences, Format, Signals};
+
+/// One row a signal and format.
+#[must_use]
+pub fn table(differences: &Differences) -> String {
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_BORDERS_ONLY);
+    table.set_header([
+        "signal",
+        "format",
+        "rms in f64",
+        "mean difference",
+        "rms difference",
+        "largest difference",
+        "signal to noise",
+    ]);
+    for format in [Format::F32, Format::Fixed] {
+        for difference in differences.of(format) {
+            table.add_row([
+                format!("{} [{}]", difference.name, difference.unit),
+                format.name().to_owned(),
+                format!("{:.4e}", difference.size),
+                format!("{:+.1e}", difference.mean),
+                format!("{:.1e}", difference.rms),
+                format!("{:.1e}", difference.max),
+                decibel(&difference),
+            ]);
+        }
+    }
+    for column in table.column_iter_mut().skip(2) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table.to_string()
+}
+
+fn decibel(difference: &Difference) -> String {
+    if difference.rms > 0.0 && difference.size > 0.0 {
+        format!("{:.0} dB", signal_to_noise(difference))
+    } else {
+        "–".to_owned()
+    }
+}
+
+/// 20 log₁₀ of the signal's root mean square over that of the difference.
+#[must_use]
+pub fn signal_to_noise(difference: &Difference) -> f64 {
+    20.0 * (difference.size / difference.rms).log10()
+}
+
+/// The signals that are shown, with name, unit and value.
+type Shown = (&'static str, &'static str, fn(&Signals) -> f64);
+
+const SHOWN: [Shown; 6] = [
+    ("Command", "u [command units]", |signals| signals.command),
+    ("Output error", "ε [rad]", |signals| signals.output_error),
+    ("Viscous friction over inertia", "a [1/s]", |signals| {
+        signals.estimates.a
+    }),
+    ("Gain over inertia", "b [rad/s²/u]", |signals| {
+        signals.estimates.b
+    }),
+    ("Coulomb friction over inertia", "c [rad/s²]", |signals| {
+        signals.estimates.coulomb
+    }),
+    ("Load over inertia", "d [rad/s²]", |signals| {
+        signals.estimates.load
+    }),
+];
+
+/// The differences from double precision over time.
+#[must_use]
+pub fn panels(trace: &[Compared]) -> Vec<Panel> {
+    SHOWN
+        .iter()
+        .map(|(title, axis, of)| Panel {
+            title: format!("{title}, less f64"),
+            abscissa: plot::TIME.to_owned(),
+            axis: (*axis).to_owned(),
+            logarithmic: false,
+            curves: [Format::F32, Format::Fixed]
+                .into_iter()
+                .zip(1..)
+                .map(|(format, place)| Curve {
+                    name: Some(format.name().to_owned()),
+                    points: trace
+                        .iter()
+                        .map(|sample| {
+                            let [reference, ..] = &sample.signals;
+                            (sample.time, of(&sample.signals[place]) - of(reference))
+                        })
+                        .collect(),
+                    band: Vec::new(),
+                })
+                .collect(),
+            nominal: None,
+            range: None,
+        })
+        .collect()
+}
+
+/// Writes the signals of every format, one row a sample, SI.
+///
+/// # Errors
+/// Whatever the writer answers.
+pub fn csv(out: impl Write, trace: &[Compared]) -> Result<(), csv::Error> {
+    let mut writer = csv::Writer::from_writer(out);
+    let mut heading = vec!["time_s".to_owned()];
+    for format in Format::ALL {
+        for signal in [
+            "velocity_rad_per_s",
+            "command",
+            "output_error_rad",
+            "a_per_s",
+            "b_rad_per_s2_per_command",
+            "coulomb_rad_per_s2",
+            "load_rad_per_s2",
+        ] {
+            heading.push(format!("{}_{signal}", format.name()));
+        }
+    }
+    writer.write_record(heading)?;
+    for sample in trace {
+        let mut row = vec![sample.time.to_string()];
+        for signals in &sample.signals {
+            let estimates = &signals.estimates;
+            row.extend(
+                [
+                    signals.velocity,
+                    signals.command,
+                    signals.output_error,
+                    estimates.a,
+                    estimates.b,
+                    estimates.coulomb,
+                    estimates.load,
+                ]
+                .map(|value| value.to_string()),
+            );
+        }
+        writer.write_record(row)?;
+    }
+    writer.flush()?;
+    Ok(())
+}
+
+/// The differences for a program.
+#[derive(Debug, Clone, Serialize)]
+#[expect(
+    missing_docs,
+    reason = "the fields are the keys of the result, documented in the README"
+)]
+pub struct Document {
+    pub samples: u64,
+    pub sample_time: f64,
+    pub all_finite: bool,
+    pub f32: Vec<DifferenceDocument>,
+    pub fixed: Vec<DifferenceDocument>,
+}
+
+/// The difference of one signal from double precision.
+#[derive(Debug, Clone, Serialize)]
+#[expect(
+    missing_docs,
+    reason = "the fields are the keys of the result, documented in the README"
+)]
+pub struct DifferenceDocument {
+    pub signal: &'static str,
+    pub unit: &'static str,
+    pub size: f64,
+    pub mean: f64,
+    pub rms: f64,
+    pub max: f64,
+}
+
+impl Document {
+    /// The document of a run.
+    #[must_use]
+    pub fn new(differences: &Differences, samples: u64, sample_time: f64) -> Self {
+        let of = |format| {
+            differences
+                .of(format)
+                .into_iter()
+                .map(|difference| DifferenceDocument {
+                    signal: difference.name,
+                    unit: difference.unit,
+                    size: difference.size,
+                    mean: difference.mean,
+                    rms: difference.rms,
+                    max: difference.max,
+                })
+                .collect()
+        };
+        Self {
+            samples,
+            sample_time,
+            all_finite: differences.all_finite(),
+            f32: of(Format::F32),
+            fixed: of(Format::Fixed),
+        }
+    }
+}

@@ -1,0 +1,168 @@
+use core::marker::PhantomData;
+
+use super::arithmetic::{Accumulator, Word, accumulator, value};
+use super::controller::FixedControlSample;
+use super::gradient::FixedGradient;
+use super::model::{FixedModelLoop, FixedModelState, FixedParameters};
+use super::pid::FixedPid;
+use super::ranges::{Ranges, Scales};
+use super::step::FixedStep;
+use super::velocity::FixedVelocity;
+use crate::adaptation::GradientUpdate;
+use crate::identifier::{GradientIdentifier, GradientLaw, IdentifierConfig, IdentifierError};
+use crate::measurement::velocity::VelocityEstimate;
+use crate::model::ServoParameters;
+use crate::parameters::{Parameter, ParameterSet};
+use crate::units::Units;
+
+/// The paper's identifier on words: model loop, Γ-gradient law and load estimate, for the
+/// parameter set S.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FixedGradientIdentifier<V, S, const P: usize> {
+    model: FixedModelLoop<V>,
+    law: FixedGradient<P>,
+    scales: Scales,
+    initial: [Accumulator; P],
+    units: Units,
+    gain_margin: Option<f64>,
+    set: PhantomData<S>,
+}
+
+/// What the identifier remembers between samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FixedGradientState<F, const P: usize> {
+    model: FixedModelState<F>,
+    estimates: [Accumulator; P],
+    load_command: Word,
+}
+
+/// What one sample showed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FixedIdentification {
+    /// What the law did.
+    pub update: GradientUpdate,
+    /// True when the output error had left its range and the model starts again where the servo
+    /// is; the estimates are kept.
+    pub restarted: bool,
+}
+
+impl<V, S, const P: usize> FixedGradientIdentifier<V, S, P>
+where
+    V: FixedVelocity,
+    S: ParameterSet<P>,
+{
+    /// Builds the identifier for these ranges and the velocity estimate that the controller uses,
+    /// as numbers and as words.
+    ///
+    /// # Errors
+    /// Whatever refuses the identifier on numbers, see [`IdentifierError`]; and the range, gain or
+    /// sample time that does not fit words, with what would.
+    pub fn new<W>(
+        config: &IdentifierConfig,
+        law: &GradientLaw<P>,
+        ranges: &Ranges,
+        velocity: W,
+    ) -> Result<Self, IdentifierError>
+    where
+        W: VelocityEstimate<f64>,
+        V: for<'a> From<&'a W>,
+    {
+        let checked = GradientIdentifier::<f64, W, S, P>::new(config, law, velocity)?;
+        let scales = Scales::new(config, ranges)?;
+        let units = config.units;
+        Ok(Self {
+            model: FixedModelLoop {
+                pid: FixedPid::new(config, &scales)?,
+                velocity: V::from(&velocity),
+                step: FixedStep::new(&scales),
+                scales,
+            },
+            law: FixedGradient::new::<S>(config, law, &scales)?,
+            scales,
+            initial: S::PARAMETERS.map(|parameter| {
+                let machine = parameter.of(&config.initial) * parameter.scale(&units);
+                accumulator(machine, scales.of(parameter))
+            }),
+            units,
+            gain_margin: checked.gain_margin(),
+            set: PhantomData,
+        })
+    }
+
+    /// The gain margin of the sampled loop over the box, where a box was given and certified.
+    #[must_use]
+    pub fn gain_margin(&self) -> Option<f64> {
+        self.gain_margin
+    }
+
+    /// The state at the start: the model at rest where the servo is, the estimates at their
+    /// initial values.
+    #[must_use]
+    pub fn start(&self) -> FixedGradientState<V::State, P> {
+        FixedGradientState {
+            model: FixedModelState::at_rest(),
+            estimates: self.initial,
+            load_command: Word::ZERO,
+        }
+    }
+
+    /// One sample, after the controller's.
+    #[inline]
+    pub fn process(
+        &self,
+        state: &mut FixedGradientState<V::State, P>,
+        real: &FixedControlSample,
+    ) -> FixedIdentification {
+        let FixedGradientState {
+            model,
+            estimates,
+            load_command,
+        } = state;
+        self.model.observe(model, real);
+        let output_error = self.model.output_error(model);
+        let command = self.model.command(model, real);
+        let regressor = self.model.regressor::<S, P>(model, &command);
+        let update = self.law.update(
+            estimates,
+            &regressor,
+            output_error,
+            command.output_error_rate,
+        );
+        let parameters = FixedParameters::of_set::<S, P>(estimates);
+        self.model
+            .advance::<S, P>(model, real, &command, &parameters);
+        *load_command = command.load;
+        FixedIdentification {
+            update,
+            restarted: self.model.restart_if_lost(model),
+        }
+    }
+
+    /// The output error, counts (position units).
+    #[must_use]
+    pub fn output_error(&self, state: &FixedGradientState<V::State, P>) -> f64 {
+        self.model.output_error_counts(&state.model)
+    }
+
+    /// The estimates in SI; the load is the part found as a parameter plus b̂ k_i ∫ε.
+    #[must_use]
+    pub fn estimates(&self, state: &FixedGradientState<V::State, P>) -> ServoParameters {
+        let of = |wanted: Parameter| {
+            S::PARAMETERS
+                .iter()
+                .zip(&state.estimates)
+                .find(|(parameter, _)| **parameter == wanted)
+                .map_or(0.0, |(_, estimate)| {
+                    let machine = libm::ldexp(estimate.to_num::<f64>(), self.scales.of(wanted));
+                    machine / wanted.scale(&self.units)
+                })
+        };
+        ServoParameters {
+            a: of(Parameter::A),
+            b: of(Parameter::B),
+            coulomb: of(Parameter::Coulomb),
+            load: of(Parameter::Load),
+        }
+        .with_load_of(value(state.load_command, self.scales.command))
+    }
+}

@@ -1,0 +1,425 @@
+//! Three number formats, one answer: the same experiments in f64, f32 and fixed point.
+
+use fixed::types::I48F16;
+use host_sim::drift::{self, Compared, Differences, Format};
+use host_sim::report::{Summary, drift as report};
+use host_sim::scenario::{Arithmetic, Reference, Scenario};
+use identifier_core::control::{CommandLimit, ControlState, Gains};
+use identifier_core::excitation::Excitation;
+use identifier_core::fixed_point::{
+    FixedController, FixedGradientIdentifier, FixedLowPass, Ranges,
+};
+use identifier_core::identifier::{Bounds, GradientLaw, IdentifierConfig, IdentifierError};
+use identifier_core::interval::Interval;
+use identifier_core::measurement::velocity::LowPass;
+use identifier_core::model::ServoParameters;
+use identifier_core::number::Number;
+use identifier_core::parameters::AbCoulomb;
+use identifier_core::stability::PlantBox;
+use identifier_core::units::Units;
+use integration_tests::{in_parallel, parse, run, servo};
+use proptest::prelude::*;
+
+const PAPER: &str = include_str!("../host-sim/scenarios/paper.toml");
+const RUBBING: &str = include_str!("../host-sim/scenarios/drift.toml");
+
+/// Each format in a loop of its own.
+fn in_own_loops(text: &str) -> [Summary; 3] {
+    let formats = [Arithmetic::F64, Arithmetic::F32, Arithmetic::Fixed];
+    let found = in_parallel(&formats, |&arithmetic| {
+        let mut scenario = parse(text);
+        scenario.identifier.arithmetic = arithmetic;
+        run(&scenario)
+    });
+    found.try_into().expect("three formats")
+}
+
+/// How far a format's tail means may be from those of f64: â (1/s), b̂, ĉ, d̂ (relative).
+struct Tolerance {
+    a: f64,
+    b: f64,
+    coulomb: f64,
+    load: f64,
+}
+
+const FIXED: Tolerance = Tolerance {
+    a: 0.02,
+    b: 0.003,
+    coulomb: 0.03,
+    load: 0.01,
+};
+const F32: Tolerance = Tolerance {
+    a: 0.002,
+    b: 0.0002,
+    coulomb: 0.005,
+    load: 0.002,
+};
+
+fn assert_alike(found: &Summary, exact: &Summary, tolerance: &Tolerance) {
+    let truth = exact.truth.expect("a simulated servo");
+    let name = found.arithmetic;
+    let off = found.a.tail_mean - exact.a.tail_mean;
+    assert!(off.abs() < tolerance.a, "{name}: a {off}");
+    for (parameter, found, exact, size, tolerance) in [
+        ("b", &found.b, &exact.b, truth.b, tolerance.b),
+        (
+            "c",
+            &found.coulomb,
+            &exact.coulomb,
+            truth.coulomb,
+            tolerance.coulomb,
+        ),
+        ("d", &found.load, &exact.load, truth.load, tolerance.load),
+    ] {
+        let off = found.tail_mean - exact.tail_mean;
+        // Nothing to be relative to: an acceleration of 0.02 rad/s² then.
+        let allowed = (tolerance * size.abs()).max(0.02);
+        assert!(off.abs() < allowed, "{name}: {parameter} {off}");
+    }
+}
+
+#[test]
+fn every_format_finds_the_same_in_a_loop_of_its_own() {
+    for text in [
+        PAPER.to_owned(),
+        drop_second(
+            &PAPER.replace("b = 257.7", "b = 257.7\nload = 20.0\n#"),
+            "load = ",
+        ),
+    ] {
+        let [exact, single, words] = in_own_loops(&text);
+        assert_alike(&single, &exact, &F32);
+        assert_alike(&words, &exact, &FIXED);
+    }
+    // With friction every rounding makes another motion, and the estimates' own unrest is larger
+    // than what single precision is allowed on the same measurements (below).
+    let [exact, single, words] = in_own_loops(RUBBING);
+    assert_alike(&single, &exact, &FIXED);
+    assert_alike(&words, &exact, &FIXED);
+}
+
+#[test]
+fn every_format_finds_the_same_on_the_same_measurements() {
+    assert_no_drift(&parse(PAPER), &["b"]);
+    assert_no_drift(&parse(RUBBING), &["b", "coulomb", "load"]);
+}
+
+/// The text without the second line that begins so.
+fn drop_second(text: &str, begins: &str) -> String {
+    let mut seen = false;
+    text.lines()
+        .filter(|line| {
+            let again = line.starts_with(begins) && seen;
+            seen |= line.starts_with(begins);
+            !again
+        })
+        .map(|line| format!("{line}\n"))
+        .collect()
+}
+
+/// The differences on the same measurements.
+fn side_by_side(scenario: &Scenario, turns: u32) -> Differences {
+    let units = scenario.controller.units;
+    let reference = Reference::<f64>::new(&units, &scenario.excitation).expect("valid");
+    let mut state = reference.start();
+    let mut differences = Differences::lasting(scenario.duration);
+    drift::run(
+        scenario,
+        turns,
+        scenario.samples(),
+        &mut |_| reference.process(&mut state) * units.position_unit(),
+        &mut |compared| differences.add(compared),
+    )
+    .expect("it fits");
+    assert!(differences.all_finite());
+    differences
+}
+
+/// The largest mean difference of a signal over the formats, over its size.
+fn mean_off(differences: &Differences, format: Format, name: &str) -> (f64, f64) {
+    let all = differences.of(format);
+    let signal = all.iter().find(|signal| signal.name == name);
+    let signal = signal.expect("a signal of that name");
+    (signal.mean.abs().max(signal.rms), signal.size)
+}
+
+#[test]
+fn fast_loops_and_many_turns_cost_nothing() {
+    let cases = [
+        (1e-4, 0),
+        (5e-5, 0),
+        (2.5e-5, 0),
+        (1e-3, 100_000),
+        (2.5e-5, 100_000),
+    ];
+    in_parallel(&cases, |&(sample_time, turns)| {
+        let mut scenario = parse(RUBBING);
+        let unit = scenario.controller.units.position_unit();
+        scenario.controller.units = Units::new(sample_time, unit).expect("valid");
+        scenario.identifier.bounds.a = Interval::new("bounds.a", 0.0, 100.0).expect("ordered");
+        scenario.duration = 10.0;
+        let differences = side_by_side(&scenario, turns);
+        for format in [Format::F32, Format::Fixed] {
+            let (a, _) = mean_off(&differences, format, "a");
+            let (b, size) = mean_off(&differences, format, "b");
+            println!(
+                "T = {sample_time}, {turns} turns, {}: a off by {a:.1e} 1/s, b by {:.1e}",
+                format.name(),
+                b / size
+            );
+            assert!(a < 0.05 && b < 0.005 * size, "{}: {a} {b}", format.name());
+        }
+    });
+}
+
+/// Every sample of the last quarter, in both formats, against the figures above.
+fn assert_no_drift(scenario: &Scenario, parameters: &[&str]) {
+    let differences = side_by_side(scenario, 0);
+    for (format, tolerance) in [(Format::F32, F32), (Format::Fixed, FIXED)] {
+        assert!(mean_off(&differences, format, "a").0 < tolerance.a);
+        for &name in parameters {
+            let (off, size) = mean_off(&differences, format, name);
+            let relative = match name {
+                "b" => tolerance.b,
+                "coulomb" => tolerance.coulomb,
+                _ => tolerance.load,
+            };
+            assert!(off < relative * size, "{}: {name} {off}", format.name());
+        }
+    }
+}
+
+/// 10⁷ samples; 10⁹ are run by hand (see the README).
+#[test]
+fn a_soak_shows_no_drift() {
+    let mut scenario = parse(RUBBING);
+    scenario.duration = 1e4;
+    assert_no_drift(&scenario, &["b", "coulomb", "load"]);
+}
+
+/// The reference stands still for 10⁶ samples and then moves again.
+#[test]
+fn estimates_keep_still_without_excitation_and_do_not_burst_after_it() {
+    const MOVING: u64 = 20_000;
+    const STANDING: u64 = 1_000_000;
+    for text in [RUBBING, PAPER] {
+        let scenario = {
+            let mut scenario = parse(text);
+            servo(&mut scenario).load = 20.0;
+            scenario
+        };
+        let units = scenario.controller.units;
+        let source = Reference::<f64>::new(&units, &scenario.excitation).expect("valid");
+        let mut state = source.start();
+        let mut last = 0.0;
+        let mut reference = |k: u64| {
+            if !(MOVING..MOVING + STANDING).contains(&k) {
+                last = source.process(&mut state) * units.position_unit();
+            }
+            last
+        };
+        let mut before: Option<Compared> = None;
+        let mut k = 0;
+        drift::run(
+            &scenario,
+            0,
+            2 * MOVING + STANDING,
+            &mut reference,
+            &mut |compared| {
+                // A second for the last step of the reference to die away.
+                if k == MOVING + 1000 {
+                    before = Some(*compared);
+                }
+                if let Some(before) = &before {
+                    for (then, now) in before.signals.iter().zip(&compared.signals) {
+                        let standing = k < MOVING + STANDING;
+                        let (b, a) = if standing { (0.01, 0.01) } else { (0.02, 0.2) };
+                        let (then, now) = (&then.estimates, &now.estimates);
+                        assert!((now.b / then.b - 1.0).abs() < b, "{k}: {then:?} {now:?}");
+                        let allowed = a * then.a.abs().max(1.0);
+                        assert!((now.a - then.a).abs() < allowed, "{k}: {then:?} {now:?}");
+                    }
+                }
+                k += 1;
+            },
+        )
+        .expect("it fits");
+        assert!(before.is_some());
+    }
+}
+
+/// What the formats make of the controller alone, in decibel over the signal.
+#[test]
+fn the_pid_alone_has_the_signal_to_noise_of_the_documentation() {
+    let mut scenario = parse(PAPER);
+    scenario.duration = 20.0;
+    let differences = side_by_side(&scenario, 0);
+    for (format, velocity, command) in [(Format::F32, 140.0, 130.0), (Format::Fixed, 150.0, 135.0)]
+    {
+        let found = differences.of(format);
+        let decibel = |name: &str| {
+            let signal = found.iter().find(|signal| signal.name == name);
+            report::signal_to_noise(signal.expect("a signal of that name"))
+        };
+        println!(
+            "{}: velocity {:.0} dB, command {:.0} dB",
+            format.name(),
+            decibel("velocity"),
+            decibel("command")
+        );
+        assert!(decibel("velocity") > velocity && decibel("command") > command);
+    }
+}
+
+fn config(sample_time: f64) -> IdentifierConfig {
+    let interval = |min, max| Interval::new("interval", min, max).expect("ordered");
+    IdentifierConfig {
+        units: Units::new(sample_time, std::f64::consts::TAU / 10_000.0).expect("valid"),
+        gains: Gains::new(9.0, 0.19, 4.0).expect("valid"),
+        limit: CommandLimit::symmetric(10.0).expect("valid"),
+        plant_box: Some(
+            PlantBox::new(interval(0.0, 50.0), interval(110.0, 1000.0)).expect("valid"),
+        ),
+        initial: ServoParameters {
+            a: 0.0,
+            b: 110.0,
+            coulomb: 1.0,
+            load: 0.0,
+        },
+        bounds: Bounds {
+            a: interval(0.0, 100.0),
+            b: interval(5.0, 5000.0),
+            coulomb: interval(0.0, 100.0),
+            load: interval(-100.0, 100.0),
+        },
+    }
+}
+
+fn law(gamma_b: f64) -> GradientLaw<3> {
+    GradientLaw {
+        gamma: identifier_core::adaptation::PositiveDefinite::diagonal([20.0, gamma_b, 100.0])
+            .expect("positive"),
+        mu: None,
+        frozen: [false; 3],
+    }
+}
+
+type Words = FixedGradientIdentifier<FixedLowPass, AbCoulomb, 3>;
+
+fn refusal(config: &IdentifierConfig, law: &GradientLaw<3>, ranges: &Ranges) -> String {
+    let velocity = LowPass::<f64>::new(&config.units, 500.0).expect("valid");
+    let built: Result<Words, IdentifierError> =
+        FixedGradientIdentifier::new(config, law, ranges, velocity);
+    built.expect_err("it does not fit").to_string()
+}
+
+#[test]
+fn what_does_not_fit_is_refused_with_what_would() {
+    let config = config(1e-3);
+    let fits = Ranges::of(&config);
+    let with = |change: fn(&mut Ranges)| {
+        let mut ranges = fits;
+        change(&mut ranges);
+        refusal(&config, &law(1000.0), &ranges)
+    };
+    let error = with(|ranges| ranges.error = 1e6);
+    assert!(
+        error.contains("ranges.error = 1000000") && error.contains("at most 42165"),
+        "{error}"
+    );
+    let command = with(|ranges| ranges.command = 5.0);
+    assert!(
+        command.contains("ranges.command = 5") && command.contains("at least 10"),
+        "{command}"
+    );
+    let velocity = with(|ranges| ranges.velocity = 1e-9);
+    assert!(
+        velocity.contains("ranges.velocity") && velocity.contains("at least"),
+        "{velocity}"
+    );
+    let gamma = refusal(&config, &law(1e12), &fits);
+    assert!(
+        gamma.contains("gamma = 1000000000000") && gamma.contains("at most"),
+        "{gamma}"
+    );
+    let mut slow = config;
+    slow.gains = Gains::new(9.0, 0.19, 1e-6).expect("valid");
+    slow.plant_box = None;
+    let integral = refusal(&slow, &law(1000.0), &fits);
+    assert!(
+        integral.contains("sample_time = 0.001") && integral.contains("at least"),
+        "{integral}"
+    );
+}
+
+/// The number that a refusal names works.
+#[test]
+fn what_a_refusal_names_would_do() {
+    let config = config(1e-3);
+    let velocity = LowPass::<f64>::new(&config.units, 500.0).expect("valid");
+    let ranges = Ranges {
+        error: 42_165.0,
+        velocity: 200.0,
+        command: 10.0,
+    };
+    let built: Result<Words, IdentifierError> =
+        FixedGradientIdentifier::new(&config, &law(1000.0), &ranges, velocity);
+    assert!(built.is_ok(), "{:?}", built.err());
+}
+
+proptest! {
+    /// Whatever the sensors say: nothing wraps (the tests check every sum for it), no estimate
+    /// leaves its bounds, and the command stays within its limit.
+    #[test]
+    fn nothing_wraps_whatever_comes_in(
+        samples in prop::collection::vec(
+            (prop_oneof![any::<i64>(), -100_000_i64..100_000], prop_oneof![any::<i64>(), -1_000_i64..1_000]),
+            1..200,
+        ),
+    ) {
+        let config = config(1e-3);
+        let velocity = LowPass::<f64>::new(&config.units, 500.0).expect("valid");
+        let ranges = Ranges::of(&config);
+        let controller = FixedController::new(&config, &ranges, FixedLowPass::from(&velocity))
+            .expect("it fits");
+        let identifier: Words =
+            FixedGradientIdentifier::new(&config, &law(1000.0), &ranges, velocity).expect("it fits");
+        let mut control = controller.start(0);
+        let mut state = identifier.start();
+        for (reference, position) in samples {
+            let real = controller.process(&mut control, I48F16::from_bits(reference), position);
+            identifier.process(&mut state, &real);
+            prop_assert!(controller.command(&real).abs() <= 10.0 + 1e-6);
+            let found = identifier.estimates(&state);
+            prop_assert!((0.0..=100.0 + 1e-6).contains(&found.a), "{found:?}");
+            prop_assert!((5.0 - 1e-4..=5000.0 + 1e-3).contains(&found.b), "{found:?}");
+            prop_assert!((0.0..=100.0 + 1e-6).contains(&found.coulomb), "{found:?}");
+            prop_assert!(found.load.is_finite());
+        }
+    }
+
+    /// The words' controller is the numbers' controller.
+    #[test]
+    fn the_controller_is_that_of_numbers(
+        steps in prop::collection::vec((-2000_i64..2000, -20_i64..20), 1..300),
+    ) {
+        let config = config(1e-3);
+        let velocity = LowPass::<f64>::new(&config.units, 500.0).expect("valid");
+        let exact = config.controller::<f64, _>(velocity);
+        let words = FixedController::new(&config, &Ranges::of(&config), FixedLowPass::from(&velocity))
+            .expect("it fits");
+        let mut exact_state = ControlState::at_rest(f64::ZERO);
+        let mut state = words.start(0);
+        let mut position = 0;
+        for (reference, moved) in steps {
+            position += moved;
+            let real = exact
+                .process(&mut exact_state, reference as f64, position as f64)
+                .expect("finite");
+            let found = words.process(&mut state, I48F16::from_num(reference), position);
+            prop_assert!((words.command(&found) - real.command).abs() < 1e-6);
+            prop_assert!((words.velocity(&found) - real.velocity).abs() < 1e-5);
+            prop_assert_eq!(found.integrates, real.integrates);
+        }
+    }
+}
