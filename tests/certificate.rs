@@ -362,7 +362,7 @@ fn the_sampled_test_agrees_with_running_the_loop() {
             coulomb: 0.0,
             load: 0.0,
         };
-        let mut plant = host_sim::servo::Plant::at_rest(&servo, units.sample_time());
+        let mut plant = virtual_servo::Plant::at_rest(&servo, units.sample_time());
         let mut control = ControlState::at_rest(0.0);
         let mut swing = [0.0_f64; 2];
         for k in 0..200_000 {

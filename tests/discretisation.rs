@@ -4,10 +4,10 @@
 use host_sim::experiment::{self, Sample};
 use host_sim::paper::{self, Case, Method, NOMINAL_A, NOMINAL_B};
 use host_sim::scenario::Arithmetic;
-use host_sim::servo::Plant;
 use identifier_core::excitation::{BandLimitedWhiteNoise, Excitation};
 use identifier_core::units::Units;
 use integration_tests::{parse, servo};
+use virtual_servo::Plant;
 
 const T: f64 = 1e-3;
 const KP: f64 = 9.0;

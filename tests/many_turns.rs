@@ -1,6 +1,5 @@
 //! Single precision far from home: high rates, many turns, wrapping counters.
 
-use host_sim::servo::{Encoder, Plant};
 use identifier_core::adaptation::PositiveDefinite;
 use identifier_core::control::{CommandLimit, ControlState, Gains};
 use identifier_core::excitation::{BandLimitedWhiteNoise, Excitation};
@@ -14,6 +13,7 @@ use identifier_core::number::Number;
 use identifier_core::parameters::Ab;
 use identifier_core::stability::PlantBox;
 use identifier_core::units::Units;
+use virtual_servo::{Encoder, Plant};
 
 const COUNTS_PER_REV: f64 = 10_000.0;
 

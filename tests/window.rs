@@ -3,7 +3,6 @@
 
 use host_sim::experiment;
 use host_sim::scenario::{ExcitationSettings, Scenario};
-use host_sim::servo::{Encoder, Plant};
 use identifier_core::control::{CommandLimit, ControlState, Controller, Gains};
 use identifier_core::excitation::{BandLimitedWhiteNoise, BandLimitedWhiteNoiseState, Excitation};
 use identifier_core::identifier::{
@@ -17,6 +16,7 @@ use identifier_core::model::ServoParameters;
 use identifier_core::parameters::AbLoad;
 use identifier_core::units::Units;
 use integration_tests::{Random, in_parallel, parse, servo};
+use virtual_servo::{Encoder, Plant};
 
 const T: f64 = 1e-3;
 

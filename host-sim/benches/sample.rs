@@ -31,7 +31,7 @@ fn recording<N: Number>(scenario: &Scenario) -> Vec<ControlSample<N>> {
     let mut reference_state = reference.start();
     let mut control = ControlState::at_rest(N::ZERO);
     let mut plant =
-        host_sim::servo::Plant::at_rest(&scenario.plant.expect("known"), units.sample_time());
+        virtual_servo::Plant::at_rest(&scenario.plant.expect("known"), units.sample_time());
     for _ in 0..RECORDED {
         let wanted = reference.process(&mut reference_state);
         let position = N::from_f64(plant.position * units.position());

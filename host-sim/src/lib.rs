@@ -8,5 +8,4 @@ pub mod paper;
 pub mod replay;
 pub mod report;
 pub mod scenario;
-pub mod servo;
 pub mod sweep;

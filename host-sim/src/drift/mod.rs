@@ -17,7 +17,7 @@ use identifier_core::identifier::IdentifierError;
 use identifier_core::measurement::velocity::VelocityEstimate;
 
 use crate::scenario::{Scenario, WithVelocity};
-use crate::servo::{Encoder, Plant};
+use virtual_servo::{Encoder, Plant};
 
 /// What one sample showed in every format, in the order of [`Format::ALL`].
 #[derive(Debug, Clone, Copy, PartialEq)]

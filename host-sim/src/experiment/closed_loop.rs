@@ -11,7 +11,7 @@ use super::build::{CHECKED, learner};
 use super::learner::{Given, Learner};
 use super::{Abort, Outcome, Sample};
 use crate::scenario::{Arithmetic, Reference, Scenario, WithVelocity};
-use crate::servo::{Encoder, Plant};
+use virtual_servo::{Encoder, Plant};
 
 pub(super) fn run(scenario: &Scenario, observe: &mut impl FnMut(&Sample)) -> Outcome {
     if scenario.identifier.arithmetic == Arithmetic::Fixed {

@@ -11,7 +11,7 @@ use super::build::CHECKED;
 use super::{Outcome, Sample};
 use crate::scenario::fixed::{Choose, FixedParts, WithFixed, reference_word};
 use crate::scenario::{Reference, Scenario};
-use crate::servo::{Encoder, Plant};
+use virtual_servo::{Encoder, Plant};
 
 pub(super) fn run(scenario: &Scenario, observe: &mut impl FnMut(&Sample)) -> Outcome {
     Choose { scenario }

@@ -16,7 +16,7 @@ use super::NO_ESTIMATE;
 use crate::experiment::build::CHECKED;
 use crate::experiment::{Outcome, Sample};
 use crate::scenario::{Arithmetic, Baseline, BaselineSettings, Reference, Scenario};
-use crate::servo::{Encoder, Plant};
+use virtual_servo::{Encoder, Plant};
 
 pub(super) fn run(
     scenario: &Scenario,

@@ -19,7 +19,7 @@ use super::NO_ESTIMATE;
 use crate::experiment::build::CHECKED;
 use crate::experiment::{Outcome, Sample};
 use crate::scenario::{BaselineSettings, Reference, Scenario};
-use crate::servo::{Encoder, Plant};
+use virtual_servo::{Encoder, Plant};
 
 /// Stages of a run.
 const STAGES: u64 = 4;

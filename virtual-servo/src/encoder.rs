@@ -9,7 +9,7 @@ impl Encoder {
     #[must_use]
     pub fn new(counts_per_rev: f64) -> Self {
         Self {
-            counts_per_rad: counts_per_rev / std::f64::consts::TAU,
+            counts_per_rad: counts_per_rev / core::f64::consts::TAU,
         }
     }
 
@@ -31,14 +31,14 @@ mod tests {
     #[test]
     fn counts_edges_on_both_sides_of_zero() {
         let encoder = Encoder::new(10_000.0);
-        let resolution = std::f64::consts::TAU / 10_000.0;
+        let resolution = core::f64::consts::TAU / 10_000.0;
         for k in -5_i32..=5 {
             let edge = f64::from(k) * resolution;
             assert_eq!(encoder.read(edge + 0.01 * resolution), i64::from(k));
             assert_eq!(encoder.read(edge + 0.99 * resolution), i64::from(k));
         }
         assert_eq!(
-            encoder.read(1e6 * std::f64::consts::TAU + 0.5 * resolution),
+            encoder.read(1e6 * core::f64::consts::TAU + 0.5 * resolution),
             10_000_000_000
         );
     }
