@@ -6,6 +6,7 @@
 pub mod adaptation;
 pub mod baseline;
 pub mod control;
+pub mod drive;
 pub mod error;
 pub mod excitation;
 #[cfg(feature = "fixed")]

@@ -1,6 +1,7 @@
 use identifier_core::control::{ControlState, Controller};
 use identifier_core::fixed_point::{
     FixedControlState, FixedController, FixedGradientIdentifier, FixedGradientState, FixedVelocity,
+    reference_of_counts,
 };
 use identifier_core::identifier::{GradientIdentifier, GradientIdentifierState, IdentifierError};
 use identifier_core::measurement::origin::Origin;
@@ -10,7 +11,7 @@ use identifier_core::number::Number;
 use identifier_core::parameters::ParameterSet;
 use identifier_core::units::Units;
 
-use crate::scenario::fixed::{Choose, FixedParts, WithFixed, reference_word};
+use crate::scenario::fixed::{Choose, FixedParts, WithFixed};
 use crate::scenario::{GradientSettings, Law, Reference, Scenario, WithSet, WithVelocity};
 
 /// The number formats.
@@ -220,9 +221,9 @@ struct Words<V: FixedVelocity, S, const P: usize> {
 
 impl<V: FixedVelocity, S: ParameterSet<P>, const P: usize> Beside for Words<V, S, P> {
     fn process(&mut self, reference: f64, position: i64) -> Signals {
-        let real = self
-            .controller
-            .process(&mut self.control, reference_word(reference), position);
+        let real =
+            self.controller
+                .process(&mut self.control, reference_of_counts(reference), position);
         self.identifier.process(&mut self.state, &real);
         Signals {
             velocity: self.controller.velocity(&real) / self.units.velocity(),

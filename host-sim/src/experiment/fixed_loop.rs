@@ -2,14 +2,14 @@
 
 use identifier_core::adaptation::GradientUpdate;
 use identifier_core::excitation::Excitation;
-use identifier_core::fixed_point::FixedVelocity;
+use identifier_core::fixed_point::{FixedVelocity, reference_of_counts};
 use identifier_core::identifier::IdentifierError;
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::parameters::ParameterSet;
 
 use super::build::CHECKED;
 use super::{Outcome, Sample};
-use crate::scenario::fixed::{Choose, FixedParts, WithFixed, reference_word};
+use crate::scenario::fixed::{Choose, FixedParts, WithFixed};
 use crate::scenario::{Reference, Scenario};
 use virtual_servo::{Encoder, Plant};
 
@@ -63,7 +63,7 @@ impl<O: FnMut(&Sample)> WithFixed for Loop<'_, O> {
         for k in 0..scenario.samples() {
             let wanted = reference.process(&mut reference_state);
             let count = encoder.read(plant.position);
-            let real = controller.process(&mut control, reference_word(wanted), count);
+            let real = controller.process(&mut control, reference_of_counts(wanted), count);
             let seen = identifier.process(&mut state, &real);
             outcome.samples += 1;
             outcome.slowed += u64::from(seen.update == GradientUpdate::Slowed);

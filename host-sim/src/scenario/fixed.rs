@@ -1,6 +1,5 @@
 //! From a scenario to a controller and an identifier in fixed point.
 
-use fixed::types::I48F16;
 use identifier_core::fixed_point::{
     FixedAveragedDifference, FixedController, FixedGradientIdentifier, FixedLowPass, FixedVelocity,
     Ranges,
@@ -34,11 +33,6 @@ pub(crate) trait WithFixed {
         W: VelocityEstimate<f64>,
         V: FixedVelocity + 'static,
         S: ParameterSet<P> + 'static;
-}
-
-/// A reference in counts as the controller takes it.
-pub(crate) fn reference_word(counts: f64) -> I48F16 {
-    I48F16::saturating_from_num(counts)
 }
 
 /// Chooses the types that a scenario asks for.

@@ -112,7 +112,8 @@ impl<N: Number, const P: usize> Gradient<N, P> {
         let strength = dot(regressor, &direction);
         let mut output = self.mu * output_error + output_error_rate;
         let mut update = GradientUpdate::Full;
-        if !(strength.is_finite() && output.is_finite()) {
+        // The sum is finite if both are.
+        if !(strength + output).is_finite() {
             return GradientUpdate::Held;
         }
         if strength > self.strongest {

@@ -32,6 +32,17 @@ impl<N: Number, const P: usize> Projection<N, P> {
     /// Moves the estimates back into the box if they have left it.
     #[inline]
     pub fn apply(&self, estimates: &mut [N::Sum; P]) {
+        let outside = |i: usize| {
+            let value = estimates[i].value();
+            value < self.low[i] || value > self.high[i]
+        };
+        if (0..P).any(outside) {
+            self.enter_all(estimates);
+        }
+    }
+
+    #[cold]
+    fn enter_all(&self, estimates: &mut [N::Sum; P]) {
         for i in 0..P {
             let value = estimates[i].value();
             if value < self.low[i] || value > self.high[i] {
@@ -40,7 +51,6 @@ impl<N: Number, const P: usize> Projection<N, P> {
         }
     }
 
-    #[cold]
     fn enter(&self, estimates: &mut [N::Sum; P], face: usize) {
         let outside = estimates[face].value();
         let back = outside.limited(self.low[face], self.high[face]) - outside;

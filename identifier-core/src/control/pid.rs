@@ -45,12 +45,24 @@ impl<N: Number> Pid<N> {
     #[inline]
     pub fn command(&self, error: N, velocity: N, integral: N) -> Command<N> {
         let wanted = self.linear(error, velocity) + self.integral * integral;
-        let value = wanted.limited(self.low, self.high);
-        Command {
-            value,
-            integrates: !((wanted > self.high && error > N::ZERO)
-                || (wanted < self.low && error < N::ZERO)),
-            limited: wanted > self.high || wanted < self.low,
+        if wanted > self.high {
+            Command {
+                value: self.high,
+                integrates: error <= N::ZERO,
+                limited: true,
+            }
+        } else if wanted < self.low {
+            Command {
+                value: self.low,
+                integrates: error >= N::ZERO,
+                limited: true,
+            }
+        } else {
+            Command {
+                value: wanted,
+                integrates: true,
+                limited: false,
+            }
         }
     }
 

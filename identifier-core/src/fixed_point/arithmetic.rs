@@ -30,12 +30,15 @@ pub(super) fn power(exponent: i32) -> f64 {
 
 /// A value as a word of full scale 2^exponent, saturated there.
 pub(super) fn word(value: f64, exponent: i32) -> Word {
-    limit(Word::saturating_from_num(libm::ldexp(value, -exponent)))
+    // A cast saturates, and makes zero of what is no number.
+    limit(Word::from_bits(
+        libm::rint(libm::ldexp(value, WORD_BITS - exponent)) as i32,
+    ))
 }
 
 /// A value as an accumulator of full scale 2^exponent.
 pub(super) fn accumulator(value: f64, exponent: i32) -> Accumulator {
-    Accumulator::saturating_from_num(libm::ldexp(value, -exponent))
+    Accumulator::from_bits(libm::rint(libm::ldexp(value, ACCUMULATOR_BITS - exponent)) as i64)
 }
 
 /// A word as a value.
@@ -46,7 +49,19 @@ pub(super) fn value(word: Word, exponent: i32) -> f64 {
 /// The word within ±1.
 #[inline]
 pub(super) fn limit(word: Word) -> Word {
-    word.clamp(-Word::ONE, Word::ONE)
+    between(word, -Word::ONE, Word::ONE)
+}
+
+/// x within [low, high], for low ≤ high: a `clamp` without the panic that checks this.
+#[inline]
+pub(super) fn between<T: PartialOrd>(x: T, low: T, high: T) -> T {
+    if x < low {
+        low
+    } else if x > high {
+        high
+    } else {
+        x
+    }
 }
 
 /// x·y, exactly: its exponent is the sum of theirs.
@@ -72,7 +87,7 @@ pub(super) fn narrow(x: Accumulator) -> Word {
     let bits = rounded_right(x.to_bits(), (ACCUMULATOR_BITS - WORD_BITS).unsigned_abs());
     let one = i64::from(Word::ONE.to_bits());
     // Within ±2³⁰ by the clamp.
-    Word::from_bits(bits.clamp(-one, one) as i32)
+    Word::from_bits(between(bits, -one, one) as i32)
 }
 
 /// The word as an accumulator of the same exponent.
@@ -159,7 +174,7 @@ pub(super) fn quotient(n: Word, d: Word) -> Word {
     }
     let scaled = i64::from(n.to_bits()) << up;
     let bits = rounded_right(scaled.saturating_mul(r), WORD_BITS.unsigned_abs());
-    Word::from_bits(bits.clamp(0, i64::from(Word::ONE.to_bits())) as i32)
+    Word::from_bits(between(bits, 0, i64::from(Word::ONE.to_bits())) as i32)
 }
 
 /// 48/17 and 32/17 with 30 fraction bits.

@@ -1,6 +1,6 @@
 use fixed::types::I48F16;
 
-use super::arithmetic::{Accumulator, WORD_BITS, Word, limit, narrow};
+use super::arithmetic::{Accumulator, WORD_BITS, Word, between, limit, narrow};
 use super::pid::{ErrorSum, FixedPid};
 use super::ranges::{Ranges, Scales};
 use super::velocity::FixedVelocity;
@@ -38,6 +38,13 @@ pub struct FixedControlSample {
     pub command: Word,
     /// Whether the integral took this sample's error.
     pub integrates: bool,
+}
+
+/// A reference in counts as the controller takes it, to the nearest 2⁻¹⁶, saturated; zero for what is
+/// no number.
+#[must_use]
+pub fn reference_of_counts(counts: f64) -> I48F16 {
+    I48F16::from_bits(libm::rint(libm::ldexp(counts, 16)) as i64)
 }
 
 impl<V: FixedVelocity> FixedController<V> {
@@ -80,7 +87,7 @@ impl<V: FixedVelocity> FixedController<V> {
         let error = self.position_word(reference.to_bits(), position);
         let moved = position.wrapping_sub(state.position);
         state.position = position;
-        let increment = moved.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32;
+        let increment = between(moved, i64::from(i32::MIN), i64::from(i32::MAX)) as i32;
         let velocity = self
             .velocity
             .process(&mut state.filter, self.velocity_word(increment));
@@ -130,12 +137,12 @@ impl<V: FixedVelocity> FixedController<V> {
 /// An integer times 2^left as a word, saturated at ±1.
 #[inline]
 fn scaled(x: i64, left: i32) -> Word {
-    use super::arithmetic::{rounded_right, saturating_left};
+    use super::arithmetic::{between, rounded_right, saturating_left};
     let bits = if left >= 0 {
         saturating_left(x, left.unsigned_abs())
     } else {
         rounded_right(x, left.unsigned_abs())
     };
     let one = i64::from(Word::ONE.to_bits());
-    limit(Word::from_bits(bits.clamp(-one, one) as i32))
+    limit(Word::from_bits(between(bits, -one, one) as i32))
 }

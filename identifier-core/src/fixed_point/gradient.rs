@@ -1,6 +1,6 @@
 use super::arithmetic::{
-    Accumulator, Coefficient, WORD_BITS, Word, accumulator, exponent_above, narrow, power, product,
-    quotient, shifted, word,
+    Accumulator, Coefficient, WORD_BITS, Word, accumulator, between, exponent_above, narrow, power,
+    product, quotient, shifted, word,
 };
 use super::ranges::Scales;
 use crate::adaptation::{Gradient, GradientUpdate};
@@ -125,9 +125,7 @@ impl<const P: usize> FixedGradient<P> {
         }
         for i in 0..P {
             let step = shifted(product(direction[i], output), self.gamma[i].to_step);
-            estimates[i] = estimates[i]
-                .saturating_sub(step)
-                .clamp(self.low[i], self.high[i]);
+            estimates[i] = between(estimates[i].saturating_sub(step), self.low[i], self.high[i]);
         }
         update
     }

@@ -45,7 +45,7 @@ mod step;
 mod velocity;
 
 pub use arithmetic::{Accumulator, Word};
-pub use controller::{FixedControlSample, FixedControlState, FixedController};
+pub use controller::{FixedControlSample, FixedControlState, FixedController, reference_of_counts};
 pub use identifier::{FixedGradientIdentifier, FixedGradientState, FixedIdentification};
 pub use ranges::Ranges;
 pub use velocity::{FixedAveragedDifference, FixedLowPass, FixedVelocity};

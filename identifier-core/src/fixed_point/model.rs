@@ -1,5 +1,5 @@
 use super::arithmetic::{
-    ACCUMULATOR_BITS, Accumulator, WORD_BITS, Word, limit, narrow, product, rounded_right,
+    ACCUMULATOR_BITS, Accumulator, WORD_BITS, Word, between, limit, narrow, product, rounded_right,
     saturating_left, shifted, wide,
 };
 use super::controller::FixedControlSample;
@@ -118,7 +118,7 @@ impl<V: FixedVelocity> FixedModelLoop<V> {
     pub(super) fn output_error(&self, state: &FixedModelState<V::State>) -> Word {
         let bits = rounded_right(state.output_error, self.error_shift());
         let one = i64::from(Word::ONE.to_bits());
-        Word::from_bits(bits.clamp(-one, one) as i32)
+        Word::from_bits(between(bits, -one, one) as i32)
     }
 
     #[inline]

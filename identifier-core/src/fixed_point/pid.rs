@@ -1,5 +1,5 @@
 use super::arithmetic::{
-    Accumulator, Coefficient, Word, exponent_above, narrow, rounded_right, word,
+    Accumulator, Coefficient, Word, between, exponent_above, narrow, rounded_right, word,
 };
 use super::ranges::Scales;
 use crate::error::{Allowed, OutOfRange};
@@ -53,7 +53,7 @@ impl FixedPid {
             );
             Allowed::AtLeast(least).check("sample_time", units.sample_time())?;
         }
-        let limited = |limit: f64| word(limit.clamp(-full_scale, full_scale), scales.command);
+        let limited = |limit: f64| word(limit.max(-full_scale).min(full_scale), scales.command);
         Ok(Self {
             proportional: Coefficient::new(
                 gains.kp() / units.position(),
@@ -81,10 +81,21 @@ impl FixedPid {
                 .saturating_sub(self.derivative.apply(velocity))
                 .saturating_add(self.integral_command(sum)),
         );
-        FixedCommand {
-            value: wanted.clamp(self.low, self.high),
-            integrates: !((wanted > self.high && error > Word::ZERO)
-                || (wanted < self.low && error < Word::ZERO)),
+        if wanted > self.high {
+            FixedCommand {
+                value: self.high,
+                integrates: error <= Word::ZERO,
+            }
+        } else if wanted < self.low {
+            FixedCommand {
+                value: self.low,
+                integrates: error >= Word::ZERO,
+            }
+        } else {
+            FixedCommand {
+                value: wanted,
+                integrates: true,
+            }
         }
     }
 
@@ -101,15 +112,13 @@ impl FixedPid {
         let bits = rounded_right(sum, self.integral_shift);
         let one = i64::from(Word::ONE.to_bits());
         self.integral
-            .apply(Word::from_bits(bits.clamp(-one, one) as i32))
+            .apply(Word::from_bits(between(bits, -one, one) as i32))
     }
 
     /// Adds an error to a sum, which stops at its full scale.
     #[inline]
     pub(super) fn gather(&self, sum: &mut ErrorSum, error: Word) {
         let most = i64::from(Word::ONE.to_bits()) << self.integral_shift;
-        *sum = sum
-            .saturating_add(i64::from(error.to_bits()))
-            .clamp(-most, most);
+        *sum = between(sum.saturating_add(i64::from(error.to_bits())), -most, most);
     }
 }

@@ -1,4 +1,6 @@
-use super::arithmetic::{Accumulator, Word, narrow, product, quotient, shifted, wide, word};
+use super::arithmetic::{
+    Accumulator, Word, between, narrow, product, quotient, shifted, wide, word,
+};
 use super::ranges::Scales;
 
 /// The exact zero-order-hold step on words, with Coulomb friction that stops and breaks away: the
@@ -136,9 +138,8 @@ impl FixedStep {
         let series = [third, half].into_iter().fold(quarter, |sum, part| {
             part.saturating_add(narrow(product(sum, xr)))
         });
-        let part = r
-            .saturating_add(narrow(product(narrow(product(series, xr)), r)))
-            .clamp(Word::ZERO, Word::ONE);
+        let exact = r.saturating_add(narrow(product(narrow(product(series, xr)), r)));
+        let part = between(exact, Word::ZERO, Word::ONE);
         let before = self.partial_response(x, part);
         let way = self.plus(product(narrow(velocity), part), before.way, acceleration);
         let turns = if forward {
@@ -191,9 +192,8 @@ impl FixedStep {
     fn plus(&self, start: Accumulator, response: Word, acceleration: Word) -> Accumulator {
         let left = self.scales.acceleration - self.scales.velocity;
         let one = wide(Word::ONE);
-        start
-            .saturating_add(shifted(product(response, acceleration), left))
-            .clamp(-one, one)
+        let moved = start.saturating_add(shifted(product(response, acceleration), left));
+        between(moved, -one, one)
     }
 
     /// h₂ = ½ − x/6 + x²/24 − … and h₁ = 1 − x h₂.

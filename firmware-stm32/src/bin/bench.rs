@@ -1,0 +1,235 @@
+//! Instructions per whole sample (on the chip: cycles), per law and number format.
+#![no_std]
+#![no_main]
+
+use cortex_m_rt::entry;
+use firmware_stm32::host::{Text, exit, say};
+use firmware_stm32::instructions::Counter;
+use firmware_stm32::paper;
+use fixed::types::I48F16;
+use identifier_core::adaptation::PositiveDefinite;
+use identifier_core::control::{ControlState, Controller};
+use identifier_core::excitation::Excitation;
+use identifier_core::fixed_point::{
+    Accumulator, FixedControlSample, FixedControlState, FixedController, FixedGradientIdentifier,
+    FixedGradientState, FixedLowPass, Ranges, reference_of_counts,
+};
+use identifier_core::identifier::{
+    GaussNewtonIdentifier, GaussNewtonIdentifierState, GradientIdentifier, GradientIdentifierState,
+    GradientLaw, IdentifierError, Uncertainty,
+};
+use identifier_core::measurement::velocity::{LowPass, LowPassState};
+use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, ParameterSet};
+
+type Filter = LowPass<f32>;
+
+/// Samples before the count begins and samples that are counted.
+const STARTING: u32 = 500;
+const COUNTED: u32 = 2000;
+
+#[entry]
+fn main() -> ! {
+    let counter = Counter::start();
+    let done = run(&counter);
+    if done.is_err() {
+        say(&["a law could not be built"]);
+    }
+    exit(done.is_ok())
+}
+
+fn run(counter: &Counter) -> Result<(), IdentifierError> {
+    gradient::<Ab, 2>(counter, "gradient-f32-2")?;
+    gradient::<AbCoulomb, 3>(counter, "gradient-f32-friction")?;
+    gauss_newton(counter)?;
+    words(counter)
+}
+
+fn law<const P: usize>() -> Result<GradientLaw<P>, IdentifierError> {
+    let paper = paper::law()?;
+    let entries = paper.gamma.entries();
+    let of = |i: usize| entries.get(i).and_then(|row| row.get(i)).copied();
+    Ok(GradientLaw {
+        gamma: PositiveDefinite::diagonal(core::array::from_fn(|i| of(i).unwrap_or(100.0)))?,
+        mu: paper.mu,
+        frozen: [false; P],
+    })
+}
+
+/// Runs the samples of the paper's loop, in the mean of which `sample` takes so many instructions
+/// more than a call of nothing does.
+fn measure(
+    name: &str,
+    state_bytes: usize,
+    mut sample: impl FnMut(f64, i64) -> f64,
+) -> Result<(), IdentifierError> {
+    let config = paper::config()?;
+    let reference = paper::reference(&config.units)?;
+    let (mut plant, encoder) = paper::servo();
+    let mut wanted = Excitation::<f64>::start(&reference);
+    let mut total = 0_u32;
+    let mut most = 0_u32;
+    for k in 0..STARTING + COUNTED {
+        let next: f64 = reference.process(&mut wanted);
+        let count = encoder.read(plant.position);
+        TAKEN.set(0);
+        let command = sample(next, count);
+        let taken = TAKEN.get();
+        if k >= STARTING {
+            total = total.wrapping_add(taken);
+            most = most.max(taken);
+        }
+        plant.advance(command);
+    }
+    let [mean, most, bytes] = [total / COUNTED, most, state_bytes as u32].map(Text::whole);
+    say(&[name, mean.as_str(), most.as_str(), bytes.as_str()]);
+    Ok(())
+}
+
+/// Ticks of the last sample.
+static TAKEN: Cell = Cell(core::sync::atomic::AtomicU32::new(0));
+
+struct Cell(core::sync::atomic::AtomicU32);
+
+impl Cell {
+    fn set(&self, value: u32) {
+        self.0.store(value, core::sync::atomic::Ordering::Relaxed);
+    }
+    fn get(&self) -> u32 {
+        self.0.load(core::sync::atomic::Ordering::Relaxed)
+    }
+}
+
+/// Counts a call, less what counting itself takes.
+#[inline(always)]
+fn counted<T>(counter: &Counter, work: impl FnOnce() -> T) -> T {
+    let empty = {
+        let before = counter.now();
+        counter.now().wrapping_sub(before)
+    };
+    let before = counter.now();
+    let result = work();
+    TAKEN.set(counter.now().wrapping_sub(before).wrapping_sub(empty));
+    result
+}
+
+/// Controller and gradient identifier with their states, as a drive keeps them.
+struct Gradient<S, const P: usize> {
+    controller: Controller<f32, Filter>,
+    identifier: GradientIdentifier<f32, Filter, S, P>,
+    control: ControlState<f32, LowPassState<f32>>,
+    learnt: GradientIdentifierState<f32, LowPassState<f32>, P>,
+}
+
+impl<S: ParameterSet<P>, const P: usize> Gradient<S, P> {
+    #[inline(never)]
+    fn sample(&mut self, reference: f32, position: f32) -> f32 {
+        let sample = self
+            .controller
+            .process(&mut self.control, reference, position);
+        sample.map_or(0.0, |sample| {
+            self.identifier.process(&mut self.learnt, &sample);
+            sample.command
+        })
+    }
+}
+
+fn gradient<S: ParameterSet<P>, const P: usize>(
+    counter: &Counter,
+    name: &str,
+) -> Result<(), IdentifierError> {
+    let config = paper::config()?;
+    let velocity = paper::velocity::<f32>(&config.units)?;
+    let identifier = GradientIdentifier::new(&config, &law::<P>()?, velocity)?;
+    let mut parts = Gradient::<S, P> {
+        controller: config.controller(velocity),
+        control: ControlState::at_rest(0.0),
+        learnt: identifier.start(),
+        identifier,
+    };
+    measure(name, size_of_val(&parts.learnt), |reference, count| {
+        let (reference, position) = (reference as f32, count as f32);
+        f64::from(counted(counter, || parts.sample(reference, position)))
+    })
+}
+
+/// Controller and recursive Gauss–Newton.
+struct GaussNewton {
+    controller: Controller<f32, Filter>,
+    identifier: GaussNewtonIdentifier<f32, Filter, AbCoulombLoad, 4>,
+    control: ControlState<f32, LowPassState<f32>>,
+    learnt: GaussNewtonIdentifierState<f32, LowPassState<f32>, 4>,
+}
+
+impl GaussNewton {
+    #[inline(never)]
+    fn sample(&mut self, reference: f32, position: f32) -> f32 {
+        let sample = self
+            .controller
+            .process(&mut self.control, reference, position);
+        sample.map_or(0.0, |sample| {
+            self.identifier.process(&mut self.learnt, &sample);
+            sample.command
+        })
+    }
+}
+
+fn gauss_newton(counter: &Counter) -> Result<(), IdentifierError> {
+    let config = paper::config()?;
+    let velocity = paper::velocity::<f32>(&config.units)?;
+    let identifier =
+        GaussNewtonIdentifier::new(&config, &Uncertainty::UNSTATED, [false; 4], velocity)?;
+    let mut parts = GaussNewton {
+        controller: config.controller(velocity),
+        control: ControlState::at_rest(0.0),
+        learnt: identifier.start(),
+        identifier,
+    };
+    measure(
+        "gauss-newton-f32-4",
+        size_of_val(&parts.learnt),
+        |reference, count| {
+            let (reference, position) = (reference as f32, count as f32);
+            f64::from(counted(counter, || parts.sample(reference, position)))
+        },
+    )
+}
+
+/// Controller and gradient identifier in fixed point.
+struct Words {
+    controller: FixedController<FixedLowPass>,
+    identifier: FixedGradientIdentifier<FixedLowPass, Ab, 2>,
+    control: FixedControlState<Accumulator>,
+    learnt: FixedGradientState<Accumulator, 2>,
+}
+
+impl Words {
+    #[inline(never)]
+    fn sample(&mut self, reference: I48F16, count: i64) -> FixedControlSample {
+        let sample = self.controller.process(&mut self.control, reference, count);
+        self.identifier.process(&mut self.learnt, &sample);
+        sample
+    }
+}
+
+fn words(counter: &Counter) -> Result<(), IdentifierError> {
+    let config = paper::config()?;
+    let ranges = Ranges::of(&config);
+    let velocity = paper::velocity::<f64>(&config.units)?;
+    let controller = FixedController::new(&config, &ranges, FixedLowPass::from(&velocity))?;
+    let identifier = FixedGradientIdentifier::new(&config, &law::<2>()?, &ranges, velocity)?;
+    let mut parts = Words {
+        control: controller.start(0),
+        learnt: identifier.start(),
+        controller,
+        identifier,
+    };
+    measure(
+        "gradient-fixed-2",
+        size_of_val(&parts.learnt),
+        |reference, count| {
+            let reference = reference_of_counts(reference);
+            let sample = counted(counter, || parts.sample(reference, count));
+            parts.controller.command(&sample)
+        },
+    )
+}

@@ -1,0 +1,38 @@
+//! Instructions counted by a timer: where one tick is one instruction, as in an emulator that
+//! counts them. On the chip the same timer counts cycles.
+
+const RCC_APB1ENR: *mut u32 = 0x4002_3840 as *mut u32;
+const TIM2: usize = 0x4000_0000;
+const CR1: *mut u32 = TIM2 as *mut u32;
+const EGR: *mut u32 = (TIM2 + 0x14) as *mut u32;
+const CNT: *mut u32 = (TIM2 + 0x24) as *mut u32;
+const PSC: *mut u32 = (TIM2 + 0x28) as *mut u32;
+const ARR: *mut u32 = (TIM2 + 0x2c) as *mut u32;
+
+/// TIM2, running freely.
+#[derive(Debug)]
+pub struct Counter(());
+
+impl Counter {
+    /// Starts the timer.
+    #[must_use]
+    pub fn start() -> Self {
+        // SAFETY: registers of RCC and TIM2 (RM0090, 7.3.13 and 18.4), which nothing else here uses.
+        unsafe {
+            RCC_APB1ENR.write_volatile(RCC_APB1ENR.read_volatile() | 1);
+            PSC.write_volatile(0);
+            ARR.write_volatile(u32::MAX);
+            EGR.write_volatile(1);
+            CR1.write_volatile(1);
+        }
+        Self(())
+    }
+
+    /// Ticks so far.
+    #[inline(always)]
+    #[must_use]
+    pub fn now(&self) -> u32 {
+        // SAFETY: a read of TIM2's counter has no effect.
+        unsafe { CNT.read_volatile() }
+    }
+}

@@ -1,0 +1,68 @@
+//! The firmware's binaries.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use object::{Object, ObjectSection, SectionFlags, elf};
+
+/// The chip.
+const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// Where the chip's flash ends and everything above is memory.
+const FLASH_END: u64 = 0x1000_0000;
+
+/// The root of the workspace.
+pub(crate) fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .parent()
+        .unwrap_or_else(|| Path::new("."))
+}
+
+/// Builds the release. It only links if no panic is left in it.
+pub(crate) fn build() -> Result<(), String> {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let status = Command::new(cargo)
+        .current_dir(root())
+        .args(["build", "--release", "--locked", "-p", "firmware-stm32"])
+        .args(["--target", TARGET])
+        .status()
+        .map_err(|error| format!("cargo does not start: {error}"))?;
+    if status.success() {
+        Ok(())
+    } else {
+        Err("the firmware does not build".to_owned())
+    }
+}
+
+/// The file of a binary.
+pub(crate) fn path(binary: &str) -> PathBuf {
+    let target =
+        std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
+    target.join(TARGET).join("release").join(binary)
+}
+
+/// Bytes of flash and of static memory that a binary takes.
+pub(crate) fn sizes(path: &Path) -> Result<(u64, u64), String> {
+    let fault = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
+    let data = std::fs::read(path).map_err(|error| fault(&error))?;
+    let file = object::File::parse(&*data).map_err(|error| fault(&error))?;
+    let (mut flash, mut memory) = (0, 0);
+    for section in file.sections() {
+        let SectionFlags::Elf { sh_flags } = section.flags() else {
+            continue;
+        };
+        if sh_flags & u64::from(elf::SHF_ALLOC) == 0 {
+            continue;
+        }
+        if section.address() < FLASH_END {
+            flash += section.size();
+        } else {
+            memory += section.size();
+            // What memory starts with is kept in flash.
+            if section.name() == Ok(".data") {
+                flash += section.size();
+            }
+        }
+    }
+    Ok((flash, memory))
+}

@@ -1,0 +1,50 @@
+//! What CI and people do with the firmware besides building it.
+
+mod budget;
+mod emulator;
+mod firmware;
+mod same_bits;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+#[derive(Debug, Parser)]
+struct Arguments {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Run the virtual servo on an emulated STM32F405 and hold its bits against the simulator's.
+    Same,
+    /// Count instructions and bytes on the emulated chip and hold them against the recorded budget.
+    Budget {
+        /// Record what was counted as the budget.
+        #[arg(long)]
+        accept: bool,
+    },
+    /// Run a binary of the firmware in the emulator.
+    Qemu {
+        /// The binary: virtual-servo or bench.
+        binary: String,
+    },
+}
+
+fn main() -> ExitCode {
+    let done = match Arguments::parse().verb {
+        Verb::Same => same_bits::check(),
+        Verb::Budget { accept } => budget::check(accept),
+        Verb::Qemu { binary } => firmware::build()
+            .and_then(|()| emulator::run(&firmware::path(&binary)))
+            .map(|printed| print!("{printed}")),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(fault) => {
+            eprintln!("error: {fault}");
+            ExitCode::FAILURE
+        }
+    }
+}
