@@ -3,12 +3,20 @@
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+/// The board that the firmware is for.
+pub(crate) const BOARD: &str = "olimex-stm32-h405";
+
 /// Runs a binary to its end and answers with what it printed.
 pub(crate) fn run(binary: &Path) -> Result<String, String> {
+    run_on(BOARD, binary)
+}
+
+/// The same on another board.
+pub(crate) fn run_on(board: &str, binary: &Path) -> Result<String, String> {
     let output = Command::new("qemu-system-arm")
         .args([
             "-M",
-            "olimex-stm32-h405",
+            board,
             "-nographic",
             "-monitor",
             "none",

@@ -1,6 +1,7 @@
 //! What CI and people do with the firmware besides building it.
 
 mod budget;
+mod elsewhere;
 mod emulator;
 mod firmware;
 mod same_bits;
@@ -25,6 +26,8 @@ enum Verb {
         #[arg(long)]
         accept: bool,
     },
+    /// Build somebody else's firmware for three cores and run it on two emulated boards.
+    Elsewhere,
     /// Run a binary of the firmware in the emulator.
     Qemu {
         /// The binary: virtual-servo or bench.
@@ -35,6 +38,7 @@ enum Verb {
 fn main() -> ExitCode {
     let done = match Arguments::parse().verb {
         Verb::Same => same_bits::check(),
+        Verb::Elsewhere => elsewhere::check(),
         Verb::Budget { accept } => budget::check(accept),
         Verb::Qemu { binary } => firmware::build()
             .and_then(|()| emulator::run(&firmware::path(&binary)))

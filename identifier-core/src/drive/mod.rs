@@ -1,6 +1,8 @@
 //! The control step of a drive, whatever measures and whatever acts: the same body runs against a
 //! chip's peripherals, a virtual servo on the chip and a plant on a PC.
 
+#[cfg(feature = "hal")]
+pub mod hal;
 mod tick;
 
 pub use tick::{Tick, TickError, TickState, Ticked};
