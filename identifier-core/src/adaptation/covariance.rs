@@ -98,7 +98,8 @@ impl<N: Number, const P: usize> Covariance<N, P> {
     #[inline]
     pub fn forget(&mut self, factor: N, most: &[N; P]) {
         for (variance, &most) in self.diagonal.iter_mut().zip(most) {
-            *variance = (*variance * factor).limited(N::ZERO, most);
+            let grown = *variance * factor;
+            *variance = if grown < most { grown } else { most };
         }
     }
 

@@ -70,15 +70,31 @@ pub(super) fn product(x: Word, y: Word) -> Accumulator {
     x.wide_mul(y)
 }
 
-/// The accumulator shifted up by `left` places (down if negative, to the nearest), saturated.
+/// The accumulator shifted up by `left` places, saturated, or down if negative; what falls off the
+/// end is below 2⁻⁶⁰ of full scale.
 #[inline]
 pub(super) fn shifted(x: Accumulator, left: i32) -> Accumulator {
     let bits = x.to_bits();
     Accumulator::from_bits(if left <= 0 {
-        rounded_right(bits, left.unsigned_abs())
+        // Further than 63 places nothing is left but the sign.
+        bits >> left.unsigned_abs().min(63)
     } else {
-        saturating_left(bits, left.unsigned_abs())
+        far_left(bits, left.unsigned_abs())
     })
+}
+
+/// A shift up is the exception: full scales are chosen so that products fit.
+#[cold]
+fn far_left(bits: i64, left: u32) -> i64 {
+    saturating_left(bits, left)
+}
+
+/// x·y as a word, to the nearest: never more than one, so nothing is to be saturated.
+#[inline]
+pub(super) fn word_product(x: Word, y: Word) -> Word {
+    const HALF: i64 = 1 << (WORD_BITS - 1);
+    let bits = (x.wide_mul(y).to_bits() + HALF) >> WORD_BITS;
+    Word::from_bits(bits as i32)
 }
 
 /// The accumulator as a word of the same exponent, to the nearest, saturated at ±1.
@@ -212,6 +228,7 @@ mod tests {
         fn nothing_wraps(x in any::<i64>(), left in -70_i32..70) {
             let shifted = shifted(Accumulator::from_bits(x), left);
             prop_assert!(shifted.to_bits() == 0 || (shifted.to_bits() > 0) == (x > 0));
+            prop_assert!(left <= 0 || shifted.to_bits().unsigned_abs() >= x.unsigned_abs().min(i64::MAX.unsigned_abs()));
             let narrowed = narrow(Accumulator::from_bits(x));
             prop_assert!(narrowed.abs() <= Word::ONE);
         }

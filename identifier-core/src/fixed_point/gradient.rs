@@ -1,6 +1,6 @@
 use super::arithmetic::{
     Accumulator, Coefficient, WORD_BITS, Word, accumulator, between, exponent_above, narrow, power,
-    product, quotient, shifted, word,
+    product, quotient, shifted, word, word_product,
 };
 use super::ranges::Scales;
 use crate::adaptation::{Gradient, GradientUpdate};
@@ -106,7 +106,7 @@ impl<const P: usize> FixedGradient<P> {
         output_error_rate: Accumulator,
     ) -> GradientUpdate {
         let direction: [Word; P] =
-            core::array::from_fn(|i| narrow(product(self.gamma[i].gamma, regressor[i])));
+            core::array::from_fn(|i| word_product(self.gamma[i].gamma, regressor[i]));
         let strength = narrow((0..P).fold(Accumulator::ZERO, |sum, i| {
             sum.saturating_add(shifted(
                 product(regressor[i], direction[i]),

@@ -1,6 +1,6 @@
 use super::arithmetic::{
     ACCUMULATOR_BITS, Accumulator, WORD_BITS, Word, between, limit, narrow, product, rounded_right,
-    saturating_left, shifted, wide,
+    saturating_left, shifted, wide, word_product,
 };
 use super::controller::FixedControlSample;
 use super::pid::{ErrorSum, FixedPid};
@@ -224,7 +224,7 @@ impl<V: FixedVelocity> FixedModelLoop<V> {
                 state.output_error = 0;
             }
             state.acted = Acted {
-                command: narrow(product(command.value, moving)),
+                command: word_product(command.value, moving),
                 direction,
                 moving,
             };

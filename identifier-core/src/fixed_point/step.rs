@@ -1,5 +1,5 @@
 use super::arithmetic::{
-    Accumulator, Word, between, narrow, product, quotient, shifted, wide, word,
+    Accumulator, Word, between, narrow, product, quotient, shifted, wide, word, word_product,
 };
 use super::ranges::Scales;
 
@@ -136,9 +136,9 @@ impl FixedStep {
         let xr = narrow(shifted(product(x, r), rate));
         let [half, third, quarter] = self.parts;
         let series = [third, half].into_iter().fold(quarter, |sum, part| {
-            part.saturating_add(narrow(product(sum, xr)))
+            part.saturating_add(word_product(sum, xr))
         });
-        let exact = r.saturating_add(narrow(product(narrow(product(series, xr)), r)));
+        let exact = r.saturating_add(narrow(product(word_product(series, xr), r)));
         let part = between(exact, Word::ZERO, Word::ONE);
         let before = self.partial_response(x, part);
         let way = self.plus(product(narrow(velocity), part), before.way, acceleration);
@@ -212,10 +212,10 @@ impl FixedStep {
 
     #[inline]
     fn partial_response(&self, x: Word, part: Word) -> Response {
-        let Response { way, velocity } = self.response(narrow(product(x, part)));
+        let Response { way, velocity } = self.response(word_product(x, part));
         Response {
-            way: narrow(product(narrow(product(way, part)), part)),
-            velocity: narrow(product(velocity, part)),
+            way: narrow(product(word_product(way, part), part)),
+            velocity: word_product(velocity, part),
         }
     }
 }

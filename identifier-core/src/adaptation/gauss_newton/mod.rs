@@ -39,7 +39,6 @@ pub struct GaussNewton<N, const P: usize> {
     settling: N,
     short: N,
     caution: N,
-    least_weight: N,
     ninth: N,
     low: [N; P],
     high: [N; P],
@@ -93,9 +92,6 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     /// The least r over ψᵀP ψ.
     pub const CAUTION: f64 = 20.0;
 
-    /// The most samples over which the output error is held against r.
-    const BALANCE_MEMORY: f64 = 20_000.0;
-
     /// The law from its configuration.
     ///
     /// # Errors
@@ -112,7 +108,6 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             settling: N::from_f64(Self::SETTLING),
             short: N::from_f64(1.0 / Self::LEVEL_MEMORY),
             caution: N::from_f64(Self::CAUTION),
-            least_weight: N::from_f64(1.0 / Self::BALANCE_MEMORY),
             ninth: N::from_f64(1.0 / 9.0),
             low: config.bounds.map(|bound| N::from_f64(bound.min())),
             high: config.bounds.map(|bound| N::from_f64(bound.max())),
@@ -131,11 +126,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             lost_memory: N::from_f64(1.0 / Self::FIRST_MEMORY),
             level: self.noise,
             peak: self.noise,
-            balance: Balance {
-                error: N::ZERO,
-                noise: N::ZERO,
-                weight: N::ONE,
-            },
+            balance: Balance::EMPTY,
             batches: Batches::new(),
         }
     }
@@ -182,10 +173,11 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             noise = larger(floor, larger(surprise, self.caution * predicted));
             noise
         });
-        state.balance.observe(square, noise, self.least_weight);
-        state
-            .covariance
-            .forget(forgetting.reciprocal(), &self.prior);
+        state.balance.observe(square, noise);
+        // 1/λ = 1 + x + x² + … for λ = 1 − x, x ≤ 1/100.
+        let lost = state.lost_memory;
+        let growth = N::ONE + lost * (N::ONE + lost);
+        state.covariance.forget(growth, &self.prior);
         state.lost_memory = state.lost_memory * self.settling;
         let steps = innovation.gain.map(|gain| gain * output_error);
         state.batches.observe(&steps);
@@ -224,13 +216,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         let coloured = core::array::from_fn(|i| {
             combination[i] * N::from_f64(libm::sqrt(state.batches.factors[i].to_f64()))
         });
-        let Balance { error, noise, .. } = state.balance;
-        let ratio = if noise > N::ZERO {
-            error.to_f64() / noise.to_f64()
-        } else {
-            1.0
-        };
-        libm::sqrt(ratio * state.covariance.variance_of(&coloured).to_f64())
+        libm::sqrt(state.balance.ratio() * state.covariance.variance_of(&coloured).to_f64())
     }
 }
 

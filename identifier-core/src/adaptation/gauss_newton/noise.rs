@@ -2,26 +2,51 @@
 
 use crate::number::Number;
 
-/// The output error's mean square and that of the noise it was weighed with.
+/// The output error's square and that of the noise it was weighed with, summed over the same
+/// samples. Every so often both are halved, so that the past fades and a sum never grows so large
+/// that it would lose a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Balance<N> {
-    pub(super) error: N,
-    pub(super) noise: N,
-    pub(super) weight: N,
+    error: N,
+    noise: N,
+    count: u32,
 }
 
 impl<N: Number> Balance<N> {
+    /// Samples from one halving to the next.
+    const FADING: u32 = 10_000;
+
+    pub(super) const EMPTY: Self = Self {
+        error: N::ZERO,
+        noise: N::ZERO,
+        count: 0,
+    };
+
     #[inline]
-    pub(super) fn observe(&mut self, square: N, noise: N, least_weight: N) {
-        self.error += self.weight * (square - self.error);
-        self.noise += self.weight * (noise - self.noise);
-        // 1, 1/2, 1/3, …
-        let next = if self.weight > least_weight {
-            self.weight * (N::ONE + self.weight).reciprocal()
+    pub(super) fn observe(&mut self, square: N, noise: N) {
+        self.error += square;
+        self.noise += noise;
+        self.count += 1;
+        if self.count == Self::FADING {
+            self.fade();
+        }
+    }
+
+    #[cold]
+    fn fade(&mut self) {
+        let half = N::from_f64(0.5);
+        self.error = self.error * half;
+        self.noise = self.noise * half;
+        self.count = 0;
+    }
+
+    /// The error's mean square over the noise's; one before the first sample.
+    pub(super) fn ratio(&self) -> f64 {
+        if self.noise > N::ZERO {
+            self.error.to_f64() / self.noise.to_f64()
         } else {
-            least_weight
-        };
-        self.weight = next;
+            1.0
+        }
     }
 }
 
