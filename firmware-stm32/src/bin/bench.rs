@@ -55,12 +55,11 @@ fn law<const P: usize>() -> Result<GradientLaw<P>, IdentifierError> {
     })
 }
 
-/// Runs the samples of the paper's loop, in the mean of which `sample` takes so many instructions
-/// more than a call of nothing does.
+/// Runs the paper's loop with `sample`, which answers with the command and the ticks it took.
 fn measure(
     name: &str,
     state_bytes: usize,
-    mut sample: impl FnMut(f64, i64) -> f64,
+    mut sample: impl FnMut(f64, i64) -> (f64, u32),
 ) -> Result<(), IdentifierError> {
     let config = paper::config()?;
     let reference = paper::reference(&config.units)?;
@@ -71,9 +70,7 @@ fn measure(
     for k in 0..STARTING + COUNTED {
         let next: f64 = reference.process(&mut wanted);
         let count = encoder.read(plant.position);
-        TAKEN.set(0);
-        let command = sample(next, count);
-        let taken = TAKEN.get();
+        let (command, taken) = sample(next, count);
         if k >= STARTING {
             total = total.wrapping_add(taken);
             most = most.max(taken);
@@ -85,31 +82,17 @@ fn measure(
     Ok(())
 }
 
-/// Ticks of the last sample.
-static TAKEN: Cell = Cell(core::sync::atomic::AtomicU32::new(0));
-
-struct Cell(core::sync::atomic::AtomicU32);
-
-impl Cell {
-    fn set(&self, value: u32) {
-        self.0.store(value, core::sync::atomic::Ordering::Relaxed);
-    }
-    fn get(&self) -> u32 {
-        self.0.load(core::sync::atomic::Ordering::Relaxed)
-    }
-}
-
-/// Counts a call, less what counting itself takes.
+/// A call's result and its ticks, less those that counting itself takes.
 #[inline(always)]
-fn counted<T>(counter: &Counter, work: impl FnOnce() -> T) -> T {
+fn counted<T>(counter: &Counter, work: impl FnOnce() -> T) -> (T, u32) {
     let empty = {
         let before = counter.now();
         counter.now().wrapping_sub(before)
     };
     let before = counter.now();
     let result = work();
-    TAKEN.set(counter.now().wrapping_sub(before).wrapping_sub(empty));
-    result
+    let taken = counter.now().wrapping_sub(before).wrapping_sub(empty);
+    (result, taken)
 }
 
 /// Controller and gradient identifier with their states, as a drive keeps them.
@@ -148,7 +131,8 @@ fn gradient<S: ParameterSet<P>, const P: usize>(
     };
     measure(name, size_of_val(&parts.learnt), |reference, count| {
         let (reference, position) = (reference as f32, count as f32);
-        f64::from(counted(counter, || parts.sample(reference, position)))
+        let (command, taken) = counted(counter, || parts.sample(reference, position));
+        (f64::from(command), taken)
     })
 }
 
@@ -189,7 +173,8 @@ fn gauss_newton(counter: &Counter) -> Result<(), IdentifierError> {
         size_of_val(&parts.learnt),
         |reference, count| {
             let (reference, position) = (reference as f32, count as f32);
-            f64::from(counted(counter, || parts.sample(reference, position)))
+            let (command, taken) = counted(counter, || parts.sample(reference, position));
+            (f64::from(command), taken)
         },
     )
 }
