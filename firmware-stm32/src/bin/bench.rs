@@ -213,8 +213,8 @@ fn words(counter: &Counter) -> Result<(), IdentifierError> {
         size_of_val(&parts.learnt),
         |reference, count| {
             let reference = reference_of_counts(reference);
-            let sample = counted(counter, || parts.sample(reference, count));
-            parts.controller.command(&sample)
+            let (sample, taken) = counted(counter, || parts.sample(reference, count));
+            (parts.controller.command(&sample), taken)
         },
     )
 }
