@@ -2,6 +2,8 @@
 #![no_std]
 #![no_main]
 
+use core::hint::black_box;
+
 use cortex_m_rt::entry;
 use firmware_stm32::host::{Text, exit, say};
 use firmware_stm32::instructions::Counter;
@@ -82,7 +84,8 @@ fn measure(
     Ok(())
 }
 
-/// A call's result and its ticks, less those that counting itself takes.
+/// A call's result and its ticks, less those that counting itself takes. What goes in and comes out
+/// passes a black box, or the compiler would move its making and its use in between.
 #[inline(always)]
 fn counted<T>(counter: &Counter, work: impl FnOnce() -> T) -> (T, u32) {
     let empty = {
@@ -92,7 +95,7 @@ fn counted<T>(counter: &Counter, work: impl FnOnce() -> T) -> (T, u32) {
     let before = counter.now();
     let result = work();
     let taken = counter.now().wrapping_sub(before).wrapping_sub(empty);
-    (result, taken)
+    (black_box(result), taken)
 }
 
 /// Controller and gradient identifier with their states, as a drive keeps them.
@@ -130,7 +133,7 @@ fn gradient<S: ParameterSet<P>, const P: usize>(
         identifier,
     };
     measure(name, size_of_val(&parts.learnt), |reference, count| {
-        let (reference, position) = (reference as f32, count as f32);
+        let (reference, position) = black_box((reference as f32, count as f32));
         let (command, taken) = counted(counter, || parts.sample(reference, position));
         (f64::from(command), taken)
     })
@@ -172,7 +175,7 @@ fn gauss_newton(counter: &Counter) -> Result<(), IdentifierError> {
         "gauss-newton-f32-4",
         size_of_val(&parts.learnt),
         |reference, count| {
-            let (reference, position) = (reference as f32, count as f32);
+            let (reference, position) = black_box((reference as f32, count as f32));
             let (command, taken) = counted(counter, || parts.sample(reference, position));
             (f64::from(command), taken)
         },
@@ -212,7 +215,7 @@ fn words(counter: &Counter) -> Result<(), IdentifierError> {
         "gradient-fixed-2",
         size_of_val(&parts.learnt),
         |reference, count| {
-            let reference = reference_of_counts(reference);
+            let (reference, count) = black_box((reference_of_counts(reference), count));
             let (sample, taken) = counted(counter, || parts.sample(reference, count));
             (parts.controller.command(&sample), taken)
         },
