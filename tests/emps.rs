@@ -129,7 +129,7 @@ fn forty_passes_of_the_gradient_come_near_the_published_values() {
     let law = "law = \"gradient\"\nmu = 40.0\ngamma = [110.0, 0.15, 15.0, 15.0]";
     let found = identify(&log, scenario(law, [1.0; 4]), 40);
     println!("M, Fv, Fc, OF = {found:.3?}");
-    for (i, tolerance) in [0.01, 0.05, 0.04, 0.04].into_iter().enumerate() {
+    for (i, tolerance) in [0.01, 0.05, 0.04, 0.02].into_iter().enumerate() {
         let off = found[i] / PUBLISHED[i] - 1.0;
         assert!(off.abs() < tolerance, "{found:?}");
     }
