@@ -224,11 +224,11 @@ impl<V: FixedVelocity, S: ParameterSet<P>, const P: usize> Beside for Words<V, S
         let real =
             self.controller
                 .process(&mut self.control, reference_of_counts(reference), position);
-        self.identifier.process(&mut self.state, &real);
+        let seen = self.identifier.process(&mut self.state, &real);
         Signals {
             velocity: self.controller.velocity(&real) / self.units.velocity(),
             command: self.controller.command(&real),
-            output_error: self.identifier.output_error(&self.state) * self.units.position_unit(),
+            output_error: self.identifier.output_error(&seen) * self.units.position_unit(),
             estimates: self.identifier.estimates(&self.state),
         }
     }

@@ -74,7 +74,7 @@ impl<O: FnMut(&Sample)> WithFixed for Loop<'_, O> {
                 reference: wanted * position_unit,
                 position: count as f64 * position_unit,
                 command,
-                output_error: Some(identifier.output_error(&state) * position_unit),
+                output_error: Some(identifier.output_error(&seen) * position_unit),
                 estimates: identifier.estimates(&state),
                 standard_errors: None,
             });

@@ -39,6 +39,8 @@ pub struct FixedGradientState<F, const P: usize> {
 /// What one sample showed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FixedIdentification {
+    /// Output error ε = q − q_e before the update, a fraction of the error's range.
+    pub output_error: Word,
     /// What the law did.
     pub update: GradientUpdate,
     /// True when the output error had left its range and the model starts again where the servo
@@ -133,15 +135,16 @@ where
             .advance::<S, P>(model, real, &command, &parameters);
         *load_command = command.load;
         FixedIdentification {
+            output_error,
             update,
             restarted: self.model.restart_if_lost(model),
         }
     }
 
-    /// The output error, counts (position units).
+    /// The output error of a sample as a number, counts (position units).
     #[must_use]
-    pub fn output_error(&self, state: &FixedGradientState<V::State, P>) -> f64 {
-        self.model.output_error_counts(&state.model)
+    pub fn output_error(&self, seen: &FixedIdentification) -> f64 {
+        value(seen.output_error, self.scales.position)
     }
 
     /// The estimates in SI; the load is the part found as a parameter plus b̂ k_i ∫ε.

@@ -132,12 +132,6 @@ impl<V: FixedVelocity> FixedModelLoop<V> {
         (fine - velocity + position - WORD_BITS).unsigned_abs()
     }
 
-    /// ε, counts.
-    pub(super) fn output_error_counts(&self, state: &FixedModelState<V::State>) -> f64 {
-        let Scales { velocity, fine, .. } = self.scales;
-        libm::ldexp(state.output_error as f64, velocity - fine)
-    }
-
     /// The model's command for this sample.
     #[inline]
     pub(super) fn command(
