@@ -219,6 +219,8 @@ fn estimates_keep_still_without_excitation_and_do_not_burst_after_it() {
             last
         };
         let mut before: Option<Compared> = None;
+        let of = |servo: &ServoParameters| [servo.a, servo.b, servo.coulomb, servo.load];
+        let mut worst = [[0.0_f64; 2]; 4];
         let mut k = 0;
         drift::run(
             &scenario,
@@ -231,20 +233,29 @@ fn estimates_keep_still_without_excitation_and_do_not_burst_after_it() {
                     before = Some(*compared);
                 }
                 if let Some(before) = &before {
+                    let standing = k < MOVING + STANDING;
                     for (then, now) in before.signals.iter().zip(&compared.signals) {
-                        let standing = k < MOVING + STANDING;
-                        let (b, a) = if standing { (0.01, 0.01) } else { (0.02, 0.2) };
-                        let (then, now) = (&then.estimates, &now.estimates);
-                        assert!((now.b / then.b - 1.0).abs() < b, "{k}: {then:?} {now:?}");
-                        let allowed = a * then.a.abs().max(1.0);
-                        assert!((now.a - then.a).abs() < allowed, "{k}: {then:?} {now:?}");
+                        for (i, worst) in worst.iter_mut().enumerate() {
+                            let [then, now] = [then, now].map(|signals| of(&signals.estimates)[i]);
+                            // What is not estimated is zero, and stays so.
+                            let moved = (now - then).abs() / then.abs().max(1e-9);
+                            worst[usize::from(!standing)] =
+                                worst[usize::from(!standing)].max(moved);
+                        }
                     }
                 }
                 k += 1;
             },
         )
         .expect("it fits");
-        assert!(before.is_some());
+        println!("standing, moving again (relative): a, b, c, d = {worst:.5?}");
+        let [a, b, coulomb, load] = worst;
+        assert!(a[0] < 0.01 && b[0] < 0.01, "{worst:?}");
+        assert!(a[1] < 0.5 && b[1] < 0.02, "{worst:?}");
+        // With friction the integral breaks the servo loose now and then, by less than the encoder
+        // shows well: 6.3 % of c and 1.9 % of d in a thousand seconds.
+        assert!(coulomb.iter().all(|moved| *moved < 0.08), "{worst:?}");
+        assert!(load.iter().all(|moved| *moved < 0.03), "{worst:?}");
     }
 }
 
