@@ -7,6 +7,7 @@ use super::model::{FixedModelLoop, FixedModelState, FixedParameters};
 use super::pid::FixedPid;
 use super::ranges::{Ranges, Scales};
 use super::step::FixedStep;
+use super::travel::FixedTravel;
 use super::velocity::FixedVelocity;
 use crate::adaptation::GradientUpdate;
 use crate::identifier::{GradientIdentifier, GradientLaw, IdentifierConfig, IdentifierError};
@@ -21,6 +22,7 @@ use crate::units::Units;
 pub struct FixedGradientIdentifier<V, S, const P: usize> {
     model: FixedModelLoop<V>,
     law: FixedGradient<P>,
+    travel: FixedTravel,
     scales: Scales,
     initial: [Accumulator; P],
     units: Units,
@@ -34,6 +36,7 @@ pub struct FixedGradientState<F, const P: usize> {
     model: FixedModelState<F>,
     estimates: [Accumulator; P],
     load_command: Word,
+    travelled: i64,
 }
 
 /// What one sample showed.
@@ -80,6 +83,7 @@ where
                 scales,
             },
             law: FixedGradient::new::<S>(config, law, &scales)?,
+            travel: FixedTravel::new(&units),
             scales,
             initial: S::PARAMETERS.map(|parameter| {
                 let machine = parameter.of(&config.initial) * parameter.scale(&units);
@@ -105,6 +109,7 @@ where
             model: FixedModelState::at_rest(),
             estimates: self.initial,
             load_command: Word::ZERO,
+            travelled: 0,
         }
     }
 
@@ -119,17 +124,26 @@ where
             model,
             estimates,
             load_command,
+            travelled,
         } = state;
         self.model.observe(model, real);
         let output_error = self.model.output_error(model);
+        let stays = S::HAS_COULOMB && self.travel.stays(travelled, real.increment);
+        if stays {
+            self.model.stand_beside(model);
+        }
         let command = self.model.command(model, real);
         let regressor = self.model.regressor::<S, P>(model, &command);
-        let update = self.law.update(
-            estimates,
-            &regressor,
-            output_error,
-            command.output_error_rate,
-        );
+        let update = if stays {
+            GradientUpdate::Held
+        } else {
+            self.law.update(
+                estimates,
+                &regressor,
+                output_error,
+                command.output_error_rate,
+            )
+        };
         let parameters = FixedParameters::of_set::<S, P>(estimates);
         self.model
             .advance::<S, P>(model, real, &command, &parameters);

@@ -42,6 +42,7 @@ mod model;
 mod pid;
 mod ranges;
 mod step;
+mod travel;
 mod velocity;
 
 pub use arithmetic::{Accumulator, Word};

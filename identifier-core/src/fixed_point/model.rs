@@ -215,7 +215,7 @@ impl<V: FixedVelocity> FixedModelLoop<V> {
             state.motion = motion;
             let stuck = moving == Word::ZERO && motion == FixedMotion::NONE;
             if stuck && self.servo_stands(real, parameters, friction) {
-                state.output_error = 0;
+                self.stand_beside(state);
             }
             state.acted = Acted {
                 command: word_product(command.value, moving),
@@ -226,6 +226,12 @@ impl<V: FixedVelocity> FixedModelLoop<V> {
             state.motion = self.step.slide(parameters.x, drive, state.motion.velocity);
             state.acted.command = command.value;
         }
+    }
+
+    /// Puts the model where the servo is; what its integral has gathered stays.
+    #[inline]
+    pub(super) fn stand_beside(&self, state: &mut FixedModelState<V::State>) {
+        state.output_error = 0;
     }
 
     /// Whether friction outweighs all damping of the servo, (a + b kd) |q̇| ≤ c: see

@@ -6,6 +6,7 @@ use crate::adaptation::{
     Gradient, GradientConfig, GradientState, GradientUpdate, PositiveDefinite,
 };
 use crate::control::{ControlSample, ControlState};
+use crate::measurement::travel::Travel;
 use crate::measurement::velocity::VelocityEstimate;
 use crate::model::{ModelLoop, ModelState, ServoParameters};
 use crate::number::Number;
@@ -38,6 +39,7 @@ impl<const P: usize> GradientLaw<P> {
 pub struct GradientIdentifier<N, V, S, const P: usize> {
     model: ModelLoop<N, V>,
     law: Gradient<N, P>,
+    travel: Travel<N>,
     initial: [f64; P],
     units: Units,
     promise: Option<Promise>,
@@ -49,6 +51,7 @@ pub struct GradientIdentifier<N, V, S, const P: usize> {
 pub struct GradientIdentifierState<N: Number, F, const P: usize> {
     model: ModelState<N, F>,
     law: GradientState<N, P>,
+    travelled: N,
     load_command: N,
 }
 
@@ -95,6 +98,7 @@ where
                 bounds: config.bounds_of::<S, P>(),
                 frozen: law.frozen,
             })?,
+            travel: Travel::new(units),
             initial: config.initial_of::<S, P>(),
             units: *units,
             promise,
@@ -122,6 +126,7 @@ where
         GradientIdentifierState {
             model: ModelState::at_rest(),
             law: GradientState::new(self.initial),
+            travelled: N::ZERO,
             load_command: N::ZERO,
         }
     }
@@ -135,14 +140,23 @@ where
     ) -> GradientIdentification<N> {
         self.model.observe(&mut state.model, real);
         let output_error = state.model.output_error();
+        // A model that friction can hold has nothing to learn from a servo that stays where it is.
+        let stays = S::HAS_COULOMB && self.travel.stays(&mut state.travelled, real.increment);
+        if stays {
+            self.model.stand_beside(&mut state.model);
+        }
         let command = self.model.command(&mut state.model, real);
         let regressor = self.model.regressor::<S, P>(&mut state.model, &command);
-        let update = self.law.update(
-            &mut state.law,
-            &regressor,
-            output_error,
-            command.output_error_rate,
-        );
+        let update = if stays {
+            GradientUpdate::Held
+        } else {
+            self.law.update(
+                &mut state.law,
+                &regressor,
+                output_error,
+                command.output_error_rate,
+            )
+        };
         let parameters = ModelParameters::of_set::<S, P>(&state.law.estimates());
         let phase = self
             .model

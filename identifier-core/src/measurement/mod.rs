@@ -4,4 +4,5 @@
 
 pub mod counter;
 pub mod origin;
+pub mod travel;
 pub mod velocity;

@@ -245,9 +245,15 @@ impl<N: Number, V: VelocityEstimate<N>> ModelLoop<N, V> {
             - parameters.gain * self.pid.linear(N::ZERO, real.velocity);
         let stand = phase == Phase::Stuck && damping.magnitude() <= parameters.coulomb;
         if stand {
-            state.output_error = N::ZERO;
+            self.stand_beside(state);
         }
         stand
+    }
+
+    /// Puts the model where the servo is; what its integral has gathered stays.
+    #[inline]
+    pub fn stand_beside(&self, state: &mut ModelState<N, V::State>) {
+        state.output_error = N::ZERO;
     }
 
     /// Starts the model again where the servo is if it has left the reach of the number format,
