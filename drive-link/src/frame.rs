@@ -1,0 +1,139 @@
+use core::fmt;
+
+use crc::{CRC_32_ISO_HDLC, Crc};
+use heapless::Vec;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// Bytes of the longest message before framing, its check included.
+pub const LONGEST_MESSAGE: usize = 400;
+
+/// Bytes of the longest frame: one more in 254 for COBS, and the zero at the end.
+pub const LONGEST_FRAME: usize = LONGEST_MESSAGE + LONGEST_MESSAGE / 254 + 2;
+
+const CHECK: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+
+/// Bytes of the check at the end of a message.
+const CHECK_BYTES: usize = 4;
+
+/// Why bytes are no message, or a message no bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum FrameError {
+    /// Longer than any message: a zero was lost, or the other end speaks something else.
+    TooLong,
+    /// The bytes between two zeros are no COBS.
+    NotFramed,
+    /// The check does not fit: bytes were lost or changed.
+    Damaged,
+    /// Undamaged, but no message of this version.
+    Unknown,
+}
+
+impl fmt::Display for FrameError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::TooLong => "a frame is longer than any message: is this the drive's port?",
+            Self::NotFramed => "bytes were lost on the line: they are no frame",
+            Self::Damaged => "bytes were damaged on the line: the check does not fit",
+            Self::Unknown => "the message is of another version of the protocol",
+        })
+    }
+}
+
+impl core::error::Error for FrameError {}
+
+/// A message as the bytes of a frame, the zero at its end included.
+///
+/// # Errors
+/// [`FrameError::TooLong`].
+pub fn frame<T: Serialize>(message: &T) -> Result<Vec<u8, LONGEST_FRAME>, FrameError> {
+    let mut plain = [0; LONGEST_MESSAGE];
+    let room = LONGEST_MESSAGE - CHECK_BYTES;
+    let used = plain
+        .get_mut(..room)
+        .and_then(|room| postcard::to_slice(message, room).ok())
+        .map(|bytes| (bytes.len(), CHECK.checksum(bytes)));
+    let (length, check) = used.ok_or(FrameError::TooLong)?;
+    for (place, byte) in plain.iter_mut().skip(length).zip(check.to_le_bytes()) {
+        *place = byte;
+    }
+    let mut framed = Vec::new();
+    framed
+        .resize(LONGEST_FRAME, 0)
+        .map_err(|_| FrameError::TooLong)?;
+    let mut encoder = cobs::CobsEncoder::new(&mut framed);
+    let whole = plain
+        .get(..length + CHECK_BYTES)
+        .ok_or(FrameError::TooLong)?;
+    encoder.push(whole).map_err(|_| FrameError::TooLong)?;
+    let end = encoder.finalize();
+    // What follows is zero already: the first of it ends the frame.
+    framed.truncate(end + 1);
+    Ok(framed)
+}
+
+/// Puts messages together from bytes as they come, whatever they are.
+#[derive(Debug, Default)]
+pub struct Receiver {
+    bytes: Vec<u8, LONGEST_FRAME>,
+    overflowed: bool,
+}
+
+impl Receiver {
+    /// Waits for the beginning of a frame.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            bytes: Vec::new(),
+            overflowed: false,
+        }
+    }
+
+    /// Takes a byte; at the end of a frame, its message or why it is none. An error costs that frame
+    /// and no other.
+    pub fn take<T: DeserializeOwned>(&mut self, byte: u8) -> Option<Result<T, FrameError>> {
+        if byte != 0 {
+            self.overflowed |= self.bytes.push(byte).is_err();
+            return None;
+        }
+        let read = if self.overflowed {
+            Some(Err(FrameError::TooLong))
+        } else if self.bytes.is_empty() {
+            // Two zeros in a row: somebody begins afresh.
+            None
+        } else {
+            Some(unframed(&self.bytes))
+        };
+        self.bytes.clear();
+        self.overflowed = false;
+        read
+    }
+}
+
+fn unframed<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, FrameError> {
+    let mut plain = [0; LONGEST_FRAME];
+    let mut decoder = cobs::CobsDecoder::new(&mut plain);
+    for &byte in bytes {
+        match decoder.feed(byte) {
+            Ok(None) => {}
+            Ok(Some(_)) | Err(_) => return Err(FrameError::NotFramed),
+        }
+    }
+    let length = match decoder.feed(0) {
+        Ok(Some(length)) => length,
+        Ok(None) | Err(_) => return Err(FrameError::NotFramed),
+    };
+    let whole = plain.get(..length).ok_or(FrameError::NotFramed)?;
+    let (message, check) = whole
+        .split_last_chunk::<CHECK_BYTES>()
+        .ok_or(FrameError::Damaged)?;
+    if CHECK.checksum(message) != u32::from_le_bytes(*check) {
+        return Err(FrameError::Damaged);
+    }
+    match postcard::take_from_bytes(message) {
+        Ok((message, [])) => Ok(message),
+        _ => Err(FrameError::Unknown),
+    }
+}

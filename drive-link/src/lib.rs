@@ -1,0 +1,24 @@
+//! What a drive and its host say to each other over a serial line.
+//!
+//! A message is [postcard](https://postcard.jamesmunns.com) bytes and their CRC-32, framed by COBS:
+//! no byte of a frame is zero but its last, so whoever loses the thread finds it again at the next
+//! zero. Nothing is answered twice and nothing is assumed to arrive: each [`Request`] carries a
+//! number that its answer repeats, every command may be said again without harm, and telemetry
+//! that finds no room is dropped and counted.
+#![no_std]
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
+mod fault;
+mod frame;
+mod lock_step;
+mod message;
+mod settings;
+
+pub use fault::Fault;
+pub use frame::{FrameError, LONGEST_FRAME, LONGEST_MESSAGE, Receiver, frame};
+pub use lock_step::{Answer, Question, Reading, Refused};
+pub use message::{
+    Command, Estimates, Kept, PROTOCOL, Refusal, Report, Request, Snapshot, State, Status,
+};
+pub use settings::{Format, LoopSettings, Name, NotAllowed, Protection, Settings, Shaking};

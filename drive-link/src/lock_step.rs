@@ -1,0 +1,72 @@
+use serde::{Deserialize, Serialize};
+
+use crate::message::Estimates;
+use crate::settings::{LoopSettings, NotAllowed};
+
+/// What a host asks of a processor in the loop: the plant is on the host, the loop on the chip.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "settings are sent once, and there is no heap to put them on"
+)]
+pub enum Question {
+    /// Begin anew with these settings, at rest at count zero. Answered by [`Answer::Ready`].
+    Begin(LoopSettings),
+    /// The next sample. Answered by [`Answer::Command`]; said again with the number of the sample
+    /// before, the same answer comes again and nothing moves.
+    Sample {
+        /// Number of the sample, from 0.
+        number: u32,
+        /// The reference in counts: bits of a double, which every format's reference fits.
+        reference: f64,
+        /// The encoder's count.
+        count: i64,
+    },
+}
+
+/// What the chip answers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum Answer {
+    /// The loop is built.
+    Ready,
+    /// The loop was not built, or the sample is not the next one.
+    Refused(Refused),
+    /// What the loop did in a sample.
+    Command {
+        /// Number of the sample.
+        number: u32,
+        /// What it did.
+        reading: Reading,
+    },
+}
+
+/// Why a question was not answered.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum Refused {
+    /// A setting is not allowed.
+    Setting(NotAllowed),
+    /// There is no loop yet: begin first.
+    NotBegun,
+    /// Not the sample that comes next.
+    OutOfStep {
+        /// The one that does.
+        next: u32,
+    },
+    /// The controller refuses the reference or the count.
+    OutOfReach,
+}
+
+/// What a loop did in a sample.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Reading {
+    /// Command, command units.
+    pub command: f64,
+    /// Output error, counts.
+    pub output_error: f64,
+    /// The estimates, SI.
+    pub estimates: Estimates,
+    /// Whether the guard shortened the law's step.
+    pub slowed: bool,
+    /// Whether the model had to be started again.
+    pub restarted: bool,
+}

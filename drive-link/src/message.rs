@@ -1,0 +1,167 @@
+use serde::{Deserialize, Serialize};
+
+use crate::fault::Fault;
+use crate::settings::{NotAllowed, Settings};
+
+/// The version of these messages: a host and a drive of different versions do not talk.
+pub const PROTOCOL: u8 = 1;
+
+/// What the host says: a command, and the number that the answer will carry.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Request {
+    /// The host's number for it.
+    pub id: u8,
+    /// What is asked for. Saying it twice does what saying it once does.
+    pub command: Command,
+}
+
+/// What a drive can be asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "settings are sent rarely, and there is no heap to put them on"
+)]
+pub enum Command {
+    /// Who is there? Answered by [`Report::Status`].
+    Hello,
+    /// Take these settings; only while the servo is released.
+    Configure(Settings),
+    /// What are the settings? Answered by [`Report::Settings`].
+    Show,
+    /// Close the loop where the servo stands, and identify.
+    Start,
+    /// Send the servo to a place, rad from where it started.
+    Aim(f64),
+    /// Let the servo go.
+    Stop,
+    /// Forget a fault, and let the self-test decide.
+    Clear,
+    /// Report every so many samples; 0 for never.
+    Watch(u16),
+    /// Keep settings and estimates through a loss of power; only while the servo is released.
+    Save,
+}
+
+/// What a drive says.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "settings are sent rarely, and there is no heap to put them on"
+)]
+pub enum Report {
+    /// A request was done.
+    Done {
+        /// The request's number.
+        id: u8,
+    },
+    /// A request was not done, and nothing changed.
+    Refused {
+        /// The request's number.
+        id: u8,
+        /// Why.
+        refusal: Refusal,
+    },
+    /// Who is there, and how.
+    Status(Status),
+    /// The settings that hold.
+    Settings(Settings),
+    /// The loop in motion.
+    Snapshot(Snapshot),
+    /// The drive let its servo go.
+    Fault(Fault),
+}
+
+/// Who is there, and how.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Status {
+    /// [`PROTOCOL`] of the drive.
+    pub protocol: u8,
+    /// What it does.
+    pub state: State,
+    /// What the store held when the drive was switched on.
+    pub kept: Kept,
+    /// Samples that ended too late since the start.
+    pub overruns: u32,
+    /// Reports that found no room.
+    pub dropped: u32,
+    /// Frames that were not understood.
+    pub garbled: u32,
+}
+
+/// What the store held when the drive was switched on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Kept {
+    /// Nothing: the settings are the built-in ones.
+    Nothing,
+    /// A record, which holds now.
+    Record,
+    /// A record of another version: left alone, the built-in settings hold.
+    OtherVersion,
+    /// Damaged records only: the built-in settings hold.
+    Damaged,
+}
+
+/// What a drive does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum State {
+    /// The servo is let go, and everything is ready.
+    Released,
+    /// The loop is closed.
+    Running,
+    /// The servo is let go, and stays so until the fault is cleared.
+    Faulted(Fault),
+}
+
+/// Why a request was not done.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum Refusal {
+    /// It needs the servo released: stop first.
+    Running,
+    /// It needs the loop closed: start first.
+    NotRunning,
+    /// The fault must be cleared first.
+    Faulted(Fault),
+    /// A setting is not allowed.
+    Setting(NotAllowed),
+    /// The place is too far from where the servo started, rad.
+    TooFar {
+        /// How far it may be.
+        most: f64,
+    },
+    /// The interrupt has not yet done what was asked before: ask again.
+    Busy,
+    /// The store did not take the record; the one before it still holds.
+    NotKept,
+}
+
+/// The loop at one sample, SI.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Snapshot {
+    /// Samples since the start.
+    pub sample: u32,
+    /// Reference, rad from where the servo started.
+    pub reference: f32,
+    /// Position, rad from where the servo started.
+    pub position: f32,
+    /// Command, command units.
+    pub command: f32,
+    /// Output error, rad.
+    pub output_error: f32,
+    /// The estimates.
+    pub estimates: Estimates,
+}
+
+/// Estimates of a servo, SI.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Estimates {
+    /// a, 1/s.
+    pub a: f64,
+    /// b, rad/s² per command unit.
+    pub b: f64,
+    /// c, rad/s².
+    pub coulomb: f64,
+    /// d, rad/s².
+    pub load: f64,
+}

@@ -1,0 +1,109 @@
+use core::fmt;
+
+use serde::{Deserialize, Serialize};
+
+/// The name of a setting.
+pub type Name = heapless::String<24>;
+
+/// What a drive is told of its servo and of what it shall do, SI.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// Controller and identifier.
+    pub closed_loop: LoopSettings,
+    /// Reference while it identifies.
+    pub shaking: Shaking,
+    /// What lets the servo go.
+    pub protection: Protection,
+}
+
+/// What controller and identifier are built from, SI.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct LoopSettings {
+    /// Sample time, s.
+    pub sample_time: f64,
+    /// Encoder counts a revolution, after fourfold evaluation.
+    pub counts_per_rev: f64,
+    /// kp, kd, ki: command units per rad, per rad/s, per rad s.
+    pub gains: [f64; 3],
+    /// Lowest and highest command, command units; infinite for none.
+    pub limit: [f64; 2],
+    /// Cut-off of the velocity estimate, rad/s.
+    pub cutoff: f64,
+    /// Lowest and highest a (1/s) and b (rad/s² per command unit) of the servo, to be certified.
+    pub plant_box: Option<[[f64; 2]; 2]>,
+    /// a, b, c and d to begin with.
+    pub initial: [f64; 4],
+    /// Lowest and highest estimates of a, b, c and d.
+    pub bounds: [[f64; 2]; 4],
+    /// Diagonal of Γ over a, b and, with friction, c.
+    pub gamma: [f64; 3],
+    /// μ, 1/s; none for the automatic one.
+    pub mu: Option<f64>,
+    /// Whether Coulomb friction is estimated too.
+    pub friction: bool,
+    /// What the loop is computed in.
+    pub format: Format,
+}
+
+/// A number format.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Format {
+    /// Single precision.
+    Single,
+    /// Fixed point, words of 32 bits.
+    Fixed,
+}
+
+/// The pseudo-random binary reference that shakes the servo while it is identified.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Shaking {
+    /// Half the distance between its two levels, rad; 0 for none.
+    pub amplitude: f64,
+    /// Time between two decisions, s.
+    pub hold: f64,
+}
+
+/// What lets the servo go.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Protection {
+    /// Largest position error, rad.
+    pub following_error: f64,
+    /// How far from where it started the servo may be sent, rad.
+    pub travel: f64,
+    /// How fast it is sent there, rad/s.
+    pub speed: f64,
+    /// How long the command may be at its limit without a count, s.
+    pub silence: f64,
+    /// Samples running that may end too late.
+    pub overruns: u8,
+}
+
+/// A setting that is not allowed, SI.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NotAllowed {
+    /// Which.
+    pub name: Name,
+    /// What was given.
+    pub given: f64,
+    /// The least that would do; infinite if that end is open.
+    pub least: f64,
+    /// The most that would do; infinite if that end is open.
+    pub most: f64,
+}
+
+impl fmt::Display for NotAllowed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            name,
+            given,
+            least,
+            most,
+        } = self;
+        write!(
+            f,
+            "{name} = {given} is not allowed: it must be from {least} to {most}"
+        )
+    }
+}
+
+impl core::error::Error for NotAllowed {}

@@ -1,0 +1,140 @@
+//! The loop in single precision, with or without friction: the choice is made once, when it is
+//! built, and costs one branch a sample.
+
+use drive_link::{Estimates, Format, LoopSettings, NotAllowed};
+use identifier_core::adaptation::GradientUpdate;
+use identifier_core::drive::{Actuator, PositionSensor, Tick, TickError, TickState, Ticked};
+use identifier_core::identifier::{GradientIdentifier, GradientIdentifierState, IdentifierError};
+use identifier_core::measurement::velocity::{LowPass, LowPassState};
+use identifier_core::model::ServoParameters;
+use identifier_core::parameters::{Ab, AbCoulomb, ParameterSet};
+
+use crate::parts;
+
+type Velocity = LowPass<f32>;
+type Filter = LowPassState<f32>;
+type Learnt<const P: usize> = GradientIdentifierState<f32, Filter, P>;
+
+/// Controller and identifier of a servo, with their states.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClosedLoop {
+    tick: Tick<f32, Velocity>,
+    control: TickState<f32, Filter>,
+    identifier: Identifier,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Identifier {
+    Plain(GradientIdentifier<f32, Velocity, Ab, 2>, Learnt<2>),
+    Friction(GradientIdentifier<f32, Velocity, AbCoulomb, 3>, Learnt<3>),
+}
+
+/// What a sample showed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seen {
+    /// What the control step did.
+    pub ticked: Ticked<f32>,
+    /// Output error, counts.
+    pub output_error: f32,
+    /// Whether the guard shortened the law's step.
+    pub slowed: bool,
+    /// Whether the model had to be started again.
+    pub restarted: bool,
+}
+
+impl ClosedLoop {
+    /// A loop at rest at a count.
+    ///
+    /// # Errors
+    /// The setting that is not allowed.
+    pub fn new(settings: &LoopSettings, count: i64) -> Result<Self, NotAllowed> {
+        if settings.format != Format::Single {
+            return Err(parts::refusal("format", 1.0, 0.0, 0.0));
+        }
+        Self::build(settings, count).map_err(parts::not_allowed)
+    }
+
+    fn build(settings: &LoopSettings, count: i64) -> Result<Self, IdentifierError> {
+        let config = parts::config(settings)?;
+        let velocity = Velocity::new(&config.units, settings.cutoff)?;
+        let tick = Tick::new(config.controller(velocity));
+        let identifier = if settings.friction {
+            let law = parts::law(settings)?;
+            let built = GradientIdentifier::new(&config, &law, velocity)?;
+            Identifier::Friction(built, built.start())
+        } else {
+            let law = parts::law(settings)?;
+            let built = GradientIdentifier::new(&config, &law, velocity)?;
+            Identifier::Plain(built, built.start())
+        };
+        Ok(Self {
+            control: tick.start(count),
+            tick,
+            identifier,
+        })
+    }
+
+    /// At rest at a count, which is where positions are measured from.
+    #[must_use]
+    pub fn started_at(self, count: i64) -> Self {
+        Self {
+            control: self.tick.start(count),
+            ..self
+        }
+    }
+
+    /// One sample towards a reference, counts from the origin.
+    ///
+    /// # Errors
+    /// [`TickError`]; the actuator was released.
+    #[inline]
+    pub fn step<S: PositionSensor, A: Actuator<f32>>(
+        &mut self,
+        reference: f32,
+        sensor: &mut S,
+        actuator: &mut A,
+    ) -> Result<Seen, TickError<S::Error, A::Error>> {
+        let ticked = self
+            .tick
+            .step(&mut self.control, reference, sensor, actuator)?;
+        Ok(match &mut self.identifier {
+            Identifier::Plain(identifier, learnt) => learn(identifier, learnt, ticked),
+            Identifier::Friction(identifier, learnt) => learn(identifier, learnt, ticked),
+        })
+    }
+
+    /// The estimates, SI.
+    #[must_use]
+    pub fn estimates(&self) -> Estimates {
+        let ServoParameters {
+            a,
+            b,
+            coulomb,
+            load,
+        } = match &self.identifier {
+            Identifier::Plain(identifier, learnt) => identifier.estimates(learnt),
+            Identifier::Friction(identifier, learnt) => identifier.estimates(learnt),
+        };
+        Estimates {
+            a,
+            b,
+            coulomb,
+            load,
+        }
+    }
+}
+
+#[inline]
+fn learn<S: ParameterSet<P>, const P: usize>(
+    identifier: &GradientIdentifier<f32, Velocity, S, P>,
+    learnt: &mut Learnt<P>,
+    ticked: Ticked<f32>,
+) -> Seen {
+    let seen = identifier.process(learnt, &ticked.sample);
+    Seen {
+        ticked,
+        output_error: seen.output_error,
+        slowed: seen.update == GradientUpdate::Slowed,
+        restarted: seen.restarted,
+    }
+}

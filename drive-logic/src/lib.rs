@@ -1,0 +1,33 @@
+//! Everything of a drive that needs no pin, so that all of it runs and is tested on a PC.
+//!
+//! Two halves and a queue each way between them. The *interrupt* half, [`Sampler`], owns the servo:
+//! it measures, controls, learns, watches and never waits. The *background* half, [`Supervisor`],
+//! owns everything slow: it takes requests, builds loops, converts to SI, reports and keeps
+//! records. What the firmware adds is pins.
+//!
+//! ```text
+//!   requests ──► Supervisor ──► orders ──► Sampler ──► actuator
+//!   reports  ◄──     │      ◄── events ◄──    │    ◄── sensor, lines
+//!                    ▼
+//!                  Store
+//! ```
+#![no_std]
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
+mod closed_loop;
+mod lock_step;
+mod parts;
+mod protection;
+mod reference;
+mod sampler;
+mod self_test;
+mod store;
+mod supervisor;
+
+pub use closed_loop::{ClosedLoop, Seen};
+pub use lock_step::LockStep;
+pub use sampler::{Event, Lines, Order, Run, Sampler, Shown};
+pub use self_test::self_test;
+pub use store::{Store, StoreError};
+pub use supervisor::Supervisor;

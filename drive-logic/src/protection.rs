@@ -1,0 +1,82 @@
+//! What lets the servo go while the loop runs.
+
+use drive_link::{Fault, NotAllowed, Settings};
+use identifier_core::control::ControlSample;
+use identifier_core::units::Units;
+
+use crate::parts::refusal;
+
+/// Part of the command limit from which on a command counts as being at it.
+const AT_THE_LIMIT: f64 = 0.9;
+
+/// The watch over one run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Protection {
+    following_error: f32,
+    strong: f32,
+    silent_most: u32,
+    silent: u32,
+    late_most: u32,
+    late: u32,
+}
+
+impl Protection {
+    /// # Errors
+    /// The setting that is not allowed.
+    pub(crate) fn new(settings: &Settings, units: &Units) -> Result<Self, NotAllowed> {
+        let given = &settings.protection;
+        for (name, value) in [
+            ("following_error", given.following_error),
+            ("travel", given.travel),
+            ("speed", given.speed),
+            ("silence", given.silence),
+        ] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(refusal(name, value, f64::MIN_POSITIVE, f64::MAX));
+            }
+        }
+        if given.overruns == 0 {
+            return Err(refusal("overruns", 0.0, 1.0, 255.0));
+        }
+        let [low, high] = settings.closed_loop.limit;
+        let limit = high.min(-low);
+        Ok(Self {
+            following_error: (given.following_error * units.position()) as f32,
+            strong: (AT_THE_LIMIT * limit) as f32,
+            silent_most: (given.silence / units.sample_time()) as u32,
+            silent: 0,
+            late_most: u32::from(given.overruns),
+            late: 0,
+        })
+    }
+
+    /// Looks at a sample.
+    #[inline]
+    pub(crate) fn check(&mut self, sample: &ControlSample<f32>) -> Result<(), Fault> {
+        if sample.error.abs() > self.following_error {
+            return Err(Fault::FollowingError);
+        }
+        let silent = sample.increment == 0.0 && sample.command.abs() >= self.strong;
+        self.silent = if silent {
+            self.silent.saturating_add(1)
+        } else {
+            0
+        };
+        if self.silent > self.silent_most {
+            Err(Fault::EncoderSilent)
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Takes in whether a sample ended too late.
+    #[inline]
+    pub(crate) fn ended(&mut self, late: bool) -> Result<(), Fault> {
+        self.late = if late { self.late.saturating_add(1) } else { 0 };
+        if self.late >= self.late_most {
+            Err(Fault::Overrun)
+        } else {
+            Ok(())
+        }
+    }
+}

@@ -1,0 +1,331 @@
+//! The interrupt's half: one call a sample, and nothing in it waits.
+
+use core::fmt;
+
+use drive_link::{Fault, NotAllowed, Settings};
+use heapless::spsc::{Consumer, Producer};
+use identifier_core::drive::{Actuator, PositionSensor, TickError};
+use identifier_core::identifier::IdentifierConfig;
+
+use crate::closed_loop::{ClosedLoop, Seen};
+use crate::parts;
+use crate::protection::Protection;
+use crate::reference::Reference;
+
+/// What the supervisor orders.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "a run is handed over once, and there is no heap to put it on"
+)]
+pub enum Order {
+    /// Close this loop where the servo stands.
+    Run(Run),
+    /// Send the servo to a place, counts from where it started.
+    Aim(i32),
+    /// Let the servo go.
+    Release,
+    /// Forget a fault, if its cause is gone.
+    Clear,
+    /// Show a sample every so often; 0 for never.
+    Watch(u16),
+}
+
+/// What the interrupt tells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Event {
+    /// The servo was let go as ordered; what the loop had learnt.
+    Released(Option<ClosedLoop>),
+    /// The servo was let go because of a fault.
+    Faulted(Fault),
+    /// A fault was forgotten.
+    Cleared,
+    /// A sample.
+    Shown(Shown),
+}
+
+/// A sample as the interrupt knows it, machine units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shown {
+    /// Samples since the start.
+    pub sample: u32,
+    /// The loop after the sample.
+    pub closed_loop: ClosedLoop,
+    /// Position error, counts.
+    pub error: f32,
+    /// Counts from where the servo started.
+    pub count: i64,
+    /// Command, command units.
+    pub command: f32,
+    /// Output error, counts.
+    pub output_error: f32,
+    /// Samples that ended too late since the start.
+    pub overruns: u32,
+    /// Events that found no room since the drive was switched on.
+    pub dropped: u32,
+}
+
+/// What the pins say besides the encoder. Every line is healthy when it is closed, so a broken wire
+/// is a fault.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Lines {
+    /// The amplifier reports no fault.
+    pub amplifier: bool,
+    /// The limit switch at the lower end is closed.
+    pub low_switch: bool,
+    /// The limit switch at the upper end is closed.
+    pub high_switch: bool,
+}
+
+impl Lines {
+    fn in_motion(self) -> Result<(), Fault> {
+        if !self.amplifier {
+            Err(Fault::AmplifierFault)
+        } else if self.low_switch && self.high_switch {
+            Ok(())
+        } else {
+            Err(Fault::LimitSwitch)
+        }
+    }
+
+    fn before_motion(self) -> Result<(), Fault> {
+        self.in_motion().map_err(|fault| match fault {
+            Fault::LimitSwitch => Fault::LimitSwitchesStuck,
+            other => other,
+        })
+    }
+}
+
+/// A loop that is ready to be closed, with its reference and its watch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Run {
+    closed_loop: ClosedLoop,
+    reference: Reference,
+    protection: Protection,
+    sample: u32,
+    overruns: u32,
+    started_at: i64,
+    origin: i64,
+}
+
+impl Run {
+    /// # Errors
+    /// The setting that is not allowed.
+    pub(crate) fn new(settings: &Settings) -> Result<Self, NotAllowed> {
+        let closed_loop = ClosedLoop::new(&settings.closed_loop, 0)?;
+        let IdentifierConfig { units, .. } =
+            parts::config(&settings.closed_loop).map_err(parts::not_allowed)?;
+        let reference =
+            Reference::new(settings, &units).map_err(|error| parts::not_allowed(error.into()))?;
+        Ok(Self {
+            closed_loop,
+            reference,
+            protection: Protection::new(settings, &units)?,
+            sample: 0,
+            overruns: 0,
+            started_at: 0,
+            origin: 0,
+        })
+    }
+}
+
+/// The interrupt's half of a drive.
+pub struct Sampler<'a> {
+    orders: Consumer<'a, Order>,
+    events: Producer<'a, Event>,
+    run: Option<Run>,
+    fault: Option<Fault>,
+    /// A fault, a release or its forgetting that found no room yet: it must not be lost.
+    untold: Option<Event>,
+    every: u16,
+    until_shown: u16,
+    dropped: u32,
+}
+
+impl fmt::Debug for Sampler<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Sampler")
+            .field("run", &self.run)
+            .field("fault", &self.fault)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'a> Sampler<'a> {
+    /// Released, with its ends of the queues and with what the boot found wrong.
+    #[must_use]
+    pub fn new(
+        orders: Consumer<'a, Order>,
+        events: Producer<'a, Event>,
+        found_at_boot: Result<(), Fault>,
+    ) -> Self {
+        let fault = found_at_boot.err();
+        Self {
+            orders,
+            events,
+            run: None,
+            fault,
+            untold: fault.map(Event::Faulted),
+            every: 0,
+            until_shown: 0,
+            dropped: 0,
+        }
+    }
+
+    /// One sample.
+    #[inline]
+    pub fn sample<S: PositionSensor, A: Actuator<f32>>(
+        &mut self,
+        lines: Lines,
+        sensor: &mut S,
+        actuator: &mut A,
+    ) {
+        if let Some(event) = self.untold.take() {
+            self.must_tell(event);
+        }
+        if self.untold.is_none()
+            && let Some(order) = self.orders.dequeue()
+        {
+            self.obey(order, lines, sensor, actuator);
+        }
+        let Some(run) = &mut self.run else {
+            // Read even so: a counter that wraps unread loses its turns.
+            let _ = sensor.count();
+            let _ = actuator.release();
+            return;
+        };
+        let seen = match run.step(lines, sensor, actuator) {
+            Ok(seen) => seen,
+            Err(fault) => return self.fail(fault, actuator),
+        };
+        let shown = Shown {
+            sample: run.sample,
+            closed_loop: run.closed_loop,
+            error: seen.ticked.sample.error,
+            count: seen.ticked.count - run.started_at,
+            command: seen.ticked.sample.command,
+            output_error: seen.output_error,
+            overruns: run.overruns,
+            dropped: self.dropped,
+        };
+        if self.is_due() && self.events.enqueue(Event::Shown(shown)).is_err() {
+            self.dropped = self.dropped.saturating_add(1);
+        }
+    }
+
+    /// What the firmware finds at the end of a sample: whether the next one was due already.
+    #[inline]
+    pub fn ended<A: Actuator<f32>>(&mut self, late: bool, actuator: &mut A) {
+        let Some(run) = &mut self.run else {
+            return;
+        };
+        run.overruns += u32::from(late);
+        if let Err(fault) = run.protection.ended(late) {
+            self.fail(fault, actuator);
+        }
+    }
+
+    fn obey<S: PositionSensor, A: Actuator<f32>>(
+        &mut self,
+        order: Order,
+        lines: Lines,
+        sensor: &mut S,
+        actuator: &mut A,
+    ) {
+        match order {
+            // A fault that struck while the order was on its way stands.
+            Order::Run(_) if self.fault.is_some() => {}
+            Order::Run(run) => match lines.before_motion() {
+                Ok(()) => match sensor.count() {
+                    Ok(count) => {
+                        self.run = Some(Run {
+                            closed_loop: run.closed_loop.started_at(count),
+                            started_at: count,
+                            origin: count,
+                            ..run
+                        });
+                    }
+                    Err(_) => self.fail(Fault::EncoderFailed, actuator),
+                },
+                Err(fault) => self.fail(fault, actuator),
+            },
+            Order::Aim(counts) => {
+                if let Some(run) = &mut self.run {
+                    let from_origin = run.started_at - run.origin + i64::from(counts);
+                    run.reference.aim(from_origin as f32);
+                }
+            }
+            Order::Release => {
+                let _ = actuator.release();
+                let learnt = self.run.take().map(|run| run.closed_loop);
+                self.must_tell(Event::Released(learnt));
+            }
+            Order::Clear if self.fault.is_none() => {}
+            Order::Clear => match lines.before_motion() {
+                Ok(()) => {
+                    self.fault = None;
+                    self.must_tell(Event::Cleared);
+                }
+                Err(fault) => self.fail(fault, actuator),
+            },
+            Order::Watch(every) => {
+                self.every = every;
+                self.until_shown = 0;
+            }
+        }
+    }
+
+    #[cold]
+    fn fail<A: Actuator<f32>>(&mut self, fault: Fault, actuator: &mut A) {
+        let _ = actuator.release();
+        self.run = None;
+        self.fault = Some(fault);
+        self.must_tell(Event::Faulted(fault));
+    }
+
+    fn must_tell(&mut self, event: Event) {
+        if let Err(event) = self.events.enqueue(event) {
+            self.untold = Some(event);
+        }
+    }
+
+    /// Whether this sample is to be shown.
+    #[inline]
+    fn is_due(&mut self) -> bool {
+        if self.every == 0 {
+            return false;
+        }
+        let due = self.until_shown == 0;
+        self.until_shown = if due { self.every } else { self.until_shown } - 1;
+        due
+    }
+}
+
+impl Run {
+    /// One sample.
+    #[inline]
+    fn step<S: PositionSensor, A: Actuator<f32>>(
+        &mut self,
+        lines: Lines,
+        sensor: &mut S,
+        actuator: &mut A,
+    ) -> Result<Seen, Fault> {
+        lines.in_motion()?;
+        let reference = self.reference.next();
+        let seen =
+            self.closed_loop
+                .step(reference, sensor, actuator)
+                .map_err(|error| match error {
+                    TickError::Sensor(_) => Fault::EncoderFailed,
+                    TickError::Actuator(_) => Fault::ActuatorFailed,
+                    _ => Fault::OutOfReach,
+                })?;
+        if let Some(moved) = seen.ticked.moved {
+            self.reference.shift_origin(moved);
+            self.origin = seen.ticked.count;
+        }
+        self.protection.check(&seen.ticked.sample)?;
+        self.sample = self.sample.wrapping_add(1);
+        Ok(seen)
+    }
+}

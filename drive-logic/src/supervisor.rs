@@ -1,0 +1,244 @@
+//! The background's half: everything that may take its time.
+
+use core::fmt;
+
+use drive_link::{
+    Command, Estimates, Kept, LoopSettings, PROTOCOL, Refusal, Report, Request, Settings, Snapshot,
+    State, Status,
+};
+use embedded_storage::nor_flash::NorFlash;
+use heapless::spsc::{Consumer, Producer};
+use serde::{Deserialize, Serialize};
+
+use crate::sampler::{Event, Order, Run, Shown};
+use crate::store::Store;
+
+/// The version of the [`Record`]: another one is another meaning of the bytes.
+const VERSION: u16 = 1;
+
+/// What survives a loss of power.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Record {
+    settings: Settings,
+    /// What the last run that was kept had found.
+    estimates: Option<Estimates>,
+}
+
+/// The background's half of a drive.
+pub struct Supervisor<'a, F> {
+    orders: Producer<'a, Order>,
+    events: Consumer<'a, Event>,
+    store: Store<F>,
+    kept: Kept,
+    settings: Settings,
+    estimates: Option<Estimates>,
+    state: State,
+    /// The interrupt has been told to let the servo go and has not said yet that it did.
+    releasing: bool,
+    overruns: u32,
+    /// Events that the interrupt could not tell, and reports that the line could not take.
+    dropped: [u32; 2],
+    garbled: u32,
+}
+
+impl<F> fmt::Debug for Supervisor<'_, F> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Supervisor")
+            .field("state", &self.state)
+            .field("settings", &self.settings)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'a, F: NorFlash> Supervisor<'a, F> {
+    /// With the record in the store, or else the built-in settings.
+    pub fn new(
+        orders: Producer<'a, Order>,
+        events: Consumer<'a, Event>,
+        (flash, start): (F, u32),
+        built_in: &Settings,
+    ) -> Self {
+        let (store, record, kept) = Store::open::<Record>(flash, start, VERSION);
+        // A record that this firmware would refuse is of no use, however whole it is.
+        let record = record.filter(|record| Run::new(&record.settings).is_ok());
+        Self {
+            orders,
+            events,
+            store,
+            kept,
+            settings: record.map_or(*built_in, |record| record.settings),
+            estimates: record.and_then(|record| record.estimates),
+            state: State::Released,
+            releasing: false,
+            overruns: 0,
+            dropped: [0; 2],
+            garbled: 0,
+        }
+    }
+
+    /// The sample time that holds, s: the firmware's timer follows it while the servo is released.
+    #[must_use]
+    pub fn sample_time(&self) -> f64 {
+        self.settings.closed_loop.sample_time
+    }
+
+    /// What the drive does.
+    #[must_use]
+    pub fn state(&self) -> State {
+        self.state
+    }
+
+    /// What the last run found, or the one that was kept.
+    #[must_use]
+    pub fn estimates(&self) -> Option<Estimates> {
+        self.estimates
+    }
+
+    /// Takes note of a frame that was not understood.
+    pub fn garbled(&mut self) {
+        self.garbled = self.garbled.saturating_add(1);
+    }
+
+    /// Takes note of a report for which the line had no room.
+    pub fn dropped(&mut self) {
+        let [_, reports] = &mut self.dropped;
+        *reports = reports.saturating_add(1);
+    }
+
+    /// The next thing that the interrupt tells, as a report.
+    pub fn news(&mut self) -> Option<Report> {
+        Some(match self.events.dequeue()? {
+            Event::Shown(shown) => Report::Snapshot(self.snapshot(&shown)),
+            Event::Faulted(fault) => {
+                self.releasing = false;
+                self.state = State::Faulted(fault);
+                Report::Fault(fault)
+            }
+            Event::Cleared => {
+                self.state = State::Released;
+                Report::Status(self.status())
+            }
+            Event::Released(learnt) => {
+                self.releasing = false;
+                if self.state == State::Running {
+                    self.state = State::Released;
+                }
+                if let Some(learnt) = learnt {
+                    self.estimates = Some(learnt.estimates());
+                }
+                Report::Status(self.status())
+            }
+        })
+    }
+
+    /// Does what is asked for, and answers.
+    pub fn answer(&mut self, request: &Request) -> Report {
+        let id = request.id;
+        match self.obey(&request.command) {
+            Ok(Some(report)) => report,
+            Ok(None) => Report::Done { id },
+            Err(refusal) => Report::Refused { id, refusal },
+        }
+    }
+
+    fn obey(&mut self, command: &Command) -> Result<Option<Report>, Refusal> {
+        match *command {
+            Command::Hello => return Ok(Some(Report::Status(self.status()))),
+            Command::Show => return Ok(Some(Report::Settings(self.settings))),
+            Command::Configure(settings) => {
+                self.must_be_released()?;
+                Run::new(&settings).map_err(Refusal::Setting)?;
+                self.settings = settings;
+            }
+            Command::Start => {
+                // Said again, it is done already.
+                if self.state == State::Running && !self.releasing {
+                    return Ok(None);
+                }
+                self.must_be_released()?;
+                let run = Run::new(&self.settings).map_err(Refusal::Setting)?;
+                self.order(Order::Run(run))?;
+                self.state = State::Running;
+            }
+            Command::Aim(radians) => {
+                if self.state != State::Running {
+                    return Err(Refusal::NotRunning);
+                }
+                self.order(Order::Aim(self.counts(radians)?))?;
+            }
+            Command::Stop => {
+                self.order(Order::Release)?;
+                self.releasing = true;
+            }
+            Command::Clear => {
+                if let State::Faulted(_) = self.state {
+                    self.order(Order::Clear)?;
+                }
+            }
+            Command::Watch(every) => self.order(Order::Watch(every))?,
+            Command::Save => {
+                // Writing stops the processor, and with it the loop.
+                self.must_be_released()?;
+                let record = Record {
+                    settings: self.settings,
+                    estimates: self.estimates,
+                };
+                self.store.keep(&record).map_err(|_| Refusal::NotKept)?;
+                self.kept = Kept::Record;
+            }
+        }
+        Ok(None)
+    }
+
+    fn must_be_released(&self) -> Result<(), Refusal> {
+        match self.state {
+            State::Released if !self.releasing => Ok(()),
+            State::Released | State::Running => Err(Refusal::Running),
+            State::Faulted(fault) => Err(Refusal::Faulted(fault)),
+        }
+    }
+
+    fn order(&mut self, order: Order) -> Result<(), Refusal> {
+        self.orders.enqueue(order).map_err(|_| Refusal::Busy)
+    }
+
+    fn counts(&self, radians: f64) -> Result<i32, Refusal> {
+        let most = self.settings.protection.travel;
+        if !radians.is_finite() || radians.abs() > most {
+            return Err(Refusal::TooFar { most });
+        }
+        let LoopSettings { counts_per_rev, .. } = self.settings.closed_loop;
+        // A cast saturates.
+        Ok((radians / core::f64::consts::TAU * counts_per_rev) as i32)
+    }
+
+    fn status(&self) -> Status {
+        let [events, reports] = self.dropped;
+        Status {
+            protocol: PROTOCOL,
+            state: self.state,
+            kept: self.kept,
+            overruns: self.overruns,
+            dropped: events.saturating_add(reports),
+            garbled: self.garbled,
+        }
+    }
+
+    fn snapshot(&mut self, shown: &Shown) -> Snapshot {
+        let unit = core::f64::consts::TAU / self.settings.closed_loop.counts_per_rev;
+        let radians = |counts: f64| (counts * unit) as f32;
+        let estimates = shown.closed_loop.estimates();
+        self.estimates = Some(estimates);
+        self.overruns = shown.overruns;
+        let [events, _] = &mut self.dropped;
+        *events = shown.dropped;
+        Snapshot {
+            sample: shown.sample,
+            reference: radians(shown.count as f64 + f64::from(shown.error)),
+            position: radians(shown.count as f64),
+            command: shown.command,
+            output_error: radians(f64::from(shown.output_error)),
+            estimates,
+        }
+    }
+}

@@ -1,0 +1,451 @@
+//! The whole drive but for its pins, on a simulated servo.
+
+mod support;
+
+use drive_link::{Command, Fault, Kept, Refusal, Report, Request, Settings, Snapshot, State};
+use drive_logic::{Event, Lines, Order, Sampler, Supervisor, self_test};
+use heapless::spsc::Queue;
+use identifier_core::model::ServoParameters;
+use support::{Bench, Flash, settings};
+
+const HEALTHY: Lines = Lines {
+    amplifier: true,
+    low_switch: true,
+    high_switch: true,
+};
+
+const SERVO: ServoParameters = ServoParameters {
+    a: 0.2174,
+    b: 257.7,
+    coulomb: 0.0,
+    load: 20.0,
+};
+
+type Orders = Queue<Order, 4>;
+type Events = Queue<Event, 8>;
+
+/// A drive on a bench.
+struct Drive<'a> {
+    sampler: Sampler<'a>,
+    supervisor: Supervisor<'a, Flash>,
+    bench: &'a Bench,
+    lines: Lines,
+    late: bool,
+    id: u8,
+}
+
+impl<'a> Drive<'a> {
+    fn boot(
+        (orders, events): (&'a mut Orders, &'a mut Events),
+        bench: &'a Bench,
+        flash: &Flash,
+        found: Result<(), Fault>,
+    ) -> Self {
+        let (give_orders, take_orders) = orders.split();
+        let (tell, hear) = events.split();
+        Self {
+            sampler: Sampler::new(take_orders, tell, found),
+            supervisor: Supervisor::new(give_orders, hear, (flash.clone(), 0), &settings()),
+            bench,
+            lines: HEALTHY,
+            late: false,
+            id: 0,
+        }
+    }
+
+    fn ask(&mut self, command: Command) -> Report {
+        self.id = self.id.wrapping_add(1);
+        let id = self.id;
+        let answer = self.supervisor.answer(&Request { id, command });
+        if let Report::Done { id: same } | Report::Refused { id: same, .. } = &answer {
+            assert_eq!(*same, id);
+        }
+        answer
+    }
+
+    fn done(&mut self, command: Command) {
+        let answer = self.ask(command);
+        assert!(matches!(answer, Report::Done { .. }), "{answer:?}");
+    }
+
+    fn refusal(&mut self, command: Command) -> Refusal {
+        match self.ask(command) {
+            Report::Refused { refusal, .. } => refusal,
+            other => panic!("{command:?} was not refused but answered with {other:?}"),
+        }
+    }
+
+    /// Lets samples pass and gathers what is told.
+    fn pass(&mut self, samples: u32) -> Vec<Report> {
+        let mut told = Vec::new();
+        for _ in 0..samples {
+            let (mut sensor, mut actuator) = (self.bench, self.bench);
+            self.sampler.sample(self.lines, &mut sensor, &mut actuator);
+            self.sampler.ended(self.late, &mut actuator);
+            self.bench.pass();
+            told.extend(std::iter::from_fn(|| self.supervisor.news()));
+        }
+        told
+    }
+
+    /// Starts, lets the loop run for a while, then does something to it: what fault follows?
+    fn fault_after(&mut self, harm: impl FnOnce(&mut Self)) -> Option<Fault> {
+        self.done(Command::Start);
+        self.pass(300);
+        assert_eq!(self.supervisor.state(), State::Running);
+        assert!(self.bench.held.get().is_some());
+        harm(self);
+        let told = self.pass(3000);
+        let fault = told.iter().find_map(|report| match report {
+            Report::Fault(fault) => Some(*fault),
+            _ => None,
+        });
+        if let Some(fault) = fault {
+            assert_eq!(self.supervisor.state(), State::Faulted(fault));
+            assert_eq!(self.bench.held.get(), None, "the servo is let go");
+            assert_eq!(self.refusal(Command::Start), Refusal::Faulted(fault));
+        }
+        fault
+    }
+}
+
+macro_rules! boot {
+    ($drive:ident, $bench:expr, $flash:expr) => {
+        boot!($drive, $bench, $flash, Ok(()));
+    };
+    ($drive:ident, $bench:expr, $flash:expr, $found:expr) => {
+        let (mut orders, mut events) = (Orders::new(), Events::new());
+        let mut $drive = Drive::boot((&mut orders, &mut events), $bench, $flash, $found);
+    };
+}
+
+fn snapshots(told: &[Report]) -> Vec<Snapshot> {
+    told.iter()
+        .filter_map(|report| match report {
+            Report::Snapshot(snapshot) => Some(*snapshot),
+            _ => None,
+        })
+        .collect()
+}
+
+#[test]
+fn a_drive_learns_its_servo_and_knows_it_after_a_loss_of_power() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    {
+        boot!(drive, &bench, &flash);
+        assert_eq!(self_test(), Ok(()));
+        assert_eq!(bench.held.get(), None);
+        drive.done(Command::Watch(10));
+        drive.done(Command::Start);
+        let shown = snapshots(&drive.pass(20_000));
+        assert_eq!(shown.len(), 2000);
+        let last = shown.last().expect("shown");
+        assert!((last.estimates.b / SERVO.b - 1.0).abs() < 0.01, "{last:?}");
+        assert!((last.estimates.a - SERVO.a).abs() < 0.1, "{last:?}");
+        assert!((last.estimates.load - SERVO.load).abs() < 0.5, "{last:?}");
+        assert_eq!(last.sample, 19_991);
+        assert_eq!(drive.refusal(Command::Save), Refusal::Running);
+        assert_eq!(
+            drive.refusal(Command::Configure(settings())),
+            Refusal::Running
+        );
+        drive.done(Command::Stop);
+        // Until the interrupt has said so, the servo is not let go.
+        assert_eq!(drive.refusal(Command::Save), Refusal::Running);
+        drive.pass(1);
+        assert_eq!(
+            (drive.supervisor.state(), bench.held.get()),
+            (State::Released, None)
+        );
+        drive.done(Command::Save);
+    }
+    boot!(drive, &bench, &Flash::with(flash.bytes.borrow().clone()));
+    let Report::Status(status) = drive.ask(Command::Hello) else {
+        panic!("no status");
+    };
+    assert_eq!((status.kept, status.state), (Kept::Record, State::Released));
+    let kept = drive.supervisor.estimates().expect("kept");
+    assert!((kept.b / SERVO.b - 1.0).abs() < 0.01, "{kept:?}");
+}
+
+#[test]
+fn friction_is_learnt_where_it_is_asked_for() {
+    let servo = ServoParameters {
+        coulomb: 10.0,
+        ..SERVO
+    };
+    let (bench, flash) = (Bench::new(&servo), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let mut wanted = settings();
+    wanted.closed_loop.friction = true;
+    wanted.closed_loop.gamma[2] = 100.0;
+    drive.done(Command::Configure(wanted));
+    assert_eq!(drive.ask(Command::Show), Report::Settings(wanted));
+    drive.done(Command::Start);
+    drive.pass(30_000);
+    drive.done(Command::Stop);
+    drive.pass(1);
+    let found = drive.supervisor.estimates().expect("learnt");
+    assert!((found.coulomb - 10.0).abs() < 0.5, "{found:?}");
+    assert!((found.b / servo.b - 1.0).abs() < 0.01, "{found:?}");
+}
+
+#[test]
+fn the_servo_goes_where_it_is_sent_and_no_further() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    assert_eq!(drive.refusal(Command::Aim(1.0)), Refusal::NotRunning);
+    let mut still = settings();
+    still.shaking.amplitude = 0.0;
+    drive.done(Command::Configure(still));
+    drive.done(Command::Start);
+    drive.pass(10);
+    for radians in [50.1, -1e9, f64::NAN, f64::INFINITY] {
+        assert_eq!(
+            drive.refusal(Command::Aim(radians)),
+            Refusal::TooFar { most: 50.0 }
+        );
+    }
+    // Far enough for the origin to move on the way: 80 000 counts.
+    drive.done(Command::Aim(-50.0));
+    drive.pass(20_000);
+    assert!((bench.plant.borrow().position + 50.0).abs() < 0.01);
+    drive.done(Command::Aim(0.0));
+    drive.pass(20_000);
+    assert!(bench.plant.borrow().position.abs() < 0.01);
+}
+
+#[test]
+fn every_harm_has_its_fault_and_lets_the_servo_go() {
+    type Harm = fn(&mut Drive<'_>);
+    let harms: [(Fault, Harm); 8] = [
+        (Fault::AmplifierFault, |drive| drive.lines.amplifier = false),
+        (Fault::LimitSwitch, |drive| drive.lines.low_switch = false),
+        (Fault::LimitSwitch, |drive| drive.lines.high_switch = false),
+        (Fault::EncoderFailed, |drive| {
+            drive.bench.sensor_works.set(false)
+        }),
+        (Fault::ActuatorFailed, |drive| {
+            drive.bench.stage_works.set(false)
+        }),
+        (Fault::Overrun, |drive| drive.late = true),
+        (Fault::FollowingError, |drive| {
+            // Somebody turns the axis by a revolution.
+            drive.bench.plant.borrow_mut().position += 6.3;
+        }),
+        (Fault::EncoderSilent, |drive| {
+            // The plug comes off, and the reference goes away until the command is at its limit.
+            drive.bench.connected.set(false);
+            drive.done(Command::Aim(2.0));
+        }),
+    ];
+    for (fault, harm) in harms {
+        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        boot!(drive, &bench, &flash);
+        assert_eq!(drive.fault_after(harm), Some(fault));
+    }
+}
+
+#[test]
+fn a_missing_encoder_is_found_before_the_servo_goes_far() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let mut wanted = settings();
+    wanted.closed_loop.limit = [-1.0, 1.0];
+    wanted.protection.following_error = 1.0;
+    drive.done(Command::Configure(wanted));
+    bench.connected.set(false);
+    drive.done(Command::Start);
+    let told = drive.pass(2000);
+    assert!(
+        told.contains(&Report::Fault(Fault::EncoderSilent)),
+        "{told:?}"
+    );
+}
+
+#[test]
+fn a_stuck_switch_is_found_before_motion_and_after_it_until_it_is_mended() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    drive.lines.high_switch = false;
+    drive.done(Command::Start);
+    let told = drive.pass(5);
+    assert_eq!(told, [Report::Fault(Fault::LimitSwitchesStuck)]);
+    assert_eq!(bench.held.get(), None);
+    drive.done(Command::Clear);
+    assert_eq!(drive.pass(5), [Report::Fault(Fault::LimitSwitchesStuck)]);
+    drive.lines = HEALTHY;
+    drive.done(Command::Clear);
+    drive.pass(5);
+    assert_eq!(drive.supervisor.state(), State::Released);
+    drive.done(Command::Start);
+    drive.pass(5);
+    assert!(bench.held.get().is_some());
+}
+
+#[test]
+fn what_the_boot_found_is_told_and_must_be_cleared() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash, Err(Fault::ResetByWatchdog));
+    assert_eq!(drive.pass(3), [Report::Fault(Fault::ResetByWatchdog)]);
+    assert_eq!(
+        drive.refusal(Command::Start),
+        Refusal::Faulted(Fault::ResetByWatchdog)
+    );
+    drive.done(Command::Clear);
+    drive.pass(1);
+    drive.done(Command::Start);
+}
+
+#[test]
+fn a_fault_on_the_way_wins_over_a_start() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    drive.done(Command::Start);
+    drive.lines.amplifier = false;
+    let (mut sensor, mut actuator) = (drive.bench, drive.bench);
+    drive
+        .sampler
+        .sample(drive.lines, &mut sensor, &mut actuator);
+    drive.lines = HEALTHY;
+    // The supervisor has not heard of it yet, and its next order must not move the servo.
+    drive.done(Command::Stop);
+    drive.pass(5);
+    assert_eq!(
+        drive.supervisor.state(),
+        State::Faulted(Fault::AmplifierFault)
+    );
+    assert_eq!(bench.held.get(), None);
+}
+
+#[test]
+fn telling_never_waits_and_no_fault_is_lost() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    drive.done(Command::Watch(1));
+    drive.done(Command::Start);
+    let (mut sensor, mut actuator) = (drive.bench, drive.bench);
+    // Nobody listens while the queue fills, and then a fault strikes.
+    for _ in 0..100 {
+        drive
+            .sampler
+            .sample(drive.lines, &mut sensor, &mut actuator);
+        drive.bench.pass();
+    }
+    drive.lines.amplifier = false;
+    drive
+        .sampler
+        .sample(drive.lines, &mut sensor, &mut actuator);
+    assert_eq!(bench.held.get(), None);
+    drive.lines = HEALTHY;
+    let told = drive.pass(3);
+    assert!(told.contains(&Report::Fault(Fault::AmplifierFault)));
+    drive.done(Command::Clear);
+    drive.done(Command::Watch(1));
+    drive.pass(3);
+    drive.done(Command::Start);
+    drive.pass(3);
+    let Report::Status(status) = drive.ask(Command::Hello) else {
+        panic!("no status");
+    };
+    assert!(status.dropped > 80, "{status:?}");
+}
+
+#[test]
+fn what_is_out_of_range_is_refused_by_name_and_the_settings_stay() {
+    type Change = fn(&mut Settings);
+    let changes: [(&str, Change); 16] = [
+        ("kp", |s| s.closed_loop.gains[0] = 0.0),
+        ("kp", |s| s.closed_loop.gains[0] = 1.0),
+        ("kd", |s| s.closed_loop.gains[1] = f64::NAN),
+        ("ki", |s| s.closed_loop.gains[2] = -1.0),
+        ("limit_high", |s| s.closed_loop.limit[1] = 0.0),
+        ("limit_low", |s| s.closed_loop.limit[0] = f64::NAN),
+        ("counts_per_rev", |s| s.closed_loop.counts_per_rev = 0.0),
+        ("sample_time", |s| s.closed_loop.sample_time = -1e-3),
+        ("mu", |s| s.closed_loop.mu = Some(1e6)),
+        ("cutoff", |s| s.closed_loop.cutoff = 0.0),
+        ("initial.b", |s| s.closed_loop.initial[1] = 1e9),
+        ("bounds.a", |s| s.closed_loop.bounds[0] = [3.0, 1.0]),
+        ("hold", |s| s.shaking.hold = 1e-4),
+        ("following_error", |s| s.protection.following_error = 0.0),
+        ("silence", |s| s.protection.silence = f64::NAN),
+        ("overruns", |s| s.protection.overruns = 0),
+    ];
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    for (name, change) in changes {
+        let mut wanted = settings();
+        change(&mut wanted);
+        match drive.refusal(Command::Configure(wanted)) {
+            Refusal::Setting(refused) => assert_eq!(refused.name, name, "{refused}"),
+            other => panic!("{name}: {other:?}"),
+        }
+        assert_eq!(drive.ask(Command::Show), Report::Settings(settings()));
+    }
+}
+
+#[test]
+fn a_store_that_fails_leaves_the_drive_as_it_was() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    flash.steps_left.set(3);
+    assert_eq!(drive.refusal(Command::Save), Refusal::NotKept);
+    flash.steps_left.set(usize::MAX);
+    drive.done(Command::Save);
+}
+
+#[test]
+fn a_corrupt_record_and_one_of_another_version_leave_the_built_in_settings() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    {
+        boot!(drive, &bench, &flash);
+        let mut wanted = settings();
+        wanted.closed_loop.gains[0] = 11.0;
+        drive.done(Command::Configure(wanted));
+        drive.done(Command::Save);
+    }
+    let spoilt = |place: usize| {
+        let mut bytes = flash.bytes.borrow().clone();
+        bytes[place] ^= 1;
+        Flash::with(bytes)
+    };
+    boot!(drive, &bench, &spoilt(100));
+    assert_eq!(drive.ask(Command::Show), Report::Settings(settings()));
+    let Report::Status(status) = drive.ask(Command::Hello) else {
+        panic!("no status");
+    };
+    assert_eq!(status.kept, Kept::Damaged);
+}
+
+proptest::proptest! {
+    #[test]
+    fn no_order_of_commands_and_harms_moves_a_faulted_drive(
+        steps in proptest::collection::vec(0_u8..12, 1..60),
+    ) {
+        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        boot!(drive, &bench, &flash);
+        for step in steps {
+            match step {
+                0 | 1 => { drive.ask(Command::Start); }
+                2 => { drive.ask(Command::Stop); }
+                3 => { drive.ask(Command::Clear); }
+                4 => { drive.ask(Command::Save); }
+                5 => { drive.ask(Command::Configure(settings())); }
+                6 => { drive.ask(Command::Aim(1.0)); }
+                7 => drive.lines.amplifier = !drive.lines.amplifier,
+                8 => drive.lines.low_switch = !drive.lines.low_switch,
+                9 => drive.late = !drive.late,
+                10 => { drive.ask(Command::Watch(2)); }
+                _ => { drive.pass(20); }
+            }
+            drive.pass(2);
+            if drive.supervisor.state() != State::Running {
+                proptest::prop_assert_eq!(bench.held.get(), None);
+            }
+            if !drive.lines.amplifier {
+                proptest::prop_assert_eq!(bench.held.get(), None);
+            }
+        }
+    }
+}

@@ -1,0 +1,134 @@
+//! The power may go whenever it likes.
+
+mod support;
+
+use drive_link::Kept;
+use drive_logic::{Store, StoreError};
+use proptest::prelude::*;
+use support::{Flash, SECTOR};
+
+/// Some contents of the size of a drive's.
+fn contents(k: u32) -> [u32; 32] {
+    std::array::from_fn(|i| k.wrapping_mul(2_654_435_761).rotate_left(i as u32))
+}
+
+fn opened(flash: &Flash) -> (Store<Flash>, Option<[u32; 32]>, Kept) {
+    let rebooted = Flash::with(flash.bytes.borrow().clone());
+    Store::open(rebooted, 0, 1)
+}
+
+#[test]
+fn a_blank_flash_holds_nothing_and_then_the_last_record() {
+    let flash = Flash::blank();
+    let (mut store, read, kept) = Store::open::<[u32; 32]>(flash.clone(), 0, 1);
+    assert_eq!((read, kept), (None, Kept::Nothing));
+    // More than both sectors hold, several times over.
+    for k in 0..60 {
+        store.keep(&contents(k)).expect("power is there");
+        let (_, read, kept) = opened(&flash);
+        assert_eq!(
+            (read, kept),
+            (Some(contents(k)), Kept::Record),
+            "record {k}"
+        );
+    }
+}
+
+#[test]
+fn wherever_the_power_goes_the_old_or_the_new_record_is_there() {
+    // Every number of records before the cut that matters: into the first sector, at its end, into
+    // the second, and around again.
+    let slots = SECTOR as u32 / 512;
+    for before in 1..=2 * slots + 2 {
+        let flash = Flash::blank();
+        let (mut store, ..) = Store::open::<[u32; 32]>(flash.clone(), 0, 1);
+        for k in 0..before {
+            store.keep(&contents(k)).expect("power is there");
+        }
+        let image = flash.bytes.borrow().clone();
+        // Steps that keeping one more takes.
+        flash.steps.set(0);
+        store.keep(&contents(before)).expect("power is there");
+        let steps = flash.steps.get();
+        for cut in 0..steps {
+            let flash = Flash::with(image.clone());
+            let (mut store, read, _) = Store::open::<[u32; 32]>(flash.clone(), 0, 1);
+            assert_eq!(read, Some(contents(before - 1)));
+            flash.steps_left.set(cut);
+            store.keep(&contents(before)).expect_err("the power went");
+            let (mut store, read, kept) = opened(&flash);
+            assert_eq!(
+                kept,
+                Kept::Record,
+                "{before} records, cut after {cut} of {steps}"
+            );
+            let read = read.expect("a record");
+            assert!(
+                read == contents(before - 1) || read == contents(before),
+                "{before} records, cut after {cut} of {steps}"
+            );
+            // And the next one is kept in spite of what the cut left behind.
+            store.keep(&contents(before + 1)).expect("power is back");
+            // A store that goes on without a reboot knows what holds as well.
+        }
+    }
+}
+
+#[test]
+fn a_record_of_another_version_is_known_as_such_and_left_alone() {
+    let flash = Flash::blank();
+    let (mut old, ..) = Store::open::<[u32; 32]>(flash.clone(), 0, 1);
+    old.keep(&contents(7)).expect("power is there");
+    let (mut new, read, kept) = Store::open::<[u32; 32]>(flash.clone(), 0, 2);
+    assert_eq!((read, kept), (None, Kept::OtherVersion));
+    let (_, read, _) = Store::open::<[u32; 32]>(flash.clone(), 0, 1);
+    assert_eq!(read, Some(contents(7)));
+    new.keep(&contents(8)).expect("power is there");
+    let (_, read, kept) = Store::open::<[u32; 32]>(flash.clone(), 0, 2);
+    assert_eq!((read, kept), (Some(contents(8)), Kept::Record));
+}
+
+#[test]
+fn a_record_longer_than_a_slot_is_refused() {
+    let (mut store, ..) = Store::open::<[u32; 32]>(Flash::blank(), 0, 1);
+    let long = [[u32::MAX; 32]; 4];
+    assert_eq!(store.keep(&long), Err(StoreError::TooLong));
+}
+
+proptest! {
+    #[test]
+    fn damage_costs_the_record_that_it_strikes(
+        records in 1_u32..12,
+        place in 0_usize..2 * SECTOR,
+        bit in 0_u8..8,
+    ) {
+        let flash = Flash::blank();
+        let (mut store, ..) = Store::open::<[u32; 32]>(flash.clone(), 0, 1);
+        for k in 0..records {
+            store.keep(&contents(k)).expect("power is there");
+        }
+        flash.bytes.borrow_mut()[place] ^= 1 << bit;
+        let (mut store, read, kept) = opened(&flash);
+        let last = read.and_then(|read| (0..records).rev().find(|&k| contents(k) == read));
+        match last {
+            Some(last) => prop_assert!(last + 2 >= records, "only the struck one is gone"),
+            None => {
+                prop_assert_eq!(records, 1);
+                prop_assert_eq!(kept, Kept::Damaged);
+            }
+        }
+        store.keep(&contents(99)).expect("it goes on");
+    }
+
+    #[test]
+    fn whatever_a_flash_holds_it_can_be_used(
+        bytes in prop::collection::vec(any::<u8>(), 2 * SECTOR),
+    ) {
+        let flash = Flash::with(bytes);
+        let (mut store, read, kept) = Store::open::<[u32; 32]>(flash.clone(), 0, 1);
+        prop_assert_eq!((read, kept), (None, Kept::Damaged));
+        store.keep(&contents(1)).expect("it is erased first");
+        let (_, read, kept) = opened(&flash);
+        prop_assert_eq!((read, kept), (Some(contents(1)), Kept::Record));
+    }
+}

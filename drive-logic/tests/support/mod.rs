@@ -1,0 +1,193 @@
+//! What the tests of a drive share: settings, a flash that can lose its power, a servo.
+#![allow(dead_code)]
+
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+
+use drive_link::{Format, LoopSettings, Protection, Settings, Shaking};
+use embedded_storage::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
+};
+use identifier_core::drive::{Actuator, PositionSensor};
+use identifier_core::model::ServoParameters;
+use virtual_servo::{Encoder, Plant};
+
+pub(crate) const SAMPLE_TIME: f64 = 1e-3;
+pub(crate) const COUNTS: f64 = 10_000.0;
+
+pub(crate) fn settings() -> Settings {
+    Settings {
+        closed_loop: LoopSettings {
+            sample_time: SAMPLE_TIME,
+            counts_per_rev: COUNTS,
+            gains: [9.0, 0.19, 4.0],
+            limit: [-10.0, 10.0],
+            cutoff: 500.0,
+            plant_box: Some([[0.0, 50.0], [110.0, 1000.0]]),
+            initial: [0.0, 150.0, 0.0, 0.0],
+            bounds: [[0.0, 100.0], [5.0, 5000.0], [0.0, 200.0], [-200.0, 200.0]],
+            gamma: [20.0, 3000.0, 20.0],
+            mu: None,
+            friction: false,
+            format: Format::Single,
+        },
+        shaking: Shaking {
+            amplitude: 0.3,
+            hold: 0.05,
+        },
+        protection: Protection {
+            following_error: 3.0,
+            travel: 50.0,
+            speed: 5.0,
+            silence: 0.1,
+            overruns: 3,
+        },
+    }
+}
+
+pub(crate) const SECTOR: usize = 4096;
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PowerGone;
+
+impl NorFlashError for PowerGone {
+    fn kind(&self) -> NorFlashErrorKind {
+        NorFlashErrorKind::Other
+    }
+}
+
+/// A flash of two sectors. Writing clears bits, erasing sets them; the power may go after any
+/// number of steps, a step being a word written or a word of a sector erased.
+#[derive(Debug, Clone)]
+pub(crate) struct Flash {
+    pub(crate) bytes: Rc<RefCell<Vec<u8>>>,
+    pub(crate) steps_left: Rc<Cell<usize>>,
+    pub(crate) steps: Rc<Cell<usize>>,
+}
+
+impl Flash {
+    pub(crate) fn blank() -> Self {
+        Self {
+            bytes: Rc::new(RefCell::new(vec![0xff; 2 * SECTOR])),
+            steps_left: Rc::new(Cell::new(usize::MAX)),
+            steps: Rc::new(Cell::new(0)),
+        }
+    }
+
+    pub(crate) fn with(bytes: Vec<u8>) -> Self {
+        let flash = Self::blank();
+        *flash.bytes.borrow_mut() = bytes;
+        flash
+    }
+
+    fn step(&self) -> Result<(), PowerGone> {
+        let left = self.steps_left.get();
+        self.steps_left.set(left.checked_sub(1).ok_or(PowerGone)?);
+        self.steps.set(self.steps.get() + 1);
+        Ok(())
+    }
+}
+
+impl ErrorType for Flash {
+    type Error = PowerGone;
+}
+
+impl ReadNorFlash for Flash {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), PowerGone> {
+        let offset = offset as usize;
+        bytes.copy_from_slice(&self.bytes.borrow()[offset..offset + bytes.len()]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        2 * SECTOR
+    }
+}
+
+impl NorFlash for Flash {
+    const WRITE_SIZE: usize = 4;
+    const ERASE_SIZE: usize = SECTOR;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), PowerGone> {
+        assert!(from.is_multiple_of(SECTOR as u32) && to - from == SECTOR as u32);
+        // Not in order: half-way, a sector holds words of both kinds anywhere.
+        let words = SECTOR / 4;
+        for k in 0..words {
+            self.step()?;
+            let word = from as usize + 4 * ((k * 613) % words);
+            self.bytes.borrow_mut()[word..word + 4].fill(0xff);
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), PowerGone> {
+        for (k, word) in bytes.chunks(4).enumerate() {
+            self.step()?;
+            for (i, byte) in word.iter().enumerate() {
+                self.bytes.borrow_mut()[offset as usize + 4 * k + i] &= byte;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A servo on the bench: what holds it, and what its encoder and output stage do.
+pub(crate) struct Bench {
+    pub(crate) plant: RefCell<Plant>,
+    pub(crate) encoder: Encoder,
+    pub(crate) connected: Cell<bool>,
+    pub(crate) sensor_works: Cell<bool>,
+    pub(crate) stage_works: Cell<bool>,
+    pub(crate) held: Cell<Option<f32>>,
+}
+
+impl Bench {
+    pub(crate) fn new(servo: &ServoParameters) -> Self {
+        Self {
+            plant: RefCell::new(Plant::at_rest(servo, SAMPLE_TIME)),
+            encoder: Encoder::new(COUNTS),
+            connected: Cell::new(true),
+            sensor_works: Cell::new(true),
+            stage_works: Cell::new(true),
+            held: Cell::new(None),
+        }
+    }
+
+    /// Lets a sample pass.
+    pub(crate) fn pass(&self) {
+        let command = self.held.get().unwrap_or(0.0);
+        self.plant.borrow_mut().advance(f64::from(command));
+    }
+}
+
+impl PositionSensor for &Bench {
+    type Error = ();
+
+    fn count(&mut self) -> Result<i64, ()> {
+        if !self.sensor_works.get() {
+            return Err(());
+        }
+        let count = self.encoder.read(self.plant.borrow().position);
+        Ok(if self.connected.get() { count } else { 0 })
+    }
+}
+
+impl Actuator<f32> for &Bench {
+    type Error = ();
+
+    fn hold(&mut self, command: f32) -> Result<(), ()> {
+        self.held.set(Some(command));
+        if self.stage_works.get() {
+            Ok(())
+        } else {
+            Err(())
+        }
+    }
+
+    fn release(&mut self) -> Result<(), ()> {
+        self.held.set(None);
+        Ok(())
+    }
+}
