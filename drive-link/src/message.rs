@@ -82,7 +82,7 @@ pub struct Status {
     pub kept: Kept,
     /// Samples that ended too late since the start.
     pub overruns: u32,
-    /// Reports that found no room.
+    /// Samples that were to be shown and found no room.
     pub dropped: u32,
     /// Frames that were not understood.
     pub garbled: u32,

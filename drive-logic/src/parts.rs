@@ -14,7 +14,7 @@ use identifier_core::units::Units;
 ///
 /// # Errors
 /// The setting that is not allowed.
-pub(crate) fn config(settings: &LoopSettings) -> Result<IdentifierConfig, IdentifierError> {
+pub fn config(settings: &LoopSettings) -> Result<IdentifierConfig, IdentifierError> {
     Allowed::Above(0.0).check("counts_per_rev", settings.counts_per_rev)?;
     let position_unit = core::f64::consts::TAU / settings.counts_per_rev;
     let [kp, kd, ki] = settings.gains;
@@ -58,9 +58,7 @@ pub(crate) fn config(settings: &LoopSettings) -> Result<IdentifierConfig, Identi
 ///
 /// # Errors
 /// A Γ that is not allowed.
-pub(crate) fn law<const P: usize>(
-    settings: &LoopSettings,
-) -> Result<GradientLaw<P>, IdentifierError> {
+pub fn law<const P: usize>(settings: &LoopSettings) -> Result<GradientLaw<P>, IdentifierError> {
     let of = |i: usize| settings.gamma.get(i).copied().unwrap_or(0.0);
     Ok(GradientLaw {
         gamma: PositiveDefinite::diagonal(core::array::from_fn(of))?,

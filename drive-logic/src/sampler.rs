@@ -2,8 +2,8 @@
 
 use core::fmt;
 
-use drive_link::{Fault, NotAllowed, Settings};
-use heapless::spsc::{Consumer, Producer};
+use drive_link::{Fault, LoopSettings, NotAllowed, Settings};
+use heapless::spsc::{Consumer, Producer, Queue};
 use identifier_core::drive::{Actuator, PositionSensor, TickError};
 use identifier_core::identifier::IdentifierConfig;
 
@@ -11,6 +11,20 @@ use crate::closed_loop::{ClosedLoop, Seen};
 use crate::parts;
 use crate::protection::Protection;
 use crate::reference::Reference;
+
+/// The sample times that a drive runs at, s: 20 kHz to 1 kHz.
+const SAMPLE_TIMES: (f64, f64) = (5e-5, 1e-3);
+
+/// Orders and events that may be on their way at once, and one more; powers of two, so that a queue
+/// masks where it would divide.
+pub(crate) const ORDERS: usize = 4;
+pub(crate) const EVENTS: usize = 8;
+
+/// Orders on their way.
+pub type Orders = Queue<Order, ORDERS>;
+
+/// Events on their way.
+pub type Events = Queue<Event, EVENTS>;
 
 /// What the supervisor orders.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -112,6 +126,11 @@ impl Run {
     /// # Errors
     /// The setting that is not allowed.
     pub(crate) fn new(settings: &Settings) -> Result<Self, NotAllowed> {
+        let LoopSettings { sample_time, .. } = settings.closed_loop;
+        let (least, most) = SAMPLE_TIMES;
+        if !(least..=most).contains(&sample_time) {
+            return Err(parts::refusal("sample_time", sample_time, least, most));
+        }
         let closed_loop = ClosedLoop::new(&settings.closed_loop, 0)?;
         let IdentifierConfig { units, .. } =
             parts::config(&settings.closed_loop).map_err(parts::not_allowed)?;
@@ -131,8 +150,8 @@ impl Run {
 
 /// The interrupt's half of a drive.
 pub struct Sampler<'a> {
-    orders: Consumer<'a, Order>,
-    events: Producer<'a, Event>,
+    orders: Consumer<'a, Order, ORDERS>,
+    events: Producer<'a, Event, EVENTS>,
     run: Option<Run>,
     fault: Option<Fault>,
     /// A fault, a release or its forgetting that found no room yet: it must not be lost.
@@ -155,8 +174,8 @@ impl<'a> Sampler<'a> {
     /// Released, with its ends of the queues and with what the boot found wrong.
     #[must_use]
     pub fn new(
-        orders: Consumer<'a, Order>,
-        events: Producer<'a, Event>,
+        orders: Consumer<'a, Order, ORDERS>,
+        events: Producer<'a, Event, EVENTS>,
         found_at_boot: Result<(), Fault>,
     ) -> Self {
         let fault = found_at_boot.err();

@@ -10,7 +10,7 @@ use embedded_storage::nor_flash::NorFlash;
 use heapless::spsc::{Consumer, Producer};
 use serde::{Deserialize, Serialize};
 
-use crate::sampler::{Event, Order, Run, Shown};
+use crate::sampler::{EVENTS, Event, ORDERS, Order, Run, Shown};
 use crate::store::Store;
 
 /// The version of the [`Record`]: another one is another meaning of the bytes.
@@ -26,8 +26,8 @@ struct Record {
 
 /// The background's half of a drive.
 pub struct Supervisor<'a, F> {
-    orders: Producer<'a, Order>,
-    events: Consumer<'a, Event>,
+    orders: Producer<'a, Order, ORDERS>,
+    events: Consumer<'a, Event, EVENTS>,
     store: Store<F>,
     kept: Kept,
     settings: Settings,
@@ -36,8 +36,7 @@ pub struct Supervisor<'a, F> {
     /// The interrupt has been told to let the servo go and has not said yet that it did.
     releasing: bool,
     overruns: u32,
-    /// Events that the interrupt could not tell, and reports that the line could not take.
-    dropped: [u32; 2],
+    dropped: u32,
     garbled: u32,
 }
 
@@ -53,8 +52,8 @@ impl<F> fmt::Debug for Supervisor<'_, F> {
 impl<'a, F: NorFlash> Supervisor<'a, F> {
     /// With the record in the store, or else the built-in settings.
     pub fn new(
-        orders: Producer<'a, Order>,
-        events: Consumer<'a, Event>,
+        orders: Producer<'a, Order, ORDERS>,
+        events: Consumer<'a, Event, EVENTS>,
         (flash, start): (F, u32),
         built_in: &Settings,
     ) -> Self {
@@ -71,7 +70,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             state: State::Released,
             releasing: false,
             overruns: 0,
-            dropped: [0; 2],
+            dropped: 0,
             garbled: 0,
         }
     }
@@ -97,12 +96,6 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     /// Takes note of a frame that was not understood.
     pub fn garbled(&mut self) {
         self.garbled = self.garbled.saturating_add(1);
-    }
-
-    /// Takes note of a report for which the line had no room.
-    pub fn dropped(&mut self) {
-        let [_, reports] = &mut self.dropped;
-        *reports = reports.saturating_add(1);
     }
 
     /// The next thing that the interrupt tells, as a report.
@@ -213,13 +206,12 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     }
 
     fn status(&self) -> Status {
-        let [events, reports] = self.dropped;
         Status {
             protocol: PROTOCOL,
             state: self.state,
             kept: self.kept,
             overruns: self.overruns,
-            dropped: events.saturating_add(reports),
+            dropped: self.dropped,
             garbled: self.garbled,
         }
     }
@@ -230,8 +222,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         let estimates = shown.closed_loop.estimates();
         self.estimates = Some(estimates);
         self.overruns = shown.overruns;
-        let [events, _] = &mut self.dropped;
-        *events = shown.dropped;
+        self.dropped = shown.dropped;
         Snapshot {
             sample: shown.sample,
             reference: radians(shown.count as f64 + f64::from(shown.error)),

@@ -3,8 +3,7 @@
 mod support;
 
 use drive_link::{Command, Fault, Kept, Refusal, Report, Request, Settings, Snapshot, State};
-use drive_logic::{Event, Lines, Order, Sampler, Supervisor, self_test};
-use heapless::spsc::Queue;
+use drive_logic::{Events, Lines, Orders, Sampler, Supervisor, self_test};
 use identifier_core::model::ServoParameters;
 use support::{Bench, Flash, settings};
 
@@ -20,9 +19,6 @@ const SERVO: ServoParameters = ServoParameters {
     coulomb: 0.0,
     load: 20.0,
 };
-
-type Orders = Queue<Order, 4>;
-type Events = Queue<Event, 8>;
 
 /// A drive on a bench.
 struct Drive<'a> {

@@ -1,7 +1,8 @@
 //! What happens when something cannot go on. In a release nothing may: the handler then calls a
-//! function that does not exist, so a panic that survived optimisation is an error of the linker.
+//! function that does not exist, so a panic that survived optimisation is an error of the linker. A
+//! build with defmt, whose logger can panic, is for the bench and shows it over the probe.
 
-#[cfg(all(target_os = "none", not(debug_assertions)))]
+#[cfg(all(target_os = "none", not(debug_assertions), not(feature = "defmt")))]
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
     unsafe extern "C" {
@@ -11,7 +12,10 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
     unsafe { a_panic_survived_in_this_release() }
 }
 
-#[cfg(all(target_os = "none", debug_assertions))]
+#[cfg(feature = "defmt")]
+use {defmt_rtt as _, panic_probe as _};
+
+#[cfg(all(target_os = "none", debug_assertions, not(feature = "defmt")))]
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
     crate::host::say(&["panic"]);

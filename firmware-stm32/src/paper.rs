@@ -1,14 +1,11 @@
 //! The paper's experiment, from the same file as the simulator's.
 
-use identifier_core::adaptation::PositiveDefinite;
-use identifier_core::control::{CommandLimit, Gains};
+use drive_link::{Format, LoopSettings};
 use identifier_core::excitation::BandLimitedWhiteNoise;
-use identifier_core::identifier::{Bounds, GradientLaw, IdentifierConfig, IdentifierError};
-use identifier_core::interval::Interval;
+use identifier_core::identifier::{GradientLaw, IdentifierConfig, IdentifierError};
 use identifier_core::measurement::velocity::LowPass;
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
-use identifier_core::stability::PlantBox;
 use identifier_core::units::Units;
 use virtual_servo::{Encoder, Plant};
 
@@ -20,50 +17,42 @@ pub fn samples() -> u32 {
     (DURATION / SAMPLE_TIME + 0.5) as u32
 }
 
-/// What the identifier is built from.
+/// What controller and identifier are built from.
+#[must_use]
+pub fn loop_settings(format: Format) -> LoopSettings {
+    let most = BOUNDS_B[1] * LIMIT.min(KP);
+    let [a, b] = INITIAL;
+    let [of_a, of_b] = GAMMA;
+    LoopSettings {
+        sample_time: SAMPLE_TIME,
+        counts_per_rev: COUNTS_PER_REV,
+        gains: [KP, KD, KI],
+        limit: [-LIMIT, LIMIT],
+        cutoff: CUTOFF,
+        plant_box: Some([BOX_A, BOX_B]),
+        initial: [a, b, 0.0, 0.0],
+        bounds: [BOUNDS_A, BOUNDS_B, [0.0, most], [-most, most]],
+        gamma: [of_a, of_b, 100.0],
+        mu: Some(MU),
+        friction: false,
+        format,
+    }
+}
+
+/// The same as the core takes it.
 ///
 /// # Errors
 /// None for the file that this was made from.
 pub fn config() -> Result<IdentifierConfig, IdentifierError> {
-    let position_unit = core::f64::consts::TAU / COUNTS_PER_REV;
-    let units = Units::new(SAMPLE_TIME, position_unit)?;
-    let limit = CommandLimit::symmetric(LIMIT)?;
-    let interval = |name, [min, max]: [f64; 2]| Interval::new(name, min, max);
-    let most = BOUNDS_B[1] * LIMIT.min(KP);
-    let [a, b] = INITIAL;
-    Ok(IdentifierConfig {
-        units,
-        gains: Gains::new(KP, KD, KI)?,
-        limit,
-        plant_box: Some(PlantBox::new(
-            interval("plant_box.a", BOX_A)?,
-            interval("plant_box.b", BOX_B)?,
-        )?),
-        initial: ServoParameters {
-            a,
-            b,
-            coulomb: 0.0,
-            load: 0.0,
-        },
-        bounds: Bounds {
-            a: interval("bounds.a", BOUNDS_A)?,
-            b: interval("bounds.b", BOUNDS_B)?,
-            coulomb: interval("bounds.coulomb", [0.0, most])?,
-            load: interval("bounds.load", [-most, most])?,
-        },
-    })
+    drive_logic::config(&loop_settings(Format::Single))
 }
 
 /// The law.
 ///
 /// # Errors
 /// None for the file that this was made from.
-pub fn law() -> Result<GradientLaw<2>, IdentifierError> {
-    Ok(GradientLaw {
-        gamma: PositiveDefinite::diagonal(GAMMA)?,
-        mu: Some(MU),
-        frozen: [false; 2],
-    })
+pub fn law<const P: usize>() -> Result<GradientLaw<P>, IdentifierError> {
+    drive_logic::law(&loop_settings(Format::Single))
 }
 
 /// The velocity estimate.

@@ -9,7 +9,6 @@ use firmware_stm32::host::{Text, exit, say};
 use firmware_stm32::instructions::Counter;
 use firmware_stm32::paper;
 use fixed::types::I48F16;
-use identifier_core::adaptation::PositiveDefinite;
 use identifier_core::control::{ControlState, Controller};
 use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::{
@@ -18,7 +17,7 @@ use identifier_core::fixed_point::{
 };
 use identifier_core::identifier::{
     GaussNewtonIdentifier, GaussNewtonIdentifierState, GradientIdentifier, GradientIdentifierState,
-    GradientLaw, IdentifierError, Uncertainty,
+    IdentifierError, Uncertainty,
 };
 use identifier_core::measurement::velocity::{LowPass, LowPassState};
 use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, ParameterSet};
@@ -44,17 +43,6 @@ fn run(counter: &Counter) -> Result<(), IdentifierError> {
     gradient::<AbCoulomb, 3>(counter, "gradient-f32-friction")?;
     gauss_newton(counter)?;
     words(counter)
-}
-
-fn law<const P: usize>() -> Result<GradientLaw<P>, IdentifierError> {
-    let paper = paper::law()?;
-    let entries = paper.gamma.entries();
-    let of = |i: usize| entries.get(i).and_then(|row| row.get(i)).copied();
-    Ok(GradientLaw {
-        gamma: PositiveDefinite::diagonal(core::array::from_fn(|i| of(i).unwrap_or(100.0)))?,
-        mu: paper.mu,
-        frozen: [false; P],
-    })
 }
 
 /// Runs the paper's loop with `sample`, which answers with the command and the ticks it took.
@@ -125,7 +113,7 @@ fn gradient<S: ParameterSet<P>, const P: usize>(
 ) -> Result<(), IdentifierError> {
     let config = paper::config()?;
     let velocity = paper::velocity::<f32>(&config.units)?;
-    let identifier = GradientIdentifier::new(&config, &law::<P>()?, velocity)?;
+    let identifier = GradientIdentifier::new(&config, &paper::law()?, velocity)?;
     let mut parts = Gradient::<S, P> {
         controller: config.controller(velocity),
         control: ControlState::at_rest(0.0),
@@ -204,7 +192,7 @@ fn words(counter: &Counter) -> Result<(), IdentifierError> {
     let ranges = Ranges::of(&config);
     let velocity = paper::velocity::<f64>(&config.units)?;
     let controller = FixedController::new(&config, &ranges, FixedLowPass::from(&velocity))?;
-    let identifier = FixedGradientIdentifier::new(&config, &law::<2>()?, &ranges, velocity)?;
+    let identifier = FixedGradientIdentifier::new(&config, &paper::law()?, &ranges, velocity)?;
     let mut parts = Words {
         control: controller.start(0),
         learnt: identifier.start(),

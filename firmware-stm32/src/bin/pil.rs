@@ -1,0 +1,58 @@
+//! Processor in the loop: the servo is simulated by a host at the other end of the serial line, the
+//! loop runs here, one sample a question.
+#![no_std]
+#![no_main]
+
+use cortex_m::peripheral::NVIC;
+use cortex_m_rt::entry;
+use drive_link::{LONGEST_FRAME, Question, Receiver, frame};
+use drive_logic::LockStep;
+use firmware_stm32::board::{self, Wired};
+use firmware_stm32::handed::Handed;
+use firmware_stm32::serial::Port;
+use stm32f4xx_hal::pac::{Interrupt, interrupt};
+
+static PORT: Handed<Port<'static>> = Handed::new();
+
+#[interrupt]
+fn USART2() {
+    static mut OWN: Option<Port<'static>> = None;
+    if OWN.is_none() {
+        *OWN = PORT.take();
+    }
+    if let Some(port) = OWN {
+        port.serve();
+    }
+}
+
+#[entry]
+fn main() -> ! {
+    if let Some(wired) = board::wire() {
+        run(wired);
+    }
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
+
+fn run(wired: Wired) -> ! {
+    let Wired { mut line, port, .. } = wired;
+    PORT.give(port);
+    // SAFETY: what it needs was handed over.
+    unsafe { NVIC::unmask(Interrupt::USART2) };
+    let mut receiver = Receiver::new();
+    let mut lock_step = LockStep::new();
+    loop {
+        while line.has_room(LONGEST_FRAME)
+            && let Some(byte) = line.hear()
+        {
+            // What was not understood is asked again.
+            if let Some(Ok(question)) = receiver.take::<Question>(byte)
+                && let Ok(framed) = frame(&lock_step.answer(&question))
+            {
+                line.say(&framed);
+            }
+        }
+        cortex_m::asm::wfi();
+    }
+}

@@ -1,0 +1,32 @@
+//! What is made in `main` and from then on belongs to an interrupt.
+
+use core::cell::Cell;
+
+use cortex_m::interrupt::{Mutex, free};
+
+/// A place to hand something over once.
+pub struct Handed<T>(Mutex<Cell<Option<T>>>);
+
+impl<T> Handed<T> {
+    /// Empty.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self(Mutex::new(Cell::new(None)))
+    }
+
+    /// Hands it over.
+    pub fn give(&self, thing: T) {
+        free(|section| self.0.borrow(section).set(Some(thing)));
+    }
+
+    /// Takes it, if it is there.
+    pub fn take(&self) -> Option<T> {
+        free(|section| self.0.borrow(section).take())
+    }
+}
+
+impl<T> Default for Handed<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}

@@ -1,0 +1,91 @@
+use embedded_hal::digital::OutputPin;
+
+use crate::drive::Actuator;
+
+/// An output stage with an enable or brake pin: high while a command is held, low to let the servo
+/// go.
+#[derive(Debug)]
+pub struct Gate<A, E> {
+    stage: A,
+    enable: E,
+}
+
+/// Why a gated stage did not take a command.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum GateError<A, E> {
+    /// The stage did not take it.
+    Stage(A),
+    /// The pin did not take its level.
+    Enable(E),
+}
+
+impl<A, E: OutputPin> Gate<A, E> {
+    /// Gates a stage.
+    pub fn new(stage: A, enable: E) -> Self {
+        Self { stage, enable }
+    }
+}
+
+impl<A: Actuator<f32>, E: OutputPin> Actuator<f32> for Gate<A, E> {
+    type Error = GateError<A::Error, E::Error>;
+
+    /// The command first: an enabled stage without one would do as it was last told.
+    #[inline]
+    fn hold(&mut self, command: f32) -> Result<(), Self::Error> {
+        self.stage.hold(command).map_err(GateError::Stage)?;
+        self.enable.set_high().map_err(GateError::Enable)
+    }
+
+    /// The pin first, and the stage whatever the pin answers.
+    #[inline]
+    fn release(&mut self) -> Result<(), Self::Error> {
+        let pin = self.enable.set_low().map_err(GateError::Enable);
+        self.stage.release().map_err(GateError::Stage)?;
+        pin
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use embedded_hal_mock::eh1::digital::{Mock, State, Transaction};
+
+    use super::*;
+
+    struct Stage(Result<Option<f32>, ()>);
+
+    impl Actuator<f32> for Stage {
+        type Error = ();
+        fn hold(&mut self, command: f32) -> Result<(), ()> {
+            self.0.map(|_| self.0 = Ok(Some(command)))
+        }
+        fn release(&mut self) -> Result<(), ()> {
+            self.0.map(|_| self.0 = Ok(None))
+        }
+    }
+
+    #[test]
+    fn the_pin_is_high_while_a_command_is_held() {
+        let pin = Mock::new(&[
+            Transaction::set(State::High),
+            Transaction::set(State::High),
+            Transaction::set(State::Low),
+        ]);
+        let mut gate = Gate::new(Stage(Ok(None)), pin);
+        gate.hold(1.5).expect("held");
+        gate.hold(-2.5).expect("held");
+        assert_eq!(gate.stage.0, Ok(Some(-2.5)));
+        gate.release().expect("released");
+        assert_eq!(gate.stage.0, Ok(None));
+        gate.enable.done();
+    }
+
+    #[test]
+    fn a_stage_that_takes_no_command_is_not_enabled_and_still_let_go() {
+        let pin = Mock::new(&[Transaction::set(State::Low)]);
+        let mut gate = Gate::new(Stage(Err(())), pin);
+        assert_eq!(gate.hold(1.0), Err(GateError::Stage(())));
+        assert_eq!(gate.release(), Err(GateError::Stage(())));
+        gate.enable.done();
+    }
+}
