@@ -5,6 +5,7 @@ pub mod compare;
 pub mod drift;
 pub mod experiment;
 pub mod paper;
+pub mod pil;
 pub mod replay;
 pub mod report;
 pub mod scenario;

@@ -1,39 +1,30 @@
-//! An emulated Olimex STM32-H405, which carries the STM32F405RG, one instruction a tick.
+//! An emulated Olimex STM32-H405, which carries the STM32F405RG.
 
+use std::net::{Ipv4Addr, TcpListener};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::Duration;
+
+use host_sim::pil::Port;
 
 /// The board that the firmware is for.
 pub(crate) const BOARD: &str = "olimex-stm32-h405";
 
-/// Runs a binary to its end and answers with what it printed.
+/// Runs a binary to its end, one instruction a tick, and answers with what it printed.
 pub(crate) fn run(binary: &Path) -> Result<String, String> {
     run_on(BOARD, binary)
 }
 
 /// The same on another board.
 pub(crate) fn run_on(board: &str, binary: &Path) -> Result<String, String> {
-    let output = Command::new("qemu-system-arm")
-        .args([
-            "-M",
-            board,
-            "-nographic",
-            "-monitor",
-            "none",
-            "-serial",
-            "null",
-        ])
+    let output = emulator(board)
+        .args(["-serial", "null"])
         .args(["-icount", "shift=0,sleep=off"])
         .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
         .arg(binary)
-        .stdin(Stdio::null())
         .output()
-        .map_err(|error| {
-            format!(
-                "qemu-system-arm does not start ({error}): it must be version 8.1 or later, from \
-                 Debian's backports for instance"
-            )
-        })?;
+        .map_err(missing)?;
     let printed = String::from_utf8_lossy(&output.stdout).into_owned();
     if output.status.success() {
         Ok(printed)
@@ -45,4 +36,65 @@ pub(crate) fn run_on(board: &str, binary: &Path) -> Result<String, String> {
             String::from_utf8_lossy(&output.stderr)
         ))
     }
+}
+
+/// A board that goes on running, with its USART2 at the end of a port; it ends when this is dropped.
+pub(crate) struct Running(Child);
+
+impl Running {
+    /// Starts a binary and opens its port.
+    pub(crate) fn start(binary: &Path) -> Result<(Self, Port), String> {
+        let number = free_port()?;
+        // The second serial line of the emulator is USART2.
+        let child = emulator(BOARD)
+            .args(["-serial", "null", "-serial"])
+            .arg(format!(
+                "tcp:127.0.0.1:{number},server=on,wait=off,nodelay=on"
+            ))
+            .arg("-kernel")
+            .arg(binary)
+            .stdout(Stdio::null())
+            .spawn()
+            .map_err(missing)?;
+        let running = Self(child);
+        let name = format!("tcp:127.0.0.1:{number}");
+        let mut last = String::new();
+        for _ in 0..100 {
+            match Port::open(&name) {
+                Ok(port) => return Ok((running, port)),
+                Err(error) => last = error.to_string(),
+            }
+            thread::sleep(Duration::from_millis(50));
+        }
+        Err(last)
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn emulator(board: &str) -> Command {
+    let mut command = Command::new("qemu-system-arm");
+    command
+        .args(["-M", board, "-nographic", "-monitor", "none"])
+        .stdin(Stdio::null());
+    command
+}
+
+fn missing(error: std::io::Error) -> String {
+    format!(
+        "qemu-system-arm does not start ({error}): it must be version 8.1 or later, from Debian's \
+         backports for instance"
+    )
+}
+
+fn free_port() -> Result<u16, String> {
+    TcpListener::bind((Ipv4Addr::LOCALHOST, 0))
+        .and_then(|listener| listener.local_addr())
+        .map(|address| address.port())
+        .map_err(|error| format!("no port is free on this machine: {error}"))
 }

@@ -18,13 +18,14 @@ pub(crate) fn root() -> &'static Path {
         .unwrap_or_else(|| Path::new("."))
 }
 
-/// Builds the release. It only links if no panic is left in it.
-pub(crate) fn build() -> Result<(), String> {
+/// Builds the release with some features. It only links if no panic is left in it.
+pub(crate) fn build(features: &[&str]) -> Result<(), String> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = Command::new(cargo)
         .current_dir(root())
         .args(["build", "--release", "--locked", "-p", "firmware-stm32"])
         .args(["--target", TARGET])
+        .arg(format!("--features={}", features.join(",")))
         .status()
         .map_err(|error| format!("cargo does not start: {error}"))?;
     if status.success() {

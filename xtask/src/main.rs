@@ -1,9 +1,11 @@
 //! What CI and people do with the firmware besides building it.
 
 mod budget;
+mod drive;
 mod elsewhere;
 mod emulator;
 mod firmware;
+mod lock_step;
 mod same_bits;
 
 use std::process::ExitCode;
@@ -20,6 +22,11 @@ struct Arguments {
 enum Verb {
     /// Run the virtual servo on an emulated STM32F405 and hold its bits against the simulator's.
     Same,
+    /// Run the loop on an emulated STM32F405 and the plant here, and hold every sample against the
+    /// simulator's.
+    Pil,
+    /// Talk to the drive firmware on an emulated STM32F405.
+    Drive,
     /// Count instructions and bytes on the emulated chip and hold them against the recorded budget.
     Budget {
         /// Record what was counted as the budget.
@@ -38,9 +45,11 @@ enum Verb {
 fn main() -> ExitCode {
     let done = match Arguments::parse().verb {
         Verb::Same => same_bits::check(),
+        Verb::Pil => lock_step::check(),
+        Verb::Drive => drive::check(),
         Verb::Elsewhere => elsewhere::check(),
         Verb::Budget { accept } => budget::check(accept),
-        Verb::Qemu { binary } => firmware::build()
+        Verb::Qemu { binary } => firmware::build(&[])
             .and_then(|()| emulator::run(&firmware::path(&binary)))
             .map(|printed| print!("{printed}")),
     };

@@ -42,6 +42,7 @@ fn run(wired: Wired) -> ! {
     unsafe { NVIC::unmask(Interrupt::USART2) };
     let mut receiver = Receiver::new();
     let mut lock_step = LockStep::new();
+    // Without sleep between the bytes: an emulator takes long to wake.
     loop {
         while line.has_room(LONGEST_FRAME)
             && let Some(byte) = line.hear()
@@ -53,6 +54,5 @@ fn run(wired: Wired) -> ! {
                 line.say(&framed);
             }
         }
-        cortex_m::asm::wfi();
     }
 }

@@ -14,6 +14,7 @@ mod drift;
 mod fault;
 mod output;
 mod paper;
+mod pil;
 mod replay;
 mod run;
 mod sweep;
@@ -44,6 +45,8 @@ enum Verb {
     Compare(compare::Arguments),
     /// Run one experiment in every number format, side by side on the same measurements.
     Drift(drift::Arguments),
+    /// Run one experiment on the simulated servo with the loop on a chip.
+    Pil(pil::Arguments),
     /// Run many random servos: the distribution of the errors.
     Sweep(sweep::Arguments),
 }
@@ -60,6 +63,7 @@ pub fn main() -> ExitCode {
         Verb::Replay(arguments) => replay::run(&arguments),
         Verb::Compare(arguments) => compare::run(&arguments),
         Verb::Drift(arguments) => drift::run(&arguments),
+        Verb::Pil(arguments) => pil::run(&arguments),
         Verb::Sweep(arguments) => sweep::run(&arguments),
     };
     match done {

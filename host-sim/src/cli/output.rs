@@ -10,7 +10,8 @@ use super::fault::Fault;
 use crate::experiment::Sample;
 use crate::report::json::Document;
 use crate::report::residual::Report;
-use crate::report::{self, Summary, panels, plot};
+use crate::report::{self, Status, Summary, panels, plot, table};
+use crate::scenario::Scenario;
 
 /// The name that stands for standard output.
 const STANDARD_OUTPUT: &str = "-";
@@ -38,13 +39,36 @@ impl Outputs {
         }
     }
 
-    /// Whether standard output belongs to the JSON result alone.
-    pub(super) fn is_quiet(&self) -> bool {
-        is_standard_output(self.json.as_deref())
+    /// Writes what was asked for and says what was found, after `notes` on how; an experiment that was
+    /// aborted is a fault.
+    pub(super) fn conclude(
+        &self,
+        scenario: &Scenario,
+        summary: Summary,
+        trace: &[Sample],
+        notes: &[String],
+    ) -> Result<(), Fault> {
+        let residual = summary
+            .output_error
+            .map(|_| Report::new(scenario, &summary, trace));
+        self.write(&summary, trace, residual.as_ref())?;
+        if !is_standard_output(self.json.as_deref()) {
+            for note in notes {
+                say!("{note}");
+            }
+            say!("{}", table::estimates(&[(summary.law, &summary)]));
+            say!("{}: {}", summary.status.name(), summary.reason);
+            if let Some(residual) = residual {
+                say!("{residual}");
+            }
+        }
+        match summary.status {
+            Status::Aborted => Err(Fault::Other(summary.reason)),
+            Status::Converged | Status::NotConverged => Ok(()),
+        }
     }
 
-    /// Writes what was asked for.
-    pub(super) fn write(
+    fn write(
         &self,
         summary: &Summary,
         trace: &[Sample],

@@ -6,7 +6,7 @@ use super::fault::Fault;
 use super::output::Outputs;
 use crate::experiment::Sample;
 use crate::replay::{self, Log};
-use crate::report::{Status, Summariser, residual, table};
+use crate::report::Summariser;
 use crate::scenario::{Purpose, Scenario, keys};
 
 #[derive(Debug, clap::Args)]
@@ -54,31 +54,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     })
     .map_err(|error| Fault::Input(format!("{}: {error}", arguments.log.display())))?;
     let summary = summariser.finish(&scenario, replayed.outcome);
-    let residual = summary
-        .output_error
-        .map(|_| residual::Report::new(&scenario, &summary, &trace));
-
+    let agreement = replayed.agreement.map(|agreement| agreement.to_string());
+    let bridged = (log.bridged > 0).then(|| {
+        format!(
+            "{} missing samples were bridged by straight lines",
+            log.bridged
+        )
+    });
+    let notes: Vec<String> = agreement.into_iter().chain(bridged).collect();
     arguments
         .outputs
-        .write(&summary, &trace, residual.as_ref())?;
-    if !arguments.outputs.is_quiet() {
-        if let Some(agreement) = replayed.agreement {
-            say!("{agreement}");
-        }
-        if log.bridged > 0 {
-            say!(
-                "{} missing samples were bridged by straight lines",
-                log.bridged
-            );
-        }
-        say!("{}", table::estimates(&[(summary.law, &summary)]));
-        say!("{}: {}", summary.status.name(), summary.reason);
-        if let Some(residual) = residual {
-            say!("{residual}");
-        }
-    }
-    match summary.status {
-        Status::Aborted => Err(Fault::Other(summary.reason)),
-        Status::Converged | Status::NotConverged => Ok(()),
-    }
+        .conclude(&scenario, summary, &trace, &notes)
 }

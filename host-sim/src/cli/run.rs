@@ -3,7 +3,7 @@ use std::path::PathBuf;
 use super::fault::Fault;
 use super::output::Outputs;
 use crate::experiment;
-use crate::report::{Status, Summariser, residual, table};
+use crate::report::Summariser;
 use crate::scenario::{Purpose, Scenario, keys};
 
 #[derive(Debug, clap::Args)]
@@ -26,22 +26,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         trace.push(*sample);
     });
     let summary = summariser.finish(&scenario, outcome);
-    let residual = summary
-        .output_error
-        .map(|_| residual::Report::new(&scenario, &summary, &trace));
-
-    arguments
-        .outputs
-        .write(&summary, &trace, residual.as_ref())?;
-    if !arguments.outputs.is_quiet() {
-        say!("{}", table::estimates(&[(summary.law, &summary)]));
-        say!("{}: {}", summary.status.name(), summary.reason);
-        if let Some(residual) = residual {
-            say!("{residual}");
-        }
-    }
-    match summary.status {
-        Status::Aborted => Err(Fault::Other(summary.reason)),
-        Status::Converged | Status::NotConverged => Ok(()),
-    }
+    arguments.outputs.conclude(&scenario, summary, &trace, &[])
 }

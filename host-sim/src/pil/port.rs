@@ -1,0 +1,193 @@
+//! A line to a chip: a serial port, or the TCP port of an emulator.
+
+use std::fmt;
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::TcpStream;
+use std::time::{Duration, Instant};
+
+use drive_link::{Receiver, frame};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// Bits a second of a serial port, as the firmware has it.
+const BAUD: u32 = 921_600;
+
+/// How long an answer may take before the question is asked again.
+const PATIENCE: Duration = Duration::from_millis(1000);
+
+/// How often a question is asked.
+const TRIES: u32 = 5;
+
+/// What an address of an emulator begins with.
+const TCP: &str = "tcp:";
+
+/// A line to a chip.
+pub struct Port {
+    name: String,
+    line: Box<dyn Line>,
+    receiver: Receiver,
+}
+
+trait Line: Read + Write {}
+impl<L: Read + Write> Line for L {}
+
+impl fmt::Debug for Port {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Port")
+            .field("name", &self.name)
+            .finish_non_exhaustive()
+    }
+}
+
+/// What is wrong with a line.
+#[derive(Debug)]
+pub struct PortError {
+    port: String,
+    fault: String,
+}
+
+impl fmt::Display for PortError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.port, self.fault)
+    }
+}
+
+impl std::error::Error for PortError {}
+
+impl Port {
+    /// Opens a serial port by its name, or an emulator's port as `tcp:HOST:PORT`.
+    ///
+    /// # Errors
+    /// If there is no such port, or somebody else has it.
+    pub fn open(name: &str) -> Result<Self, PortError> {
+        let line = match name.strip_prefix(TCP) {
+            Some(address) => connect(address),
+            None => serialport::new(name, BAUD)
+                .timeout(PATIENCE)
+                .open()
+                .map(|port| Box::new(port) as Box<dyn Line>)
+                .map_err(io::Error::from),
+        };
+        match line {
+            Ok(line) => Ok(Self {
+                name: name.to_owned(),
+                line,
+                receiver: Receiver::new(),
+            }),
+            Err(error) => Err(PortError {
+                port: name.to_owned(),
+                fault: format!(
+                    "cannot be opened: {error}; a port is the name of a serial device, as \
+                     /dev/ttyUSB0, or tcp:HOST:PORT"
+                ),
+            }),
+        }
+    }
+
+    /// Asks until an answer comes that fits the question.
+    ///
+    /// # Errors
+    /// If the line breaks, or nobody answers.
+    pub fn ask<Q: Serialize, A: DeserializeOwned>(
+        &mut self,
+        question: &Q,
+        fits: impl Fn(&A) -> bool,
+    ) -> Result<A, PortError> {
+        let framed = frame(question).map_err(|error| self.fault(error))?;
+        for _ in 0..TRIES {
+            self.line
+                .write_all(&framed)
+                .and_then(|()| self.line.flush())
+                .map_err(|error| self.fault(error))?;
+            if let Some(answer) = self.listen(&fits)? {
+                return Ok(answer);
+            }
+        }
+        Err(self.fault(format_args!(
+            "nobody answers: is the right firmware running there, at {BAUD} baud?"
+        )))
+    }
+
+    /// Says bytes, whatever they are.
+    ///
+    /// # Errors
+    /// If the line breaks.
+    pub fn say(&mut self, bytes: &[u8]) -> Result<(), PortError> {
+        self.line
+            .write_all(bytes)
+            .map_err(|error| self.fault(error))
+    }
+
+    /// The first message that fits, unless patience ends before it comes.
+    ///
+    /// # Errors
+    /// If the line breaks.
+    pub fn listen<A: DeserializeOwned>(
+        &mut self,
+        fits: &impl Fn(&A) -> bool,
+    ) -> Result<Option<A>, PortError> {
+        let until = Instant::now() + PATIENCE;
+        let mut byte = [0];
+        // One byte at a time: what follows the message belongs to the next.
+        while Instant::now() < until {
+            match self.line.read(&mut byte) {
+                Ok(0) => return Err(self.fault("the other end has gone")),
+                Ok(_) => {}
+                Err(error) if is_silence(&error) => return Ok(None),
+                Err(error) => return Err(self.fault(error)),
+            }
+            let [byte] = byte;
+            // What the line has spoilt is asked for again.
+            if let Some(Ok(message)) = self.receiver.take::<A>(byte)
+                && fits(&message)
+            {
+                return Ok(Some(message));
+            }
+        }
+        Ok(None)
+    }
+
+    fn fault(&self, fault: impl fmt::Display) -> PortError {
+        PortError {
+            port: self.name.clone(),
+            fault: fault.to_string(),
+        }
+    }
+}
+
+/// Buffered on the way in, so that a byte at a time costs little.
+struct Stream {
+    incoming: io::BufReader<TcpStream>,
+}
+
+impl Read for Stream {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        self.incoming.read(bytes)
+    }
+}
+
+impl Write for Stream {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.incoming.get_mut().write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.incoming.get_mut().flush()
+    }
+}
+
+fn connect(address: &str) -> io::Result<Box<dyn Line>> {
+    let stream = TcpStream::connect(address)?;
+    stream.set_nodelay(true)?;
+    stream.set_read_timeout(Some(PATIENCE))?;
+    Ok(Box::new(Stream {
+        incoming: io::BufReader::new(stream),
+    }))
+}
+
+fn is_silence(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted
+    )
+}
