@@ -3,6 +3,7 @@
 use drive_link::Settings;
 use identifier_core::error::OutOfRange;
 use identifier_core::excitation::{Excitation, Prbs, PrbsState};
+use identifier_core::number::Number;
 use identifier_core::units::Units;
 
 /// Order of the pseudo-random sequence: 511 decisions, longer than any time constant it meets.
@@ -54,7 +55,7 @@ impl Reference {
     #[inline]
     pub(crate) fn next(&mut self) -> f32 {
         let left = self.aim - self.at;
-        self.at += left.max(-self.pace).min(self.pace);
+        self.at += left.limited(-self.pace, self.pace);
         match &mut self.shaking {
             Some((prbs, state)) => self.at + prbs.process(state),
             None => self.at,

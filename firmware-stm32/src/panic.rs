@@ -13,7 +13,12 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
 }
 
 #[cfg(feature = "defmt")]
-use {defmt_rtt as _, panic_probe as _};
+use panic_probe as _;
+
+#[cfg(all(feature = "defmt", not(feature = "emulator")))]
+use defmt_rtt as _;
+#[cfg(all(feature = "defmt", feature = "emulator"))]
+use defmt_semihosting as _;
 
 #[cfg(all(target_os = "none", debug_assertions, not(feature = "defmt")))]
 #[panic_handler]

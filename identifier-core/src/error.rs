@@ -4,6 +4,7 @@ use core::fmt;
 
 /// A configuration value outside its range.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct OutOfRange {
     /// The parameter's name, as in the documentation of the configuration.
     pub parameter: &'static str,
@@ -15,6 +16,7 @@ pub struct OutOfRange {
 
 /// The range of a configuration value. Every range excludes NaN and the infinities.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Allowed {
     /// Any finite number.
@@ -98,6 +100,7 @@ impl core::error::Error for OutOfRange {}
 
 /// Why a control step was refused. The state is as it was before the step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum StepError {
     /// The reference is NaN or infinite.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
+use crate::firmware::Paths;
 use crate::{emulator, firmware};
 
 /// The budget, beside the firmware.
@@ -53,7 +54,7 @@ pub(crate) fn check(accept: bool) -> Result<(), String> {
     }
 }
 
-/// Name and figure: instructions a sample, bytes of state, flash and static memory.
+/// Name and figure: instructions a sample, bytes of state, flash, static memory and stack.
 fn count() -> Result<BTreeMap<String, u64>, String> {
     let printed = emulator::run(&firmware::path("bench"))?;
     let mut counted = BTreeMap::new();
@@ -67,10 +68,13 @@ fn count() -> Result<BTreeMap<String, u64>, String> {
             counted.insert(format!("{name}-{what}"), figure);
         }
     }
-    for binary in ["virtual-servo", "bench"] {
+    for binary in ["virtual-servo", "bench", "drive", "pil"] {
         let (flash, memory) = firmware::sizes(&firmware::path(binary))?;
         counted.insert(format!("{binary}-flash-bytes"), flash);
         counted.insert(format!("{binary}-memory-bytes"), memory);
     }
+    let Paths { stack, loops } = firmware::paths(&firmware::path("drive"))?;
+    counted.insert("drive-stack-bytes".to_owned(), stack);
+    counted.insert("drive-sample-loops".to_owned(), loops);
     Ok(counted)
 }

@@ -5,6 +5,8 @@ use std::process::Command;
 
 use object::{Object, ObjectSection, SectionFlags, elf};
 
+use crate::listing::Listing;
+
 /// The chip.
 const TARGET: &str = "thumbv7em-none-eabihf";
 
@@ -40,6 +42,36 @@ pub(crate) fn path(binary: &str) -> PathBuf {
     let target =
         std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
     target.join(TARGET).join("release").join(binary)
+}
+
+/// What the drive's paths take.
+pub(crate) struct Paths {
+    /// Bytes of stack at most, every interrupt on top of the background.
+    pub(crate) stack: u64,
+    /// Branches backwards in what a sample may run.
+    pub(crate) loops: u64,
+}
+
+/// What the processor itself puts on the stack for an interrupt, the registers of the floating-point
+/// unit and alignment included (RM of ARMv7-M, B1.5.7).
+const EXCEPTION: u64 = 26 * 4 + 4;
+
+/// Bounds of the drive's paths. A division in what a sample may run is an error.
+pub(crate) fn paths(drive: &Path) -> Result<Paths, String> {
+    let listing = Listing::of(drive)?;
+    let sample = listing.under("TIM5")?;
+    if !sample.divisions.is_empty() {
+        return Err(format!(
+            "a sample of the drive may divide, in {}",
+            sample.divisions.join(", ")
+        ));
+    }
+    let byte = listing.under("USART2")?;
+    let background = listing.under("main")?;
+    Ok(Paths {
+        stack: background.stack + byte.stack + sample.stack + 2 * EXCEPTION,
+        loops: sample.loops.into(),
+    })
 }
 
 /// Bytes of flash and of static memory that a binary takes.

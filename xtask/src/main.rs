@@ -5,6 +5,7 @@ mod drive;
 mod elsewhere;
 mod emulator;
 mod firmware;
+mod listing;
 mod lock_step;
 mod same_bits;
 

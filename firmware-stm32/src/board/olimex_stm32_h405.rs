@@ -24,7 +24,9 @@ use stm32f4xx_hal::watchdog::IndependentWatchdog;
 
 use super::Wired;
 use crate::internal_flash::InternalFlash;
-use crate::pwm::{self, Pwm};
+use crate::pwm;
+#[cfg(not(feature = "dac"))]
+use crate::pwm::Pwm;
 use crate::quadrature::Quadrature;
 use crate::serial::Bytes;
 use crate::timer::SampleTimer;
@@ -90,15 +92,15 @@ pub fn wire() -> Option<Wired> {
         .pb12
         .into_alternate::<1>()
         .internal_resistor(stm32f4xx_hal::gpio::Pull::Up);
-    let pwm = Pwm::new(chip.TIM1, &clocks, &mut rcc);
     let full_scale = paper::LIMIT as f32;
     #[cfg(not(feature = "dac"))]
     let stage = {
         let _pwm_pin = a.pa8.into_alternate::<1>();
+        let pwm = Pwm::new(chip.TIM1, &clocks, &mut rcc);
         PwmDirection::new(pwm, b.pb14.into_push_pull_output(), full_scale).ok()?
     };
     #[cfg(feature = "dac")]
-    let stage = dac::stage(chip.SPI1, (a.pa4, a.pa5, a.pa7), pwm, full_scale, &mut rcc)?;
+    let stage = dac::stage(chip.SPI1, (a.pa4, a.pa5, a.pa7), full_scale, &mut rcc)?;
 
     let _serial_pins = (a.pa2.into_alternate::<7>(), a.pa3.into_alternate::<7>());
     let (line, port) = serial::line(chip.USART2, &clocks, &mut rcc, heard, to_say);
@@ -122,4 +124,36 @@ pub fn wire() -> Option<Wired> {
             Ok(())
         }),
     })
+}
+
+/// The analogue output.
+#[cfg(feature = "dac")]
+mod dac {
+    use embedded_hal_bus::spi::ExclusiveDevice;
+    use identifier_core::drive::hal::Ad5761;
+    use stm32f4xx_hal::gpio::{PA4, PA5, PA7};
+    use stm32f4xx_hal::pac::SPI1;
+    use stm32f4xx_hal::prelude::*;
+    use stm32f4xx_hal::rcc::Rcc;
+    use stm32f4xx_hal::spi::{Mode, Phase, Polarity, Spi};
+
+    /// An AD5761 that is set to zero volts; none if it does not answer or the scale is none.
+    pub(super) fn stage(
+        registers: SPI1,
+        (select, clock, data): (PA4, PA5, PA7),
+        full_scale: f32,
+        rcc: &mut Rcc,
+    ) -> Option<super::Stage> {
+        // The HAL believes the bus at 16 MHz where it has 84: what is asked for is 5.25 times as fast.
+        let pins = (Some(clock), SPI1::NoMiso, Some(data));
+        let mode = Mode {
+            polarity: Polarity::IdleLow,
+            phase: Phase::CaptureOnSecondTransition,
+        };
+        let bus = Spi::new(registers, pins, mode, 1.MHz(), rcc);
+        let device = ExclusiveDevice::new_no_delay(bus, select.into_push_pull_output()).ok()?;
+        let mut dac = Ad5761::new(device, full_scale).ok()?;
+        dac.start().ok()?;
+        Some(dac)
+    }
 }

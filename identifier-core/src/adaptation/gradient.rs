@@ -28,6 +28,7 @@ pub struct GradientState<N: Number, const P: usize> {
 
 /// What one update did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum GradientUpdate {
     /// The full step.
     Full,

@@ -6,6 +6,7 @@ pub struct PositiveDefinite<const P: usize>([[f64; P]; P]);
 
 /// Why a matrix is not symmetric positive definite.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum MatrixError {
     /// An entry is NaN or infinite.

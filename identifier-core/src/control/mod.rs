@@ -81,6 +81,7 @@ impl<N: Number, S: Default> ControlState<N, S> {
 
 /// One sample of the real loop, as the model loop needs it.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ControlSample<N> {
     /// Position error e = q_d − q.
     pub error: N,

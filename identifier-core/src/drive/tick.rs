@@ -23,6 +23,7 @@ pub struct TickState<N: Number, F> {
 
 /// What a step did.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Ticked<N> {
     /// The sample, for an identifier.
     pub sample: ControlSample<N>,
@@ -35,6 +36,7 @@ pub struct Ticked<N> {
 
 /// Why a step was not taken. The servo was let go.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum TickError<S, A> {
     /// The sensor gave no count.

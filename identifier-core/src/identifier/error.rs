@@ -7,6 +7,7 @@ use crate::stability::sampled_loop::SampledLoopError;
 
 /// Why an identifier cannot be built.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum IdentifierError {
     /// A value outside its range.

@@ -57,6 +57,7 @@ pub struct GradientIdentifierState<N: Number, F, const P: usize> {
 
 /// What one sample showed.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct GradientIdentification<N> {
     /// Output error ε = q − q_e, machine units.
     pub output_error: N,

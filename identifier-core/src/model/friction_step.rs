@@ -17,6 +17,7 @@ pub struct FrictionStep<N> {
 
 /// What friction did during a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Phase<N> {
     /// Moved throughout, in one direction (±1).
     Slid {

@@ -21,6 +21,7 @@ use crate::units::Units;
 
 /// A servo of the box whose sampled loop is not stable.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SampledLoopError {
     /// Its a, 1/s.
     pub a: f64,

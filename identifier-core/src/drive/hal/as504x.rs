@@ -14,6 +14,7 @@ pub struct As504x<B> {
 
 /// Why a reading failed; the count is as before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum As504xError<E> {
     /// The bus.

@@ -7,6 +7,7 @@ use crate::error::OutOfRange;
 
 /// Why a bridge did not take a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum BridgeError<P, D> {
     /// A PWM did not take its duty.

@@ -12,6 +12,7 @@ pub struct Gate<A, E> {
 
 /// Why a gated stage did not take a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum GateError<A, E> {
     /// The stage did not take it.
