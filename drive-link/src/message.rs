@@ -1,3 +1,5 @@
+use core::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use crate::fault::Fault;
@@ -78,8 +80,10 @@ pub struct Status {
     pub protocol: u8,
     /// What it does.
     pub state: State,
-    /// What the store held when the drive was switched on.
+    /// What the store holds.
     pub kept: Kept,
+    /// What the last run found, or the one that was kept.
+    pub estimates: Option<Estimates>,
     /// Samples that ended too late since the start.
     pub overruns: u32,
     /// Samples that were to be shown and found no room.
@@ -88,7 +92,7 @@ pub struct Status {
     pub garbled: u32,
 }
 
-/// What the store held when the drive was switched on.
+/// What the store holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Kept {
@@ -100,6 +104,22 @@ pub enum Kept {
     OtherVersion,
     /// Damaged records only: the built-in settings hold.
     Damaged,
+}
+
+impl fmt::Display for Kept {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Nothing => "nothing is kept yet",
+            Self::Record => "a record is kept",
+            Self::OtherVersion => {
+                "the record that is kept is of another version: the built-in settings hold, and a \
+                 save replaces it"
+            }
+            Self::Damaged => {
+                "what is kept is damaged: the built-in settings hold, and a save replaces it"
+            }
+        })
+    }
 }
 
 /// What a drive does.
@@ -135,6 +155,27 @@ pub enum Refusal {
     /// The store did not take the record; the one before it still holds.
     NotKept,
 }
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Running => f.write_str("the servo must be let go first: stop"),
+            Self::NotRunning => f.write_str("the loop must be closed first: start"),
+            Self::Faulted(fault) => fault.fmt(f),
+            Self::Setting(refused) => refused.fmt(f),
+            Self::TooFar { most } => write!(
+                f,
+                "the place must be within {most} rad of where the servo started"
+            ),
+            Self::Busy => f.write_str("it has not done yet what was asked before: ask again"),
+            Self::NotKept => {
+                f.write_str("the flash did not take the record, and the one before still holds")
+            }
+        }
+    }
+}
+
+impl core::error::Error for Refusal {}
 
 /// The loop at one sample, SI.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

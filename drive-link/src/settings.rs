@@ -78,6 +78,67 @@ pub struct Protection {
     pub overruns: u8,
 }
 
+impl fmt::Display for Settings {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            closed_loop,
+            shaking,
+            protection,
+        } = self;
+        let [kp, kd, ki] = closed_loop.gains;
+        let [low, high] = closed_loop.limit;
+        writeln!(
+            f,
+            "sample time {} s, {} counts a revolution, {:?}",
+            closed_loop.sample_time, closed_loop.counts_per_rev, closed_loop.format
+        )?;
+        writeln!(
+            f,
+            "kp {kp}, kd {kd}, ki {ki}, cut-off {} rad/s, command {low} to {high}",
+            closed_loop.cutoff
+        )?;
+        match closed_loop.plant_box {
+            Some([[a_min, a_max], [b_min, b_max]]) => writeln!(
+                f,
+                "certified for a from {a_min} to {a_max}, b from {b_min} to {b_max}"
+            )?,
+            None => writeln!(f, "not certified")?,
+        }
+        let names = ["a", "b", "coulomb", "load"];
+        for ((name, initial), [min, max]) in names
+            .iter()
+            .zip(closed_loop.initial)
+            .zip(closed_loop.bounds)
+        {
+            writeln!(f, "{name} begins with {initial}, within {min} to {max}")?;
+        }
+        let [of_a, of_b, of_coulomb] = closed_loop.gamma;
+        write!(f, "gamma {of_a}, {of_b}")?;
+        if closed_loop.friction {
+            write!(f, ", {of_coulomb}")?;
+        }
+        match closed_loop.mu {
+            Some(mu) => writeln!(f, ", mu {mu} 1/s")?,
+            None => writeln!(f, ", mu automatic")?,
+        }
+        writeln!(
+            f,
+            "shaken by {} rad, every {} s",
+            shaking.amplitude, shaking.hold
+        )?;
+        write!(
+            f,
+            "let go beyond {} rad of error, after {} s of silence, after {} late samples; sent up to \
+             {} rad away, at {} rad/s",
+            protection.following_error,
+            protection.silence,
+            protection.overruns,
+            protection.travel,
+            protection.speed
+        )
+    }
+}
+
 /// A setting that is not allowed, SI.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NotAllowed {

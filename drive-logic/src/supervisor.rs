@@ -210,6 +210,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             protocol: PROTOCOL,
             state: self.state,
             kept: self.kept,
+            estimates: self.estimates,
             overruns: self.overruns,
             dropped: self.dropped,
             garbled: self.garbled,

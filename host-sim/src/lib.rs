@@ -3,9 +3,11 @@
 pub mod cli;
 pub mod compare;
 pub mod drift;
+pub mod drive;
 pub mod experiment;
 pub mod paper;
 pub mod pil;
+pub mod port;
 pub mod replay;
 pub mod report;
 pub mod scenario;

@@ -1,10 +1,11 @@
 //! The drive firmware on an emulated chip, which has no pins and no flash to write, and whose encoder
 //! counts the clock: what is left is the whole way of a request and a fault.
 
-use drive_link::{
-    Command, Fault, Kept, PROTOCOL, Refusal, Report, Request, Settings, Snapshot, State, Status,
-};
-use host_sim::pil::Port;
+use std::error::Error;
+use std::fmt::Debug;
+
+use drive_link::{Command, Fault, Kept, PROTOCOL, Refusal, Report, Snapshot, State};
+use host_sim::drive::{Client, DriveError};
 
 use crate::{emulator, firmware};
 
@@ -12,18 +13,17 @@ use crate::{emulator, firmware};
 pub(crate) fn check() -> Result<(), String> {
     firmware::build(&["emulator"])?;
     let (_running, port) = emulator::Running::start(&firmware::path("drive"))?;
-    let mut host = Host { port, id: 0 };
+    talk(&mut Client::new(port)).map_err(|error| error.to_string())
+}
 
-    let status = host.status()?;
+fn talk(drive: &mut Client) -> Result<(), Box<dyn Error>> {
+    let status = drive.status()?;
     expect("protocol", status.protocol, PROTOCOL)?;
     expect("state after the boot", status.state, State::Released)?;
     // An emulated flash reads as zeros, which are no record, and takes nothing.
-    expect("what the store held", status.kept, Kept::Damaged)?;
-    expect(
-        "a record for a worn flash",
-        host.ask(Command::Save)?,
-        Err(Refusal::NotKept),
-    )?;
+    expect("what the store holds", status.kept, Kept::Damaged)?;
+    let refused = refusal(drive, Command::Save)?;
+    expect("a record for a worn flash", refused, Refusal::NotKept)?;
 
     // Garbage of every kind: the drive answers the next request.
     let mut garbage = 0x2545_f491_u32;
@@ -37,57 +37,55 @@ pub(crate) fn check() -> Result<(), String> {
             })
             .chain([0])
             .collect();
-        host.port.say(&bytes).map_err(|error| error.to_string())?;
-        expect("state after garbage", host.status()?.state, State::Released)?;
+        drive.port().say(&bytes)?;
+        expect(
+            "state after garbage",
+            drive.status()?.state,
+            State::Released,
+        )?;
     }
-    if host.status()?.garbled == 0 {
-        return Err("garbage was taken for frames".to_owned());
+    if drive.status()?.garbled == 0 {
+        return Err("garbage was taken for frames".into());
     }
     println!("the drive boots, and garbage on its line costs nothing but itself");
 
-    let settings = host.settings()?;
+    let settings = drive.settings()?;
     let mut wrong = settings;
     wrong.closed_loop.gains[0] = 1.0;
-    match host.ask(Command::Configure(wrong))? {
-        Err(Refusal::Setting(refused)) => println!("refused as it should be: {refused}"),
-        other => return Err(format!("kp = 1 was answered with {other:?}")),
+    match refusal(drive, Command::Configure(wrong))? {
+        Refusal::Setting(refused) => println!("refused as it should be: {refused}"),
+        other => return Err(format!("kp = 1 is refused, but because {other}").into()),
     }
-    expect("the settings after that", host.settings()?, settings)?;
+    expect("the settings after that", drive.settings()?, settings)?;
 
     // An encoder that counts the clock runs away from any reference: let it, and look on.
     let mut wanted = settings;
     wanted.protection.following_error = 1e9;
-    expect("configure", host.ask(Command::Configure(wanted))?, Ok(()))?;
-    expect("watch", host.ask(Command::Watch(20))?, Ok(()))?;
-    expect("start", host.ask(Command::Start)?, Ok(()))?;
-    expect("the samples shown", host.next(shown)?.sample, 1)?;
-    expect("the next of them", host.next(shown)?.sample, 21)?;
-    expect(
-        "a record in motion",
-        host.ask(Command::Save)?,
-        Err(Refusal::Running),
-    )?;
-    expect("stop", host.ask(Command::Stop)?, Ok(()))?;
-    host.until(State::Released)?;
+    drive.ask(Command::Configure(wanted))?;
+    drive.ask(Command::Watch(20))?;
+    drive.ask(Command::Start)?;
+    expect("the first sample shown", drive.next(shown)?.sample, 1)?;
+    expect("the next of them", drive.next(shown)?.sample, 21)?;
+    let refused = refusal(drive, Command::Save)?;
+    expect("a record in motion", refused, Refusal::Running)?;
+    drive.ask(Command::Stop)?;
+    until(drive, State::Released)?;
     println!("started, watched and stopped");
 
-    expect("configure", host.ask(Command::Configure(settings))?, Ok(()))?;
-    expect("start", host.ask(Command::Start)?, Ok(()))?;
-    let fault = host.next(struck)?;
+    drive.ask(Command::Configure(settings))?;
+    drive.ask(Command::Start)?;
+    let fault = drive.next(struck)?;
     expect("the fault of a mad encoder", fault, Fault::FollowingError)?;
     expect(
         "the state then",
-        host.status()?.state,
-        State::Faulted(Fault::FollowingError),
+        drive.status()?.state,
+        State::Faulted(fault),
     )?;
-    expect(
-        "a start in spite of it",
-        host.ask(Command::Start)?,
-        Err(Refusal::Faulted(Fault::FollowingError)),
-    )?;
+    let refused = refusal(drive, Command::Start)?;
+    expect("a start in spite of it", refused, Refusal::Faulted(fault))?;
     println!("{fault}");
-    expect("clear", host.ask(Command::Clear)?, Ok(()))?;
-    host.until(State::Released)?;
+    drive.ask(Command::Clear)?;
+    until(drive, State::Released)?;
     println!("cleared, and ready again");
     Ok(())
 }
@@ -106,75 +104,29 @@ fn struck(report: &Report) -> Option<Fault> {
     }
 }
 
-/// The host's end of the conversation.
-struct Host {
-    port: Port,
-    id: u8,
+/// Waits until the drive is in a state.
+fn until(drive: &mut Client, wanted: State) -> Result<(), Box<dyn Error>> {
+    for _ in 0..100 {
+        if drive.status()?.state == wanted {
+            return Ok(());
+        }
+    }
+    Err(format!("the drive does not become {wanted:?}").into())
 }
 
-impl Host {
-    fn report(&mut self, command: Command) -> Result<Report, String> {
-        self.id = self.id.wrapping_add(1);
-        let id = self.id;
-        let fits = |report: &Report| match (&command, report) {
-            (Command::Hello, Report::Status(_)) | (Command::Show, Report::Settings(_)) => true,
-            (_, Report::Done { id: same } | Report::Refused { id: same, .. }) => *same == id,
-            _ => false,
-        };
-        self.port
-            .ask(&Request { id, command }, fits)
-            .map_err(|error| error.to_string())
-    }
-
-    fn ask(&mut self, command: Command) -> Result<Result<(), Refusal>, String> {
-        match self.report(command)? {
-            Report::Refused { refusal, .. } => Ok(Err(refusal)),
-            _ => Ok(Ok(())),
-        }
-    }
-
-    fn status(&mut self) -> Result<Status, String> {
-        match self.report(Command::Hello)? {
-            Report::Status(status) => Ok(status),
-            other => Err(format!("{other:?} is no status")),
-        }
-    }
-
-    fn settings(&mut self) -> Result<Settings, String> {
-        match self.report(Command::Show)? {
-            Report::Settings(settings) => Ok(settings),
-            other => Err(format!("{other:?} are no settings")),
-        }
-    }
-
-    /// What a report that is waited for says.
-    fn next<T>(&mut self, says: fn(&Report) -> Option<T>) -> Result<T, String> {
-        for _ in 0..20 {
-            let heard = self
-                .port
-                .listen(&|report: &Report| says(report).is_some())
-                .map_err(|error| error.to_string())?;
-            if let Some(said) = heard.as_ref().and_then(says) {
-                return Ok(said);
-            }
-        }
-        Err("the drive does not report what was waited for".to_owned())
-    }
-
-    fn until(&mut self, wanted: State) -> Result<(), String> {
-        for _ in 0..100 {
-            if self.status()?.state == wanted {
-                return Ok(());
-            }
-        }
-        Err(format!("the drive does not become {wanted:?}"))
+/// Why the drive refuses.
+fn refusal(drive: &mut Client, command: Command) -> Result<Refusal, Box<dyn Error>> {
+    match drive.ask(command) {
+        Err(DriveError::Refused(refusal)) => Ok(refusal),
+        Err(other) => Err(other.into()),
+        Ok(()) => Err(format!("{command:?} was not refused").into()),
     }
 }
 
-fn expect<T: PartialEq + std::fmt::Debug>(what: &str, found: T, wanted: T) -> Result<(), String> {
+fn expect<T: PartialEq + Debug>(what: &str, found: T, wanted: T) -> Result<(), Box<dyn Error>> {
     if found == wanted {
         Ok(())
     } else {
-        Err(format!("{what}: {found:?} instead of {wanted:?}"))
+        Err(format!("{what}: {found:?} instead of {wanted:?}").into())
     }
 }

@@ -6,7 +6,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
-use host_sim::pil::Port;
+use host_sim::port::Port;
 
 /// The board that the firmware is for.
 pub(crate) const BOARD: &str = "olimex-stm32-h405";

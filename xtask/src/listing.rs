@@ -215,11 +215,7 @@ impl Function {
             self.frame += u64::from(immediate);
         } else if first & 0xffbf == 0xed2d && second & 0x0e00 == 0x0a00 {
             self.frame += 4 * u64::from(second & 0xff);
-        } else if matches!(first & 0xfff0, 0xfbb0 | 0xfb90) && second & 0xf0f0 == 0xf0f0 {
-            self.divisions += 1;
-        } else if first & 0xffb0 == 0xee80 && second & 0x0e50 == 0x0a00 {
-            self.divisions += 1;
-        } else if first & 0xffbf == 0xeeb1 && second & 0x0ed0 == 0x0ac0 {
+        } else if is_division(first, second) {
             self.divisions += 1;
         }
     }
@@ -233,6 +229,14 @@ impl Function {
             self.loops += 1;
         }
     }
+}
+
+/// SDIV and UDIV, VDIV.F32 and F64, VSQRT.F32 and F64.
+fn is_division(first: u32, second: u32) -> bool {
+    let whole = matches!(first & 0xfff0, 0xfbb0 | 0xfb90) && second & 0xf0f0 == 0xf0f0;
+    let quotient = first & 0xffb0 == 0xee80 && second & 0x0e50 == 0x0a00;
+    let root = first & 0xffbf == 0xeeb1 && second & 0x0ed0 == 0x0ac0;
+    whole || quotient || root
 }
 
 fn goal(at: u64, offset: i64) -> u64 {

@@ -114,6 +114,7 @@ fn run(wired: Wired, orders: &'static mut Orders, events: &'static mut Events) {
 
     let mut receiver = Receiver::new();
     let mut state = supervisor.state();
+    log(state);
     watchdog.start(patience(state).millis());
     loop {
         converse(&mut line, &mut receiver, &mut supervisor);

@@ -11,6 +11,7 @@ macro_rules! say {
 
 mod compare;
 mod drift;
+mod drive;
 mod fault;
 mod output;
 mod paper;
@@ -47,6 +48,8 @@ enum Verb {
     Drift(drift::Arguments),
     /// Run one experiment on the simulated servo with the loop on a chip.
     Pil(pil::Arguments),
+    /// Talk to a drive over its serial line.
+    Drive(drive::Arguments),
     /// Run many random servos: the distribution of the errors.
     Sweep(sweep::Arguments),
 }
@@ -64,6 +67,7 @@ pub fn main() -> ExitCode {
         Verb::Compare(arguments) => compare::run(&arguments),
         Verb::Drift(arguments) => drift::run(&arguments),
         Verb::Pil(arguments) => pil::run(&arguments),
+        Verb::Drive(arguments) => drive::run(&arguments),
         Verb::Sweep(arguments) => sweep::run(&arguments),
     };
     match done {

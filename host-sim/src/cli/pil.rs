@@ -2,7 +2,8 @@ use std::path::PathBuf;
 
 use super::fault::Fault;
 use super::output::Outputs;
-use crate::pil::{self, PilError, Port};
+use crate::pil::{self, PilError};
+use crate::port::Port;
 use crate::report::Summariser;
 use crate::scenario::{Purpose, Scenario, keys};
 

@@ -1,19 +1,17 @@
 //! Processor in the loop: the plant here, the loop on a chip, one sample a question.
 
-mod port;
 mod settings;
-
-pub use port::{Port, PortError};
 
 use std::fmt;
 
-use drive_link::{Answer, Question, Reading, Refused};
+use drive_link::{Answer, LoopSettings, Question, Reading, Refused};
 use identifier_core::excitation::Excitation;
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
 use virtual_servo::{Encoder, Plant};
 
 use crate::experiment::{Outcome, Sample};
+use crate::port::{Port, PortError};
 use crate::scenario::{Arithmetic, Reference, Scenario};
 
 /// Why an experiment with a chip did not take place, or ended.
@@ -39,6 +37,14 @@ impl fmt::Display for PilError {
 }
 
 impl std::error::Error for PilError {}
+
+/// What a drive is told of a scenario's loop.
+///
+/// # Errors
+/// If the firmware cannot do what the scenario asks for.
+pub fn loop_settings(scenario: &Scenario) -> Result<LoopSettings, PilError> {
+    settings::of(scenario).map(|(settings, _)| settings)
+}
 
 /// Runs a scenario with the loop on the chip at the other end of a port, and shows every sample to
 /// `observe`.

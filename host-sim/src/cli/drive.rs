@@ -1,0 +1,253 @@
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use clap::Subcommand;
+use drive_link::{
+    Command, Estimates, PROTOCOL, Refusal, Report, Settings, Snapshot, State, Status,
+};
+
+use super::fault::Fault;
+use crate::drive::{Client, DriveError};
+use crate::pil;
+use crate::port::Port;
+use crate::scenario::{ExcitationSettings, Purpose, Scenario};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Where the drive is: a serial device, or tcp:HOST:PORT for an emulator.
+    #[arg(long, value_name = "PORT")]
+    port: String,
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// What the drive does, what it knows and how it is set.
+    Status,
+    /// Give the drive the loop of a scenario; the servo must be let go.
+    Configure(Configure),
+    /// Close the loop where the servo stands, and identify.
+    Start,
+    /// Send the servo to a place, rad from where it started.
+    #[command(allow_negative_numbers = true)]
+    Aim {
+        /// Where to.
+        radians: f64,
+    },
+    /// Let the servo go.
+    Stop,
+    /// Forget a fault, if its cause is gone.
+    Clear,
+    /// Keep settings and estimates through a loss of power; the servo must be let go.
+    Save,
+    /// Look on for a while.
+    Watch(Watch),
+}
+
+#[derive(Debug, clap::Args)]
+struct Configure {
+    /// The scenario: controller, amplifier, encoder and identifier; a `prbs` excitation shakes the
+    /// servo, `none` does not, and any other leaves the drive's as it is.
+    scenario: PathBuf,
+    /// Largest position error, rad.
+    #[arg(long, value_name = "RAD")]
+    following_error: Option<f64>,
+    /// How far from where it started the servo may be sent, rad.
+    #[arg(long, value_name = "RAD")]
+    travel: Option<f64>,
+    /// How fast it is sent there, rad/s.
+    #[arg(long, value_name = "RAD/S")]
+    speed: Option<f64>,
+    /// How long the command may be at its limit without a count, s.
+    #[arg(long, value_name = "S")]
+    silence: Option<f64>,
+}
+
+#[derive(Debug, clap::Args)]
+struct Watch {
+    /// Samples from one report to the next.
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u16).range(1..))]
+    every: u16,
+    /// Reports to look at.
+    #[arg(long, value_name = "N", default_value_t = 100)]
+    reports: u32,
+    /// Write them to this file, one row each.
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
+    let port = Port::open(&arguments.port).map_err(|error| Fault::Input(error.to_string()))?;
+    let mut client = Client::new(port);
+    let status = client.status().map_err(fault)?;
+    if status.protocol != PROTOCOL {
+        return Err(Fault::Other(format!(
+            "the drive speaks version {} of the protocol and this program version {PROTOCOL}: flash \
+             the firmware of this version",
+            status.protocol
+        )));
+    }
+    match &arguments.verb {
+        Verb::Status => {
+            let settings = client.settings().map_err(fault)?;
+            show(&status, &settings);
+            Ok(())
+        }
+        Verb::Configure(wanted) => {
+            let settings = wanted.settings(client.settings().map_err(fault)?)?;
+            client.ask(Command::Configure(settings)).map_err(fault)
+        }
+        Verb::Start => client.ask(Command::Start).map_err(fault),
+        Verb::Aim { radians } => client.ask(Command::Aim(*radians)).map_err(fault),
+        Verb::Stop => client.ask(Command::Stop).map_err(fault),
+        Verb::Clear => client.ask(Command::Clear).map_err(fault),
+        Verb::Save => client.ask(Command::Save).map_err(fault),
+        Verb::Watch(watch) => watch.run(&mut client),
+    }
+}
+
+impl Configure {
+    /// The drive's settings with what is asked for.
+    fn settings(&self, now: Settings) -> Result<Settings, Fault> {
+        let scenario = Scenario::load(&self.scenario, Purpose::Run)?;
+        let closed_loop = pil::loop_settings(&scenario)
+            .map_err(|error| Fault::Input(format!("{}: {error}", self.scenario.display())))?;
+        let mut settings = Settings { closed_loop, ..now };
+        match scenario.excitation {
+            ExcitationSettings::Prbs {
+                amplitude, hold, ..
+            } => {
+                settings.shaking.amplitude = amplitude;
+                settings.shaking.hold = hold;
+            }
+            ExcitationSettings::None => settings.shaking.amplitude = 0.0,
+            _ => {}
+        }
+        let protection = &mut settings.protection;
+        for (place, given) in [
+            (&mut protection.following_error, self.following_error),
+            (&mut protection.travel, self.travel),
+            (&mut protection.speed, self.speed),
+            (&mut protection.silence, self.silence),
+        ] {
+            *place = given.unwrap_or(*place);
+        }
+        Ok(settings)
+    }
+}
+
+impl Watch {
+    fn run(&self, client: &mut Client) -> Result<(), Fault> {
+        let mut file = self.csv.as_deref().map(Table::create).transpose()?;
+        client.ask(Command::Watch(self.every)).map_err(fault)?;
+        for _ in 0..self.reports {
+            let seen = client
+                .next(|report| match report {
+                    Report::Snapshot(snapshot) => Some(Ok(*snapshot)),
+                    Report::Fault(fault) => Some(Err(*fault)),
+                    _ => None,
+                })
+                .map_err(fault)?;
+            let snapshot = seen.map_err(|fault| Fault::Other(fault.to_string()))?;
+            match &mut file {
+                Some(table) => table.row(&snapshot)?,
+                None => say!("{}", line(&snapshot)),
+            }
+        }
+        client.ask(Command::Watch(0)).map_err(fault)
+    }
+}
+
+/// A table of snapshots.
+struct Table<'a> {
+    path: &'a Path,
+    file: BufWriter<File>,
+}
+
+impl<'a> Table<'a> {
+    fn create(path: &'a Path) -> Result<Self, Fault> {
+        let file = File::create(path).map_err(|error| Fault::unwritable(path, error))?;
+        let mut table = Self {
+            path,
+            file: BufWriter::new(file),
+        };
+        table.write("sample,reference,position,command,output_error,a,b,coulomb,load")?;
+        Ok(table)
+    }
+
+    fn row(&mut self, snapshot: &Snapshot) -> Result<(), Fault> {
+        let Snapshot {
+            sample,
+            reference,
+            position,
+            command,
+            output_error,
+            estimates:
+                Estimates {
+                    a,
+                    b,
+                    coulomb,
+                    load,
+                },
+        } = snapshot;
+        self.write(&format!(
+            "{sample},{reference},{position},{command},{output_error},{a},{b},{coulomb},{load}"
+        ))
+    }
+
+    fn write(&mut self, line: &str) -> Result<(), Fault> {
+        writeln!(self.file, "{line}").map_err(|error| Fault::unwritable(self.path, error))
+    }
+}
+
+fn line(snapshot: &Snapshot) -> String {
+    format!(
+        "sample {}: reference {:.4}, position {:.4} rad, command {:.3}; {}",
+        snapshot.sample,
+        snapshot.reference,
+        snapshot.position,
+        snapshot.command,
+        found(&snapshot.estimates)
+    )
+}
+
+fn found(estimates: &Estimates) -> String {
+    let Estimates {
+        a,
+        b,
+        coulomb,
+        load,
+    } = estimates;
+    format!("a {a:.4} 1/s, b {b:.3} rad/s²/u, coulomb {coulomb:.3} rad/s², load {load:.3} rad/s²")
+}
+
+fn show(status: &Status, settings: &Settings) {
+    match status.state {
+        State::Released => say!("released: the servo is let go"),
+        State::Running => say!("running: the loop is closed"),
+        State::Faulted(fault) => say!("{fault}"),
+    }
+    match &status.estimates {
+        Some(estimates) => say!("knows: {}", found(estimates)),
+        None => say!("knows nothing of its servo yet"),
+    }
+    say!("{}", status.kept);
+    say!(
+        "late samples {}, samples not shown {}, frames not understood {}",
+        status.overruns,
+        status.dropped,
+        status.garbled
+    );
+    say!("{settings}");
+}
+
+fn fault(error: DriveError) -> Fault {
+    match error {
+        DriveError::Refused(Refusal::Setting(_) | Refusal::TooFar { .. }) => {
+            Fault::Input(error.to_string())
+        }
+        other => Fault::Other(other.to_string()),
+    }
+}
