@@ -1,4 +1,7 @@
-//! Words, accumulators and the products between them.
+//! Words, accumulators, sums and the products between them.
+//!
+//! What a Cortex-M4 does in one instruction decides the forms: a product of two words of 32 bits with
+//! the high half kept and rounded, and the same product added to 64 bits.
 
 use fixed::types::{I2F30, I4F60};
 
@@ -9,6 +12,9 @@ pub type Word = I2F30;
 /// A sum of products of words: 64 bits, Q4.60, so that seven products of full scale add up without
 /// a carry out of the top.
 pub type Accumulator = I4F60;
+
+/// The largest word, one less a last bit: the difference of two of them is still a word.
+pub(super) const FULL: Word = Word::from_bits((1 << WORD_BITS) - 1);
 
 /// Fraction bits of a [`Word`].
 pub(super) const WORD_BITS: i32 = 30;
@@ -36,20 +42,15 @@ pub(super) fn word(value: f64, exponent: i32) -> Word {
     ))
 }
 
-/// A value as an accumulator of full scale 2^exponent.
-pub(super) fn accumulator(value: f64, exponent: i32) -> Accumulator {
-    Accumulator::from_bits(libm::rint(libm::ldexp(value, ACCUMULATOR_BITS - exponent)) as i64)
-}
-
 /// A word as a value.
 pub(super) fn value(word: Word, exponent: i32) -> f64 {
     libm::ldexp(word.to_num::<f64>(), exponent)
 }
 
-/// The word within ±1.
+/// The word within ±[`FULL`].
 #[inline]
 pub(super) fn limit(word: Word) -> Word {
-    between(word, -Word::ONE, Word::ONE)
+    between(word, -FULL, FULL)
 }
 
 /// x within [low, high], for low ≤ high: a `clamp` without the panic that checks this.
@@ -64,46 +65,42 @@ pub(super) fn between<T: PartialOrd>(x: T, low: T, high: T) -> T {
     }
 }
 
-/// x·y, exactly: its exponent is the sum of theirs.
+/// x·y/2³², to the nearest.
 #[inline]
-pub(super) fn product(x: Word, y: Word) -> Accumulator {
-    x.wide_mul(y)
+fn high(x: i32, y: i32) -> i32 {
+    const HALF: i64 = 1 << 31;
+    ((i64::from(x) * i64::from(y) + HALF) >> 32) as i32
 }
 
-/// The accumulator shifted up by `left` places, saturated, or down if negative; what falls off the
-/// end is below 2⁻⁶⁰ of full scale.
+/// x·y, exactly.
 #[inline]
-pub(super) fn shifted(x: Accumulator, left: i32) -> Accumulator {
-    let bits = x.to_bits();
-    Accumulator::from_bits(if left <= 0 {
-        // Further than 63 places nothing is left but the sign.
-        bits >> left.unsigned_abs().min(63)
-    } else {
-        far_left(bits, left.unsigned_abs())
-    })
+fn wide_product(x: Word, y: Word) -> i64 {
+    i64::from(x.to_bits()) * i64::from(y.to_bits())
 }
 
-/// A shift up is the exception: full scales are chosen so that products fit.
-#[cold]
-fn far_left(bits: i64, left: u32) -> i64 {
-    saturating_left(bits, left)
-}
-
-/// x·y as a word, to the nearest: never more than one, so nothing is to be saturated.
+/// x·y as a word, to the nearest.
 #[inline]
-pub(super) fn word_product(x: Word, y: Word) -> Word {
+pub(super) fn product(x: Word, y: Word) -> Word {
     const HALF: i64 = 1 << (WORD_BITS - 1);
-    let bits = (x.wide_mul(y).to_bits() + HALF) >> WORD_BITS;
-    Word::from_bits(bits as i32)
+    Word::from_bits(((wide_product(x, y) + HALF) >> WORD_BITS) as i32)
 }
 
-/// The accumulator as a word of the same exponent, to the nearest, saturated at ±1.
+/// sum + x·y.
+#[inline]
+pub(super) fn with_product(sum: Accumulator, x: Word, y: Word) -> Accumulator {
+    Accumulator::from_bits(sum.to_bits() + wide_product(x, y))
+}
+
+/// x·y as a quarter: a word of four times the full scale of their product.
+#[inline]
+pub(super) fn quarter_product(x: Word, y: Word) -> Word {
+    Word::from_bits(high(x.to_bits(), y.to_bits()))
+}
+
+/// The accumulator as a word of the same exponent, downwards.
 #[inline]
 pub(super) fn narrow(x: Accumulator) -> Word {
-    let bits = rounded_right(x.to_bits(), (ACCUMULATOR_BITS - WORD_BITS).unsigned_abs());
-    let one = i64::from(Word::ONE.to_bits());
-    // Within ±2³⁰ by the clamp.
-    Word::from_bits(between(bits, -one, one) as i32)
+    Word::from_bits((x.to_bits() >> (ACCUMULATOR_BITS - WORD_BITS)) as i32)
 }
 
 /// The word as an accumulator of the same exponent.
@@ -112,72 +109,171 @@ pub(super) fn wide(x: Word) -> Accumulator {
     Accumulator::from_bits(i64::from(x.to_bits()) << (ACCUMULATOR_BITS - WORD_BITS))
 }
 
-/// x/2^right to the nearest, halves up.
-#[inline]
-pub(super) fn rounded_right(x: i64, right: u32) -> i64 {
-    match right {
-        0 => x,
-        1..=62 => {
-            let half = 1_i64 << (right - 1);
-            x.saturating_add(half) >> right
-        }
-        _ => 0,
-    }
-}
-
-/// x·2^left, saturated.
-#[inline]
-pub(super) fn saturating_left(x: i64, left: u32) -> i64 {
-    if left >= 63 {
-        return x.signum().saturating_mul(i64::MAX);
-    }
-    let most = i64::MAX >> left;
-    if x > most {
-        i64::MAX
-    } else if x < -most {
-        -i64::MAX
-    } else {
-        x << left
-    }
-}
-
-/// A factor of the configuration that takes a word to an accumulator of another exponent.
+/// A fraction of one with 32 fraction bits, below one half in magnitude: what multiplies a word in
+/// one instruction.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Coefficient {
-    word: Word,
-    left: i32,
+pub(super) struct Fraction(i32);
+
+impl Fraction {
+    pub(super) const ZERO: Self = Self(0);
+
+    /// Bits of a sum's high half as they are: see [`Sum::fraction`].
+    fn of(value: f64) -> Self {
+        // A cast saturates.
+        Self(libm::rint(libm::ldexp(value, 32)) as i32)
+    }
+
+    /// The fraction of a word.
+    #[inline]
+    pub(super) fn times(self, x: Word) -> Word {
+        Word::from_bits(high(self.0, x.to_bits()))
+    }
+
+    /// The fraction of a part of one.
+    #[inline]
+    pub(super) fn part(self, part: Word) -> Self {
+        Self(product(Word::from_bits(self.0), part).to_bits())
+    }
 }
+
+/// A slow sum: 64 bits, Q2.62, whose high half is a word, so that reading it costs nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Sum(i64);
+
+/// Fraction bits of a [`Sum`].
+pub(super) const SUM_BITS: i32 = 62;
+
+impl Sum {
+    pub(super) const ZERO: Self = Self(0);
+
+    /// A value as a sum of full scale 2^exponent, saturated at twice that.
+    pub(super) fn of(value: f64, exponent: i32) -> Self {
+        Self(libm::rint(libm::ldexp(value, SUM_BITS - exponent)) as i64)
+    }
+
+    /// The sum as a value.
+    pub(super) fn value(self, exponent: i32) -> f64 {
+        libm::ldexp(self.0 as f64, exponent - SUM_BITS)
+    }
+
+    /// The sum as a word of the same exponent, downwards.
+    #[inline]
+    pub(super) fn word(self) -> Word {
+        Word::from_bits((self.0 >> 32) as i32)
+    }
+
+    /// The sum of full scale one quarter as a fraction.
+    #[inline]
+    pub(super) fn fraction(self) -> Fraction {
+        Fraction((self.0 >> 32) as i32)
+    }
+
+    /// Adds last bits of a finer scale.
+    #[inline]
+    pub(super) fn add(&mut self, x: Word, weight: Weight) {
+        self.0 += i64::from(x.to_bits()) * i64::from(weight.0);
+    }
+
+    /// Takes away a product of two words, shifted; one whose shift would leave the sum's range is
+    /// one.
+    #[inline]
+    pub(super) fn subtract(&mut self, x: Word, y: Word, shift: Shift) {
+        let down = wide_product(x, y) >> (shift.down & 31);
+        let half = (down >> 32) as i32;
+        self.0 -= if half > shift.most {
+            1 << SUM_BITS
+        } else if half < -shift.most {
+            -(1 << SUM_BITS)
+        } else {
+            down << (shift.up & 31)
+        };
+    }
+}
+
+/// How many last bits of a [`Sum`] one last bit of a word of a finer scale is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Weight(i32);
+
+impl Weight {
+    /// How far apart the exponents may be.
+    pub(super) const APART: (i32, i32) = (2, 32);
+
+    /// From words of full scale 2^from to sums of full scale 2^to.
+    pub(super) fn new(from: i32, to: i32) -> Self {
+        let (least, most) = Self::APART;
+        Self(1 << (32 - (to - from).clamp(least, most)))
+    }
+}
+
+/// By how much a product of two words is shifted before it is added to a [`Sum`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Shift {
+    down: u32,
+    up: u32,
+    /// The high half of a product that may still be shifted.
+    most: i32,
+}
+
+impl Shift {
+    /// The most places either way.
+    pub(super) const FURTHEST: i32 = 28;
+
+    /// Places down, from a product of two words of full scale 2^from to sums of full scale 2^to.
+    pub(super) fn places(from: i32, to: i32) -> i32 {
+        to - from + ACCUMULATOR_BITS - SUM_BITS
+    }
+
+    /// The same, for places within ±[`Shift::FURTHEST`].
+    pub(super) fn new(from: i32, to: i32) -> Self {
+        let places = Self::places(from, to).clamp(-Self::FURTHEST, Self::FURTHEST);
+        let up = (-places).max(0).unsigned_abs();
+        Self {
+            down: places.max(0).unsigned_abs(),
+            up,
+            most: (1 << (30 - up)) - 1,
+        }
+    }
+}
+
+/// A factor of the configuration that takes a word to a word of another full scale, at most half of
+/// that. It is off by less than an eighth of the output's last bit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Coefficient(Fraction);
 
 impl Coefficient {
-    /// `factor` from a quantity of full scale 2^from to one of full scale 2^to.
-    pub(super) fn new(factor: f64, from: i32, to: i32) -> Self {
-        let own = exponent_above(factor);
-        Self {
-            word: word(factor, own),
-            left: own + from - to,
-        }
+    /// The least exponent of an output for which a factor stays below half of it.
+    pub(super) fn least(factor: f64, from: i32) -> i32 {
+        exponent_above(factor) + from + 1
     }
 
-    /// factor · x.
+    /// `factor` from a quantity of full scale 2^from to one of full scale 2^to, `to` being no less
+    /// than [`Coefficient::least`].
+    pub(super) fn new(factor: f64, from: i32, to: i32) -> Self {
+        Self(Fraction::of(libm::ldexp(factor, from - to)))
+    }
+
+    /// factor · x, to the nearest.
     #[inline]
-    pub(super) fn apply(&self, x: Word) -> Accumulator {
-        shifted(product(self.word, x), self.left)
+    pub(super) fn apply(self, x: Word) -> Word {
+        self.0.times(x)
     }
 
     /// Whether a full-scale input still moves the output by a word's last bit but ten.
-    pub(super) fn is_felt(&self) -> bool {
-        self.word == Word::ZERO || self.left > -(WORD_BITS - 10)
+    pub(super) fn is_felt(self) -> bool {
+        const LEAST: i32 = 1 << (32 - 20);
+        self.0 == Fraction::ZERO || self.0.0.abs() >= LEAST
     }
 }
 
-/// n/d for 0 ≤ n and 0 < d, at most one; by multiplications alone.
+/// n/d for 0 ≤ n and 0 < d ≤ 1, at most one; by multiplications alone.
 ///
 /// Three Newton steps r ← r (2 − d r) on d normalised to [½, 1), from the line 48/17 − 32/17 d whose
 /// error of at most 1/17 they square to 4·10⁻³, 10⁻⁵ and 10⁻¹⁰.
-#[inline]
+#[cold]
+#[inline(never)]
 pub(super) fn quotient(n: Word, d: Word) -> Word {
     if n >= d {
-        return Word::ONE;
+        return FULL;
     }
     let bits = d.to_bits().unsigned_abs();
     let up = bits.leading_zeros().saturating_sub(2);
@@ -189,8 +285,8 @@ pub(super) fn quotient(n: Word, d: Word) -> Word {
         r = (r * miss) >> WORD_BITS;
     }
     let scaled = i64::from(n.to_bits()) << up;
-    let bits = rounded_right(scaled.saturating_mul(r), WORD_BITS.unsigned_abs());
-    Word::from_bits(between(bits, 0, i64::from(Word::ONE.to_bits())) as i32)
+    let bits = scaled.saturating_mul(r) >> WORD_BITS;
+    Word::from_bits(between(bits, 0, i64::from(FULL.to_bits())) as i32)
 }
 
 /// 48/17 and 32/17 with 30 fraction bits.
@@ -208,12 +304,52 @@ mod tests {
             factor in prop_oneof![-1e3_f64..1e3, -1e-3_f64..1e-3],
             x in -1.0_f64..1.0,
             from in -8_i32..20,
+            room in 0_i32..8,
         ) {
-            let to = exponent_above(factor * power(from)) + 1;
-            let coefficient = Coefficient::new(factor, from, to);
-            let found = narrow(coefficient.apply(word(x, 0)));
+            let to = Coefficient::least(factor, from) + room;
+            let found = Coefficient::new(factor, from, to).apply(word(x, 0));
             let exact = factor * x * power(from - to);
-            prop_assert!((found.to_num::<f64>() - exact).abs() < 4e-9, "{found} {exact}");
+            prop_assert!(exact.abs() <= 0.5);
+            prop_assert!((found.to_num::<f64>() - exact).abs() < 1e-9, "{found} {exact}");
+        }
+
+        #[test]
+        fn products_are_those_of_numbers(x in -1.0_f64..1.0, y in -1.0_f64..1.0) {
+            let (p, q) = (word(x, 0), word(y, 0));
+            prop_assert!((product(p, q).to_num::<f64>() - x * y).abs() < 2e-9);
+            prop_assert!((quarter_product(p, q).to_num::<f64>() - x * y / 4.0).abs() < 2e-9);
+            let half = Fraction::of(0.499 * x);
+            prop_assert!((half.times(q).to_num::<f64>() - 0.499 * x * y).abs() < 2e-9);
+            prop_assert!((half.part(q).times(FULL).to_num::<f64>() - 0.499 * x * y).abs() < 3e-9);
+        }
+
+        #[test]
+        fn a_sum_adds_what_a_finer_scale_gives_it(
+            terms in prop::collection::vec(-1.0_f64..1.0, 1..50),
+            apart in 6_i32..20,
+        ) {
+            let mut sum = Sum::ZERO;
+            let mut exact = 0.0;
+            for term in terms {
+                sum.add(word(term, 0), Weight::new(3, 3 + apart));
+                exact += word(term, 0).to_num::<f64>() * 8.0;
+            }
+            prop_assert!((sum.value(3 + apart) - exact).abs() < 1e-9);
+            let word = value(sum.word(), 3 + apart);
+            prop_assert!((word - exact).abs() < power(apart - 26));
+        }
+
+        #[test]
+        fn a_sum_takes_products_of_any_scale(
+            x in -1.0_f64..1.0,
+            y in -1.0_f64..1.0,
+            from in -20_i32..20,
+        ) {
+            let mut sum = Sum::of(0.3, 0);
+            sum.subtract(word(x, 0), word(y, 0), Shift::new(from, 0));
+            let step = (x * y * power(from)).clamp(-1.0, 1.0);
+            let tolerance = 1e-15 + 2e-9 * power(from);
+            prop_assert!((sum.value(0) - (0.3 - step)).abs() < tolerance);
         }
 
         #[test]
@@ -225,12 +361,16 @@ mod tests {
         }
 
         #[test]
-        fn nothing_wraps(x in any::<i64>(), left in -70_i32..70) {
-            let shifted = shifted(Accumulator::from_bits(x), left);
-            prop_assert!(shifted.to_bits() == 0 || (shifted.to_bits() > 0) == (x > 0));
-            prop_assert!(left <= 0 || shifted.to_bits().unsigned_abs() >= x.unsigned_abs().min(i64::MAX.unsigned_abs()));
-            let narrowed = narrow(Accumulator::from_bits(x));
-            prop_assert!(narrowed.abs() <= Word::ONE);
+        fn no_step_leaves_a_sum(
+            start in -1.0_f64..1.0,
+            x: i32,
+            y: i32,
+            from in -100_i32..100,
+        ) {
+            // Words with all of their guard bits used.
+            let mut sum = Sum::of(start, 0);
+            sum.subtract(Word::from_bits(x), Word::from_bits(y), Shift::new(from, 0));
+            prop_assert!(sum.value(0).abs() <= 2.0);
         }
     }
 
@@ -239,7 +379,9 @@ mod tests {
         assert_eq!(exponent_above(1.0), 1);
         assert_eq!(exponent_above(0.75), 0);
         assert_eq!(exponent_above(-5.0), 3);
-        assert_eq!(quotient(Word::ONE, Word::ONE), Word::ONE);
-        assert_eq!(quotient(Word::ZERO, Word::ONE), Word::ZERO);
+        assert_eq!(quotient(FULL, FULL), FULL);
+        assert_eq!(quotient(Word::ZERO, FULL), Word::ZERO);
+        assert_eq!(word(2.0, 0), FULL);
+        assert_eq!(word(f64::NAN, 0), Word::ZERO);
     }
 }

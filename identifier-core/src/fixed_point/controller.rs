@@ -1,7 +1,7 @@
 use fixed::types::I48F16;
 
-use super::arithmetic::{Accumulator, WORD_BITS, Word, between, limit, narrow};
-use super::pid::{ErrorSum, FixedPid};
+use super::arithmetic::{FULL, Sum, WORD_BITS, Word, between, limit};
+use super::pid::FixedPid;
 use super::ranges::{Ranges, Scales};
 use super::velocity::FixedVelocity;
 use crate::error::OutOfRange;
@@ -12,6 +12,8 @@ use crate::identifier::IdentifierConfig;
 pub struct FixedController<V> {
     pub(super) pid: FixedPid,
     pub(super) velocity: V,
+    error: ErrorWord,
+    increment: IncrementWord,
     scales: Scales,
 }
 
@@ -19,7 +21,7 @@ pub struct FixedController<V> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FixedControlState<F> {
     position: i64,
-    integral: ErrorSum,
+    integral: Sum,
     filter: F,
 }
 
@@ -29,11 +31,13 @@ pub struct FixedControlSample {
     /// Position error, a fraction of its range.
     pub error: Word,
     /// Counts that the position moved since the last sample.
-    pub increment: i32,
+    pub counts: i32,
+    /// The same, a fraction of the velocity's range.
+    pub increment: Word,
     /// Velocity estimate, a fraction of its range.
-    pub velocity: Accumulator,
-    /// The sum of errors that the command was computed with, last bits of a position word.
-    pub integral: i64,
+    pub velocity: Word,
+    /// The sum of errors that the command was computed with, a fraction of its range.
+    pub integral: Word,
     /// The command, a fraction of its range.
     pub command: Word,
     /// Whether the integral took this sample's error.
@@ -59,8 +63,10 @@ impl<V: FixedVelocity> FixedController<V> {
     ) -> Result<Self, OutOfRange> {
         let scales = Scales::new(config, ranges)?;
         Ok(Self {
-            pid: FixedPid::new(config, &scales)?,
+            pid: FixedPid::new(config, &scales),
             velocity,
+            error: ErrorWord::new(&scales),
+            increment: IncrementWord::new(&scales),
             scales,
         })
     }
@@ -70,7 +76,7 @@ impl<V: FixedVelocity> FixedController<V> {
     pub fn start(&self, position: i64) -> FixedControlState<V::State> {
         FixedControlState {
             position,
-            integral: 0,
+            integral: Sum::ZERO,
             filter: V::State::default(),
         }
     }
@@ -84,20 +90,20 @@ impl<V: FixedVelocity> FixedController<V> {
         reference: I48F16,
         position: i64,
     ) -> FixedControlSample {
-        let error = self.position_word(reference.to_bits(), position);
+        let error = self.error.of(reference.to_bits(), position);
         let moved = position.wrapping_sub(state.position);
         state.position = position;
-        let increment = between(moved, i64::from(i32::MIN), i64::from(i32::MAX)) as i32;
-        let velocity = self
-            .velocity
-            .process(&mut state.filter, self.velocity_word(increment));
-        let integral = state.integral;
-        let command = self.pid.command(error, narrow(velocity), integral);
+        let counts = nearest(moved);
+        let increment = self.increment.of(counts);
+        let velocity = self.velocity.process(&mut state.filter, increment);
+        let integral = state.integral.word();
+        let command = self.pid.command(error, velocity, integral);
         if command.integrates {
             self.pid.gather(&mut state.integral, error);
         }
         FixedControlSample {
             error,
+            counts,
             increment,
             velocity,
             integral,
@@ -115,34 +121,79 @@ impl<V: FixedVelocity> FixedController<V> {
     /// The velocity estimate as a number, counts per sample.
     #[must_use]
     pub fn velocity(&self, sample: &FixedControlSample) -> f64 {
-        libm::ldexp(sample.velocity.to_num::<f64>(), self.scales.velocity)
-    }
-
-    /// Reference less position, saturated.
-    #[inline]
-    fn position_word(&self, reference: i64, position: i64) -> Word {
-        const FRACTION: u32 = 16;
-        let error =
-            reference.saturating_sub(super::arithmetic::saturating_left(position, FRACTION));
-        scaled(error, WORD_BITS - self.scales.position - 16)
-    }
-
-    /// Counts per sample, saturated.
-    #[inline]
-    fn velocity_word(&self, increment: i32) -> Word {
-        scaled(i64::from(increment), WORD_BITS - self.scales.velocity)
+        super::arithmetic::value(sample.velocity, self.scales.velocity)
     }
 }
 
-/// An integer times 2^left as a word, saturated at ±1.
+/// Reference less position as a word.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct ErrorWord {
+    exponent: u32,
+}
+
+impl ErrorWord {
+    /// Fraction bits of a reference.
+    const FRACTION: u32 = 16;
+
+    fn new(scales: &Scales) -> Self {
+        Self {
+            exponent: scales.position.clamp(0, WORD_BITS).unsigned_abs(),
+        }
+    }
+
+    /// Saturated.
+    #[inline]
+    fn of(self, reference: i64, position: i64) -> Word {
+        const FRACTION: u32 = ErrorWord::FRACTION;
+        let full = 1_i32 << self.exponent;
+        // A reference has 48 bits: only a count that is 2⁶³ away itself could wrap.
+        let whole = nearest((reference >> FRACTION).wrapping_sub(position));
+        if whole >= full {
+            return FULL;
+        }
+        if whole < -full {
+            return -FULL;
+        }
+        // Within ±2^exponent counts, and a fraction of a count below 2^16.
+        let whole = whole << (WORD_BITS.unsigned_abs() - self.exponent);
+        let part =
+            (reference as u32 & ((1 << FRACTION) - 1)) << (WORD_BITS.unsigned_abs() - FRACTION);
+        limit(Word::from_bits(whole + (part >> self.exponent) as i32))
+    }
+}
+
+/// x, saturated.
 #[inline]
-fn scaled(x: i64, left: i32) -> Word {
-    use super::arithmetic::{between, rounded_right, saturating_left};
-    let bits = if left >= 0 {
-        saturating_left(x, left.unsigned_abs())
+fn nearest(x: i64) -> i32 {
+    let low = x as i32;
+    if i64::from(low) == x {
+        low
+    } else if x < 0 {
+        i32::MIN
     } else {
-        rounded_right(x, left.unsigned_abs())
-    };
-    let one = i64::from(Word::ONE.to_bits());
-    limit(Word::from_bits(between(bits, -one, one) as i32))
+        i32::MAX
+    }
+}
+
+/// Counts as a word of the velocity's full scale.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct IncrementWord {
+    most: i32,
+    up: u32,
+}
+
+impl IncrementWord {
+    fn new(scales: &Scales) -> Self {
+        let exponent = scales.velocity.clamp(1, WORD_BITS);
+        Self {
+            most: (1 << exponent) - 1,
+            up: (WORD_BITS - exponent).unsigned_abs(),
+        }
+    }
+
+    /// Saturated.
+    #[inline]
+    fn of(self, counts: i32) -> Word {
+        Word::from_bits(between(counts, -self.most, self.most) << self.up)
+    }
 }

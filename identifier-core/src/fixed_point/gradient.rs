@@ -1,6 +1,6 @@
 use super::arithmetic::{
-    Accumulator, Coefficient, WORD_BITS, Word, accumulator, between, exponent_above, narrow, power,
-    product, quotient, shifted, word, word_product,
+    Coefficient, Shift, Sum, WORD_BITS, Word, between, power, product, quarter_product, quotient,
+    word,
 };
 use super::ranges::Scales;
 use crate::adaptation::{Gradient, GradientUpdate};
@@ -12,21 +12,24 @@ use crate::parameters::ParameterSet;
 /// diagonal Γ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FixedGradient<const P: usize> {
-    gamma: [Entry; P],
+    entries: [Entry; P],
     mu: Coefficient,
+    /// From ε̇ to the scale of y.
+    rate_down: u32,
     strongest: Word,
-    low: [Accumulator; P],
-    high: [Accumulator; P],
 }
 
-/// What the diagonal of Γ does for one parameter.
+/// What concerns one parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Entry {
-    gamma: Word,
+    /// Γᵢᵢ.
+    gamma: Coefficient,
     /// To the common full scale of φᵀΓφ.
-    to_strength: i32,
+    strength_down: u32,
     /// To the estimate's full scale.
-    to_step: i32,
+    step: Shift,
+    low: Sum,
+    high: Sum,
 }
 
 impl<const P: usize> FixedGradient<P> {
@@ -55,9 +58,15 @@ impl<const P: usize> FixedGradient<P> {
                 entries[i][i] * scale * scale
             }
         });
-        let own = machine.map(exponent_above);
-        let strength_of = |i: usize| own[i] + 2 * scales.regressor(S::PARAMETERS[i]);
-        // Two bits for the sum of up to four.
+        // Of Γφ: no more than half of it, and a product with y no finer than a sum can take.
+        let directed = |i: usize| {
+            let parameter = S::PARAMETERS[i];
+            let least = Coefficient::least(machine[i], scales.regressor(parameter));
+            let finest = Shift::places(least + scales.output, scales.of(parameter));
+            least + (finest - Shift::FURTHEST).max(0)
+        };
+        let strength_of = |i: usize| directed(i) + scales.regressor(S::PARAMETERS[i]);
+        // Two bits for the quarter of a product, and the halves of four add up to less than one.
         let strength = (0..P).map(strength_of).max().unwrap_or(0) + 2;
         let bound = Gradient::<f64, P>::GUARD
             * config.assumed_box().slowest_decay(config.gains.kd())
@@ -68,31 +77,36 @@ impl<const P: usize> FixedGradient<P> {
             let given = entries[largest][largest];
             Allowed::PositiveUpTo(given * bound / least).check("gamma", given)?;
         }
-        let mu = law.mu(config) * units.rate();
-        let mu_by_error = Coefficient::new(mu, scales.position, scales.velocity);
-        if !mu_by_error.is_felt() {
-            let least = mu / units.rate() * power(scales.velocity - scales.position - 20);
-            Allowed::AtLeast(least).check("mu", mu / units.rate())?;
+        for (i, parameter) in S::PARAMETERS.into_iter().enumerate() {
+            let up = -Shift::places(directed(i) + scales.output, scales.of(parameter));
+            if up > Shift::FURTHEST {
+                let most = entries[i][i] * power(Shift::FURTHEST - up);
+                Allowed::PositiveUpTo(most).check("gamma", entries[i][i])?;
+            }
         }
-        let estimate = |i: usize, value: f64| {
-            let parameter = S::PARAMETERS[i];
-            accumulator(value * parameter.scale(units), scales.of(parameter))
-        };
-        let bounds = S::PARAMETERS.map(|parameter| config.bounds.of(parameter));
+        let mu = law.mu(config);
+        let mu_by_error = Coefficient::new(mu * units.rate(), scales.position, scales.output);
+        if !mu_by_error.is_felt() {
+            let least = power(scales.output - scales.position - 20) / units.rate();
+            Allowed::AtLeast(least).check("mu", mu)?;
+        }
         Ok(Self {
-            gamma: core::array::from_fn(|i| {
+            entries: core::array::from_fn(|i| {
                 let parameter = S::PARAMETERS[i];
-                let regressor = scales.regressor(parameter);
+                let own = scales.of(parameter);
+                let bounds = config.bounds.of(parameter);
+                let scale = parameter.scale(units);
                 Entry {
-                    gamma: word(machine[i], own[i]),
-                    to_strength: strength_of(i) - strength,
-                    to_step: own[i] + regressor + scales.velocity - scales.of(parameter),
+                    gamma: Coefficient::new(machine[i], scales.regressor(parameter), directed(i)),
+                    strength_down: (strength - 2 - strength_of(i)).unsigned_abs().min(31),
+                    step: Shift::new(directed(i) + scales.output, own),
+                    low: Sum::of(bounds.min() * scale, own),
+                    high: Sum::of(bounds.max() * scale, own),
                 }
             }),
             mu: mu_by_error,
+            rate_down: (scales.output - scales.velocity).unsigned_abs().min(31),
             strongest: word(bound.min(power(strength)), strength),
-            low: core::array::from_fn(|i| estimate(i, bounds[i].min())),
-            high: core::array::from_fn(|i| estimate(i, bounds[i].max())),
         })
     }
 
@@ -100,32 +114,29 @@ impl<const P: usize> FixedGradient<P> {
     #[inline]
     pub(super) fn update(
         &self,
-        estimates: &mut [Accumulator; P],
+        estimates: &mut [Sum; P],
         regressor: &[Word; P],
         output_error: Word,
-        output_error_rate: Accumulator,
+        output_error_rate: Word,
     ) -> GradientUpdate {
         let direction: [Word; P] =
-            core::array::from_fn(|i| word_product(self.gamma[i].gamma, regressor[i]));
-        let strength = narrow((0..P).fold(Accumulator::ZERO, |sum, i| {
-            sum.saturating_add(shifted(
-                product(regressor[i], direction[i]),
-                self.gamma[i].to_strength,
-            ))
-        }));
-        let mut output = narrow(
-            self.mu
-                .apply(output_error)
-                .saturating_add(output_error_rate),
-        );
+            core::array::from_fn(|i| self.entries[i].gamma.apply(regressor[i]));
+        let strength = (0..P).fold(Word::ZERO, |sum, i| {
+            sum + (quarter_product(regressor[i], direction[i]) >> self.entries[i].strength_down)
+        });
+        let mut output = self.mu.apply(output_error) + (output_error_rate >> self.rate_down);
         let mut update = GradientUpdate::Full;
         if strength > self.strongest {
-            output = narrow(product(output, quotient(self.strongest, strength)));
+            output = product(output, quotient(self.strongest, strength));
             update = GradientUpdate::Slowed;
         }
-        for i in 0..P {
-            let step = shifted(product(direction[i], output), self.gamma[i].to_step);
-            estimates[i] = between(estimates[i].saturating_sub(step), self.low[i], self.high[i]);
+        for (i, entry) in self.entries.iter().enumerate() {
+            estimates[i].subtract(direction[i], output, entry.step);
+            // What the halves cannot tell apart is limited exactly.
+            let word = estimates[i].word();
+            if word <= entry.low.word() || word >= entry.high.word() {
+                estimates[i] = between(estimates[i], entry.low, entry.high);
+            }
         }
         update
     }

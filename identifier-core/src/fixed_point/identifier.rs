@@ -1,12 +1,11 @@
 use core::marker::PhantomData;
 
-use super::arithmetic::{Accumulator, Word, accumulator, value};
+use super::arithmetic::{Sum, Word, value};
 use super::controller::FixedControlSample;
 use super::gradient::FixedGradient;
 use super::model::{FixedModelLoop, FixedModelState, FixedParameters};
 use super::pid::FixedPid;
 use super::ranges::{Ranges, Scales};
-use super::step::FixedStep;
 use super::travel::FixedTravel;
 use super::velocity::FixedVelocity;
 use crate::adaptation::GradientUpdate;
@@ -24,7 +23,7 @@ pub struct FixedGradientIdentifier<V, S, const P: usize> {
     law: FixedGradient<P>,
     travel: FixedTravel,
     scales: Scales,
-    initial: [Accumulator; P],
+    initial: [Sum; P],
     units: Units,
     gain_margin: Option<f64>,
     set: PhantomData<S>,
@@ -34,7 +33,7 @@ pub struct FixedGradientIdentifier<V, S, const P: usize> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FixedGradientState<F, const P: usize> {
     model: FixedModelState<F>,
-    estimates: [Accumulator; P],
+    estimates: [Sum; P],
     load_command: Word,
     travelled: i64,
 }
@@ -73,21 +72,16 @@ where
         V: for<'a> From<&'a W>,
     {
         let checked = GradientIdentifier::<f64, W, S, P>::new(config, law, velocity)?;
-        let scales = Scales::new(config, ranges)?;
         let units = config.units;
+        let scales = Scales::new(config, ranges)?.with_mu(law.mu(config) * units.rate());
         Ok(Self {
-            model: FixedModelLoop {
-                pid: FixedPid::new(config, &scales)?,
-                velocity: V::from(&velocity),
-                step: FixedStep::new(&scales),
-                scales,
-            },
+            model: FixedModelLoop::new(FixedPid::new(config, &scales), V::from(&velocity), &scales),
             law: FixedGradient::new::<S>(config, law, &scales)?,
             travel: FixedTravel::new(&units),
             scales,
             initial: S::PARAMETERS.map(|parameter| {
                 let machine = parameter.of(&config.initial) * parameter.scale(&units);
-                accumulator(machine, scales.of(parameter))
+                Sum::of(machine, scales.of(parameter))
             }),
             units,
             gain_margin: checked.gain_margin(),
@@ -128,7 +122,7 @@ where
         } = state;
         self.model.observe(model, real);
         let output_error = self.model.output_error(model);
-        let stays = S::HAS_COULOMB && self.travel.stays(travelled, real.increment);
+        let stays = S::HAS_COULOMB && self.travel.stays(travelled, real.counts);
         if stays {
             self.model.stand_beside(model);
         }
@@ -170,7 +164,7 @@ where
                 .zip(&state.estimates)
                 .find(|(parameter, _)| **parameter == wanted)
                 .map_or(0.0, |(_, estimate)| {
-                    let machine = libm::ldexp(estimate.to_num::<f64>(), self.scales.of(wanted));
+                    let machine = estimate.value(self.scales.of(wanted));
                     machine / wanted.scale(&self.units)
                 })
         };

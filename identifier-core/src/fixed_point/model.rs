@@ -1,9 +1,6 @@
-use super::arithmetic::{
-    ACCUMULATOR_BITS, Accumulator, WORD_BITS, Word, between, limit, narrow, product, rounded_right,
-    saturating_left, shifted, wide, word_product,
-};
+use super::arithmetic::{FULL, Fraction, Sum, Weight, Word, limit, product};
 use super::controller::FixedControlSample;
-use super::pid::{ErrorSum, FixedPid};
+use super::pid::FixedPid;
 use super::ranges::Scales;
 use super::step::{FixedMotion, FixedPhase, FixedStep};
 use super::velocity::FixedVelocity;
@@ -12,18 +9,22 @@ use crate::parameters::{Parameter, ParameterSet};
 /// The model loop on words, relative to the real loop as [`ModelLoop`](crate::model::ModelLoop) is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FixedModelLoop<V> {
-    pub(super) pid: FixedPid,
-    pub(super) velocity: V,
-    pub(super) step: FixedStep,
-    pub(super) scales: Scales,
+    pid: FixedPid,
+    velocity: V,
+    step: FixedStep,
+    /// Of an increment in the output error.
+    weight: Weight,
+    /// From the wanted command's full scale to the command's.
+    up: u32,
 }
 
 /// What the model loop remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FixedModelState<F> {
-    /// ε, with `scales.fine` fraction bits below the velocity's full scale.
-    output_error: i64,
-    integral_error: ErrorSum,
+    /// ε, of the position's full scale.
+    output_error: Sum,
+    /// ω.
+    integral_error: Sum,
     motion: FixedMotion,
     filter: F,
     acted: Acted<Word>,
@@ -40,8 +41,8 @@ struct Acted<X> {
 impl<F: Default> FixedModelState<F> {
     pub(super) fn at_rest() -> Self {
         Self {
-            output_error: 0,
-            integral_error: 0,
+            output_error: Sum::ZERO,
+            integral_error: Sum::ZERO,
             motion: FixedMotion::NONE,
             filter: F::default(),
             acted: Acted {
@@ -64,34 +65,35 @@ pub(super) struct FixedModelCommand {
     pub(super) value: Word,
     /// k_i ω, of the command's full scale.
     pub(super) load: Word,
-    pub(super) output_error_rate: Accumulator,
+    /// ε̇, at most twice the velocity's full scale.
+    pub(super) output_error_rate: Word,
     pub(super) velocity: Word,
 }
 
-/// The estimates as words of their own full scales.
+/// The estimates as they act.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FixedParameters {
-    x: Word,
+    x: Fraction,
     gain: Word,
     coulomb: Word,
     load: Word,
 }
 
 impl FixedParameters {
-    pub(super) fn of_set<S: ParameterSet<P>, const P: usize>(values: &[Accumulator; P]) -> Self {
+    #[inline]
+    pub(super) fn of_set<S: ParameterSet<P>, const P: usize>(values: &[Sum; P]) -> Self {
         let mut parameters = Self {
-            x: Word::ZERO,
+            x: Fraction::ZERO,
             gain: Word::ZERO,
             coulomb: Word::ZERO,
             load: Word::ZERO,
         };
         for (parameter, &value) in S::PARAMETERS.iter().zip(values) {
-            let word = narrow(value);
             match parameter {
-                Parameter::A => parameters.x = word,
-                Parameter::B => parameters.gain = word,
-                Parameter::Coulomb => parameters.coulomb = word,
-                Parameter::Load => parameters.load = word,
+                Parameter::A => parameters.x = value.fraction(),
+                Parameter::B => parameters.gain = value.word(),
+                Parameter::Coulomb => parameters.coulomb = value.word(),
+                Parameter::Load => parameters.load = value.word(),
             }
         }
         parameters
@@ -99,37 +101,27 @@ impl FixedParameters {
 }
 
 impl<V: FixedVelocity> FixedModelLoop<V> {
+    pub(super) fn new(pid: FixedPid, velocity: V, scales: &Scales) -> Self {
+        Self {
+            pid,
+            velocity,
+            step: FixedStep::new(),
+            weight: Weight::new(scales.velocity, scales.position),
+            up: (scales.wanted - scales.command).unsigned_abs(),
+        }
+    }
+
     /// Brings the output error to this sample: both positions have moved.
     #[inline]
     pub(super) fn observe(&self, state: &mut FixedModelState<V::State>, real: &FixedControlSample) {
-        let Scales { velocity, fine, .. } = self.scales;
-        let moved = saturating_left(i64::from(real.increment), (fine - velocity).unsigned_abs());
-        let model = rounded_right(
-            state.motion.increment.to_bits(),
-            (ACCUMULATOR_BITS - fine).unsigned_abs(),
-        );
-        state.output_error = state
-            .output_error
-            .saturating_add(moved.saturating_sub(model));
+        let moved = real.increment - state.motion.increment;
+        state.output_error.add(moved, self.weight);
     }
 
     /// ε as a word of the position's full scale.
     #[inline]
     pub(super) fn output_error(&self, state: &FixedModelState<V::State>) -> Word {
-        let bits = rounded_right(state.output_error, self.error_shift());
-        let one = i64::from(Word::ONE.to_bits());
-        Word::from_bits(between(bits, -one, one) as i32)
-    }
-
-    #[inline]
-    fn error_shift(&self) -> u32 {
-        let Scales {
-            position,
-            velocity,
-            fine,
-            ..
-        } = self.scales;
-        (fine - velocity + position - WORD_BITS).unsigned_abs()
+        limit(state.output_error.word())
     }
 
     /// The model's command for this sample.
@@ -139,13 +131,12 @@ impl<V: FixedVelocity> FixedModelLoop<V> {
         state: &mut FixedModelState<V::State>,
         real: &FixedControlSample,
     ) -> FixedModelCommand {
-        let estimate = self
+        let velocity = self
             .velocity
-            .process(&mut state.filter, narrow(state.motion.increment));
-        let velocity = narrow(estimate);
-        let load = narrow(self.pid.integral_command(state.integral_error));
+            .process(&mut state.filter, state.motion.increment);
+        let load = self.pid.integral_command(state.integral_error.word());
         let output_error = self.output_error(state);
-        let error = limit(real.error.saturating_add(output_error));
+        let error = limit(real.error + output_error);
         let command = self.pid.command(error, velocity, real.integral);
         let gathered = match (command.integrates, real.integrates) {
             (true, true) => output_error,
@@ -155,9 +146,9 @@ impl<V: FixedVelocity> FixedModelLoop<V> {
         };
         self.pid.gather(&mut state.integral_error, gathered);
         FixedModelCommand {
-            value: limit(command.value.saturating_add(load)),
+            value: command.value + load,
             load,
-            output_error_rate: real.velocity.saturating_sub(estimate),
+            output_error_rate: real.velocity - velocity,
             velocity,
         }
     }
@@ -175,13 +166,14 @@ impl<V: FixedVelocity> FixedModelLoop<V> {
             moving,
         } = state.acted;
         let filters = &mut state.regressor_filter;
-        let through = |filter: &mut V::State, x: Word| narrow(self.velocity.process(filter, x));
         S::PARAMETERS.map(|parameter| match parameter {
             Parameter::A => command.velocity,
-            Parameter::B => -through(&mut filters.command, u),
-            Parameter::Coulomb => through(&mut filters.direction, direction),
-            Parameter::Load if S::HAS_COULOMB => -through(&mut filters.moving, moving),
-            Parameter::Load => -Word::ONE,
+            Parameter::B => -self.velocity.process(&mut filters.command, u),
+            Parameter::Coulomb => self.velocity.process(&mut filters.direction, direction),
+            Parameter::Load if S::HAS_COULOMB => {
+                -self.velocity.process(&mut filters.moving, moving)
+            }
+            Parameter::Load => -FULL,
         })
     }
 
@@ -194,31 +186,21 @@ impl<V: FixedVelocity> FixedModelLoop<V> {
         command: &FixedModelCommand,
         parameters: &FixedParameters,
     ) {
-        let Scales {
-            command: of_command,
-            acceleration,
-            gain,
-            coulomb,
-            load,
-            ..
-        } = self.scales;
-        let drive = shifted(
-            product(parameters.gain, command.value),
-            gain + of_command - acceleration,
-        )
-        .saturating_add(shifted(wide(parameters.load), load - acceleration));
+        let drive = product(parameters.gain, command.value) + parameters.load;
         if S::HAS_COULOMB {
-            let friction = shifted(wide(parameters.coulomb), coulomb - acceleration);
-            let (motion, FixedPhase { direction, moving }) =
-                self.step
-                    .rub(parameters.x, drive, friction, state.motion.velocity);
+            let (motion, FixedPhase { direction, moving }) = self.step.rub(
+                parameters.x,
+                drive,
+                parameters.coulomb,
+                state.motion.velocity,
+            );
             state.motion = motion;
             let stuck = moving == Word::ZERO && motion == FixedMotion::NONE;
-            if stuck && self.servo_stands(real, parameters, friction) {
+            if stuck && self.servo_stands(real, parameters) {
                 self.stand_beside(state);
             }
             state.acted = Acted {
-                command: word_product(command.value, moving),
+                command: product(command.value, moving),
                 direction,
                 moving,
             };
@@ -231,47 +213,27 @@ impl<V: FixedVelocity> FixedModelLoop<V> {
     /// Puts the model where the servo is; what its integral has gathered stays.
     #[inline]
     pub(super) fn stand_beside(&self, state: &mut FixedModelState<V::State>) {
-        state.output_error = 0;
+        state.output_error = Sum::ZERO;
     }
 
     /// Whether friction outweighs all damping of the servo, (a + b kd) |q̇| ≤ c: see
     /// [`ModelLoop::stand_together`](crate::model::ModelLoop::stand_together).
     #[inline]
-    fn servo_stands(
-        &self,
-        real: &FixedControlSample,
-        parameters: &FixedParameters,
-        friction: Accumulator,
-    ) -> bool {
-        let Scales {
-            command,
-            acceleration,
-            gain,
-            rate,
-            velocity: of_velocity,
-            ..
-        } = self.scales;
-        let velocity = narrow(real.velocity);
-        let of_loop = shifted(
-            product(parameters.gain, narrow(self.pid.damping(velocity))),
-            gain + command - acceleration,
-        );
-        let own = shifted(
-            product(parameters.x, velocity),
-            rate + of_velocity - acceleration,
-        );
-        own.saturating_add(of_loop).saturating_abs() <= friction
+    fn servo_stands(&self, real: &FixedControlSample, parameters: &FixedParameters) -> bool {
+        let of_loop = product(parameters.gain, self.pid.damping(real.velocity));
+        let own = parameters.x.times(real.velocity);
+        let damping = i64::from(own.to_bits()) + (i64::from(of_loop.to_bits()) << self.up);
+        damping.abs() <= i64::from(parameters.coulomb.to_bits())
     }
 
-    /// Starts the model again where the servo is if its output error has left the range; true if
-    /// it had to.
+    /// Starts the model again where the servo is if it has left its ranges; true if it had to.
     #[inline]
     pub(super) fn restart_if_lost(&self, state: &mut FixedModelState<V::State>) -> bool {
-        let most = saturating_left(i64::from(Word::ONE.to_bits()), self.error_shift());
-        let lost = state.output_error.saturating_abs() > most;
-        if lost {
+        let output_error = state.output_error.word();
+        let within = output_error <= FULL && output_error >= -FULL && state.motion.is_within();
+        if !within {
             *state = FixedModelState::at_rest();
         }
-        lost
+        !within
     }
 }

@@ -1,8 +1,5 @@
-use super::arithmetic::{
-    Accumulator, Coefficient, Word, between, exponent_above, narrow, rounded_right, word,
-};
+use super::arithmetic::{Coefficient, FULL, Sum, Weight, Word, word};
 use super::ranges::Scales;
-use crate::error::{Allowed, OutOfRange};
 use crate::identifier::IdentifierConfig;
 
 /// The PID (3) on words, with command limit and anti-windup as [`Pid`](crate::control::Pid) has
@@ -12,15 +9,14 @@ pub(super) struct FixedPid {
     proportional: Coefficient,
     derivative: Coefficient,
     integral: Coefficient,
-    /// Bits by which the sum of errors is shifted to a word.
-    integral_shift: u32,
+    load: Coefficient,
+    weight: Weight,
+    /// Of the wanted command's full scale.
     low: Word,
     high: Word,
+    /// From there to the command's full scale.
+    up: u32,
 }
-
-/// A sum of errors, in last bits of a position word: 64 bits, and kept within what the integral's
-/// word can hold.
-pub(super) type ErrorSum = i64;
 
 /// A command and what anti-windup says of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,95 +26,71 @@ pub(super) struct FixedCommand {
 }
 
 impl FixedPid {
-    /// Full scales of the command that the integral part may reach.
-    const INTEGRAL_ROOM: f64 = 2.0;
-
-    pub(super) fn new(config: &IdentifierConfig, scales: &Scales) -> Result<Self, OutOfRange> {
+    pub(super) fn new(config: &IdentifierConfig, scales: &Scales) -> Self {
         let (units, gains) = (&config.units, &config.gains);
+        let Scales {
+            position,
+            velocity,
+            command,
+            wanted,
+            sum,
+            ..
+        } = *scales;
         let per_error = gains.ki() * units.rate() / units.position();
-        // The largest sum of errors that means a command within range, as an exponent.
-        let full_scale = libm::ldexp(Self::INTEGRAL_ROOM, scales.command);
-        let sum = if per_error > 0.0 {
-            exponent_above(full_scale / per_error).max(scales.position)
-        } else {
-            scales.position
-        };
-        let shift = sum - scales.position;
-        // Below, an error of a hundredth of its range adds nothing to the integral's word.
-        const LONGEST: i32 = 32;
-        if shift > LONGEST {
-            let least = libm::ldexp(
-                full_scale * units.position() / gains.ki(),
-                -LONGEST - scales.position,
-            );
-            Allowed::AtLeast(least).check("sample_time", units.sample_time())?;
-        }
-        let limited = |limit: f64| word(limit.max(-full_scale).min(full_scale), scales.command);
-        Ok(Self {
-            proportional: Coefficient::new(
-                gains.kp() / units.position(),
-                scales.position,
-                scales.command,
-            ),
-            derivative: Coefficient::new(
-                gains.kd() / units.velocity(),
-                scales.velocity,
-                scales.command,
-            ),
-            integral: Coefficient::new(per_error, sum, scales.command),
-            integral_shift: shift.unsigned_abs(),
+        // Where there is no limit the range is one: half of the command's full scale.
+        let most = libm::ldexp(0.5, command);
+        let limited = |limit: f64| word(limit.max(-most).min(most), wanted);
+        Self {
+            proportional: Coefficient::new(gains.kp() / units.position(), position, wanted),
+            derivative: Coefficient::new(gains.kd() / units.velocity(), velocity, wanted),
+            integral: Coefficient::new(per_error, sum, wanted),
+            load: Coefficient::new(per_error, sum, command),
+            weight: Weight::new(position, sum),
             low: limited(config.limit.low()),
             high: limited(config.limit.high()),
-        })
-    }
-
-    /// u = kp e − kd v + ki ∑e, limited.
-    #[inline]
-    pub(super) fn command(&self, error: Word, velocity: Word, sum: ErrorSum) -> FixedCommand {
-        let wanted = narrow(
-            self.proportional
-                .apply(error)
-                .saturating_sub(self.derivative.apply(velocity))
-                .saturating_add(self.integral_command(sum)),
-        );
-        if wanted > self.high {
-            FixedCommand {
-                value: self.high,
-                integrates: error <= Word::ZERO,
-            }
-        } else if wanted < self.low {
-            FixedCommand {
-                value: self.low,
-                integrates: error >= Word::ZERO,
-            }
-        } else {
-            FixedCommand {
-                value: wanted,
-                integrates: true,
-            }
+            up: (wanted - command).unsigned_abs(),
         }
     }
 
-    /// kd v.
+    /// u = kp e − kd v + ki ∑e, limited; `sum` as a word.
     #[inline]
-    pub(super) fn damping(&self, velocity: Word) -> Accumulator {
+    pub(super) fn command(&self, error: Word, velocity: Word, sum: Word) -> FixedCommand {
+        // Each at most one half.
+        let wanted = self.proportional.apply(error) - self.derivative.apply(velocity)
+            + self.integral.apply(sum);
+        let (limited, integrates) = if wanted > self.high {
+            (self.high, error <= Word::ZERO)
+        } else if wanted < self.low {
+            (self.low, error >= Word::ZERO)
+        } else {
+            (wanted, true)
+        };
+        FixedCommand {
+            value: limited << self.up,
+            integrates,
+        }
+    }
+
+    /// kd v, of the wanted command's full scale.
+    #[inline]
+    pub(super) fn damping(&self, velocity: Word) -> Word {
         self.derivative.apply(velocity)
     }
 
-    /// ki ∑.
+    /// ki ∑, of the command's full scale; `sum` as a word.
     #[inline]
-    pub(super) fn integral_command(&self, sum: ErrorSum) -> Accumulator {
-        // Within ±2³⁰ by [`FixedPid::gather`].
-        let bits = rounded_right(sum, self.integral_shift);
-        let one = i64::from(Word::ONE.to_bits());
-        self.integral
-            .apply(Word::from_bits(between(bits, -one, one) as i32))
+    pub(super) fn integral_command(&self, sum: Word) -> Word {
+        self.load.apply(sum)
     }
 
     /// Adds an error to a sum, which stops at its full scale.
     #[inline]
-    pub(super) fn gather(&self, sum: &mut ErrorSum, error: Word) {
-        let most = i64::from(Word::ONE.to_bits()) << self.integral_shift;
-        *sum = between(sum.saturating_add(i64::from(error.to_bits())), -most, most);
+    pub(super) fn gather(&self, sum: &mut Sum, error: Word) {
+        let before = *sum;
+        sum.add(error, self.weight);
+        let word = sum.word();
+        if word > FULL || word < -FULL {
+            *sum = before;
+        }
     }
 }

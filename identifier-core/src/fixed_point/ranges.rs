@@ -1,10 +1,10 @@
-use super::arithmetic::{WORD_BITS, exponent_above, power};
+use super::arithmetic::{Coefficient, WORD_BITS, Weight, exponent_above, power};
 use crate::error::{Allowed, OutOfRange};
 use crate::identifier::IdentifierConfig;
 use crate::parameters::Parameter;
 
-/// What the loop's signals stay within, SI: the full scales of the words. A signal beyond is
-/// saturated there, never wrapped.
+/// What the loop's signals stay within, SI: the full scales of the words are no smaller. A signal
+/// beyond is saturated there, never wrapped.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ranges {
     /// Position error and output error, rad.
@@ -42,46 +42,43 @@ impl Ranges {
 
 /// The exponents of the full scales, machine units: a word w of a quantity stands for
 /// w · 2^exponent.
+///
+/// They are chosen so that everything that is added up stays below one, and every product needs a
+/// shift in one direction only: see the table of the module.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Scales {
+    /// Position error and output error.
     pub(super) position: i32,
+    /// Velocities, increments and, per sample, accelerations.
     pub(super) velocity: i32,
+    /// Commands as they act on the model.
     pub(super) command: i32,
-    pub(super) acceleration: i32,
-    pub(super) rate: i32,
-    pub(super) gain: i32,
-    pub(super) coulomb: i32,
-    pub(super) load: i32,
-    /// Fraction bits below the velocity's full scale that the output error is kept with.
-    pub(super) fine: i32,
+    /// Commands as the PID asks for them, before the limit.
+    pub(super) wanted: i32,
+    /// Sums of errors.
+    pub(super) sum: i32,
+    /// y = μ ε + ε̇.
+    pub(super) output: i32,
 }
 
-impl Scales {
-    /// Guard bits that the fine output error keeps above the position's full scale.
-    const GUARD: i32 = 2;
+/// The exponent of â T: its words are fractions of a quarter.
+const RATE: i32 = -2;
 
-    /// Bits that the position's full scale may be above the velocity's: the rest is fraction.
-    const MOST_BETWEEN: i32 = 30;
+impl Scales {
+    /// Rounds in which the full scales come to agree.
+    const ROUNDS: usize = 4;
 
     /// Bits below a count that a position error must keep.
     const BELOW_A_COUNT: i32 = 4;
 
     pub(super) fn new(config: &IdentifierConfig, ranges: &Ranges) -> Result<Self, OutOfRange> {
-        let units = &config.units;
+        let (units, gains) = (&config.units, &config.gains);
         for (name, range) in [
             ("ranges.error", ranges.error),
             ("ranges.velocity", ranges.velocity),
             ("ranges.command", ranges.command),
         ] {
             Allowed::Above(0.0).check(name, range)?;
-        }
-        let position = exponent_above(ranges.error * units.position());
-        let most = power(WORD_BITS - Self::BELOW_A_COUNT) * units.position_unit();
-        Allowed::AtMost(most).check("ranges.error", ranges.error)?;
-        let velocity = exponent_above(ranges.velocity * units.velocity());
-        let least = ranges.error * units.rate().recip() * power(-Self::MOST_BETWEEN);
-        if position - velocity > Self::MOST_BETWEEN {
-            Allowed::AtLeast(least).check("ranges.velocity", ranges.velocity)?;
         }
         let limit = config.limit.high().max(-config.limit.low());
         if limit.is_finite() {
@@ -91,27 +88,78 @@ impl Scales {
             let bounds = config.bounds.of(parameter);
             libm::fabs(bounds.min()).max(libm::fabs(bounds.max())) * parameter.scale(units)
         };
-        let exponent = |parameter| exponent_above(largest(parameter));
-        let drive = largest(Parameter::B) * ranges.command;
+        let (least_apart, most_apart) = Weight::APART;
+        let per_error = gains.ki() * units.rate() / units.position();
+        let given = exponent_above(ranges.error * units.position());
+        // Half for the limited command, half for the load beside it.
+        let mut command = exponent_above(ranges.command);
+        if limit.is_finite() {
+            command = command.max(exponent_above(limit) + 1);
+        }
+        let (mut velocity, mut position) = (1, given);
+        // Each full scale asks for room in the next: they agree at once, unless an error of one sample
+        // asks for more than the whole command.
+        for _ in 0..Self::ROUNDS {
+            if per_error > 0.0 {
+                command = command.max(exponent_above(per_error) + position + least_apart + 1);
+            }
+            velocity = [
+                exponent_above(ranges.velocity * units.velocity()),
+                // b u at most one half; friction and load a quarter.
+                exponent_above(largest(Parameter::B)) + command + 1,
+                exponent_above(largest(Parameter::Coulomb)) + 2,
+                exponent_above(largest(Parameter::Load)) + 2,
+            ]
+            .into_iter()
+            // At least a count a sample.
+            .fold(1, i32::max);
+            position = given.max(velocity + least_apart);
+        }
+        let most = power(WORD_BITS - Self::BELOW_A_COUNT) * units.position_unit();
+        let needed = ranges
+            .error
+            .max(power(position - 1) * units.position_unit());
+        Allowed::AtMost(most).check("ranges.error", needed)?;
+        if position - velocity > most_apart {
+            let least = ranges.error / units.rate() * power(-most_apart);
+            Allowed::AtLeast(least).check("ranges.velocity", ranges.velocity)?;
+        }
+        // The largest sum of errors that asks for no more than half of the command's full scale.
+        let sum = if per_error > 0.0 {
+            command - 1 - exponent_above(per_error)
+        } else {
+            position + least_apart
+        };
+        if sum > position + most_apart {
+            let least = power(command - 1 - position - most_apart) * units.position() / gains.ki();
+            Allowed::AtLeast(least).check("sample_time", units.sample_time())?;
+        }
+        let wanted = Coefficient::least(gains.kp() / units.position(), position)
+            .max(Coefficient::least(gains.kd() / units.velocity(), velocity))
+            .max(command);
         Ok(Self {
             position,
             velocity,
-            command: exponent_above(ranges.command),
-            acceleration: exponent_above(drive),
-            rate: exponent(Parameter::A),
-            gain: exponent(Parameter::B),
-            coulomb: exponent(Parameter::Coulomb),
-            load: exponent(Parameter::Load),
-            fine: (62 - Self::GUARD - (position - velocity).max(0)).min(60),
+            command,
+            wanted,
+            sum,
+            output: velocity + 1,
         })
+    }
+
+    /// With the output's scale large enough for μ (machine units).
+    pub(super) fn with_mu(self, mu: f64) -> Self {
+        Self {
+            output: self.output.max(Coefficient::least(mu, self.position)),
+            ..self
+        }
     }
 
     pub(super) fn of(&self, parameter: Parameter) -> i32 {
         match parameter {
-            Parameter::A => self.rate,
-            Parameter::B => self.gain,
-            Parameter::Coulomb => self.coulomb,
-            Parameter::Load => self.load,
+            Parameter::A => RATE,
+            Parameter::B => self.velocity - self.command,
+            Parameter::Coulomb | Parameter::Load => self.velocity,
         }
     }
 

@@ -1,29 +1,40 @@
 use super::arithmetic::{
-    Accumulator, Word, between, narrow, product, quotient, shifted, wide, word, word_product,
+    Accumulator, FULL, Fraction, Word, between, limit, narrow, product, quarter_product, quotient,
+    wide, with_product, word,
 };
-use super::ranges::Scales;
 
 /// The exact zero-order-hold step on words, with Coulomb friction that stops and breaks away: the
 /// equations of [`HeldStep`](crate::model::HeldStep) and [`FrictionStep`](crate::model::FrictionStep).
+///
+/// Velocities, and accelerations per sample, are of one full scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FixedStep {
+    /// Halved: with 31 fraction bits.
     series: [Word; 6],
     parts: [Word; 3],
-    scales: Scales,
 }
 
-/// A motion over one sample, of the velocity's full scale.
+/// A motion over one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FixedMotion {
-    pub(super) increment: Accumulator,
+    pub(super) increment: Word,
     pub(super) velocity: Accumulator,
 }
 
 impl FixedMotion {
     pub(super) const NONE: Self = Self {
-        increment: Accumulator::ZERO,
+        increment: Word::ZERO,
         velocity: Accumulator::ZERO,
     };
+
+    /// Whether it is within the full scale.
+    #[inline]
+    pub(super) fn is_within(&self) -> bool {
+        // The velocity's high half, in quarters of a word.
+        let velocity = (self.velocity.to_bits() >> 32) as i32;
+        let one = FULL.to_bits() >> 2;
+        self.increment <= FULL && self.increment >= -FULL && velocity <= one && velocity >= -one
+    }
 }
 
 /// What friction did during a sample: the mean of sign(q̇) and the part in which the model moved.
@@ -40,15 +51,15 @@ impl FixedPhase {
     };
 }
 
-/// How an acceleration acts over a time: way and velocity per acceleration, as fractions.
+/// How an acceleration acts over a time: the double of the way, and the velocity, per acceleration.
 #[derive(Debug, Clone, Copy)]
 struct Response {
-    way: Word,
+    double_way: Word,
     velocity: Word,
 }
 
 impl FixedStep {
-    pub(super) fn new(scales: &Scales) -> Self {
+    pub(super) fn new() -> Self {
         let mut factorial = 1.0;
         let mut sign = 1.0;
         Self {
@@ -56,32 +67,31 @@ impl FixedStep {
                 factorial *= (k + 2) as f64;
                 let coefficient = sign / factorial;
                 sign = -sign;
-                word(coefficient, 0)
+                word(2.0 * coefficient, 0)
             }),
             parts: [1.0 / 2.0, 1.0 / 3.0, 1.0 / 4.0].map(|part| word(part, 0)),
-            scales: *scales,
         }
     }
 
-    /// Moves one sample under the held acceleration `drive` without friction.
+    /// Moves one sample under the held acceleration `drive` without friction, with x = a T.
     #[inline]
-    pub(super) fn slide(&self, x: Word, drive: Accumulator, velocity: Accumulator) -> FixedMotion {
+    pub(super) fn slide(&self, x: Fraction, drive: Word, velocity: Accumulator) -> FixedMotion {
         let response = self.response(x);
-        let acceleration = self.acceleration(x, drive, velocity);
+        let now = narrow(velocity);
+        let acceleration = drive - x.times(now);
         FixedMotion {
-            increment: self.plus(velocity, response.way, acceleration),
-            velocity: self.plus(velocity, response.velocity, acceleration),
+            increment: now + way(response, acceleration),
+            velocity: with_product(velocity, response.velocity, acceleration),
         }
     }
 
-    /// Moves one sample under the held acceleration `drive` with friction `coulomb` ≥ 0, both of the
-    /// acceleration's full scale.
+    /// Moves one sample under the held acceleration `drive` with friction `coulomb` ≥ 0.
     #[inline]
     pub(super) fn rub(
         &self,
-        x: Word,
-        drive: Accumulator,
-        coulomb: Accumulator,
+        x: Fraction,
+        drive: Word,
+        coulomb: Word,
         velocity: Accumulator,
     ) -> (FixedMotion, FixedPhase) {
         let forward = if velocity != Accumulator::ZERO {
@@ -94,7 +104,7 @@ impl FixedStep {
             return (FixedMotion::NONE, FixedPhase::STUCK);
         };
         let friction = if forward { coulomb } else { -coulomb };
-        let pushed = drive.saturating_sub(friction);
+        let pushed = drive - friction;
         let motion = self.slide(x, pushed, velocity);
         let goes_on = if forward {
             motion.velocity >= Accumulator::ZERO
@@ -103,13 +113,12 @@ impl FixedStep {
         };
         if goes_on {
             let phase = FixedPhase {
-                direction: directed(Word::ONE, forward),
-                moving: Word::ONE,
+                direction: directed(FULL, forward),
+                moving: FULL,
             };
             (motion, phase)
         } else {
-            let beyond = drive.saturating_add(friction);
-            self.through_zero(x, pushed, beyond, velocity, forward)
+            self.through_zero(x, pushed, drive + friction, velocity, forward)
         }
     }
 
@@ -118,38 +127,32 @@ impl FixedStep {
     #[cold]
     fn through_zero(
         &self,
-        x: Word,
-        pushed: Accumulator,
-        beyond: Accumulator,
+        x: Fraction,
+        pushed: Word,
+        beyond: Word,
         velocity: Accumulator,
         forward: bool,
     ) -> (FixedMotion, FixedPhase) {
-        let Scales {
-            velocity: of_velocity,
-            acceleration: of_acceleration,
-            rate,
-            ..
-        } = self.scales;
-        let acceleration = self.acceleration(x, pushed, velocity);
-        let speed = narrow(shifted(velocity, of_velocity - of_acceleration)).abs();
-        let r = quotient(speed, acceleration.abs().max(Word::DELTA));
-        let xr = narrow(shifted(product(x, r), rate));
+        let now = narrow(velocity);
+        let acceleration = pushed - x.times(now);
+        let braking = limit(acceleration).abs().max(Word::DELTA);
+        let r = quotient(limit(now).abs(), braking);
+        let xr = x.times(r);
         let [half, third, quarter] = self.parts;
-        let series = [third, half].into_iter().fold(quarter, |sum, part| {
-            part.saturating_add(word_product(sum, xr))
-        });
-        let exact = r.saturating_add(narrow(product(word_product(series, xr), r)));
-        let part = between(exact, Word::ZERO, Word::ONE);
-        let before = self.partial_response(x, part);
-        let way = self.plus(product(narrow(velocity), part), before.way, acceleration);
+        let series = [third, half]
+            .into_iter()
+            .fold(quarter, |sum, part| part + product(sum, xr));
+        let exact = r + product(product(series, xr), r);
+        let part = between(exact, Word::ZERO, FULL);
+        let before = product(now, part) + way(self.partial_response(x, part), acceleration);
         let turns = if forward {
-            beyond < Accumulator::ZERO
+            beyond < Word::ZERO
         } else {
-            beyond > Accumulator::ZERO
+            beyond > Word::ZERO
         };
         if !turns {
             let stopped = FixedMotion {
-                increment: way,
+                increment: before,
                 velocity: Accumulator::ZERO,
             };
             let phase = FixedPhase {
@@ -158,66 +161,48 @@ impl FixedStep {
             };
             return (stopped, phase);
         }
-        let after = self.partial_response(x, Word::ONE - part);
-        let beyond = narrow(beyond);
+        let after = self.partial_response(x, FULL - part);
         let turned = FixedMotion {
-            increment: self.plus(way, after.way, beyond),
-            velocity: self.plus(Accumulator::ZERO, after.velocity, beyond),
+            increment: before + way(after, beyond),
+            velocity: wide(product(after.velocity, beyond)),
         };
         let phase = FixedPhase {
-            direction: directed(part - (Word::ONE - part), forward),
-            moving: Word::ONE,
+            direction: directed(part - (FULL - part), forward),
+            moving: FULL,
         };
         (turned, phase)
     }
 
-    /// w − x v, a word of the acceleration's full scale.
-    #[inline]
-    fn acceleration(&self, x: Word, drive: Accumulator, velocity: Accumulator) -> Word {
-        let Scales {
-            velocity: of_velocity,
-            acceleration,
-            rate,
-            ..
-        } = self.scales;
-        let damping = shifted(
-            product(x, narrow(velocity)),
-            rate + of_velocity - acceleration,
-        );
-        narrow(drive.saturating_sub(damping))
-    }
-
-    /// start + response · acceleration, of the velocity's full scale and within it.
-    #[inline]
-    fn plus(&self, start: Accumulator, response: Word, acceleration: Word) -> Accumulator {
-        let left = self.scales.acceleration - self.scales.velocity;
-        let one = wide(Word::ONE);
-        let moved = start.saturating_add(shifted(product(response, acceleration), left));
-        between(moved, -one, one)
-    }
-
     /// h₂ = ½ − x/6 + x²/24 − … and h₁ = 1 − x h₂.
     #[inline]
-    fn response(&self, x: Word) -> Response {
-        let rate = self.scales.rate;
+    fn response(&self, x: Fraction) -> Response {
         let [head @ .., last] = self.series;
-        let way = head.iter().rev().fold(last, |sum, &coefficient| {
-            coefficient + narrow(shifted(product(sum, x), rate))
-        });
+        let double_way = head
+            .iter()
+            .rev()
+            .fold(last, |sum, &coefficient| coefficient + x.times(sum));
         Response {
-            way,
-            velocity: Word::ONE - narrow(shifted(product(x, way), rate)),
+            double_way,
+            velocity: Word::ONE - (x.times(double_way) >> 1),
         }
     }
 
-    #[inline]
-    fn partial_response(&self, x: Word, part: Word) -> Response {
-        let Response { way, velocity } = self.response(word_product(x, part));
+    fn partial_response(&self, x: Fraction, part: Word) -> Response {
+        let Response {
+            double_way,
+            velocity,
+        } = self.response(x.part(part));
         Response {
-            way: narrow(product(word_product(way, part), part)),
-            velocity: word_product(velocity, part),
+            double_way: product(product(double_way, part), part),
+            velocity: product(velocity, part),
         }
     }
+}
+
+/// The way that an acceleration adds.
+#[inline]
+fn way(response: Response, acceleration: Word) -> Word {
+    quarter_product(response.double_way, acceleration) << 1
 }
 
 #[inline]

@@ -1,4 +1,4 @@
-use super::arithmetic::{Accumulator, Word, narrow, product, wide, word};
+use super::arithmetic::{Accumulator, Word, narrow, with_product, word};
 use crate::measurement::velocity::{AveragedDifference, BackwardDifference, LowPass};
 
 /// A velocity estimate on words, as [`VelocityEstimate`](crate::measurement::velocity::VelocityEstimate)
@@ -7,8 +7,8 @@ pub trait FixedVelocity: Copy + core::fmt::Debug {
     /// What the filter remembers between samples.
     type State: Copy + core::fmt::Debug + Default;
 
-    /// The filtered signal, of the same full scale as the input.
-    fn process(&self, state: &mut Self::State, input: Word) -> Accumulator;
+    /// The filtered signal, of the same full scale as the input, which must be below it.
+    fn process(&self, state: &mut Self::State, input: Word) -> Word;
 }
 
 /// [`LowPass`] on words; its state keeps 60 fraction bits, so nothing below a word's last bit is
@@ -30,11 +30,11 @@ impl FixedVelocity for FixedLowPass {
     type State = Accumulator;
 
     #[inline]
-    fn process(&self, state: &mut Accumulator, input: Word) -> Accumulator {
-        // Both within ±1, so their difference is a word with its guard bit.
+    fn process(&self, state: &mut Accumulator, input: Word) -> Word {
+        // Both below one, so their difference is a word with its guard bit.
         let miss = input - narrow(*state);
-        *state += product(self.gain, miss);
-        *state
+        *state = with_product(*state, self.gain, miss);
+        narrow(*state)
     }
 }
 
@@ -48,8 +48,8 @@ impl FixedVelocity for BackwardDifference {
     type State = ();
 
     #[inline]
-    fn process(&self, (): &mut (), input: Word) -> Accumulator {
-        wide(input)
+    fn process(&self, (): &mut (), input: Word) -> Word {
+        input
     }
 }
 
@@ -67,9 +67,9 @@ impl FixedVelocity for FixedAveragedDifference {
     type State = Word;
 
     #[inline]
-    fn process(&self, last: &mut Word, input: Word) -> Accumulator {
-        let sum = wide(input) + wide(*last);
+    fn process(&self, last: &mut Word, input: Word) -> Word {
+        let mean = (input >> 1) + (*last >> 1);
         *last = input;
-        sum >> 1
+        mean
     }
 }
