@@ -4,7 +4,9 @@
 use drive_link::{Estimates, Format, LoopSettings, NotAllowed};
 use identifier_core::adaptation::GradientUpdate;
 use identifier_core::drive::{Actuator, PositionSensor, Tick, TickError, TickState, Ticked};
-use identifier_core::identifier::{GradientIdentifier, GradientIdentifierState, IdentifierError};
+use identifier_core::identifier::{
+    DiagonalGradientIdentifier, GradientIdentifierState, IdentifierError,
+};
 use identifier_core::measurement::velocity::{LowPass, LowPassState};
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::{Ab, AbCoulomb, ParameterSet};
@@ -18,15 +20,17 @@ type Learnt<const P: usize> = GradientIdentifierState<f32, Filter, P>;
 /// Controller and identifier of a servo, with their states.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClosedLoop {
-    tick: Tick<f32, Velocity>,
     control: TickState<f32, Filter>,
     identifier: Identifier,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Identifier {
-    Plain(GradientIdentifier<f32, Velocity, Ab, 2>, Learnt<2>),
-    Friction(GradientIdentifier<f32, Velocity, AbCoulomb, 3>, Learnt<3>),
+    Plain(DiagonalGradientIdentifier<f32, Velocity, Ab, 2>, Learnt<2>),
+    Friction(
+        DiagonalGradientIdentifier<f32, Velocity, AbCoulomb, 3>,
+        Learnt<3>,
+    ),
 }
 
 /// What a sample showed.
@@ -57,19 +61,17 @@ impl ClosedLoop {
     fn build(settings: &LoopSettings, count: i64) -> Result<Self, IdentifierError> {
         let config = parts::config(settings)?;
         let velocity = Velocity::new(&config.units, settings.cutoff)?;
-        let tick = Tick::new(config.controller(velocity));
         let identifier = if settings.friction {
             let law = parts::law(settings)?;
-            let built = GradientIdentifier::new(&config, &law, velocity)?;
+            let built = DiagonalGradientIdentifier::new(&config, &law, velocity)?;
             Identifier::Friction(built, built.start())
         } else {
             let law = parts::law(settings)?;
-            let built = GradientIdentifier::new(&config, &law, velocity)?;
+            let built = DiagonalGradientIdentifier::new(&config, &law, velocity)?;
             Identifier::Plain(built, built.start())
         };
         Ok(Self {
-            control: tick.start(count),
-            tick,
+            control: TickState::at_rest(count),
             identifier,
         })
     }
@@ -78,7 +80,7 @@ impl ClosedLoop {
     #[must_use]
     pub fn started_at(self, count: i64) -> Self {
         Self {
-            control: self.tick.start(count),
+            control: TickState::at_rest(count),
             ..self
         }
     }
@@ -94,13 +96,19 @@ impl ClosedLoop {
         sensor: &mut S,
         actuator: &mut A,
     ) -> Result<Seen, TickError<S::Error, A::Error>> {
-        let ticked = self
-            .tick
-            .step(&mut self.control, reference, sensor, actuator)?;
-        Ok(match &mut self.identifier {
-            Identifier::Plain(identifier, learnt) => learn(identifier, learnt, ticked),
-            Identifier::Friction(identifier, learnt) => learn(identifier, learnt, ticked),
-        })
+        let control = &mut self.control;
+        match &mut self.identifier {
+            Identifier::Plain(identifier, learnt) => {
+                let tick = Tick::new(identifier.controller());
+                let ticked = tick.step(control, reference, sensor, actuator)?;
+                Ok(learn(identifier, learnt, ticked))
+            }
+            Identifier::Friction(identifier, learnt) => {
+                let tick = Tick::new(identifier.controller());
+                let ticked = tick.step(control, reference, sensor, actuator)?;
+                Ok(learn(identifier, learnt, ticked))
+            }
+        }
     }
 
     /// The estimates, SI.
@@ -126,7 +134,7 @@ impl ClosedLoop {
 
 #[inline]
 fn learn<S: ParameterSet<P>, const P: usize>(
-    identifier: &GradientIdentifier<f32, Velocity, S, P>,
+    identifier: &DiagonalGradientIdentifier<f32, Velocity, S, P>,
     learnt: &mut Learnt<P>,
     ticked: Ticked<f32>,
 ) -> Seen {

@@ -9,15 +9,15 @@ use firmware_stm32::host::{Text, exit, say};
 use firmware_stm32::instructions::Counter;
 use firmware_stm32::paper;
 use fixed::types::I48F16;
-use identifier_core::control::{ControlState, Controller};
+use identifier_core::control::ControlState;
 use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::{
     Accumulator, FixedControlSample, FixedControlState, FixedController, FixedGradientIdentifier,
     FixedGradientState, FixedLowPass, Ranges, reference_of_counts,
 };
 use identifier_core::identifier::{
-    GaussNewtonIdentifier, GaussNewtonIdentifierState, GradientIdentifier, GradientIdentifierState,
-    IdentifierError, Uncertainty,
+    DiagonalGradientIdentifier, GaussNewtonIdentifier, GaussNewtonIdentifierState,
+    GradientIdentifierState, IdentifierError, Uncertainty,
 };
 use identifier_core::measurement::velocity::{LowPass, LowPassState};
 use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, ParameterSet};
@@ -86,10 +86,9 @@ fn counted<T>(counter: &Counter, work: impl FnOnce() -> T) -> (T, u32) {
     (black_box(result), taken)
 }
 
-/// Controller and gradient identifier with their states, as a drive keeps them.
+/// The gradient identifier with its controller and their states, as a drive keeps them.
 struct Gradient<S, const P: usize> {
-    controller: Controller<f32, Filter>,
-    identifier: GradientIdentifier<f32, Filter, S, P>,
+    identifier: DiagonalGradientIdentifier<f32, Filter, S, P>,
     control: ControlState<f32, LowPassState<f32>>,
     learnt: GradientIdentifierState<f32, LowPassState<f32>, P>,
 }
@@ -98,7 +97,8 @@ impl<S: ParameterSet<P>, const P: usize> Gradient<S, P> {
     #[inline(never)]
     fn sample(&mut self, reference: f32, position: f32) -> f32 {
         let sample = self
-            .controller
+            .identifier
+            .controller()
             .process(&mut self.control, reference, position);
         sample.map_or(0.0, |sample| {
             self.identifier.process(&mut self.learnt, &sample);
@@ -113,9 +113,8 @@ fn gradient<S: ParameterSet<P>, const P: usize>(
 ) -> Result<(), IdentifierError> {
     let config = paper::config()?;
     let velocity = paper::velocity::<f32>(&config.units)?;
-    let identifier = GradientIdentifier::new(&config, &paper::law()?, velocity)?;
+    let identifier = DiagonalGradientIdentifier::new(&config, &paper::law()?, velocity)?;
     let mut parts = Gradient::<S, P> {
-        controller: config.controller(velocity),
         control: ControlState::at_rest(0.0),
         learnt: identifier.start(),
         identifier,
@@ -129,7 +128,6 @@ fn gradient<S: ParameterSet<P>, const P: usize>(
 
 /// Controller and recursive Gauss–Newton.
 struct GaussNewton {
-    controller: Controller<f32, Filter>,
     identifier: GaussNewtonIdentifier<f32, Filter, AbCoulombLoad, 4>,
     control: ControlState<f32, LowPassState<f32>>,
     learnt: GaussNewtonIdentifierState<f32, LowPassState<f32>, 4>,
@@ -139,7 +137,8 @@ impl GaussNewton {
     #[inline(never)]
     fn sample(&mut self, reference: f32, position: f32) -> f32 {
         let sample = self
-            .controller
+            .identifier
+            .controller()
             .process(&mut self.control, reference, position);
         sample.map_or(0.0, |sample| {
             self.identifier.process(&mut self.learnt, &sample);
@@ -154,7 +153,6 @@ fn gauss_newton(counter: &Counter) -> Result<(), IdentifierError> {
     let identifier =
         GaussNewtonIdentifier::new(&config, &Uncertainty::UNSTATED, [false; 4], velocity)?;
     let mut parts = GaussNewton {
-        controller: config.controller(velocity),
         control: ControlState::at_rest(0.0),
         learnt: identifier.start(),
         identifier,

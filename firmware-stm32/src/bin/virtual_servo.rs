@@ -9,7 +9,7 @@ use core::convert::Infallible;
 use cortex_m_rt::entry;
 use firmware_stm32::host::{Text, exit, say};
 use firmware_stm32::paper;
-use identifier_core::drive::{Actuator, PositionSensor, Tick};
+use identifier_core::drive::{Actuator, PositionSensor, Tick, TickState};
 use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::{
     FixedController, FixedGradientIdentifier, FixedLowPass, Ranges, reference_of_counts,
@@ -82,8 +82,8 @@ fn single_precision() -> Result<ServoParameters, IdentifierError> {
         encoder,
     };
     let (mut sensor, mut actuator) = (&servo, &servo);
-    let tick = Tick::new(config.controller::<f32, _>(velocity));
-    let mut state = tick.start(0);
+    let tick = Tick::new(identifier.controller());
+    let mut state = TickState::at_rest(0);
     let mut learnt = identifier.start();
     let mut wanted = Excitation::<f32>::start(&reference);
     for _ in 0..paper::samples() {

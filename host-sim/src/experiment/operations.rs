@@ -202,6 +202,11 @@ impl Number for Counted {
         self.0.is_finite()
     }
 
+    fn magnitude(self) -> Self {
+        OPERATIONS.set(OPERATIONS.get() + 1);
+        Self(self.0.abs())
+    }
+
     /// Three Newton steps of three operations, as in single precision.
     fn reciprocal(self) -> Self {
         OPERATIONS.set(OPERATIONS.get() + 9);

@@ -1,4 +1,5 @@
-use super::{PositiveDefinite, Projection};
+use super::gain::dot;
+use super::{FullGain, Gain, PositiveDefinite, Projection};
 use crate::error::{Allowed, OutOfRange};
 use crate::interval::Interval;
 use crate::number::{Number, RunningSum};
@@ -12,13 +13,18 @@ use crate::number::{Number, RunningSum};
 /// needs T φᵀΓφ well below α = a + b k_d. The guard holds it below the fraction ρ =
 /// [`Gradient::GUARD`] of the smallest α that the servo can have. (11) stays stable for every
 /// Γ > 0, and scaling the whole step by a positive factor only makes Γ smaller for that sample.
+///
+/// The form of Γ is a type, G: [`Gradient`] takes any.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gradient<N, const P: usize> {
-    gamma: [[N; P]; P],
+pub struct GradientWith<N, const P: usize, G> {
+    gamma: G,
     mu: N,
     strongest: N,
     projection: Projection<N, P>,
 }
+
+/// The law with any Γ.
+pub type Gradient<N, const P: usize> = GradientWith<N, P, FullGain<N, P>>;
 
 /// What the law remembers: the estimates, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,26 +76,20 @@ impl<N: Number, const P: usize> GradientState<N, P> {
     }
 }
 
-impl<N: Number, const P: usize> Gradient<N, P> {
+impl<N: Number, const P: usize, G: Gain<N, P>> GradientWith<N, P, G> {
     /// ρ: the largest T φᵀΓφ/α_min. At 0.05 none of the servos of the paper's box diverges under
     /// any Γ; at 0.3 some do.
     pub const GUARD: f64 = 0.05;
 
-    /// The law from its configuration.
+    /// The law from its Γ in the form for the hot path and its configuration.
     ///
     /// # Errors
     /// `mu` and the smallest α must be positive.
-    pub fn new(config: &GradientConfig<P>) -> Result<Self, OutOfRange> {
+    pub fn new(gamma: G, config: &GradientConfig<P>) -> Result<Self, OutOfRange> {
         Allowed::Above(0.0).check("mu", config.mu)?;
         Allowed::Above(0.0).check("alpha_min", config.slowest_decay)?;
-        let gamma = config.gamma.entries();
         Ok(Self {
-            gamma: core::array::from_fn(|i| {
-                core::array::from_fn(|j| {
-                    let moves = !(config.frozen[i] || config.frozen[j]);
-                    N::from_f64(if moves { gamma[i][j] } else { 0.0 })
-                })
-            }),
+            gamma,
             mu: N::from_f64(config.mu),
             strongest: N::from_f64(Self::GUARD * config.slowest_decay),
             projection: Projection::new(
@@ -109,15 +109,16 @@ impl<N: Number, const P: usize> Gradient<N, P> {
         output_error: N,
         output_error_rate: N,
     ) -> GradientUpdate {
-        let direction: [N; P] = core::array::from_fn(|i| dot(&self.gamma[i], regressor));
+        let direction = self.gamma.times(regressor);
         let strength = dot(regressor, &direction);
         let mut output = self.mu * output_error + output_error_rate;
         let mut update = GradientUpdate::Full;
-        // The sum is finite if both are.
-        if !(strength + output).is_finite() {
-            return GradientUpdate::Held;
-        }
-        if strength > self.strongest {
+        // No number if one of them is infinite or none, and then not below anything.
+        let gentle = strength + output * N::ZERO <= self.strongest;
+        if !gentle {
+            if !(strength + output).is_finite() {
+                return GradientUpdate::Held;
+            }
             output = output * self.strongest * strength.reciprocal();
             update = GradientUpdate::Slowed;
         }
@@ -129,29 +130,21 @@ impl<N: Number, const P: usize> Gradient<N, P> {
     }
 }
 
-#[inline]
-fn dot<N: Number, const P: usize>(x: &[N; P], y: &[N; P]) -> N {
-    let mut sum = x[0] * y[0];
-    for i in 1..P {
-        sum += x[i] * y[i];
-    }
-    sum
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn law(gamma: [[f64; 3]; 3]) -> Gradient<f64, 3> {
         let wide = Interval::new("bounds", -1e3, 1e3).expect("ordered");
-        Gradient::new(&GradientConfig {
+        let config = GradientConfig {
             gamma: PositiveDefinite::new(gamma).expect("positive definite"),
             mu: 0.5,
             slowest_decay: 100.0,
             bounds: [wide; 3],
             frozen: [false; 3],
-        })
-        .expect("valid")
+        };
+        let gain = FullGain::new(&config.gamma, config.frozen).expect("any form");
+        Gradient::new(gain, &config).expect("valid")
     }
 
     const GAMMA: [[f64; 3]; 3] = [[2.0, 0.5, 0.0], [0.5, 1.0, 0.1], [0.0, 0.1, 3.0]];

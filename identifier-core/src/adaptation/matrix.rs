@@ -29,6 +29,15 @@ pub enum MatrixError {
         /// The entry across the diagonal.
         mirrored: f64,
     },
+    /// An entry beside the diagonal is not zero where only a diagonal matrix will do.
+    NotDiagonal {
+        /// Row of the entry, from 0.
+        row: usize,
+        /// Column of the entry, from 0.
+        column: usize,
+        /// The entry.
+        value: f64,
+    },
     /// A pivot of the Cholesky factorisation is not positive.
     NotPositiveDefinite {
         /// Row of the pivot, from 0.
@@ -54,6 +63,10 @@ impl fmt::Display for MatrixError {
                 f,
                 "the matrix is not symmetric: entry [{row}][{column}] = {value}, but \
                  [{column}][{row}] = {mirrored}"
+            ),
+            Self::NotDiagonal { row, column, value } => write!(
+                f,
+                "entry [{row}][{column}] = {value} is not allowed: the matrix must be diagonal"
             ),
             Self::NotPositiveDefinite { row, pivot } => write!(
                 f,

@@ -2,6 +2,7 @@
 
 mod automatic_gain;
 mod covariance;
+mod gain;
 mod gauss_newton;
 mod gradient;
 mod matrix;
@@ -10,8 +11,9 @@ mod projection;
 
 pub use automatic_gain::AutomaticGain;
 pub use covariance::{Covariance, Innovation};
+pub use gain::{DiagonalGain, FullGain, Gain};
 pub use gauss_newton::{GaussNewton, GaussNewtonConfig, GaussNewtonState};
-pub use gradient::{Gradient, GradientConfig, GradientState, GradientUpdate};
+pub use gradient::{Gradient, GradientConfig, GradientState, GradientUpdate, GradientWith};
 pub use matrix::{MatrixError, PositiveDefinite};
 pub use normal_equations::NormalEquations;
 pub use projection::Projection;

@@ -115,8 +115,9 @@ impl<N: Number, V: VelocityEstimate<N>> Controller<N, V> {
     ) -> Result<ControlSample<N>, StepError> {
         let error = reference - position;
         let increment = position - state.position;
-        let reach = N::REACH;
-        if !(error.magnitude() <= reach && increment.magnitude() <= reach) {
+        // One comparison for both; it fails for what is no number.
+        let within = error.magnitude() + increment.magnitude() <= N::REACH;
+        if !within {
             return Err(Self::refusal(reference, position));
         }
         let velocity = self.velocity.process(&mut state.filter, increment);

@@ -9,9 +9,13 @@ use crate::number::Number;
 ///
 /// What learns from the sample comes after it, so that nothing delays the command. A fault of any
 /// kind lets the servo go.
+///
+/// The controller is best the identifier's own, as
+/// [`GradientIdentifier::controller`](crate::identifier::GradientIdentifierWith::controller) gives
+/// it: then real loop and model loop cannot differ.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tick<N, V> {
-    controller: Controller<N, V>,
+pub struct Tick<'a, N, V> {
+    controller: &'a Controller<N, V>,
 }
 
 /// What a step remembers until the next.
@@ -47,23 +51,26 @@ pub enum TickError<S, A> {
     Actuator(A),
 }
 
-impl<N: Number, V: VelocityEstimate<N>> Tick<N, V> {
-    /// The step of a controller.
+impl<N: Number, F: Default> TickState<N, F> {
+    /// At rest at a count, which is where positions are measured from.
     #[must_use]
-    pub fn new(controller: Controller<N, V>) -> Self {
-        Self { controller }
-    }
-
-    /// The state at rest at a count, which is where positions are measured from.
-    #[must_use]
-    pub fn start(&self, count: i64) -> TickState<N, V::State> {
-        TickState {
+    pub fn at_rest(count: i64) -> Self {
+        Self {
             control: ControlState::at_rest(N::ZERO),
             origin: Origin::new(count),
         }
     }
+}
 
-    /// One step towards a reference, counts from the origin that [`Tick::start`] set and
+impl<'a, N: Number, V: VelocityEstimate<N>> Tick<'a, N, V> {
+    /// The step of a controller.
+    #[inline]
+    #[must_use]
+    pub fn new(controller: &'a Controller<N, V>) -> Self {
+        Self { controller }
+    }
+
+    /// One step towards a reference, counts from the origin that [`TickState::at_rest`] set and
     /// [`Ticked::moved`] tells of.
     ///
     /// # Errors
@@ -151,20 +158,21 @@ mod tests {
         }
     }
 
-    fn tick() -> Tick<f32, BackwardDifference> {
+    fn controller() -> Controller<f32, BackwardDifference> {
         let units = Units::new(1e-3, 1.0).expect("valid");
         let gains = Gains::new(2.0, 0.0, 0.0).expect("valid");
         let limit = CommandLimit::symmetric(100.0).expect("valid");
-        Tick::new(Controller {
+        Controller {
             pid: Pid::new(&units, &gains, &limit),
             velocity: BackwardDifference,
-        })
+        }
     }
 
     #[test]
     fn a_step_measures_controls_and_acts() {
-        let tick = tick();
-        let mut state = tick.start(1_000_000_000_000);
+        let controller = controller();
+        let tick = Tick::new(&controller);
+        let mut state = TickState::at_rest(1_000_000_000_000);
         let mut motor = Motor::default();
         let mut sensor = Sensor(Ok(1_000_000_000_003));
         let ticked = tick
@@ -177,8 +185,9 @@ mod tests {
 
     #[test]
     fn far_away_the_origin_moves_and_the_error_stays() {
-        let tick = tick();
-        let mut state = tick.start(0);
+        let controller = controller();
+        let tick = Tick::new(&controller);
+        let mut state = TickState::at_rest(0);
         let mut motor = Motor::default();
         let far = 70_000;
         let ticked = tick
@@ -190,8 +199,9 @@ mod tests {
 
     #[test]
     fn every_fault_lets_the_servo_go_and_leaves_the_state() {
-        let tick = tick();
-        let mut state = tick.start(0);
+        let controller = controller();
+        let tick = Tick::new(&controller);
+        let mut state = TickState::at_rest(0);
         let before = state;
         let mut motor = Motor::default();
         let lost = tick.step(&mut state, 0.0, &mut Sensor(Err("lost")), &mut motor);

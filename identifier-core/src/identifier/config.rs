@@ -72,7 +72,7 @@ impl IdentifierConfig {
     #[must_use]
     pub fn controller<N: Number, V: VelocityEstimate<N>>(&self, velocity: V) -> Controller<N, V> {
         Controller {
-            pid: self.pid(),
+            pid: Pid::new(&self.units, &self.gains, &self.limit),
             velocity,
         }
     }
@@ -84,17 +84,12 @@ impl IdentifierConfig {
             .unwrap_or_else(|| PlantBox::spanning(self.bounds.a, self.bounds.b))
     }
 
-    pub(super) fn pid<N: Number>(&self) -> Pid<N> {
-        Pid::new(&self.units, &self.gains, &self.limit)
-    }
-
     pub(super) fn model_loop<N: Number, V: VelocityEstimate<N>>(
         &self,
         velocity: V,
     ) -> ModelLoop<N, V> {
         ModelLoop {
-            pid: self.pid(),
-            velocity,
+            controller: self.controller(velocity),
             step: FrictionStep::new(),
         }
     }

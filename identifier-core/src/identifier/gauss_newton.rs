@@ -3,7 +3,7 @@ use core::marker::PhantomData;
 use super::config::Promise;
 use super::{Found, IdentifierConfig, IdentifierError};
 use crate::adaptation::{GaussNewton, GaussNewtonConfig, GaussNewtonState};
-use crate::control::{ControlSample, ControlState};
+use crate::control::{ControlSample, ControlState, Controller};
 use crate::error::Allowed;
 use crate::measurement::velocity::VelocityEstimate;
 use crate::model::{ModelLoop, ModelState, Sensitivity, ServoParameters};
@@ -152,6 +152,13 @@ where
         })
     }
 
+    /// The controller that the model loop has, to close the real loop with.
+    #[inline]
+    #[must_use]
+    pub fn controller(&self) -> &Controller<N, V> {
+        &self.model.controller
+    }
+
     /// The certificate of the box, where a box was given.
     #[must_use]
     pub fn certificate(&self) -> Option<&Certificate> {
@@ -249,7 +256,8 @@ where
             if wanted == Parameter::Load {
                 let integral = state.sensitivity.integral();
                 for (i, parameter) in S::PARAMETERS.into_iter().enumerate() {
-                    combination[i] += gain * self.model.pid.integral_command(integral[i]);
+                    combination[i] +=
+                        gain * self.model.controller.pid.integral_command(integral[i]);
                     if parameter == Parameter::B {
                         combination[i] += state.load_command;
                     }

@@ -3,9 +3,10 @@ use core::marker::PhantomData;
 use super::config::Promise;
 use super::{IdentifierConfig, IdentifierError};
 use crate::adaptation::{
-    Gradient, GradientConfig, GradientState, GradientUpdate, PositiveDefinite,
+    DiagonalGain, FullGain, Gain, GradientConfig, GradientState, GradientUpdate, GradientWith,
+    PositiveDefinite,
 };
-use crate::control::{ControlSample, ControlState};
+use crate::control::{ControlSample, ControlState, Controller};
 use crate::measurement::travel::Travel;
 use crate::measurement::velocity::VelocityEstimate;
 use crate::model::{ModelLoop, ModelState, ServoParameters};
@@ -34,17 +35,26 @@ impl<const P: usize> GradientLaw<P> {
     }
 }
 
-/// The paper's identifier: model loop, Γ-gradient law and load estimate, for the parameter set S.
+/// The paper's identifier: model loop, Γ-gradient law and load estimate, for the parameter set S and
+/// a form of Γ, G.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GradientIdentifier<N, V, S, const P: usize> {
+pub struct GradientIdentifierWith<N, V, S, const P: usize, G> {
     model: ModelLoop<N, V>,
-    law: Gradient<N, P>,
+    law: GradientWith<N, P, G>,
     travel: Travel<N>,
     initial: [f64; P],
     units: Units,
     promise: Option<Promise>,
     set: PhantomData<S>,
 }
+
+/// The paper's identifier with any Γ.
+pub type GradientIdentifier<N, V, S, const P: usize> =
+    GradientIdentifierWith<N, V, S, P, FullGain<N, P>>;
+
+/// The paper's identifier with a diagonal Γ, which costs less in every sample.
+pub type DiagonalGradientIdentifier<N, V, S, const P: usize> =
+    GradientIdentifierWith<N, V, S, P, DiagonalGain<N, P>>;
 
 /// What the identifier remembers between samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,11 +78,12 @@ pub struct GradientIdentification<N> {
     pub restarted: bool,
 }
 
-impl<N, V, S, const P: usize> GradientIdentifier<N, V, S, P>
+impl<N, V, S, const P: usize, G> GradientIdentifierWith<N, V, S, P, G>
 where
     N: Number,
     V: VelocityEstimate<N>,
     S: ParameterSet<P>,
+    G: Gain<N, P>,
 {
     /// Builds the identifier for a velocity estimate, the same that the controller uses.
     ///
@@ -90,21 +101,31 @@ where
         let promise = config.certify(mu, &velocity.transfer())?;
         let scale = S::PARAMETERS.map(|parameter| parameter.scale(units) / units.velocity());
         let decay = config.assumed_box().slowest_decay(config.gains.kd());
+        let gamma = law.gamma.scaled(scale)?;
+        let gradient = GradientConfig {
+            gamma,
+            mu: mu * units.rate(),
+            slowest_decay: decay * units.rate(),
+            bounds: config.bounds_of::<S, P>(),
+            frozen: law.frozen,
+        };
         Ok(Self {
             model: config.model_loop(velocity),
-            law: Gradient::new(&GradientConfig {
-                gamma: law.gamma.scaled(scale)?,
-                mu: mu * units.rate(),
-                slowest_decay: decay * units.rate(),
-                bounds: config.bounds_of::<S, P>(),
-                frozen: law.frozen,
-            })?,
+            law: GradientWith::new(G::new(&gamma, law.frozen)?, &gradient)?,
             travel: Travel::new(units),
             initial: config.initial_of::<S, P>(),
             units: *units,
             promise,
             set: PhantomData,
         })
+    }
+
+    /// The controller that the model loop has. Closing the real loop with this one, in place of one of
+    /// your own, costs fewer instructions, and the two cannot differ.
+    #[inline]
+    #[must_use]
+    pub fn controller(&self) -> &Controller<N, V> {
+        &self.model.controller
     }
 
     /// The certificate of the box, where a box was given.
@@ -142,30 +163,46 @@ where
         self.model.observe(&mut state.model, real);
         let output_error = state.model.output_error();
         // A model that friction can hold has nothing to learn from a servo that stays where it is.
-        let stays = S::HAS_COULOMB && self.travel.stays(&mut state.travelled, real.increment);
-        if stays {
-            self.model.stand_beside(&mut state.model);
+        if S::HAS_COULOMB && self.travel.stays(&mut state.travelled, real.increment) {
+            // By value: what is pointed at would have to be in memory in every sample.
+            return self.wait(state, *real, output_error);
         }
+        self.follow(state, real, output_error, |law, regressor, rate| {
+            self.law.update(law, regressor, output_error, rate)
+        })
+    }
+
+    /// A sample in which nothing is learnt, the model beside the servo.
+    #[cold]
+    #[inline(never)]
+    fn wait(
+        &self,
+        state: &mut GradientIdentifierState<N, V::State, P>,
+        real: ControlSample<N>,
+        output_error: N,
+    ) -> GradientIdentification<N> {
+        self.model.stand_beside(&mut state.model);
+        self.follow(state, &real, output_error, |_, _, _| GradientUpdate::Held)
+    }
+
+    /// The rest of a sample, with what is learnt from regressor and rate of the output error.
+    #[inline]
+    fn follow(
+        &self,
+        state: &mut GradientIdentifierState<N, V::State, P>,
+        real: &ControlSample<N>,
+        output_error: N,
+        learn: impl FnOnce(&mut GradientState<N, P>, &[N; P], N) -> GradientUpdate,
+    ) -> GradientIdentification<N> {
         let command = self.model.command(&mut state.model, real);
         let regressor = self.model.regressor::<S, P>(&mut state.model, &command);
-        let update = if stays {
-            GradientUpdate::Held
-        } else {
-            self.law.update(
-                &mut state.law,
-                &regressor,
-                output_error,
-                command.output_error_rate,
-            )
-        };
+        let update = learn(&mut state.law, &regressor, command.output_error_rate);
         let parameters = ModelParameters::of_set::<S, P>(&state.law.estimates());
         let phase = self
             .model
             .advance::<S, P>(&mut state.model, &command, &parameters);
-        if S::HAS_COULOMB {
-            self.model
-                .stand_together(&mut state.model, real, &parameters, phase);
-        }
+        self.model
+            .stand_together(&mut state.model, real, &parameters, phase);
         state.load_command = command.load;
         GradientIdentification {
             output_error,

@@ -1,8 +1,9 @@
 //! Identifiers: a model loop and a law beside a running controller.
 //!
-//! [`GradientIdentifier`] runs the paper's law, [`GaussNewtonIdentifier`] the fast one with
-//! standard errors, [`WindowIdentifier`] fits the last samples again and again in the background. All are built from the same [`IdentifierConfig`] and a configuration of the
-//! law, and take each sample after the controller's.
+//! [`GradientIdentifier`] runs the paper's law ([`DiagonalGradientIdentifier`] for less work in every
+//! sample), [`GaussNewtonIdentifier`] the fast one with standard errors, [`WindowIdentifier`] fits the
+//! last samples again and again in the background. All are built from the same [`IdentifierConfig`]
+//! and a configuration of the law, and take each sample after the controller's.
 
 mod config;
 mod error;
@@ -16,6 +17,7 @@ pub use gauss_newton::{
     GaussNewtonIdentification, GaussNewtonIdentifier, GaussNewtonIdentifierState, Uncertainty,
 };
 pub use gradient::{
-    GradientIdentification, GradientIdentifier, GradientIdentifierState, GradientLaw,
+    DiagonalGradientIdentifier, GradientIdentification, GradientIdentifier,
+    GradientIdentifierState, GradientIdentifierWith, GradientLaw,
 };
 pub use window::{Found, Recorded, Window, WindowIdentifier, WindowState};

@@ -12,7 +12,6 @@ use crate::units::Units;
 pub struct Travel<N> {
     fading: N,
     least: N,
-    most: N,
 }
 
 impl<N: Number> Travel<N> {
@@ -22,9 +21,6 @@ impl<N: Number> Travel<N> {
     /// Counts (position units) within that time from which on the servo goes somewhere.
     pub const LEAST: f64 = 10.0;
 
-    /// Counts beyond which more travel is not counted, so that a stop is seen within two seconds.
-    pub const MOST: f64 = 640.0;
-
     /// For a loop with these units.
     #[must_use]
     pub fn new(units: &Units) -> Self {
@@ -32,7 +28,6 @@ impl<N: Number> Travel<N> {
         Self {
             fading: N::from_f64(fading),
             least: N::from_f64(Self::LEAST),
-            most: N::from_f64(Self::MOST),
         }
     }
 
@@ -40,9 +35,6 @@ impl<N: Number> Travel<N> {
     #[inline]
     pub fn stays(&self, travelled: &mut N, increment: N) -> bool {
         *travelled += increment.magnitude() - self.fading * *travelled;
-        if *travelled > self.most {
-            *travelled = self.most;
-        }
         *travelled < self.least
     }
 }

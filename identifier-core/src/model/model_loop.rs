@@ -1,5 +1,5 @@
 use super::{FrictionStep, Motion, Phase};
-use crate::control::{ControlSample, ControlState, Pid};
+use crate::control::{ControlSample, ControlState, Controller};
 use crate::measurement::velocity::VelocityEstimate;
 use crate::number::{Number, RunningSum};
 use crate::parameters::{ModelParameters, Parameter, ParameterSet};
@@ -19,10 +19,8 @@ use crate::parameters::{ModelParameters, Parameter, ParameterSet};
 /// decided by its own limit with the same rule.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModelLoop<N, V> {
-    /// The control law, shared with the real loop.
-    pub pid: Pid<N>,
-    /// The velocity estimate, the same as the real loop's.
-    pub velocity: V,
+    /// Velocity estimate and control law: those of the real loop.
+    pub controller: Controller<N, V>,
     /// The exact zero-order-hold step, with friction where the model has it.
     pub step: FrictionStep<N>,
 }
@@ -141,11 +139,15 @@ impl<N: Number, V: VelocityEstimate<N>> ModelLoop<N, V> {
         real: &ControlSample<N>,
     ) -> ModelCommand<N> {
         let velocity = self
+            .controller
             .velocity
             .process(&mut state.filter, state.motion.increment);
-        let load = self.pid.integral_command(state.integral_error.value());
+        let load = self
+            .controller
+            .pid
+            .integral_command(state.integral_error.value());
         let error = real.error + state.output_error;
-        let command = self.pid.command(error, velocity, real.integral);
+        let command = self.controller.pid.command(error, velocity, real.integral);
         state
             .integral_error
             .add(match (command.integrates, real.integrates) {
@@ -155,7 +157,8 @@ impl<N: Number, V: VelocityEstimate<N>> ModelLoop<N, V> {
                 (false, false) => N::ZERO,
             });
         ModelCommand {
-            value: command.value + load + real.injection,
+            // Written so that an injection that is known to be zero costs nothing.
+            value: command.value + load - (N::ZERO - real.injection),
             load,
             output_error_rate: real.velocity - velocity,
             velocity,
@@ -183,11 +186,15 @@ impl<N: Number, V: VelocityEstimate<N>> ModelLoop<N, V> {
         let filters = &mut state.regressor_filter;
         S::PARAMETERS.map(|parameter| match parameter {
             Parameter::A => command.velocity,
-            Parameter::B => -self.velocity.process(&mut filters.command, u),
-            Parameter::Coulomb => self.velocity.process(&mut filters.direction, direction),
-            Parameter::Load if S::HAS_COULOMB => {
-                -self.velocity.process(&mut filters.moving, moving)
-            }
+            Parameter::B => -self.controller.velocity.process(&mut filters.command, u),
+            Parameter::Coulomb => self
+                .controller
+                .velocity
+                .process(&mut filters.direction, direction),
+            Parameter::Load if S::HAS_COULOMB => -self
+                .controller
+                .velocity
+                .process(&mut filters.moving, moving),
             Parameter::Load => -N::ONE,
         })
     }
@@ -200,7 +207,8 @@ impl<N: Number, V: VelocityEstimate<N>> ModelLoop<N, V> {
         command: &ModelCommand<N>,
         parameters: &ModelParameters<N>,
     ) -> Phase<N> {
-        let drive = parameters.gain * command.value + parameters.load;
+        // Written so that a load that is known to be zero costs nothing.
+        let drive = parameters.gain * command.value - (N::ZERO - parameters.load);
         if S::HAS_COULOMB {
             let (motion, phase) = self.step.process(
                 parameters.x,
@@ -241,9 +249,12 @@ impl<N: Number, V: VelocityEstimate<N>> ModelLoop<N, V> {
         parameters: &ModelParameters<N>,
         phase: Phase<N>,
     ) -> bool {
+        if phase != Phase::Stuck {
+            return false;
+        }
         let damping = parameters.x * real.velocity
-            - parameters.gain * self.pid.linear(N::ZERO, real.velocity);
-        let stand = phase == Phase::Stuck && damping.magnitude() <= parameters.coulomb;
+            - parameters.gain * self.controller.pid.linear(N::ZERO, real.velocity);
+        let stand = damping.magnitude() <= parameters.coulomb;
         if stand {
             self.stand_beside(state);
         }
@@ -261,8 +272,9 @@ impl<N: Number, V: VelocityEstimate<N>> ModelLoop<N, V> {
     #[inline]
     #[must_use]
     pub fn restart_if_lost(&self, state: &mut ModelState<N, V::State>) -> bool {
-        let in_reach = state.output_error.magnitude() <= N::REACH
-            && state.motion.velocity.magnitude() <= N::REACH;
+        // One comparison for both; it fails for what is no number.
+        let in_reach =
+            state.output_error.magnitude() + state.motion.velocity.magnitude() <= N::REACH;
         if !in_reach {
             *state = ModelState::at_rest();
         }

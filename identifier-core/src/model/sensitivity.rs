@@ -131,13 +131,14 @@ impl<N: Number, V: VelocityEstimate<N>> ModelLoop<N, V> {
     ) {
         for tangent in &mut sensitivity.tangents {
             let velocity = self
+                .controller
                 .velocity
                 .process(&mut tangent.filter, tangent.motion.increment);
-            let load = self.pid.integral_command(tangent.integral);
+            let load = self.controller.pid.integral_command(tangent.integral);
             tangent.command = if command.limited {
                 load
             } else {
-                self.pid.linear(-tangent.position, velocity) + load
+                self.controller.pid.linear(-tangent.position, velocity) + load
             };
             if command.integrates {
                 tangent.integral = tangent.integral - tangent.position;

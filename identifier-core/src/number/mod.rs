@@ -73,11 +73,8 @@ pub trait Number:
     }
 
     /// |x|.
-    #[inline]
     #[must_use]
-    fn magnitude(self) -> Self {
-        if self < Self::ZERO { -self } else { self }
-    }
+    fn magnitude(self) -> Self;
 }
 
 impl Number for f32 {
@@ -112,6 +109,11 @@ impl Number for f32 {
     #[inline]
     fn is_finite(self) -> bool {
         Self::is_finite(self)
+    }
+
+    #[inline]
+    fn magnitude(self) -> Self {
+        self.abs()
     }
 
     /// Three Newton steps r ← r (2 − x r) from the exponent-negating integer guess, whose error
@@ -161,6 +163,11 @@ impl Number for f64 {
     #[inline]
     fn is_finite(self) -> bool {
         Self::is_finite(self)
+    }
+
+    #[inline]
+    fn magnitude(self) -> Self {
+        self.abs()
     }
 
     #[inline]
