@@ -119,7 +119,7 @@ fn one_causal_pass_finds_the_published_values_from_a_third_to_three_times_them()
         }
         println!("seed {seed}: {within_two} of 20 within two deviations in all four");
         // The load ends at -1.9 to -2.1 deviations, on the edge.
-        assert!(within_two >= 8, "{within_two}");
+        assert!(within_two >= 14, "{within_two}");
     }
 }
 

@@ -137,8 +137,8 @@ fn side_by_side(scenario: &Scenario, turns: u32) -> Differences {
     differences
 }
 
-/// The largest mean difference of a signal over the formats, over its size.
-fn mean_off(differences: &Differences, format: Format, name: &str) -> (f64, f64) {
+/// How far a signal is from that of f64, the larger of mean and root mean square, and its size.
+fn distance(differences: &Differences, format: Format, name: &str) -> (f64, f64) {
     let all = differences.of(format);
     let signal = all.iter().find(|signal| signal.name == name);
     let signal = signal.expect("a signal of that name");
@@ -162,8 +162,8 @@ fn fast_loops_and_many_turns_cost_nothing() {
         scenario.duration = 10.0;
         let differences = side_by_side(&scenario, turns);
         for format in [Format::F32, Format::Fixed] {
-            let (a, _) = mean_off(&differences, format, "a");
-            let (b, size) = mean_off(&differences, format, "b");
+            let (a, _) = distance(&differences, format, "a");
+            let (b, size) = distance(&differences, format, "b");
             println!(
                 "T = {sample_time}, {turns} turns, {}: a off by {a:.1e} 1/s, b by {:.1e}",
                 format.name(),
@@ -178,9 +178,9 @@ fn fast_loops_and_many_turns_cost_nothing() {
 fn assert_no_drift(scenario: &Scenario, parameters: &[&str]) {
     let differences = side_by_side(scenario, 0);
     for (format, tolerance) in [(Format::F32, F32), (Format::Fixed, FIXED)] {
-        assert!(mean_off(&differences, format, "a").0 < tolerance.a);
+        assert!(distance(&differences, format, "a").0 < tolerance.a);
         for &name in parameters {
-            let (off, size) = mean_off(&differences, format, name);
+            let (off, size) = distance(&differences, format, name);
             let relative = match name {
                 "b" => tolerance.b,
                 "coulomb" => tolerance.coulomb,

@@ -1,6 +1,7 @@
 use identifier_core::control::CommandLimit;
 use identifier_core::model::ServoParameters;
 
+use crate::experiment::CHECKED;
 use crate::scenario::Scenario;
 
 /// A servo and its surroundings, as a scenario whose law does not matter.
@@ -20,12 +21,7 @@ impl Case {
     #[must_use]
     pub fn all(base: &Scenario) -> Vec<Self> {
         let with = &base.compare;
-        let servo = base.plant.unwrap_or(ServoParameters {
-            a: 0.0,
-            b: 1.0,
-            coulomb: 0.0,
-            load: 0.0,
-        });
+        let servo = base.plant.expect(CHECKED);
         let bare = ServoParameters {
             coulomb: 0.0,
             load: 0.0,

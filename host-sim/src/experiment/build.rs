@@ -15,7 +15,7 @@ use super::learner::{GaussNewtonLearner, GradientLearner, Learner, WindowLearner
 use crate::scenario::{Law, Scenario, WithSet};
 
 /// Why the parts can be relied on: a [`Scenario`] builds each of them once when it is read.
-pub(super) const CHECKED: &str = "the scenario was checked when it was read";
+pub(crate) const CHECKED: &str = "the scenario was checked when it was read";
 
 type Built<N, F> = Result<(Box<dyn Learner<N, F>>, Outcome), IdentifierError>;
 

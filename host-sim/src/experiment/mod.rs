@@ -8,7 +8,7 @@ mod learner;
 mod operations;
 mod sample;
 
-pub(crate) use build::learner;
+pub(crate) use build::{CHECKED, learner};
 pub(crate) use learner::Given;
 pub use operations::operations;
 pub use sample::{Abort, Outcome, Sample};

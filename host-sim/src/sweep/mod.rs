@@ -81,12 +81,7 @@ fn run(scenario: &Scenario, index: u32) -> Run {
     };
     Run {
         index,
-        truth: scenario.plant.unwrap_or(ServoParameters {
-            a: f64::NAN,
-            b: f64::NAN,
-            coulomb: f64::NAN,
-            load: f64::NAN,
-        }),
+        truth: scenario.plant.expect(experiment::CHECKED),
         status: summary.status,
         found: ServoParameters {
             a: of(Parameter::A),
