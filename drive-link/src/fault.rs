@@ -69,7 +69,7 @@ impl Fault {
             Self::LimitSwitch => "a limit switch opened in motion",
             Self::LimitSwitchesStuck => "a limit switch is open before motion begins",
             Self::EncoderFailed => "the encoder gave no valid reading",
-            Self::EncoderSilent => "the command is at its limit and the encoder counts nothing",
+            Self::EncoderSilent => "the servo is driven and the encoder counts nothing",
             Self::FollowingError => "the position is too far from the reference",
             Self::Overrun => "several samples running took longer than the sample time",
             Self::ActuatorFailed => "the output stage took no command",

@@ -26,7 +26,7 @@ pub struct Request {
 pub enum Command {
     /// Who is there? Answered by [`Report::Status`].
     Hello,
-    /// Take these settings; only while the servo is released.
+    /// Take these settings; only while the servo is let go.
     Configure(Settings),
     /// What are the settings? Answered by [`Report::Settings`].
     Show,
@@ -40,7 +40,7 @@ pub enum Command {
     Clear,
     /// Report every so many samples; 0 for never.
     Watch(u16),
-    /// Keep settings and estimates through a loss of power; only while the servo is released.
+    /// Keep settings and estimates through a loss of power; only while the servo is let go.
     Save,
 }
 
@@ -64,9 +64,19 @@ pub enum Report {
         refusal: Refusal,
     },
     /// Who is there, and how.
-    Status(Status),
+    Status {
+        /// The request's number; none for a report of its own accord.
+        id: Option<u8>,
+        /// How.
+        status: Status,
+    },
     /// The settings that hold.
-    Settings(Settings),
+    Settings {
+        /// The request's number.
+        id: u8,
+        /// They.
+        settings: Settings,
+    },
     /// The loop in motion.
     Snapshot(Snapshot),
     /// The drive let its servo go.
@@ -84,7 +94,7 @@ pub struct Status {
     pub kept: Kept,
     /// What the last run found, or the one that was kept.
     pub estimates: Option<Estimates>,
-    /// Samples that ended too late since the start.
+    /// Samples that ended too late since the start, as last told.
     pub overruns: u32,
     /// Samples that were to be shown and found no room.
     pub dropped: u32,
@@ -137,7 +147,7 @@ pub enum State {
 /// Why a request was not done.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Refusal {
-    /// It needs the servo released: stop first.
+    /// It needs the servo let go: stop first.
     Running,
     /// It needs the loop closed: start first.
     NotRunning,

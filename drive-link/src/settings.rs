@@ -72,7 +72,8 @@ pub struct Protection {
     pub travel: f64,
     /// How fast it is sent there, rad/s.
     pub speed: f64,
-    /// How long the command may be at its limit without a count, s.
+    /// How long the servo may be driven (a command at its limit, or a twentieth of the largest position
+    /// error) without moving, s.
     pub silence: f64,
     /// Samples running that may end too late.
     pub overruns: u8,
@@ -146,7 +147,8 @@ pub struct NotAllowed {
     pub name: Name,
     /// What was given.
     pub given: f64,
-    /// The least that would do; infinite if that end is open.
+    /// The least that would do; infinite if that end is open, no number if the sampled loop is
+    /// unstable and several settings could mend that.
     pub least: f64,
     /// The most that would do; infinite if that end is open.
     pub most: f64,
@@ -160,6 +162,13 @@ impl fmt::Display for NotAllowed {
             least,
             most,
         } = self;
+        if least.is_nan() {
+            return write!(
+                f,
+                "with {name} = {given} the sampled loop is unstable for some servo of the box: sample \
+                 faster, raise the cut-off, lower the gains, or shrink the box"
+            );
+        }
         write!(
             f,
             "{name} = {given} is not allowed: it must be from {least} to {most}"

@@ -28,7 +28,7 @@ mod supervisor;
 pub use closed_loop::{ClosedLoop, Seen};
 pub use lock_step::LockStep;
 pub use parts::{config, law};
-pub use sampler::{Event, Events, Lines, Order, Orders, Run, Sampler, Shown};
+pub use sampler::{Counts, Event, Events, Lines, Order, Orders, Run, Sampler, Shown};
 pub use self_test::self_test;
 pub use store::{Store, StoreError};
 pub use supervisor::Supervisor;

@@ -89,7 +89,9 @@ pub(crate) fn not_allowed(error: IdentifierError) -> NotAllowed {
             kp_above,
             ..
         }) => ("kp", kp, kp_above, f64::INFINITY),
-        IdentifierError::SampledLoop(error) => ("sample_time", error.sample_time, 0.0, 0.0),
+        IdentifierError::SampledLoop(error) => {
+            ("sample_time", error.sample_time, f64::NAN, f64::NAN)
+        }
         _ => ("gamma", f64::NAN, 0.0, f64::INFINITY),
     };
     refusal(name, given, least, most)

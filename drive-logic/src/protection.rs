@@ -6,16 +6,25 @@ use identifier_core::units::Units;
 
 use crate::parts::refusal;
 
-/// Part of the command limit from which on a command counts as being at it.
+/// Part of the command limit from which on a servo counts as being driven.
 const AT_THE_LIMIT: f64 = 0.9;
+
+/// Part of the largest position error from which on it does.
+const IN_ERROR: f64 = 0.05;
+
+/// Counts within which a servo has not moved: one line of an encoder that is broken still dithers.
+const DITHER: f32 = 4.0;
 
 /// The watch over one run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Protection {
     following_error: f32,
+    in_error: f32,
     strong: f32,
     silent_most: u32,
+    /// Samples running in which the servo was driven and did not move, and how far it moved in them.
     silent: u32,
+    moved: f32,
     late_most: u32,
     late: u32,
 }
@@ -42,9 +51,11 @@ impl Protection {
         let limit = high.min(-low);
         Ok(Self {
             following_error: (given.following_error * units.position()) as f32,
+            in_error: (IN_ERROR * given.following_error * units.position()) as f32,
             strong: (AT_THE_LIMIT * limit) as f32,
             silent_most: (given.silence / units.sample_time()) as u32,
             silent: 0,
+            moved: 0.0,
             late_most: u32::from(given.overruns),
             late: 0,
         })
@@ -56,12 +67,14 @@ impl Protection {
         if sample.error.abs() > self.following_error {
             return Err(Fault::FollowingError);
         }
-        let silent = sample.increment == 0.0 && sample.command.abs() >= self.strong;
-        self.silent = if silent {
-            self.silent.saturating_add(1)
+        let driven = sample.error.abs() > self.in_error || sample.command.abs() >= self.strong;
+        self.moved += sample.increment;
+        if driven && self.moved.abs() <= DITHER {
+            self.silent = self.silent.saturating_add(1);
         } else {
-            0
-        };
+            self.silent = 0;
+            self.moved = 0.0;
+        }
         if self.silent > self.silent_most {
             Err(Fault::EncoderSilent)
         } else {

@@ -49,13 +49,22 @@ pub enum Order {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event {
     /// The servo was let go as ordered; what the loop had learnt.
-    Released(Option<ClosedLoop>),
+    Released(Option<ClosedLoop>, Counts),
     /// The servo was let go because of a fault.
-    Faulted(Fault),
+    Faulted(Fault, Counts),
     /// A fault was forgotten.
     Cleared,
     /// A sample.
     Shown(Shown),
+}
+
+/// What went wrong without being a fault.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Counts {
+    /// Samples that ended too late since the start.
+    pub overruns: u32,
+    /// Events that found no room since the drive was switched on.
+    pub dropped: u32,
 }
 
 /// A sample as the interrupt knows it, machine units.
@@ -73,10 +82,8 @@ pub struct Shown {
     pub command: f32,
     /// Output error, counts.
     pub output_error: f32,
-    /// Samples that ended too late since the start.
-    pub overruns: u32,
-    /// Events that found no room since the drive was switched on.
-    pub dropped: u32,
+    /// What went wrong without being a fault.
+    pub counts: Counts,
 }
 
 /// What the pins say besides the encoder. Every line is healthy when it is closed, so a broken wire
@@ -117,7 +124,6 @@ pub struct Run {
     reference: Reference,
     protection: Protection,
     sample: u32,
-    overruns: u32,
     started_at: i64,
     origin: i64,
 }
@@ -125,11 +131,17 @@ pub struct Run {
 impl Run {
     /// # Errors
     /// The setting that is not allowed.
-    pub(crate) fn new(settings: &Settings) -> Result<Self, NotAllowed> {
+    pub(crate) fn new(settings: &Settings, full_scale: f64) -> Result<Self, NotAllowed> {
         let LoopSettings { sample_time, .. } = settings.closed_loop;
         let (least, most) = SAMPLE_TIMES;
         if !(least..=most).contains(&sample_time) {
             return Err(parts::refusal("sample_time", sample_time, least, most));
+        }
+        let [low, high] = settings.closed_loop.limit;
+        for (name, limit) in [("limit_high", high), ("limit_low", -low)] {
+            if limit > full_scale {
+                return Err(parts::refusal(name, limit, 0.0, full_scale));
+            }
         }
         let closed_loop = ClosedLoop::new(&settings.closed_loop, 0)?;
         let IdentifierConfig { units, .. } =
@@ -141,7 +153,6 @@ impl Run {
             reference,
             protection: Protection::new(settings, &units)?,
             sample: 0,
-            overruns: 0,
             started_at: 0,
             origin: 0,
         })
@@ -158,7 +169,7 @@ pub struct Sampler<'a> {
     untold: Option<Event>,
     every: u16,
     until_shown: u16,
-    dropped: u32,
+    counts: Counts,
 }
 
 impl fmt::Debug for Sampler<'_> {
@@ -184,10 +195,10 @@ impl<'a> Sampler<'a> {
             events,
             run: None,
             fault,
-            untold: fault.map(Event::Faulted),
+            untold: fault.map(|fault| Event::Faulted(fault, Counts::default())),
             every: 0,
             until_shown: 0,
-            dropped: 0,
+            counts: Counts::default(),
         }
     }
 
@@ -224,11 +235,10 @@ impl<'a> Sampler<'a> {
             count: seen.ticked.count - run.started_at,
             command: seen.ticked.sample.command,
             output_error: seen.output_error,
-            overruns: run.overruns,
-            dropped: self.dropped,
+            counts: self.counts,
         };
         if self.is_due() && self.events.enqueue(Event::Shown(shown)).is_err() {
-            self.dropped = self.dropped.saturating_add(1);
+            self.counts.dropped = self.counts.dropped.saturating_add(1);
         }
     }
 
@@ -238,7 +248,7 @@ impl<'a> Sampler<'a> {
         let Some(run) = &mut self.run else {
             return;
         };
-        run.overruns += u32::from(late);
+        self.counts.overruns = self.counts.overruns.saturating_add(late.into());
         if let Err(fault) = run.protection.ended(late) {
             self.fail(fault, actuator);
         }
@@ -257,6 +267,7 @@ impl<'a> Sampler<'a> {
             Order::Run(run) => match lines.before_motion() {
                 Ok(()) => match sensor.count() {
                     Ok(count) => {
+                        self.counts.overruns = 0;
                         self.run = Some(Run {
                             closed_loop: run.closed_loop.started_at(count),
                             started_at: count,
@@ -277,9 +288,17 @@ impl<'a> Sampler<'a> {
             Order::Release => {
                 let _ = actuator.release();
                 let learnt = self.run.take().map(|run| run.closed_loop);
-                self.must_tell(Event::Released(learnt));
+                self.must_tell(Event::Released(learnt, self.counts));
             }
             Order::Clear if self.fault.is_none() => {}
+            // These need a reset, which tests again.
+            Order::Clear
+                if matches!(self.fault, Some(Fault::ClockNotStable | Fault::WrongAnswer)) =>
+            {
+                if let Some(fault) = self.fault {
+                    self.must_tell(Event::Faulted(fault, self.counts));
+                }
+            }
             Order::Clear => match lines.before_motion() {
                 Ok(()) => {
                     self.fault = None;
@@ -299,7 +318,7 @@ impl<'a> Sampler<'a> {
         let _ = actuator.release();
         self.run = None;
         self.fault = Some(fault);
-        self.must_tell(Event::Faulted(fault));
+        self.must_tell(Event::Faulted(fault, self.counts));
     }
 
     fn must_tell(&mut self, event: Event) {

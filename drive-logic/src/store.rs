@@ -47,6 +47,8 @@ pub struct Store<F> {
     start: u32,
     version: u16,
     newest: Option<Newest>,
+    /// The number of the next attempt: one that failed may still have left a whole record.
+    next: u32,
 }
 
 /// The newest whole record.
@@ -95,6 +97,7 @@ impl<F: NorFlash> Store<F> {
             start,
             version,
             newest: None,
+            next: 0,
         };
         let mut read = None;
         let mut kept = Kept::Nothing;
@@ -116,6 +119,7 @@ impl<F: NorFlash> Store<F> {
                         continue;
                     }
                     store.newest = Some(Newest { number, slot });
+                    store.next = number.wrapping_add(1);
                     read = (version == store.version)
                         .then(|| postcard::from_bytes(contents).ok())
                         .flatten();
@@ -135,9 +139,8 @@ impl<F: NorFlash> Store<F> {
     /// # Errors
     /// [`StoreError`]; the record before it still holds.
     pub fn keep<T: Serialize>(&mut self, record: &T) -> Result<(), StoreError> {
-        let number = self
-            .newest
-            .map_or(0, |newest| newest.number.wrapping_add(1));
+        let number = self.next;
+        self.next = number.wrapping_add(1);
         let bytes = whole(record, self.version, number)?;
         let slot = self.free_slot()?;
         self.flash

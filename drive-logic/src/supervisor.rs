@@ -10,7 +10,7 @@ use embedded_storage::nor_flash::NorFlash;
 use heapless::spsc::{Consumer, Producer};
 use serde::{Deserialize, Serialize};
 
-use crate::sampler::{EVENTS, Event, ORDERS, Order, Run, Shown};
+use crate::sampler::{Counts, EVENTS, Event, ORDERS, Order, Run, Shown};
 use crate::store::Store;
 
 /// The version of the [`Record`]: another one is another meaning of the bytes.
@@ -30,13 +30,13 @@ pub struct Supervisor<'a, F> {
     events: Consumer<'a, Event, EVENTS>,
     store: Store<F>,
     kept: Kept,
+    full_scale: f64,
     settings: Settings,
     estimates: Option<Estimates>,
     state: State,
     /// The interrupt has been told to let the servo go and has not said yet that it did.
     releasing: bool,
-    overruns: u32,
-    dropped: u32,
+    counts: Counts,
     garbled: u32,
 }
 
@@ -50,27 +50,35 @@ impl<F> fmt::Debug for Supervisor<'_, F> {
 }
 
 impl<'a, F: NorFlash> Supervisor<'a, F> {
-    /// With the record in the store, or else the built-in settings.
+    /// With the record in the store, or else the built-in settings. `full_scale` is the command that
+    /// asks for all that the output stage has, command units.
     pub fn new(
         orders: Producer<'a, Order, ORDERS>,
         events: Consumer<'a, Event, EVENTS>,
         (flash, start): (F, u32),
         built_in: &Settings,
+        full_scale: f64,
     ) -> Self {
         let (store, record, kept) = Store::open::<Record>(flash, start, VERSION);
         // A record that this firmware would refuse is of no use, however whole it is.
-        let record = record.filter(|record| Run::new(&record.settings).is_ok());
+        let read = record.is_some();
+        let record = record.filter(|record| Run::new(&record.settings, full_scale).is_ok());
+        let kept = if read && record.is_none() {
+            Kept::OtherVersion
+        } else {
+            kept
+        };
         Self {
             orders,
             events,
             store,
             kept,
+            full_scale,
             settings: record.map_or(*built_in, |record| record.settings),
             estimates: record.and_then(|record| record.estimates),
             state: State::Released,
             releasing: false,
-            overruns: 0,
-            dropped: 0,
+            counts: Counts::default(),
             garbled: 0,
         }
     }
@@ -102,16 +110,18 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     pub fn news(&mut self) -> Option<Report> {
         Some(match self.events.dequeue()? {
             Event::Shown(shown) => Report::Snapshot(self.snapshot(&shown)),
-            Event::Faulted(fault) => {
+            Event::Faulted(fault, counts) => {
+                self.counts = counts;
                 self.releasing = false;
                 self.state = State::Faulted(fault);
                 Report::Fault(fault)
             }
             Event::Cleared => {
                 self.state = State::Released;
-                Report::Status(self.status())
+                self.status(None)
             }
-            Event::Released(learnt) => {
+            Event::Released(learnt, counts) => {
+                self.counts = counts;
                 self.releasing = false;
                 if self.state == State::Running {
                     self.state = State::Released;
@@ -119,7 +129,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                 if let Some(learnt) = learnt {
                     self.estimates = Some(learnt.estimates());
                 }
-                Report::Status(self.status())
+                self.status(None)
             }
         })
     }
@@ -128,28 +138,33 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     pub fn answer(&mut self, request: &Request) -> Report {
         let id = request.id;
         match self.obey(&request.command) {
-            Ok(Some(report)) => report,
-            Ok(None) => Report::Done { id },
+            Ok(()) => match request.command {
+                Command::Hello => self.status(Some(id)),
+                Command::Show => Report::Settings {
+                    id,
+                    settings: self.settings,
+                },
+                _ => Report::Done { id },
+            },
             Err(refusal) => Report::Refused { id, refusal },
         }
     }
 
-    fn obey(&mut self, command: &Command) -> Result<Option<Report>, Refusal> {
+    fn obey(&mut self, command: &Command) -> Result<(), Refusal> {
         match *command {
-            Command::Hello => return Ok(Some(Report::Status(self.status()))),
-            Command::Show => return Ok(Some(Report::Settings(self.settings))),
+            Command::Hello | Command::Show => {}
             Command::Configure(settings) => {
-                self.must_be_released()?;
-                Run::new(&settings).map_err(Refusal::Setting)?;
+                self.must_be_let_go()?;
+                Run::new(&settings, self.full_scale).map_err(Refusal::Setting)?;
                 self.settings = settings;
             }
             Command::Start => {
                 // Said again, it is done already.
                 if self.state == State::Running && !self.releasing {
-                    return Ok(None);
+                    return Ok(());
                 }
                 self.must_be_released()?;
-                let run = Run::new(&self.settings).map_err(Refusal::Setting)?;
+                let run = Run::new(&self.settings, self.full_scale).map_err(Refusal::Setting)?;
                 self.order(Order::Run(run))?;
                 self.state = State::Running;
             }
@@ -159,6 +174,8 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                 }
                 self.order(Order::Aim(self.counts(radians)?))?;
             }
+            // One release at a time: the end of a second one would be taken for that of a later run.
+            Command::Stop if self.releasing => {}
             Command::Stop => {
                 self.order(Order::Release)?;
                 self.releasing = true;
@@ -171,7 +188,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             Command::Watch(every) => self.order(Order::Watch(every))?,
             Command::Save => {
                 // Writing stops the processor, and with it the loop.
-                self.must_be_released()?;
+                self.must_be_let_go()?;
                 let record = Record {
                     settings: self.settings,
                     estimates: self.estimates,
@@ -180,7 +197,16 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                 self.kept = Kept::Record;
             }
         }
-        Ok(None)
+        Ok(())
+    }
+
+    /// Released or faulted, and the interrupt has said so.
+    fn must_be_let_go(&self) -> Result<(), Refusal> {
+        if self.state == State::Running || self.releasing {
+            Err(Refusal::Running)
+        } else {
+            Ok(())
+        }
     }
 
     fn must_be_released(&self) -> Result<(), Refusal> {
@@ -205,16 +231,17 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         Ok((radians / core::f64::consts::TAU * counts_per_rev) as i32)
     }
 
-    fn status(&self) -> Status {
-        Status {
+    fn status(&self, id: Option<u8>) -> Report {
+        let status = Status {
             protocol: PROTOCOL,
             state: self.state,
             kept: self.kept,
             estimates: self.estimates,
-            overruns: self.overruns,
-            dropped: self.dropped,
+            overruns: self.counts.overruns,
+            dropped: self.counts.dropped,
             garbled: self.garbled,
-        }
+        };
+        Report::Status { id, status }
     }
 
     fn snapshot(&mut self, shown: &Shown) -> Snapshot {
@@ -222,8 +249,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         let radians = |counts: f64| (counts * unit) as f32;
         let estimates = shown.closed_loop.estimates();
         self.estimates = Some(estimates);
-        self.overruns = shown.overruns;
-        self.dropped = shown.dropped;
+        self.counts = shown.counts;
         Snapshot {
             sample: shown.sample,
             reference: radians(shown.count as f64 + f64::from(shown.error)),

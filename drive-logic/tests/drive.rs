@@ -41,7 +41,7 @@ impl<'a> Drive<'a> {
         let (tell, hear) = events.split();
         Self {
             sampler: Sampler::new(take_orders, tell, found),
-            supervisor: Supervisor::new(give_orders, hear, (flash.clone(), 0), &settings()),
+            supervisor: Supervisor::new(give_orders, hear, (flash.clone(), 0), &settings(), 10.0),
             bench,
             lines: HEALTHY,
             late: false,
@@ -57,6 +57,13 @@ impl<'a> Drive<'a> {
             assert_eq!(*same, id);
         }
         answer
+    }
+
+    fn shown(&mut self) -> Settings {
+        match self.ask(Command::Show) {
+            Report::Settings { settings, .. } => settings,
+            other => panic!("{other:?} are no settings"),
+        }
     }
 
     fn done(&mut self, command: Command) {
@@ -156,7 +163,7 @@ fn a_drive_learns_its_servo_and_knows_it_after_a_loss_of_power() {
         drive.done(Command::Save);
     }
     boot!(drive, &bench, &Flash::with(flash.bytes.borrow().clone()));
-    let Report::Status(status) = drive.ask(Command::Hello) else {
+    let Report::Status { status, .. } = drive.ask(Command::Hello) else {
         panic!("no status");
     };
     assert_eq!((status.kept, status.state), (Kept::Record, State::Released));
@@ -176,7 +183,7 @@ fn friction_is_learnt_where_it_is_asked_for() {
     wanted.closed_loop.friction = true;
     wanted.closed_loop.gamma[2] = 100.0;
     drive.done(Command::Configure(wanted));
-    assert_eq!(drive.ask(Command::Show), Report::Settings(wanted));
+    assert_eq!(drive.shown(), wanted);
     drive.done(Command::Start);
     drive.pass(30_000);
     drive.done(Command::Stop);
@@ -243,20 +250,82 @@ fn every_harm_has_its_fault_and_lets_the_servo_go() {
 }
 
 #[test]
-fn a_missing_encoder_is_found_before_the_servo_goes_far() {
+fn a_missing_and_a_broken_encoder_are_found_at_once() {
+    // Shaken by 0.3 rad: the command is far from its limit, and the error from what is allowed.
+    for broken_line in [false, true] {
+        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        boot!(drive, &bench, &flash);
+        bench.connected.set(false);
+        drive.done(Command::Start);
+        let mut told = Vec::new();
+        for k in 0..400 {
+            bench.dither.set(i64::from(broken_line && k % 2 == 0));
+            told.extend(drive.pass(1));
+        }
+        assert!(
+            told.contains(&Report::Fault(Fault::EncoderSilent)),
+            "{told:?}"
+        );
+    }
+}
+
+#[test]
+fn a_servo_that_stands_against_a_load_is_no_fault() {
+    let servo = ServoParameters {
+        load: 2000.0,
+        ..SERVO
+    };
+    let (bench, flash) = (Bench::new(&servo), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let mut still = settings();
+    still.shaking.amplitude = 0.0;
+    drive.done(Command::Configure(still));
+    drive.done(Command::Start);
+    drive.pass(30_000);
+    assert_eq!(drive.supervisor.state(), State::Running);
+    assert!(bench.held.get().is_some_and(|command| command < -7.0));
+}
+
+#[test]
+fn a_doubled_stop_does_not_end_the_run_after_it() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
-    let mut wanted = settings();
-    wanted.closed_loop.limit = [-1.0, 1.0];
-    wanted.protection.following_error = 1.0;
-    drive.done(Command::Configure(wanted));
-    bench.connected.set(false);
     drive.done(Command::Start);
-    let told = drive.pass(2000);
-    assert!(
-        told.contains(&Report::Fault(Fault::EncoderSilent)),
-        "{told:?}"
-    );
+    drive.pass(10);
+    drive.done(Command::Stop);
+    drive.done(Command::Stop);
+    drive.pass(1);
+    drive.done(Command::Start);
+    drive.pass(10);
+    assert_eq!(drive.supervisor.state(), State::Running);
+    assert!(bench.held.get().is_some());
+    assert_eq!(drive.refusal(Command::Save), Refusal::Running);
+}
+
+#[test]
+fn a_faulted_drive_takes_settings_that_mend_the_fault() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let fault = drive.fault_after(|drive| drive.bench.plant.borrow_mut().position += 6.3);
+    assert_eq!(fault, Some(Fault::FollowingError));
+    let mut wider = settings();
+    wider.protection.following_error = 10.0;
+    drive.done(Command::Configure(wider));
+    drive.done(Command::Clear);
+    drive.pass(1);
+    drive.done(Command::Start);
+}
+
+#[test]
+fn a_chip_that_computes_wrongly_cannot_be_cleared() {
+    for fault in [Fault::WrongAnswer, Fault::ClockNotStable] {
+        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        boot!(drive, &bench, &flash, Err(fault));
+        drive.pass(1);
+        drive.done(Command::Clear);
+        assert_eq!(drive.pass(2), [Report::Fault(fault)]);
+        assert_eq!(drive.refusal(Command::Start), Refusal::Faulted(fault));
+    }
 }
 
 #[test]
@@ -341,7 +410,7 @@ fn telling_never_waits_and_no_fault_is_lost() {
     drive.pass(3);
     drive.done(Command::Start);
     drive.pass(3);
-    let Report::Status(status) = drive.ask(Command::Hello) else {
+    let Report::Status { status, .. } = drive.ask(Command::Hello) else {
         panic!("no status");
     };
     assert!(status.dropped > 80, "{status:?}");
@@ -350,13 +419,15 @@ fn telling_never_waits_and_no_fault_is_lost() {
 #[test]
 fn what_is_out_of_range_is_refused_by_name_and_the_settings_stay() {
     type Change = fn(&mut Settings);
-    let changes: [(&str, Change); 16] = [
+    let changes: [(&str, Change); 18] = [
         ("kp", |s| s.closed_loop.gains[0] = 0.0),
         ("kp", |s| s.closed_loop.gains[0] = 1.0),
         ("kd", |s| s.closed_loop.gains[1] = f64::NAN),
         ("ki", |s| s.closed_loop.gains[2] = -1.0),
         ("limit_high", |s| s.closed_loop.limit[1] = 0.0),
         ("limit_low", |s| s.closed_loop.limit[0] = f64::NAN),
+        ("limit_high", |s| s.closed_loop.limit[1] = 10.1),
+        ("limit_low", |s| s.closed_loop.limit[0] = f64::NEG_INFINITY),
         ("counts_per_rev", |s| s.closed_loop.counts_per_rev = 0.0),
         ("sample_time", |s| s.closed_loop.sample_time = -1e-3),
         ("mu", |s| s.closed_loop.mu = Some(1e6)),
@@ -377,7 +448,7 @@ fn what_is_out_of_range_is_refused_by_name_and_the_settings_stay() {
             Refusal::Setting(refused) => assert_eq!(refused.name, name, "{refused}"),
             other => panic!("{name}: {other:?}"),
         }
-        assert_eq!(drive.ask(Command::Show), Report::Settings(settings()));
+        assert_eq!(drive.shown(), settings());
     }
 }
 
@@ -407,8 +478,8 @@ fn a_corrupt_record_and_one_of_another_version_leave_the_built_in_settings() {
         Flash::with(bytes)
     };
     boot!(drive, &bench, &spoilt(100));
-    assert_eq!(drive.ask(Command::Show), Report::Settings(settings()));
-    let Report::Status(status) = drive.ask(Command::Hello) else {
+    assert_eq!(drive.shown(), settings());
+    let Report::Status { status, .. } = drive.ask(Command::Hello) else {
         panic!("no status");
     };
     assert_eq!(status.kept, Kept::Damaged);

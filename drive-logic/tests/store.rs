@@ -75,6 +75,19 @@ fn wherever_the_power_goes_the_old_or_the_new_record_is_there() {
 }
 
 #[test]
+fn an_attempt_that_failed_late_does_not_hide_the_one_after_it() {
+    let flash = Flash::blank();
+    let (mut store, ..) = Store::open::<[u32; 32]>(flash.clone(), 0, 1);
+    store.keep(&contents(0)).expect("power is there");
+    // All of the contents are written, and then the flash fails.
+    flash.steps_left.set(512 / 4 - 1);
+    assert_eq!(store.keep(&contents(1)), Err(StoreError::Flash));
+    flash.steps_left.set(usize::MAX);
+    store.keep(&contents(2)).expect("it goes on");
+    assert_eq!(opened(&flash).1, Some(contents(2)));
+}
+
+#[test]
 fn a_record_of_another_version_is_known_as_such_and_left_alone() {
     let flash = Flash::blank();
     let (mut old, ..) = Store::open::<[u32; 32]>(flash.clone(), 0, 1);

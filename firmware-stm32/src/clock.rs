@@ -62,6 +62,8 @@ pub fn start(rcc: &RCC, flash: &FLASH) -> (Clocks, Result<(), Fault>) {
     if !becomes(|| rcc.cr().read().hserdy().bit_is_set()) {
         return (Clocks::RESET, Err(Fault::ClockNotStable));
     }
+    // A crystal that fails later raises a non-maskable interrupt, and TIM1's break.
+    rcc.cr().modify(|_, write| write.csson().set_bit());
     // SAFETY: M, N, P (00 is division by 2) and Q (48 MHz) are in range: RM0090, 7.3.2.
     rcc.pllcfgr().write(|write| unsafe {
         let write = write.pllm().bits((board::CRYSTAL / VCO_INPUT) as u8);

@@ -59,6 +59,8 @@ impl InternalFlash {
                 .keyr()
                 .write(|write| unsafe { write.bits(key) });
         }
+        // What an earlier error left would be taken for one of this time.
+        let _ = self.finish();
     }
 
     fn lock(&self) {
@@ -124,7 +126,8 @@ impl NorFlash for InternalFlash {
         for sector in from as usize / SECTOR..to as usize / SECTOR {
             // SAFETY: sectors 10 and 11, by the check above; words of 32 bits (RM0090, 3.6.3).
             self.registers.cr().write(|write| unsafe {
-                let write = write.ser().set_bit().psize().psize32();
+                // A write begins from the reset value, which is locked.
+                let write = write.lock().clear_bit().ser().set_bit().psize().psize32();
                 write.snb().bits(FIRST + sector as u8).strt().set_bit()
             });
             done = done.and(self.finish());
@@ -138,7 +141,7 @@ impl NorFlash for InternalFlash {
         self.unlock();
         self.registers
             .cr()
-            .write(|write| write.pg().set_bit().psize().psize32());
+            .write(|write| write.lock().clear_bit().pg().set_bit().psize().psize32());
         let mut done = Ok(());
         let (words, _) = bytes.as_chunks::<4>();
         for (k, word) in words.iter().enumerate() {
@@ -147,8 +150,9 @@ impl NorFlash for InternalFlash {
             unsafe { place.write_volatile(u32::from_le_bytes(*word)) };
             done = done.and(self.finish());
         }
-        // SAFETY: nothing is programmed any more.
-        self.registers.cr().write(|write| unsafe { write.bits(0) });
+        self.registers
+            .cr()
+            .modify(|_, write| write.pg().clear_bit());
         self.lock();
         done
     }

@@ -138,6 +138,8 @@ pub(crate) struct Bench {
     pub(crate) plant: RefCell<Plant>,
     pub(crate) encoder: Encoder,
     pub(crate) connected: Cell<bool>,
+    /// What an encoder that is not connected counts.
+    pub(crate) dither: Cell<i64>,
     pub(crate) sensor_works: Cell<bool>,
     pub(crate) stage_works: Cell<bool>,
     pub(crate) held: Cell<Option<f32>>,
@@ -149,6 +151,7 @@ impl Bench {
             plant: RefCell::new(Plant::at_rest(servo, SAMPLE_TIME)),
             encoder: Encoder::new(COUNTS),
             connected: Cell::new(true),
+            dither: Cell::new(0),
             sensor_works: Cell::new(true),
             stage_works: Cell::new(true),
             held: Cell::new(None),
@@ -170,7 +173,11 @@ impl PositionSensor for &Bench {
             return Err(());
         }
         let count = self.encoder.read(self.plant.borrow().position);
-        Ok(if self.connected.get() { count } else { 0 })
+        Ok(if self.connected.get() {
+            count
+        } else {
+            self.dither.get()
+        })
     }
 }
 

@@ -9,7 +9,7 @@
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use cortex_m::peripheral::NVIC;
-use cortex_m_rt::entry;
+use cortex_m_rt::{ExceptionFrame, entry, exception};
 use drive_link::{LONGEST_FRAME, Receiver, Report, Request, State, frame};
 use drive_logic::{Events, Orders, Sampler, Supervisor, self_test};
 use firmware_stm32::board::{self, Encoder, Inputs, Output, Wired};
@@ -67,6 +67,30 @@ fn USART2() {
     }
 }
 
+/// Whatever the program cannot go on from lets the servo go, and the watchdog resets the chip.
+fn give_up() -> ! {
+    board::let_go();
+    loop {
+        cortex_m::asm::nop();
+    }
+}
+
+#[exception]
+unsafe fn HardFault(_: &ExceptionFrame) -> ! {
+    give_up()
+}
+
+#[exception]
+unsafe fn DefaultHandler(_: i16) {
+    give_up()
+}
+
+/// The crystal failed.
+#[exception]
+unsafe fn NonMaskableInt() {
+    give_up()
+}
+
 #[entry]
 fn main() -> ! {
     if let Some((wired, orders, events)) = parts() {
@@ -100,9 +124,15 @@ fn run(wired: Wired, orders: &'static mut Orders, events: &'static mut Events) {
     } = wired;
     let (give_orders, take_orders) = orders.split();
     let (tell, hear) = events.split();
-    let mut supervisor = Supervisor::new(give_orders, hear, (flash, 0), &settings::built_in());
+    let mut supervisor = Supervisor::new(
+        give_orders,
+        hear,
+        (flash, 0),
+        &settings::built_in(),
+        board::FULL_SCALE,
+    );
     CONTROL.give(Control {
-        sampler: Sampler::new(take_orders, tell, found.and_then(|()| self_test())),
+        sampler: Sampler::new(take_orders, tell, self_test().and(found)),
         encoder,
         output,
         inputs,
@@ -117,7 +147,7 @@ fn run(wired: Wired, orders: &'static mut Orders, events: &'static mut Events) {
     log(state);
     watchdog.start(patience(state).millis());
     loop {
-        converse(&mut line, &mut receiver, &mut supervisor);
+        let more = converse(&mut line, &mut receiver, &mut supervisor);
         if supervisor.state() != state {
             state = supervisor.state();
             log(state);
@@ -131,7 +161,9 @@ fn run(wired: Wired, orders: &'static mut Orders, events: &'static mut Events) {
         if ALIVE.swap(false, Ordering::Relaxed) {
             watchdog.feed();
         }
-        cortex_m::asm::wfi();
+        if !more {
+            cortex_m::asm::wfi();
+        }
     }
 }
 
@@ -144,26 +176,31 @@ fn patience(state: State) -> u32 {
     }
 }
 
-/// Answers what was asked and reports what is new, as far as the line has room.
+/// Reports what is new and answers one request, as far as the line has room; true if there may be
+/// more.
 fn converse(
     line: &mut Line<'_>,
     receiver: &mut Receiver,
     supervisor: &mut Supervisor<'_, InternalFlash>,
-) {
-    while line.has_room(LONGEST_FRAME)
-        && let Some(byte) = line.hear()
-    {
-        match receiver.take::<Request>(byte) {
-            Some(Ok(request)) => say(line, &supervisor.answer(&request)),
-            Some(Err(_)) => supervisor.garbled(),
-            None => {}
-        }
-    }
+) -> bool {
     while line.has_room(LONGEST_FRAME)
         && let Some(report) = supervisor.news()
     {
         say(line, &report);
     }
+    while line.has_room(LONGEST_FRAME)
+        && let Some(byte) = line.hear()
+    {
+        match receiver.take::<Request>(byte) {
+            Some(Ok(request)) => {
+                say(line, &supervisor.answer(&request));
+                return true;
+            }
+            Some(Err(_)) => supervisor.garbled(),
+            None => {}
+        }
+    }
+    false
 }
 
 fn say(line: &mut Line<'_>, report: &Report) {

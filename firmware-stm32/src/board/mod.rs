@@ -1,13 +1,14 @@
 //! Which pin is what: one file a board, chosen by a feature of its name.
 //!
-//! A board file has the crystal's frequency as `CRYSTAL` (Hz), the types `Encoder`, `Output` and
-//! `Inputs`, and a function `wire` that makes a `Wired` of the chip's peripherals. To add an F4
+//! A board file has the crystal's frequency as `CRYSTAL` (Hz), the command of the whole output as
+//! `FULL_SCALE`, the types `Encoder`, `Output` and `Inputs`, a function `wire` that makes a `Wired` of
+//! the chip's peripherals, and `let_go` for emergencies. To add an F4
 //! board, copy the one that is there, change its pins, and name it here and in Cargo.toml.
 
 #[cfg(feature = "olimex-stm32-h405")]
 mod olimex_stm32_h405;
 #[cfg(feature = "olimex-stm32-h405")]
-pub use olimex_stm32_h405::{CRYSTAL, Encoder, Inputs, Output, wire};
+pub use olimex_stm32_h405::{CRYSTAL, Encoder, FULL_SCALE, Inputs, Output, let_go, wire};
 
 use stm32f4xx_hal::watchdog::IndependentWatchdog;
 

@@ -30,10 +30,14 @@ use crate::pwm::Pwm;
 use crate::quadrature::Quadrature;
 use crate::serial::Bytes;
 use crate::timer::SampleTimer;
-use crate::{clock, paper, serial};
+use crate::{clock, serial};
 
 /// The crystal, Hz.
 pub const CRYSTAL: u32 = 8_000_000;
+
+/// The command that asks for the whole duty, or for 10 V, command units: no limit of a drive may be
+/// beyond it.
+pub const FULL_SCALE: f64 = 10.0;
 
 /// The encoder.
 pub type Encoder = Quadrature<Qei<TIM3>>;
@@ -73,6 +77,19 @@ impl Inputs {
     }
 }
 
+/// Lets the servo go whatever else happens, for when the program cannot go on.
+pub fn let_go() {
+    // SAFETY: the outputs are switched off, which is right at any time.
+    unsafe {
+        stm32f4xx_hal::pac::TIM1::steal()
+            .bdtr()
+            .write(|write| write.bits(0));
+        stm32f4xx_hal::pac::GPIOB::steal()
+            .bsrr()
+            .write(|write| write.br15().set_bit());
+    }
+}
+
 /// Wires the board; none if it was wired before.
 #[must_use]
 pub fn wire() -> Option<Wired> {
@@ -92,7 +109,7 @@ pub fn wire() -> Option<Wired> {
         .pb12
         .into_alternate::<1>()
         .internal_resistor(stm32f4xx_hal::gpio::Pull::Up);
-    let full_scale = paper::LIMIT as f32;
+    let full_scale = FULL_SCALE as f32;
     #[cfg(not(feature = "dac"))]
     let stage = {
         let _pwm_pin = a.pa8.into_alternate::<1>();
@@ -100,7 +117,9 @@ pub fn wire() -> Option<Wired> {
         PwmDirection::new(pwm, b.pb14.into_push_pull_output(), full_scale).ok()?
     };
     #[cfg(feature = "dac")]
-    let stage = dac::stage(chip.SPI1, (a.pa4, a.pa5, a.pa7), full_scale, &mut rcc)?;
+    let (stage, started) = dac::stage(chip.SPI1, (a.pa4, a.pa5, a.pa7), full_scale, &mut rcc)?;
+    #[cfg(not(feature = "dac"))]
+    let started = Ok(());
 
     let _serial_pins = (a.pa2.into_alternate::<7>(), a.pa3.into_alternate::<7>());
     let (line, port) = serial::line(chip.USART2, &clocks, &mut rcc, heard, to_say);
@@ -118,7 +137,7 @@ pub fn wire() -> Option<Wired> {
         port,
         flash: InternalFlash::new(chip.FLASH),
         watchdog: IndependentWatchdog::new(chip.IWDG),
-        found: clock.and(if by_watchdog {
+        found: clock.and(started).and(if by_watchdog {
             Err(Fault::ResetByWatchdog)
         } else {
             Ok(())
@@ -129,6 +148,7 @@ pub fn wire() -> Option<Wired> {
 /// The analogue output.
 #[cfg(feature = "dac")]
 mod dac {
+    use drive_link::Fault;
     use embedded_hal_bus::spi::ExclusiveDevice;
     use identifier_core::drive::hal::Ad5761;
     use stm32f4xx_hal::gpio::{PA4, PA5, PA7};
@@ -137,13 +157,13 @@ mod dac {
     use stm32f4xx_hal::rcc::Rcc;
     use stm32f4xx_hal::spi::{Mode, Phase, Polarity, Spi};
 
-    /// An AD5761 that is set to zero volts; none if it does not answer or the scale is none.
+    /// An AD5761, and whether it took to be set to zero volts.
     pub(super) fn stage(
         registers: SPI1,
         (select, clock, data): (PA4, PA5, PA7),
         full_scale: f32,
         rcc: &mut Rcc,
-    ) -> Option<super::Stage> {
+    ) -> Option<(super::Stage, Result<(), Fault>)> {
         // The HAL believes the bus at 16 MHz where it has 84: what is asked for is 5.25 times as fast.
         let pins = (Some(clock), SPI1::NoMiso, Some(data));
         let mode = Mode {
@@ -153,7 +173,7 @@ mod dac {
         let bus = Spi::new(registers, pins, mode, 1.MHz(), rcc);
         let device = ExclusiveDevice::new_no_delay(bus, select.into_push_pull_output()).ok()?;
         let mut dac = Ad5761::new(device, full_scale).ok()?;
-        dac.start().ok()?;
-        Some(dac)
+        let started = dac.start().map_err(|_| Fault::ActuatorFailed);
+        Some((dac, started))
     }
 }

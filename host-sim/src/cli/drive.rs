@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
 use drive_link::{
-    Command, Estimates, PROTOCOL, Refusal, Report, Settings, Snapshot, State, Status,
+    Command, Estimates, Format, PROTOCOL, Refusal, Report, Settings, Snapshot, State, Status,
 };
 
 use super::fault::Fault;
@@ -60,7 +60,7 @@ struct Configure {
     /// How fast it is sent there, rad/s.
     #[arg(long, value_name = "RAD/S")]
     speed: Option<f64>,
-    /// How long the command may be at its limit without a count, s.
+    /// How long the servo may be driven without moving, s.
     #[arg(long, value_name = "S")]
     silence: Option<f64>,
 }
@@ -114,6 +114,12 @@ impl Configure {
         let scenario = Scenario::load(&self.scenario, Purpose::Run)?;
         let closed_loop = pil::loop_settings(&scenario)
             .map_err(|error| Fault::Input(format!("{}: {error}", self.scenario.display())))?;
+        if closed_loop.format != Format::Single {
+            return Err(Fault::Input(format!(
+                "{}: identifier.arithmetic: the drive has \"f32\"",
+                self.scenario.display()
+            )));
+        }
         let mut settings = Settings { closed_loop, ..now };
         match scenario.excitation {
             ExcitationSettings::Prbs {

@@ -1,6 +1,7 @@
 //! The host's end of the conversation with a drive.
 
 use std::fmt;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use drive_link::{Command, Refusal, Report, Request, Settings, Status};
 
@@ -52,7 +53,10 @@ impl Client {
     /// Talks over a port.
     #[must_use]
     pub fn new(port: Port) -> Self {
-        Self { port, id: 0 }
+        // Not where the program before this one began: its last answer may still be on the line.
+        let now = SystemTime::now().duration_since(UNIX_EPOCH);
+        let id = now.map_or(0, |now| (now.subsec_micros() >> 4) as u8);
+        Self { port, id }
     }
 
     /// The port, for whoever says something else than requests.
@@ -74,7 +78,7 @@ impl Client {
     /// If the line breaks.
     pub fn status(&mut self) -> Result<Status, DriveError> {
         match self.report(Command::Hello)? {
-            Report::Status(status) => Ok(status),
+            Report::Status { status, .. } => Ok(status),
             _ => Err(DriveError::Silent),
         }
     }
@@ -85,7 +89,7 @@ impl Client {
     /// If the line breaks.
     pub fn settings(&mut self) -> Result<Settings, DriveError> {
         match self.report(Command::Show)? {
-            Report::Settings(settings) => Ok(settings),
+            Report::Settings { settings, .. } => Ok(settings),
             _ => Err(DriveError::Silent),
         }
     }
@@ -109,10 +113,12 @@ impl Client {
     fn report(&mut self, command: Command) -> Result<Report, DriveError> {
         self.id = self.id.wrapping_add(1);
         let id = self.id;
-        let fits = |report: &Report| match (&command, report) {
-            (Command::Hello, Report::Status(_)) | (Command::Show, Report::Settings(_)) => true,
-            (_, Report::Done { id: same } | Report::Refused { id: same, .. }) => *same == id,
-            _ => false,
+        let fits = |report: &Report| match report {
+            Report::Status { id: same, .. } => *same == Some(id),
+            Report::Settings { id: same, .. }
+            | Report::Done { id: same }
+            | Report::Refused { id: same, .. } => *same == id,
+            Report::Snapshot(_) | Report::Fault(_) => false,
         };
         match self.port.ask(&Request { id, command }, fits)? {
             Report::Refused { refusal, .. } => Err(DriveError::Refused(refusal)),

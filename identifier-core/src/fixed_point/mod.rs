@@ -35,7 +35,7 @@
 //! wide, but for the steps of the estimates.
 //!
 //! **What is refused when it is built**, with the number that would do: an error range that leaves
-//! less than a sixteenth of a count; a velocity range so far below the error's that ε would not fit
+//! less than a sixteenth of a count; bounds of a beyond a quarter of the sample rate; a velocity range so far below the error's that ε would not fit
 //! 64 bits; a command range below the limit; a sample time at which an error adds nothing to the
 //! integral; a Γ that moves an estimate by more than all that its sum can hold, or whose φᵀΓφ at full
 //! scale is so large that the guard's bound would be lost in it; a μ that vanishes; a Γ that is not

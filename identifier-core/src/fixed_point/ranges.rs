@@ -88,6 +88,8 @@ impl Scales {
             let bounds = config.bounds.of(parameter);
             libm::fabs(bounds.min()).max(libm::fabs(bounds.max())) * parameter.scale(units)
         };
+        Allowed::AtMost(power(RATE) / units.rate())
+            .check("bounds.a", largest(Parameter::A) / units.rate())?;
         let (least_apart, most_apart) = Weight::APART;
         let per_error = gains.ki() * units.rate() / units.position();
         let given = exponent_above(ranges.error * units.position());
