@@ -372,7 +372,7 @@ fn what_a_refusal_names_would_do() {
             velocity: velocity_range,
             command: 1.0,
         };
-        let mut gamma = [20.0, 1000.0, 100.0];
+        let mut gamma = [20.0_f64, 1000.0, 100.0];
         let mut law = law(1000.0);
         let built = (0..6).any(|_| {
             let built: Result<Words, IdentifierError> =
@@ -390,7 +390,9 @@ fn what_a_refusal_names_would_do() {
                 "ranges.velocity" => ranges.velocity = named,
                 "ranges.command" => ranges.command = named,
                 "gamma" => {
-                    let struck = gamma.iter_mut().find(|entry| **entry == refused.value);
+                    let struck = gamma
+                        .iter_mut()
+                        .find(|entry| entry.to_bits() == refused.value.to_bits());
                     *struck.expect("an entry of gamma") = named;
                     law.gamma = PositiveDefinite::diagonal(gamma).expect("positive");
                 }

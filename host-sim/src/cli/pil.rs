@@ -22,6 +22,13 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
     arguments.outputs.check()?;
+    let fault = |error| match error {
+        PilError::Scenario(fault) => {
+            Fault::Input(format!("{}: {fault}", arguments.scenario.display()))
+        }
+        other => Fault::Other(other.to_string()),
+    };
+    pil::loop_settings(&scenario).map_err(fault)?;
     let mut port = Port::open(&arguments.port).map_err(|error| Fault::Input(error.to_string()))?;
 
     let mut summariser = Summariser::new(&scenario);
@@ -30,12 +37,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         summariser.add(sample);
         trace.push(*sample);
     })
-    .map_err(|error| match error {
-        PilError::Scenario(fault) => {
-            Fault::Input(format!("{}: {fault}", arguments.scenario.display()))
-        }
-        other => Fault::Other(other.to_string()),
-    })?;
+    .map_err(fault)?;
     let summary = summariser.finish(&scenario, outcome);
     arguments.outputs.conclude(&scenario, summary, &trace, &[])
 }

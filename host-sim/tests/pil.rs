@@ -1,0 +1,153 @@
+//! Processor in the loop, the processor being a thread at the other end of a TCP port.
+
+mod support;
+
+use std::io::{Read, Write};
+use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::path::Path;
+use std::thread;
+
+use drive_link::{Question, Receiver, frame};
+use drive_logic::LockStep;
+use host_sim::experiment::{self, Sample};
+use host_sim::scenario::{Purpose, Scenario};
+use support::{folder, host_sim, standard_error};
+
+/// A chip that answers one host, and the address of its port. The line spoils an answer now and then.
+fn chip(spoilt: &'static [u32]) -> String {
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port is free");
+    let address = listener.local_addr().expect("it has an address");
+    thread::spawn(move || {
+        let (line, _) = listener.accept().expect("a host comes");
+        serve(line, spoilt);
+    });
+    format!("tcp:{address}")
+}
+
+fn serve(mut line: TcpStream, spoilt: &[u32]) {
+    line.set_nodelay(true).expect("a socket");
+    let mut receiver = Receiver::new();
+    let mut lock_step = LockStep::new();
+    let mut answers = 0;
+    let mut bytes = [0; 512];
+    loop {
+        let count = match line.read(&mut bytes) {
+            Ok(0) | Err(_) => return,
+            Ok(count) => count,
+        };
+        for &byte in &bytes[..count] {
+            if let Some(Ok(question)) = receiver.take::<Question>(byte) {
+                let mut framed = frame(&lock_step.answer(&question)).expect("it fits");
+                if spoilt.contains(&answers) {
+                    framed[3] ^= 0x55;
+                }
+                answers += 1;
+                if line.write_all(&framed).is_err() {
+                    return;
+                }
+            }
+        }
+    }
+}
+
+fn scenario(test: &str, change: impl Fn(String) -> String) -> String {
+    let paper = include_str!("../scenarios/paper.toml");
+    let path = folder(test).join("scenario.toml");
+    let text = change(paper.replace("duration = 60.0", "duration = 5.0"));
+    std::fs::write(&path, text).expect("the scenario is written");
+    path.display().to_string()
+}
+
+#[test]
+fn the_loop_elsewhere_gives_the_same_bits_in_spite_of_a_bad_line() {
+    for arithmetic in ["f32", "fixed"] {
+        let path = scenario(&format!("pil-{arithmetic}"), |text| {
+            text.replace(
+                "arithmetic = \"f32\"",
+                &format!("arithmetic = \"{arithmetic}\""),
+            )
+        });
+        let scenario = Scenario::load(Path::new(&path), Purpose::Run).expect("valid");
+        assert_eq!(scenario.identifier.arithmetic.name(), arithmetic);
+        let mut here: Vec<Sample> = Vec::new();
+        experiment::run(&scenario, &mut |sample| here.push(*sample));
+
+        let mut port = host_sim::port::Port::open(&chip(&[0, 1000])).expect("it listens");
+        let mut there = Vec::new();
+        let outcome = host_sim::pil::run(&scenario, &mut port, &mut |sample| there.push(*sample))
+            .expect("it answers");
+        assert_eq!(outcome.samples, 5000);
+        assert!(here == there, "{arithmetic}: bit for bit");
+    }
+}
+
+#[test]
+fn the_verb_prints_what_run_prints() {
+    let path = scenario("pil-verb", |text| text);
+    let run = host_sim(&["run", &path, "--json", "-"]);
+    let pil = host_sim(&["pil", &path, "--port", &chip(&[]), "--json", "-"]);
+    assert_eq!(pil.status.code(), Some(0), "{}", standard_error(&pil));
+    assert_eq!(
+        String::from_utf8_lossy(&pil.stdout),
+        String::from_utf8_lossy(&run.stdout)
+    );
+}
+
+#[test]
+fn what_the_firmware_cannot_do_is_refused_before_anybody_is_asked() {
+    let cases = [
+        (
+            "kind = \"low-pass\", cutoff = 500.0",
+            "kind = \"difference\"",
+            "velocity_filter",
+        ),
+        (
+            "counts_per_rev = 10000",
+            "counts_per_rev = 0",
+            "counts_per_rev",
+        ),
+        ("arithmetic = \"f32\"", "arithmetic = \"f64\"", "arithmetic"),
+        ("law = \"gradient\"", "law = \"gauss-newton\"", "law"),
+    ];
+    for (k, (from, to, key)) in cases.into_iter().enumerate() {
+        let path = scenario(&format!("pil-refused-{k}"), |text| {
+            let changed = text.replace(from, to);
+            assert_ne!(changed, text, "{from}");
+            let lean = |text: String| {
+                let keeps = |line: &&str| !line.starts_with("gamma") && !line.starts_with("mu");
+                text.lines().filter(keeps).collect::<Vec<_>>().join("\n")
+            };
+            if key == "law" { lean(changed) } else { changed }
+        });
+        let output = host_sim(&["pil", &path, "--port", "tcp:127.0.0.1:1"]);
+        let answer = standard_error(&output);
+        assert_eq!(output.status.code(), Some(2), "{answer}");
+        assert!(answer.contains(key), "{key}: {answer}");
+    }
+}
+
+#[test]
+fn a_port_that_is_none_is_bad_input_and_a_silent_one_is_not() {
+    let path = scenario("pil-port", |text| text);
+    for port in ["tcp:127.0.0.1:1", "/dev/no-such-port"] {
+        let commands: [&[&str]; 2] = [
+            &["pil", &path, "--port", port],
+            &["drive", "--port", port, "status"],
+        ];
+        for arguments in commands {
+            let output = host_sim(arguments);
+            let answer = standard_error(&output);
+            assert_eq!(output.status.code(), Some(2), "{answer}");
+            assert!(
+                answer.contains(port) && answer.contains("cannot be opened"),
+                "{answer}"
+            );
+        }
+    }
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port is free");
+    let silent = format!("tcp:{}", listener.local_addr().expect("it has an address"));
+    let output = host_sim(&["drive", "--port", &silent, "status"]);
+    let answer = standard_error(&output);
+    assert_eq!(output.status.code(), Some(1), "{answer}");
+    assert!(answer.contains("nobody answers"), "{answer}");
+}
