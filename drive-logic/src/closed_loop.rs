@@ -8,7 +8,6 @@ use identifier_core::identifier::{
     DiagonalGradientIdentifier, GradientIdentifierState, IdentifierError,
 };
 use identifier_core::measurement::velocity::{LowPass, LowPassState};
-use identifier_core::model::ServoParameters;
 use identifier_core::parameters::{Ab, AbCoulomb, ParameterSet};
 
 use crate::parts;
@@ -114,21 +113,10 @@ impl ClosedLoop {
     /// The estimates, SI.
     #[must_use]
     pub fn estimates(&self) -> Estimates {
-        let ServoParameters {
-            a,
-            b,
-            coulomb,
-            load,
-        } = match &self.identifier {
+        parts::estimates(&match &self.identifier {
             Identifier::Plain(identifier, learnt) => identifier.estimates(learnt),
             Identifier::Friction(identifier, learnt) => identifier.estimates(learnt),
-        };
-        Estimates {
-            a,
-            b,
-            coulomb,
-            load,
-        }
+        })
     }
 }
 

@@ -2,12 +2,12 @@
 
 use core::convert::Infallible;
 
-use drive_link::{Answer, Estimates, Format, LoopSettings, NotAllowed, Question, Reading, Refused};
+use drive_link::{Answer, Format, LoopSettings, NotAllowed, Question, Reading, Refused};
 use identifier_core::adaptation::GradientUpdate;
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::fixed_point::{
-    Accumulator, FixedControlState, FixedController, FixedGradientIdentifier, FixedGradientState,
-    FixedLowPass, Ranges, reference_of_counts,
+    Accumulator, FixedControlState, FixedGradientIdentifier, FixedGradientState, FixedLowPass,
+    Ranges, reference_of_counts,
 };
 use identifier_core::identifier::IdentifierError;
 use identifier_core::measurement::velocity::LowPass;
@@ -148,7 +148,6 @@ impl Actuator<f32> for Far {
 /// The loop in fixed point.
 #[derive(Debug)]
 struct Words {
-    controller: FixedController<FixedLowPass>,
     identifier: FixedGradientIdentifier<FixedLowPass, Ab, 2>,
     control: FixedControlState<Accumulator>,
     learnt: FixedGradientState<Accumulator, 2>,
@@ -160,30 +159,23 @@ impl Words {
         let ranges = Ranges::of(&config);
         let velocity = LowPass::<f64>::new(&config.units, settings.cutoff)?;
         let law = parts::law(settings)?;
-        let controller = FixedController::new(&config, &ranges, FixedLowPass::from(&velocity))?;
         let identifier = FixedGradientIdentifier::new(&config, &law, &ranges, velocity)?;
         Ok(Self {
-            control: controller.start(0),
+            control: identifier.controller().start(0),
             learnt: identifier.start(),
-            controller,
             identifier,
         })
     }
 
     fn sample(&mut self, reference: f64, count: i64) -> Reading {
         let wanted = reference_of_counts(reference);
-        let sample = self.controller.process(&mut self.control, wanted, count);
+        let controller = self.identifier.controller();
+        let sample = controller.process(&mut self.control, wanted, count);
         let seen = self.identifier.process(&mut self.learnt, &sample);
-        let found = self.identifier.estimates(&self.learnt);
         Reading {
-            command: self.controller.command(&sample),
+            command: controller.command(&sample),
             output_error: self.identifier.output_error(&seen),
-            estimates: Estimates {
-                a: found.a,
-                b: found.b,
-                coulomb: found.coulomb,
-                load: found.load,
-            },
+            estimates: parts::estimates(&self.identifier.estimates(&self.learnt)),
             slowed: seen.update == GradientUpdate::Slowed,
             restarted: seen.restarted,
         }

@@ -1,6 +1,6 @@
 //! From settings to the parts of the core.
 
-use drive_link::{LoopSettings, Name, NotAllowed};
+use drive_link::{Estimates, LoopSettings, Name, NotAllowed};
 use identifier_core::adaptation::PositiveDefinite;
 use identifier_core::control::{CommandLimit, Gains};
 use identifier_core::error::{Allowed, OutOfRange};
@@ -65,6 +65,22 @@ pub fn law<const P: usize>(settings: &LoopSettings) -> Result<GradientLaw<P>, Id
         mu: settings.mu,
         frozen: [false; P],
     })
+}
+
+/// Estimates as a message.
+pub(crate) fn estimates(found: &ServoParameters) -> Estimates {
+    let ServoParameters {
+        a,
+        b,
+        coulomb,
+        load,
+    } = *found;
+    Estimates {
+        a,
+        b,
+        coulomb,
+        load,
+    }
 }
 
 /// A refusal of the core as a message.

@@ -167,8 +167,7 @@ pub struct Sampler<'a> {
     fault: Option<Fault>,
     /// A fault, a release or its forgetting that found no room yet: it must not be lost.
     untold: Option<Event>,
-    every: u16,
-    until_shown: u16,
+    watch: Watch,
     counts: Counts,
 }
 
@@ -196,8 +195,7 @@ impl<'a> Sampler<'a> {
             run: None,
             fault,
             untold: fault.map(|fault| Event::Faulted(fault, Counts::default())),
-            every: 0,
-            until_shown: 0,
+            watch: Watch::default(),
             counts: Counts::default(),
         }
     }
@@ -228,7 +226,10 @@ impl<'a> Sampler<'a> {
             Ok(seen) => seen,
             Err(fault) => return self.fail(fault, actuator),
         };
-        let shown = Shown {
+        if !self.watch.is_due() {
+            return;
+        }
+        let shown = Event::Shown(Shown {
             sample: run.sample,
             closed_loop: run.closed_loop,
             error: seen.ticked.sample.error,
@@ -236,8 +237,8 @@ impl<'a> Sampler<'a> {
             command: seen.ticked.sample.command,
             output_error: seen.output_error,
             counts: self.counts,
-        };
-        if self.is_due() && self.events.enqueue(Event::Shown(shown)).is_err() {
+        });
+        if self.events.enqueue(shown).is_err() {
             self.counts.dropped = self.counts.dropped.saturating_add(1);
         }
     }
@@ -306,10 +307,7 @@ impl<'a> Sampler<'a> {
                 }
                 Err(fault) => self.fail(fault, actuator),
             },
-            Order::Watch(every) => {
-                self.every = every;
-                self.until_shown = 0;
-            }
+            Order::Watch(every) => self.watch = Watch { every, left: 0 },
         }
     }
 
@@ -326,15 +324,25 @@ impl<'a> Sampler<'a> {
             self.untold = Some(event);
         }
     }
+}
 
+/// Which samples are shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Watch {
+    /// Samples from one to the next; 0 for none.
+    every: u16,
+    left: u16,
+}
+
+impl Watch {
     /// Whether this sample is to be shown.
     #[inline]
     fn is_due(&mut self) -> bool {
         if self.every == 0 {
             return false;
         }
-        let due = self.until_shown == 0;
-        self.until_shown = if due { self.every } else { self.until_shown } - 1;
+        let due = self.left == 0;
+        self.left = if due { self.every } else { self.left } - 1;
         due
     }
 }

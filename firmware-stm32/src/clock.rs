@@ -54,7 +54,7 @@ const PATIENCE: u32 = 100_000;
 /// the fault says so.
 pub fn start(rcc: &RCC, flash: &FLASH) -> (Clocks, Result<(), Fault>) {
     if cfg!(feature = "emulator") {
-        // An emulated RCC is plain storage: nothing but this raises its ready bits.
+        // SAFETY: an emulated RCC is plain storage: nothing but this raises its ready bits.
         rcc.cr()
             .modify(|read, write| unsafe { write.bits(read.bits() | 1 << 17 | 1 << 25) });
     }

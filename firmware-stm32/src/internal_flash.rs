@@ -67,6 +67,12 @@ impl InternalFlash {
         self.registers
             .cr()
             .modify(|_, write| write.lock().set_bit());
+        // The data cache may hold what was there before; it is reset while it is off (RM0090, 3.5.4).
+        let access = self.registers.acr();
+        access.modify(|_, write| write.dcen().clear_bit());
+        access.modify(|_, write| write.dcrst().set_bit());
+        access.modify(|_, write| write.dcrst().clear_bit());
+        access.modify(|_, write| write.dcen().set_bit());
     }
 
     /// Waits for the end of what was begun, and forgets the errors it left.

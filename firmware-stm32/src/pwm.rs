@@ -28,7 +28,7 @@ impl Pwm {
         registers
             .arr()
             .write(|write| write.arr().set(steps.saturating_sub(1)));
-        // SAFETY: PWM mode 1 with preload, RM0090, 17.3.9.
+        // PWM mode 1 with preload (RM0090, 17.3.9).
         registers
             .ccmr1_output()
             .write(|write| write.oc1pe().set_bit().oc1m().pwm_mode1());

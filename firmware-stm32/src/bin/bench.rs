@@ -12,7 +12,7 @@ use fixed::types::I48F16;
 use identifier_core::control::ControlState;
 use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::{
-    Accumulator, FixedControlSample, FixedControlState, FixedController, FixedGradientIdentifier,
+    Accumulator, FixedControlSample, FixedControlState, FixedGradientIdentifier,
     FixedGradientState, FixedLowPass, Ranges, reference_of_counts,
 };
 use identifier_core::identifier::{
@@ -168,9 +168,8 @@ fn gauss_newton(counter: &Counter) -> Result<(), IdentifierError> {
     )
 }
 
-/// Controller and gradient identifier in fixed point.
+/// The gradient identifier in fixed point with its controller and their states.
 struct Words {
-    controller: FixedController<FixedLowPass>,
     identifier: FixedGradientIdentifier<FixedLowPass, Ab, 2>,
     control: FixedControlState<Accumulator>,
     learnt: FixedGradientState<Accumulator, 2>,
@@ -179,7 +178,8 @@ struct Words {
 impl Words {
     #[inline(never)]
     fn sample(&mut self, reference: I48F16, count: i64) -> FixedControlSample {
-        let sample = self.controller.process(&mut self.control, reference, count);
+        let controller = self.identifier.controller();
+        let sample = controller.process(&mut self.control, reference, count);
         self.identifier.process(&mut self.learnt, &sample);
         sample
     }
@@ -189,12 +189,10 @@ fn words(counter: &Counter) -> Result<(), IdentifierError> {
     let config = paper::config()?;
     let ranges = Ranges::of(&config);
     let velocity = paper::velocity::<f64>(&config.units)?;
-    let controller = FixedController::new(&config, &ranges, FixedLowPass::from(&velocity))?;
     let identifier = FixedGradientIdentifier::new(&config, &paper::law()?, &ranges, velocity)?;
     let mut parts = Words {
-        control: controller.start(0),
+        control: identifier.controller().start(0),
         learnt: identifier.start(),
-        controller,
         identifier,
     };
     measure(
@@ -203,7 +201,7 @@ fn words(counter: &Counter) -> Result<(), IdentifierError> {
         |reference, count| {
             let (reference, count) = black_box((reference_of_counts(reference), count));
             let (sample, taken) = counted(counter, || parts.sample(reference, count));
-            (parts.controller.command(&sample), taken)
+            (parts.identifier.controller().command(&sample), taken)
         },
     )
 }

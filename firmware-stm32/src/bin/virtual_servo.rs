@@ -12,7 +12,7 @@ use firmware_stm32::paper;
 use identifier_core::drive::{Actuator, PositionSensor, Tick, TickState};
 use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::{
-    FixedController, FixedGradientIdentifier, FixedLowPass, Ranges, reference_of_counts,
+    FixedGradientIdentifier, FixedLowPass, Ranges, reference_of_counts,
 };
 use identifier_core::identifier::{GradientIdentifier, IdentifierError};
 use identifier_core::measurement::velocity::LowPass;
@@ -99,7 +99,6 @@ fn fixed_point() -> Result<ServoParameters, IdentifierError> {
     let config = paper::config()?;
     let ranges = Ranges::of(&config);
     let velocity = paper::velocity::<f64>(&config.units)?;
-    let controller = FixedController::new(&config, &ranges, FixedLowPass::from(&velocity))?;
     let identifier = FixedGradientIdentifier::<FixedLowPass, Ab, 2>::new(
         &config,
         &paper::law()?,
@@ -108,6 +107,7 @@ fn fixed_point() -> Result<ServoParameters, IdentifierError> {
     )?;
     let reference = paper::reference(&config.units)?;
     let (mut plant, encoder) = paper::servo();
+    let controller = identifier.controller();
     let mut control = controller.start(0);
     let mut learnt = identifier.start();
     let mut wanted = Excitation::<f64>::start(&reference);

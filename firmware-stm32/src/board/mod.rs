@@ -2,8 +2,8 @@
 //!
 //! A board file has the crystal's frequency as `CRYSTAL` (Hz), the command of the whole output as
 //! `FULL_SCALE`, the types `Encoder`, `Output` and `Inputs`, a function `wire` that makes a `Wired` of
-//! the chip's peripherals, and `let_go` for emergencies. To add an F4
-//! board, copy the one that is there, change its pins, and name it here and in Cargo.toml.
+//! the chip's peripherals, and `let_go` for emergencies. To add an F4 board, copy the one that is
+//! there, change its pins, and name it here and in Cargo.toml.
 
 #[cfg(feature = "olimex-stm32-h405")]
 mod olimex_stm32_h405;

@@ -1,6 +1,6 @@
 use identifier_core::control::{ControlState, Controller};
 use identifier_core::fixed_point::{
-    FixedControlState, FixedController, FixedGradientIdentifier, FixedGradientState, FixedVelocity,
+    FixedControlState, FixedGradientIdentifier, FixedGradientState, FixedVelocity,
     reference_of_counts,
 };
 use identifier_core::identifier::{GradientIdentifier, GradientIdentifierState, IdentifierError};
@@ -196,15 +196,10 @@ impl WithFixed for BuildFixed {
         V: FixedVelocity + 'static,
         S: ParameterSet<P> + 'static,
     {
-        let FixedParts {
-            controller,
-            identifier,
-            ..
-        } = parts;
+        let FixedParts { identifier, .. } = parts;
         Ok(Box::new(Words {
-            control: controller.start(self.position),
+            control: identifier.controller().start(self.position),
             state: identifier.start(),
-            controller,
             identifier,
             units: self.units,
         }))
@@ -212,7 +207,6 @@ impl WithFixed for BuildFixed {
 }
 
 struct Words<V: FixedVelocity, S, const P: usize> {
-    controller: FixedController<V>,
     control: FixedControlState<V::State>,
     identifier: FixedGradientIdentifier<V, S, P>,
     state: FixedGradientState<V::State, P>,
@@ -221,13 +215,12 @@ struct Words<V: FixedVelocity, S, const P: usize> {
 
 impl<V: FixedVelocity, S: ParameterSet<P>, const P: usize> Beside for Words<V, S, P> {
     fn process(&mut self, reference: f64, position: i64) -> Signals {
-        let real =
-            self.controller
-                .process(&mut self.control, reference_of_counts(reference), position);
+        let controller = self.identifier.controller();
+        let real = controller.process(&mut self.control, reference_of_counts(reference), position);
         let seen = self.identifier.process(&mut self.state, &real);
         Signals {
-            velocity: self.controller.velocity(&real) / self.units.velocity(),
-            command: self.controller.command(&real),
+            velocity: controller.velocity(&real) / self.units.velocity(),
+            command: controller.command(&real),
             output_error: self.identifier.output_error(&seen) * self.units.position_unit(),
             estimates: self.identifier.estimates(&self.state),
         }

@@ -38,7 +38,6 @@ impl<O: FnMut(&Sample)> WithFixed for Loop<'_, O> {
     {
         let Self { scenario, observe } = self;
         let FixedParts {
-            controller,
             identifier,
             gamma,
             mu,
@@ -58,6 +57,7 @@ impl<O: FnMut(&Sample)> WithFixed for Loop<'_, O> {
         let encoder = Encoder::new(std::f64::consts::TAU / position_unit);
         let mut plant = Plant::at_rest(&scenario.plant.expect(CHECKED), sample_time);
         let mut reference_state = reference.start();
+        let controller = identifier.controller();
         let mut control = controller.start(0);
         let mut state = identifier.start();
         for k in 0..scenario.samples() {

@@ -1,8 +1,7 @@
 //! From a scenario to a controller and an identifier in fixed point.
 
 use identifier_core::fixed_point::{
-    FixedAveragedDifference, FixedController, FixedGradientIdentifier, FixedLowPass, FixedVelocity,
-    Ranges,
+    FixedAveragedDifference, FixedGradientIdentifier, FixedLowPass, FixedVelocity, Ranges,
 };
 use identifier_core::identifier::{IdentifierConfig, IdentifierError};
 use identifier_core::measurement::velocity::{
@@ -14,7 +13,6 @@ use super::{GradientSettings, Law, Reference, Scenario, VelocitySettings, WithSe
 
 /// The parts, and what is known of them beforehand.
 pub(crate) struct FixedParts<V, S, const P: usize> {
-    pub(crate) controller: FixedController<V>,
     pub(crate) identifier: FixedGradientIdentifier<V, S, P>,
     pub(crate) gamma: Vec<Vec<f64>>,
     pub(crate) mu: f64,
@@ -115,7 +113,6 @@ where
             .unwrap_or_else(|| Ranges::of(&config));
         let identifier = FixedGradientIdentifier::<V, S, P>::new(&config, &law, &ranges, velocity)?;
         work.with::<W, V, S, P>(FixedParts {
-            controller: FixedController::new(&config, &ranges, V::from(&velocity))?,
             identifier,
             gamma: law.gamma.entries().iter().map(|row| row.to_vec()).collect(),
             mu: law.mu(&config),

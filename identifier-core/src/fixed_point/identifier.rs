@@ -1,10 +1,9 @@
 use core::marker::PhantomData;
 
 use super::arithmetic::{Sum, Word, value};
-use super::controller::FixedControlSample;
+use super::controller::{FixedControlSample, FixedController};
 use super::gradient::FixedGradient;
 use super::model::{FixedModelLoop, FixedModelState, FixedParameters};
-use super::pid::FixedPid;
 use super::ranges::{Ranges, Scales};
 use super::travel::FixedTravel;
 use super::velocity::FixedVelocity;
@@ -73,9 +72,10 @@ where
     {
         let checked = GradientIdentifier::<f64, W, S, P>::new(config, law, velocity)?;
         let units = config.units;
+        let controller = FixedController::new(config, ranges, V::from(&velocity))?;
         let scales = Scales::new(config, ranges)?.with_mu(law.mu(config) * units.rate());
         Ok(Self {
-            model: FixedModelLoop::new(FixedPid::new(config, &scales), V::from(&velocity), &scales),
+            model: FixedModelLoop::new(controller, &scales),
             law: FixedGradient::new::<S>(config, law, &scales)?,
             travel: FixedTravel::new(&units),
             scales,
@@ -87,6 +87,13 @@ where
             gain_margin: checked.gain_margin(),
             set: PhantomData,
         })
+    }
+
+    /// The controller that the model loop has, to close the real loop with: the two cannot differ.
+    #[inline]
+    #[must_use]
+    pub fn controller(&self) -> &FixedController<V> {
+        &self.model.controller
     }
 
     /// The gain margin of the sampled loop over the box, where a box was given and certified.

@@ -1,6 +1,5 @@
 use super::arithmetic::{FULL, Fraction, Sum, Weight, Word, limit, product};
-use super::controller::FixedControlSample;
-use super::pid::FixedPid;
+use super::controller::{FixedControlSample, FixedController};
 use super::ranges::Scales;
 use super::step::{FixedMotion, FixedPhase, FixedStep};
 use super::velocity::FixedVelocity;
@@ -9,13 +8,11 @@ use crate::parameters::{Parameter, ParameterSet};
 /// The model loop on words, relative to the real loop as [`ModelLoop`](crate::model::ModelLoop) is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FixedModelLoop<V> {
-    pid: FixedPid,
-    velocity: V,
+    /// Velocity estimate and control law: those of the real loop.
+    pub(super) controller: FixedController<V>,
     step: FixedStep,
     /// Of an increment in the output error.
     weight: Weight,
-    /// From the wanted command's full scale to the command's.
-    up: u32,
 }
 
 /// What the model loop remembers.
@@ -101,13 +98,11 @@ impl FixedParameters {
 }
 
 impl<V: FixedVelocity> FixedModelLoop<V> {
-    pub(super) fn new(pid: FixedPid, velocity: V, scales: &Scales) -> Self {
+    pub(super) fn new(controller: FixedController<V>, scales: &Scales) -> Self {
         Self {
-            pid,
-            velocity,
+            controller,
             step: FixedStep::new(),
             weight: Weight::new(scales.velocity, scales.position),
-            up: (scales.wanted - scales.command).unsigned_abs(),
         }
     }
 
@@ -132,19 +127,25 @@ impl<V: FixedVelocity> FixedModelLoop<V> {
         real: &FixedControlSample,
     ) -> FixedModelCommand {
         let velocity = self
+            .controller
             .velocity
             .process(&mut state.filter, state.motion.increment);
-        let load = self.pid.integral_command(state.integral_error.word());
+        let load = self
+            .controller
+            .pid
+            .integral_command(state.integral_error.word());
         let output_error = self.output_error(state);
         let error = limit(real.error + output_error);
-        let command = self.pid.command(error, velocity, real.integral);
+        let command = self.controller.pid.command(error, velocity, real.integral);
         let gathered = match (command.integrates, real.integrates) {
             (true, true) => output_error,
             (true, false) => error,
             (false, true) => -real.error,
             (false, false) => Word::ZERO,
         };
-        self.pid.gather(&mut state.integral_error, gathered);
+        self.controller
+            .pid
+            .gather(&mut state.integral_error, gathered);
         FixedModelCommand {
             value: command.value + load,
             load,
@@ -168,11 +169,15 @@ impl<V: FixedVelocity> FixedModelLoop<V> {
         let filters = &mut state.regressor_filter;
         S::PARAMETERS.map(|parameter| match parameter {
             Parameter::A => command.velocity,
-            Parameter::B => -self.velocity.process(&mut filters.command, u),
-            Parameter::Coulomb => self.velocity.process(&mut filters.direction, direction),
-            Parameter::Load if S::HAS_COULOMB => {
-                -self.velocity.process(&mut filters.moving, moving)
-            }
+            Parameter::B => -self.controller.velocity.process(&mut filters.command, u),
+            Parameter::Coulomb => self
+                .controller
+                .velocity
+                .process(&mut filters.direction, direction),
+            Parameter::Load if S::HAS_COULOMB => -self
+                .controller
+                .velocity
+                .process(&mut filters.moving, moving),
             Parameter::Load => -FULL,
         })
     }
@@ -220,9 +225,10 @@ impl<V: FixedVelocity> FixedModelLoop<V> {
     /// [`ModelLoop::stand_together`](crate::model::ModelLoop::stand_together).
     #[inline]
     fn servo_stands(&self, real: &FixedControlSample, parameters: &FixedParameters) -> bool {
-        let of_loop = product(parameters.gain, self.pid.damping(real.velocity));
+        let of_loop = product(parameters.gain, self.controller.pid.damping(real.velocity));
         let own = parameters.x.times(real.velocity);
-        let damping = i64::from(own.to_bits()) + (i64::from(of_loop.to_bits()) << self.up);
+        let damping =
+            i64::from(own.to_bits()) + (i64::from(of_loop.to_bits()) << self.controller.pid.up());
         damping.abs() <= i64::from(parameters.coulomb.to_bits())
     }
 

@@ -77,6 +77,12 @@ impl FixedPid {
         self.derivative.apply(velocity)
     }
 
+    /// Places from the wanted command's full scale up to the command's.
+    #[inline]
+    pub(super) fn up(&self) -> u32 {
+        self.up
+    }
+
     /// ki ∑, of the command's full scale; `sum` as a word.
     #[inline]
     pub(super) fn integral_command(&self, sum: Word) -> Word {
