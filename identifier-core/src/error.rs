@@ -98,29 +98,34 @@ impl fmt::Display for OutOfRange {
 
 impl core::error::Error for OutOfRange {}
 
-/// Why a control step was refused. The state is as it was before the step.
+/// Why a sample was refused. The state is as it was before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum StepError {
-    /// The reference is NaN or infinite.
-    ReferenceNotFinite,
-    /// The measured position is NaN or infinite.
-    PositionNotFinite,
-    /// Reference and position, or two successive positions, are further apart than the number
-    /// format counts exactly: a lost encoder, a wrong reference or a forgotten shift of origin.
+    /// The position error is NaN or infinite: so was the setpoint's offset, or the measurement.
+    ErrorNotFinite,
+    /// Setpoint and position are further apart than the number format counts exactly.
     TooFarApart,
+    /// The position has moved since the last sample by what is no number, further than the number
+    /// format counts exactly, or faster than the servo is said to be able to.
+    CountJumped,
+    /// The command that acted is NaN or infinite.
+    CommandNotFinite,
 }
 
 impl fmt::Display for StepError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::ReferenceNotFinite => "the reference is not a finite number",
-            Self::PositionNotFinite => "the measured position is not a finite number",
+            Self::ErrorNotFinite => "the position error is not a finite number: check the setpoint",
             Self::TooFarApart => {
-                "the position is further from the reference or from its last value than the number \
-                 format counts exactly: check the encoder, or shift the origin"
+                "the setpoint is further from the position than the number format counts exactly: \
+                 check setpoint and encoder"
             }
+            Self::CountJumped => {
+                "the position has jumped further than the servo can move in a sample: check the encoder"
+            }
+            Self::CommandNotFinite => "the command that acted is not a finite number",
         })
     }
 }

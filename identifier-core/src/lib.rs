@@ -17,5 +17,15 @@ pub mod measurement;
 pub mod model;
 pub mod number;
 pub mod parameters;
+pub mod settings;
 pub mod stability;
 pub mod units;
+
+use identifier::{DiagonalGradientIdentifier, ServoLoop};
+use measurement::velocity::LowPass;
+
+pub use settings::{ControllerSettings, Settings};
+
+/// Our PID with a low-pass velocity estimate and the paper's identifier with a diagonal Γ.
+pub type GradientLoop<N, S, const P: usize> =
+    ServoLoop<N, LowPass<N>, DiagonalGradientIdentifier<N, LowPass<N>, S, P>>;

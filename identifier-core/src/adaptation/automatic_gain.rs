@@ -93,21 +93,23 @@ impl AutomaticGain {
         let x = a * self.units.rate();
         let gain = b * self.units.acceleration();
         let mut reference = excitation.start();
-        let mut control = ControlState::at_rest(0.0);
-        let (mut position, mut velocity) = (0.0, 0.0);
+        let mut control = ControlState::default();
+        let (mut position, mut velocity, mut increment) = (0.0, 0.0, 0.0);
         let mut sum = Moments {
             velocity: 0.0,
             command: 0.0,
         };
         for _ in 0..self.samples {
             let wanted = excitation.process(&mut reference);
-            let Ok(sample) = controller.process(&mut control, wanted, position) else {
+            let error = wanted - position;
+            let Ok(sample) = controller.process(&mut control, error, increment) else {
                 break;
             };
             sum.velocity += velocity * velocity;
             sum.command += sample.command * sample.command;
             let motion = step.process(x, gain * sample.command, velocity);
             position += motion.increment;
+            increment = motion.increment;
             velocity = motion.velocity;
         }
         let count = f64::from(self.samples);

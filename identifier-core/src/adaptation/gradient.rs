@@ -12,7 +12,9 @@ use crate::number::{Number, RunningSum};
 /// **Why the guard.** Near the solution the adaptation loop is s² + α s + φᵀΓφ: sampled with T, it
 /// needs T φᵀΓφ well below α = a + b k_d. The guard holds it below the fraction ρ =
 /// [`Gradient::GUARD`] of the smallest α that the servo can have. (11) stays stable for every
-/// Γ > 0, and scaling the whole step by a positive factor only makes Γ smaller for that sample.
+/// Γ > 0, and scaling the whole step by a positive factor only makes Γ smaller for that sample. Where
+/// no box says what α is at least, it follows from the estimate b̂ of the moment, not from a bound that
+/// nobody gave: a servo with strong damping would learn its a many times slower.
 ///
 /// The form of Γ is a type, G: [`Gradient`] takes any.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,6 +22,7 @@ pub struct GradientWith<N, const P: usize, G> {
     gamma: G,
     mu: N,
     strongest: N,
+    strongest_per_gain: N,
     projection: Projection<N, P>,
 }
 
@@ -51,8 +54,10 @@ pub struct GradientConfig<const P: usize> {
     pub gamma: PositiveDefinite<P>,
     /// μ T.
     pub mu: f64,
-    /// Smallest α T the servo may have: (a_min + b_min k_d) T.
+    /// Smallest α T that the servo is known to have, (a_min + b_min k_d) T; zero if nothing is known.
     pub slowest_decay: f64,
+    /// What stands in for it then: α T per machine unit of b̂.
+    pub decay_per_gain: f64,
     /// Box of the estimates.
     pub bounds: [Interval; P],
     /// Parameters that are known and stay at their initial values.
@@ -84,14 +89,18 @@ impl<N: Number, const P: usize, G: Gain<N, P>> GradientWith<N, P, G> {
     /// The law from its Γ in the form for the hot path and its configuration.
     ///
     /// # Errors
-    /// `mu` and the smallest α must be positive.
+    /// `mu` and the smallest α, or what stands in for it, must be positive.
     pub fn new(gamma: G, config: &GradientConfig<P>) -> Result<Self, OutOfRange> {
         Allowed::Above(0.0).check("mu", config.mu)?;
-        Allowed::Above(0.0).check("alpha_min", config.slowest_decay)?;
+        let per_gain = config.decay_per_gain;
+        Allowed::AtLeast(0.0).check("alpha_min", config.slowest_decay)?;
+        Allowed::AtLeast(0.0).check("alpha_min", per_gain)?;
+        Allowed::Above(0.0).check("alpha_min", config.slowest_decay + per_gain)?;
         Ok(Self {
             gamma,
             mu: N::from_f64(config.mu),
             strongest: N::from_f64(Self::GUARD * config.slowest_decay),
+            strongest_per_gain: N::from_f64(Self::GUARD * per_gain),
             projection: Projection::new(
                 config.bounds.map(|bound| bound.min()),
                 config.bounds.map(|bound| bound.max()),
@@ -100,7 +109,14 @@ impl<N: Number, const P: usize, G: Gain<N, P>> GradientWith<N, P, G> {
         })
     }
 
-    /// One update from the regressor φ, the output error ε and its rate ε̇, all in machine units.
+    /// Which estimates stand at a bound.
+    #[must_use]
+    pub fn at_bounds(&self, state: &GradientState<N, P>) -> [bool; P] {
+        self.projection.at_bounds(&state.estimates())
+    }
+
+    /// One update from the regressor φ, the output error ε and its rate ε̇, for the estimate b̂ of the
+    /// moment, all in machine units.
     #[inline]
     pub fn update(
         &self,
@@ -108,18 +124,20 @@ impl<N: Number, const P: usize, G: Gain<N, P>> GradientWith<N, P, G> {
         regressor: &[N; P],
         output_error: N,
         output_error_rate: N,
+        gain: N,
     ) -> GradientUpdate {
         let direction = self.gamma.times(regressor);
         let strength = dot(regressor, &direction);
         let mut output = self.mu * output_error + output_error_rate;
         let mut update = GradientUpdate::Full;
+        let strongest = self.strongest + self.strongest_per_gain * gain;
         // No number if one of them is infinite or none, and then not below anything.
-        let gentle = strength + output * N::ZERO <= self.strongest;
+        let gentle = strength + output * N::ZERO <= strongest;
         if !gentle {
             if !(strength + output).is_finite() {
                 return GradientUpdate::Held;
             }
-            output = output * self.strongest * strength.reciprocal();
+            output = output * strongest * strength.reciprocal();
             update = GradientUpdate::Slowed;
         }
         for i in 0..P {
@@ -140,6 +158,7 @@ mod tests {
             gamma: PositiveDefinite::new(gamma).expect("positive definite"),
             mu: 0.5,
             slowest_decay: 100.0,
+            decay_per_gain: 0.0,
             bounds: [wide; 3],
             frozen: [false; 3],
         };
@@ -156,7 +175,7 @@ mod tests {
         let phi = [0.3, -0.2, 0.5];
         let (error, rate) = (0.4, -0.1);
         assert_eq!(
-            law.update(&mut state, &phi, error, rate),
+            law.update(&mut state, &phi, error, rate, 0.0),
             GradientUpdate::Full
         );
         let y = 0.5 * error + rate;
@@ -177,7 +196,7 @@ mod tests {
         assert!(strength > bound, "the case is strong");
         let mut state = GradientState::new([0.0; 3]);
         assert_eq!(
-            law.update(&mut state, &phi, 0.0, 1.0),
+            law.update(&mut state, &phi, 0.0, 1.0, 0.0),
             GradientUpdate::Slowed
         );
         // φᵀΔθ̂ is the strength that acted.
@@ -190,7 +209,7 @@ mod tests {
         let law = law(GAMMA);
         let mut state = GradientState::new([1.0; 3]);
         let before = state;
-        let update = law.update(&mut state, &[1e200, 1e200, 0.0], 1.0, 0.0);
+        let update = law.update(&mut state, &[1e200, 1e200, 0.0], 1.0, 0.0, 0.0);
         assert_eq!(update, GradientUpdate::Held);
         assert!(state == before);
     }

@@ -3,7 +3,6 @@
 mod automatic_gain;
 mod covariance;
 mod gain;
-mod gauss_newton;
 mod gradient;
 mod matrix;
 mod normal_equations;
@@ -12,7 +11,6 @@ mod projection;
 pub use automatic_gain::AutomaticGain;
 pub use covariance::{Covariance, Innovation};
 pub use gain::{DiagonalGain, FullGain, Gain};
-pub use gauss_newton::{GaussNewton, GaussNewtonConfig, GaussNewtonState};
 pub use gradient::{Gradient, GradientConfig, GradientState, GradientUpdate, GradientWith};
 pub use matrix::{MatrixError, PositiveDefinite};
 pub use normal_equations::NormalEquations;

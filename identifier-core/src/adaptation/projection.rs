@@ -29,6 +29,12 @@ impl<N: Number, const P: usize> Projection<N, P> {
         }
     }
 
+    /// Which estimates stand at a face of the box.
+    #[must_use]
+    pub fn at_bounds(&self, estimates: &[N; P]) -> [bool; P] {
+        core::array::from_fn(|i| estimates[i] <= self.low[i] || estimates[i] >= self.high[i])
+    }
+
     /// Moves the estimates back into the box if they have left it.
     #[inline]
     pub fn apply(&self, estimates: &mut [N::Sum; P]) {

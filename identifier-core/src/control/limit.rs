@@ -37,6 +37,18 @@ impl CommandLimit {
         })
     }
 
+    /// Lowest and highest command, command units, both infinite for none.
+    ///
+    /// # Errors
+    /// As [`CommandLimit::asymmetric`].
+    pub fn of([low, high]: [f64; 2]) -> Result<Self, OutOfRange> {
+        if low == f64::NEG_INFINITY && high == f64::INFINITY {
+            Ok(Self::NONE)
+        } else {
+            Self::asymmetric(low, high)
+        }
+    }
+
     /// The lowest command, command units.
     #[must_use]
     pub fn low(&self) -> f64 {

@@ -1,4 +1,8 @@
-//! The real loop: the PID that the user already trusts, closed around the servo.
+//! The PID that the user already trusts, closed around the servo.
+//!
+//! u = k_p e − k_d v + k_i T ∑e, limited. v is the velocity estimate of this sample; ∑e are the errors
+//! of all samples *before* this one. While the limit holds the command back in the direction of the
+//! error, the sum stands still ([`Command::integrates`]).
 
 mod gains;
 mod limit;
@@ -9,8 +13,10 @@ pub use limit::CommandLimit;
 pub use pid::{Command, Pid};
 
 use crate::error::StepError;
+use crate::identifier::IdentifierError;
 use crate::measurement::velocity::VelocityEstimate;
 use crate::number::{Number, RunningSum};
+use crate::settings::{FromSettings, Settings};
 
 /// The sampled controller: velocity estimate and PID.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,43 +30,21 @@ pub struct Controller<N, V> {
 /// What the controller remembers between samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControlState<N: Number, S> {
-    position: N,
-    velocity: N,
     integral: N::Sum,
     filter: S,
 }
 
-impl<N: Number, S: Default> ControlState<N, S> {
-    /// At rest at a position (machine units), integral empty.
-    #[must_use]
-    pub fn at_rest(position: N) -> Self {
+impl<N: Number, S: Default> Default for ControlState<N, S> {
+    /// At rest, integral empty.
+    fn default() -> Self {
         Self {
-            position,
-            velocity: N::ZERO,
             integral: N::Sum::new(N::ZERO),
             filter: S::default(),
         }
     }
+}
 
-    /// The velocity estimate of the last sample.
-    #[must_use]
-    pub fn velocity(&self) -> N {
-        self.velocity
-    }
-
-    /// Whether the loop has done nothing yet: no velocity, no integral. A servo that only stands for
-    /// the moment has an integral.
-    #[must_use]
-    pub fn is_fresh(&self) -> bool {
-        self.velocity == N::ZERO && self.integral.value() == N::ZERO
-    }
-
-    /// The state of the velocity estimate.
-    #[must_use]
-    pub fn filter(&self) -> &S {
-        &self.filter
-    }
-
+impl<N: Number, S> ControlState<N, S> {
     /// With an integral ∑e that a controller has gathered before, machine units.
     #[must_use]
     pub fn with_integral(self, integral: N) -> Self {
@@ -69,17 +53,9 @@ impl<N: Number, S: Default> ControlState<N, S> {
             ..self
         }
     }
-
-    /// Follows a move of the origin by `moved` (machine units): see
-    /// [`Origin::follow`](crate::measurement::origin::Origin::follow).
-    ///
-    /// The position of the last sample is all in the loop that knows of an origin.
-    pub fn shift_origin(&mut self, moved: N) {
-        self.position = self.position - moved;
-    }
 }
 
-/// One sample of the real loop, as the model loop needs it.
+/// One sample of the loop, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ControlSample<N> {
@@ -89,19 +65,23 @@ pub struct ControlSample<N> {
     pub increment: N,
     /// Velocity estimate.
     pub velocity: N,
-    /// The integral ∑e that this sample's command was computed with.
-    pub integral: N,
-    /// The command u.
+    /// The command u, limited.
     pub command: N,
-    /// Whether the integral took this sample's error (anti-windup holds it otherwise).
-    pub integrates: bool,
-    /// A known signal that is added to the command behind the controller and its limit; zero
-    /// unless the caller sets it.
-    pub injection: N,
+}
+
+impl<N: Number, V: VelocityEstimate<N>> FromSettings for Controller<N, V> {
+    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+        let given = settings.own_controller()?;
+        let (gains, limit) = (given.gains()?, given.command_limit()?);
+        Ok(Self {
+            pid: Pid::new(&settings.units()?, &gains, &limit),
+            velocity: settings.build()?,
+        })
+    }
 }
 
 impl<N: Number, V: VelocityEstimate<N>> Controller<N, V> {
-    /// One sample: reference and measured position (machine units, same origin) to command.
+    /// One sample: position error and increment of the measured position (machine units) to command.
     ///
     /// # Errors
     /// [`StepError`] when an input is not finite or beyond the range of the number format; the
@@ -110,43 +90,67 @@ impl<N: Number, V: VelocityEstimate<N>> Controller<N, V> {
     pub fn process(
         &self,
         state: &mut ControlState<N, V::State>,
-        reference: N,
-        position: N,
+        error: N,
+        increment: N,
     ) -> Result<ControlSample<N>, StepError> {
-        let error = reference - position;
-        let increment = position - state.position;
         // One comparison for both; it fails for what is no number.
         let within = error.magnitude() + increment.magnitude() <= N::REACH;
         if !within {
-            return Err(Self::refusal(reference, position));
+            return Err(Self::refusal(error, increment));
         }
         let velocity = self.velocity.process(&mut state.filter, increment);
-        let integral = state.integral.value();
-        let command = self.pid.command(error, velocity, integral);
+        let command = self.pid.command(error, velocity, state.integral.value());
         if command.integrates {
             state.integral.add(error);
         }
-        state.position = position;
-        state.velocity = velocity;
         Ok(ControlSample {
             error,
             increment,
             velocity,
-            integral,
             command: command.value,
-            integrates: command.integrates,
-            injection: N::ZERO,
         })
     }
 
     #[cold]
-    fn refusal(reference: N, position: N) -> StepError {
-        if !reference.is_finite() {
-            StepError::ReferenceNotFinite
-        } else if !position.is_finite() {
-            StepError::PositionNotFinite
+    fn refusal(error: N, increment: N) -> StepError {
+        // No number fails this comparison too.
+        let moved_within = increment.magnitude() <= N::REACH;
+        if !moved_within {
+            StepError::CountJumped
+        } else if !error.is_finite() {
+            StepError::ErrorNotFinite
         } else {
             StepError::TooFarApart
+        }
+    }
+}
+
+/// The position error of a setpoint, machine units: a whole number of counts and an offset on top,
+/// less the count.
+///
+/// Counts may wrap: setpoint and position are never further apart than half of 32 bits. So a setpoint
+/// keeps every fraction of a count however many turns away it is, and there is no origin to move.
+#[inline]
+#[must_use]
+pub fn position_error<N: Number>(setpoint: i32, offset: N, count: i32) -> N {
+    N::from_count(setpoint.wrapping_sub(count)) + offset
+}
+
+#[cfg(test)]
+mod tests {
+    use super::position_error;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn an_error_is_exact_at_any_count_and_through_the_wrap(
+            count: i32,
+            apart in -1_000_000_i32..1_000_000,
+            quarters in 0_i32..4,
+        ) {
+            let offset = f64::from(quarters) / 4.0;
+            let error = position_error(count.wrapping_add(apart), offset as f32, count);
+            prop_assert_eq!(f64::from(error), f64::from(apart) + offset);
         }
     }
 }

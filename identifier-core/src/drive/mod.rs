@@ -1,22 +1,22 @@
 //! The control step of a drive, whatever measures and whatever acts: the same body runs against a
 //! chip's peripherals, a virtual servo on the chip and a plant on a PC.
 
+mod control_step;
 #[cfg(feature = "hal")]
 pub mod hal;
-mod tick;
 
-pub use tick::{Tick, TickError, TickState, Ticked};
+pub use control_step::{ControlStepError, Setpoint, control_step};
 
 /// What counts the position. embedded-hal has no trait for it: quadrature counters differ too much.
 pub trait PositionSensor {
     /// Why a reading failed.
     type Error: core::fmt::Debug;
 
-    /// The count now, endless (see [`Counter`](crate::measurement::counter::Counter)).
+    /// The count now, wrapping at 32 bits (see [`Counter`](crate::measurement::counter::Counter)).
     ///
     /// # Errors
     /// Whatever the sensor answers; the step is then not taken.
-    fn count(&mut self) -> Result<i64, Self::Error>;
+    fn count(&mut self) -> Result<i32, Self::Error>;
 }
 
 /// What the command moves.

@@ -1,151 +1,200 @@
 use super::IdentifierError;
-use crate::control::{CommandLimit, Controller, Gains, Pid};
+use crate::adaptation::PositiveDefinite;
+use crate::control::Gains;
 use crate::error::{Allowed, OutOfRange};
 use crate::interval::Interval;
-use crate::measurement::velocity::{Transfer, VelocityEstimate};
-use crate::model::{FrictionStep, HeldStep, ModelLoop, ServoParameters};
-use crate::number::Number;
+use crate::measurement::velocity::Transfer;
+use crate::model::HeldStep;
 use crate::parameters::{Parameter, ParameterSet};
+use crate::settings::Settings;
+use crate::stability::certificate;
 use crate::stability::sampled_loop;
 use crate::stability::{Certificate, PlantBox};
 use crate::units::Units;
 
-/// What every identifier is built from, in SI.
+/// What the gradient identifiers are built from, checked, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct IdentifierConfig {
-    /// Sample time and position unit.
-    pub units: Units,
-    /// The gains of the PID that runs.
-    pub gains: Gains,
-    /// The amplifier's limit.
-    pub limit: CommandLimit,
-    /// Where the true servo may lie. With a box the identifier is built only if the box is
-    /// certified; without one nothing is promised, and the bounds of the estimates stand in for it
-    /// where a law needs one.
-    pub plant_box: Option<PlantBox>,
-    /// Initial estimates; what the model of an identifier has not got is ignored.
-    pub initial: ServoParameters,
-    /// Box that the estimates are kept in.
-    pub bounds: Bounds,
+pub(crate) struct GradientPlan<const P: usize> {
+    pub(crate) units: Units,
+    /// Of the correction, in command form.
+    pub(crate) gains: Gains,
+    pub(crate) gamma: PositiveDefinite<P>,
+    pub(crate) mu: f64,
+    /// What is known of α = a + b k_d.
+    pub(crate) decay: Decay,
+    pub(crate) frozen: [bool; P],
+    pub(crate) initial: [f64; P],
+    pub(crate) bounds: [Interval; P],
+    pub(crate) largest_command: Option<f64>,
+    pub(crate) promise: Option<Promise>,
 }
 
-/// The box that estimates are kept in, SI.
+/// The smallest α that the servo may have, 1/s.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bounds {
-    /// â, 1/s.
-    pub a: Interval,
-    /// b̂, rad/s² per command unit; above zero.
-    pub b: Interval,
-    /// ĉ, rad/s²; at least zero.
-    pub coulomb: Interval,
-    /// d̂, rad/s².
-    pub load: Interval,
+pub(crate) enum Decay {
+    /// Of the box.
+    Known(f64),
+    /// Without a box: this much per b̂, half of k_d, so that an estimate twice too large still does.
+    PerGain(f64),
 }
 
-impl Bounds {
-    /// The bounds of one parameter.
-    #[must_use]
-    pub fn of(&self, parameter: Parameter) -> Interval {
-        match parameter {
-            Parameter::A => self.a,
-            Parameter::B => self.b,
-            Parameter::Coulomb => self.coulomb,
-            Parameter::Load => self.load,
-        }
-    }
-}
-
-/// What the stability checks found for the box of a configuration.
+/// What the stability checks found for the box.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Promise {
-    pub(super) certificate: Certificate,
-    pub(super) gain_margin: f64,
+pub(crate) struct Promise {
+    pub(crate) certificate: Certificate,
+    pub(crate) gain_margin: f64,
 }
 
 /// The largest b̂, ĉ and |d̂|, SI: far beyond any servo, and small enough that the model loop stays
 /// in the range of single precision.
-const LARGEST: f64 = 1e9;
+pub(crate) const LARGEST: f64 = 1e9;
 
-impl IdentifierConfig {
-    /// The controller that this configuration describes, with the velocity estimate that the
-    /// drive uses.
-    #[must_use]
-    pub fn controller<N: Number, V: VelocityEstimate<N>>(&self, velocity: V) -> Controller<N, V> {
-        Controller {
-            pid: Pid::new(&self.units, &self.gains, &self.limit),
-            velocity,
+/// The smallest b̂, SI, where nobody gave a bound.
+pub(crate) const SMALLEST_GAIN: f64 = 1e-6;
+
+/// The box of a configuration.
+pub(crate) fn plant_box(settings: &Settings) -> Result<Option<PlantBox>, OutOfRange> {
+    let Some(given) = settings.identifier.plant_box else {
+        return Ok(None);
+    };
+    let side = |name, [min, max]: [f64; 2]| Interval::new(name, min, max);
+    let plant_box = PlantBox::new(side("plant_box.a", given.a)?, side("plant_box.b", given.b)?)?;
+    Ok(Some(plant_box))
+}
+
+/// The box, or the servo that the initial estimates describe.
+///
+/// # Errors
+/// [`IdentifierError::NotGiven`] if there are neither.
+pub(crate) fn nominal_box(settings: &Settings) -> Result<PlantBox, IdentifierError> {
+    if let Some(given) = plant_box(settings)? {
+        return Ok(given);
+    }
+    let point = |name, value| Interval::new(name, value, value);
+    let Some(b) = settings.identifier.initial.b else {
+        return Err(IdentifierError::NotGiven {
+            setting: "initial.b",
+        });
+    };
+    let a = settings.identifier.initial.a.unwrap_or(0.0).max(0.0);
+    Ok(PlantBox::new(
+        point("initial.a", a)?,
+        point("initial.b", b)?,
+    )?)
+}
+
+/// The range of what an estimate may be, and the names of bounds and initial value.
+pub(crate) fn allowed(
+    parameter: Parameter,
+    units: &Units,
+) -> (Allowed, &'static str, &'static str) {
+    let fastest = HeldStep::<f64>::LARGEST_RATE / units.rate();
+    match parameter {
+        Parameter::A => (Allowed::Within(-fastest, fastest), "bounds.a", "initial.a"),
+        Parameter::B => (Allowed::PositiveUpTo(LARGEST), "bounds.b", "initial.b"),
+        Parameter::Coulomb => (
+            Allowed::Within(0.0, LARGEST),
+            "bounds.coulomb",
+            "initial.coulomb",
+        ),
+        Parameter::Load => (
+            Allowed::Within(-LARGEST, LARGEST),
+            "bounds.load",
+            "initial.load",
+        ),
+    }
+}
+
+impl<const P: usize> GradientPlan<P> {
+    /// Checks everything that a gradient identifier of a parameter set needs.
+    pub(crate) fn new<S: ParameterSet<P>>(
+        settings: &Settings,
+        velocity: &Transfer,
+    ) -> Result<Self, IdentifierError> {
+        let units = settings.units()?;
+        let given = &settings.identifier;
+        let gains = settings.correction_gains()?;
+        let plant_box = plant_box(settings)?;
+        let nominal = nominal_box(settings)?;
+        let mu = given
+            .mu
+            .unwrap_or_else(|| certificate::automatic_mu(&gains, &nominal));
+
+        let mut bounds = [nominal.b(); P];
+        let mut initial = [0.0; P];
+        for (i, parameter) in S::PARAMETERS.into_iter().enumerate() {
+            let (allowed, bounds_name, initial_name) = allowed(parameter, &units);
+            let widest = match parameter {
+                Parameter::A => [0.0, HeldStep::<f64>::LARGEST_RATE / units.rate()],
+                Parameter::B => {
+                    let most = sampled_loop::most_gain(&units, &gains, velocity, nominal.b().max());
+                    [SMALLEST_GAIN.min(nominal.b().min()), most]
+                }
+                Parameter::Coulomb => [0.0, LARGEST],
+                Parameter::Load => [-LARGEST, LARGEST],
+            };
+            let [low, high] = given.bounds.of(parameter).unwrap_or(widest);
+            allowed.check(bounds_name, low)?;
+            allowed.check(bounds_name, high)?;
+            bounds[i] = Interval::new(bounds_name, low, high)?;
+            let start = given.initial.of(parameter).unwrap_or(match parameter {
+                Parameter::B => libm::sqrt(nominal.b().min() * nominal.b().max()),
+                _ => 0.0_f64.clamp(low, high),
+            });
+            initial[i] = Allowed::Within(low, high).check(initial_name, start)?;
         }
-    }
-
-    /// The box, or what stands in for it.
-    #[must_use]
-    pub fn assumed_box(&self) -> PlantBox {
-        self.plant_box
-            .unwrap_or_else(|| PlantBox::spanning(self.bounds.a, self.bounds.b))
-    }
-
-    pub(super) fn model_loop<N: Number, V: VelocityEstimate<N>>(
-        &self,
-        velocity: V,
-    ) -> ModelLoop<N, V> {
-        ModelLoop {
-            controller: self.controller(velocity),
-            step: FrictionStep::new(),
+        let promise = match &plant_box {
+            Some(plant_box) => {
+                let certificate = Certificate::new(&gains, plant_box, mu)?;
+                sampled_loop::check(&units, &gains, velocity, plant_box)?;
+                Some(Promise {
+                    certificate,
+                    gain_margin: sampled_loop::gain_margin(&units, &gains, velocity, plant_box),
+                })
+            }
+            None => None,
+        };
+        for (parameter, bounds) in S::PARAMETERS.iter().zip(&bounds) {
+            if *parameter == Parameter::B {
+                let from = nominal.b().max().min(bounds.max());
+                sampled_loop::check_estimates(&units, &gains, velocity, from, bounds.max())?;
+            }
         }
-    }
-
-    /// Initial estimates of a parameter set, machine units.
-    pub(super) fn initial_of<S: ParameterSet<P>, const P: usize>(&self) -> [f64; P] {
-        S::PARAMETERS.map(|parameter| parameter.of(&self.initial) * parameter.scale(&self.units))
-    }
-
-    /// Bounds of a parameter set, machine units.
-    pub(super) fn bounds_of<S: ParameterSet<P>, const P: usize>(&self) -> [Interval; P] {
-        S::PARAMETERS.map(|parameter| {
-            self.bounds
-                .of(parameter)
-                .scaled(parameter.scale(&self.units))
+        let Some(gamma) = given.gamma else {
+            return Err(IdentifierError::NotGiven { setting: "gamma" });
+        };
+        let place = |parameter: Parameter| parameter as usize;
+        Ok(Self {
+            units,
+            gains,
+            gamma: PositiveDefinite::new(core::array::from_fn(|i| {
+                core::array::from_fn(|j| gamma[place(S::PARAMETERS[i])][place(S::PARAMETERS[j])])
+            }))?,
+            mu,
+            decay: match &plant_box {
+                Some(plant_box) => Decay::Known(plant_box.slowest_decay(gains.kd())),
+                None => Decay::PerGain(gains.kd() / 2.0),
+            },
+            frozen: S::PARAMETERS.map(|parameter| given.known.of(parameter)),
+            initial,
+            bounds,
+            largest_command: settings.largest_command(),
+            promise,
         })
     }
 
-    /// Checks bounds and initial estimates of a parameter set.
-    pub(super) fn check<S: ParameterSet<P>, const P: usize>(&self) -> Result<(), OutOfRange> {
-        let fastest = HeldStep::<f64>::LARGEST_RATE / self.units.rate();
-        for parameter in S::PARAMETERS {
-            let (bounds_name, initial_name, low, high) = match parameter {
-                Parameter::A => ("bounds.a", "initial.a", -fastest, fastest),
-                Parameter::B => ("bounds.b", "initial.b", f64::MIN_POSITIVE, LARGEST),
-                Parameter::Coulomb => ("bounds.coulomb", "initial.coulomb", 0.0, LARGEST),
-                Parameter::Load => ("bounds.load", "initial.load", -LARGEST, LARGEST),
-            };
-            let allowed = if parameter == Parameter::B {
-                Allowed::PositiveUpTo(high)
-            } else {
-                Allowed::Within(low, high)
-            };
-            let bounds = self.bounds.of(parameter);
-            allowed.check(bounds_name, bounds.min())?;
-            allowed.check(bounds_name, bounds.max())?;
-            Allowed::Within(bounds.min(), bounds.max())
-                .check(initial_name, parameter.of(&self.initial))?;
+    /// The smallest α that is known of at the start, 1/s.
+    pub(crate) fn slowest_decay<S: ParameterSet<P>>(&self) -> f64 {
+        match self.decay {
+            Decay::Known(decay) => decay,
+            Decay::PerGain(per_gain) => {
+                let own = S::PARAMETERS.iter().zip(self.initial);
+                own.map(|(parameter, initial)| match parameter {
+                    Parameter::B => per_gain * initial,
+                    _ => 0.0,
+                })
+                .sum()
+            }
         }
-        Ok(())
-    }
-
-    /// Certifies the box, if there is one, for a μ, and checks its sampled loop.
-    pub(super) fn certify(
-        &self,
-        mu: f64,
-        velocity: &Transfer,
-    ) -> Result<Option<Promise>, IdentifierError> {
-        let Some(plant_box) = &self.plant_box else {
-            return Ok(None);
-        };
-        let certificate = Certificate::new(&self.gains, plant_box, mu)?;
-        sampled_loop::check(&self.units, &self.gains, velocity, plant_box)?;
-        Ok(Some(Promise {
-            certificate,
-            gain_margin: sampled_loop::gain_margin(&self.units, &self.gains, velocity, plant_box),
-        }))
     }
 }

@@ -3,7 +3,7 @@ use core::fmt;
 use crate::adaptation::MatrixError;
 use crate::error::OutOfRange;
 use crate::stability::CertificateError;
-use crate::stability::sampled_loop::SampledLoopError;
+use crate::stability::sampled_loop::{EstimateError, SampledLoopError};
 
 /// Why an identifier cannot be built.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,6 +18,13 @@ pub enum IdentifierError {
     Certificate(CertificateError),
     /// The sampled loop of a servo in the box is unstable.
     SampledLoop(SampledLoopError),
+    /// The sampled correction is unstable for an estimate that the bounds allow.
+    Estimate(EstimateError),
+    /// A setting that has no default and was not given.
+    NotGiven {
+        /// Its name.
+        setting: &'static str,
+    },
 }
 
 impl fmt::Display for IdentifierError {
@@ -27,6 +34,8 @@ impl fmt::Display for IdentifierError {
             Self::Gamma(error) => write!(f, "gamma: {error}"),
             Self::Certificate(error) => error.fmt(f),
             Self::SampledLoop(error) => error.fmt(f),
+            Self::Estimate(error) => error.fmt(f),
+            Self::NotGiven { setting } => write!(f, "{setting} has to be given here"),
         }
     }
 }
@@ -54,5 +63,11 @@ impl From<CertificateError> for IdentifierError {
 impl From<SampledLoopError> for IdentifierError {
     fn from(error: SampledLoopError) -> Self {
         Self::SampledLoop(error)
+    }
+}
+
+impl From<EstimateError> for IdentifierError {
+    fn from(error: EstimateError) -> Self {
+        Self::Estimate(error)
     }
 }

@@ -1,48 +1,40 @@
 use core::marker::PhantomData;
 
-use super::config::Promise;
-use super::{IdentifierConfig, IdentifierError};
+use super::config::{Decay, GradientPlan, Promise};
+use super::{Event, IdentifierError, Identify, Seen};
 use crate::adaptation::{
     DiagonalGain, FullGain, Gain, GradientConfig, GradientState, GradientUpdate, GradientWith,
-    PositiveDefinite,
 };
-use crate::control::{ControlSample, ControlState, Controller};
+use crate::error::StepError;
+use crate::interval::Interval;
+use crate::measurement::standstill::Standstill;
 use crate::measurement::travel::Travel;
 use crate::measurement::velocity::VelocityEstimate;
-use crate::model::{ModelLoop, ModelState, ServoParameters};
+use crate::model::{
+    CommandCorrection, Correction, ModelLoop, ModelState, Observed, ServoParameters,
+};
 use crate::number::Number;
-use crate::parameters::{ModelParameters, ParameterSet};
-use crate::stability::{Certificate, certificate};
+use crate::parameters::{ModelParameters, Parameter, ParameterSet};
+use crate::settings::{FromSettings, PerParameter, Settings};
+use crate::stability::Certificate;
 use crate::units::Units;
 
-/// What the Γ-gradient law needs besides an [`IdentifierConfig`], SI.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GradientLaw<const P: usize> {
-    /// Γ for the parameters of the set, in their order.
-    pub gamma: PositiveDefinite<P>,
-    /// μ, 1/s; none for the automatic one.
-    pub mu: Option<f64>,
-    /// Parameters that are known and stay at their initial values.
-    pub frozen: [bool; P],
-}
-
-impl<const P: usize> GradientLaw<P> {
-    /// μ as it will be used: the one given, or the automatic one.
-    #[must_use]
-    pub fn mu(&self, config: &IdentifierConfig) -> f64 {
-        self.mu
-            .unwrap_or_else(|| certificate::automatic_mu(&config.gains, &config.assumed_box()))
-    }
-}
-
-/// The paper's identifier: model loop, Γ-gradient law and load estimate, for the parameter set S and
-/// a form of Γ, G.
+/// The paper's identifier: model loop with its correction in command form, Γ-gradient law and load
+/// estimate, for the parameter set S and a form of Γ, G.
+///
+/// V is the velocity filter that ε̇ and φ pass through. It is the identifier's own, and best the one
+/// that the controller uses: then, where no limit acts, this is the paper's loop to the last digit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GradientIdentifierWith<N, V, S, const P: usize, G> {
-    model: ModelLoop<N, V>,
+    model: ModelLoop<N, V, CommandCorrection<N>>,
     law: GradientWith<N, P, G>,
     travel: Travel<N>,
+    standstill: Standstill<N>,
+    most: N,
     initial: [f64; P],
+    bounds: [Interval; P],
+    gamma: [[f64; P]; P],
+    mu: f64,
     units: Units,
     promise: Option<Promise>,
     set: PhantomData<S>,
@@ -56,26 +48,79 @@ pub type GradientIdentifier<N, V, S, const P: usize> =
 pub type DiagonalGradientIdentifier<N, V, S, const P: usize> =
     GradientIdentifierWith<N, V, S, P, DiagonalGain<N, P>>;
 
+type CorrectionState<N> = <CommandCorrection<N> as Correction<N>>::State;
+
 /// What the identifier remembers between samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GradientIdentifierState<N: Number, F, const P: usize> {
-    model: ModelState<N, F>,
+    model: ModelState<N, F, CorrectionState<N>>,
     law: GradientState<N, P>,
     travelled: N,
+    still: N,
     load_command: N,
 }
 
-/// What one sample showed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct GradientIdentification<N> {
-    /// Output error ε = q − q_e, machine units.
-    pub output_error: N,
-    /// What the law did.
-    pub update: GradientUpdate,
-    /// True when the model had run out of the number format's reach and starts again where the
-    /// servo is; the estimates are kept.
-    pub restarted: bool,
+impl<N, V, S, const P: usize, G> FromSettings for GradientIdentifierWith<N, V, S, P, G>
+where
+    N: Number,
+    V: VelocityEstimate<N>,
+    S: ParameterSet<P>,
+    G: Gain<N, P>,
+{
+    /// # Errors
+    /// See [`IdentifierError`]: ranges by name, the certificate's inequality, the servo of the box
+    /// whose sampled loop is unstable, or the estimate whose sampled correction is.
+    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+        let velocity = V::from_settings(settings)?;
+        let plan = GradientPlan::<P>::new::<S>(settings, &velocity.transfer())?;
+        let units = plan.units;
+        let scale = S::PARAMETERS.map(|parameter| parameter.scale(&units) / units.velocity());
+        let gamma = plan.gamma.scaled(scale)?;
+        let rates = |parameter: Parameter| parameter.scale(&units);
+        let (known, per_gain) = match plan.decay {
+            Decay::Known(decay) => (decay * units.rate(), 0.0),
+            // Per machine unit of b̂.
+            Decay::PerGain(per_gain) => (0.0, per_gain * units.rate() / units.acceleration()),
+        };
+        let gradient = GradientConfig {
+            gamma,
+            mu: plan.mu * units.rate(),
+            slowest_decay: known,
+            decay_per_gain: per_gain,
+            bounds: core::array::from_fn(|i| plan.bounds[i].scaled(rates(S::PARAMETERS[i]))),
+            frozen: plan.frozen,
+        };
+        Ok(Self {
+            model: ModelLoop::new(velocity, CommandCorrection::new(&units, &plan.gains)),
+            law: GradientWith::new(G::new(&gamma, plan.frozen)?, &gradient)?,
+            travel: Travel::new(&units),
+            standstill: Standstill::new(&units),
+            most: most_increment(settings, &units)?,
+            initial: core::array::from_fn(|i| plan.initial[i] * rates(S::PARAMETERS[i])),
+            bounds: plan.bounds,
+            gamma: *plan.gamma.entries(),
+            mu: plan.mu,
+            units,
+            promise: plan.promise,
+            set: PhantomData,
+        })
+    }
+}
+
+/// The largest increment that is taken, machine units.
+pub(super) fn most_increment<N: Number>(
+    settings: &Settings,
+    units: &Units,
+) -> Result<N, IdentifierError> {
+    Ok(match settings.identifier.max_speed {
+        None => N::REACH,
+        Some(speed) => {
+            let speed = crate::error::Allowed::Above(0.0).check("max_speed", speed)?;
+            // At least a count: that is what the slowest motion shows.
+            let most = N::from_f64((speed * units.velocity()).max(1.0));
+            if most < N::REACH { most } else { N::REACH }
+        }
+    })
 }
 
 impl<N, V, S, const P: usize, G> GradientIdentifierWith<N, V, S, P, G>
@@ -85,49 +130,6 @@ where
     S: ParameterSet<P>,
     G: Gain<N, P>,
 {
-    /// Builds the identifier for a velocity estimate, the same that the controller uses.
-    ///
-    /// # Errors
-    /// See [`IdentifierError`]: ranges by name, the certificate's inequality, or the servo of the
-    /// box whose sampled loop is unstable.
-    pub fn new(
-        config: &IdentifierConfig,
-        law: &GradientLaw<P>,
-        velocity: V,
-    ) -> Result<Self, IdentifierError> {
-        config.check::<S, P>()?;
-        let units = &config.units;
-        let mu = law.mu(config);
-        let promise = config.certify(mu, &velocity.transfer())?;
-        let scale = S::PARAMETERS.map(|parameter| parameter.scale(units) / units.velocity());
-        let decay = config.assumed_box().slowest_decay(config.gains.kd());
-        let gamma = law.gamma.scaled(scale)?;
-        let gradient = GradientConfig {
-            gamma,
-            mu: mu * units.rate(),
-            slowest_decay: decay * units.rate(),
-            bounds: config.bounds_of::<S, P>(),
-            frozen: law.frozen,
-        };
-        Ok(Self {
-            model: config.model_loop(velocity),
-            law: GradientWith::new(G::new(&gamma, law.frozen)?, &gradient)?,
-            travel: Travel::new(units),
-            initial: config.initial_of::<S, P>(),
-            units: *units,
-            promise,
-            set: PhantomData,
-        })
-    }
-
-    /// The controller that the model loop has. Closing the real loop with this one, in place of one of
-    /// your own, costs fewer instructions, and the two cannot differ.
-    #[inline]
-    #[must_use]
-    pub fn controller(&self) -> &Controller<N, V> {
-        &self.model.controller
-    }
-
     /// The certificate of the box, where a box was given.
     #[must_use]
     pub fn certificate(&self) -> Option<&Certificate> {
@@ -141,35 +143,24 @@ where
         self.promise.map(|promise| promise.gain_margin)
     }
 
-    /// The state at the start: the model at rest where the servo is, the estimates at their
-    /// initial values.
+    /// μ as it is used, 1/s: the one given, or the automatic one.
     #[must_use]
-    pub fn start(&self) -> GradientIdentifierState<N, V::State, P> {
-        GradientIdentifierState {
-            model: ModelState::at_rest(),
-            law: GradientState::new(self.initial),
-            travelled: N::ZERO,
-            load_command: N::ZERO,
-        }
+    pub fn mu(&self) -> f64 {
+        self.mu
     }
 
-    /// One sample, after the controller's.
-    #[inline]
-    pub fn process(
-        &self,
-        state: &mut GradientIdentifierState<N, V::State, P>,
-        real: &ControlSample<N>,
-    ) -> GradientIdentification<N> {
-        self.model.observe(&mut state.model, real);
-        let output_error = state.model.output_error();
-        // A model that friction can hold has nothing to learn from a servo that stays where it is.
-        if S::HAS_COULOMB && self.travel.stays(&mut state.travelled, real.increment) {
-            // By value: what is pointed at would have to be in memory in every sample.
-            return self.wait(state, *real, output_error);
-        }
-        self.follow(state, real, output_error, |law, regressor, rate| {
-            self.law.update(law, regressor, output_error, rate)
-        })
+    /// Γ over the parameters of the set, SI.
+    #[must_use]
+    pub fn gamma(&self) -> &[[f64; P]; P] {
+        &self.gamma
+    }
+
+    /// The bounds that an estimate is kept in, SI; nothing for what the model has not got.
+    #[must_use]
+    pub fn bounds(&self, wanted: Parameter) -> Option<Interval> {
+        let mut own = S::PARAMETERS.into_iter().zip(self.bounds);
+        own.find(|(parameter, _)| *parameter == wanted)
+            .map(|(_, bounds)| bounds)
     }
 
     /// A sample in which nothing is learnt, the model beside the servo.
@@ -178,55 +169,136 @@ where
     fn wait(
         &self,
         state: &mut GradientIdentifierState<N, V::State, P>,
-        real: ControlSample<N>,
-        output_error: N,
-    ) -> GradientIdentification<N> {
+        observed: &Observed<N, P>,
+        command: N,
+    ) -> Seen<N> {
         self.model.stand_beside(&mut state.model);
-        self.follow(state, &real, output_error, |_, _, _| GradientUpdate::Held)
+        self.advance(state, observed, command, Event::Standing)
     }
 
-    /// The rest of a sample, with what is learnt from regressor and rate of the output error.
+    /// The rest of a sample.
     #[inline]
-    fn follow(
+    fn advance(
         &self,
         state: &mut GradientIdentifierState<N, V::State, P>,
-        real: &ControlSample<N>,
-        output_error: N,
-        learn: impl FnOnce(&mut GradientState<N, P>, &[N; P], N) -> GradientUpdate,
-    ) -> GradientIdentification<N> {
-        let command = self.model.command(&mut state.model, real);
-        let regressor = self.model.regressor::<S, P>(&mut state.model, &command);
-        let update = learn(&mut state.law, &regressor, command.output_error_rate);
+        observed: &Observed<N, P>,
+        command: N,
+        event: Event,
+    ) -> Seen<N> {
         let parameters = ModelParameters::of_set::<S, P>(&state.law.estimates());
-        let phase = self
+        let advanced = self
             .model
-            .advance::<S, P>(&mut state.model, &command, &parameters);
-        self.model
-            .stand_together(&mut state.model, real, &parameters, phase);
-        state.load_command = command.load;
-        GradientIdentification {
-            output_error,
-            update,
-            restarted: self.model.restart_if_lost(&mut state.model),
+            .advance::<S, P>(&mut state.model, observed, command, &parameters);
+        state.load_command = advanced.load;
+        Seen {
+            output_error: observed.output_error,
+            event: if advanced.restarted {
+                Event::Restarted
+            } else {
+                event
+            },
         }
     }
 
-    /// The estimates in SI; the load is the part found as a parameter plus b̂ k_i ∫ε.
-    #[must_use]
-    pub fn estimates(&self, state: &GradientIdentifierState<N, V::State, P>) -> ServoParameters {
+    /// A sample whose inputs were checked.
+    #[inline]
+    pub(crate) fn learn_checked(
+        &self,
+        state: &mut GradientIdentifierState<N, V::State, P>,
+        increment: N,
+        command: N,
+    ) -> Seen<N> {
+        let observed = self.model.observe::<S, P>(&mut state.model, increment);
+        if S::HAS_COULOMB {
+            // A model that friction can hold has nothing to learn from a servo that stays where it is.
+            let stays = self.travel.stays(&mut state.travelled, increment);
+            let stands = self.standstill.stands(&mut state.still, increment);
+            if stays || stands {
+                return self.wait(state, &observed, command);
+            }
+        }
+        let gain = ModelParameters::of_set::<S, P>(&state.law.estimates()).gain;
+        let update = self.law.update(
+            &mut state.law,
+            &observed.regressor,
+            observed.output_error,
+            observed.rate,
+            gain,
+        );
+        let event = match update {
+            GradientUpdate::Full => Event::None,
+            GradientUpdate::Slowed | GradientUpdate::Held => Event::Slowed,
+        };
+        self.advance(state, &observed, command, event)
+    }
+}
+
+/// Whether increment and command can be.
+#[inline]
+pub(super) fn check<N: Number>(increment: N, most: N, command: N) -> Result<(), StepError> {
+    // No number fails both comparisons.
+    let moved_within = increment.magnitude() <= most;
+    if !moved_within {
+        return Err(StepError::CountJumped);
+    }
+    if !command.is_finite() {
+        return Err(StepError::CommandNotFinite);
+    }
+    Ok(())
+}
+
+impl<N, V, S, const P: usize, G> Identify<N> for GradientIdentifierWith<N, V, S, P, G>
+where
+    N: Number,
+    V: VelocityEstimate<N>,
+    S: ParameterSet<P>,
+    G: Gain<N, P>,
+{
+    type State = GradientIdentifierState<N, V::State, P>;
+
+    fn start(&self) -> Self::State {
+        GradientIdentifierState {
+            model: self.model.start(),
+            law: GradientState::new(self.initial),
+            travelled: N::ZERO,
+            still: N::ZERO,
+            load_command: N::ZERO,
+        }
+    }
+
+    #[inline]
+    fn increment(&self, moved: i32) -> N {
+        N::from_count(moved)
+    }
+
+    #[inline]
+    fn learn(
+        &self,
+        state: &mut Self::State,
+        increment: N,
+        command: N,
+    ) -> Result<Seen<N>, StepError> {
+        check(increment, self.most, command)?;
+        Ok(self.learn_checked(state, increment, command))
+    }
+
+    /// The load is the part found as a parameter plus b̂ k_i ∫ε.
+    fn estimates(&self, state: &Self::State) -> ServoParameters {
         let parameters = ModelParameters::of_set::<S, P>(&state.law.estimates());
         parameters
             .to_si(&self.units)
             .with_load_of(state.load_command.to_f64())
     }
 
-    /// Joins a loop in motion, before its next sample: the model moves with the servo. The estimates
-    /// are kept, so this also starts another pass over a recording.
-    pub fn join(
-        &self,
-        state: &mut GradientIdentifierState<N, V::State, P>,
-        control: &ControlState<N, V::State>,
-    ) {
-        state.model = ModelState::alongside(control);
+    fn at_bounds(&self, state: &Self::State) -> PerParameter<bool> {
+        let at = self.law.at_bounds(&state.law);
+        PerParameter::from_fn(|wanted| {
+            let place = S::PARAMETERS.iter().position(|&own| own == wanted);
+            place.is_some_and(|place| at[place])
+        })
+    }
+
+    fn join(&self, state: &mut Self::State, increment: N) {
+        state.model = self.model.alongside(&state.model, increment);
     }
 }

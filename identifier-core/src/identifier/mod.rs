@@ -1,23 +1,18 @@
-//! Identifiers: a model loop and a law beside a running controller.
+//! Identifiers: a model and a law beside a servo that somebody keeps safe.
 //!
-//! [`GradientIdentifier`] runs the paper's law ([`DiagonalGradientIdentifier`] for less work in every
-//! sample), [`GaussNewtonIdentifier`] the fast one with standard errors, [`WindowIdentifier`] fits the
-//! last samples again and again in the background. All are built from the same [`IdentifierConfig`]
-//! and a configuration of the law, and take each sample after the controller's.
+//! All of them [`Identify`]: they are told how far the encoder moved and which command acts, and
+//! nothing else. [`GradientIdentifier`] runs the paper's law ([`DiagonalGradientIdentifier`] for less
+//! work in every sample). [`ServoLoop`] is our controller with one of them.
 
-mod config;
+pub(crate) mod config;
 mod error;
-mod gauss_newton;
 mod gradient;
-mod window;
+mod identify;
+mod servo_loop;
 
-pub use config::{Bounds, IdentifierConfig};
 pub use error::IdentifierError;
-pub use gauss_newton::{
-    GaussNewtonIdentification, GaussNewtonIdentifier, GaussNewtonIdentifierState, Uncertainty,
-};
 pub use gradient::{
-    DiagonalGradientIdentifier, GradientIdentification, GradientIdentifier,
-    GradientIdentifierState, GradientIdentifierWith, GradientLaw,
+    DiagonalGradientIdentifier, GradientIdentifier, GradientIdentifierState, GradientIdentifierWith,
 };
-pub use window::{Found, Recorded, Window, WindowIdentifier, WindowState};
+pub use identify::{Event, Identify, Seen};
+pub use servo_loop::{LoopStep, ServoLoop, ServoLoopState};

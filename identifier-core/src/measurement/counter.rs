@@ -1,4 +1,4 @@
-//! Wrapping hardware counters made endless.
+//! Wrapping hardware counters.
 
 /// The register of a quadrature counter as the hardware gives it.
 pub trait CounterRegister: Copy + core::fmt::Debug + PartialEq {
@@ -22,11 +22,14 @@ impl CounterRegister for u32 {
     }
 }
 
-/// An endless count kept over a wrapping register: 64 bits, so any number of turns.
+/// A count of 32 bits kept over a register of any width. It wraps for ever, as everything that
+/// follows does: only differences of counts enter a loop.
+///
+/// A 32-bit register needs none of this: its value, read as `i32`, is such a count.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Counter<R> {
     register: R,
-    count: i64,
+    count: i32,
 }
 
 impl<R: CounterRegister> Counter<R> {
@@ -36,18 +39,25 @@ impl<R: CounterRegister> Counter<R> {
         Self { register, count: 0 }
     }
 
-    /// Takes a reading of the register and returns the endless count.
+    /// Takes a reading of the register and returns the counts moved since the last one.
     #[inline]
-    pub fn read(&mut self, register: R) -> i64 {
+    pub fn moved(&mut self, register: R) -> i32 {
         let moved = register.moved_since(self.register);
         self.register = register;
-        self.count = self.count.wrapping_add(i64::from(moved));
+        self.count = self.count.wrapping_add(moved);
+        moved
+    }
+
+    /// Takes a reading of the register and returns the count.
+    #[inline]
+    pub fn read(&mut self, register: R) -> i32 {
+        self.moved(register);
         self.count
     }
 
     /// The count at the last reading.
     #[must_use]
-    pub fn count(&self) -> i64 {
+    pub fn count(&self) -> i32 {
         self.count
     }
 }
@@ -73,7 +83,7 @@ mod tests {
             let mut true_count = start;
             for step in moves {
                 true_count += step;
-                prop_assert_eq!(counter.read(true_count as u16), true_count - start);
+                prop_assert_eq!(counter.read(true_count as u16), (true_count - start) as i32);
             }
         }
 
@@ -87,7 +97,8 @@ mod tests {
             let mut true_count = start;
             for step in moves {
                 true_count += step;
-                prop_assert_eq!(counter.read(true_count as u32), true_count - start);
+                prop_assert_eq!(i64::from(counter.moved(true_count as u32)), step);
+                prop_assert_eq!(counter.count(), (true_count - start) as i32);
             }
         }
     }

@@ -1,8 +1,9 @@
-//! From encoder counts to position and velocity.
+//! From encoder counts to increments and velocity.
 //!
-//! counter → [`counter`] → count → [`origin`] → position → [`velocity`] → velocity estimate
+//! register → [`counter`] → count → increment → [`velocity`] → velocity estimate. No position enters
+//! a loop, only errors and increments, so there is no origin and nothing is lost far from one.
 
 pub mod counter;
-pub mod origin;
+pub mod standstill;
 pub mod travel;
 pub mod velocity;

@@ -5,19 +5,18 @@
 //! one state each of the same estimate: what the filter does to q it does to q_e too.
 
 use crate::error::{Allowed, OutOfRange};
+use crate::identifier::IdentifierError;
 use crate::number::Number;
+use crate::settings::{FromSettings, Settings};
 use crate::units::Units;
 
 /// A velocity estimate: position increments in, velocity (machine units, per sample) out.
-pub trait VelocityEstimate<N: Number>: Copy + core::fmt::Debug {
+pub trait VelocityEstimate<N: Number>: FromSettings + Copy + core::fmt::Debug {
     /// What the filter remembers between samples.
-    type State: Copy + core::fmt::Debug + Default;
+    type State: Copy + core::fmt::Debug + Default + PartialEq;
 
     /// The velocity after the position has moved by `increment` since the last sample.
     fn process(&self, state: &mut Self::State, increment: N) -> N;
-
-    /// Adds `scale` times another state: the filter is linear, so its states add as its inputs do.
-    fn add_scaled(state: &mut Self::State, other: &Self::State, scale: N);
 
     /// The filter's transfer function from increment to velocity.
     fn transfer(&self) -> Transfer;
@@ -57,6 +56,12 @@ impl<N: Number> LowPass<N> {
     }
 }
 
+impl<N: Number> FromSettings for LowPass<N> {
+    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+        Ok(Self::new(&settings.units()?, settings.cutoff)?)
+    }
+}
+
 impl<N: Number> LowPass<N> {
     /// How much of a step of the velocity shows after one sample, 1 − p.
     #[cfg(feature = "fixed")]
@@ -84,11 +89,6 @@ impl<N: Number> VelocityEstimate<N> for LowPass<N> {
         state.0
     }
 
-    #[inline]
-    fn add_scaled(state: &mut Self::State, other: &Self::State, scale: N) {
-        state.0 += other.0 * scale;
-    }
-
     fn transfer(&self) -> Transfer {
         Transfer {
             numerator: [0.0, self.gain.to_f64()],
@@ -101,6 +101,12 @@ impl<N: Number> VelocityEstimate<N> for LowPass<N> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct BackwardDifference;
 
+impl FromSettings for BackwardDifference {
+    fn from_settings(_: &Settings) -> Result<Self, IdentifierError> {
+        Ok(Self)
+    }
+}
+
 impl<N: Number> VelocityEstimate<N> for BackwardDifference {
     type State = ();
 
@@ -108,9 +114,6 @@ impl<N: Number> VelocityEstimate<N> for BackwardDifference {
     fn process(&self, _: &mut Self::State, increment: N) -> N {
         increment
     }
-
-    #[inline]
-    fn add_scaled(_: &mut Self::State, _: &Self::State, _: N) {}
 
     fn transfer(&self) -> Transfer {
         Transfer {
@@ -143,6 +146,12 @@ impl<N: Number> Default for AveragedDifference<N> {
     }
 }
 
+impl<N: Number> FromSettings for AveragedDifference<N> {
+    fn from_settings(_: &Settings) -> Result<Self, IdentifierError> {
+        Ok(Self::new())
+    }
+}
+
 /// The state of an [`AveragedDifference`]: the last increment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AveragedDifferenceState<N>(N);
@@ -161,11 +170,6 @@ impl<N: Number> VelocityEstimate<N> for AveragedDifference<N> {
         let velocity = self.half * (increment + state.0);
         state.0 = increment;
         velocity
-    }
-
-    #[inline]
-    fn add_scaled(state: &mut Self::State, other: &Self::State, scale: N) {
-        state.0 += other.0 * scale;
     }
 
     fn transfer(&self) -> Transfer {

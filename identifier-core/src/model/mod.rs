@@ -1,13 +1,15 @@
-//! The servo model and the model loop (5)–(7) around it.
+//! The servo model and the model loop (5)–(7) around it, driven by the command that acted.
 
+mod correction;
 mod friction_step;
 mod held_step;
 mod model_loop;
-mod sensitivity;
 mod servo;
 
+pub use correction::{
+    AccelerationCorrection, CommandCorrection, Corrected, Correction, IntegralError,
+};
 pub use friction_step::{FrictionStep, Phase};
 pub use held_step::{HeldStep, Motion, Response};
-pub use model_loop::{ModelCommand, ModelLoop, ModelState};
-pub use sensitivity::Sensitivity;
+pub use model_loop::{Advanced, ModelLoop, ModelState, Observed};
 pub use servo::ServoParameters;

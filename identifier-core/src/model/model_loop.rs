@@ -1,282 +1,240 @@
-use super::{FrictionStep, Motion, Phase};
-use crate::control::{ControlSample, ControlState, Controller};
+use super::{Corrected, Correction, FrictionStep, Motion, Phase};
 use crate::measurement::velocity::VelocityEstimate;
-use crate::number::{Number, RunningSum};
+use crate::number::Number;
 use crate::parameters::{ModelParameters, Parameter, ParameterSet};
 
-/// The model loop (5)–(7): the same PID, filter, hold and limit around the estimated servo.
+/// The model loop (5)–(7), driven by the command that acted.
 ///
-/// It is computed *relative to the real loop*. Its state is the output error ε = q − q_e and
-/// ω = ∑e_e − ∑e rather than q_e and z_e: from e_e = e + ε and z_e = z + ω everything else
-/// follows, nothing large is ever subtracted, and the loop needs to know no origin.
+/// **From the paper's loop to this one.** The paper closes a second PID around the model. Its u_e is
+/// the same linear law on e_e = e + ε, q̇_e = q̇ − ε̇ and z_e = z + ω as the servo's u is on e, q̇ and
+/// z, so where no limit acts
 ///
-/// **Limit and load.** A load that is no parameter of the model is carried by the real command as
-/// −d/b and by the model's not, so the model's limits are those of the amplifier shifted by
-/// d̂/b̂ = k_i ω. The shift cancels: the model's command is the PID of (e_e, q̇_e, z), limited as the
-/// real one, plus k_i ω.
+/// u_e = k_p (e + ε) − k_d (q̇ − ε̇) + k_i (z + ω) = u + k_p ε + k_d ε̇ + k_i ω = u + u_ε,
 ///
-/// **Anti-windup.** ω moves by what the model's integral takes minus what the real one takes, each
-/// decided by its own limit with the same rule.
+/// and (5) becomes q̈_e = −â q̇_e + b̂ (u + u_ε). That is computed here, with u the command that acted
+/// as a *measurement*: limited, with feed-forward, dither or injection, from whatever controller.
+/// Reference, structure, limit and anti-windup of the controller do not enter.
+///
+/// **What becomes of the proof.** Subtracting from (2) gives ε̈ = −α ε̇ − b k_p ε − b k_i ω + θ̃ᵀφ with
+/// φ = [q̇_e, −(u + u_ε)]ᵀ: this is (8) with φ of (9), whatever u was, and (10) to (14) follow as they
+/// stand. The paper's Proposition 1 needs the servo's signals bounded; its PID without a limit gives
+/// that, and here it is what any controller has to provide. So the identifier's convergence no longer
+/// ends where the command saturates: there u is bounded, known, and the feedback on ε goes on.
+///
+/// **Relative.** Its state is ε rather than q_e: nothing large is ever subtracted, and the loop knows
+/// no origin. Two calls make a sample: [`ModelLoop::observe`] and [`ModelLoop::advance`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ModelLoop<N, V> {
-    /// Velocity estimate and control law: those of the real loop.
-    pub controller: Controller<N, V>,
-    /// The exact zero-order-hold step, with friction where the model has it.
-    pub step: FrictionStep<N>,
+pub struct ModelLoop<N, V, C> {
+    velocity: V,
+    correction: C,
+    step: FrictionStep<N>,
 }
 
 /// What the model loop remembers between samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ModelState<N: Number, F> {
-    pub(super) output_error: N,
-    pub(super) integral_error: N::Sum,
-    pub(super) motion: Motion<N>,
-    pub(super) filter: F,
+pub struct ModelState<N, F, C> {
+    output_error: N,
+    motion: Motion<N>,
+    rate: F,
+    correction: C,
     acted: Acted<N>,
-    regressor_filter: Acted<F>,
+    regressor: RegressorFilter<F>,
 }
 
-/// What acted on the model over the sample just passed, or the filters of these signals.
+/// What acted on the model over the sample just passed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Acted<X> {
-    command: X,
-    direction: X,
-    moving: X,
+struct Acted<N> {
+    command: N,
+    direction: N,
+    moving: N,
 }
 
-impl<N: Number, F: Default> ModelState<N, F> {
+/// The velocity filters of the regressor's entries.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct RegressorFilter<F> {
+    velocity: F,
+    command: F,
+    direction: F,
+    moving: F,
+}
+
+/// What a sample shows, machine units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Observed<N, const P: usize> {
+    /// Output error ε = q − q_e.
+    pub output_error: N,
+    /// Its rate ε̇ through the velocity filter: the difference of the two velocity estimates.
+    pub rate: N,
+    /// The regressor (9) of the parameter set, [q̇_e, −u_e, sign q̇_e, −1], its entries through the
+    /// velocity filter: what the filter does to ε̇ it must do to φ, or their product loses its sign
+    /// at the frequencies that the filter delays. They are those of the sample just passed, like the
+    /// increment that the rate is made of. While friction holds the model nothing acts on it, and the
+    /// regressor is zero.
+    pub regressor: [N; P],
+}
+
+/// What the model did over a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Advanced<N> {
+    /// What friction did.
+    pub phase: Phase<N>,
+    /// The load over the gain that the correction's integral has found, k_i ω, command units.
+    pub load: N,
+    /// True when the model had run out of the number format's reach and starts again where the
+    /// servo is.
+    pub restarted: bool,
+}
+
+impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
+    /// The loop with a velocity filter for ε̇ and a correction.
+    #[must_use]
+    pub fn new(velocity: V, correction: C) -> Self {
+        Self {
+            velocity,
+            correction,
+            step: FrictionStep::new(),
+        }
+    }
+
     /// At rest where the servo is.
     #[must_use]
-    pub fn at_rest() -> Self {
-        Self {
+    pub fn start(&self) -> ModelState<N, V::State, C::State> {
+        let rest = V::State::default();
+        ModelState {
             output_error: N::ZERO,
-            integral_error: N::Sum::new(N::ZERO),
             motion: Motion::NONE,
-            filter: F::default(),
+            rate: rest,
+            correction: self.correction.start(),
             acted: Acted {
                 command: N::ZERO,
                 direction: N::ZERO,
                 moving: N::ZERO,
             },
-            regressor_filter: Acted {
-                command: F::default(),
-                direction: F::default(),
-                moving: F::default(),
+            regressor: RegressorFilter {
+                velocity: rest,
+                command: rest,
+                direction: rest,
+                moving: rest,
             },
         }
     }
-}
 
-impl<N: Number, F: Copy + Default> ModelState<N, F> {
-    /// Moving with the servo: where it is, as fast as its velocity estimate says, with the same
-    /// filter state. For an identifier that joins a loop in motion, before the next sample.
+    /// Moves with the servo at a velocity (machine units), for an identifier that joins a loop in
+    /// motion before the next sample; what the correction has gathered stays.
     #[must_use]
-    pub fn alongside(control: &ControlState<N, F>) -> Self {
-        let velocity = control.velocity();
-        Self {
+    pub fn alongside(
+        &self,
+        state: &ModelState<N, V::State, C::State>,
+        velocity: N,
+    ) -> ModelState<N, V::State, C::State> {
+        ModelState {
             motion: Motion {
                 increment: velocity,
                 velocity,
             },
-            filter: *control.filter(),
-            ..Self::at_rest()
-        }
-    }
-}
-
-impl<N: Number, F> ModelState<N, F> {
-    /// Displaced by `position` and faster by `velocity`, before the next sample.
-    #[must_use]
-    pub fn displaced(mut self, position: N, velocity: N) -> Self {
-        self.output_error = self.output_error - position;
-        self.motion.increment += velocity;
-        self.motion.velocity += velocity;
-        self
-    }
-
-    /// Output error ε = q − q_e.
-    #[inline]
-    pub fn output_error(&self) -> N {
-        self.output_error
-    }
-
-    /// The model's velocity.
-    #[inline]
-    pub fn velocity(&self) -> N {
-        self.motion.velocity
-    }
-}
-
-/// The model's command of a sample.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ModelCommand<N> {
-    /// What drives the model: u_e, and the injection behind the real controller if there is one.
-    pub value: N,
-    /// The load over the gain that the integral has found, k_i ω, command units.
-    pub load: N,
-    /// The rate of the output error, ε̇: the difference of the two velocity estimates.
-    pub output_error_rate: N,
-    /// The velocity estimate of the model's position.
-    pub velocity: N,
-    /// Whether the limit holds the command.
-    pub limited: bool,
-    /// Whether the model's integral took this sample's error.
-    pub integrates: bool,
-}
-
-impl<N: Number, V: VelocityEstimate<N>> ModelLoop<N, V> {
-    /// Brings the output error to this sample: both positions have moved.
-    #[inline]
-    pub fn observe(&self, state: &mut ModelState<N, V::State>, real: &ControlSample<N>) {
-        state.output_error += real.increment - state.motion.increment;
-    }
-
-    /// The model's command for this sample.
-    #[inline]
-    pub fn command(
-        &self,
-        state: &mut ModelState<N, V::State>,
-        real: &ControlSample<N>,
-    ) -> ModelCommand<N> {
-        let velocity = self
-            .controller
-            .velocity
-            .process(&mut state.filter, state.motion.increment);
-        let load = self
-            .controller
-            .pid
-            .integral_command(state.integral_error.value());
-        let error = real.error + state.output_error;
-        let command = self.controller.pid.command(error, velocity, real.integral);
-        state
-            .integral_error
-            .add(match (command.integrates, real.integrates) {
-                (true, true) => state.output_error,
-                (true, false) => error,
-                (false, true) => -real.error,
-                (false, false) => N::ZERO,
-            });
-        ModelCommand {
-            // Written so that an injection that is known to be zero costs nothing.
-            value: command.value + load - (N::ZERO - real.injection),
-            load,
-            output_error_rate: real.velocity - velocity,
-            velocity,
-            limited: command.limited,
-            integrates: command.integrates,
+            correction: state.correction,
+            ..self.start()
         }
     }
 
-    /// The regressor (9) of a parameter set, [q̇_e, −u_e, sign q̇_e, −1], its entries through the
-    /// velocity filter: what the filter does to ε̇ it must do to φ, or their product loses its sign
-    /// at the frequencies that the filter delays. They are those of the sample just passed, like
-    /// the increment that the velocity is made of. While friction holds the model nothing acts on
-    /// it, and the regressor is zero.
+    /// Takes in by how much the servo has moved since the last sample.
     #[inline]
-    pub fn regressor<S: ParameterSet<P>, const P: usize>(
+    pub fn observe<S: ParameterSet<P>, const P: usize>(
         &self,
-        state: &mut ModelState<N, V::State>,
-        command: &ModelCommand<N>,
-    ) -> [N; P] {
-        let Acted {
-            command: u,
-            direction,
-            moving,
-        } = state.acted;
-        let filters = &mut state.regressor_filter;
-        S::PARAMETERS.map(|parameter| match parameter {
-            Parameter::A => command.velocity,
-            Parameter::B => -self.controller.velocity.process(&mut filters.command, u),
+        state: &mut ModelState<N, V::State, C::State>,
+        increment: N,
+    ) -> Observed<N, P> {
+        let change = increment - state.motion.increment;
+        state.output_error += change;
+        // The filter is linear: of the difference it is the difference of the velocity estimates.
+        let rate = self.velocity.process(&mut state.rate, change);
+        let acted = &state.acted;
+        let filters = &mut state.regressor;
+        let regressor = S::PARAMETERS.map(|parameter| match parameter {
+            Parameter::A => self
+                .velocity
+                .process(&mut filters.velocity, state.motion.increment),
+            Parameter::B => -self.velocity.process(&mut filters.command, acted.command),
             Parameter::Coulomb => self
-                .controller
                 .velocity
-                .process(&mut filters.direction, direction),
-            Parameter::Load if S::HAS_COULOMB => -self
-                .controller
-                .velocity
-                .process(&mut filters.moving, moving),
+                .process(&mut filters.direction, acted.direction),
+            Parameter::Load if S::HAS_COULOMB => {
+                -self.velocity.process(&mut filters.moving, acted.moving)
+            }
             Parameter::Load => -N::ONE,
-        })
+        });
+        Observed {
+            output_error: state.output_error,
+            rate,
+            regressor,
+        }
     }
 
-    /// Moves the model to the next sample under its held command.
+    /// Moves the model to the next sample under the command that acts until then.
     #[inline]
     pub fn advance<S: ParameterSet<P>, const P: usize>(
         &self,
-        state: &mut ModelState<N, V::State>,
-        command: &ModelCommand<N>,
+        state: &mut ModelState<N, V::State, C::State>,
+        observed: &Observed<N, P>,
+        command: N,
         parameters: &ModelParameters<N>,
-    ) -> Phase<N> {
-        // Written so that a load that is known to be zero costs nothing.
-        let drive = parameters.gain * command.value - (N::ZERO - parameters.load);
-        if S::HAS_COULOMB {
-            let (motion, phase) = self.step.process(
-                parameters.x,
-                drive,
-                parameters.coulomb,
-                state.motion.velocity,
-            );
+    ) -> Advanced<N> {
+        let Corrected {
+            command: correction,
+            acceleration,
+            load,
+        } = self
+            .correction
+            .process(&mut state.correction, state.output_error, observed.rate);
+        let command = command + correction;
+        // Written so that what is known to be zero costs nothing.
+        let drive =
+            parameters.gain * command - (N::ZERO - parameters.load) - (N::ZERO - acceleration);
+        let velocity = state.motion.velocity;
+        let phase = if S::HAS_COULOMB {
+            let (motion, phase) =
+                self.step
+                    .process(parameters.x, drive, parameters.coulomb, velocity);
             state.motion = motion;
             let moving = phase.moving_part();
             state.acted = Acted {
-                command: command.value * moving,
+                command: command * moving,
                 direction: phase.mean_direction(),
                 moving,
             };
             phase
         } else {
-            state.motion = self
-                .step
-                .step
-                .process(parameters.x, drive, state.motion.velocity);
-            state.acted.command = command.value;
+            state.motion = self.step.step.process(parameters.x, drive, velocity);
+            state.acted.command = command;
             Phase::Slid { direction: N::ONE }
+        };
+        Advanced {
+            phase,
+            load,
+            restarted: self.restart_if_lost(state),
         }
     }
 
-    /// Puts the model where the servo is while both stand; true if they do.
+    /// Puts the model where the servo is while the servo stands; what the correction has gathered
+    /// stays.
     ///
     /// Real friction gives a little before it breaks away, and creeps: where exactly within the
     /// friction's band a servo comes to stand says nothing of its parameters, and the model's own
-    /// place there would be an error that the next motion begins with. The servo counts as standing
-    /// while friction outweighs all damping, (a + b kd) |q̇| ≤ c, and the model does while it is
-    /// stuck.
+    /// place there would be an error that the next motion begins with.
     #[inline]
-    pub fn stand_together(
-        &self,
-        state: &mut ModelState<N, V::State>,
-        real: &ControlSample<N>,
-        parameters: &ModelParameters<N>,
-        phase: Phase<N>,
-    ) -> bool {
-        if phase != Phase::Stuck {
-            return false;
-        }
-        let damping = parameters.x * real.velocity
-            - parameters.gain * self.controller.pid.linear(N::ZERO, real.velocity);
-        let stand = damping.magnitude() <= parameters.coulomb;
-        if stand {
-            self.stand_beside(state);
-        }
-        stand
-    }
-
-    /// Puts the model where the servo is; what its integral has gathered stays.
-    #[inline]
-    pub fn stand_beside(&self, state: &mut ModelState<N, V::State>) {
+    pub fn stand_beside(&self, state: &mut ModelState<N, V::State, C::State>) {
         state.output_error = N::ZERO;
     }
 
     /// Starts the model again where the servo is if it has left the reach of the number format,
     /// [`Number::REACH`]; true if it had to.
     #[inline]
-    #[must_use]
-    pub fn restart_if_lost(&self, state: &mut ModelState<N, V::State>) -> bool {
+    fn restart_if_lost(&self, state: &mut ModelState<N, V::State, C::State>) -> bool {
         // One comparison for both; it fails for what is no number.
         let in_reach =
             state.output_error.magnitude() + state.motion.velocity.magnitude() <= N::REACH;
         if !in_reach {
-            *state = ModelState::at_rest();
+            *state = self.start();
         }
         !in_reach
     }

@@ -103,6 +103,84 @@ pub fn gain_margin(units: &Units, gains: &Gains, velocity: &Transfer, plant_box:
     margin
 }
 
+/// The largest b̂ that the correction in command form is given where nobody bounds it: a
+/// [`AMPLE_GAIN_MARGIN`] below where the sampled correction becomes unstable, but the largest b that
+/// the servo may have, `nominal`, at least.
+#[must_use]
+pub fn most_gain(units: &Units, gains: &Gains, velocity: &Transfer, nominal: f64) -> f64 {
+    /// Ratio of successive values.
+    const STEP: f64 = 1.1;
+    /// Values that are tried: a range of 10⁸.
+    const MOST: u32 = 200;
+    let mut most = nominal;
+    for _ in 0..MOST {
+        let next = most * STEP;
+        if !is_stable(units, gains, velocity, 0.0, AMPLE_GAIN_MARGIN * next) {
+            break;
+        }
+        most = next;
+    }
+    most
+}
+
+/// Checks the sampled correction in command form for the largest estimates b̂, from `from` to `to`.
+///
+/// The output error obeys the same equation as the loop of a servo with the parameters of the
+/// *estimate* under a PID with the correction's gains, so what sampling asks of the loop over the
+/// servo's box it asks of the correction over what the estimates may be. Only large b̂ make it
+/// unstable by sampling.
+///
+/// # Errors
+/// The smallest b̂ on a geometric grid whose correction is unstable.
+pub fn check_estimates(
+    units: &Units,
+    gains: &Gains,
+    velocity: &Transfer,
+    from: f64,
+    to: f64,
+) -> Result<(), EstimateError> {
+    let ratio = libm::pow(to / from, 1.0 / f64::from(GRID - 1));
+    let mut gain = from;
+    let mut stable = 0.0;
+    for _ in 0..GRID {
+        if !is_stable(units, gains, velocity, 0.0, gain) {
+            return Err(EstimateError {
+                b: to,
+                stable,
+                sample_time: units.sample_time(),
+            });
+        }
+        stable = gain;
+        gain *= ratio;
+    }
+    Ok(())
+}
+
+/// A bound of the estimates at which the sampled correction is not stable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct EstimateError {
+    /// The largest b̂ that the bounds allow, rad/s² per command unit.
+    pub b: f64,
+    /// The largest on the grid that would do; zero for none.
+    pub stable: f64,
+    /// The sample time, s.
+    pub sample_time: f64,
+}
+
+impl fmt::Display for EstimateError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "the model's correction, sampled every {} s, is unstable for an estimate b = {:.6}: bound b \
+             by {:.6}, sample faster, raise the cut-off of the velocity filter, or lower the gains",
+            self.sample_time, self.b, self.stable
+        )
+    }
+}
+
+impl core::error::Error for EstimateError {}
+
 /// The i-th value of the grid over an interval.
 fn on_grid(interval: Interval, i: u32) -> f64 {
     interval.min() + (interval.max() - interval.min()) * f64::from(i) / f64::from(GRID - 1)

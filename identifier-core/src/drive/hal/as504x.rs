@@ -53,7 +53,7 @@ impl<B: SpiDevice> PositionSensor for As504x<B> {
     type Error = As504xError<B::Error>;
 
     #[inline]
-    fn count(&mut self) -> Result<i64, Self::Error> {
+    fn count(&mut self) -> Result<i32, Self::Error> {
         let angle = read(&mut self.bus)?;
         Ok(self.counter.read(angle))
     }

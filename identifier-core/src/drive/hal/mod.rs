@@ -90,7 +90,7 @@ mod tests {
             let mut count = start;
             for step in moves {
                 count += step;
-                prop_assert_eq!(counter.read(raw(count)), count - start);
+                prop_assert_eq!(i64::from(counter.read(raw(count))), count - start);
             }
         }
 

@@ -45,7 +45,7 @@ impl<B: SpiDevice> PositionSensor for Mt6701<B> {
     type Error = Mt6701Error<B::Error>;
 
     #[inline]
-    fn count(&mut self) -> Result<i64, Self::Error> {
+    fn count(&mut self) -> Result<i32, Self::Error> {
         let angle = read(&mut self.bus)?;
         Ok(self.counter.read(angle))
     }

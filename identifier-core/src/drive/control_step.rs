@@ -1,0 +1,193 @@
+use super::{Actuator, PositionSensor};
+use crate::control::ControlSample;
+use crate::error::StepError;
+use crate::identifier::{Identify, ServoLoop, ServoLoopState};
+use crate::measurement::velocity::VelocityEstimate;
+use crate::number::Number;
+
+/// Where a step is to go: counts, and an offset on top (position units): a fraction of a count, a
+/// reference that moves, dither.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Setpoint<N> {
+    /// Counts, wrapping at 32 bits as the sensor's do.
+    pub count: i32,
+    /// What is added to them, position units.
+    pub offset: N,
+}
+
+/// Why a step was not taken. The servo was let go.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum ControlStepError<S, A> {
+    /// The sensor gave no count.
+    Sensor(S),
+    /// The controller refused its inputs.
+    Step(StepError),
+    /// The actuator took no command.
+    Actuator(A),
+}
+
+/// One control step: measure, control, act.
+///
+/// What learns from the sample comes after it ([`ServoLoop::learn`]), so that nothing delays the
+/// command. A fault of any kind lets the servo go.
+///
+/// # Errors
+/// [`ControlStepError`]; the actuator was released and the state is as before.
+#[inline]
+pub fn control_step<N, V, I, S, A>(
+    servo_loop: &ServoLoop<N, V, I>,
+    state: &mut ServoLoopState<N, V::State, I::State>,
+    setpoint: Setpoint<N>,
+    sensor: &mut S,
+    actuator: &mut A,
+) -> Result<ControlSample<N>, ControlStepError<S::Error, A::Error>>
+where
+    N: Number,
+    V: VelocityEstimate<N>,
+    I: Identify<N>,
+    S: PositionSensor,
+    A: Actuator<N>,
+{
+    let taken = try_step(servo_loop, state, setpoint, sensor, actuator);
+    if taken.is_err() {
+        // The fault itself says more than a release that fails as well.
+        let _ = actuator.release();
+    }
+    taken
+}
+
+#[inline]
+fn try_step<N, V, I, S, A>(
+    servo_loop: &ServoLoop<N, V, I>,
+    state: &mut ServoLoopState<N, V::State, I::State>,
+    setpoint: Setpoint<N>,
+    sensor: &mut S,
+    actuator: &mut A,
+) -> Result<ControlSample<N>, ControlStepError<S::Error, A::Error>>
+where
+    N: Number,
+    V: VelocityEstimate<N>,
+    I: Identify<N>,
+    S: PositionSensor,
+    A: Actuator<N>,
+{
+    let count = sensor.count().map_err(ControlStepError::Sensor)?;
+    let before = state.controlled();
+    let sample = servo_loop
+        .control(state, setpoint.count, setpoint.offset, count)
+        .map_err(ControlStepError::Step)?;
+    if let Err(error) = actuator.hold(sample.command) {
+        state.back_to(before);
+        return Err(ControlStepError::Actuator(error));
+    }
+    Ok(sample)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::identifier::GradientIdentifier;
+    use crate::measurement::velocity::BackwardDifference;
+    use crate::parameters::Ab;
+    use crate::settings::{ControllerSettings, Settings};
+
+    struct Sensor(Result<i32, &'static str>);
+
+    impl PositionSensor for Sensor {
+        type Error = &'static str;
+        fn count(&mut self) -> Result<i32, &'static str> {
+            self.0
+        }
+    }
+
+    #[derive(Default)]
+    struct Motor {
+        held: Option<f32>,
+        released: u32,
+        broken: bool,
+    }
+
+    impl Actuator<f32> for Motor {
+        type Error = &'static str;
+        fn hold(&mut self, command: f32) -> Result<(), &'static str> {
+            self.held = Some(command);
+            if self.broken { Err("broken") } else { Ok(()) }
+        }
+        fn release(&mut self) -> Result<(), &'static str> {
+            self.held = None;
+            self.released += 1;
+            Ok(())
+        }
+    }
+
+    type Loop =
+        ServoLoop<f32, BackwardDifference, GradientIdentifier<f32, BackwardDifference, Ab, 2>>;
+
+    fn servo_loop() -> Loop {
+        let mut settings = Settings {
+            resolution: 1.0,
+            controller: Some(ControllerSettings::pid(2.0, 0.1, 0.0).limited(100.0)),
+            ..Settings::new(1e-3, 1.0)
+        };
+        settings.identifier.initial.b = Some(100.0);
+        let mut gamma = [[0.0; 4]; 4];
+        gamma[0][0] = 1.0;
+        gamma[1][1] = 1.0;
+        settings.identifier.gamma = Some(gamma);
+        settings.build().expect("valid")
+    }
+
+    #[test]
+    fn a_step_measures_controls_and_acts_at_any_count() {
+        let servo_loop = servo_loop();
+        for start in [0, 1_000_000_007, i32::MAX, i32::MIN] {
+            let mut state = servo_loop.start(start);
+            let mut motor = Motor::default();
+            let setpoint = Setpoint {
+                count: start.wrapping_add(7),
+                offset: 0.25,
+            };
+            let sample = control_step(
+                &servo_loop,
+                &mut state,
+                setpoint,
+                &mut Sensor(Ok(start)),
+                &mut motor,
+            );
+            assert_eq!(sample.map(|sample| sample.command), Ok(14.5));
+            assert_eq!(motor.held, Some(14.5));
+        }
+    }
+
+    #[test]
+    fn every_fault_lets_the_servo_go_and_leaves_the_state() {
+        let servo_loop = servo_loop();
+        let mut state = servo_loop.start(0);
+        let before = state;
+        let mut motor = Motor::default();
+        let mut step = |offset, sensor, motor: &mut Motor| {
+            let setpoint = Setpoint { count: 0, offset };
+            control_step(
+                &servo_loop,
+                &mut state,
+                setpoint,
+                &mut Sensor(sensor),
+                motor,
+            )
+            .err()
+        };
+        let lost = step(0.0, Err("lost"), &mut motor);
+        assert_eq!(lost, Some(ControlStepError::Sensor("lost")));
+        let mad = step(f32::NAN, Ok(0), &mut motor);
+        assert_eq!(mad, Some(ControlStepError::Step(StepError::ErrorNotFinite)));
+        let jumped = step(0.0, Ok(i32::MAX), &mut motor);
+        assert_eq!(jumped, Some(ControlStepError::Step(StepError::CountJumped)));
+        motor.broken = true;
+        let broken = step(1.0, Ok(3), &mut motor);
+        assert_eq!(broken, Some(ControlStepError::Actuator("broken")));
+        assert_eq!((motor.held, motor.released), (None, 4));
+        assert!(state == before);
+    }
+}

@@ -1,0 +1,91 @@
+use crate::error::StepError;
+use crate::model::ServoParameters;
+use crate::settings::PerParameter;
+
+/// An identifier: it only listens. Two numbers a sample are all it is told, how far the encoder moved
+/// since the last sample and the command that acts from now until the next.
+///
+/// N is the number that it computes in: [`Number`](crate::number::Number), or a fixed-point word.
+pub trait Identify<N: Copy> {
+    /// What it remembers between samples.
+    type State: Clone + core::fmt::Debug;
+
+    /// The state at the start: the model at rest where the servo is.
+    fn start(&self) -> Self::State;
+
+    /// Counts as the number that it computes in.
+    fn increment(&self, moved: i32) -> N;
+
+    /// One sample: the counts moved since the last sample, through any wrap of the counter, and the
+    /// *total* command that acts from this sample to the next, command units: limited, with
+    /// feed-forward, dither and whatever else is added to it.
+    ///
+    /// # Errors
+    /// What cannot be; the state is then untouched.
+    #[inline]
+    fn process(
+        &self,
+        state: &mut Self::State,
+        moved: i32,
+        command: N,
+    ) -> Result<Seen<N>, StepError> {
+        self.learn(state, self.increment(moved), command)
+    }
+
+    /// The same for a sensor that does not count: the increment in position units.
+    ///
+    /// # Errors
+    /// As [`Identify::process`].
+    fn learn(
+        &self,
+        state: &mut Self::State,
+        increment: N,
+        command: N,
+    ) -> Result<Seen<N>, StepError>;
+
+    /// The estimates, SI.
+    fn estimates(&self, state: &Self::State) -> ServoParameters;
+
+    /// Their standard errors, SI, for laws that have them.
+    fn standard_errors(&self, _: &Self::State) -> Option<ServoParameters> {
+        None
+    }
+
+    /// Which estimates stand at a bound: such a value is no result.
+    fn at_bounds(&self, state: &Self::State) -> PerParameter<bool>;
+
+    /// Joins a motion after a gap, before its next sample: what was learnt is kept, the model starts
+    /// again beside the servo, moving by `increment` a sample.
+    fn join(&self, state: &mut Self::State, increment: N);
+}
+
+/// What a sample showed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Seen<N> {
+    /// Output error ε = q − q_e before the update, position units.
+    pub output_error: N,
+    /// What happened besides.
+    pub event: Event,
+}
+
+/// What happened in a sample besides learning.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Event {
+    /// Nothing else.
+    None,
+    /// A guard shortened the law's step.
+    Slowed,
+    /// Nothing was learnt: the servo stays where it is.
+    Standing,
+    /// The model had run out of the number format's reach and starts again where the servo is; the
+    /// estimates are kept.
+    Restarted,
+    /// The load has changed by a step, and was taken over.
+    LoadStep,
+    /// The servo does not follow its command: amplifier off, or a limit that was not taken into the
+    /// recorded command. Nothing is learnt.
+    NotFollowing,
+}

@@ -1,0 +1,156 @@
+use super::{IdentifierError, Identify, Seen};
+use crate::control::{ControlSample, ControlState, Controller, position_error};
+use crate::error::StepError;
+use crate::measurement::velocity::VelocityEstimate;
+use crate::number::Number;
+use crate::settings::{FromSettings, Settings};
+
+/// Our controller with an identifier beside it, for those who close the loop with ours.
+///
+/// A sample is [`ServoLoop::process`], or its two halves where the command should go out before
+/// anything is learnt: [`ServoLoop::control`], then [`ServoLoop::learn`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ServoLoop<N, V, I> {
+    controller: Controller<N, V>,
+    identifier: I,
+}
+
+/// What the loop remembers between samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ServoLoopState<N: Number, F, T> {
+    count: i32,
+    control: ControlState<N, F>,
+    identification: T,
+}
+
+/// What a sample of the loop did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoopStep<N> {
+    /// The controller's part.
+    pub control: ControlSample<N>,
+    /// What the identifier saw.
+    pub seen: Seen<N>,
+}
+
+impl<N, V, I> FromSettings for ServoLoop<N, V, I>
+where
+    N: Number,
+    V: VelocityEstimate<N>,
+    I: Identify<N> + FromSettings,
+{
+    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+        Ok(Self {
+            controller: settings.build()?,
+            identifier: settings.build()?,
+        })
+    }
+}
+
+impl<N: Number, F: Copy, T> ServoLoopState<N, F, T> {
+    /// The controller's half of the state.
+    pub(crate) fn controlled(&self) -> (i32, ControlState<N, F>) {
+        (self.count, self.control)
+    }
+
+    /// Takes a step of the controller back.
+    pub(crate) fn back_to(&mut self, (count, control): (i32, ControlState<N, F>)) {
+        self.count = count;
+        self.control = control;
+    }
+
+    /// The count of the last sample.
+    #[must_use]
+    pub fn count(&self) -> i32 {
+        self.count
+    }
+
+    /// What the identifier remembers.
+    #[must_use]
+    pub fn identification(&self) -> &T {
+        &self.identification
+    }
+
+    /// The same, for work in the background.
+    pub fn identification_mut(&mut self) -> &mut T {
+        &mut self.identification
+    }
+}
+
+impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
+    /// The controller.
+    #[must_use]
+    pub fn controller(&self) -> &Controller<N, V> {
+        &self.controller
+    }
+
+    /// The identifier.
+    #[must_use]
+    pub fn identifier(&self) -> &I {
+        &self.identifier
+    }
+
+    /// At rest at a count.
+    #[must_use]
+    pub fn start(&self, count: i32) -> ServoLoopState<N, V::State, I::State> {
+        ServoLoopState {
+            count,
+            control: ControlState::default(),
+            identification: self.identifier.start(),
+        }
+    }
+
+    /// One sample: towards `setpoint` counts plus an `offset` (a fraction of a count, a reference that
+    /// moves, dither), from the count now. Counts wrap at 32 bits.
+    ///
+    /// The command to give to the servo is `control.command` of the answer.
+    ///
+    /// # Errors
+    /// [`StepError`]; the state is untouched, and the servo should be let go.
+    #[inline]
+    pub fn process(
+        &self,
+        state: &mut ServoLoopState<N, V::State, I::State>,
+        setpoint: i32,
+        offset: N,
+        count: i32,
+    ) -> Result<LoopStep<N>, StepError> {
+        let control = self.control(state, setpoint, offset, count)?;
+        let seen = self.learn(state, &control)?;
+        Ok(LoopStep { control, seen })
+    }
+
+    /// The first half: measure and control.
+    ///
+    /// # Errors
+    /// [`StepError`]; the state is untouched, and the servo should be let go.
+    #[inline]
+    pub fn control(
+        &self,
+        state: &mut ServoLoopState<N, V::State, I::State>,
+        setpoint: i32,
+        offset: N,
+        count: i32,
+    ) -> Result<ControlSample<N>, StepError> {
+        let increment = N::from_count(count.wrapping_sub(state.count));
+        let error = position_error(setpoint, offset, count);
+        let sample = self
+            .controller
+            .process(&mut state.control, error, increment)?;
+        state.count = count;
+        Ok(sample)
+    }
+
+    /// The second half: learn from the sample, its command the one that acts.
+    ///
+    /// # Errors
+    /// As [`Identify::learn`].
+    #[inline]
+    pub fn learn(
+        &self,
+        state: &mut ServoLoopState<N, V::State, I::State>,
+        sample: &ControlSample<N>,
+    ) -> Result<Seen<N>, StepError> {
+        self.identifier
+            .learn(&mut state.identification, sample.increment, sample.command)
+    }
+}

@@ -1,0 +1,294 @@
+//! What everything is built from: plain numbers in SI, and one fallible [`Settings::build`].
+
+use crate::control::{CommandLimit, Gains};
+use crate::error::{Allowed, OutOfRange};
+use crate::identifier::IdentifierError;
+use crate::parameters::Parameter;
+use crate::units::Units;
+
+/// Everything there is to say of a loop and its identifier, SI. For a linear axis read m for rad.
+///
+/// What is optional has a default that is stated with it. [`Settings::new`] fills all of them in, so
+/// that a configuration names only what it knows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Settings {
+    /// Sample time, s.
+    pub sample_time: f64,
+    /// Position of one count, rad: 2π over the counts of a revolution after fourfold evaluation.
+    pub resolution: f64,
+    /// Cut-off of a [`LowPass`](crate::measurement::velocity::LowPass) velocity estimate, rad/s; other
+    /// estimates have none.
+    pub cutoff: f64,
+    /// The PID that closes the loop; none where somebody else's controller does and the identifier
+    /// only listens.
+    pub controller: Option<ControllerSettings>,
+    /// The identifier.
+    pub identifier: IdentifierSettings,
+}
+
+/// The PID (3) and its limit, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct ControllerSettings {
+    /// Proportional gain, command units per rad.
+    pub kp: f64,
+    /// Derivative gain on the measured velocity, command units per rad/s.
+    pub kd: f64,
+    /// Integral gain, command units per rad s.
+    pub ki: f64,
+    /// Lowest and highest command, command units; infinite for none.
+    pub limit: [f64; 2],
+}
+
+/// What the identifiers need to know; each takes its own part. SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct IdentifierSettings {
+    /// Estimates to begin with. None: zero, or for b the middle of the box. Gauss–Newton and window
+    /// need none of them.
+    pub initial: PerParameter<Option<f64>>,
+    /// Parameters that are known: they stay at their initial values.
+    pub known: PerParameter<bool>,
+    /// Bounds of the estimates, lowest and highest. None: as wide as the sample time and the
+    /// correction bear, whatever the initial values are.
+    pub bounds: PerParameter<Option<[f64; 2]>>,
+    /// Standard deviations of the initial estimates, for Gauss–Newton and window. None: nothing is
+    /// known.
+    pub uncertainty: PerParameter<Option<f64>>,
+    /// Standard deviation of the position noise, rad. None: an encoder's, a count over √12.
+    pub noise: Option<f64>,
+    /// Where the true servo may lie, to be certified. None: nothing is promised beforehand.
+    pub plant_box: Option<BoxSettings>,
+    /// Γ of the gradient law, symmetric positive definite over a, b, Coulomb friction and load in
+    /// this order; only the rows and columns of the model's parameters count.
+    pub gamma: Option<[[f64; 4]; 4]>,
+    /// μ of the gradient law, 1/s. None: chosen from gains and box.
+    pub mu: Option<f64>,
+    /// Gains of the gradient's correction in command form (kp, kd, ki as of a PID). None: those of
+    /// the controller, which makes the model loop the paper's.
+    pub correction: Option<[f64; 3]>,
+    /// Bandwidth of the position loop, rad/s, for the correction in acceleration form; right within a
+    /// factor of four. None: follows from the sample time and from what the first fit finds.
+    pub bandwidth: Option<f64>,
+    /// The fastest that the servo can move, rad/s; a larger jump of the count is refused. None: what
+    /// the number format counts exactly in a sample.
+    pub max_speed: Option<f64>,
+    /// What the signals stay within in fixed point. None: what follows from limit, gains and bounds.
+    pub ranges: Option<RangeSettings>,
+}
+
+/// What a loop's signals stay within in fixed point, SI: the full scales of the words are no smaller.
+/// A signal beyond is saturated there, never wrapped.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct RangeSettings {
+    /// Position error and output error, rad.
+    pub error: f64,
+    /// Velocity, rad/s.
+    pub velocity: f64,
+    /// Command, command units.
+    pub command: f64,
+}
+
+/// Lowest and highest a (1/s) and b (rad/s² per command unit) of the servo.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct BoxSettings {
+    /// a, 1/s.
+    pub a: [f64; 2],
+    /// b, rad/s² per command unit.
+    pub b: [f64; 2],
+}
+
+/// Something for each of the parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct PerParameter<T> {
+    /// For a.
+    pub a: T,
+    /// For b.
+    pub b: T,
+    /// For Coulomb friction.
+    pub coulomb: T,
+    /// For the load.
+    pub load: T,
+}
+
+impl<T: Copy> PerParameter<T> {
+    /// What there is for a parameter.
+    #[must_use]
+    pub fn of(&self, parameter: Parameter) -> T {
+        match parameter {
+            Parameter::A => self.a,
+            Parameter::B => self.b,
+            Parameter::Coulomb => self.coulomb,
+            Parameter::Load => self.load,
+        }
+    }
+
+    /// One for each parameter.
+    #[must_use]
+    pub fn from_fn(mut of: impl FnMut(Parameter) -> T) -> Self {
+        Self {
+            a: of(Parameter::A),
+            b: of(Parameter::B),
+            coulomb: of(Parameter::Coulomb),
+            load: of(Parameter::Load),
+        }
+    }
+}
+
+/// What [`Settings::build`] can make.
+pub trait FromSettings: Sized {
+    /// Builds it.
+    ///
+    /// # Errors
+    /// The setting that is not allowed, by name, and what is.
+    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError>;
+}
+
+impl IdentifierSettings {
+    /// Nothing known.
+    pub const UNSTATED: Self = Self {
+        initial: NONE,
+        known: PerParameter {
+            a: false,
+            b: false,
+            coulomb: false,
+            load: false,
+        },
+        bounds: PerParameter {
+            a: None,
+            b: None,
+            coulomb: None,
+            load: None,
+        },
+        uncertainty: NONE,
+        noise: None,
+        plant_box: None,
+        gamma: None,
+        mu: None,
+        correction: None,
+        bandwidth: None,
+        max_speed: None,
+        ranges: None,
+    };
+}
+
+const NONE: PerParameter<Option<f64>> = PerParameter {
+    a: None,
+    b: None,
+    coulomb: None,
+    load: None,
+};
+
+impl ControllerSettings {
+    /// A PID without a limit.
+    #[must_use]
+    pub fn pid(kp: f64, kd: f64, ki: f64) -> Self {
+        Self {
+            kp,
+            kd,
+            ki,
+            limit: [f64::NEG_INFINITY, f64::INFINITY],
+        }
+    }
+
+    /// The same with |u| ≤ `limit`, command units.
+    #[must_use]
+    pub fn limited(self, limit: f64) -> Self {
+        Self {
+            limit: [-limit, limit],
+            ..self
+        }
+    }
+
+    /// The gains.
+    ///
+    /// # Errors
+    /// See [`Gains::new`].
+    pub fn gains(&self) -> Result<Gains, OutOfRange> {
+        Gains::new(self.kp, self.kd, self.ki)
+    }
+
+    /// The limit.
+    ///
+    /// # Errors
+    /// See [`CommandLimit::asymmetric`].
+    pub fn command_limit(&self) -> Result<CommandLimit, OutOfRange> {
+        CommandLimit::of(self.limit)
+    }
+}
+
+impl Settings {
+    /// Part of the sample rate that the default cut-off of a low-pass velocity estimate is: 500 rad/s
+    /// at 1 kHz, as in the paper's experiment.
+    const CUTOFF: f64 = 0.5;
+
+    /// Settings for a sample time (s) and an encoder's counts per revolution after fourfold
+    /// evaluation, nothing else stated.
+    #[must_use]
+    pub fn new(sample_time: f64, counts_per_revolution: f64) -> Self {
+        Self {
+            sample_time,
+            resolution: core::f64::consts::TAU / counts_per_revolution,
+            cutoff: Self::CUTOFF / sample_time,
+            controller: None,
+            identifier: IdentifierSettings::UNSTATED,
+        }
+    }
+
+    /// Builds a part: a controller, an identifier, or a loop of both.
+    ///
+    /// # Errors
+    /// The setting that is not allowed, by name, and what is.
+    pub fn build<T: FromSettings>(&self) -> Result<T, IdentifierError> {
+        T::from_settings(self)
+    }
+
+    /// Sample time and position unit.
+    ///
+    /// # Errors
+    /// `sample_time` or `resolution` out of range.
+    pub fn units(&self) -> Result<Units, OutOfRange> {
+        Units::new(self.sample_time, self.resolution).map_err(|error| OutOfRange {
+            parameter: match error.parameter {
+                "position_unit" => "resolution",
+                other => other,
+            },
+            ..error
+        })
+    }
+
+    /// The controller.
+    ///
+    /// # Errors
+    /// [`IdentifierError::NotGiven`] if there is none.
+    pub fn own_controller(&self) -> Result<&ControllerSettings, IdentifierError> {
+        self.controller.as_ref().ok_or(IdentifierError::NotGiven {
+            setting: "controller",
+        })
+    }
+
+    /// The gains of the gradient's correction: those stated, or the controller's.
+    ///
+    /// # Errors
+    /// A gain out of range; [`IdentifierError::NotGiven`] if there are neither.
+    pub fn correction_gains(&self) -> Result<Gains, IdentifierError> {
+        match (self.identifier.correction, self.controller) {
+            (Some([kp, kd, ki]), _) => Ok(Gains::new(kp, kd, ki)?),
+            (None, Some(controller)) => Ok(controller.gains()?),
+            (None, None) => Err(IdentifierError::NotGiven {
+                setting: "correction",
+            }),
+        }
+    }
+
+    /// The largest |u| that is known of, command units.
+    pub(crate) fn largest_command(&self) -> Option<f64> {
+        let [low, high] = self.controller?.limit;
+        let limit = high.max(-low);
+        Allowed::Above(0.0).holds(limit).then_some(limit)
+    }
+}
