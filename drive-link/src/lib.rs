@@ -21,4 +21,6 @@ pub use lock_step::{Answer, Question, Reading, Refused};
 pub use message::{
     Command, Estimates, Kept, PROTOCOL, Refusal, Report, Request, Snapshot, State, Status,
 };
-pub use settings::{Format, LoopSettings, Name, NotAllowed, Protection, Settings, Shaking};
+pub use settings::{
+    Format, Law, LoopSettings, Name, NotAllowed, Protection, Settings, Shaking, Why,
+};

@@ -17,10 +17,12 @@ pub enum Question {
     Sample {
         /// Number of the sample, from 0.
         number: u32,
-        /// The reference in counts: bits of a double, which every format's reference fits.
-        reference: f64,
+        /// Where the servo is to be: counts, wrapping at 32 bits as the encoder's do.
+        setpoint: i32,
+        /// What is added to them, counts: a double, which every format's offset fits.
+        offset: f64,
         /// The encoder's count.
-        count: i64,
+        count: i32,
     },
 }
 
@@ -52,7 +54,7 @@ pub enum Refused {
         /// The one that does.
         next: u32,
     },
-    /// The controller refuses the reference or the count.
+    /// Controller or identifier refuse setpoint or count.
     OutOfReach,
 }
 

@@ -1,5 +1,8 @@
 use core::fmt;
 
+use identifier_core::ControllerSettings;
+use identifier_core::parameters::Parameter;
+use identifier_core::settings::{BoxSettings, IdentifierSettings, RangeSettings};
 use serde::{Deserialize, Serialize};
 
 /// The name of a setting.
@@ -16,33 +19,25 @@ pub struct Settings {
     pub protection: Protection,
 }
 
-/// What controller and identifier are built from, SI.
+/// What a loop is built from.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LoopSettings {
-    /// Sample time, s.
-    pub sample_time: f64,
-    /// Encoder counts a revolution, after fourfold evaluation.
-    pub counts_per_rev: f64,
-    /// kp, kd, ki: command units per rad, per rad/s, per rad s.
-    pub gains: [f64; 3],
-    /// Lowest and highest command, command units; infinite for none.
-    pub limit: [f64; 2],
-    /// Cut-off of the velocity estimate, rad/s.
-    pub cutoff: f64,
-    /// Lowest and highest a (1/s) and b (rad/s² per command unit) of the servo, to be certified.
-    pub plant_box: Option<[[f64; 2]; 2]>,
-    /// a, b, c and d to begin with.
-    pub initial: [f64; 4],
-    /// Lowest and highest estimates of a, b, c and d.
-    pub bounds: [[f64; 2]; 4],
-    /// Diagonal of Γ over a, b and, with friction, c.
-    pub gamma: [f64; 3],
-    /// μ, 1/s; none for the automatic one.
-    pub mu: Option<f64>,
-    /// Whether Coulomb friction is estimated too.
-    pub friction: bool,
+    /// Controller and identifier, as the core takes them.
+    pub core: identifier_core::Settings,
+    /// The law that learns.
+    pub law: Law,
     /// What the loop is computed in.
     pub format: Format,
+}
+
+/// A law that learns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Law {
+    /// The paper's gradient law.
+    Gradient {
+        /// Whether Coulomb friction is estimated too.
+        friction: bool,
+    },
 }
 
 /// A number format.
@@ -79,6 +74,105 @@ pub struct Protection {
     pub overruns: u8,
 }
 
+impl fmt::Display for Law {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Gradient { friction: false } => "gradient over a and b",
+            Self::Gradient { friction: true } => "gradient over a, b and Coulomb friction",
+        })
+    }
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Single => "single precision",
+            Self::Fixed => "fixed point",
+        })
+    }
+}
+
+impl fmt::Display for LoopSettings {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { core, law, format } = self;
+        writeln!(
+            f,
+            "sample time {} s, a count is {} rad, velocity cut-off {} rad/s",
+            core.sample_time, core.resolution, core.cutoff
+        )?;
+        if let Some(ControllerSettings { kp, kd, ki, limit }) = core.controller {
+            let [low, high] = limit;
+            writeln!(f, "kp {kp}, kd {kd}, ki {ki}, command {low} to {high}")?;
+        }
+        write!(f, "{law}, in {format}")?;
+        learning(&core.identifier, f)
+    }
+}
+
+/// What an identifier is told; what it is not told is left out.
+fn learning(given: &IdentifierSettings, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    match given.plant_box {
+        Some(BoxSettings {
+            a: [a_min, a_max],
+            b: [b_min, b_max],
+        }) => write!(
+            f,
+            ", certified for a from {a_min} to {a_max}, b from {b_min} to {b_max}"
+        )?,
+        None => f.write_str(", not certified")?,
+    }
+    for (name, parameter) in [
+        ("a", Parameter::A),
+        ("b", Parameter::B),
+        ("coulomb", Parameter::Coulomb),
+        ("load", Parameter::Load),
+    ] {
+        if let Some(initial) = given.initial.of(parameter) {
+            write!(f, "\n{name} begins with {initial}")?;
+        }
+        if let Some([min, max]) = given.bounds.of(parameter) {
+            write!(f, "\n{name} stays within {min} to {max}")?;
+        }
+        if let Some(deviation) = given.uncertainty.of(parameter) {
+            write!(f, "\n{name} is known to {deviation} (standard deviation)")?;
+        }
+        if given.known.of(parameter) {
+            write!(f, "\n{name} is known, and stays")?;
+        }
+    }
+    if let Some(rows) = given.gamma {
+        f.write_str("\ngamma")?;
+        for row in rows {
+            write!(f, " {row:?}")?;
+        }
+    }
+    if let Some([kp, kd, ki]) = given.correction {
+        write!(f, "\ncorrection kp {kp}, kd {kd}, ki {ki}")?;
+    }
+    for (name, value, unit) in [
+        ("mu", given.mu, "1/s"),
+        ("bandwidth", given.bandwidth, "rad/s"),
+        ("noise", given.noise, "rad"),
+        ("largest speed", given.max_speed, "rad/s"),
+    ] {
+        if let Some(value) = value {
+            write!(f, "\n{name} {value} {unit}")?;
+        }
+    }
+    if let Some(RangeSettings {
+        error,
+        velocity,
+        command,
+    }) = given.ranges
+    {
+        write!(
+            f,
+            "\nwords hold {error} rad of error, {velocity} rad/s, a command of {command}"
+        )?;
+    }
+    Ok(())
+}
+
 impl fmt::Display for Settings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
@@ -86,42 +180,7 @@ impl fmt::Display for Settings {
             shaking,
             protection,
         } = self;
-        let [kp, kd, ki] = closed_loop.gains;
-        let [low, high] = closed_loop.limit;
-        writeln!(
-            f,
-            "sample time {} s, {} counts a revolution, {:?}",
-            closed_loop.sample_time, closed_loop.counts_per_rev, closed_loop.format
-        )?;
-        writeln!(
-            f,
-            "kp {kp}, kd {kd}, ki {ki}, cut-off {} rad/s, command {low} to {high}",
-            closed_loop.cutoff
-        )?;
-        match closed_loop.plant_box {
-            Some([[a_min, a_max], [b_min, b_max]]) => writeln!(
-                f,
-                "certified for a from {a_min} to {a_max}, b from {b_min} to {b_max}"
-            )?,
-            None => writeln!(f, "not certified")?,
-        }
-        let names = ["a", "b", "coulomb", "load"];
-        for ((name, initial), [min, max]) in names
-            .iter()
-            .zip(closed_loop.initial)
-            .zip(closed_loop.bounds)
-        {
-            writeln!(f, "{name} begins with {initial}, within {min} to {max}")?;
-        }
-        let [of_a, of_b, of_coulomb] = closed_loop.gamma;
-        write!(f, "gamma {of_a}, {of_b}")?;
-        if closed_loop.friction {
-            write!(f, ", {of_coulomb}")?;
-        }
-        match closed_loop.mu {
-            Some(mu) => writeln!(f, ", mu {mu} 1/s")?,
-            None => writeln!(f, ", mu automatic")?,
-        }
+        writeln!(f, "{closed_loop}")?;
         writeln!(
             f,
             "shaken by {} rad, every {} s",
@@ -140,39 +199,57 @@ impl fmt::Display for Settings {
     }
 }
 
-/// A setting that is not allowed, SI.
+/// A setting that is not allowed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NotAllowed {
     /// Which.
     pub name: Name,
-    /// What was given.
-    pub given: f64,
-    /// The least that would do; infinite if that end is open, no number if the sampled loop is
-    /// unstable and several settings could mend that.
-    pub least: f64,
-    /// The most that would do; infinite if that end is open.
-    pub most: f64,
+    /// Why, and what would be.
+    pub why: Why,
+}
+
+/// Why a setting is not allowed, SI.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Why {
+    /// It is out of its range.
+    OutOfRange {
+        /// What was given; no number for what has several.
+        given: f64,
+        /// The least that would do; infinite if that end is open.
+        least: f64,
+        /// The most that would do; infinite if that end is open.
+        most: f64,
+    },
+    /// With it the sampled loop is unstable for some servo of the box.
+    Unstable {
+        /// What was given.
+        given: f64,
+    },
+    /// It has no default, and was not given.
+    NotGiven,
+    /// This firmware has something else only.
+    NotHere,
 }
 
 impl fmt::Display for NotAllowed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            name,
-            given,
-            least,
-            most,
-        } = self;
-        if least.is_nan() {
-            return write!(
+        let Self { name, why } = self;
+        match why {
+            Why::OutOfRange { given, least, most } => write!(
+                f,
+                "{name} = {given} is not allowed: it must be from {least} to {most}"
+            ),
+            Why::Unstable { given } => write!(
                 f,
                 "with {name} = {given} the sampled loop is unstable for some servo of the box: sample \
                  faster, raise the cut-off, lower the gains, or shrink the box"
-            );
+            ),
+            Why::NotGiven => write!(f, "{name} has to be given here"),
+            Why::NotHere => write!(
+                f,
+                "this firmware does not have the {name} that was asked for"
+            ),
         }
-        write!(
-            f,
-            "{name} = {given} is not allowed: it must be from {least} to {most}"
-        )
     }
 }
 

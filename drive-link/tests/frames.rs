@@ -1,53 +1,116 @@
 //! The line may do to the bytes what it likes.
 
 use drive_link::{
-    Answer, Command, Estimates, FrameError, LONGEST_FRAME, LoopSettings, Protection, Reading,
-    Receiver, Request, Settings, Shaking, frame,
+    Answer, Command, Estimates, Format, FrameError, LONGEST_FRAME, Law, LoopSettings, Protection,
+    Question, Reading, Receiver, Report, Request, Settings, Shaking, frame,
 };
+use identifier_core::ControllerSettings;
+use identifier_core::settings::{BoxSettings, IdentifierSettings, PerParameter, RangeSettings};
 use proptest::prelude::*;
 
+/// Settings of any numbers, and of everything that may be left out any part.
 fn settings() -> impl Strategy<Value = Settings> {
     let number = any::<f64>().prop_filter("numbers", |number| !number.is_nan());
-    (
-        prop::array::uniform32(number),
-        any::<(bool, bool, bool, u8)>(),
-    )
-        .prop_map(|(n, (boxed, mu, friction, overruns))| Settings {
-            closed_loop: LoopSettings {
-                sample_time: n[0],
-                counts_per_rev: n[1],
-                gains: [n[2], n[3], n[4]],
-                limit: [n[5], n[6]],
-                cutoff: n[7],
-                plant_box: boxed.then_some([[n[8], n[9]], [n[10], n[11]]]),
-                initial: [n[12], n[13], n[14], n[15]],
-                bounds: [
-                    [n[16], n[17]],
-                    [n[18], n[19]],
-                    [n[20], n[21]],
-                    [n[22], n[23]],
-                ],
-                gamma: [n[24], n[25], n[26]],
-                mu: mu.then_some(n[27]),
-                friction,
-                format: if friction {
-                    drive_link::Format::Single
-                } else {
-                    drive_link::Format::Fixed
-                },
+    let numbers = prop::collection::vec(number, 96);
+    (numbers, any::<u32>(), any::<u8>()).prop_map(|(n, given, overruns)| {
+        let mut numbers = n.into_iter();
+        filled(&mut || numbers.next().expect("enough"), given, overruns)
+    })
+}
+
+/// Settings of these numbers; a bit of `given` says whether what may be left out is there.
+fn filled(next: &mut impl FnMut() -> f64, mut given: u32, overruns: u8) -> Settings {
+    let mut is_given = || {
+        given = given.rotate_left(1);
+        given & 1 == 1
+    };
+    let mut perhaps = |next: &mut dyn FnMut() -> f64| is_given().then(next);
+    let identifier = IdentifierSettings {
+        initial: PerParameter::from_fn(|_| perhaps(next)),
+        known: PerParameter::from_fn(|_| perhaps(&mut || 0.0).is_some()),
+        bounds: PerParameter::from_fn(|_| perhaps(next).map(|low| [low, next()])),
+        uncertainty: PerParameter::from_fn(|_| perhaps(next)),
+        noise: perhaps(next),
+        plant_box: perhaps(next).map(|low| BoxSettings {
+            a: [low, next()],
+            b: [next(), next()],
+        }),
+        gamma: perhaps(next).map(|first| {
+            let mut gamma = [[0.0; 4]; 4].map(|row| row.map(|_| next()));
+            gamma[0][0] = first;
+            gamma
+        }),
+        mu: perhaps(next),
+        correction: perhaps(next).map(|kp| [kp, next(), next()]),
+        bandwidth: perhaps(next),
+        max_speed: perhaps(next),
+        ranges: perhaps(next).map(|error| RangeSettings {
+            error,
+            velocity: next(),
+            command: next(),
+        }),
+    };
+    let friction = perhaps(next).is_some();
+    let core = identifier_core::Settings {
+        sample_time: next(),
+        resolution: next(),
+        cutoff: next(),
+        controller: perhaps(next).map(|kp| ControllerSettings {
+            kp,
+            kd: next(),
+            ki: next(),
+            limit: [next(), next()],
+        }),
+        identifier,
+    };
+    Settings {
+        closed_loop: LoopSettings {
+            core,
+            law: Law::Gradient { friction },
+            format: if friction {
+                Format::Single
+            } else {
+                Format::Fixed
             },
-            shaking: Shaking {
-                amplitude: n[28],
-                hold: n[29],
-            },
-            protection: Protection {
-                following_error: n[30],
-                travel: n[31],
-                speed: n[1],
-                silence: n[0],
-                overruns,
-            },
-        })
+        },
+        shaking: Shaking {
+            amplitude: next(),
+            hold: next(),
+        },
+        protection: Protection {
+            following_error: next(),
+            travel: next(),
+            speed: next(),
+            silence: next(),
+            overruns,
+        },
+    }
+}
+
+#[test]
+fn settings_with_nothing_left_out_fit_a_message() {
+    let settings = filled(&mut || f64::MIN, u32::MAX, u8::MAX);
+    let command = Command::Configure(settings);
+    let framed = frame(&Request { id: 255, command }).expect("it fits");
+    assert_eq!(framed.len(), 514 + 514 / 254 + 2);
+    let report = Report::Settings { id: 255, settings };
+    assert_eq!(frame(&report).expect("it fits").len(), framed.len());
+    let begin = Question::Begin(settings.closed_loop);
+    assert!(frame(&begin).is_ok());
+}
+
+#[test]
+fn settings_say_what_was_given_and_nothing_else() {
+    let mut settings = filled(&mut || 1.5, u32::MAX, 3);
+    let all = settings.to_string();
+    assert!(all.contains("b begins with 1.5"), "{all}");
+    assert!(all.contains("gradient over a, b and Coulomb friction, in single precision"));
+    settings.closed_loop.core.identifier = IdentifierSettings::UNSTATED;
+    let few = settings.to_string();
+    assert!(
+        !few.contains("begins") && few.contains("not certified"),
+        "{few}"
+    );
 }
 
 fn request() -> impl Strategy<Value = Request> {
