@@ -139,6 +139,12 @@ impl<T: Copy> PerParameter<T> {
     }
 }
 
+/// A diagonal Γ over a, b, Coulomb friction and load.
+#[must_use]
+pub fn diagonal(entries: [f64; 4]) -> [[f64; 4]; 4] {
+    core::array::from_fn(|i| core::array::from_fn(|j| if i == j { entries[i] } else { 0.0 }))
+}
+
 /// What [`Settings::build`] can make.
 pub trait FromSettings: Sized {
     /// Builds it.
@@ -283,6 +289,16 @@ impl Settings {
                 setting: "correction",
             }),
         }
+    }
+
+    /// The largest increment that is taken, machine units, at most `reach`.
+    pub(crate) fn most_increment(&self, units: &Units, reach: f64) -> Result<f64, OutOfRange> {
+        let Some(speed) = self.identifier.max_speed else {
+            return Ok(reach);
+        };
+        let speed = Allowed::Above(0.0).check("max_speed", speed)?;
+        // At least a count: that is what the slowest motion shows.
+        Ok((speed * units.velocity()).max(1.0).min(reach))
     }
 
     /// The largest |u| that is known of, command units.

@@ -35,16 +35,28 @@ pub struct GradientState<N: Number, const P: usize> {
     estimates: [N::Sum; P],
 }
 
-/// What one update did.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum GradientUpdate {
-    /// The full step.
-    Full,
-    /// The guard shortened the step: Γ is larger than the sample time bears.
-    Slowed,
-    /// Nothing: the step would not have been finite.
-    Held,
+/// An update before it is taken, machine units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Update<N, const P: usize> {
+    /// Γφ.
+    direction: [N; P],
+    /// φᵀΓφ.
+    strength: N,
+    /// What the guard allows it to be.
+    strongest: N,
+    /// y = μ ε + ε̇.
+    output: N,
+}
+
+impl<N: Number, const P: usize> Update<N, P> {
+    /// Whether the guard leaves the whole step; false for what is no number.
+    #[inline]
+    #[must_use]
+    pub fn is_gentle(&self) -> bool {
+        // What makes ε or ε̇ infinite or no number is in the regressor too, and then this is not below
+        // anything.
+        self.strength <= self.strongest
+    }
 }
 
 /// The machine-unit configuration of a [`Gradient`] law.
@@ -115,36 +127,42 @@ impl<N: Number, const P: usize, G: Gain<N, P>> GradientWith<N, P, G> {
         self.projection.at_bounds(&state.estimates())
     }
 
-    /// One update from the regressor φ, the output error ε and its rate ε̇, for the estimate b̂ of the
+    /// The update from the regressor φ, the output error ε and its rate ε̇, for the estimate b̂ of the
     /// moment, all in machine units.
     #[inline]
+    #[must_use]
     pub fn update(
         &self,
-        state: &mut GradientState<N, P>,
         regressor: &[N; P],
         output_error: N,
         output_error_rate: N,
         gain: N,
-    ) -> GradientUpdate {
+    ) -> Update<N, P> {
         let direction = self.gamma.times(regressor);
-        let strength = dot(regressor, &direction);
-        let mut output = self.mu * output_error + output_error_rate;
-        let mut update = GradientUpdate::Full;
-        let strongest = self.strongest + self.strongest_per_gain * gain;
-        // No number if one of them is infinite or none, and then not below anything.
-        let gentle = strength + output * N::ZERO <= strongest;
-        if !gentle {
-            if !(strength + output).is_finite() {
-                return GradientUpdate::Held;
-            }
-            output = output * strongest * strength.reciprocal();
-            update = GradientUpdate::Slowed;
+        Update {
+            strength: dot(regressor, &direction),
+            direction,
+            strongest: self.strongest + self.strongest_per_gain * gain,
+            output: self.mu * output_error + output_error_rate,
         }
+    }
+
+    /// Takes an update that is gentle.
+    #[inline]
+    pub fn take(&self, state: &mut GradientState<N, P>, update: &Update<N, P>) {
         for i in 0..P {
-            state.estimates[i].add(-(direction[i] * output));
+            state.estimates[i].add(-(update.direction[i] * update.output));
         }
         self.projection.apply(&mut state.estimates);
-        update
+    }
+
+    /// Takes an update that is not gentle as far as the guard allows: Γ is larger than the sample time
+    /// bears. One that is not finite is not taken at all.
+    pub fn shorten(&self, state: &mut GradientState<N, P>, update: &Update<N, P>) {
+        if (update.strength + update.output).is_finite() {
+            let output = update.output * update.strongest * update.strength.reciprocal();
+            self.take(state, &Update { output, ..*update });
+        }
     }
 }
 
@@ -174,10 +192,9 @@ mod tests {
         let mut state = GradientState::new([1.0, 2.0, 3.0]);
         let phi = [0.3, -0.2, 0.5];
         let (error, rate) = (0.4, -0.1);
-        assert_eq!(
-            law.update(&mut state, &phi, error, rate, 0.0),
-            GradientUpdate::Full
-        );
+        let update = law.update(&phi, error, rate, 0.0);
+        assert!(update.is_gentle());
+        law.take(&mut state, &update);
         let y = 0.5 * error + rate;
         for (i, estimate) in state.estimates().into_iter().enumerate() {
             let step: f64 = (0..3).map(|j| GAMMA[i][j] * phi[j]).sum();
@@ -195,10 +212,9 @@ mod tests {
         let bound = Gradient::<f64, 3>::GUARD * 100.0;
         assert!(strength > bound, "the case is strong");
         let mut state = GradientState::new([0.0; 3]);
-        assert_eq!(
-            law.update(&mut state, &phi, 0.0, 1.0, 0.0),
-            GradientUpdate::Slowed
-        );
+        let update = law.update(&phi, 0.0, 1.0, 0.0);
+        assert!(!update.is_gentle());
+        law.shorten(&mut state, &update);
         // φᵀΔθ̂ is the strength that acted.
         let acted: f64 = state.estimates().iter().zip(phi).map(|(x, p)| -x * p).sum();
         assert!((acted - bound).abs() < 1e-9);
@@ -209,8 +225,9 @@ mod tests {
         let law = law(GAMMA);
         let mut state = GradientState::new([1.0; 3]);
         let before = state;
-        let update = law.update(&mut state, &[1e200, 1e200, 0.0], 1.0, 0.0, 0.0);
-        assert_eq!(update, GradientUpdate::Held);
+        let update = law.update(&[1e200, 1e200, 0.0], 1.0, 0.0, 0.0);
+        assert!(!update.is_gentle());
+        law.shorten(&mut state, &update);
         assert!(state == before);
     }
 }

@@ -11,7 +11,7 @@ mod projection;
 pub use automatic_gain::AutomaticGain;
 pub use covariance::{Covariance, Innovation};
 pub use gain::{DiagonalGain, FullGain, Gain};
-pub use gradient::{Gradient, GradientConfig, GradientState, GradientUpdate, GradientWith};
+pub use gradient::{Gradient, GradientConfig, GradientState, GradientWith, Update};
 pub use matrix::{MatrixError, PositiveDefinite};
 pub use normal_equations::NormalEquations;
 pub use projection::Projection;

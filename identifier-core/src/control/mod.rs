@@ -25,6 +25,21 @@ pub struct Controller<N, V> {
     pub pid: Pid<N>,
     /// The velocity estimate the derivative acts on.
     pub velocity: V,
+    /// What an increment weighs against an error in the check of what enters: an increment of
+    /// [`Number::REACH`] over this is the largest that is taken.
+    jump: N,
+}
+
+impl<N: Number, V> Controller<N, V> {
+    /// A controller of these parts, for increments as large as the number format counts exactly.
+    #[must_use]
+    pub fn new(pid: Pid<N>, velocity: V) -> Self {
+        Self {
+            pid,
+            velocity,
+            jump: N::ONE,
+        }
+    }
 }
 
 /// What the controller remembers between samples.
@@ -73,9 +88,12 @@ impl<N: Number, V: VelocityEstimate<N>> FromSettings for Controller<N, V> {
     fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
         let given = settings.own_controller()?;
         let (gains, limit) = (given.gains()?, given.command_limit()?);
+        let units = settings.units()?;
+        let most = settings.most_increment(&units, N::REACH.to_f64())?;
         Ok(Self {
-            pid: Pid::new(&settings.units()?, &gains, &limit),
+            pid: Pid::new(&units, &gains, &limit),
             velocity: settings.build()?,
+            jump: N::from_f64(N::REACH.to_f64() / most),
         })
     }
 }
@@ -94,9 +112,9 @@ impl<N: Number, V: VelocityEstimate<N>> Controller<N, V> {
         increment: N,
     ) -> Result<ControlSample<N>, StepError> {
         // One comparison for both; it fails for what is no number.
-        let within = error.magnitude() + increment.magnitude() <= N::REACH;
+        let within = error.magnitude() + self.jump * increment.magnitude() <= N::REACH;
         if !within {
-            return Err(Self::refusal(error, increment));
+            return Err(self.refusal(error, increment));
         }
         let velocity = self.velocity.process(&mut state.filter, increment);
         let command = self.pid.command(error, velocity, state.integral.value());
@@ -112,9 +130,9 @@ impl<N: Number, V: VelocityEstimate<N>> Controller<N, V> {
     }
 
     #[cold]
-    fn refusal(error: N, increment: N) -> StepError {
+    fn refusal(&self, error: N, increment: N) -> StepError {
         // No number fails this comparison too.
-        let moved_within = increment.magnitude() <= N::REACH;
+        let moved_within = self.jump * increment.magnitude() <= N::REACH;
         if !moved_within {
             StepError::CountJumped
         } else if !error.is_finite() {

@@ -182,19 +182,4 @@ impl<const P: usize> GradientPlan<P> {
             promise,
         })
     }
-
-    /// The smallest α that is known of at the start, 1/s.
-    pub(crate) fn slowest_decay<S: ParameterSet<P>>(&self) -> f64 {
-        match self.decay {
-            Decay::Known(decay) => decay,
-            Decay::PerGain(per_gain) => {
-                let own = S::PARAMETERS.iter().zip(self.initial);
-                own.map(|(parameter, initial)| match parameter {
-                    Parameter::B => per_gain * initial,
-                    _ => 0.0,
-                })
-                .sum()
-            }
-        }
-    }
 }

@@ -3,7 +3,7 @@ use core::marker::PhantomData;
 use super::config::{Decay, GradientPlan, Promise};
 use super::{Event, IdentifierError, Identify, Seen};
 use crate::adaptation::{
-    DiagonalGain, FullGain, Gain, GradientConfig, GradientState, GradientUpdate, GradientWith,
+    DiagonalGain, FullGain, Gain, GradientConfig, GradientState, GradientWith, Update,
 };
 use crate::error::StepError;
 use crate::interval::Interval;
@@ -57,7 +57,6 @@ pub struct GradientIdentifierState<N: Number, F, const P: usize> {
     law: GradientState<N, P>,
     travelled: N,
     still: N,
-    load_command: N,
 }
 
 impl<N, V, S, const P: usize, G> FromSettings for GradientIdentifierWith<N, V, S, P, G>
@@ -95,7 +94,7 @@ where
             law: GradientWith::new(G::new(&gamma, plan.frozen)?, &gradient)?,
             travel: Travel::new(&units),
             standstill: Standstill::new(&units),
-            most: most_increment(settings, &units)?,
+            most: N::from_f64(settings.most_increment(&units, N::REACH.to_f64())?),
             initial: core::array::from_fn(|i| plan.initial[i] * rates(S::PARAMETERS[i])),
             bounds: plan.bounds,
             gamma: *plan.gamma.entries(),
@@ -105,22 +104,6 @@ where
             set: PhantomData,
         })
     }
-}
-
-/// The largest increment that is taken, machine units.
-pub(super) fn most_increment<N: Number>(
-    settings: &Settings,
-    units: &Units,
-) -> Result<N, IdentifierError> {
-    Ok(match settings.identifier.max_speed {
-        None => N::REACH,
-        Some(speed) => {
-            let speed = crate::error::Allowed::Above(0.0).check("max_speed", speed)?;
-            // At least a count: that is what the slowest motion shows.
-            let most = N::from_f64((speed * units.velocity()).max(1.0));
-            if most < N::REACH { most } else { N::REACH }
-        }
-    })
 }
 
 impl<N, V, S, const P: usize, G> GradientIdentifierWith<N, V, S, P, G>
@@ -169,82 +152,55 @@ where
     fn wait(
         &self,
         state: &mut GradientIdentifierState<N, V::State, P>,
-        observed: &Observed<N, P>,
+        observed: Observed<N, P>,
         command: N,
     ) -> Seen<N> {
         self.model.stand_beside(&mut state.model);
-        self.advance(state, observed, command, Event::Standing)
+        self.advance(state, &observed, command);
+        self.seen(state, &observed, Event::Standing)
     }
 
-    /// The rest of a sample.
+    /// A sample in which the guard shortens the law's step.
+    #[cold]
+    #[inline(never)]
+    fn learn_slowly(
+        &self,
+        state: &mut GradientIdentifierState<N, V::State, P>,
+        observed: Observed<N, P>,
+        update: Update<N, P>,
+        command: N,
+    ) -> Seen<N> {
+        self.law.shorten(&mut state.law, &update);
+        self.advance(state, &observed, command);
+        self.seen(state, &observed, Event::Slowed)
+    }
+
+    /// What a sample shows in which the model may have run away: the guard sees that first.
+    fn seen(
+        &self,
+        state: &mut GradientIdentifierState<N, V::State, P>,
+        observed: &Observed<N, P>,
+        event: Event,
+    ) -> Seen<N> {
+        let restarted = self.model.restart_if_lost(&mut state.model);
+        Seen {
+            output_error: observed.output_error,
+            event: if restarted { Event::Restarted } else { event },
+        }
+    }
+
+    /// Moves the model to the next sample.
     #[inline]
     fn advance(
         &self,
         state: &mut GradientIdentifierState<N, V::State, P>,
         observed: &Observed<N, P>,
         command: N,
-        event: Event,
-    ) -> Seen<N> {
+    ) {
         let parameters = ModelParameters::of_set::<S, P>(&state.law.estimates());
-        let advanced = self
-            .model
+        self.model
             .advance::<S, P>(&mut state.model, observed, command, &parameters);
-        state.load_command = advanced.load;
-        Seen {
-            output_error: observed.output_error,
-            event: if advanced.restarted {
-                Event::Restarted
-            } else {
-                event
-            },
-        }
     }
-
-    /// A sample whose inputs were checked.
-    #[inline]
-    pub(crate) fn learn_checked(
-        &self,
-        state: &mut GradientIdentifierState<N, V::State, P>,
-        increment: N,
-        command: N,
-    ) -> Seen<N> {
-        let observed = self.model.observe::<S, P>(&mut state.model, increment);
-        if S::HAS_COULOMB {
-            // A model that friction can hold has nothing to learn from a servo that stays where it is.
-            let stays = self.travel.stays(&mut state.travelled, increment);
-            let stands = self.standstill.stands(&mut state.still, increment);
-            if stays || stands {
-                return self.wait(state, &observed, command);
-            }
-        }
-        let gain = ModelParameters::of_set::<S, P>(&state.law.estimates()).gain;
-        let update = self.law.update(
-            &mut state.law,
-            &observed.regressor,
-            observed.output_error,
-            observed.rate,
-            gain,
-        );
-        let event = match update {
-            GradientUpdate::Full => Event::None,
-            GradientUpdate::Slowed | GradientUpdate::Held => Event::Slowed,
-        };
-        self.advance(state, &observed, command, event)
-    }
-}
-
-/// Whether increment and command can be.
-#[inline]
-pub(super) fn check<N: Number>(increment: N, most: N, command: N) -> Result<(), StepError> {
-    // No number fails both comparisons.
-    let moved_within = increment.magnitude() <= most;
-    if !moved_within {
-        return Err(StepError::CountJumped);
-    }
-    if !command.is_finite() {
-        return Err(StepError::CommandNotFinite);
-    }
-    Ok(())
 }
 
 impl<N, V, S, const P: usize, G> Identify<N> for GradientIdentifierWith<N, V, S, P, G>
@@ -262,7 +218,6 @@ where
             law: GradientState::new(self.initial),
             travelled: N::ZERO,
             still: N::ZERO,
-            load_command: N::ZERO,
         }
     }
 
@@ -272,14 +227,46 @@ where
     }
 
     #[inline]
-    fn learn(
-        &self,
-        state: &mut Self::State,
-        increment: N,
-        command: N,
-    ) -> Result<Seen<N>, StepError> {
-        check(increment, self.most, command)?;
-        Ok(self.learn_checked(state, increment, command))
+    fn check(&self, increment: N, command: N) -> Result<(), StepError> {
+        // No number fails this comparison too.
+        let moved_within = increment.magnitude() <= self.most;
+        if !moved_within {
+            Err(StepError::CountJumped)
+        } else if !command.is_finite() {
+            Err(StepError::CommandNotFinite)
+        } else {
+            Ok(())
+        }
+    }
+
+    #[inline]
+    fn follow(&self, state: &mut Self::State, increment: N, command: N) -> Seen<N> {
+        let observed = self.model.observe::<S, P>(&mut state.model, increment);
+        if S::HAS_COULOMB {
+            // A model that friction can hold has nothing to learn from a servo that stays where it is.
+            let stays = self.travel.stays(&mut state.travelled, increment);
+            let stands = self.standstill.stands(&mut state.still, increment);
+            if stays || stands {
+                // By value: what is pointed at would have to be in memory in every sample.
+                return self.wait(state, observed, command);
+            }
+        }
+        let gain = ModelParameters::of_set::<S, P>(&state.law.estimates()).gain;
+        let update = self.law.update(
+            &observed.regressor,
+            observed.output_error,
+            observed.rate,
+            gain,
+        );
+        if !update.is_gentle() {
+            return self.learn_slowly(state, observed, update, command);
+        }
+        self.law.take(&mut state.law, &update);
+        self.advance(state, &observed, command);
+        Seen {
+            output_error: observed.output_error,
+            event: Event::None,
+        }
     }
 
     /// The load is the part found as a parameter plus b̂ k_i ∫ε.
@@ -287,7 +274,7 @@ where
         let parameters = ModelParameters::of_set::<S, P>(&state.law.estimates());
         parameters
             .to_si(&self.units)
-            .with_load_of(state.load_command.to_f64())
+            .with_load_of(self.model.load_command(&state.model).to_f64())
     }
 
     fn at_bounds(&self, state: &Self::State) -> PerParameter<bool> {

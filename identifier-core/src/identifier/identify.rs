@@ -36,12 +36,26 @@ pub trait Identify<N: Copy> {
     ///
     /// # Errors
     /// As [`Identify::process`].
+    #[inline]
     fn learn(
         &self,
         state: &mut Self::State,
         increment: N,
         command: N,
-    ) -> Result<Seen<N>, StepError>;
+    ) -> Result<Seen<N>, StepError> {
+        self.check(increment, command)?;
+        Ok(self.follow(state, increment, command))
+    }
+
+    /// Whether increment and command can be.
+    ///
+    /// # Errors
+    /// [`StepError::CountJumped`], [`StepError::CommandNotFinite`].
+    fn check(&self, increment: N, command: N) -> Result<(), StepError>;
+
+    /// [`Identify::learn`] for what was checked: a controller of ours gives no other commands. Anything
+    /// else does no harm but to the estimates.
+    fn follow(&self, state: &mut Self::State, increment: N, command: N) -> Seen<N>;
 
     /// The estimates, SI.
     fn estimates(&self, state: &Self::State) -> ServoParameters;

@@ -115,7 +115,7 @@ impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
         count: i32,
     ) -> Result<LoopStep<N>, StepError> {
         let control = self.control(state, setpoint, offset, count)?;
-        let seen = self.learn(state, &control)?;
+        let seen = self.learn(state, &control);
         Ok(LoopStep { control, seen })
     }
 
@@ -140,17 +140,31 @@ impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
         Ok(sample)
     }
 
-    /// The second half: learn from the sample, its command the one that acts.
-    ///
-    /// # Errors
-    /// As [`Identify::learn`].
+    /// The second half: learn from the sample that [`ServoLoop::control`] gave, its command the one
+    /// that acts.
     #[inline]
     pub fn learn(
         &self,
         state: &mut ServoLoopState<N, V::State, I::State>,
         sample: &ControlSample<N>,
+    ) -> Seen<N> {
+        self.identifier
+            .follow(&mut state.identification, sample.increment, sample.command)
+    }
+
+    /// The same where the command that acts is not quite the controller's: something was added to it,
+    /// or a stage behind it limits.
+    ///
+    /// # Errors
+    /// As [`Identify::learn`].
+    #[inline]
+    pub fn learn_with(
+        &self,
+        state: &mut ServoLoopState<N, V::State, I::State>,
+        sample: &ControlSample<N>,
+        command: N,
     ) -> Result<Seen<N>, StepError> {
         self.identifier
-            .learn(&mut state.identification, sample.increment, sample.command)
+            .learn(&mut state.identification, sample.increment, command)
     }
 }

@@ -12,6 +12,9 @@ pub trait Correction<N: Number>: Copy + core::fmt::Debug {
 
     /// The correction for an output error and its rate, machine units.
     fn process(&self, state: &mut Self::State, output_error: N, rate: N) -> Corrected<N>;
+
+    /// The load over the gain that its integral has found, k_i ω, command units; zero without one.
+    fn load_command(&self, state: &Self::State) -> N;
 }
 
 /// A correction, machine units.
@@ -21,8 +24,6 @@ pub struct Corrected<N> {
     pub command: N,
     /// Added to the acceleration.
     pub acceleration: N,
-    /// The part of the command that an integral accounts for, k_i ω: the load over the gain.
-    pub load: N,
 }
 
 /// The command form, the paper's: u_ε = k_p ε + k_d ε̇ + k_i ω, ω = ∫ε.
@@ -63,13 +64,17 @@ impl<N: Number> Correction<N> for CommandCorrection<N> {
     #[inline]
     fn process(&self, state: &mut Self::State, output_error: N, rate: N) -> Corrected<N> {
         // As in the PID (3): the sum of the samples before this one.
-        let load = self.integral * state.0.value();
+        let load = self.load_command(state);
         state.0.add(output_error);
         Corrected {
             command: self.proportional * output_error + self.derivative * rate + load,
             acceleration: N::ZERO,
-            load,
         }
+    }
+
+    #[inline]
+    fn load_command(&self, state: &Self::State) -> N {
+        self.integral * state.0.value()
     }
 }
 
@@ -109,7 +114,95 @@ impl<N: Number> Correction<N> for AccelerationCorrection<N> {
         Corrected {
             command: N::ZERO,
             acceleration: self.proportional * output_error + self.derivative * rate,
-            load: N::ZERO,
+        }
+    }
+
+    #[inline]
+    fn load_command(&self, (): &()) -> N {
+        N::ZERO
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    /// The real part of (jω + μ)/(l_p − ω² + jαω), its sign.
+    fn real_part(mu: f64, alpha: f64, lp: f64, omega: f64) -> f64 {
+        let (re, im) = (lp - omega * omega, alpha * omega);
+        (mu * re + omega * im) / (re * re + im * im)
+    }
+
+    /// The error loop ε̈ + α ε̇ + l_p ε = φᵀθ̃ under (11) with Γ = γ, in small steps: the largest rise of
+    /// its Lyapunov function over where it began.
+    fn rise(mu: f64, alpha: f64, lp: f64, gamma: f64, phi: impl Fn(f64) -> f64) -> f64 {
+        const STEPS: u32 = 40_000;
+        let dt = 2e-3 / (alpha + lp.sqrt() + gamma.sqrt());
+        let (mut error, mut rate, mut theta) = (0.3, 0.0, 1.0);
+        // ½ y² + ½ k ε² with k = l_p − (α − μ) μ: its derivative is y φθ̃ − (α − μ) y² − k μ ε².
+        let k = lp - (alpha - mu) * mu;
+        let storage = |error: f64, rate: f64, theta: f64| {
+            let y = rate + mu * error;
+            0.5 * (y * y + k * error * error + theta * theta / gamma)
+        };
+        let start = storage(error, rate, theta);
+        let mut most = 0.0_f64;
+        for step in 0..STEPS {
+            let phi = phi(f64::from(step) * dt);
+            // The midpoint of the step, so that the error of the integration is of third order.
+            let slope = |error: f64, rate: f64, theta: f64| {
+                let y = rate + mu * error;
+                (
+                    rate,
+                    phi * theta - alpha * rate - lp * error,
+                    -gamma * phi * y,
+                )
+            };
+            let (e, r, t) = slope(error, rate, theta);
+            let half = 0.5 * dt;
+            let (e, r, t) = slope(error + half * e, rate + half * r, theta + half * t);
+            error += dt * e;
+            rate += dt * r;
+            theta += dt * t;
+            most = most.max(storage(error, rate, theta) / start - 1.0);
+        }
+        most
+    }
+
+    proptest! {
+        #[test]
+        fn it_is_passive_exactly_where_mu_is_at_most_alpha(
+            alpha in 0.1_f64..1e4,
+            lp in 0.1_f64..1e6,
+            part in 0.01_f64..3.0,
+        ) {
+            let mu = part * alpha;
+            let frequencies = (-60..=60).map(|k| lp.sqrt() * 10_f64.powf(f64::from(k) / 10.0));
+            let passive = frequencies.clone().all(|omega| real_part(mu, alpha, lp, omega) >= 0.0);
+            if mu <= alpha {
+                prop_assert!(passive);
+            } else if mu > 1.01 * alpha {
+                prop_assert!(!passive, "at high frequencies the delay of {mu} shows");
+            }
+        }
+
+        #[test]
+        fn its_lyapunov_function_never_rises(
+            alpha in 1.0_f64..100.0,
+            part in 0.05_f64..1.0,
+            above in 1.0_f64..4.0,
+            gamma in 0.1_f64..1e4,
+            frequency in 0.1_f64..10.0,
+        ) {
+            let mu = part * alpha;
+            // So that the function above is one, k > 0; passivity itself asks for nothing.
+            let lp = above * ((alpha - mu) * mu + 0.01 * alpha * alpha);
+            let phi = |time: f64| {
+                let turns = time * frequency * alpha;
+                if (turns as u64).is_multiple_of(2) { 1.0 } else { -0.7 }
+            };
+            let rise = rise(mu, alpha, lp, gamma, phi);
+            prop_assert!(rise < 1e-6, "mu {mu}, alpha {alpha}, lp {lp}: it rises by {rise:e}");
         }
     }
 }

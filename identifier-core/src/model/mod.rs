@@ -11,5 +11,5 @@ pub use correction::{
 };
 pub use friction_step::{FrictionStep, Phase};
 pub use held_step::{HeldStep, Motion, Response};
-pub use model_loop::{Advanced, ModelLoop, ModelState, Observed};
+pub use model_loop::{ModelLoop, ModelState, Observed};
 pub use servo::ServoParameters;

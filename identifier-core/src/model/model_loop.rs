@@ -73,18 +73,6 @@ pub struct Observed<N, const P: usize> {
     pub regressor: [N; P],
 }
 
-/// What the model did over a sample.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Advanced<N> {
-    /// What friction did.
-    pub phase: Phase<N>,
-    /// The load over the gain that the correction's integral has found, k_i ω, command units.
-    pub load: N,
-    /// True when the model had run out of the number format's reach and starts again where the
-    /// servo is.
-    pub restarted: bool,
-}
-
 impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
     /// The loop with a velocity filter for ε̇ and a correction.
     #[must_use]
@@ -178,11 +166,10 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
         observed: &Observed<N, P>,
         command: N,
         parameters: &ModelParameters<N>,
-    ) -> Advanced<N> {
+    ) -> Phase<N> {
         let Corrected {
             command: correction,
             acceleration,
-            load,
         } = self
             .correction
             .process(&mut state.correction, state.output_error, observed.rate);
@@ -191,7 +178,7 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
         let drive =
             parameters.gain * command - (N::ZERO - parameters.load) - (N::ZERO - acceleration);
         let velocity = state.motion.velocity;
-        let phase = if S::HAS_COULOMB {
+        if S::HAS_COULOMB {
             let (motion, phase) =
                 self.step
                     .process(parameters.x, drive, parameters.coulomb, velocity);
@@ -207,12 +194,13 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
             state.motion = self.step.step.process(parameters.x, drive, velocity);
             state.acted.command = command;
             Phase::Slid { direction: N::ONE }
-        };
-        Advanced {
-            phase,
-            load,
-            restarted: self.restart_if_lost(state),
         }
+    }
+
+    /// The load over the gain that the correction's integral has found, k_i ω, command units.
+    #[inline]
+    pub fn load_command(&self, state: &ModelState<N, V::State, C::State>) -> N {
+        self.correction.load_command(&state.correction)
     }
 
     /// Puts the model where the servo is while the servo stands; what the correction has gathered
@@ -229,7 +217,8 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
     /// Starts the model again where the servo is if it has left the reach of the number format,
     /// [`Number::REACH`]; true if it had to.
     #[inline]
-    fn restart_if_lost(&self, state: &mut ModelState<N, V::State, C::State>) -> bool {
+    #[must_use]
+    pub fn restart_if_lost(&self, state: &mut ModelState<N, V::State, C::State>) -> bool {
         // One comparison for both; it fails for what is no number.
         let in_reach =
             state.output_error.magnitude() + state.motion.velocity.magnitude() <= N::REACH;

@@ -7,25 +7,25 @@ use virtual_servo::{Encoder, Plant};
 
 /// A seeded stream of random numbers, the same on every machine.
 #[derive(Debug, Clone, Copy)]
-pub struct Random(NormalSource);
+pub(crate) struct Random(NormalSource);
 
 impl Random {
-    pub fn new(seed: u32) -> Self {
+    pub(crate) fn new(seed: u32) -> Self {
         Self(NormalSource::new(seed))
     }
 
     /// Uniform between two bounds.
-    pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn uniform(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.0.next_uniform()
     }
 
     /// Uniform in the logarithm between two positive bounds.
-    pub fn log_uniform(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn log_uniform(&mut self, low: f64, high: f64) -> f64 {
         low * (high / low).powf(self.0.next_uniform())
     }
 
     /// One of the values given.
-    pub fn one_of<T: Copy>(&mut self, values: &[T]) -> T {
+    pub(crate) fn one_of<T: Copy>(&mut self, values: &[T]) -> T {
         let at = self.uniform(0.0, values.len() as f64) as usize;
         values[at.min(values.len() - 1)]
     }
@@ -33,14 +33,14 @@ impl Random {
 
 /// A true servo with an encoder whose counter has 32 bits and starts anywhere.
 #[derive(Debug, Clone, Copy)]
-pub struct Bench {
-    pub plant: Plant,
+pub(crate) struct Bench {
+    pub(crate) plant: Plant,
     encoder: Encoder,
     start: i32,
 }
 
 impl Bench {
-    pub fn new(servo: &ServoParameters, sample_time: f64, counts: f64, start: i32) -> Self {
+    pub(crate) fn new(servo: &ServoParameters, sample_time: f64, counts: f64, start: i32) -> Self {
         Self {
             plant: Plant::at_rest(servo, sample_time),
             encoder: Encoder::new(counts),
@@ -48,7 +48,7 @@ impl Bench {
         }
     }
 
-    pub fn count(&self) -> i32 {
+    pub(crate) fn count(&self) -> i32 {
         self.start
             .wrapping_add(self.encoder.read(self.plant.position) as i32)
     }
