@@ -277,18 +277,43 @@ impl Settings {
         })
     }
 
-    /// The gains of the gradient's correction: those stated, or the controller's.
+    /// The gains of the gradient's correction in command form: those stated, or the controller's, or,
+    /// where somebody else's controller is only listened to, gains that follow from box and bandwidth.
     ///
     /// # Errors
-    /// A gain out of range; [`IdentifierError::NotGiven`] if there are neither.
+    /// A gain out of range; [`IdentifierError::NotGiven`] if nothing is stated that they follow from.
     pub fn correction_gains(&self) -> Result<Gains, IdentifierError> {
         match (self.identifier.correction, self.controller) {
             (Some([kp, kd, ki]), _) => Ok(Gains::new(kp, kd, ki)?),
             (None, Some(controller)) => Ok(controller.gains()?),
-            (None, None) => Err(IdentifierError::NotGiven {
-                setting: "correction",
-            }),
+            (None, None) => self.chosen_correction(),
         }
+    }
+
+    /// For the servo in the middle of the box both fast poles of the error loop at −ω and a slow one
+    /// near −ω/20, where the integral takes the load: k_p = ω²/b, k_d = 2ω/b, k_i = k_p ω/20.
+    fn chosen_correction(&self) -> Result<Gains, IdentifierError> {
+        /// Part of ω at which the integral acts.
+        const INTEGRAL: f64 = 0.05;
+        let Some(BoxSettings { b: [min, max], .. }) = self.identifier.plant_box else {
+            return Err(IdentifierError::NotGiven {
+                setting: "correction",
+            });
+        };
+        let omega = self.bandwidth()?;
+        let b = Allowed::Above(0.0).check("plant_box.b", libm::sqrt(min * max))?;
+        let kp = omega * omega / b;
+        Ok(Gains::new(kp, 2.0 * omega / b, INTEGRAL * omega * kp)?)
+    }
+
+    /// Bandwidth of the correction, rad/s: the one stated, or a twentieth of the sample rate, which is
+    /// what position loops are commonly sampled at.
+    pub(crate) fn bandwidth(&self) -> Result<f64, OutOfRange> {
+        /// Part of the sample rate.
+        const COMMON: f64 = 0.05;
+        let most = 0.5 / self.sample_time;
+        let stated = self.identifier.bandwidth;
+        Allowed::PositiveUpTo(most).check("bandwidth", stated.unwrap_or(COMMON / self.sample_time))
     }
 
     /// The largest increment that is taken, machine units, at most `reach`.

@@ -1,0 +1,181 @@
+//! What cannot be is refused by name, with what could, and leaves the state as it was.
+
+mod support;
+
+use identifier_core::error::StepError;
+use identifier_core::identifier::{GradientIdentifier, IdentifierError, Identify};
+use identifier_core::measurement::velocity::LowPass;
+use identifier_core::parameters::AbCoulomb;
+use identifier_core::settings::{BoxSettings, diagonal};
+use identifier_core::{ControllerSettings, GradientLoop, Settings};
+
+type Listener = GradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>;
+
+fn valid() -> Settings {
+    let mut settings = Settings {
+        controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
+        ..Settings::new(1e-3, 10_000.0)
+    };
+    settings.identifier.plant_box = Some(BoxSettings {
+        a: [0.0, 50.0],
+        b: [110.0, 1000.0],
+    });
+    settings.identifier.gamma = Some(diagonal([23.0, 1700.0, 100.0, 0.0]));
+    settings
+}
+
+fn refusal(change: impl FnOnce(&mut Settings)) -> String {
+    let mut settings = valid();
+    change(&mut settings);
+    settings
+        .build::<GradientLoop<f32, AbCoulomb, 3>>()
+        .expect_err("refused")
+        .to_string()
+}
+
+#[test]
+fn every_setting_out_of_range_is_named() {
+    assert!(valid().build::<GradientLoop<f32, AbCoulomb, 3>>().is_ok());
+    type Change = fn(&mut Settings);
+    let cases: [(&str, Change); 17] = [
+        ("sample_time", |s| s.sample_time = 0.0),
+        ("sample_time", |s| s.sample_time = f64::NAN),
+        ("resolution", |s| s.resolution = -1.0),
+        ("cutoff", |s| s.cutoff = 1e9),
+        ("kp", |s| {
+            s.controller = Some(ControllerSettings::pid(-1.0, 0.19, 4.0))
+        }),
+        ("kd", |s| {
+            s.controller = Some(ControllerSettings::pid(9.0, f64::NAN, 4.0))
+        }),
+        ("limit_low", |s| {
+            s.controller = Some(ControllerSettings {
+                limit: [1.0, 2.0],
+                ..ControllerSettings::pid(9.0, 0.19, 4.0)
+            });
+        }),
+        ("controller", |s| s.controller = None),
+        ("plant_box.b", |s| {
+            s.identifier.plant_box = Some(BoxSettings {
+                a: [0.0, 1.0],
+                b: [9.0, 8.0],
+            });
+        }),
+        ("a_min", |s| {
+            s.identifier.plant_box = Some(BoxSettings {
+                a: [-1.0, 1.0],
+                b: [110.0, 200.0],
+            });
+        }),
+        ("gamma", |s| s.identifier.gamma = None),
+        ("gamma", |s| {
+            s.identifier.gamma = Some(diagonal([1.0, -1.0, 1.0, 0.0]))
+        }),
+        ("mu", |s| s.identifier.mu = Some(0.0)),
+        ("bounds.b", |s| s.identifier.bounds.b = Some([0.0, 10.0])),
+        ("bounds.coulomb", |s| {
+            s.identifier.bounds.coulomb = Some([-1.0, 10.0])
+        }),
+        ("initial.b", |s| {
+            s.identifier.initial.b = Some(1.0);
+            s.identifier.bounds.b = Some([2.0, 3.0]);
+        }),
+        ("max_speed", |s| s.identifier.max_speed = Some(-1.0)),
+    ];
+    for (name, change) in cases {
+        let said = refusal(change);
+        assert!(said.contains(name), "{name}: {said}");
+    }
+}
+
+#[test]
+fn a_listener_needs_no_controller_but_a_box_or_gains() {
+    let mut settings = valid();
+    settings.controller = None;
+    assert!(settings.build::<Listener>().is_ok());
+    settings.identifier.bandwidth = Some(1e6);
+    let refused = settings.build::<Listener>().expect_err("too fast");
+    assert!(refused.to_string().contains("bandwidth"), "{refused}");
+    settings.identifier.plant_box = None;
+    settings.identifier.initial.b = Some(200.0);
+    let refused = settings.build::<Listener>().expect_err("no gains");
+    assert!(refused.to_string().contains("correction"), "{refused}");
+    settings.identifier.correction = Some([9.0, 0.19, 4.0]);
+    assert!(settings.build::<Listener>().is_ok());
+}
+
+#[test]
+fn an_estimate_whose_correction_sampling_makes_unstable_is_refused_with_the_bound_that_would_do() {
+    let mut settings = valid();
+    settings.identifier.bounds.b = Some([5.0, 1e6]);
+    let refused = settings.build::<Listener>().expect_err("unstable");
+    let IdentifierError::Estimate(error) = refused else {
+        panic!("{refused}");
+    };
+    assert!(error.stable >= 1000.0 && error.stable < 1e6, "{error}");
+    settings.identifier.bounds.b = Some([5.0, error.stable]);
+    assert!(settings.build::<Listener>().is_ok(), "{error}");
+}
+
+#[test]
+fn bounds_that_nobody_gave_do_not_depend_on_the_guess() {
+    use identifier_core::parameters::Parameter;
+    let bounds = |guess: f64| {
+        let mut settings = valid();
+        settings.identifier.plant_box = None;
+        settings.identifier.initial.b = Some(guess);
+        let built = settings.build::<Listener>().expect("valid");
+        let b = built.bounds(Parameter::B).expect("there");
+        (b.min(), b.max())
+    };
+    let (low, high) = bounds(257.7);
+    for guess in [50.0, 1000.0] {
+        let (other_low, other_high) = bounds(guess);
+        assert!((other_low - low).abs() < 1e-12);
+        // As far as the steps of the search.
+        assert!((other_high / high).ln().abs() < 0.1, "{other_high} {high}");
+    }
+    assert!(low < 1e-3 && high > 1000.0, "{low} {high}");
+}
+
+#[test]
+fn a_sample_that_cannot_be_leaves_the_state() {
+    let mut settings = valid();
+    settings.identifier.max_speed = Some(100.0);
+    let identifier: Listener = settings.build().expect("valid");
+    let mut state = identifier.start();
+    for k in 0..1000 {
+        let command = if k % 100 < 50 { 1.0 } else { -1.0 };
+        identifier
+            .process(&mut state, k % 7, command)
+            .expect("it can be");
+    }
+    let before = state;
+    for (increment, command, error) in [
+        (1.0, f32::NAN, StepError::CommandNotFinite),
+        (1.0, f32::INFINITY, StepError::CommandNotFinite),
+        (f32::NAN, 0.0, StepError::CountJumped),
+        (f32::NEG_INFINITY, 0.0, StepError::CountJumped),
+        // 100 rad/s are 159 counts in a sample.
+        (161.0, 0.0, StepError::CountJumped),
+    ] {
+        assert_eq!(identifier.learn(&mut state, increment, command), Err(error));
+        assert!(state == before);
+    }
+    assert_eq!(
+        identifier.process(&mut state, i32::MIN, 0.0),
+        Err(StepError::CountJumped)
+    );
+    assert!(state == before);
+
+    let servo_loop: GradientLoop<f32, AbCoulomb, 3> = settings.build().expect("valid");
+    let mut state = servo_loop.start(0);
+    let before = state;
+    let jumped = servo_loop.process(&mut state, 0, 0.0, 161).map(|_| ());
+    assert_eq!(jumped, Err(StepError::CountJumped));
+    let lost = servo_loop.process(&mut state, 0, f32::NAN, 0).map(|_| ());
+    assert_eq!(lost, Err(StepError::ErrorNotFinite));
+    let far = servo_loop.process(&mut state, i32::MAX, 0.0, 0).map(|_| ());
+    assert_eq!(far, Err(StepError::TooFarApart));
+    assert!(state == before);
+}
