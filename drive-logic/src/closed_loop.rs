@@ -1,136 +1,112 @@
-//! The loop in single precision, with or without friction: the choice is made once, when it is
-//! built, and costs one branch a sample.
+//! The loop in single precision, with one law or another: the choice is made once, when it is built,
+//! and costs a branch or two a sample.
 
-use drive_link::{Estimates, Format, LoopSettings, NotAllowed};
-use identifier_core::adaptation::GradientUpdate;
-use identifier_core::drive::{Actuator, PositionSensor, Tick, TickError, TickState, Ticked};
+use drive_link::{Estimates, Format, Law, LoopSettings, NotAllowed, Why};
+use identifier_core::control::ControlSample;
+use identifier_core::drive::{Actuator, ControlStepError, PositionSensor, Setpoint, control_step};
 use identifier_core::identifier::{
-    DiagonalGradientIdentifier, GradientIdentifierState, IdentifierError,
+    DiagonalGradientIdentifier, IdentifierError, Identify, Seen, ServoLoop, ServoLoopState,
 };
 use identifier_core::measurement::velocity::{LowPass, LowPassState};
-use identifier_core::parameters::{Ab, AbCoulomb, ParameterSet};
+use identifier_core::parameters::{Ab, AbCoulomb};
+use identifier_core::settings::{FromSettings, Settings};
 
 use crate::parts;
 
 type Velocity = LowPass<f32>;
-type Filter = LowPassState<f32>;
-type Learnt<const P: usize> = GradientIdentifierState<f32, Filter, P>;
 
 /// Controller and identifier of a servo, with their states.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ClosedLoop {
-    control: TickState<f32, Filter>,
-    identifier: Identifier,
-}
+pub struct ClosedLoop(Laws);
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Identifier {
-    Plain(DiagonalGradientIdentifier<f32, Velocity, Ab, 2>, Learnt<2>),
-    Friction(
-        DiagonalGradientIdentifier<f32, Velocity, AbCoulomb, 3>,
-        Learnt<3>,
-    ),
+enum Laws {
+    Gradient(With<DiagonalGradientIdentifier<f32, Velocity, Ab, 2>>),
+    GradientWithFriction(With<DiagonalGradientIdentifier<f32, Velocity, AbCoulomb, 3>>),
 }
 
-/// What a sample showed.
+/// A loop with one identifier.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Seen {
-    /// What the control step did.
-    pub ticked: Ticked<f32>,
-    /// Output error, counts.
-    pub output_error: f32,
-    /// Whether the guard shortened the law's step.
-    pub slowed: bool,
-    /// Whether the model had to be started again.
-    pub restarted: bool,
+struct With<I: Identify<f32>> {
+    servo_loop: ServoLoop<f32, Velocity, I>,
+    state: ServoLoopState<f32, LowPassState<f32>, I::State>,
+}
+
+impl<I: Identify<f32> + FromSettings> With<I> {
+    fn build(settings: &Settings) -> Result<Self, IdentifierError> {
+        let servo_loop: ServoLoop<f32, Velocity, I> = settings.build()?;
+        Ok(Self {
+            state: servo_loop.start(0),
+            servo_loop,
+        })
+    }
+}
+
+/// Does the same with the loop, whatever its law.
+macro_rules! whatever_law {
+    ($laws:expr, $own:pat => $done:expr) => {
+        match $laws {
+            Laws::Gradient($own) => $done,
+            Laws::GradientWithFriction($own) => $done,
+        }
+    };
 }
 
 impl ClosedLoop {
-    /// A loop at rest at a count.
+    /// A loop at rest at count zero.
     ///
     /// # Errors
     /// The setting that is not allowed.
-    pub fn new(settings: &LoopSettings, count: i64) -> Result<Self, NotAllowed> {
-        if settings.format != Format::Single {
-            return Err(parts::refusal("format", 1.0, 0.0, 0.0));
+    pub fn new(settings: &LoopSettings) -> Result<Self, NotAllowed> {
+        let LoopSettings { core, law, format } = settings;
+        if *format != Format::Single {
+            return Err(parts::refusal("format", Why::NotHere));
         }
-        Self::build(settings, count).map_err(parts::not_allowed)
+        let laws = match law {
+            Law::Gradient { friction: false } => With::build(core).map(Laws::Gradient),
+            Law::Gradient { friction: true } => With::build(core).map(Laws::GradientWithFriction),
+        };
+        laws.map(Self).map_err(parts::not_allowed)
     }
 
-    fn build(settings: &LoopSettings, count: i64) -> Result<Self, IdentifierError> {
-        let config = parts::config(settings)?;
-        let velocity = Velocity::new(&config.units, settings.cutoff)?;
-        let identifier = if settings.friction {
-            let law = parts::law(settings)?;
-            let built = DiagonalGradientIdentifier::new(&config, &law, velocity)?;
-            Identifier::Friction(built, built.start())
-        } else {
-            let law = parts::law(settings)?;
-            let built = DiagonalGradientIdentifier::new(&config, &law, velocity)?;
-            Identifier::Plain(built, built.start())
-        };
-        Ok(Self {
-            control: TickState::at_rest(count),
-            identifier,
+    /// Puts the loop at rest at a count.
+    pub fn start(&mut self, count: i32) {
+        whatever_law!(&mut self.0, own => own.state = own.servo_loop.start(count));
+    }
+
+    /// The count of the last sample.
+    #[must_use]
+    pub fn count(&self) -> i32 {
+        whatever_law!(&self.0, own => own.state.count())
+    }
+
+    /// The first half of a sample: measure, control, act.
+    ///
+    /// # Errors
+    /// [`ControlStepError`]; the actuator was released.
+    #[inline]
+    pub fn control<S: PositionSensor, A: Actuator<f32>>(
+        &mut self,
+        setpoint: Setpoint<f32>,
+        sensor: &mut S,
+        actuator: &mut A,
+    ) -> Result<ControlSample<f32>, ControlStepError<S::Error, A::Error>> {
+        whatever_law!(&mut self.0, own => {
+            control_step(&own.servo_loop, &mut own.state, setpoint, sensor, actuator)
         })
     }
 
-    /// At rest at a count, which is where positions are measured from.
-    #[must_use]
-    pub fn started_at(self, count: i64) -> Self {
-        Self {
-            control: TickState::at_rest(count),
-            ..self
-        }
-    }
-
-    /// One sample towards a reference, counts from the origin.
-    ///
-    /// # Errors
-    /// [`TickError`]; the actuator was released.
+    /// The second half: learn, while the command acts.
     #[inline]
-    pub fn step<S: PositionSensor, A: Actuator<f32>>(
-        &mut self,
-        reference: f32,
-        sensor: &mut S,
-        actuator: &mut A,
-    ) -> Result<Seen, TickError<S::Error, A::Error>> {
-        let control = &mut self.control;
-        match &mut self.identifier {
-            Identifier::Plain(identifier, learnt) => {
-                let tick = Tick::new(identifier.controller());
-                let ticked = tick.step(control, reference, sensor, actuator)?;
-                Ok(learn(identifier, learnt, ticked))
-            }
-            Identifier::Friction(identifier, learnt) => {
-                let tick = Tick::new(identifier.controller());
-                let ticked = tick.step(control, reference, sensor, actuator)?;
-                Ok(learn(identifier, learnt, ticked))
-            }
-        }
+    pub fn learn(&mut self, sample: &ControlSample<f32>) -> Seen<f32> {
+        whatever_law!(&mut self.0, own => own.servo_loop.learn(&mut own.state, sample))
     }
 
     /// The estimates, SI.
     #[must_use]
     pub fn estimates(&self) -> Estimates {
-        parts::estimates(&match &self.identifier {
-            Identifier::Plain(identifier, learnt) => identifier.estimates(learnt),
-            Identifier::Friction(identifier, learnt) => identifier.estimates(learnt),
-        })
-    }
-}
-
-#[inline]
-fn learn<S: ParameterSet<P>, const P: usize>(
-    identifier: &DiagonalGradientIdentifier<f32, Velocity, S, P>,
-    learnt: &mut Learnt<P>,
-    ticked: Ticked<f32>,
-) -> Seen {
-    let seen = identifier.process(learnt, &ticked.sample);
-    Seen {
-        ticked,
-        output_error: seen.output_error,
-        slowed: seen.update == GradientUpdate::Slowed,
-        restarted: seen.restarted,
+        parts::estimates(&whatever_law!(&self.0, own => {
+            own.servo_loop.identifier().estimates(own.state.identification())
+        }))
     }
 }

@@ -25,9 +25,8 @@ mod self_test;
 mod store;
 mod supervisor;
 
-pub use closed_loop::{ClosedLoop, Seen};
+pub use closed_loop::ClosedLoop;
 pub use lock_step::LockStep;
-pub use parts::{config, law};
 pub use sampler::{Counts, Event, Events, Lines, Order, Orders, Run, Sampler, Shown};
 pub use self_test::self_test;
 pub use store::{Store, StoreError};

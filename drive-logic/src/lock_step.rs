@@ -2,19 +2,11 @@
 
 use core::convert::Infallible;
 
-use drive_link::{Answer, Format, LoopSettings, NotAllowed, Question, Reading, Refused};
-use identifier_core::adaptation::GradientUpdate;
-use identifier_core::drive::{Actuator, PositionSensor};
-use identifier_core::fixed_point::{
-    Accumulator, FixedControlState, FixedGradientIdentifier, FixedGradientState, FixedLowPass,
-    Ranges, reference_of_counts,
-};
-use identifier_core::identifier::IdentifierError;
-use identifier_core::measurement::velocity::LowPass;
-use identifier_core::parameters::Ab;
+use drive_link::{Answer, LoopSettings, NotAllowed, Question, Reading, Refused};
+use identifier_core::drive::{Actuator, PositionSensor, Setpoint};
+use identifier_core::identifier::Event;
 
 use crate::closed_loop::ClosedLoop;
-use crate::parts;
 
 /// Answers the questions of a host that simulates the plant.
 ///
@@ -30,7 +22,6 @@ pub struct LockStep {
 enum Loops {
     None,
     Single(ClosedLoop),
-    Fixed(Words),
 }
 
 impl Default for LockStep {
@@ -61,18 +52,23 @@ impl LockStep {
             },
             Question::Sample {
                 number,
-                reference,
+                setpoint,
+                offset,
                 count,
-            } => self
-                .sample(number, reference, count)
-                .map_or_else(Answer::Refused, |reading| Answer::Command {
-                    number,
-                    reading,
-                }),
+            } => self.sample(number, setpoint, offset, count).map_or_else(
+                Answer::Refused,
+                |reading| Answer::Command { number, reading },
+            ),
         }
     }
 
-    fn sample(&mut self, number: u32, reference: f64, count: i64) -> Result<Reading, Refused> {
+    fn sample(
+        &mut self,
+        number: u32,
+        setpoint: i32,
+        offset: f64,
+        count: i32,
+    ) -> Result<Reading, Refused> {
         let next = match self.last {
             Some((last, reading)) if last == number => return Ok(reading),
             Some((last, _)) => last.wrapping_add(1),
@@ -83,8 +79,7 @@ impl LockStep {
         }
         let reading = match &mut self.loops {
             Loops::None => return Err(Refused::NotBegun),
-            Loops::Single(closed_loop) => single(closed_loop, reference, count)?,
-            Loops::Fixed(words) => words.sample(reference, count),
+            Loops::Single(closed_loop) => single(closed_loop, setpoint, offset, count)?,
         };
         self.last = Some((number, reading));
         Ok(reading)
@@ -92,37 +87,40 @@ impl LockStep {
 }
 
 fn build(settings: &LoopSettings) -> Result<Loops, NotAllowed> {
-    match settings.format {
-        Format::Single => ClosedLoop::new(settings, 0).map(Loops::Single),
-        Format::Fixed if settings.friction => Err(parts::refusal("friction", 1.0, 0.0, 0.0)),
-        Format::Fixed => Words::new(settings)
-            .map(Loops::Fixed)
-            .map_err(parts::not_allowed),
-    }
+    ClosedLoop::new(settings).map(Loops::Single)
 }
 
-fn single(closed_loop: &mut ClosedLoop, reference: f64, count: i64) -> Result<Reading, Refused> {
-    let mut sensor = Counted(count);
+fn single(
+    closed_loop: &mut ClosedLoop,
+    setpoint: i32,
+    offset: f64,
+    count: i32,
+) -> Result<Reading, Refused> {
     let mut far = Far { command: 0.0 };
-    let seen = closed_loop
-        .step(reference as f32, &mut sensor, &mut far)
+    let setpoint = Setpoint {
+        count: setpoint,
+        offset: offset as f32,
+    };
+    let sample = closed_loop
+        .control(setpoint, &mut Counted(count), &mut far)
         .map_err(|_| Refused::OutOfReach)?;
+    let seen = closed_loop.learn(&sample);
     Ok(Reading {
         command: f64::from(far.command),
         output_error: f64::from(seen.output_error),
         estimates: closed_loop.estimates(),
-        slowed: seen.slowed,
-        restarted: seen.restarted,
+        slowed: seen.event == Event::Slowed,
+        restarted: seen.event == Event::Restarted,
     })
 }
 
 /// A count that somebody else read.
-struct Counted(i64);
+struct Counted(i32);
 
 impl PositionSensor for Counted {
     type Error = Infallible;
 
-    fn count(&mut self) -> Result<i64, Infallible> {
+    fn count(&mut self) -> Result<i32, Infallible> {
         Ok(self.0)
     }
 }
@@ -142,42 +140,5 @@ impl Actuator<f32> for Far {
 
     fn release(&mut self) -> Result<(), Infallible> {
         self.hold(0.0)
-    }
-}
-
-/// The loop in fixed point.
-#[derive(Debug)]
-struct Words {
-    identifier: FixedGradientIdentifier<FixedLowPass, Ab, 2>,
-    control: FixedControlState<Accumulator>,
-    learnt: FixedGradientState<Accumulator, 2>,
-}
-
-impl Words {
-    fn new(settings: &LoopSettings) -> Result<Self, IdentifierError> {
-        let config = parts::config(settings)?;
-        let ranges = Ranges::of(&config);
-        let velocity = LowPass::<f64>::new(&config.units, settings.cutoff)?;
-        let law = parts::law(settings)?;
-        let identifier = FixedGradientIdentifier::new(&config, &law, &ranges, velocity)?;
-        Ok(Self {
-            control: identifier.controller().start(0),
-            learnt: identifier.start(),
-            identifier,
-        })
-    }
-
-    fn sample(&mut self, reference: f64, count: i64) -> Reading {
-        let wanted = reference_of_counts(reference);
-        let controller = self.identifier.controller();
-        let sample = controller.process(&mut self.control, wanted, count);
-        let seen = self.identifier.process(&mut self.learnt, &sample);
-        Reading {
-            command: controller.command(&sample),
-            output_error: self.identifier.output_error(&seen),
-            estimates: parts::estimates(&self.identifier.estimates(&self.learnt)),
-            slowed: seen.update == GradientUpdate::Slowed,
-            restarted: seen.restarted,
-        }
     }
 }

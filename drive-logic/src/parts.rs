@@ -1,71 +1,10 @@
-//! From settings to the parts of the core.
+//! Between the core and the messages.
 
-use drive_link::{Estimates, LoopSettings, Name, NotAllowed};
-use identifier_core::adaptation::PositiveDefinite;
-use identifier_core::control::{CommandLimit, Gains};
+use drive_link::{Estimates, Name, NotAllowed, Why};
 use identifier_core::error::{Allowed, OutOfRange};
-use identifier_core::identifier::{Bounds, GradientLaw, IdentifierConfig, IdentifierError};
-use identifier_core::interval::Interval;
+use identifier_core::identifier::IdentifierError;
 use identifier_core::model::ServoParameters;
-use identifier_core::stability::{CertificateError, PlantBox};
-use identifier_core::units::Units;
-
-/// What an identifier is built from.
-///
-/// # Errors
-/// The setting that is not allowed.
-pub fn config(settings: &LoopSettings) -> Result<IdentifierConfig, IdentifierError> {
-    Allowed::Above(0.0).check("counts_per_rev", settings.counts_per_rev)?;
-    let position_unit = core::f64::consts::TAU / settings.counts_per_rev;
-    let [kp, kd, ki] = settings.gains;
-    let [low, high] = settings.limit;
-    let limit = if low.is_infinite() && high.is_infinite() {
-        CommandLimit::NONE
-    } else {
-        CommandLimit::asymmetric(low, high)?
-    };
-    let interval = |name, [min, max]: [f64; 2]| Interval::new(name, min, max);
-    let [a, b, coulomb, load] = settings.initial;
-    let [of_a, of_b, of_coulomb, of_load] = settings.bounds;
-    let plant_box = match settings.plant_box {
-        Some([a, b]) => Some(PlantBox::new(
-            interval("plant_box.a", a)?,
-            interval("plant_box.b", b)?,
-        )?),
-        None => None,
-    };
-    Ok(IdentifierConfig {
-        units: Units::new(settings.sample_time, position_unit)?,
-        gains: Gains::new(kp, kd, ki)?,
-        limit,
-        plant_box,
-        initial: ServoParameters {
-            a,
-            b,
-            coulomb,
-            load,
-        },
-        bounds: Bounds {
-            a: interval("bounds.a", of_a)?,
-            b: interval("bounds.b", of_b)?,
-            coulomb: interval("bounds.coulomb", of_coulomb)?,
-            load: interval("bounds.load", of_load)?,
-        },
-    })
-}
-
-/// The law over the first P of a, b and c.
-///
-/// # Errors
-/// A Γ that is not allowed.
-pub fn law<const P: usize>(settings: &LoopSettings) -> Result<GradientLaw<P>, IdentifierError> {
-    let of = |i: usize| settings.gamma.get(i).copied().unwrap_or(0.0);
-    Ok(GradientLaw {
-        gamma: PositiveDefinite::diagonal(core::array::from_fn(of))?,
-        mu: settings.mu,
-        frozen: [false; P],
-    })
-}
+use identifier_core::stability::CertificateError;
 
 /// Estimates as a message.
 pub(crate) fn estimates(found: &ServoParameters) -> Estimates {
@@ -85,41 +24,45 @@ pub(crate) fn estimates(found: &ServoParameters) -> Estimates {
 
 /// A refusal of the core as a message.
 pub(crate) fn not_allowed(error: IdentifierError) -> NotAllowed {
-    let (name, given, least, most) = match error {
+    match error {
         IdentifierError::Range(OutOfRange {
             parameter,
             value,
             allowed,
-        }) => {
-            let (least, most) = ends(allowed);
-            (parameter, value, least, most)
-        }
+        }) => out_of_range(parameter, value, ends(allowed)),
         IdentifierError::Certificate(CertificateError::MuNotPositive { mu }) => {
-            ("mu", mu, 0.0, f64::INFINITY)
+            out_of_range("mu", mu, (0.0, f64::INFINITY))
         }
         IdentifierError::Certificate(CertificateError::DampingTooSmall {
             mu, mu_below, ..
-        }) => ("mu", mu, 0.0, mu_below),
+        }) => out_of_range("mu", mu, (0.0, mu_below)),
         IdentifierError::Certificate(CertificateError::ProportionalGainTooSmall {
             kp,
             kp_above,
             ..
-        }) => ("kp", kp, kp_above, f64::INFINITY),
-        IdentifierError::SampledLoop(error) => {
-            ("sample_time", error.sample_time, f64::NAN, f64::NAN)
-        }
-        _ => ("gamma", f64::NAN, 0.0, f64::INFINITY),
-    };
-    refusal(name, given, least, most)
+        }) => out_of_range("kp", kp, (kp_above, f64::INFINITY)),
+        IdentifierError::SampledLoop(error) => refusal(
+            "sample_time",
+            Why::Unstable {
+                given: error.sample_time,
+            },
+        ),
+        IdentifierError::Estimate(error) => out_of_range("bounds.b", error.b, (0.0, error.stable)),
+        IdentifierError::NotGiven { setting } => refusal(setting, Why::NotGiven),
+        _ => out_of_range("gamma", f64::NAN, (0.0, f64::INFINITY)),
+    }
 }
 
-/// A value outside what is allowed as a message.
-pub(crate) fn refusal(name: &str, given: f64, least: f64, most: f64) -> NotAllowed {
+/// A setting out of its range as a message.
+pub(crate) fn out_of_range(name: &str, given: f64, (least, most): (f64, f64)) -> NotAllowed {
+    refusal(name, Why::OutOfRange { given, least, most })
+}
+
+/// A setting that is refused as a message.
+pub(crate) fn refusal(name: &str, why: Why) -> NotAllowed {
     NotAllowed {
         name: Name::try_from(name).unwrap_or_default(),
-        given,
-        least,
-        most,
+        why,
     }
 }
 

@@ -4,7 +4,8 @@ use drive_link::{Fault, NotAllowed, Settings};
 use identifier_core::control::ControlSample;
 use identifier_core::units::Units;
 
-use crate::parts::refusal;
+use crate::parts::out_of_range;
+use crate::reference::FARTHEST;
 
 /// Part of the command limit from which on a servo counts as being driven.
 const AT_THE_LIMIT: f64 = 0.9;
@@ -30,9 +31,15 @@ pub(crate) struct Protection {
 }
 
 impl Protection {
+    /// With the lowest and the highest command.
+    ///
     /// # Errors
     /// The setting that is not allowed.
-    pub(crate) fn new(settings: &Settings, units: &Units) -> Result<Self, NotAllowed> {
+    pub(crate) fn new(
+        settings: &Settings,
+        [low, high]: [f64; 2],
+        units: &Units,
+    ) -> Result<Self, NotAllowed> {
         let given = &settings.protection;
         for (name, value) in [
             ("following_error", given.following_error),
@@ -41,13 +48,17 @@ impl Protection {
             ("silence", given.silence),
         ] {
             if !(value > 0.0 && value.is_finite()) {
-                return Err(refusal(name, value, f64::MIN_POSITIVE, f64::MAX));
+                return Err(out_of_range(name, value, (f64::MIN_POSITIVE, f64::MAX)));
             }
         }
-        if given.overruns == 0 {
-            return Err(refusal("overruns", 0.0, 1.0, 255.0));
+        let farthest = FARTHEST * units.position_unit();
+        if given.travel > farthest {
+            let within = (f64::MIN_POSITIVE, farthest);
+            return Err(out_of_range("travel", given.travel, within));
         }
-        let [low, high] = settings.closed_loop.limit;
+        if given.overruns == 0 {
+            return Err(out_of_range("overruns", 0.0, (1.0, 255.0)));
+        }
         let limit = high.min(-low);
         Ok(Self {
             following_error: (given.following_error * units.position()) as f32,

@@ -1,6 +1,8 @@
-//! Where the servo is sent: towards an aim at a bounded speed, shaken on top.
+//! Where the servo is sent: towards a target at a bounded speed, with dither on top.
 
 use drive_link::Settings;
+use identifier_core::control::position_error;
+use identifier_core::drive::Setpoint;
 use identifier_core::error::OutOfRange;
 use identifier_core::excitation::{Excitation, Prbs, PrbsState};
 use identifier_core::number::Number;
@@ -9,19 +11,24 @@ use identifier_core::units::Units;
 /// Order of the pseudo-random sequence: 511 decisions, longer than any time constant it meets.
 const ORDER: u32 = 9;
 
-/// The reference with its progress, counts.
+/// How far from where it started a servo may be sent, counts: two targets are never further apart
+/// than 32 bits tell.
+pub(crate) const FARTHEST: f64 = (1_u32 << 30) as f64;
+
+/// The reference with its progress.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Reference {
-    shaking: Option<(Prbs<f32>, PrbsState)>,
+    dither: Option<(Prbs<f32>, PrbsState)>,
     /// Counts a sample.
     pace: f32,
-    aim: f32,
-    at: f32,
+    target: i32,
+    /// The way to the target: whole counts, and less than one count on top.
+    at: Setpoint<f32>,
 }
 
 impl Reference {
     pub(crate) fn new(settings: &Settings, units: &Units) -> Result<Self, OutOfRange> {
-        let shaking = if settings.shaking.amplitude == 0.0 {
+        let dither = if settings.shaking.amplitude == 0.0 {
             None
         } else {
             let prbs = Prbs::new(
@@ -33,32 +40,84 @@ impl Reference {
             Some((prbs, Excitation::<f32>::start(&prbs)))
         };
         Ok(Self {
-            shaking,
+            dither,
             pace: (settings.protection.speed * units.velocity()) as f32,
-            aim: 0.0,
-            at: 0.0,
+            target: 0,
+            at: Setpoint {
+                count: 0,
+                offset: 0.0,
+            },
         })
     }
 
-    /// Sends the servo elsewhere, counts from the origin.
-    pub(crate) fn aim(&mut self, aim: f32) {
-        self.aim = aim;
+    /// Stays where the servo stands.
+    pub(crate) fn start(&mut self, count: i32) {
+        self.target = count;
+        self.at = Setpoint { count, offset: 0.0 };
     }
 
-    /// Follows a move of the origin.
-    pub(crate) fn shift_origin(&mut self, moved: f32) {
-        self.aim -= moved;
-        self.at -= moved;
+    /// Sends the servo elsewhere.
+    pub(crate) fn send(&mut self, target: i32) {
+        self.target = target;
     }
 
-    /// The reference of this sample, counts from the origin.
+    /// The setpoint of this sample.
     #[inline]
-    pub(crate) fn next(&mut self) -> f32 {
-        let left = self.aim - self.at;
-        self.at += left.limited(-self.pace, self.pace);
-        match &mut self.shaking {
-            Some((prbs, state)) => self.at + prbs.process(state),
-            None => self.at,
+    pub(crate) fn next(&mut self) -> Setpoint<f32> {
+        let at = &mut self.at;
+        let left = position_error(self.target, -at.offset, at.count);
+        at.offset += left.limited(-self.pace, self.pace);
+        // Whole counts are carried over, so that a long way costs no digits.
+        let whole = at.offset as i32;
+        at.count = at.count.wrapping_add(whole);
+        at.offset -= whole as f32;
+        let dither = match &mut self.dither {
+            Some((prbs, state)) => prbs.process(state),
+            None => 0.0,
+        };
+        Setpoint {
+            count: at.count,
+            offset: at.offset + dither,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Reference, Setpoint};
+    use identifier_core::control::position_error;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn every_target_is_reached_at_the_pace_and_kept(
+            start: i32,
+            away in -3_000_000_i32..3_000_000,
+            pace in 0.01_f32..5000.0,
+        ) {
+            let mut reference = Reference {
+                dither: None,
+                pace,
+                target: 0,
+                at: Setpoint { count: 0, offset: 0.0 },
+            };
+            reference.start(start);
+            let target = start.wrapping_add(away);
+            reference.send(target);
+            let needed = f64::from(away.abs()) / f64::from(pace);
+            prop_assume!(needed < 1e5);
+            // Roundings of the pace itself are all that the way may differ by.
+            let early = (0.999 * needed) as u32;
+            for k in 0..(1.001 * needed) as u32 + 3 {
+                let before = reference.at;
+                let now = reference.next();
+                let step = position_error(now.count, now.offset - before.offset, before.count);
+                prop_assert!(step.abs() <= pace * 1.001 + 1e-6, "{step}");
+                if k + 2 < early {
+                    prop_assert!(now.count != target || now.offset != 0.0);
+                }
+            }
+            prop_assert_eq!(reference.next(), Setpoint { count: target, offset: 0.0 });
         }
     }
 }

@@ -2,12 +2,14 @@
 
 use core::fmt;
 
-use drive_link::{Fault, LoopSettings, NotAllowed, Settings};
+use drive_link::{Fault, NotAllowed, Settings};
 use heapless::spsc::{Consumer, Producer, Queue};
-use identifier_core::drive::{Actuator, PositionSensor, TickError};
-use identifier_core::identifier::IdentifierConfig;
+use identifier_core::control::ControlSample;
+use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
+use identifier_core::error::OutOfRange;
+use identifier_core::identifier::Seen;
 
-use crate::closed_loop::{ClosedLoop, Seen};
+use crate::closed_loop::ClosedLoop;
 use crate::parts;
 use crate::protection::Protection;
 use crate::reference::Reference;
@@ -77,7 +79,7 @@ pub struct Shown {
     /// Position error, counts.
     pub error: f32,
     /// Counts from where the servo started.
-    pub count: i64,
+    pub count: i32,
     /// Command, command units.
     pub command: f32,
     /// Output error, counts.
@@ -124,38 +126,44 @@ pub struct Run {
     reference: Reference,
     protection: Protection,
     sample: u32,
-    started_at: i64,
-    origin: i64,
+    started_at: i32,
 }
 
 impl Run {
     /// # Errors
     /// The setting that is not allowed.
     pub(crate) fn new(settings: &Settings, full_scale: f64) -> Result<Self, NotAllowed> {
-        let LoopSettings { sample_time, .. } = settings.closed_loop;
+        let core = &settings.closed_loop.core;
         let (least, most) = SAMPLE_TIMES;
-        if !(least..=most).contains(&sample_time) {
-            return Err(parts::refusal("sample_time", sample_time, least, most));
+        if !(least..=most).contains(&core.sample_time) {
+            let within = SAMPLE_TIMES;
+            return Err(parts::out_of_range("sample_time", core.sample_time, within));
         }
-        let [low, high] = settings.closed_loop.limit;
+        let controller = core.own_controller().map_err(parts::not_allowed)?;
+        let [low, high] = controller.limit;
         for (name, limit) in [("limit_high", high), ("limit_low", -low)] {
             if limit > full_scale {
-                return Err(parts::refusal(name, limit, 0.0, full_scale));
+                return Err(parts::out_of_range(name, limit, (0.0, full_scale)));
             }
         }
-        let closed_loop = ClosedLoop::new(&settings.closed_loop, 0)?;
-        let IdentifierConfig { units, .. } =
-            parts::config(&settings.closed_loop).map_err(parts::not_allowed)?;
-        let reference =
-            Reference::new(settings, &units).map_err(|error| parts::not_allowed(error.into()))?;
+        let closed_loop = ClosedLoop::new(&settings.closed_loop)?;
+        let range = |error: OutOfRange| parts::not_allowed(error.into());
+        let units = core.units().map_err(range)?;
         Ok(Self {
             closed_loop,
-            reference,
-            protection: Protection::new(settings, &units)?,
+            reference: Reference::new(settings, &units).map_err(range)?,
+            protection: Protection::new(settings, controller.limit, &units)?,
             sample: 0,
             started_at: 0,
-            origin: 0,
         })
+    }
+
+    /// From where the servo stands.
+    fn started_at(mut self, count: i32) -> Self {
+        self.closed_loop.start(count);
+        self.reference.start(count);
+        self.started_at = count;
+        self
     }
 }
 
@@ -217,13 +225,13 @@ impl<'a> Sampler<'a> {
             self.obey(order, lines, sensor, actuator);
         }
         let Some(run) = &mut self.run else {
-            // Read even so: a counter that wraps unread loses its turns.
+            // Read even so: a counter of few bits that wraps unread loses its turns.
             let _ = sensor.count();
             let _ = actuator.release();
             return;
         };
-        let seen = match run.step(lines, sensor, actuator) {
-            Ok(seen) => seen,
+        let (control, seen) = match run.step(lines, sensor, actuator) {
+            Ok(step) => step,
             Err(fault) => return self.fail(fault, actuator),
         };
         if !self.watch.is_due() {
@@ -232,9 +240,9 @@ impl<'a> Sampler<'a> {
         let shown = Event::Shown(Shown {
             sample: run.sample,
             closed_loop: run.closed_loop,
-            error: seen.ticked.sample.error,
-            count: seen.ticked.count - run.started_at,
-            command: seen.ticked.sample.command,
+            error: control.error,
+            count: run.closed_loop.count().wrapping_sub(run.started_at),
+            command: control.command,
             output_error: seen.output_error,
             counts: self.counts,
         });
@@ -269,12 +277,7 @@ impl<'a> Sampler<'a> {
                 Ok(()) => match sensor.count() {
                     Ok(count) => {
                         self.counts.overruns = 0;
-                        self.run = Some(Run {
-                            closed_loop: run.closed_loop.started_at(count),
-                            started_at: count,
-                            origin: count,
-                            ..run
-                        });
+                        self.run = Some(run.started_at(count));
                     }
                     Err(_) => self.fail(Fault::EncoderFailed, actuator),
                 },
@@ -282,8 +285,7 @@ impl<'a> Sampler<'a> {
             },
             Order::Aim(counts) => {
                 if let Some(run) = &mut self.run {
-                    let from_origin = run.started_at - run.origin + i64::from(counts);
-                    run.reference.aim(from_origin as f32);
+                    run.reference.send(run.started_at.wrapping_add(counts));
                 }
             }
             Order::Release => {
@@ -348,30 +350,27 @@ impl Watch {
 }
 
 impl Run {
-    /// One sample.
+    /// One sample. The command goes out before anything is learnt.
     #[inline]
     fn step<S: PositionSensor, A: Actuator<f32>>(
         &mut self,
         lines: Lines,
         sensor: &mut S,
         actuator: &mut A,
-    ) -> Result<Seen, Fault> {
+    ) -> Result<(ControlSample<f32>, Seen<f32>), Fault> {
         lines.in_motion()?;
-        let reference = self.reference.next();
-        let seen =
-            self.closed_loop
-                .step(reference, sensor, actuator)
-                .map_err(|error| match error {
-                    TickError::Sensor(_) => Fault::EncoderFailed,
-                    TickError::Actuator(_) => Fault::ActuatorFailed,
-                    _ => Fault::OutOfReach,
-                })?;
-        if let Some(moved) = seen.ticked.moved {
-            self.reference.shift_origin(moved);
-            self.origin = seen.ticked.count;
-        }
-        self.protection.check(&seen.ticked.sample)?;
+        let setpoint = self.reference.next();
+        let control = self
+            .closed_loop
+            .control(setpoint, sensor, actuator)
+            .map_err(|error| match error {
+                ControlStepError::Sensor(_) => Fault::EncoderFailed,
+                ControlStepError::Actuator(_) => Fault::ActuatorFailed,
+                _ => Fault::OutOfReach,
+            })?;
+        self.protection.check(&control)?;
+        let seen = self.closed_loop.learn(&control);
         self.sample = self.sample.wrapping_add(1);
-        Ok(seen)
+        Ok((control, seen))
     }
 }

@@ -1,26 +1,26 @@
 //! Whether this chip computes what it should.
 
 use drive_link::Fault;
-use identifier_core::adaptation::PositiveDefinite;
-use identifier_core::control::{CommandLimit, ControlState, Gains};
-use identifier_core::identifier::{
-    Bounds, GradientIdentifier, GradientLaw, IdentifierConfig, IdentifierError,
-};
-use identifier_core::interval::Interval;
+use identifier_core::identifier::{GradientIdentifier, IdentifierError, Identify, ServoLoop};
 use identifier_core::measurement::velocity::LowPass;
-use identifier_core::model::ServoParameters;
 use identifier_core::parameters::AbCoulomb;
-use identifier_core::units::Units;
+use identifier_core::settings::{IdentifierSettings, PerParameter};
+use identifier_core::{ControllerSettings, Settings};
 
 /// Samples of the known computation.
 const SAMPLES: i32 = 200;
 
 /// The bits of its result, the same on every machine.
 const ANSWER: [u64; 3] = [
-    0x3ff0_cb75_dd80_0000,
-    0x4069_ccef_9300_0000,
-    0x4014_1860_be00_0000,
+    0x3ff0_9ea1_ca80_0000,
+    0x4069_efba_4380_0000,
+    0x4013_ffa6_2080_0000,
 ];
+
+/// Where its motion begins: it passes the place where counts wrap.
+const START: i32 = i32::MAX - 100;
+
+type Filter = LowPass<f32>;
 
 /// Runs controller and identifier with friction over a motion that is a table of whole numbers and
 /// holds every bit of the estimates against what they are elsewhere.
@@ -34,43 +34,48 @@ pub fn self_test() -> Result<(), Fault> {
     }
 }
 
-fn answer() -> Result<[u64; 3], IdentifierError> {
-    let config = IdentifierConfig {
-        units: Units::new(1e-3, 6e-4)?,
-        gains: Gains::new(9.0, 0.19, 4.0)?,
-        limit: CommandLimit::symmetric(10.0)?,
-        plant_box: None,
-        initial: ServoParameters {
-            a: 1.0,
-            b: 200.0,
-            coulomb: 5.0,
-            load: 0.0,
+fn settings() -> Settings {
+    let mut gamma = [[0.0; 4]; 4];
+    gamma[0][0] = 0.2;
+    gamma[1][1] = 100.0;
+    gamma[2][2] = 1.0;
+    Settings {
+        sample_time: 1e-3,
+        resolution: 6e-4,
+        cutoff: 500.0,
+        controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
+        identifier: IdentifierSettings {
+            initial: PerParameter {
+                a: Some(1.0),
+                b: Some(200.0),
+                coulomb: Some(5.0),
+                load: None,
+            },
+            bounds: PerParameter {
+                a: Some([0.0, 50.0]),
+                b: Some([110.0, 1000.0]),
+                coulomb: Some([0.0, 100.0]),
+                load: None,
+            },
+            gamma: Some(gamma),
+            ..IdentifierSettings::UNSTATED
         },
-        bounds: Bounds {
-            a: Interval::new("bounds.a", 0.0, 50.0)?,
-            b: Interval::new("bounds.b", 110.0, 1000.0)?,
-            coulomb: Interval::new("bounds.coulomb", 0.0, 100.0)?,
-            load: Interval::new("bounds.load", -100.0, 100.0)?,
-        },
-    };
-    let law = GradientLaw {
-        gamma: PositiveDefinite::diagonal([0.2, 100.0, 1.0])?,
-        mu: None,
-        frozen: [false; 3],
-    };
-    let velocity = LowPass::<f32>::new(&config.units, 500.0)?;
-    let controller = config.controller(velocity);
-    let identifier = GradientIdentifier::<f32, _, AbCoulomb, 3>::new(&config, &law, velocity)?;
-    let mut control = ControlState::at_rest(0.0);
-    let mut learnt = identifier.start();
-    for k in 0..SAMPLES {
-        // A parabola up and down again, and a reference that stays behind it.
-        let position = (k * (SAMPLES - k) / 32) as f32;
-        if let Ok(sample) = controller.process(&mut control, 1.25 * position, position) {
-            identifier.process(&mut learnt, &sample);
-        }
     }
-    let found = identifier.estimates(&learnt);
+}
+
+fn answer() -> Result<[u64; 3], IdentifierError> {
+    let servo_loop: ServoLoop<f32, Filter, GradientIdentifier<f32, Filter, AbCoulomb, 3>> =
+        settings().build()?;
+    let mut state = servo_loop.start(START);
+    for k in 0..SAMPLES {
+        // A parabola up and down again, and a setpoint that goes a quarter beyond it.
+        let position = k * (SAMPLES - k) / 32;
+        let count = START.wrapping_add(position);
+        let beyond = 0.25 * position as f32;
+        // A sample that is refused leaves the state, and so another answer.
+        let _ = servo_loop.process(&mut state, count, beyond, count);
+    }
+    let found = servo_loop.identifier().estimates(state.identification());
     Ok([found.a, found.b, found.coulomb].map(f64::to_bits))
 }
 

@@ -3,8 +3,7 @@
 use core::fmt;
 
 use drive_link::{
-    Command, Estimates, Kept, LoopSettings, PROTOCOL, Refusal, Report, Request, Settings, Snapshot,
-    State, Status,
+    Command, Estimates, Kept, PROTOCOL, Refusal, Report, Request, Settings, Snapshot, State, Status,
 };
 use embedded_storage::nor_flash::NorFlash;
 use heapless::spsc::{Consumer, Producer};
@@ -14,7 +13,7 @@ use crate::sampler::{Counts, EVENTS, Event, ORDERS, Order, Run, Shown};
 use crate::store::Store;
 
 /// The version of the [`Record`]: another one is another meaning of the bytes.
-const VERSION: u16 = 1;
+const VERSION: u16 = 2;
 
 /// What survives a loss of power.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -86,7 +85,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     /// The sample time that holds, s: the firmware's timer follows it while the servo is released.
     #[must_use]
     pub fn sample_time(&self) -> f64 {
-        self.settings.closed_loop.sample_time
+        self.settings.closed_loop.core.sample_time
     }
 
     /// What the drive does.
@@ -226,9 +225,8 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         if !radians.is_finite() || radians.abs() > most {
             return Err(Refusal::TooFar { most });
         }
-        let LoopSettings { counts_per_rev, .. } = self.settings.closed_loop;
-        // A cast saturates.
-        Ok((radians / core::f64::consts::TAU * counts_per_rev) as i32)
+        // Within what 32 bits hold, as the travel is.
+        Ok((radians / self.settings.closed_loop.core.resolution) as i32)
     }
 
     fn status(&self, id: Option<u8>) -> Report {
@@ -245,15 +243,15 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     }
 
     fn snapshot(&mut self, shown: &Shown) -> Snapshot {
-        let unit = core::f64::consts::TAU / self.settings.closed_loop.counts_per_rev;
-        let radians = |counts: f64| (counts * unit) as f32;
+        let resolution = self.settings.closed_loop.core.resolution;
+        let radians = |counts: f64| (counts * resolution) as f32;
         let estimates = shown.closed_loop.estimates();
         self.estimates = Some(estimates);
         self.counts = shown.counts;
         Snapshot {
             sample: shown.sample,
-            reference: radians(shown.count as f64 + f64::from(shown.error)),
-            position: radians(shown.count as f64),
+            reference: radians(f64::from(shown.count) + f64::from(shown.error)),
+            position: radians(f64::from(shown.count)),
             command: shown.command,
             output_error: radians(f64::from(shown.output_error)),
             estimates,

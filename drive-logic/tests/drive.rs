@@ -2,10 +2,14 @@
 
 mod support;
 
-use drive_link::{Command, Fault, Kept, Refusal, Report, Request, Settings, Snapshot, State};
-use drive_logic::{Events, Lines, Orders, Sampler, Supervisor, self_test};
+use drive_link::{
+    Command, Fault, Format, Kept, Law, Refusal, Report, Request, Settings, Snapshot, State,
+};
+use drive_logic::{Events, Lines, Orders, Sampler, Store, Supervisor, self_test};
+use identifier_core::ControllerSettings;
 use identifier_core::model::ServoParameters;
-use support::{Bench, Flash, settings};
+use identifier_core::settings::{BoxSettings, IdentifierSettings};
+use support::{Bench, Flash, diagonal, settings};
 
 const HEALTHY: Lines = Lines {
     amplifier: true,
@@ -180,8 +184,8 @@ fn friction_is_learnt_where_it_is_asked_for() {
     let (bench, flash) = (Bench::new(&servo), Flash::blank());
     boot!(drive, &bench, &flash);
     let mut wanted = settings();
-    wanted.closed_loop.friction = true;
-    wanted.closed_loop.gamma[2] = 100.0;
+    wanted.closed_loop.law = Law::Gradient { friction: true };
+    wanted.closed_loop.core.identifier.gamma = Some(diagonal([20.0, 3000.0, 100.0, 0.0]));
     drive.done(Command::Configure(wanted));
     assert_eq!(drive.shown(), wanted);
     drive.done(Command::Start);
@@ -209,7 +213,7 @@ fn the_servo_goes_where_it_is_sent_and_no_further() {
             Refusal::TooFar { most: 50.0 }
         );
     }
-    // Far enough for the origin to move on the way: 80 000 counts.
+    // 80 000 counts.
     drive.done(Command::Aim(-50.0));
     drive.pass(20_000);
     assert!((bench.plant.borrow().position + 50.0).abs() < 0.01);
@@ -259,7 +263,7 @@ fn a_missing_and_a_broken_encoder_are_found_at_once() {
         drive.done(Command::Start);
         let mut told = Vec::new();
         for k in 0..400 {
-            bench.dither.set(i64::from(broken_line && k % 2 == 0));
+            bench.dither.set(i32::from(broken_line && k % 2 == 0));
             told.extend(drive.pass(1));
         }
         assert!(
@@ -419,25 +423,44 @@ fn telling_never_waits_and_no_fault_is_lost() {
 #[test]
 fn what_is_out_of_range_is_refused_by_name_and_the_settings_stay() {
     type Change = fn(&mut Settings);
-    let changes: [(&str, Change); 18] = [
-        ("kp", |s| s.closed_loop.gains[0] = 0.0),
-        ("kp", |s| s.closed_loop.gains[0] = 1.0),
-        ("kd", |s| s.closed_loop.gains[1] = f64::NAN),
-        ("ki", |s| s.closed_loop.gains[2] = -1.0),
-        ("limit_high", |s| s.closed_loop.limit[1] = 0.0),
-        ("limit_low", |s| s.closed_loop.limit[0] = f64::NAN),
-        ("limit_high", |s| s.closed_loop.limit[1] = 10.1),
-        ("limit_low", |s| s.closed_loop.limit[0] = f64::NEG_INFINITY),
-        ("counts_per_rev", |s| s.closed_loop.counts_per_rev = 0.0),
-        ("sample_time", |s| s.closed_loop.sample_time = -1e-3),
-        ("mu", |s| s.closed_loop.mu = Some(1e6)),
-        ("cutoff", |s| s.closed_loop.cutoff = 0.0),
-        ("initial.b", |s| s.closed_loop.initial[1] = 1e9),
-        ("bounds.a", |s| s.closed_loop.bounds[0] = [3.0, 1.0]),
+    fn pid(settings: &mut Settings) -> &mut ControllerSettings {
+        let controller = &mut settings.closed_loop.core.controller;
+        controller.as_mut().expect("there is one")
+    }
+    fn told(settings: &mut Settings) -> &mut IdentifierSettings {
+        &mut settings.closed_loop.core.identifier
+    }
+    let changes: [(&str, Change); 25] = [
+        ("kp", |s| pid(s).kp = 0.0),
+        ("kp", |s| pid(s).kp = 1.0),
+        ("kd", |s| pid(s).kd = f64::NAN),
+        ("ki", |s| pid(s).ki = -1.0),
+        ("limit_high", |s| pid(s).limit[1] = 0.0),
+        ("limit_low", |s| pid(s).limit[0] = f64::NAN),
+        ("limit_high", |s| pid(s).limit[1] = 10.1),
+        ("limit_low", |s| pid(s).limit[0] = f64::NEG_INFINITY),
+        ("controller", |s| s.closed_loop.core.controller = None),
+        ("resolution", |s| s.closed_loop.core.resolution = 0.0),
+        ("sample_time", |s| s.closed_loop.core.sample_time = -1e-3),
+        ("cutoff", |s| s.closed_loop.core.cutoff = 0.0),
+        ("format", |s| s.closed_loop.format = Format::Fixed),
+        ("mu", |s| told(s).mu = Some(1e6)),
+        ("initial.b", |s| told(s).initial.b = Some(1e9)),
+        ("bounds.a", |s| told(s).bounds.a = Some([3.0, 1.0])),
+        ("bounds.b", |s| told(s).bounds.b = Some([5.0, 1e6])),
+        ("gamma", |s| told(s).gamma = None),
+        ("gamma", |s| told(s).gamma = Some([[1.0; 4]; 4])),
         ("hold", |s| s.shaking.hold = 1e-4),
         ("following_error", |s| s.protection.following_error = 0.0),
         ("silence", |s| s.protection.silence = f64::NAN),
+        ("travel", |s| s.protection.travel = 1e6),
         ("overruns", |s| s.protection.overruns = 0),
+        ("plant_box.b", |s| {
+            told(s).plant_box = Some(BoxSettings {
+                a: [0.0, 1.0],
+                b: [2.0, 1.0],
+            });
+        }),
     ];
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
@@ -468,7 +491,8 @@ fn a_corrupt_record_and_one_of_another_version_leave_the_built_in_settings() {
     {
         boot!(drive, &bench, &flash);
         let mut wanted = settings();
-        wanted.closed_loop.gains[0] = 11.0;
+        wanted.closed_loop.core.controller =
+            Some(ControllerSettings::pid(11.0, 0.19, 4.0).limited(10.0));
         drive.done(Command::Configure(wanted));
         drive.done(Command::Save);
     }
@@ -483,6 +507,48 @@ fn a_corrupt_record_and_one_of_another_version_leave_the_built_in_settings() {
         panic!("no status");
     };
     assert_eq!(status.kept, Kept::Damaged);
+}
+
+#[test]
+fn a_record_of_the_version_before_is_left_alone_until_it_is_replaced() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    let (mut old, ..) = Store::open::<[u32; 32]>(flash.clone(), 0, 1);
+    old.keep(&[u32::MAX; 32]).expect("power is there");
+    boot!(drive, &bench, &flash);
+    let kept = |drive: &mut Drive<'_>| match drive.ask(Command::Hello) {
+        Report::Status { status, .. } => status.kept,
+        other => panic!("{other:?} is no status"),
+    };
+    assert_eq!(kept(&mut drive), Kept::OtherVersion);
+    assert_eq!(drive.shown(), settings());
+    drive.done(Command::Save);
+    assert_eq!(kept(&mut drive), Kept::Record);
+}
+
+#[test]
+fn a_count_that_wraps_in_the_middle_of_a_run_is_not_noticed() {
+    let run = |first: i32| {
+        let (bench, flash) = (Bench::counting_from(first, &SERVO), Flash::blank());
+        boot!(drive, &bench, &flash);
+        drive.done(Command::Watch(1));
+        drive.done(Command::Start);
+        let mut told = drive.pass(2000);
+        // Over the wrap, and back.
+        for radians in [6.0, -6.0] {
+            drive.done(Command::Aim(radians));
+            told.extend(drive.pass(4000));
+        }
+        drive.done(Command::Stop);
+        told.extend(drive.pass(1));
+        told
+    };
+    let before = run(0);
+    let shown = snapshots(&before);
+    assert!(shown.iter().any(|shown| shown.position > 5.9));
+    assert!(shown.iter().any(|shown| shown.position < -5.9));
+    for first in [i32::MAX - 5000, i32::MAX, i32::MIN, i32::MIN + 5000] {
+        assert!(run(first) == before, "counting from {first}");
+    }
 }
 
 proptest::proptest! {

@@ -2,8 +2,9 @@
 
 mod support;
 
-use drive_link::{Answer, Format, LoopSettings, Question, Reading, Refused};
+use drive_link::{Answer, LoopSettings, Question, Reading, Refused};
 use drive_logic::LockStep;
+use identifier_core::ControllerSettings;
 use identifier_core::model::ServoParameters;
 use support::{COUNTS, SAMPLE_TIME, settings};
 use virtual_servo::{Encoder, Plant};
@@ -15,10 +16,11 @@ const SERVO: ServoParameters = ServoParameters {
     load: 0.0,
 };
 
-fn reading(lock_step: &mut LockStep, number: u32, reference: f64, count: i64) -> Reading {
+fn reading(lock_step: &mut LockStep, number: u32, wanted: i32, count: i32) -> Reading {
     let question = Question::Sample {
         number,
-        reference,
+        setpoint: wanted,
+        offset: 0.25,
         count,
     };
     match lock_step.answer(&question) {
@@ -44,8 +46,8 @@ fn run(closed_loop: LoopSettings, times: u32) -> Reading {
     let encoder = Encoder::new(COUNTS);
     let mut last = None;
     for k in 0..10_000 {
-        let wanted = if k / 100 % 3 == 0 { 300.0 } else { -200.0 };
-        let count = encoder.read(plant.position);
+        let wanted = if k / 100 % 3 == 0 { 300 } else { -200 };
+        let count = encoder.read(plant.position) as i32;
         let seen = reading(&mut lock_step, k, wanted, count);
         for _ in 1..times {
             assert_eq!(reading(&mut lock_step, k, wanted, count), seen);
@@ -57,16 +59,11 @@ fn run(closed_loop: LoopSettings, times: u32) -> Reading {
 }
 
 #[test]
-fn both_formats_find_the_servo_however_often_a_question_is_asked() {
-    for format in [Format::Single, Format::Fixed] {
-        let closed_loop = LoopSettings {
-            format,
-            ..settings().closed_loop
-        };
-        let once = run(closed_loop, 1);
-        assert!((once.estimates.b / SERVO.b - 1.0).abs() < 0.01, "{once:?}");
-        assert_eq!(run(closed_loop, 3), once);
-    }
+fn the_servo_is_found_however_often_a_question_is_asked() {
+    let closed_loop = settings().closed_loop;
+    let once = run(closed_loop, 1);
+    assert!((once.estimates.b / SERVO.b - 1.0).abs() < 0.01, "{once:?}");
+    assert_eq!(run(closed_loop, 3), once);
 }
 
 #[test]
@@ -74,7 +71,8 @@ fn what_is_out_of_step_or_out_of_range_is_refused() {
     let mut lock_step = LockStep::new();
     let sample = |number| Question::Sample {
         number,
-        reference: 0.0,
+        setpoint: 0,
+        offset: 0.0,
         count: 0,
     };
     assert_eq!(
@@ -82,7 +80,7 @@ fn what_is_out_of_step_or_out_of_range_is_refused() {
         Answer::Refused(Refused::NotBegun)
     );
     let mut closed_loop = settings().closed_loop;
-    closed_loop.gains[0] = -1.0;
+    closed_loop.core.controller = Some(ControllerSettings::pid(-1.0, 0.19, 4.0));
     assert!(matches!(
         lock_step.answer(&Question::Begin(closed_loop)),
         Answer::Refused(Refused::Setting(refused)) if refused.name == "kp"
@@ -101,7 +99,8 @@ fn what_is_out_of_step_or_out_of_range_is_refused() {
     );
     let mad = Question::Sample {
         number: 2,
-        reference: f64::NAN,
+        setpoint: 0,
+        offset: f64::NAN,
         count: 0,
     };
     assert_eq!(lock_step.answer(&mad), Answer::Refused(Refused::OutOfReach));

@@ -7,6 +7,9 @@ use drive_logic::{Store, StoreError};
 use proptest::prelude::*;
 use support::{Flash, SECTOR};
 
+/// Bytes of a slot.
+const SLOT: usize = 1024;
+
 /// Some contents of the size of a drive's.
 fn contents(k: u32) -> [u32; 32] {
     std::array::from_fn(|i| k.wrapping_mul(2_654_435_761).rotate_left(i as u32))
@@ -38,7 +41,7 @@ fn a_blank_flash_holds_nothing_and_then_the_last_record() {
 fn wherever_the_power_goes_the_old_or_the_new_record_is_there() {
     // Every number of records before the cut that matters: into the first sector, at its end, into
     // the second, and around again.
-    let slots = SECTOR as u32 / 512;
+    let slots = (SECTOR / SLOT) as u32;
     for before in 1..=2 * slots + 2 {
         let flash = Flash::blank();
         let (mut store, ..) = Store::open::<[u32; 32]>(flash.clone(), 0, 1);
@@ -80,7 +83,7 @@ fn an_attempt_that_failed_late_does_not_hide_the_one_after_it() {
     let (mut store, ..) = Store::open::<[u32; 32]>(flash.clone(), 0, 1);
     store.keep(&contents(0)).expect("power is there");
     // All of the contents are written, and then the flash fails.
-    flash.steps_left.set(512 / 4 - 1);
+    flash.steps_left.set(SLOT / 4 - 1);
     assert_eq!(store.keep(&contents(1)), Err(StoreError::Flash));
     flash.steps_left.set(usize::MAX);
     store.keep(&contents(2)).expect("it goes on");
@@ -104,7 +107,7 @@ fn a_record_of_another_version_is_known_as_such_and_left_alone() {
 #[test]
 fn a_record_longer_than_a_slot_is_refused() {
     let (mut store, ..) = Store::open::<[u32; 32]>(Flash::blank(), 0, 1);
-    let long = [[u32::MAX; 32]; 4];
+    let long = [[u32::MAX; 32]; 8];
     assert_eq!(store.keep(&long), Err(StoreError::TooLong));
 }
 

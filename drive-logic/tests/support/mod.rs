@@ -4,31 +4,38 @@
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
-use drive_link::{Format, LoopSettings, Protection, Settings, Shaking};
+use drive_link::{Format, Law, LoopSettings, Protection, Settings, Shaking};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
+use identifier_core::ControllerSettings;
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::model::ServoParameters;
+use identifier_core::settings::BoxSettings;
 use virtual_servo::{Encoder, Plant};
 
 pub(crate) const SAMPLE_TIME: f64 = 1e-3;
 pub(crate) const COUNTS: f64 = 10_000.0;
 
 pub(crate) fn settings() -> Settings {
+    let mut core = identifier_core::Settings {
+        cutoff: 500.0,
+        controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
+        ..identifier_core::Settings::new(SAMPLE_TIME, COUNTS)
+    };
+    let identifier = &mut core.identifier;
+    identifier.plant_box = Some(BoxSettings {
+        a: [0.0, 50.0],
+        b: [110.0, 1000.0],
+    });
+    identifier.initial.b = Some(150.0);
+    identifier.bounds.a = Some([0.0, 100.0]);
+    identifier.bounds.coulomb = Some([0.0, 200.0]);
+    identifier.gamma = Some(diagonal([20.0, 3000.0, 20.0, 20.0]));
     Settings {
         closed_loop: LoopSettings {
-            sample_time: SAMPLE_TIME,
-            counts_per_rev: COUNTS,
-            gains: [9.0, 0.19, 4.0],
-            limit: [-10.0, 10.0],
-            cutoff: 500.0,
-            plant_box: Some([[0.0, 50.0], [110.0, 1000.0]]),
-            initial: [0.0, 150.0, 0.0, 0.0],
-            bounds: [[0.0, 100.0], [5.0, 5000.0], [0.0, 200.0], [-200.0, 200.0]],
-            gamma: [20.0, 3000.0, 20.0],
-            mu: None,
-            friction: false,
+            core,
+            law: Law::Gradient { friction: false },
             format: Format::Single,
         },
         shaking: Shaking {
@@ -43,6 +50,14 @@ pub(crate) fn settings() -> Settings {
             overruns: 3,
         },
     }
+}
+
+pub(crate) fn diagonal(entries: [f64; 4]) -> [[f64; 4]; 4] {
+    let mut rows = [[0.0; 4]; 4];
+    for (i, entry) in entries.into_iter().enumerate() {
+        rows[i][i] = entry;
+    }
+    rows
 }
 
 pub(crate) const SECTOR: usize = 4096;
@@ -139,7 +154,9 @@ pub(crate) struct Bench {
     pub(crate) encoder: Encoder,
     pub(crate) connected: Cell<bool>,
     /// What an encoder that is not connected counts.
-    pub(crate) dither: Cell<i64>,
+    pub(crate) dither: Cell<i32>,
+    /// The count where the servo stood at first.
+    pub(crate) first: i32,
     pub(crate) sensor_works: Cell<bool>,
     pub(crate) stage_works: Cell<bool>,
     pub(crate) held: Cell<Option<f32>>,
@@ -147,7 +164,12 @@ pub(crate) struct Bench {
 
 impl Bench {
     pub(crate) fn new(servo: &ServoParameters) -> Self {
+        Self::counting_from(0, servo)
+    }
+
+    pub(crate) fn counting_from(first: i32, servo: &ServoParameters) -> Self {
         Self {
+            first,
             plant: RefCell::new(Plant::at_rest(servo, SAMPLE_TIME)),
             encoder: Encoder::new(COUNTS),
             connected: Cell::new(true),
@@ -168,16 +190,16 @@ impl Bench {
 impl PositionSensor for &Bench {
     type Error = ();
 
-    fn count(&mut self) -> Result<i64, ()> {
+    fn count(&mut self) -> Result<i32, ()> {
         if !self.sensor_works.get() {
             return Err(());
         }
-        let count = self.encoder.read(self.plant.borrow().position);
-        Ok(if self.connected.get() {
-            count
+        let moved = if self.connected.get() {
+            self.encoder.read(self.plant.borrow().position) as i32
         } else {
             self.dither.get()
-        })
+        };
+        Ok(self.first.wrapping_add(moved))
     }
 }
 
