@@ -9,7 +9,8 @@ use identifier_core::identifier::Identify;
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Ab;
 use identifier_core::settings::{BoxSettings, ControllerSettings, Settings};
-use support::{Bench, Random};
+use support::Draw;
+use virtual_servo::{Encoder, Plant};
 
 /// The paper's equations, sampled: every quantity in SI and double precision.
 struct Literal {
@@ -89,20 +90,17 @@ fn where_no_limit_acts_it_is_the_papers_loop() {
     let mut furthest = 0.0_f64;
     let mut learnt = 0;
     for seed in 1..=SERVOS {
-        let mut random = Random::new(7919 * seed);
-        let b = random.log_uniform(50.0, 2000.0);
+        let mut random = Draw::new(7919 * seed);
+        let b = random.between(50.0, 2000.0);
         let a = random.uniform(0.0, 20.0);
-        let bandwidth = random.log_uniform(10.0, 60.0);
-        let counts = random.log_uniform(2000.0, 65_536.0).round();
+        let bandwidth = random.between(10.0, 60.0);
+        let counts = random.between(2000.0, 65_536.0).round();
         let load = random.uniform(-40.0, 40.0);
         let sample_time = random.one_of(&[2.5e-4, 5e-4, 1e-3]);
         let (kp, kd) = (bandwidth * bandwidth / b, 2.0 * bandwidth / b);
         let ki = 0.1 * bandwidth * kp;
-        let guess = b * random.log_uniform(0.7, 1.4);
-        let gamma = [
-            random.log_uniform(0.5, 15.0),
-            b * random.log_uniform(0.5, 10.0),
-        ];
+        let guess = b * random.between(0.7, 1.4);
+        let gamma = [random.between(0.5, 15.0), b * random.between(0.5, 10.0)];
         let mut settings = Settings {
             controller: Some(ControllerSettings::pid(kp, kd, ki)),
             ..Settings::new(sample_time, counts)
@@ -169,4 +167,27 @@ fn diagonal([a, b]: [f64; 2]) -> [[f64; 4]; 4] {
     gamma[0][0] = a;
     gamma[1][1] = b;
     gamma
+}
+
+/// A true servo with an encoder whose counter has 32 bits and starts anywhere.
+#[derive(Debug, Clone, Copy)]
+struct Bench {
+    plant: Plant,
+    encoder: Encoder,
+    start: i32,
+}
+
+impl Bench {
+    fn new(servo: &ServoParameters, sample_time: f64, counts: f64, start: i32) -> Self {
+        Self {
+            plant: Plant::at_rest(servo, sample_time),
+            encoder: Encoder::new(counts),
+            start,
+        }
+    }
+
+    fn count(&self) -> i32 {
+        self.start
+            .wrapping_add(self.encoder.read(self.plant.position) as i32)
+    }
 }

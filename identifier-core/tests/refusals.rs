@@ -1,7 +1,5 @@
 //! What cannot be is refused by name, with what could, and leaves the state as it was.
 
-mod support;
-
 use identifier_core::error::StepError;
 use identifier_core::identifier::{GradientIdentifier, IdentifierError, Identify};
 use identifier_core::measurement::velocity::LowPass;
