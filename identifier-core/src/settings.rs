@@ -71,6 +71,11 @@ pub struct IdentifierSettings {
     /// Bandwidth of the position loop, rad/s, for the correction in acceleration form; right within a
     /// factor of four. None: follows from the sample time and from what the first fit finds.
     pub bandwidth: Option<f64>,
+    /// The time over which the first fit of Gauss–Newton looks, s. None: a second; it is tried at half
+    /// of it, and goes on until it succeeds.
+    pub start_time: Option<f64>,
+    /// The memory of Gauss–Newton, s, for a servo that changes. None: all that ever was.
+    pub memory: Option<f64>,
     /// The fastest that the servo can move, rad/s; a larger jump of the count is refused. None: what
     /// the number format counts exactly in a sample.
     pub max_speed: Option<f64>,
@@ -177,6 +182,8 @@ impl IdentifierSettings {
         mu: None,
         correction: None,
         bandwidth: None,
+        start_time: None,
+        memory: None,
         max_speed: None,
         ranges: None,
     };
