@@ -152,12 +152,33 @@ where
     fn wait(
         &self,
         state: &mut GradientIdentifierState<N, V::State, P>,
-        observed: Observed<N, P>,
+        rate: N,
         command: N,
     ) -> Seen<N> {
+        let output_error = self.model.output_error(&state.model);
         self.model.stand_beside(&mut state.model);
-        self.advance(state, &observed, command);
-        self.seen(state, &observed, Event::Standing)
+        self.advance(state, rate, command);
+        let event = if self.should_move(state, command) {
+            Event::NotFollowing
+        } else {
+            Event::Standing
+        };
+        self.seen(state, output_error, event)
+    }
+
+    /// Whether the estimates say that a command moves the servo, load and friction notwithstanding.
+    fn should_move(&self, state: &GradientIdentifierState<N, V::State, P>, command: N) -> bool {
+        let ModelParameters {
+            gain,
+            coulomb,
+            load,
+            ..
+        } = ModelParameters::of_set::<S, P>(&state.law.estimates());
+        let pushed = gain * (command + self.model.load_command(&state.model)) + load;
+        // Twice, so that estimates on their way do not raise the alarm, and more than the encoder
+        // would hide.
+        let hidden = self.standstill.hidden_acceleration();
+        pushed.magnitude() > coulomb + coulomb + hidden
     }
 
     /// A sample in which the guard shortens the law's step.
@@ -166,40 +187,50 @@ where
     fn learn_slowly(
         &self,
         state: &mut GradientIdentifierState<N, V::State, P>,
-        observed: Observed<N, P>,
-        update: Update<N, P>,
+        rate: N,
+        regressor: [N; P],
         command: N,
     ) -> Seen<N> {
+        let output_error = self.model.output_error(&state.model);
+        let update = self.update(state, output_error, rate, &regressor);
         self.law.shorten(&mut state.law, &update);
-        self.advance(state, &observed, command);
-        self.seen(state, &observed, Event::Slowed)
+        self.advance(state, rate, command);
+        self.seen(state, output_error, Event::Slowed)
     }
 
     /// What a sample shows in which the model may have run away: the guard sees that first.
     fn seen(
         &self,
         state: &mut GradientIdentifierState<N, V::State, P>,
-        observed: &Observed<N, P>,
+        output_error: N,
         event: Event,
     ) -> Seen<N> {
         let restarted = self.model.restart_if_lost(&mut state.model);
         Seen {
-            output_error: observed.output_error,
+            output_error,
             event: if restarted { Event::Restarted } else { event },
         }
     }
 
+    /// The law's step.
+    #[inline]
+    fn update(
+        &self,
+        state: &GradientIdentifierState<N, V::State, P>,
+        output_error: N,
+        rate: N,
+        regressor: &[N; P],
+    ) -> Update<N, P> {
+        let gain = ModelParameters::of_set::<S, P>(&state.law.estimates()).gain;
+        self.law.update(regressor, output_error, rate, gain)
+    }
+
     /// Moves the model to the next sample.
     #[inline]
-    fn advance(
-        &self,
-        state: &mut GradientIdentifierState<N, V::State, P>,
-        observed: &Observed<N, P>,
-        command: N,
-    ) {
+    fn advance(&self, state: &mut GradientIdentifierState<N, V::State, P>, rate: N, command: N) {
         let parameters = ModelParameters::of_set::<S, P>(&state.law.estimates());
         self.model
-            .advance::<S, P>(&mut state.model, observed, command, &parameters);
+            .advance::<S, P>(&mut state.model, rate, command, &parameters);
     }
 }
 
@@ -241,30 +272,27 @@ where
 
     #[inline]
     fn follow(&self, state: &mut Self::State, increment: N, command: N) -> Seen<N> {
-        let observed = self.model.observe::<S, P>(&mut state.model, increment);
-        if S::HAS_COULOMB {
-            // A model that friction can hold has nothing to learn from a servo that stays where it is.
-            let stays = self.travel.stays(&mut state.travelled, increment);
-            let stands = self.standstill.stands(&mut state.still, increment);
-            if stays || stands {
-                // By value: what is pointed at would have to be in memory in every sample.
-                return self.wait(state, observed, command);
-            }
+        let Observed {
+            output_error,
+            rate,
+            regressor,
+        } = self.model.observe::<S, P>(&mut state.model, increment);
+        // A servo that stands teaches nothing, least of all that its amplifier is off; and a model that
+        // friction can hold has nothing to learn from one that stays where it is.
+        let stays = S::HAS_COULOMB && self.travel.stays(&mut state.travelled, increment);
+        let stands = self.standstill.stands(&mut state.still, increment);
+        if stays || stands {
+            return self.wait(state, rate, command);
         }
-        let gain = ModelParameters::of_set::<S, P>(&state.law.estimates()).gain;
-        let update = self.law.update(
-            &observed.regressor,
-            observed.output_error,
-            observed.rate,
-            gain,
-        );
+        let update = self.update(state, output_error, rate, &regressor);
         if !update.is_gentle() {
-            return self.learn_slowly(state, observed, update, command);
+            // By value: what is pointed at would have to be in memory in every sample.
+            return self.learn_slowly(state, rate, regressor, command);
         }
         self.law.take(&mut state.law, &update);
-        self.advance(state, &observed, command);
+        self.advance(state, rate, command);
         Seen {
-            output_error: observed.output_error,
+            output_error,
             event: Event::None,
         }
     }

@@ -10,6 +10,7 @@ use crate::units::Units;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Standstill<N> {
     patience: N,
+    hidden: N,
 }
 
 impl<N: Number> Standstill<N> {
@@ -20,9 +21,17 @@ impl<N: Number> Standstill<N> {
     /// For a loop with these units.
     #[must_use]
     pub fn new(units: &Units) -> Self {
+        let patience = libm::ceil(Self::PATIENCE / units.sample_time());
         Self {
-            patience: N::from_f64(libm::ceil(Self::PATIENCE / units.sample_time())),
+            patience: N::from_f64(patience),
+            hidden: N::from_f64(2.0 / (patience * patience)),
         }
+    }
+
+    /// The acceleration (machine units) that moves a servo by no more than a count within that time.
+    #[must_use]
+    pub fn hidden_acceleration(&self) -> N {
+        self.hidden
     }
 
     /// Takes in the increment of a sample; true while the servo stands. `still` counts the samples

@@ -158,12 +158,13 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
         }
     }
 
-    /// Moves the model to the next sample under the command that acts until then.
+    /// Moves the model to the next sample under the command that acts until then; `rate` is what was
+    /// observed.
     #[inline]
     pub fn advance<S: ParameterSet<P>, const P: usize>(
         &self,
         state: &mut ModelState<N, V::State, C::State>,
-        observed: &Observed<N, P>,
+        rate: N,
         command: N,
         parameters: &ModelParameters<N>,
     ) -> Phase<N> {
@@ -172,7 +173,7 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
             acceleration,
         } = self
             .correction
-            .process(&mut state.correction, state.output_error, observed.rate);
+            .process(&mut state.correction, state.output_error, rate);
         let command = command + correction;
         // Written so that what is known to be zero costs nothing.
         let drive =
@@ -195,6 +196,12 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
             state.acted.command = command;
             Phase::Slid { direction: N::ONE }
         }
+    }
+
+    /// Output error ε = q − q_e, machine units.
+    #[inline]
+    pub fn output_error(&self, state: &ModelState<N, V::State, C::State>) -> N {
+        state.output_error
     }
 
     /// The load over the gain that the correction's integral has found, k_i ω, command units.

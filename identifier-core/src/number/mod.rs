@@ -36,6 +36,8 @@ pub trait Number:
     /// The same bound as a number: the largest error or increment that a loop accepts, and the
     /// largest output error it lets its model run up.
     const REACH: Self;
+    /// Terms of the series of a [`HeldStep`](crate::model::HeldStep) that the format resolves, at most 6.
+    const SERIES_TERMS: usize;
     /// Spacing of the numbers next above one.
     const EPSILON: f64;
 
@@ -84,6 +86,7 @@ impl Number for f32 {
     const ONE: Self = 1.0;
     const LARGEST_EXACT_COUNT: i64 = 1 << Self::MANTISSA_DIGITS;
     const REACH: Self = (1_u32 << Self::MANTISSA_DIGITS) as Self;
+    const SERIES_TERMS: usize = 5;
     const EPSILON: f64 = Self::EPSILON as f64;
 
     #[inline]
@@ -143,6 +146,7 @@ impl Number for f64 {
     const ONE: Self = 1.0;
     const LARGEST_EXACT_COUNT: i64 = 1 << Self::MANTISSA_DIGITS;
     const REACH: Self = (1_u64 << Self::MANTISSA_DIGITS) as Self;
+    const SERIES_TERMS: usize = 6;
     const EPSILON: f64 = Self::EPSILON;
 
     #[inline]
