@@ -1,12 +1,10 @@
 //! The paper's experiment, from the same file as the simulator's.
 
-use drive_link::{Format, LoopSettings};
 use identifier_core::excitation::BandLimitedWhiteNoise;
-use identifier_core::identifier::{GradientLaw, IdentifierConfig, IdentifierError};
-use identifier_core::measurement::velocity::LowPass;
+use identifier_core::identifier::IdentifierError;
 use identifier_core::model::ServoParameters;
-use identifier_core::number::Number;
-use identifier_core::units::Units;
+use identifier_core::settings::{BoxSettings, IdentifierSettings, PerParameter, diagonal};
+use identifier_core::{ControllerSettings, Settings};
 use virtual_servo::{Encoder, Plant};
 
 include!(concat!(env!("OUT_DIR"), "/paper.rs"));
@@ -19,56 +17,44 @@ pub fn samples() -> u32 {
 
 /// What controller and identifier are built from.
 #[must_use]
-pub fn loop_settings(format: Format) -> LoopSettings {
-    let most = BOUNDS_B[1] * LIMIT.min(KP);
+pub fn settings() -> Settings {
     let [a, b] = INITIAL;
     let [of_a, of_b] = GAMMA;
-    LoopSettings {
-        sample_time: SAMPLE_TIME,
-        counts_per_rev: COUNTS_PER_REV,
-        gains: [KP, KD, KI],
-        limit: [-LIMIT, LIMIT],
+    Settings {
         cutoff: CUTOFF,
-        plant_box: Some([BOX_A, BOX_B]),
-        initial: [a, b, 0.0, 0.0],
-        bounds: [BOUNDS_A, BOUNDS_B, [0.0, most], [-most, most]],
-        gamma: [of_a, of_b, 100.0],
-        mu: Some(MU),
-        friction: false,
-        format,
+        controller: Some(ControllerSettings::pid(KP, KD, KI).limited(LIMIT)),
+        identifier: IdentifierSettings {
+            initial: PerParameter {
+                a: Some(a),
+                b: Some(b),
+                ..PerParameter::default()
+            },
+            bounds: PerParameter {
+                a: Some(BOUNDS_A),
+                b: Some(BOUNDS_B),
+                ..PerParameter::default()
+            },
+            plant_box: Some(BoxSettings { a: BOX_A, b: BOX_B }),
+            gamma: Some(diagonal([of_a, of_b, 100.0, 0.0])),
+            mu: Some(MU),
+            ..IdentifierSettings::UNSTATED
+        },
+        ..Settings::new(SAMPLE_TIME, COUNTS_PER_REV)
     }
 }
 
-/// The same as the core takes it.
+/// The reference, counts.
 ///
 /// # Errors
 /// None for the file that this was made from.
-pub fn config() -> Result<IdentifierConfig, IdentifierError> {
-    drive_logic::config(&loop_settings(Format::Single))
-}
-
-/// The law.
-///
-/// # Errors
-/// None for the file that this was made from.
-pub fn law<const P: usize>() -> Result<GradientLaw<P>, IdentifierError> {
-    drive_logic::law(&loop_settings(Format::Single))
-}
-
-/// The velocity estimate.
-///
-/// # Errors
-/// None for the file that this was made from.
-pub fn velocity<N: Number>(units: &Units) -> Result<LowPass<N>, IdentifierError> {
-    Ok(LowPass::new(units, CUTOFF)?)
-}
-
-/// The reference.
-///
-/// # Errors
-/// None for the file that this was made from.
-pub fn reference(units: &Units) -> Result<BandLimitedWhiteNoise, IdentifierError> {
-    Ok(BandLimitedWhiteNoise::new(units, POWER, HOLD, SEED as u32)?)
+pub fn reference() -> Result<BandLimitedWhiteNoise, IdentifierError> {
+    let units = settings().units()?;
+    Ok(BandLimitedWhiteNoise::new(
+        &units,
+        POWER,
+        HOLD,
+        SEED as u32,
+    )?)
 }
 
 /// The true servo and its encoder.

@@ -3,19 +3,19 @@
 use core::convert::Infallible;
 
 use identifier_core::drive::PositionSensor;
-use identifier_core::measurement::counter::Counter;
+use identifier_core::measurement::counter::{Counter, CounterRegister};
 use stm32f4xx_hal::hal_02;
 
-/// A timer of 16 bits that counts both edges of both lines, made endless.
+/// A timer that counts both edges of both lines, of 16 bits or of 32.
 ///
-/// It must be read before the servo has moved by half its range: 32 767 counts a sample are beyond
-/// any servo.
-pub struct Quadrature<Q> {
-    counter: Counter<u16>,
+/// One of 16 bits must be read before the servo has moved by half its range: 32 767 counts a sample
+/// are beyond any servo.
+pub struct Quadrature<Q: hal_02::Qei> {
+    counter: Counter<Q::Count>,
     hardware: Q,
 }
 
-impl<Q: hal_02::Qei<Count = u16>> Quadrature<Q> {
+impl<Q: hal_02::Qei<Count: CounterRegister>> Quadrature<Q> {
     /// Starts at count zero, wherever the servo stands.
     #[must_use]
     pub fn new(hardware: Q) -> Self {
@@ -26,11 +26,11 @@ impl<Q: hal_02::Qei<Count = u16>> Quadrature<Q> {
     }
 }
 
-impl<Q: hal_02::Qei<Count = u16>> PositionSensor for Quadrature<Q> {
+impl<Q: hal_02::Qei<Count: CounterRegister>> PositionSensor for Quadrature<Q> {
     type Error = Infallible;
 
     #[inline]
-    fn count(&mut self) -> Result<i64, Infallible> {
+    fn count(&mut self) -> Result<i32, Infallible> {
         Ok(self.counter.read(self.hardware.count()))
     }
 }

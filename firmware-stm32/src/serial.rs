@@ -12,7 +12,7 @@ pub const BAUD: u32 = 921_600;
 
 /// Bytes that came and nobody heard yet, and bytes to be said: at least two whole frames, and powers
 /// of two, so that a queue masks where it would divide.
-const ROOM: usize = 1024;
+const ROOM: usize = 2048;
 const _: () = assert!(ROOM > 2 * LONGEST_FRAME);
 
 /// Bytes on their way.

@@ -1,18 +1,21 @@
 //! What a drive without a record starts from: the paper's loop, with protections for a bare motor.
 
-use drive_link::{Format, LoopSettings, Protection, Settings, Shaking};
+use drive_link::{Format, Law, LoopSettings, Protection, Settings, Shaking};
+use identifier_core::settings::diagonal;
 
 use crate::paper;
 
 /// The settings.
 #[must_use]
 pub fn built_in() -> Settings {
+    let mut core = paper::settings();
+    // Ten times the paper's: chosen for its motor, they are slow far from it.
+    core.identifier.gamma = Some(diagonal([20.0, 3000.0, 100.0, 0.0]));
     Settings {
         closed_loop: LoopSettings {
-            friction: true,
-            // Ten times the paper's: chosen for its motor, they are slow far from it.
-            gamma: [20.0, 3000.0, 100.0],
-            ..paper::loop_settings(Format::Single)
+            core,
+            law: Law::Gradient { friction: true },
+            format: Format::Single,
         },
         shaking: Shaking {
             amplitude: 0.3,

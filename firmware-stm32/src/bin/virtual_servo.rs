@@ -9,23 +9,17 @@ use core::convert::Infallible;
 use cortex_m_rt::entry;
 use firmware_stm32::host::{Text, exit, say};
 use firmware_stm32::paper;
-use identifier_core::drive::{Actuator, PositionSensor, Tick, TickState};
+use identifier_core::GradientLoop;
+use identifier_core::drive::{Actuator, PositionSensor, Setpoint, control_step};
 use identifier_core::excitation::Excitation;
-use identifier_core::fixed_point::{
-    FixedGradientIdentifier, FixedLowPass, Ranges, reference_of_counts,
-};
-use identifier_core::identifier::{GradientIdentifier, IdentifierError};
-use identifier_core::measurement::velocity::LowPass;
+use identifier_core::identifier::{IdentifierError, Identify};
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Ab;
 use virtual_servo::{Encoder, Plant};
 
 #[entry]
 fn main() -> ! {
-    let done = single_precision()
-        .map(|found| report("f32", &found))
-        .and_then(|()| fixed_point())
-        .map(|found| report("fixed", &found));
+    let done = single_precision().map(|found| report("f32", &found));
     if done.is_err() {
         say(&["the experiment could not be built"]);
     }
@@ -46,11 +40,11 @@ struct Virtual {
 impl PositionSensor for &Virtual {
     type Error = Infallible;
 
-    fn count(&mut self) -> Result<i64, Infallible> {
+    fn count(&mut self) -> Result<i32, Infallible> {
         Ok(self
             .plant
             .try_borrow()
-            .map_or(0, |plant| self.encoder.read(plant.position)))
+            .map_or(0, |plant| self.encoder.read(plant.position) as i32))
     }
 }
 
@@ -71,52 +65,31 @@ impl Actuator<f32> for &Virtual {
 }
 
 fn single_precision() -> Result<ServoParameters, IdentifierError> {
-    let config = paper::config()?;
-    let velocity = paper::velocity::<f32>(&config.units)?;
-    let identifier =
-        GradientIdentifier::<f32, LowPass<f32>, Ab, 2>::new(&config, &paper::law()?, velocity)?;
-    let reference = paper::reference(&config.units)?;
+    let servo_loop: GradientLoop<f32, Ab, 2> = paper::settings().build()?;
+    let reference = paper::reference()?;
     let (plant, encoder) = paper::servo();
     let servo = Virtual {
         plant: RefCell::new(plant),
         encoder,
     };
     let (mut sensor, mut actuator) = (&servo, &servo);
-    let tick = Tick::new(identifier.controller());
-    let mut state = TickState::at_rest(0);
-    let mut learnt = identifier.start();
+    let mut state = servo_loop.start(0);
     let mut wanted = Excitation::<f32>::start(&reference);
     for _ in 0..paper::samples() {
-        let next = reference.process(&mut wanted);
-        if let Ok(ticked) = tick.step(&mut state, next, &mut sensor, &mut actuator) {
-            identifier.process(&mut learnt, &ticked.sample);
+        let setpoint = Setpoint {
+            count: 0,
+            offset: reference.process(&mut wanted),
+        };
+        let taken = control_step(
+            &servo_loop,
+            &mut state,
+            setpoint,
+            &mut sensor,
+            &mut actuator,
+        );
+        if let Ok(sample) = taken {
+            servo_loop.learn(&mut state, &sample);
         }
     }
-    Ok(identifier.estimates(&learnt))
-}
-
-fn fixed_point() -> Result<ServoParameters, IdentifierError> {
-    let config = paper::config()?;
-    let ranges = Ranges::of(&config);
-    let velocity = paper::velocity::<f64>(&config.units)?;
-    let identifier = FixedGradientIdentifier::<FixedLowPass, Ab, 2>::new(
-        &config,
-        &paper::law()?,
-        &ranges,
-        velocity,
-    )?;
-    let reference = paper::reference(&config.units)?;
-    let (mut plant, encoder) = paper::servo();
-    let controller = identifier.controller();
-    let mut control = controller.start(0);
-    let mut learnt = identifier.start();
-    let mut wanted = Excitation::<f64>::start(&reference);
-    for _ in 0..paper::samples() {
-        let next: f64 = reference.process(&mut wanted);
-        let count = encoder.read(plant.position);
-        let sample = controller.process(&mut control, reference_of_counts(next), count);
-        identifier.process(&mut learnt, &sample);
-        plant.advance(controller.command(&sample));
-    }
-    Ok(identifier.estimates(&learnt))
+    Ok(servo_loop.identifier().estimates(state.identification()))
 }
