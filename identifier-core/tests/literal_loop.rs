@@ -27,10 +27,14 @@ struct Literal {
     command: f64,
     /// Low-pass filters: q̇_e, u_e.
     filtered: [f64; 2],
+    /// When the servo moved last, and where it was, s and rad.
+    moved: (f64, f64),
+    time: f64,
 }
 
 impl Literal {
     fn new(settings: &Settings, mu: f64, gamma: [f64; 2], theta: [f64; 2]) -> Self {
+        let t = settings.sample_time;
         Self {
             settings: *settings,
             mu,
@@ -42,6 +46,8 @@ impl Literal {
             integral: 0.0,
             command: 0.0,
             filtered: [0.0; 2],
+            moved: (-t, 0.0),
+            time: 0.0,
         }
     }
 
@@ -60,7 +66,13 @@ impl Literal {
         let b_min = self.settings.identifier.plant_box.expect("a box").b[0];
         let strength = t * (0..2).map(|i| self.gamma[i] * phi[i] * phi[i]).sum::<f64>();
         let slowed = (0.05 * b_min * kd / strength).min(1.0);
-        for i in 0..2 {
+        // A servo that has not moved for 50 ms stands, and nothing is learnt from it.
+        if measured != self.moved.1 {
+            self.moved = (self.time, measured);
+        }
+        let stands = self.time - self.moved.0 > 0.05 + 0.5 * t;
+        self.time += t;
+        for i in (0..2).filter(|_| !stands) {
             self.theta[i] -= slowed * t * self.gamma[i] * phi[i] * y;
         }
         self.theta[0] = self.theta[0].max(0.0);

@@ -146,7 +146,7 @@ where
             .map(|(_, bounds)| bounds)
     }
 
-    /// A sample in which nothing is learnt, the model beside the servo.
+    /// A sample in which nothing is learnt; a model with friction stands beside the servo.
     #[cold]
     #[inline(never)]
     fn wait(
@@ -156,7 +156,9 @@ where
         command: N,
     ) -> Seen<N> {
         let output_error = self.model.output_error(&state.model);
-        self.model.stand_beside(&mut state.model);
+        if S::HAS_COULOMB {
+            self.model.stand_beside(&mut state.model);
+        }
         self.advance(state, rate, command);
         let event = if self.should_move(state, command) {
             Event::NotFollowing
