@@ -152,6 +152,8 @@ fn learning(given: &IdentifierSettings, f: &mut fmt::Formatter<'_>) -> fmt::Resu
     for (name, value, unit) in [
         ("mu", given.mu, "1/s"),
         ("bandwidth", given.bandwidth, "rad/s"),
+        ("start time", given.start_time, "s"),
+        ("memory", given.memory, "s"),
         ("noise", given.noise, "rad"),
         ("largest speed", given.max_speed, "rad/s"),
     ] {
