@@ -1,5 +1,5 @@
 //! A firmware that was there before the identifier: its own main loop, its own ways to measure and
-//! to act. The identifier is linked in and asked once the loop has run.
+//! to act. The loop is closed by the identifier's PID, and learns its servo while it runs.
 //!
 //! ```sh
 //! cargo build --release --target thumbv7em-none-eabihf
@@ -12,27 +12,20 @@
 
 use cortex_m_rt::entry;
 use cortex_m_semihosting::debug;
-use identifier_core::adaptation::PositiveDefinite;
-use identifier_core::control::{CommandLimit, ControlState, Gains};
-use identifier_core::excitation::{Excitation, Prbs};
-use identifier_core::identifier::{
-    Bounds, GradientIdentifier, GradientLaw, IdentifierConfig, IdentifierError,
-};
-use identifier_core::interval::Interval;
-use identifier_core::measurement::velocity::LowPass;
-use identifier_core::model::ServoParameters;
+use identifier_core::identifier::Identify;
 use identifier_core::parameters::Ab;
-use identifier_core::units::Units;
+use identifier_core::settings::{BoxSettings, diagonal};
+use identifier_core::{ControllerSettings, GradientLoop, Settings};
 
 /// What the servo is, which the firmware does not know: a (1/s) and b (rad/s² per command unit).
 const TRUE: (f32, f32) = (2.0, 257.7);
 
 const SAMPLE_TIME: f32 = 1e-3;
-const RAD_PER_COUNT: f32 = core::f32::consts::TAU / 10_000.0;
+const COUNTS_PER_REV: f32 = 10_000.0;
 
 #[entry]
 fn main() -> ! {
-    let well = run().is_ok_and(|found| (found.b / f64::from(TRUE.1) - 1.0).abs() < 0.02);
+    let well = run().is_some_and(|gain| (gain / f64::from(TRUE.1) - 1.0).abs() < 0.02);
     debug::exit(if well {
         debug::EXIT_SUCCESS
     } else {
@@ -43,54 +36,33 @@ fn main() -> ! {
     }
 }
 
-fn run() -> Result<ServoParameters, IdentifierError> {
-    let units = Units::new(f64::from(SAMPLE_TIME), f64::from(RAD_PER_COUNT))?;
-    let config = IdentifierConfig {
-        units,
-        gains: Gains::new(9.0, 0.19, 4.0)?,
-        limit: CommandLimit::symmetric(10.0)?,
-        plant_box: None,
-        initial: ServoParameters {
-            a: 0.0,
-            b: 150.0,
-            coulomb: 0.0,
-            load: 0.0,
-        },
-        bounds: Bounds {
-            a: Interval::new("bounds.a", 0.0, 50.0)?,
-            b: Interval::new("bounds.b", 110.0, 1000.0)?,
-            coulomb: Interval::new("bounds.coulomb", 0.0, 100.0)?,
-            load: Interval::new("bounds.load", -100.0, 100.0)?,
-        },
+fn run() -> Option<f64> {
+    let mut settings = Settings {
+        controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
+        ..Settings::new(SAMPLE_TIME.into(), COUNTS_PER_REV.into())
     };
-    let velocity = LowPass::<f32>::new(&units, 500.0)?;
-    let controller = config.controller(velocity);
-    let law = GradientLaw {
-        gamma: PositiveDefinite::diagonal([20.0, 3000.0])?,
-        mu: None,
-        frozen: [false; 2],
-    };
-    let identifier = GradientIdentifier::<f32, _, Ab, 2>::new(&config, &law, velocity)?;
-    let reference = Prbs::new(&units, 0.3, 0.05, 9)?;
+    settings.identifier.plant_box = Some(BoxSettings {
+        a: [0.0, 50.0],
+        b: [110.0, 1000.0],
+    });
+    settings.identifier.gamma = Some(diagonal([20.0, 3000.0, 0.0, 0.0]));
+    let servo_loop: GradientLoop<f32, Ab, 2> = settings.build().ok()?;
 
-    let mut control = ControlState::at_rest(0.0);
-    let mut learnt = identifier.start();
-    let mut wanted = Excitation::<f32>::start(&reference);
-    let mut servo = Servo {
-        position: 0.0,
-        velocity: 0.0,
-    };
-    for _ in 0..8000 {
-        let target: f32 = reference.process(&mut wanted);
-        if let Ok(sample) = controller.process(&mut control, target, servo.count()) {
-            servo.advance(sample.command);
-            identifier.process(&mut learnt, &sample);
-        }
+    let mut servo = Servo::default();
+    let mut state = servo_loop.start(servo.count());
+    for sample in 0..8000 {
+        // To and fro by 0.3 rad, three times a second.
+        let setpoint = if sample / 170 % 2 == 0 { 477 } else { -477 };
+        let step = servo_loop
+            .process(&mut state, setpoint, 0.0, servo.count())
+            .ok()?;
+        servo.advance(step.control.command);
     }
-    Ok(identifier.estimates(&learnt))
+    Some(servo_loop.identifier().estimates(state.identification()).b)
 }
 
 /// The servo, rad.
+#[derive(Default)]
 struct Servo {
     position: f32,
     velocity: f32,
@@ -98,10 +70,10 @@ struct Servo {
 
 impl Servo {
     /// The encoder's count.
-    fn count(&self) -> f32 {
-        const PER_RAD: f32 = 1.0 / RAD_PER_COUNT;
+    fn count(&self) -> i32 {
+        const PER_RAD: f32 = COUNTS_PER_REV / core::f32::consts::TAU;
         // Towards zero: an encoder's edges lie anywhere.
-        ((self.position * PER_RAD) as i32) as f32
+        (self.position * PER_RAD) as i32
     }
 
     fn advance(&mut self, command: f32) {

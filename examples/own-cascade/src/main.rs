@@ -1,0 +1,140 @@
+//! A firmware with a controller of its own, a cascade with feed-forward and a limit, which it keeps.
+//! The identifier only listens: it is told how far the encoder moved and which command acts, and
+//! nothing of the cascade.
+//!
+//! ```sh
+//! cargo build --release --target thumbv7em-none-eabihf
+//! ```
+//!
+//! (or `thumbv6m-none-eabi`, or `thumbv8m.main-none-eabihf`). Here the servo is a few lines of
+//! arithmetic, so that it runs in an emulator too; it ends well if the gain is found within 2 %.
+#![no_std]
+#![no_main]
+
+use cortex_m_rt::entry;
+use cortex_m_semihosting::debug;
+use identifier_core::Settings;
+use identifier_core::identifier::{DiagonalGradientIdentifier, Identify};
+use identifier_core::measurement::velocity::LowPass;
+use identifier_core::parameters::Ab;
+use identifier_core::settings::{BoxSettings, diagonal};
+
+/// What the servo is, which the firmware does not know: a (1/s), b (rad/s² per command unit) and the
+/// load (rad/s²).
+const TRUE: (f32, f32, f32) = (2.0, 257.7, -15.0);
+
+const SAMPLE_TIME: f32 = 1e-3;
+const COUNTS_PER_REV: f32 = 10_000.0;
+const RAD_PER_COUNT: f32 = core::f32::consts::TAU / COUNTS_PER_REV;
+
+type Identifier = DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>;
+
+#[entry]
+fn main() -> ! {
+    let well = run().is_some_and(|gain| (gain / f64::from(TRUE.1) - 1.0).abs() < 0.02);
+    debug::exit(if well {
+        debug::EXIT_SUCCESS
+    } else {
+        debug::EXIT_FAILURE
+    });
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
+
+fn run() -> Option<f64> {
+    let mut settings = Settings::new(SAMPLE_TIME.into(), COUNTS_PER_REV.into());
+    settings.identifier.plant_box = Some(BoxSettings {
+        a: [0.0, 50.0],
+        b: [110.0, 1000.0],
+    });
+    // How fast the model follows the servo: gains as of a PID that would suit it.
+    settings.identifier.correction = Some([9.0, 0.19, 4.0]);
+    settings.identifier.gamma = Some(diagonal([20.0, 3000.0, 0.0, 0.0]));
+    let identifier: Identifier = settings.build().ok()?;
+
+    let mut servo = Servo::default();
+    let mut cascade = Cascade::default();
+    let mut learnt = identifier.start();
+    let mut last = servo.register();
+    for sample in 0..8000 {
+        let register = servo.register();
+        let moved = i32::from(register.wrapping_sub(last).cast_signed());
+        last = register;
+        // To and fro at 4 rad/s.
+        let wanted = if sample / 170 % 2 == 0 { 4.0 } else { -4.0 };
+        let command = cascade.command(wanted, moved);
+        servo.advance(command);
+        identifier.process(&mut learnt, moved, command).ok()?;
+    }
+    Some(identifier.estimates(&learnt).b)
+}
+
+/// The firmware's controller: P of the position, PI of the velocity, the wanted velocity fed forward.
+#[derive(Default)]
+struct Cascade {
+    /// How far the position is behind, rad.
+    error: f32,
+    velocity: f32,
+    integral: f32,
+}
+
+impl Cascade {
+    /// Of the position, 1/s.
+    const POSITION: f32 = 12.0;
+    /// Of the velocity, command units per rad/s and per rad.
+    const PROPORTIONAL: f32 = 0.25;
+    const INTEGRAL: f32 = 4.0;
+    /// Command units per rad/s wanted.
+    const FORWARD: f32 = 0.02;
+    /// Command units: less than turning round asks for.
+    const LIMIT: f32 = 1.2;
+    /// Of the velocity estimate, a part of the sample rate.
+    const FILTER: f32 = 0.3;
+
+    /// Towards a velocity (rad/s), after the encoder has moved by counts.
+    fn command(&mut self, wanted: f32, moved: i32) -> f32 {
+        let moved = moved as f32 * RAD_PER_COUNT;
+        self.error += wanted * SAMPLE_TIME - moved;
+        self.velocity += Self::FILTER * (moved / SAMPLE_TIME - self.velocity);
+        let lag = wanted + Self::POSITION * self.error - self.velocity;
+        let asked =
+            Self::FORWARD * wanted + Self::PROPORTIONAL * lag + Self::INTEGRAL * self.integral;
+        let command = asked.clamp(-Self::LIMIT, Self::LIMIT);
+        if command == asked {
+            self.integral += SAMPLE_TIME * lag;
+        }
+        command
+    }
+}
+
+/// The servo, rad.
+#[derive(Default)]
+struct Servo {
+    position: f32,
+    velocity: f32,
+}
+
+impl Servo {
+    /// The encoder's counter, of 16 bits.
+    fn register(&self) -> u16 {
+        // Towards zero: an encoder's edges lie anywhere.
+        ((self.position / RAD_PER_COUNT) as i32) as u16
+    }
+
+    fn advance(&mut self, command: f32) {
+        let (a, b, load) = TRUE;
+        let acceleration = b * command - a * self.velocity + load;
+        self.position += SAMPLE_TIME * (self.velocity + 0.5 * SAMPLE_TIME * acceleration);
+        self.velocity += SAMPLE_TIME * acceleration;
+    }
+}
+
+#[cfg(target_os = "none")]
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo) -> ! {
+    debug::exit(debug::EXIT_FAILURE);
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
