@@ -22,5 +22,5 @@ pub use message::{
     Command, Estimates, Kept, PROTOCOL, Refusal, Report, Request, Snapshot, State, Status,
 };
 pub use settings::{
-    Format, Law, LoopSettings, Name, NotAllowed, Protection, Settings, Shaking, Why,
+    Dither, Format, Law, LoopSettings, Name, NotAllowed, Protection, Settings, Why,
 };

@@ -32,8 +32,8 @@ pub enum Command {
     Show,
     /// Close the loop where the servo stands, and identify.
     Start,
-    /// Send the servo to a place, rad from where it started.
-    Aim(f64),
+    /// Send the servo to a target, rad from where it started.
+    Target(f64),
     /// Let the servo go.
     Stop,
     /// Forget a fault, and let the self-test decide.
@@ -155,7 +155,7 @@ pub enum Refusal {
     Faulted(Fault),
     /// A setting is not allowed.
     Setting(NotAllowed),
-    /// The place is too far from where the servo started, rad.
+    /// The target is too far from where the servo started, rad.
     TooFar {
         /// How far it may be.
         most: f64,
@@ -175,7 +175,7 @@ impl fmt::Display for Refusal {
             Self::Setting(refused) => refused.fmt(f),
             Self::TooFar { most } => write!(
                 f,
-                "the place must be within {most} rad of where the servo started"
+                "the target must be within {most} rad of where the servo started"
             ),
             Self::Busy => f.write_str("it has not done yet what was asked before: ask again"),
             Self::NotKept => {

@@ -13,8 +13,8 @@ pub type Name = heapless::String<24>;
 pub struct Settings {
     /// Controller and identifier.
     pub closed_loop: LoopSettings,
-    /// Reference while it identifies.
-    pub shaking: Shaking,
+    /// What is added to the reference while it identifies.
+    pub dither: Dither,
     /// What lets the servo go.
     pub protection: Protection,
 }
@@ -49,9 +49,10 @@ pub enum Format {
     Fixed,
 }
 
-/// The pseudo-random binary reference that shakes the servo while it is identified.
+/// The pseudo-random binary signal that is added to the reference, so that there is something to
+/// identify from.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Shaking {
+pub struct Dither {
     /// Half the distance between its two levels, rad; 0 for none.
     pub amplitude: f64,
     /// Time between two decisions, s.
@@ -69,7 +70,7 @@ pub struct Protection {
     pub speed: f64,
     /// How long the servo may be driven (a command at its limit, or a twentieth of the largest position
     /// error) without moving, s.
-    pub silence: f64,
+    pub stall_time: f64,
     /// Samples running that may end too late.
     pub overruns: u8,
 }
@@ -179,21 +180,21 @@ impl fmt::Display for Settings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
             closed_loop,
-            shaking,
+            dither,
             protection,
         } = self;
         writeln!(f, "{closed_loop}")?;
         writeln!(
             f,
-            "shaken by {} rad, every {} s",
-            shaking.amplitude, shaking.hold
+            "dither of {} rad, every {} s",
+            dither.amplitude, dither.hold
         )?;
         write!(
             f,
-            "let go beyond {} rad of error, after {} s of silence, after {} late samples; sent up to \
+            "let go beyond {} rad of error, after {} s of stalling, after {} late samples; sent up to \
              {} rad away, at {} rad/s",
             protection.following_error,
-            protection.silence,
+            protection.stall_time,
             protection.overruns,
             protection.travel,
             protection.speed

@@ -1,8 +1,8 @@
 //! The line may do to the bytes what it likes.
 
 use drive_link::{
-    Answer, Command, Estimates, Format, FrameError, LONGEST_FRAME, Law, LoopSettings, Protection,
-    Question, Reading, Receiver, Report, Request, Settings, Shaking, frame,
+    Answer, Command, Dither, Estimates, Format, FrameError, LONGEST_FRAME, Law, LoopSettings,
+    Protection, Question, Reading, Receiver, Report, Request, Settings, frame,
 };
 use identifier_core::ControllerSettings;
 use identifier_core::settings::{BoxSettings, IdentifierSettings, PerParameter, RangeSettings};
@@ -75,7 +75,7 @@ fn filled(next: &mut impl FnMut() -> f64, mut given: u32, overruns: u8) -> Setti
                 Format::Fixed
             },
         },
-        shaking: Shaking {
+        dither: Dither {
             amplitude: next(),
             hold: next(),
         },
@@ -83,7 +83,7 @@ fn filled(next: &mut impl FnMut() -> f64, mut given: u32, overruns: u8) -> Setti
             following_error: next(),
             travel: next(),
             speed: next(),
-            silence: next(),
+            stall_time: next(),
             overruns,
         },
     }
@@ -121,7 +121,7 @@ fn request() -> impl Strategy<Value = Request> {
         settings().prop_map(Command::Configure),
         Just(Command::Start),
         any::<u16>().prop_map(Command::Watch),
-        (-1e3_f64..1e3).prop_map(Command::Aim),
+        (-1e3_f64..1e3).prop_map(Command::Target),
         Just(Command::Save),
     ];
     (any::<u8>(), command).prop_map(|(id, command)| Request { id, command })

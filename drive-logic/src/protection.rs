@@ -13,8 +13,8 @@ const AT_THE_LIMIT: f64 = 0.9;
 /// Part of the largest position error from which on it does.
 const IN_ERROR: f64 = 0.05;
 
-/// Counts within which a servo has not moved: one line of an encoder that is broken still dithers.
-const DITHER: f32 = 4.0;
+/// Counts within which a servo has not moved: one line of an encoder that is broken still flickers.
+const FLICKER: f32 = 4.0;
 
 /// The watch over one run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,9 +22,9 @@ pub(crate) struct Protection {
     following_error: f32,
     in_error: f32,
     strong: f32,
-    silent_most: u32,
+    stalled_most: u32,
     /// Samples running in which the servo was driven and did not move, and how far it moved in them.
-    silent: u32,
+    stalled: u32,
     moved: f32,
     late_most: u32,
     late: u32,
@@ -45,7 +45,7 @@ impl Protection {
             ("following_error", given.following_error),
             ("travel", given.travel),
             ("speed", given.speed),
-            ("silence", given.silence),
+            ("stall_time", given.stall_time),
         ] {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(out_of_range(name, value, (f64::MIN_POSITIVE, f64::MAX)));
@@ -64,8 +64,8 @@ impl Protection {
             following_error: (given.following_error * units.position()) as f32,
             in_error: (IN_ERROR * given.following_error * units.position()) as f32,
             strong: (AT_THE_LIMIT * limit) as f32,
-            silent_most: (given.silence / units.sample_time()) as u32,
-            silent: 0,
+            stalled_most: (given.stall_time / units.sample_time()) as u32,
+            stalled: 0,
             moved: 0.0,
             late_most: u32::from(given.overruns),
             late: 0,
@@ -80,13 +80,13 @@ impl Protection {
         }
         let driven = sample.error.abs() > self.in_error || sample.command.abs() >= self.strong;
         self.moved += sample.increment;
-        if driven && self.moved.abs() <= DITHER {
-            self.silent = self.silent.saturating_add(1);
+        if driven && self.moved.abs() <= FLICKER {
+            self.stalled = self.stalled.saturating_add(1);
         } else {
-            self.silent = 0;
+            self.stalled = 0;
             self.moved = 0.0;
         }
-        if self.silent > self.silent_most {
+        if self.stalled > self.stalled_most {
             Err(Fault::EncoderSilent)
         } else {
             Ok(())

@@ -28,13 +28,13 @@ pub(crate) struct Reference {
 
 impl Reference {
     pub(crate) fn new(settings: &Settings, units: &Units) -> Result<Self, OutOfRange> {
-        let dither = if settings.shaking.amplitude == 0.0 {
+        let dither = if settings.dither.amplitude == 0.0 {
             None
         } else {
             let prbs = Prbs::new(
                 units,
-                settings.shaking.amplitude,
-                settings.shaking.hold,
+                settings.dither.amplitude,
+                settings.dither.hold,
                 ORDER,
             )?;
             Some((prbs, Excitation::<f32>::start(&prbs)))

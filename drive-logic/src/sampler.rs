@@ -37,8 +37,8 @@ pub type Events = Queue<Event, EVENTS>;
 pub enum Order {
     /// Close this loop where the servo stands.
     Run(Run),
-    /// Send the servo to a place, counts from where it started.
-    Aim(i32),
+    /// Send the servo to a target, counts from where it started.
+    Target(i32),
     /// Let the servo go.
     Release,
     /// Forget a fault, if its cause is gone.
@@ -283,7 +283,7 @@ impl<'a> Sampler<'a> {
                 },
                 Err(fault) => self.fail(fault, actuator),
             },
-            Order::Aim(counts) => {
+            Order::Target(counts) => {
                 if let Some(run) = &mut self.run {
                     run.reference.send(run.started_at.wrapping_add(counts));
                 }

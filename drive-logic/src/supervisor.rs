@@ -167,11 +167,11 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                 self.order(Order::Run(run))?;
                 self.state = State::Running;
             }
-            Command::Aim(radians) => {
+            Command::Target(radians) => {
                 if self.state != State::Running {
                     return Err(Refusal::NotRunning);
                 }
-                self.order(Order::Aim(self.counts(radians)?))?;
+                self.order(Order::Target(self.counts(radians)?))?;
             }
             // One release at a time: the end of a second one would be taken for that of a later run.
             Command::Stop if self.releasing => {}

@@ -201,23 +201,23 @@ fn friction_is_learnt_where_it_is_asked_for() {
 fn the_servo_goes_where_it_is_sent_and_no_further() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
-    assert_eq!(drive.refusal(Command::Aim(1.0)), Refusal::NotRunning);
+    assert_eq!(drive.refusal(Command::Target(1.0)), Refusal::NotRunning);
     let mut still = settings();
-    still.shaking.amplitude = 0.0;
+    still.dither.amplitude = 0.0;
     drive.done(Command::Configure(still));
     drive.done(Command::Start);
     drive.pass(10);
     for radians in [50.1, -1e9, f64::NAN, f64::INFINITY] {
         assert_eq!(
-            drive.refusal(Command::Aim(radians)),
+            drive.refusal(Command::Target(radians)),
             Refusal::TooFar { most: 50.0 }
         );
     }
     // 80 000 counts.
-    drive.done(Command::Aim(-50.0));
+    drive.done(Command::Target(-50.0));
     drive.pass(20_000);
     assert!((bench.plant.borrow().position + 50.0).abs() < 0.01);
-    drive.done(Command::Aim(0.0));
+    drive.done(Command::Target(0.0));
     drive.pass(20_000);
     assert!(bench.plant.borrow().position.abs() < 0.01);
 }
@@ -243,7 +243,7 @@ fn every_harm_has_its_fault_and_lets_the_servo_go() {
         (Fault::EncoderSilent, |drive| {
             // The plug comes off, and the reference goes away until the command is at its limit.
             drive.bench.connected.set(false);
-            drive.done(Command::Aim(2.0));
+            drive.done(Command::Target(2.0));
         }),
     ];
     for (fault, harm) in harms {
@@ -255,7 +255,7 @@ fn every_harm_has_its_fault_and_lets_the_servo_go() {
 
 #[test]
 fn a_missing_and_a_broken_encoder_are_found_at_once() {
-    // Shaken by 0.3 rad: the command is far from its limit, and the error from what is allowed.
+    // A dither of 0.3 rad: the command is far from its limit, and the error from what is allowed.
     for broken_line in [false, true] {
         let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
         boot!(drive, &bench, &flash);
@@ -263,7 +263,7 @@ fn a_missing_and_a_broken_encoder_are_found_at_once() {
         drive.done(Command::Start);
         let mut told = Vec::new();
         for k in 0..400 {
-            bench.dither.set(i32::from(broken_line && k % 2 == 0));
+            bench.flicker.set(i32::from(broken_line && k % 2 == 0));
             told.extend(drive.pass(1));
         }
         assert!(
@@ -282,7 +282,7 @@ fn a_servo_that_stands_against_a_load_is_no_fault() {
     let (bench, flash) = (Bench::new(&servo), Flash::blank());
     boot!(drive, &bench, &flash);
     let mut still = settings();
-    still.shaking.amplitude = 0.0;
+    still.dither.amplitude = 0.0;
     drive.done(Command::Configure(still));
     drive.done(Command::Start);
     drive.pass(30_000);
@@ -450,9 +450,9 @@ fn what_is_out_of_range_is_refused_by_name_and_the_settings_stay() {
         ("bounds.b", |s| told(s).bounds.b = Some([5.0, 1e6])),
         ("gamma", |s| told(s).gamma = None),
         ("gamma", |s| told(s).gamma = Some([[1.0; 4]; 4])),
-        ("hold", |s| s.shaking.hold = 1e-4),
+        ("hold", |s| s.dither.hold = 1e-4),
         ("following_error", |s| s.protection.following_error = 0.0),
-        ("silence", |s| s.protection.silence = f64::NAN),
+        ("stall_time", |s| s.protection.stall_time = f64::NAN),
         ("travel", |s| s.protection.travel = 1e6),
         ("overruns", |s| s.protection.overruns = 0),
         ("plant_box.b", |s| {
@@ -535,7 +535,7 @@ fn a_count_that_wraps_in_the_middle_of_a_run_is_not_noticed() {
         let mut told = drive.pass(2000);
         // Over the wrap, and back.
         for radians in [6.0, -6.0] {
-            drive.done(Command::Aim(radians));
+            drive.done(Command::Target(radians));
             told.extend(drive.pass(4000));
         }
         drive.done(Command::Stop);
@@ -565,7 +565,7 @@ proptest::proptest! {
                 3 => { drive.ask(Command::Clear); }
                 4 => { drive.ask(Command::Save); }
                 5 => { drive.ask(Command::Configure(settings())); }
-                6 => { drive.ask(Command::Aim(1.0)); }
+                6 => { drive.ask(Command::Target(1.0)); }
                 7 => drive.lines.amplifier = !drive.lines.amplifier,
                 8 => drive.lines.low_switch = !drive.lines.low_switch,
                 9 => drive.late = !drive.late,

@@ -1,6 +1,6 @@
 //! What a drive without a record starts from: the paper's loop, with protections for a bare motor.
 
-use drive_link::{Format, Law, LoopSettings, Protection, Settings, Shaking};
+use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings};
 use identifier_core::settings::diagonal;
 
 use crate::paper;
@@ -17,7 +17,7 @@ pub fn built_in() -> Settings {
             law: Law::Gradient { friction: true },
             format: Format::Single,
         },
-        shaking: Shaking {
+        dither: Dither {
             amplitude: 0.3,
             hold: 0.05,
         },
@@ -25,7 +25,7 @@ pub fn built_in() -> Settings {
             following_error: 1.5,
             travel: 6.3,
             speed: 6.3,
-            silence: 0.1,
+            stall_time: 0.1,
             overruns: 3,
         },
     }

@@ -51,7 +51,8 @@ fn talk(drive: &mut Client) -> Result<(), Box<dyn Error>> {
 
     let settings = drive.settings()?;
     let mut wrong = settings;
-    wrong.closed_loop.gains[0] = 1.0;
+    let controller = &mut wrong.closed_loop.core.controller;
+    controller.as_mut().ok_or("the drive has no controller")?.kp = 1.0;
     match refusal(drive, Command::Configure(wrong))? {
         Refusal::Setting(refused) => println!("refused as it should be: {refused}"),
         other => return Err(format!("kp = 1 is refused, but because {other}").into()),

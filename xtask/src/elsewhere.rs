@@ -37,7 +37,11 @@ fn check_one(name: &str) -> Result<(), String> {
             println!("{name}, {target}: builds");
             continue;
         };
-        let binary = folder.join("target").join(target).join("release").join(name);
+        let binary = folder
+            .join("target")
+            .join(target)
+            .join("release")
+            .join(name);
         emulator::run_on(board, &binary)?;
         println!("{name}, {target}: builds, and finds its servo on an emulated {board}");
     }

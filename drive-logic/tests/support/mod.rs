@@ -4,7 +4,7 @@
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
-use drive_link::{Format, Law, LoopSettings, Protection, Settings, Shaking};
+use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
@@ -38,7 +38,7 @@ pub(crate) fn settings() -> Settings {
             law: Law::Gradient { friction: false },
             format: Format::Single,
         },
-        shaking: Shaking {
+        dither: Dither {
             amplitude: 0.3,
             hold: 0.05,
         },
@@ -46,7 +46,7 @@ pub(crate) fn settings() -> Settings {
             following_error: 3.0,
             travel: 50.0,
             speed: 5.0,
-            silence: 0.1,
+            stall_time: 0.1,
             overruns: 3,
         },
     }
@@ -154,7 +154,7 @@ pub(crate) struct Bench {
     pub(crate) encoder: Encoder,
     pub(crate) connected: Cell<bool>,
     /// What an encoder that is not connected counts.
-    pub(crate) dither: Cell<i32>,
+    pub(crate) flicker: Cell<i32>,
     /// The count where the servo stood at first.
     pub(crate) first: i32,
     pub(crate) sensor_works: Cell<bool>,
@@ -173,7 +173,7 @@ impl Bench {
             plant: RefCell::new(Plant::at_rest(servo, SAMPLE_TIME)),
             encoder: Encoder::new(COUNTS),
             connected: Cell::new(true),
-            dither: Cell::new(0),
+            flicker: Cell::new(0),
             sensor_works: Cell::new(true),
             stage_works: Cell::new(true),
             held: Cell::new(None),
@@ -197,7 +197,7 @@ impl PositionSensor for &Bench {
         let moved = if self.connected.get() {
             self.encoder.read(self.plant.borrow().position) as i32
         } else {
-            self.dither.get()
+            self.flicker.get()
         };
         Ok(self.first.wrapping_add(moved))
     }
