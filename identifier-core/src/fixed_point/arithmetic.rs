@@ -5,15 +5,16 @@
 
 use fixed::types::{I2F30, I4F60};
 
-/// A quantity as a fraction of its full scale, at most one in magnitude: 32 bits, Q2.30, so one
-/// guard bit.
+/// A quantity as a fraction of its full scale, from −1 to just below 1: 32 bits, Q2.30, so one guard
+/// bit.
 pub type Word = I2F30;
 
 /// A sum of products of words: 64 bits, Q4.60, so that seven products of full scale add up without
 /// a carry out of the top.
 pub type Accumulator = I4F60;
 
-/// The largest word, one less a last bit: the difference of two of them is still a word.
+/// The largest word, one less a last bit. From −1 to here, sum and difference of any two still fit 32
+/// bits, and a limit to them is one `SSAT`.
 pub(super) const FULL: Word = Word::from_bits((1 << WORD_BITS) - 1);
 
 /// Fraction bits of a [`Word`].
@@ -47,10 +48,25 @@ pub(super) fn value(word: Word, exponent: i32) -> f64 {
     libm::ldexp(word.to_num::<f64>(), exponent)
 }
 
-/// The word within ±[`FULL`].
+/// One half, the largest part that one of two may have of a full scale.
+const HALF: Word = Word::from_bits(1 << (WORD_BITS - 1));
+
+/// The word within −1 and [`FULL`].
 #[inline]
 pub(super) fn limit(word: Word) -> Word {
-    between(word, -FULL, FULL)
+    between(word, -Word::ONE, FULL)
+}
+
+/// The word within one half.
+#[inline]
+pub(super) fn limit_to_half(word: Word) -> Word {
+    between(word, -HALF, HALF - Word::DELTA)
+}
+
+/// Whether the word is within −1 and [`FULL`]: whether its guard bit is free.
+#[inline]
+pub(super) fn is_within(word: Word) -> bool {
+    word.to_bits().wrapping_add(1 << WORD_BITS) >= 0
 }
 
 /// x within [low, high], for low ≤ high: a `clamp` without the panic that checks this.
@@ -117,7 +133,6 @@ pub(super) struct Fraction(i32);
 impl Fraction {
     pub(super) const ZERO: Self = Self(0);
 
-    /// Bits of a sum's high half as they are: see [`Sum::fraction`].
     fn of(value: f64) -> Self {
         // A cast saturates.
         Self(libm::rint(libm::ldexp(value, 32)) as i32)
@@ -174,19 +189,25 @@ impl Sum {
         self.0 += i64::from(x.to_bits()) * i64::from(weight.0);
     }
 
-    /// Takes away a product of two words, shifted; one whose shift would leave the sum's range is
-    /// one.
+    /// Takes away a product of two words, at most a half, in the sum's own last bits: see
+    /// [`Sum::exponent_of_factor`].
     #[inline]
-    pub(super) fn subtract(&mut self, x: Word, y: Word, shift: Shift) {
-        let down = wide_product(x, y) >> (shift.down & 31);
-        let half = (down >> 32) as i32;
-        self.0 -= if half > shift.most {
-            1 << SUM_BITS
-        } else if half < -shift.most {
-            -(1 << SUM_BITS)
-        } else {
-            down << (shift.up & 31)
-        };
+    pub(super) fn subtract(&mut self, x: Word, y: Word) {
+        self.0 -= wide_product(x, y);
+    }
+
+    /// Takes away a product of two words times 2^`up`; one that would leave the sum's range is one.
+    pub(super) fn subtract_raised(&mut self, x: Word, y: Word, up: u32) {
+        const MOST: i64 = (1 << SUM_BITS) - 1;
+        let product = wide_product(x, y);
+        let up = up & 31;
+        self.0 -= between(product, -(MOST >> up), MOST >> up) << up;
+    }
+
+    /// The exponent of the one factor with which a product has the last bits of a sum of full scale
+    /// 2^to, the other's being `other`.
+    pub(super) fn exponent_of_factor(to: i32, other: i32) -> i32 {
+        to - other + ACCUMULATOR_BITS - SUM_BITS
     }
 }
 
@@ -202,36 +223,6 @@ impl Weight {
     pub(super) fn new(from: i32, to: i32) -> Self {
         let (least, most) = Self::APART;
         Self(1 << (32 - (to - from).clamp(least, most)))
-    }
-}
-
-/// By how much a product of two words is shifted before it is added to a [`Sum`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Shift {
-    down: u32,
-    up: u32,
-    /// The high half of a product that may still be shifted.
-    most: i32,
-}
-
-impl Shift {
-    /// The most places either way.
-    pub(super) const FURTHEST: i32 = 28;
-
-    /// Places down, from a product of two words of full scale 2^from to sums of full scale 2^to.
-    pub(super) fn places(from: i32, to: i32) -> i32 {
-        to - from + ACCUMULATOR_BITS - SUM_BITS
-    }
-
-    /// The same, for places within ±[`Shift::FURTHEST`].
-    pub(super) fn new(from: i32, to: i32) -> Self {
-        let places = Self::places(from, to).clamp(-Self::FURTHEST, Self::FURTHEST);
-        let up = (-places).max(0).unsigned_abs();
-        Self {
-            down: places.max(0).unsigned_abs(),
-            up,
-            most: (1 << (30 - up)) - 1,
-        }
     }
 }
 
@@ -261,7 +252,7 @@ impl Coefficient {
     /// Whether a full-scale input still moves the output by a word's last bit but ten.
     pub(super) fn is_felt(self) -> bool {
         const LEAST: i32 = 1 << (32 - 20);
-        self.0 == Fraction::ZERO || self.0.0.abs() >= LEAST
+        self.0.0.abs() >= LEAST
     }
 }
 
@@ -340,16 +331,20 @@ mod tests {
         }
 
         #[test]
-        fn a_sum_takes_products_of_any_scale(
-            x in -1.0_f64..1.0,
+        fn a_sum_takes_products_raised_or_not(
+            x in -0.5_f64..0.5,
             y in -1.0_f64..1.0,
-            from in -20_i32..20,
+            up in 0_u32..29,
         ) {
             let mut sum = Sum::of(0.3, 0);
-            sum.subtract(word(x, 0), word(y, 0), Shift::new(from, 0));
-            let step = (x * y * power(from)).clamp(-1.0, 1.0);
-            let tolerance = 1e-15 + 2e-9 * power(from);
+            sum.subtract_raised(word(x, 0), word(y, 0), up);
+            let step = (x * y * power(up as i32 - 2)).clamp(-1.0, 1.0);
+            let tolerance = 1e-15 + 2e-9 * power(up as i32);
             prop_assert!((sum.value(0) - (0.3 - step)).abs() < tolerance);
+            let mut raised = sum;
+            raised.subtract_raised(word(x, 0), word(y, 0), 0);
+            sum.subtract(word(x, 0), word(y, 0));
+            prop_assert_eq!(raised, sum);
         }
 
         #[test]
@@ -361,16 +356,19 @@ mod tests {
         }
 
         #[test]
-        fn no_step_leaves_a_sum(
-            start in -1.0_f64..1.0,
-            x: i32,
-            y: i32,
-            from in -100_i32..100,
-        ) {
+        fn no_step_leaves_a_sum(start in -1.0_f64..=1.0, x: i32, y: i32, up in 0_u32..29) {
             // Words with all of their guard bits used.
             let mut sum = Sum::of(start, 0);
-            sum.subtract(Word::from_bits(x), Word::from_bits(y), Shift::new(from, 0));
+            sum.subtract_raised(Word::from_bits(x), Word::from_bits(y), up);
             prop_assert!(sum.value(0).abs() <= 2.0);
+        }
+
+        #[test]
+        fn a_word_is_within_what_it_is_limited_to(bits: i32) {
+            let word = Word::from_bits(bits);
+            prop_assert_eq!(is_within(word), limit(word) == word);
+            prop_assert!(is_within(limit(word)));
+            prop_assert!(limit_to_half(word).abs() <= HALF);
         }
     }
 

@@ -1,26 +1,31 @@
-use fixed::types::I48F16;
+use fixed::types::I16F16;
 
-use super::arithmetic::{FULL, Sum, WORD_BITS, Word, between, limit};
+use super::arithmetic::{Sum, WORD_BITS, Word, between, limit, value};
 use super::pid::FixedPid;
-use super::ranges::{Ranges, Scales};
+use super::ranges::Scales;
 use super::velocity::FixedVelocity;
-use crate::error::OutOfRange;
-use crate::identifier::IdentifierConfig;
+use crate::error::StepError;
+use crate::identifier::IdentifierError;
+use crate::settings::{FromSettings, Settings};
 
-/// The sampled controller on words: velocity estimate and PID.
+/// The sampled controller on words: velocity estimate and PID, as
+/// [`Controller`](crate::control::Controller) on numbers.
+///
+/// Its words are of the same full scales as those of an identifier built from the same settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FixedController<V> {
-    pub(super) pid: FixedPid,
-    pub(super) velocity: V,
+    pid: FixedPid,
+    velocity: V,
     error: ErrorWord,
     increment: IncrementWord,
+    /// The largest increment that is taken.
+    most: Word,
     scales: Scales,
 }
 
 /// What the controller remembers between samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FixedControlState<F> {
-    position: i64,
     integral: Sum,
     filter: F,
 }
@@ -28,162 +33,173 @@ pub struct FixedControlState<F> {
 /// One sample of the loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FixedControlSample {
-    /// Position error, a fraction of its range.
+    /// Position error, a fraction of its full scale.
     pub error: Word,
-    /// Counts that the position moved since the last sample.
-    pub counts: i32,
-    /// The same, a fraction of the velocity's range.
+    /// Increment of the measured position since the last sample, a fraction of the velocity's.
     pub increment: Word,
-    /// Velocity estimate, a fraction of its range.
+    /// Velocity estimate, a fraction of its full scale.
     pub velocity: Word,
-    /// The sum of errors that the command was computed with, a fraction of its range.
-    pub integral: Word,
-    /// The command, a fraction of its range.
+    /// The command, limited, a fraction of its full scale: at most one half.
     pub command: Word,
-    /// Whether the integral took this sample's error.
-    pub integrates: bool,
 }
 
-/// A reference in counts as the controller takes it, to the nearest 2⁻¹⁶, saturated; zero for what is
-/// no number.
+/// A setpoint in counts as the controller takes it, to the nearest 2⁻¹⁶: whole counts, which wrap at
+/// 32 bits, and a fraction of a count from 0 to 1. Zero for what is no number, or infinite.
 #[must_use]
-pub fn reference_of_counts(counts: f64) -> I48F16 {
-    I48F16::from_bits(libm::rint(libm::ldexp(counts, 16)) as i64)
+pub fn split_setpoint(counts: f64) -> (i32, I16F16) {
+    const FRACTION: i32 = I16F16::FRAC_NBITS as i32;
+    let bits = libm::rint(libm::ldexp(counts, FRACTION));
+    if !bits.is_finite() {
+        return (0, I16F16::ZERO);
+    }
+    // All of it is exact: the wrap is a power of two.
+    let wrap = libm::ldexp(1.0, FRACTION + 32);
+    let wrapped = (bits - wrap * libm::floor(bits / wrap)) as i64;
+    let part = wrapped & ((1 << FRACTION) - 1);
+    ((wrapped >> FRACTION) as i32, I16F16::from_bits(part as i32))
 }
 
-impl<V: FixedVelocity> FixedController<V> {
-    /// The controller for these ranges.
-    ///
+impl<V: FixedVelocity> FromSettings for FixedController<V> {
     /// # Errors
-    /// The range that does not fit, and the one that would.
-    pub fn new(
-        config: &IdentifierConfig,
-        ranges: &Ranges,
-        velocity: V,
-    ) -> Result<Self, OutOfRange> {
-        let scales = Scales::new(config, ranges)?;
+    /// What refuses [`Controller`](crate::control::Controller); and the range, bound or sample time
+    /// that does not fit words, with what would.
+    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+        let given = settings.own_controller()?;
+        let (gains, limit) = (given.gains()?, given.command_limit()?);
+        let scales = Scales::of(settings)?;
         Ok(Self {
-            pid: FixedPid::new(config, &scales),
-            velocity,
+            pid: FixedPid::new(&settings.units()?, &gains, &limit, &scales),
+            velocity: settings.build()?,
             error: ErrorWord::new(&scales),
             increment: IncrementWord::new(&scales),
+            most: scales.most_increment(settings)?,
             scales,
         })
     }
+}
 
-    /// At rest at a count, integral empty.
+impl<V: FixedVelocity> FixedController<V> {
+    /// At rest, integral empty.
     #[must_use]
-    pub fn start(&self, position: i64) -> FixedControlState<V::State> {
+    pub fn start(&self) -> FixedControlState<V::State> {
         FixedControlState {
-            position,
             integral: Sum::ZERO,
             filter: V::State::default(),
         }
     }
 
-    /// One sample: the reference in counts with 16 fraction bits, and the count. Both may be any
-    /// number of turns away: only differences enter.
+    /// The position error of a setpoint, whole counts and an offset on top, at a count; saturated.
+    ///
+    /// Counts may wrap at 32 bits: setpoint and position are never further apart than half of that.
+    #[inline]
+    #[must_use]
+    pub fn error(&self, setpoint: i32, offset: I16F16, count: i32) -> Word {
+        self.error.of(setpoint, offset, count)
+    }
+
+    /// Counts moved since the last sample as an increment; saturated.
+    #[inline]
+    #[must_use]
+    pub fn increment(&self, moved: i32) -> Word {
+        self.increment.of(moved)
+    }
+
+    /// One sample: position error and increment of the measured position to command. An error beyond
+    /// its range saturates.
+    ///
+    /// # Errors
+    /// [`StepError::CountJumped`] when the position moved faster than `max_speed`; the state is then
+    /// untouched.
     #[inline]
     pub fn process(
         &self,
         state: &mut FixedControlState<V::State>,
-        reference: I48F16,
-        position: i64,
-    ) -> FixedControlSample {
-        let error = self.error.of(reference.to_bits(), position);
-        let moved = position.wrapping_sub(state.position);
-        state.position = position;
-        let counts = nearest(moved);
-        let increment = self.increment.of(counts);
-        let velocity = self.velocity.process(&mut state.filter, increment);
-        let integral = state.integral.word();
-        let command = self.pid.command(error, velocity, integral);
-        if command.integrates {
-            self.pid.gather(&mut state.integral, error);
+        error: Word,
+        increment: Word,
+    ) -> Result<FixedControlSample, StepError> {
+        if increment > self.most || increment < -self.most {
+            return Err(StepError::CountJumped);
         }
-        FixedControlSample {
+        let error = limit(error);
+        let velocity = self.velocity.process(&mut state.filter, increment);
+        let command = self.pid.process(&mut state.integral, error, velocity);
+        Ok(FixedControlSample {
             error,
-            counts,
             increment,
             velocity,
-            integral,
-            command: command.value,
-            integrates: command.integrates,
-        }
+            command,
+        })
     }
 
-    /// The command as a number, command units.
+    /// A command as a number, command units.
     #[must_use]
-    pub fn command(&self, sample: &FixedControlSample) -> f64 {
-        super::arithmetic::value(sample.command, self.scales.command)
+    pub fn command(&self, command: Word) -> f64 {
+        value(command, self.scales.command)
     }
 
-    /// The velocity estimate as a number, counts per sample.
+    /// The command that a word of one would be, command units: a power of two, to scale commands by
+    /// in integers.
     #[must_use]
-    pub fn velocity(&self, sample: &FixedControlSample) -> f64 {
-        super::arithmetic::value(sample.velocity, self.scales.velocity)
+    pub fn command_full_scale(&self) -> f64 {
+        value(Word::ONE, self.scales.command)
+    }
+
+    /// A velocity estimate as a number, counts per sample.
+    #[must_use]
+    pub fn velocity(&self, velocity: Word) -> f64 {
+        value(velocity, self.scales.velocity)
     }
 }
 
-/// Reference less position as a word.
+/// Setpoint less position as a word.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct ErrorWord {
-    exponent: u32,
+    /// Counts of the full scale.
+    full: i32,
+    up: u32,
+    down: u32,
 }
 
 impl ErrorWord {
-    /// Fraction bits of a reference.
-    const FRACTION: u32 = 16;
-
     fn new(scales: &Scales) -> Self {
+        let exponent = scales.position.clamp(0, WORD_BITS);
         Self {
-            exponent: scales.position.clamp(0, WORD_BITS).unsigned_abs(),
+            full: 1 << exponent,
+            up: (WORD_BITS - exponent).unsigned_abs(),
+            down: exponent.unsigned_abs(),
         }
     }
 
     /// Saturated.
     #[inline]
-    fn of(self, reference: i64, position: i64) -> Word {
-        const FRACTION: u32 = ErrorWord::FRACTION;
-        let full = 1_i32 << self.exponent;
-        // A reference has 48 bits: only a count that is 2⁶³ away itself could wrap.
-        let whole = nearest((reference >> FRACTION).wrapping_sub(position));
-        if whole >= full {
-            return FULL;
-        }
-        if whole < -full {
-            return -FULL;
-        }
-        // Within ±2^exponent counts, and a fraction of a count below 2^16.
-        let whole = whole << (WORD_BITS.unsigned_abs() - self.exponent);
-        let part =
-            (reference as u32 & ((1 << FRACTION) - 1)) << (WORD_BITS.unsigned_abs() - FRACTION);
-        limit(Word::from_bits(whole + (part >> self.exponent) as i32))
-    }
-}
-
-/// x, saturated.
-#[inline]
-fn nearest(x: i64) -> i32 {
-    let low = x as i32;
-    if i64::from(low) == x {
-        low
-    } else if x < 0 {
-        i32::MIN
-    } else {
-        i32::MAX
+    fn of(self, setpoint: i32, offset: I16F16, count: i32) -> Word {
+        const FRACTION: u32 = I16F16::FRAC_NBITS;
+        let offset = offset.to_bits();
+        let whole = setpoint
+            .wrapping_sub(count)
+            .saturating_add(offset >> FRACTION);
+        let (whole, part) = if whole >= self.full {
+            (self.full - 1, u32::MAX)
+        } else if whole < -self.full {
+            (-self.full, 0)
+        } else {
+            (whole, offset.cast_unsigned())
+        };
+        // Less than a count, so less than what is shifted out of the whole ones.
+        let part = (part & ((1 << FRACTION) - 1)) << (WORD_BITS.unsigned_abs() - FRACTION);
+        Word::from_bits((whole << self.up) + (part >> self.down).cast_signed())
     }
 }
 
 /// Counts as a word of the velocity's full scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct IncrementWord {
+pub(super) struct IncrementWord {
     most: i32,
     up: u32,
 }
 
 impl IncrementWord {
-    fn new(scales: &Scales) -> Self {
+    pub(super) fn new(scales: &Scales) -> Self {
         let exponent = scales.velocity.clamp(1, WORD_BITS);
         Self {
             most: (1 << exponent) - 1,
@@ -193,7 +209,7 @@ impl IncrementWord {
 
     /// Saturated.
     #[inline]
-    fn of(self, counts: i32) -> Word {
+    pub(super) fn of(self, counts: i32) -> Word {
         Word::from_bits(between(counts, -self.most, self.most) << self.up)
     }
 }

@@ -1,15 +1,15 @@
 use super::arithmetic::{
-    Coefficient, Shift, Sum, WORD_BITS, Word, between, power, product, quarter_product, quotient,
+    Coefficient, Sum, WORD_BITS, Word, between, limit, power, product, quarter_product, quotient,
     word,
 };
 use super::ranges::Scales;
-use crate::adaptation::{Gradient, GradientUpdate};
+use crate::adaptation::Gradient;
 use crate::error::{Allowed, OutOfRange};
-use crate::identifier::{GradientLaw, IdentifierConfig};
-use crate::parameters::ParameterSet;
+use crate::identifier::config::{Decay, GradientPlan};
+use crate::parameters::{Parameter, ParameterSet};
 
-/// The Γ-gradient law (11) on words, with the guard and the projection of [`Gradient`], for a
-/// diagonal Γ.
+/// The Γ-gradient law (11) on words, with the guard and the projection of
+/// [`GradientWith`](crate::adaptation::GradientWith), for a diagonal Γ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FixedGradient<const P: usize> {
     entries: [Entry; P],
@@ -17,6 +17,9 @@ pub(super) struct FixedGradient<const P: usize> {
     /// From ε̇ to the scale of y.
     rate_down: u32,
     strongest: Word,
+    strongest_per_gain: Coefficient,
+    /// The largest y that is still a word when it is raised for any of the estimates.
+    small: Word,
 }
 
 /// What concerns one parameter.
@@ -24,93 +27,134 @@ pub(super) struct FixedGradient<const P: usize> {
 struct Entry {
     /// Γᵢᵢ.
     gamma: Coefficient,
+    /// How far y is raised to act on the estimate.
+    up: u32,
     /// To the common full scale of φᵀΓφ.
     strength_down: u32,
-    /// To the estimate's full scale.
-    step: Shift,
     low: Sum,
     high: Sum,
+    /// What the halves of the two have between them, in last bits.
+    between: u32,
+}
+
+impl Entry {
+    /// Moves an estimate back to its bounds.
+    #[inline]
+    fn project(&self, estimate: &mut Sum) {
+        let above = estimate
+            .word()
+            .to_bits()
+            .wrapping_sub(self.low.word().to_bits());
+        // What the halves cannot tell apart is limited exactly.
+        if above.wrapping_sub(1).cast_unsigned() >= self.between {
+            *estimate = between(*estimate, self.low, self.high);
+        }
+    }
 }
 
 impl<const P: usize> FixedGradient<P> {
     /// Bits that the guard's bound keeps below the full scale of φᵀΓφ.
     const GUARD_BITS: i32 = WORD_BITS - 8;
 
+    /// The most that y is raised by.
+    const FURTHEST: i32 = 28;
+
     pub(super) fn new<S: ParameterSet<P>>(
-        config: &IdentifierConfig,
-        law: &GradientLaw<P>,
+        plan: &GradientPlan<P>,
         scales: &Scales,
     ) -> Result<Self, OutOfRange> {
-        let units = &config.units;
-        let entries = law.gamma.entries();
-        for (i, row) in entries.iter().enumerate() {
-            for (j, &entry) in row.iter().enumerate() {
-                if i != j {
-                    Allowed::Within(0.0, 0.0).check("gamma", entry)?;
-                }
-            }
-        }
+        let units = &plan.units;
+        let given = plan.gamma.entries();
         let machine: [f64; P] = core::array::from_fn(|i| {
-            if law.frozen[i] {
+            if plan.frozen[i] {
                 0.0
             } else {
                 let scale = S::PARAMETERS[i].scale(units) / units.velocity();
-                entries[i][i] * scale * scale
+                given[i][i] * scale * scale
             }
         });
-        // Of Γφ: no more than half of it, and a product with y no finer than a sum can take.
-        let directed = |i: usize| {
-            let parameter = S::PARAMETERS[i];
-            let least = Coefficient::least(machine[i], scales.regressor(parameter));
-            let finest = Shift::places(least + scales.output, scales.of(parameter));
-            least + (finest - Shift::FURTHEST).max(0)
+        let mu = plan.mu * units.rate();
+        let output = scales.output(mu);
+
+        // Where Γφ times y has the estimate's last bits; where Γφ asks for more, y is raised.
+        let level = |i: usize| Sum::exponent_of_factor(scales.estimate(S::PARAMETERS[i]), output);
+        let least = |i: usize| Coefficient::least(machine[i], scales.regressor(S::PARAMETERS[i]));
+        let up = |i: usize| (least(i) - level(i)).max(0);
+        let directed = |i: usize| level(i) + up(i);
+        let gamma: [Coefficient; P] = core::array::from_fn(|i| {
+            Coefficient::new(machine[i], scales.regressor(S::PARAMETERS[i]), directed(i))
+        });
+        for i in 0..P {
+            let given = given[i][i];
+            if up(i) > Self::FURTHEST {
+                let most = given * power(Self::FURTHEST - up(i));
+                Allowed::PositiveUpTo(most).check("gamma", given)?;
+            }
+            if !plan.frozen[i] && !gamma[i].is_felt() {
+                let least = given * power(directed(i) - least(i) - 18);
+                Allowed::AtLeast(least).check("gamma", given)?;
+            }
+        }
+
+        let (known, per_gain) = match plan.decay {
+            Decay::Known(decay) => (decay * units.rate(), 0.0),
+            Decay::PerGain(per_gain) => (0.0, per_gain * units.rate() / units.acceleration()),
         };
+        let [known, per_gain] = [known, per_gain].map(|decay| Gradient::<f64, P>::GUARD * decay);
+        let gain = scales.estimate(Parameter::B);
         let strength_of = |i: usize| directed(i) + scales.regressor(S::PARAMETERS[i]);
         // Two bits for the quarter of a product, and the halves of four add up to less than one.
         let strength = (0..P).map(strength_of).max().unwrap_or(0) + 2;
-        let bound = Gradient::<f64, P>::GUARD
-            * config.assumed_box().slowest_decay(config.gains.kd())
-            * units.rate();
+        let strength = strength.max(Coefficient::least(per_gain, gain));
+        // Where it follows from b̂, that of the start.
+        let started = S::PARAMETERS.iter().zip(plan.initial);
+        let started: f64 = started
+            .map(|(&parameter, initial)| match parameter {
+                Parameter::B => initial * parameter.scale(units),
+                _ => 0.0,
+            })
+            .sum();
+        let bound = known + per_gain * started;
         let least = power(strength - Self::GUARD_BITS);
         if bound < least {
             let largest = (0..P).max_by_key(|&i| strength_of(i)).unwrap_or(0);
-            let given = entries[largest][largest];
+            let given = given[largest][largest];
             Allowed::PositiveUpTo(given * bound / least).check("gamma", given)?;
         }
-        for (i, parameter) in S::PARAMETERS.into_iter().enumerate() {
-            let up = -Shift::places(directed(i) + scales.output, scales.of(parameter));
-            if up > Shift::FURTHEST {
-                let most = entries[i][i] * power(Shift::FURTHEST - up);
-                Allowed::PositiveUpTo(most).check("gamma", entries[i][i])?;
-            }
-        }
-        let mu = law.mu(config);
-        let mu_by_error = Coefficient::new(mu * units.rate(), scales.position, scales.output);
+
+        let furthest = (0..P).map(up).max().unwrap_or(0).min(Self::FURTHEST);
+        let mu_by_error = Coefficient::new(mu, scales.position, output);
         if !mu_by_error.is_felt() {
-            let least = power(scales.output - scales.position - 20) / units.rate();
-            Allowed::AtLeast(least).check("mu", mu)?;
+            let least = power(output - scales.position - 20) / units.rate();
+            Allowed::AtLeast(least).check("mu", plan.mu)?;
         }
         Ok(Self {
             entries: core::array::from_fn(|i| {
                 let parameter = S::PARAMETERS[i];
-                let own = scales.of(parameter);
-                let bounds = config.bounds.of(parameter);
-                let scale = parameter.scale(units);
+                let own = scales.estimate(parameter);
+                let bounds = plan.bounds[i].scaled(parameter.scale(units));
+                let (low, high) = (Sum::of(bounds.min(), own), Sum::of(bounds.max(), own));
+                let apart = high.word().to_bits().wrapping_sub(low.word().to_bits());
                 Entry {
-                    gamma: Coefficient::new(machine[i], scales.regressor(parameter), directed(i)),
+                    gamma: gamma[i],
+                    up: up(i).unsigned_abs(),
                     strength_down: (strength - 2 - strength_of(i)).unsigned_abs().min(31),
-                    step: Shift::new(directed(i) + scales.output, own),
-                    low: Sum::of(bounds.min() * scale, own),
-                    high: Sum::of(bounds.max() * scale, own),
+                    low,
+                    high,
+                    between: apart.cast_unsigned().saturating_sub(1),
                 }
             }),
             mu: mu_by_error,
-            rate_down: (scales.output - scales.velocity).unsigned_abs().min(31),
-            strongest: word(bound.min(power(strength)), strength),
+            rate_down: (output - scales.rate()).unsigned_abs().min(31),
+            // However small b̂ becomes, something is left to leave it with.
+            strongest: word(known.min(power(strength)), strength).max(Word::DELTA),
+            strongest_per_gain: Coefficient::new(per_gain, gain, strength),
+            small: Word::from_bits((1 << (WORD_BITS - furthest)) - 1),
         })
     }
 
-    /// One update from the regressor φ, the output error ε and its rate ε̇.
+    /// One update from the regressor φ, the output error ε and its rate ε̇, for the estimate b̂ of the
+    /// moment; true if the guard shortened it.
     #[inline]
     pub(super) fn update(
         &self,
@@ -118,26 +162,46 @@ impl<const P: usize> FixedGradient<P> {
         regressor: &[Word; P],
         output_error: Word,
         output_error_rate: Word,
-    ) -> GradientUpdate {
+        gain: Word,
+    ) -> bool {
         let direction: [Word; P] =
             core::array::from_fn(|i| self.entries[i].gamma.apply(regressor[i]));
         let strength = (0..P).fold(Word::ZERO, |sum, i| {
             sum + (quarter_product(regressor[i], direction[i]) >> self.entries[i].strength_down)
         });
         let mut output = self.mu.apply(output_error) + (output_error_rate >> self.rate_down);
-        let mut update = GradientUpdate::Full;
-        if strength > self.strongest {
-            output = product(output, quotient(self.strongest, strength));
-            update = GradientUpdate::Slowed;
+        let strongest = limit(self.strongest + self.strongest_per_gain.apply(gain));
+        let slowed = strength > strongest;
+        if slowed {
+            output = product(output, quotient(strongest, strength));
         }
-        for (i, entry) in self.entries.iter().enumerate() {
-            estimates[i].subtract(direction[i], output, entry.step);
-            // What the halves cannot tell apart is limited exactly.
-            let word = estimates[i].word();
-            if word <= entry.low.word() || word >= entry.high.word() {
-                estimates[i] = between(estimates[i], entry.low, entry.high);
+        if output <= self.small && output >= -self.small {
+            for i in 0..P {
+                estimates[i].subtract(direction[i], output << self.entries[i].up);
             }
+        } else {
+            self.subtract_large(estimates, direction, output);
         }
-        update
+        for (estimate, entry) in estimates.iter_mut().zip(&self.entries) {
+            entry.project(estimate);
+        }
+        slowed
+    }
+
+    /// The step for a y that is no word when it is raised.
+    #[cold]
+    #[inline(never)]
+    fn subtract_large(&self, estimates: &mut [Sum; P], direction: [Word; P], output: Word) {
+        for i in 0..P {
+            estimates[i].subtract_raised(direction[i], output, self.entries[i].up);
+        }
+    }
+
+    /// Which estimates stand at a bound.
+    pub(super) fn at_bounds(&self, estimates: &[Sum; P]) -> [bool; P] {
+        core::array::from_fn(|i| {
+            let (estimate, entry) = (estimates[i], &self.entries[i]);
+            estimate <= entry.low || estimate >= entry.high
+        })
     }
 }

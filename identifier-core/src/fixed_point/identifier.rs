@@ -1,30 +1,45 @@
 use core::marker::PhantomData;
 
-use super::arithmetic::{Sum, Word, value};
-use super::controller::{FixedControlSample, FixedController};
+use super::arithmetic::{Sum, Word, limit, limit_to_half, value, word};
+use super::controller::IncrementWord;
 use super::gradient::FixedGradient;
-use super::model::{FixedModelLoop, FixedModelState, FixedParameters};
-use super::ranges::{Ranges, Scales};
-use super::travel::FixedTravel;
+use super::model::{FixedModelLoop, FixedModelState, FixedObserved, FixedParameters};
+use super::ranges::{Scales, bounds};
+use super::rest::{FixedRest, FixedRestState};
 use super::velocity::FixedVelocity;
-use crate::adaptation::GradientUpdate;
-use crate::identifier::{GradientIdentifier, GradientLaw, IdentifierConfig, IdentifierError};
-use crate::measurement::velocity::VelocityEstimate;
+use crate::adaptation::{DiagonalGain, Gain};
+use crate::error::{Allowed, StepError};
+use crate::identifier::config::{GradientPlan, Promise};
+use crate::identifier::{Event, IdentifierError, Identify, Seen};
+use crate::interval::Interval;
 use crate::model::ServoParameters;
 use crate::parameters::{Parameter, ParameterSet};
+use crate::settings::{FromSettings, PerParameter, Settings};
+use crate::stability::Certificate;
 use crate::units::Units;
 
-/// The paper's identifier on words: model loop, Γ-gradient law and load estimate, for the
-/// parameter set S.
+/// The paper's identifier on words: model loop, Γ-gradient law with a diagonal Γ and load estimate,
+/// for the parameter set S; the same as
+/// [`DiagonalGradientIdentifier`](crate::identifier::DiagonalGradientIdentifier) on numbers.
+///
+/// It listens to any controller. Increments and commands are [`Word`]s, fractions of full scales that
+/// follow from the settings: [`Identify::increment`] makes the one of counts,
+/// [`FixedGradientIdentifier::command_word`] the other of command units, and the words of a
+/// [`FixedController`](super::FixedController) built from the same settings are right as they are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FixedGradientIdentifier<V, S, const P: usize> {
     model: FixedModelLoop<V>,
     law: FixedGradient<P>,
-    travel: FixedTravel,
-    scales: Scales,
+    rest: FixedRest,
+    increment: IncrementWord,
+    /// The largest increment that is taken.
+    most: Word,
     initial: [Sum; P],
+    bounds: [Interval; P],
+    scales: Scales,
     units: Units,
-    gain_margin: Option<f64>,
+    mu: f64,
+    promise: Option<Promise>,
     set: PhantomData<S>,
 }
 
@@ -33,20 +48,85 @@ pub struct FixedGradientIdentifier<V, S, const P: usize> {
 pub struct FixedGradientState<F, const P: usize> {
     model: FixedModelState<F>,
     estimates: [Sum; P],
-    load_command: Word,
-    travelled: i64,
+    rest: FixedRestState,
 }
 
-/// What one sample showed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FixedIdentification {
-    /// Output error ε = q − q_e before the update, a fraction of the error's range.
-    pub output_error: Word,
-    /// What the law did.
-    pub update: GradientUpdate,
-    /// True when the output error had left its range and the model starts again where the servo
-    /// is; the estimates are kept.
-    pub restarted: bool,
+/// The settings with every bound that fixed point needs for a parameter set.
+fn bounded<S: ParameterSet<P>, const P: usize>(
+    settings: &Settings,
+    units: &Units,
+) -> Result<Settings, IdentifierError> {
+    let largest = Scales::largest_rate(units);
+    let mut filled = *settings;
+    for parameter in S::PARAMETERS {
+        let found = bounds(settings, parameter)?;
+        let not_given = |setting| IdentifierError::NotGiven { setting };
+        let all = &mut filled.identifier.bounds;
+        match parameter {
+            Parameter::A => {
+                let found = found.unwrap_or([0.0, largest]);
+                for bound in found {
+                    Allowed::Within(-largest, largest).check("bounds.a", bound)?;
+                }
+                all.a = Some(found);
+            }
+            // Where it follows from the box, the sampled correction may ask for less.
+            Parameter::B => {
+                found.ok_or(not_given("bounds.b"))?;
+                if settings.identifier.known.b {
+                    all.b = found;
+                }
+            }
+            Parameter::Coulomb => all.coulomb = Some(found.ok_or(not_given("bounds.coulomb"))?),
+            Parameter::Load => all.load = Some(found.ok_or(not_given("bounds.load"))?),
+        }
+    }
+    Ok(filled)
+}
+
+impl<V, S, const P: usize> FromSettings for FixedGradientIdentifier<V, S, P>
+where
+    V: FixedVelocity,
+    S: ParameterSet<P>,
+{
+    /// # Errors
+    /// Whatever refuses the identifier on numbers, see [`IdentifierError`]; a bound that nothing says
+    /// and a full scale follows from, `bounds.b` (unless there is a box), `bounds.coulomb` or
+    /// `bounds.load`; a Γ that is not diagonal; and the range, bound, gain or sample time that does not
+    /// fit words, with what would.
+    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+        let velocity = V::from_settings(settings)?;
+        let filled = bounded::<S, P>(settings, &settings.units()?)?;
+        let mut plan = GradientPlan::<P>::new::<S>(&filled, &velocity.transfer())?;
+        DiagonalGain::<f64, P>::new(&plan.gamma, plan.frozen)?;
+        for (i, parameter) in S::PARAMETERS.into_iter().enumerate() {
+            if let (Parameter::B, Some([_, most])) = (parameter, bounds(settings, parameter)?) {
+                let own = plan.bounds[i];
+                plan.bounds[i] = Interval::new("bounds.b", own.min(), own.max().min(most))?;
+                Allowed::AtMost(most).check("initial.b", plan.initial[i])?;
+            }
+        }
+        let scales = Scales::of(settings)?;
+        let units = plan.units;
+        Ok(Self {
+            model: FixedModelLoop::new(velocity, &units, &plan.gains, &scales),
+            law: FixedGradient::new::<S>(&plan, &scales)?,
+            rest: FixedRest::new(&units, &scales),
+            increment: IncrementWord::new(&scales),
+            most: scales.most_increment(settings)?,
+            initial: core::array::from_fn(|i| {
+                let parameter = S::PARAMETERS[i];
+                let machine = plan.initial[i] * parameter.scale(&units);
+                Sum::of(machine, scales.estimate(parameter))
+            }),
+            bounds: plan.bounds,
+            scales,
+            units,
+            mu: plan.mu,
+            promise: plan.promise,
+            set: PhantomData,
+        })
+    }
 }
 
 impl<V, S, const P: usize> FixedGradientIdentifier<V, S, P>
@@ -54,124 +134,163 @@ where
     V: FixedVelocity,
     S: ParameterSet<P>,
 {
-    /// Builds the identifier for these ranges and the velocity estimate that the controller uses,
-    /// as numbers and as words.
-    ///
-    /// # Errors
-    /// Whatever refuses the identifier on numbers, see [`IdentifierError`]; and the range, gain or
-    /// sample time that does not fit words, with what would.
-    pub fn new<W>(
-        config: &IdentifierConfig,
-        law: &GradientLaw<P>,
-        ranges: &Ranges,
-        velocity: W,
-    ) -> Result<Self, IdentifierError>
-    where
-        W: VelocityEstimate<f64>,
-        V: for<'a> From<&'a W>,
-    {
-        let checked = GradientIdentifier::<f64, W, S, P>::new(config, law, velocity)?;
-        let units = config.units;
-        let controller = FixedController::new(config, ranges, V::from(&velocity))?;
-        let scales = Scales::new(config, ranges)?.with_mu(law.mu(config) * units.rate());
-        Ok(Self {
-            model: FixedModelLoop::new(controller, &scales),
-            law: FixedGradient::new::<S>(config, law, &scales)?,
-            travel: FixedTravel::new(&units),
-            scales,
-            initial: S::PARAMETERS.map(|parameter| {
-                let machine = parameter.of(&config.initial) * parameter.scale(&units);
-                Sum::of(machine, scales.of(parameter))
-            }),
-            units,
-            gain_margin: checked.gain_margin(),
-            set: PhantomData,
-        })
-    }
-
-    /// The controller that the model loop has, to close the real loop with: the two cannot differ.
-    #[inline]
+    /// The certificate of the box, where a box was given.
     #[must_use]
-    pub fn controller(&self) -> &FixedController<V> {
-        &self.model.controller
+    pub fn certificate(&self) -> Option<&Certificate> {
+        self.promise.as_ref().map(|promise| &promise.certificate)
     }
 
-    /// The gain margin of the sampled loop over the box, where a box was given and certified.
+    /// The gain margin of the sampled loop over the box, where a box was given: see
+    /// [`sampled_loop::gain_margin`](crate::stability::sampled_loop::gain_margin).
     #[must_use]
     pub fn gain_margin(&self) -> Option<f64> {
-        self.gain_margin
+        self.promise.map(|promise| promise.gain_margin)
     }
 
-    /// The state at the start: the model at rest where the servo is, the estimates at their
-    /// initial values.
+    /// μ as it is used, 1/s: the one given, or the automatic one.
     #[must_use]
-    pub fn start(&self) -> FixedGradientState<V::State, P> {
-        FixedGradientState {
-            model: FixedModelState::at_rest(),
-            estimates: self.initial,
-            load_command: Word::ZERO,
-            travelled: 0,
-        }
+    pub fn mu(&self) -> f64 {
+        self.mu
     }
 
-    /// One sample, after the controller's.
-    #[inline]
-    pub fn process(
-        &self,
-        state: &mut FixedGradientState<V::State, P>,
-        real: &FixedControlSample,
-    ) -> FixedIdentification {
-        let FixedGradientState {
-            model,
-            estimates,
-            load_command,
-            travelled,
-        } = state;
-        self.model.observe(model, real);
-        let output_error = self.model.output_error(model);
-        let stays = S::HAS_COULOMB && self.travel.stays(travelled, real.counts);
-        if stays {
-            self.model.stand_beside(model);
-        }
-        let command = self.model.command(model, real);
-        let regressor = self.model.regressor::<S, P>(model, &command);
-        let update = if stays {
-            GradientUpdate::Held
-        } else {
-            self.law.update(
-                estimates,
-                &regressor,
-                output_error,
-                command.output_error_rate,
-            )
-        };
-        let parameters = FixedParameters::of_set::<S, P>(estimates);
-        self.model
-            .advance::<S, P>(model, real, &command, &parameters);
-        *load_command = command.load;
-        FixedIdentification {
-            output_error,
-            update,
-            restarted: self.model.restart_if_lost(model),
-        }
+    /// The bounds that an estimate is kept in, SI; nothing for what the model has not got.
+    #[must_use]
+    pub fn bounds(&self, wanted: Parameter) -> Option<Interval> {
+        let mut own = S::PARAMETERS.into_iter().zip(self.bounds);
+        own.find(|(parameter, _)| *parameter == wanted)
+            .map(|(_, bounds)| bounds)
+    }
+
+    /// A command in command units as a word; saturated, zero for what is no number.
+    #[must_use]
+    pub fn command_word(&self, command: f64) -> Word {
+        limit_to_half(word(command, self.scales.command))
+    }
+
+    /// A command as a number, command units.
+    #[must_use]
+    pub fn command(&self, command: Word) -> f64 {
+        value(command, self.scales.command)
     }
 
     /// The output error of a sample as a number, counts (position units).
     #[must_use]
-    pub fn output_error(&self, seen: &FixedIdentification) -> f64 {
+    pub fn output_error(&self, seen: &Seen<Word>) -> f64 {
         value(seen.output_error, self.scales.position)
     }
 
-    /// The estimates in SI; the load is the part found as a parameter plus b̂ k_i ∫ε.
-    #[must_use]
-    pub fn estimates(&self, state: &FixedGradientState<V::State, P>) -> ServoParameters {
+    /// A sample in which nothing is learnt, the model beside the servo.
+    #[cold]
+    #[inline(never)]
+    fn wait(
+        &self,
+        state: &mut FixedGradientState<V::State, P>,
+        rate: Word,
+        command: Word,
+    ) -> Event {
+        self.model.stand_beside(&mut state.model);
+        let event = self.advance(state, rate, command, Event::Standing);
+        if event == Event::Standing && self.should_move(state, command) {
+            Event::NotFollowing
+        } else {
+            event
+        }
+    }
+
+    /// Whether the estimates say that a command moves the servo, load and friction notwithstanding:
+    /// as the identifier on numbers decides it.
+    fn should_move(&self, state: &FixedGradientState<V::State, P>, command: Word) -> bool {
+        let parameters = FixedParameters::of_set::<S, P>(&state.estimates);
+        let pushed = self.model.pushed(&state.model, command, &parameters);
+        let held = parameters.coulomb + parameters.coulomb;
+        pushed.abs() > held + self.rest.hidden_acceleration()
+    }
+
+    /// Moves the model to the next sample.
+    #[inline]
+    fn advance(
+        &self,
+        state: &mut FixedGradientState<V::State, P>,
+        rate: Word,
+        command: Word,
+        event: Event,
+    ) -> Event {
+        let parameters = FixedParameters::of_set::<S, P>(&state.estimates);
+        let restarted = self
+            .model
+            .advance::<S, P>(&mut state.model, rate, command, &parameters);
+        if restarted { Event::Restarted } else { event }
+    }
+}
+
+impl<V, S, const P: usize> Identify<Word> for FixedGradientIdentifier<V, S, P>
+where
+    V: FixedVelocity,
+    S: ParameterSet<P>,
+{
+    type State = FixedGradientState<V::State, P>;
+
+    fn start(&self) -> Self::State {
+        FixedGradientState {
+            model: self.model.start(),
+            estimates: self.initial,
+            rest: FixedRestState::default(),
+        }
+    }
+
+    /// A fraction of the velocity's full scale, saturated.
+    #[inline]
+    fn increment(&self, moved: i32) -> Word {
+        self.increment.of(moved)
+    }
+
+    /// Any word is a command: one beyond its range saturates.
+    #[inline]
+    fn check(&self, increment: Word, _: Word) -> Result<(), StepError> {
+        if increment > self.most || increment < -self.most {
+            Err(StepError::CountJumped)
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Increment and command are fractions of their full scales, and so is the output error that it
+    /// answers with. What is beyond saturates.
+    #[inline]
+    fn follow(&self, state: &mut Self::State, increment: Word, command: Word) -> Seen<Word> {
+        let increment = limit(increment);
+        let FixedObserved {
+            output_error,
+            rate,
+            regressor,
+        } = self.model.observe::<S, P>(&mut state.model, increment);
+        let stays = S::HAS_COULOMB && self.rest.stays(&mut state.rest, increment);
+        let stands = self.rest.stands(&mut state.rest, increment);
+        let event = if stays || stands {
+            self.wait(state, rate, command)
+        } else {
+            let gain = FixedParameters::of_set::<S, P>(&state.estimates).gain;
+            let slowed =
+                self.law
+                    .update(&mut state.estimates, &regressor, output_error, rate, gain);
+            let event = if slowed { Event::Slowed } else { Event::None };
+            self.advance(state, rate, command, event)
+        };
+        Seen {
+            output_error,
+            event,
+        }
+    }
+
+    /// The load is the part found as a parameter plus b̂ k_i ∫ε.
+    fn estimates(&self, state: &Self::State) -> ServoParameters {
         let of = |wanted: Parameter| {
             S::PARAMETERS
                 .iter()
                 .zip(&state.estimates)
                 .find(|(parameter, _)| **parameter == wanted)
                 .map_or(0.0, |(_, estimate)| {
-                    let machine = estimate.value(self.scales.of(wanted));
+                    let machine = estimate.value(self.scales.estimate(wanted));
                     machine / wanted.scale(&self.units)
                 })
         };
@@ -181,6 +300,18 @@ where
             coulomb: of(Parameter::Coulomb),
             load: of(Parameter::Load),
         }
-        .with_load_of(value(state.load_command, self.scales.command))
+        .with_load_of(self.command(self.model.load_command(&state.model)))
+    }
+
+    fn at_bounds(&self, state: &Self::State) -> PerParameter<bool> {
+        let at = self.law.at_bounds(&state.estimates);
+        PerParameter::from_fn(|wanted| {
+            let place = S::PARAMETERS.iter().position(|&own| own == wanted);
+            place.is_some_and(|place| at[place])
+        })
+    }
+
+    fn join(&self, state: &mut Self::State, increment: Word) {
+        state.model = self.model.alongside(&state.model, increment);
     }
 }

@@ -52,12 +52,13 @@ mod identifier;
 mod model;
 mod pid;
 mod ranges;
+mod rest;
+mod servo_loop;
 mod step;
-mod travel;
 mod velocity;
 
 pub use arithmetic::{Accumulator, Word};
-pub use controller::{FixedControlSample, FixedControlState, FixedController, reference_of_counts};
-pub use identifier::{FixedGradientIdentifier, FixedGradientState, FixedIdentification};
-pub use ranges::Ranges;
+pub use controller::{FixedControlSample, FixedControlState, FixedController, split_setpoint};
+pub use identifier::{FixedGradientIdentifier, FixedGradientState};
+pub use servo_loop::{FixedLoopStep, FixedServoLoop, FixedServoLoopState};
 pub use velocity::{FixedAveragedDifference, FixedLowPass, FixedVelocity};

@@ -1,15 +1,20 @@
-use super::arithmetic::{FULL, Fraction, Sum, Weight, Word, limit, product};
-use super::controller::{FixedControlSample, FixedController};
+use super::arithmetic::{
+    Fraction, Sum, Weight, Word, is_within, limit, limit_to_half, product, wide,
+};
+use super::pid::FixedCorrection;
 use super::ranges::Scales;
-use super::step::{FixedMotion, FixedPhase, FixedStep};
+use super::step::{FixedMotion, FixedStep};
 use super::velocity::FixedVelocity;
+use crate::control::Gains;
 use crate::parameters::{Parameter, ParameterSet};
+use crate::units::Units;
 
-/// The model loop on words, relative to the real loop as [`ModelLoop`](crate::model::ModelLoop) is.
+/// The model loop on words, driven by the command that acted as [`ModelLoop`](crate::model::ModelLoop)
+/// is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FixedModelLoop<V> {
-    /// Velocity estimate and control law: those of the real loop.
-    pub(super) controller: FixedController<V>,
+    velocity: V,
+    correction: FixedCorrection,
     step: FixedStep,
     /// Of an increment in the output error.
     weight: Weight,
@@ -23,57 +28,46 @@ pub(super) struct FixedModelState<F> {
     /// ω.
     integral_error: Sum,
     motion: FixedMotion,
-    filter: F,
-    acted: Acted<Word>,
-    regressor_filter: Acted<F>,
+    rate: F,
+    acted: Acted,
+    regressor: RegressorFilter<F>,
 }
 
+/// What acted on the model over the sample just passed.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Acted<X> {
-    command: X,
-    direction: X,
-    moving: X,
+struct Acted {
+    command: Word,
+    direction: Word,
+    moving: Word,
 }
 
-impl<F: Default> FixedModelState<F> {
-    pub(super) fn at_rest() -> Self {
-        Self {
-            output_error: Sum::ZERO,
-            integral_error: Sum::ZERO,
-            motion: FixedMotion::NONE,
-            filter: F::default(),
-            acted: Acted {
-                command: Word::ZERO,
-                direction: Word::ZERO,
-                moving: Word::ZERO,
-            },
-            regressor_filter: Acted {
-                command: F::default(),
-                direction: F::default(),
-                moving: F::default(),
-            },
-        }
-    }
+/// The velocity filters of the regressor's entries.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct RegressorFilter<F> {
+    velocity: F,
+    command: F,
+    direction: F,
+    moving: F,
 }
 
-/// The model's command of a sample.
+/// What a sample shows.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct FixedModelCommand {
-    pub(super) value: Word,
-    /// k_i ω, of the command's full scale.
-    pub(super) load: Word,
-    /// ε̇, at most twice the velocity's full scale.
-    pub(super) output_error_rate: Word,
-    pub(super) velocity: Word,
+pub(super) struct FixedObserved<const P: usize> {
+    /// ε, of the position's full scale.
+    pub(super) output_error: Word,
+    /// ε̇, of twice the velocity's full scale.
+    pub(super) rate: Word,
+    /// The regressor (9), each entry of its own full scale.
+    pub(super) regressor: [Word; P],
 }
 
 /// The estimates as they act.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FixedParameters {
     x: Fraction,
-    gain: Word,
-    coulomb: Word,
-    load: Word,
+    pub(super) gain: Word,
+    pub(super) coulomb: Word,
+    pub(super) load: Word,
 }
 
 impl FixedParameters {
@@ -97,148 +91,151 @@ impl FixedParameters {
     }
 }
 
-impl<V: FixedVelocity> FixedModelLoop<V> {
-    pub(super) fn new(controller: FixedController<V>, scales: &Scales) -> Self {
+impl<F: Default> FixedModelState<F> {
+    fn at_rest() -> Self {
         Self {
-            controller,
+            output_error: Sum::ZERO,
+            integral_error: Sum::ZERO,
+            motion: FixedMotion::NONE,
+            rate: F::default(),
+            acted: Acted::default(),
+            regressor: RegressorFilter::default(),
+        }
+    }
+}
+
+impl<V: FixedVelocity> FixedModelLoop<V> {
+    pub(super) fn new(velocity: V, units: &Units, gains: &Gains, scales: &Scales) -> Self {
+        Self {
+            velocity,
+            correction: FixedCorrection::new(units, gains, scales),
             step: FixedStep::new(),
             weight: Weight::new(scales.velocity, scales.position),
         }
     }
 
-    /// Brings the output error to this sample: both positions have moved.
-    #[inline]
-    pub(super) fn observe(&self, state: &mut FixedModelState<V::State>, real: &FixedControlSample) {
-        let moved = real.increment - state.motion.increment;
-        state.output_error.add(moved, self.weight);
+    /// At rest where the servo is.
+    pub(super) fn start(&self) -> FixedModelState<V::State> {
+        FixedModelState::at_rest()
     }
 
-    /// ε as a word of the position's full scale.
-    #[inline]
-    pub(super) fn output_error(&self, state: &FixedModelState<V::State>) -> Word {
-        limit(state.output_error.word())
-    }
-
-    /// The model's command for this sample.
-    #[inline]
-    pub(super) fn command(
+    /// Moves with the servo at a velocity; what the correction has gathered stays.
+    pub(super) fn alongside(
         &self,
-        state: &mut FixedModelState<V::State>,
-        real: &FixedControlSample,
-    ) -> FixedModelCommand {
-        let velocity = self
-            .controller
-            .velocity
-            .process(&mut state.filter, state.motion.increment);
-        let load = self
-            .controller
-            .pid
-            .integral_command(state.integral_error.word());
-        let output_error = self.output_error(state);
-        let error = limit(real.error + output_error);
-        let command = self.controller.pid.command(error, velocity, real.integral);
-        let gathered = match (command.integrates, real.integrates) {
-            (true, true) => output_error,
-            (true, false) => error,
-            (false, true) => -real.error,
-            (false, false) => Word::ZERO,
-        };
-        self.controller
-            .pid
-            .gather(&mut state.integral_error, gathered);
-        FixedModelCommand {
-            value: command.value + load,
-            load,
-            output_error_rate: real.velocity - velocity,
-            velocity,
+        state: &FixedModelState<V::State>,
+        velocity: Word,
+    ) -> FixedModelState<V::State> {
+        let velocity = limit(velocity);
+        FixedModelState {
+            motion: FixedMotion {
+                increment: velocity,
+                velocity: wide(velocity),
+            },
+            integral_error: state.integral_error,
+            ..self.start()
         }
     }
 
-    /// The regressor (9), each entry of its own full scale.
+    /// Takes in by how much the servo has moved since the last sample, at most one in magnitude.
     #[inline]
-    pub(super) fn regressor<S: ParameterSet<P>, const P: usize>(
+    pub(super) fn observe<S: ParameterSet<P>, const P: usize>(
         &self,
         state: &mut FixedModelState<V::State>,
-        command: &FixedModelCommand,
-    ) -> [Word; P] {
-        let Acted {
-            command: u,
-            direction,
-            moving,
-        } = state.acted;
-        let filters = &mut state.regressor_filter;
-        S::PARAMETERS.map(|parameter| match parameter {
-            Parameter::A => command.velocity,
-            Parameter::B => -self.controller.velocity.process(&mut filters.command, u),
+        increment: Word,
+    ) -> FixedObserved<P> {
+        let change = increment - state.motion.increment;
+        state.output_error.add(change, self.weight);
+        // The filter is linear: of the difference it is the difference of the velocity estimates,
+        // and the half of it is a word.
+        let rate = self.velocity.process(&mut state.rate, change >> 1);
+        let acted = &state.acted;
+        let filters = &mut state.regressor;
+        let regressor = S::PARAMETERS.map(|parameter| match parameter {
+            Parameter::A => self
+                .velocity
+                .process(&mut filters.velocity, state.motion.increment),
+            Parameter::B => -self.velocity.process(&mut filters.command, acted.command),
             Parameter::Coulomb => self
-                .controller
                 .velocity
-                .process(&mut filters.direction, direction),
-            Parameter::Load if S::HAS_COULOMB => -self
-                .controller
-                .velocity
-                .process(&mut filters.moving, moving),
-            Parameter::Load => -FULL,
-        })
+                .process(&mut filters.direction, acted.direction),
+            Parameter::Load if S::HAS_COULOMB => {
+                -self.velocity.process(&mut filters.moving, acted.moving)
+            }
+            Parameter::Load => -Word::ONE,
+        });
+        FixedObserved {
+            output_error: limit(state.output_error.word()),
+            rate,
+            regressor,
+        }
     }
 
-    /// Moves the model to the next sample under its held command.
+    /// Moves the model to the next sample under the command that acts until then, which is taken as
+    /// at most half of its full scale; `rate` is what was observed. True when the model has left its
+    /// ranges and starts again where the servo is.
     #[inline]
     pub(super) fn advance<S: ParameterSet<P>, const P: usize>(
         &self,
         state: &mut FixedModelState<V::State>,
-        real: &FixedControlSample,
-        command: &FixedModelCommand,
+        rate: Word,
+        command: Word,
         parameters: &FixedParameters,
-    ) {
-        let drive = product(parameters.gain, command.value) + parameters.load;
+    ) -> bool {
+        let command = self.correction.process(
+            &mut state.integral_error,
+            limit_to_half(command),
+            limit(state.output_error.word()),
+            rate,
+        );
+        let drive = product(parameters.gain, command) + parameters.load;
+        let velocity = state.motion.velocity;
         if S::HAS_COULOMB {
-            let (motion, FixedPhase { direction, moving }) = self.step.rub(
-                parameters.x,
-                drive,
-                parameters.coulomb,
-                state.motion.velocity,
-            );
+            let (motion, phase) = self
+                .step
+                .rub(parameters.x, drive, parameters.coulomb, velocity);
             state.motion = motion;
-            let stuck = moving == Word::ZERO && motion == FixedMotion::NONE;
-            if stuck && self.servo_stands(real, parameters) {
-                self.stand_beside(state);
-            }
             state.acted = Acted {
-                command: product(command.value, moving),
-                direction,
-                moving,
+                command: product(command, phase.moving),
+                direction: phase.direction,
+                moving: phase.moving,
             };
         } else {
-            state.motion = self.step.slide(parameters.x, drive, state.motion.velocity);
-            state.acted.command = command.value;
+            state.motion = self.step.slide(parameters.x, drive, velocity);
+            state.acted.command = command;
         }
+        self.restart_if_lost(state)
     }
 
-    /// Puts the model where the servo is; what its integral has gathered stays.
+    /// The product of b̂ and a command that acts, with what the correction has found of the load: what
+    /// pushes the servo, of the velocity's full scale.
+    pub(super) fn pushed(
+        &self,
+        state: &FixedModelState<V::State>,
+        command: Word,
+        parameters: &FixedParameters,
+    ) -> Word {
+        let command = limit_to_half(command) + self.load_command(state);
+        product(parameters.gain, command) + parameters.load
+    }
+
+    /// k_i ω, the load over the gain, of the command's full scale.
+    pub(super) fn load_command(&self, state: &FixedModelState<V::State>) -> Word {
+        self.correction.load_command(state.integral_error)
+    }
+
+    /// Puts the model where the servo is while the servo stands; what the correction has gathered
+    /// stays.
     #[inline]
     pub(super) fn stand_beside(&self, state: &mut FixedModelState<V::State>) {
         state.output_error = Sum::ZERO;
     }
 
-    /// Whether friction outweighs all damping of the servo, (a + b kd) |q̇| ≤ c: see
-    /// [`ModelLoop::stand_together`](crate::model::ModelLoop::stand_together).
-    #[inline]
-    fn servo_stands(&self, real: &FixedControlSample, parameters: &FixedParameters) -> bool {
-        let of_loop = product(parameters.gain, self.controller.pid.damping(real.velocity));
-        let own = parameters.x.times(real.velocity);
-        let damping =
-            i64::from(own.to_bits()) + (i64::from(of_loop.to_bits()) << self.controller.pid.up());
-        damping.abs() <= i64::from(parameters.coulomb.to_bits())
-    }
-
     /// Starts the model again where the servo is if it has left its ranges; true if it had to.
     #[inline]
-    pub(super) fn restart_if_lost(&self, state: &mut FixedModelState<V::State>) -> bool {
-        let output_error = state.output_error.word();
-        let within = output_error <= FULL && output_error >= -FULL && state.motion.is_within();
+    fn restart_if_lost(&self, state: &mut FixedModelState<V::State>) -> bool {
+        let within = is_within(state.output_error.word()) && state.motion.is_within();
         if !within {
-            *state = FixedModelState::at_rest();
+            *state = self.start();
         }
         !within
     }

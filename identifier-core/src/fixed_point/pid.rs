@@ -1,6 +1,62 @@
-use super::arithmetic::{Coefficient, FULL, Sum, Weight, Word, word};
+use super::arithmetic::{Coefficient, Sum, Weight, Word, between, is_within, limit, word};
 use super::ranges::Scales;
-use crate::identifier::IdentifierConfig;
+use crate::control::{CommandLimit, Gains};
+use crate::units::Units;
+
+/// The gains of a PID on words, and the sum that its integral is made of.
+///
+/// Proportional and derivative part are of a full scale of their own, `wanted`, large enough that each
+/// of them is at most half of it whatever comes in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Terms {
+    proportional: Coefficient,
+    derivative: Coefficient,
+    weight: Weight,
+    /// Per error summed up, of what full scales.
+    per_error: f64,
+    sum: i32,
+    wanted: i32,
+    /// From there to the command's full scale.
+    up: u32,
+}
+
+impl Terms {
+    /// `rate` is the exponent of what the derivative acts on.
+    fn new(units: &Units, gains: &Gains, scales: &Scales, rate: i32) -> Self {
+        let Scales {
+            position, command, ..
+        } = *scales;
+        let (kp, kd) = (gains.kp() / units.position(), gains.kd() / units.velocity());
+        let wanted = Coefficient::least(kp, position)
+            .max(Coefficient::least(kd, rate))
+            .max(command);
+        let sum = scales.sum(units, gains);
+        Self {
+            proportional: Coefficient::new(kp, position, wanted),
+            derivative: Coefficient::new(kd, rate, wanted),
+            weight: Weight::new(position, sum),
+            per_error: Scales::per_error(units, gains),
+            sum,
+            wanted,
+            up: (wanted - command).unsigned_abs(),
+        }
+    }
+
+    /// From the sum to a quantity of full scale 2^to: at most half of the command's.
+    fn integral(&self, to: i32) -> Coefficient {
+        Coefficient::new(self.per_error, self.sum, to)
+    }
+}
+
+/// Adds an error to a sum, which stops at its full scale.
+#[inline]
+fn gather(sum: &mut Sum, error: Word, weight: Weight) {
+    let mut next = *sum;
+    next.add(error, weight);
+    if is_within(next.word()) {
+        *sum = next;
+    }
+}
 
 /// The PID (3) on words, with command limit and anti-windup as [`Pid`](crate::control::Pid) has
 /// them.
@@ -9,55 +65,37 @@ pub(super) struct FixedPid {
     proportional: Coefficient,
     derivative: Coefficient,
     integral: Coefficient,
-    load: Coefficient,
     weight: Weight,
     /// Of the wanted command's full scale.
     low: Word,
     high: Word,
-    /// From there to the command's full scale.
     up: u32,
 }
 
-/// A command and what anti-windup says of it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct FixedCommand {
-    pub(super) value: Word,
-    pub(super) integrates: bool,
-}
-
 impl FixedPid {
-    pub(super) fn new(config: &IdentifierConfig, scales: &Scales) -> Self {
-        let (units, gains) = (&config.units, &config.gains);
-        let Scales {
-            position,
-            velocity,
-            command,
-            wanted,
-            sum,
-            ..
-        } = *scales;
-        let per_error = gains.ki() * units.rate() / units.position();
-        // Where there is no limit the range is one: half of the command's full scale.
-        let most = libm::ldexp(0.5, command);
-        let limited = |limit: f64| word(limit.max(-most).min(most), wanted);
+    pub(super) fn new(units: &Units, gains: &Gains, limit: &CommandLimit, scales: &Scales) -> Self {
+        let terms = Terms::new(units, gains, scales, scales.velocity);
+        // Where there is no limit the range is one.
+        let most = scales.most_command();
+        let limited = |limit: f64| word(limit.max(-most).min(most), terms.wanted);
         Self {
-            proportional: Coefficient::new(gains.kp() / units.position(), position, wanted),
-            derivative: Coefficient::new(gains.kd() / units.velocity(), velocity, wanted),
-            integral: Coefficient::new(per_error, sum, wanted),
-            load: Coefficient::new(per_error, sum, command),
-            weight: Weight::new(position, sum),
-            low: limited(config.limit.low()),
-            high: limited(config.limit.high()),
-            up: (wanted - command).unsigned_abs(),
+            proportional: terms.proportional,
+            derivative: terms.derivative,
+            integral: terms.integral(terms.wanted),
+            weight: terms.weight,
+            low: limited(limit.low()),
+            high: limited(limit.high()),
+            up: terms.up,
         }
     }
 
-    /// u = kp e − kd v + ki ∑e, limited; `sum` as a word.
+    /// u = kp e − kd v + ki ∑e, limited, of the command's full scale; the sum takes the error unless
+    /// the limit holds the command back in its direction.
     #[inline]
-    pub(super) fn command(&self, error: Word, velocity: Word, sum: Word) -> FixedCommand {
+    pub(super) fn process(&self, sum: &mut Sum, error: Word, velocity: Word) -> Word {
         // Each at most one half.
         let wanted = self.proportional.apply(error) - self.derivative.apply(velocity)
-            + self.integral.apply(sum);
+            + self.integral.apply(sum.word());
         let (limited, integrates) = if wanted > self.high {
             (self.high, error <= Word::ZERO)
         } else if wanted < self.low {
@@ -65,38 +103,61 @@ impl FixedPid {
         } else {
             (wanted, true)
         };
-        FixedCommand {
-            value: limited << self.up,
-            integrates,
+        if integrates {
+            gather(sum, error, self.weight);
+        }
+        limited << self.up
+    }
+}
+
+/// The correction in command form on words: [`CommandCorrection`](crate::model::CommandCorrection).
+///
+/// The proportional and derivative part k_p ε + k_d ε̇ is limited to half of the command's full scale,
+/// and ω stops where k_i ω is as much.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct FixedCorrection {
+    proportional: Coefficient,
+    derivative: Coefficient,
+    integral: Coefficient,
+    weight: Weight,
+    /// Half of the command's full scale, of the wanted one's.
+    most: Word,
+    up: u32,
+}
+
+impl FixedCorrection {
+    pub(super) fn new(units: &Units, gains: &Gains, scales: &Scales) -> Self {
+        let terms = Terms::new(units, gains, scales, scales.rate());
+        Self {
+            proportional: terms.proportional,
+            derivative: terms.derivative,
+            integral: terms.integral(scales.command),
+            weight: terms.weight,
+            most: word(scales.most_command(), terms.wanted),
+            up: terms.up,
         }
     }
 
-    /// kd v, of the wanted command's full scale.
+    /// u + k_p ε + k_d ε̇ + k_i ω, limited to the command's full scale; `command` is u, at most half
+    /// of it, and `sum` is ω.
     #[inline]
-    pub(super) fn damping(&self, velocity: Word) -> Word {
-        self.derivative.apply(velocity)
+    pub(super) fn process(
+        &self,
+        sum: &mut Sum,
+        command: Word,
+        output_error: Word,
+        rate: Word,
+    ) -> Word {
+        let load = self.load_command(*sum);
+        gather(sum, output_error, self.weight);
+        let wanted = self.proportional.apply(output_error) + self.derivative.apply(rate);
+        let feedback = between(wanted, -self.most, self.most) << self.up;
+        limit(command + feedback + load)
     }
 
-    /// Places from the wanted command's full scale up to the command's.
+    /// k_i ω, the load over the gain, of the command's full scale: at most half of it.
     #[inline]
-    pub(super) fn up(&self) -> u32 {
-        self.up
-    }
-
-    /// ki ∑, of the command's full scale; `sum` as a word.
-    #[inline]
-    pub(super) fn integral_command(&self, sum: Word) -> Word {
-        self.load.apply(sum)
-    }
-
-    /// Adds an error to a sum, which stops at its full scale.
-    #[inline]
-    pub(super) fn gather(&self, sum: &mut Sum, error: Word) {
-        let before = *sum;
-        sum.add(error, self.weight);
-        let word = sum.word();
-        if word > FULL || word < -FULL {
-            *sum = before;
-        }
+    pub(super) fn load_command(&self, sum: Sum) -> Word {
+        self.integral.apply(sum.word())
     }
 }

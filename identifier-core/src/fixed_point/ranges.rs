@@ -1,64 +1,91 @@
-use super::arithmetic::{Coefficient, WORD_BITS, Weight, exponent_above, power};
+use super::arithmetic::{Coefficient, WORD_BITS, Weight, Word, exponent_above, power, word};
+use crate::control::Gains;
 use crate::error::{Allowed, OutOfRange};
-use crate::identifier::IdentifierConfig;
+use crate::identifier::IdentifierError;
+use crate::identifier::config::{SMALLEST_GAIN, plant_box};
 use crate::parameters::Parameter;
+use crate::settings::{RangeSettings, Settings};
+use crate::units::Units;
 
-/// What the loop's signals stay within, SI: the full scales of the words are no smaller. A signal
-/// beyond is saturated there, never wrapped.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ranges {
-    /// Position error and output error, rad.
-    pub error: f64,
-    /// Velocity, rad/s.
-    pub velocity: f64,
-    /// Command, command units.
-    pub command: f64,
-}
-
-impl Ranges {
+impl RangeSettings {
     /// Room above what the command limit lets the loop ask for.
     const ROOM: f64 = 4.0;
 
-    /// Ranges that follow from the loop: four times the error and the velocity at which the PID alone
-    /// would ask for the whole command. Without a limit the command is taken to be what an error of
-    /// one turn asks for.
-    #[must_use]
-    pub fn of(config: &IdentifierConfig) -> Self {
-        let (kp, kd) = (config.gains.kp(), config.gains.kd());
-        let limit = config.limit.high().max(-config.limit.low());
-        let command = if limit < kp * core::f64::consts::TAU {
-            limit
-        } else {
-            kp * core::f64::consts::TAU
+    /// The ranges that fixed point takes: those stated, or what follows from the controller, four
+    /// times its limit and the error and the velocity at which the PID alone would ask for the whole
+    /// command. Without a limit the command is taken to be what an error of one turn asks for.
+    ///
+    /// # Errors
+    /// [`IdentifierError::NotGiven`] if there is no controller to follow from, or one without damping
+    /// and no bound of b; a gain or a limit out of its range.
+    pub fn of(settings: &Settings) -> Result<Self, IdentifierError> {
+        const NOT_GIVEN: IdentifierError = IdentifierError::NotGiven { setting: "ranges" };
+        if let Some(given) = settings.identifier.ranges {
+            return Ok(given);
+        }
+        let gains = settings.controller.ok_or(NOT_GIVEN)?.gains()?;
+        let kp = gains.kp();
+        let of_a_turn = kp * core::f64::consts::TAU;
+        let command = settings.largest_command().unwrap_or(of_a_turn);
+        let command = command.min(of_a_turn);
+        let of_position = match bounds(settings, Parameter::B)? {
+            Some([_, most]) if most > 0.0 => libm::sqrt(kp / most),
+            _ => 0.0,
         };
-        let damping = kd.max(libm::sqrt(kp / config.bounds.b.max()));
-        Self {
-            error: Self::ROOM * command / kp,
+        let damping = gains.kd().max(of_position);
+        if damping <= 0.0 {
+            return Err(NOT_GIVEN);
+        }
+        // The output error is what the correction asks for the command with.
+        let softest = settings.correction_gains()?.kp().min(kp);
+        Ok(Self {
+            error: Self::ROOM * command / softest,
             velocity: Self::ROOM * command / damping,
             command: Self::ROOM * command,
-        }
+        })
     }
+}
+
+/// By how much an estimate b̂ may exceed the box where no bound is given.
+const BEYOND_THE_BOX: f64 = 4.0;
+
+/// What an estimate is bounded by in fixed point: the bounds given, a value that is known, or, for b,
+/// what follows from the box.
+pub(super) fn bounds(
+    settings: &Settings,
+    parameter: Parameter,
+) -> Result<Option<[f64; 2]>, IdentifierError> {
+    let given = &settings.identifier;
+    if let Some(bounds) = given.bounds.of(parameter) {
+        return Ok(Some(bounds));
+    }
+    if given.known.of(parameter) {
+        let value = given.initial.of(parameter).unwrap_or(0.0);
+        return Ok(Some([value, value]));
+    }
+    Ok(match (parameter, plant_box(settings)?) {
+        (Parameter::B, Some(given)) => {
+            let b = given.b();
+            Some([SMALLEST_GAIN.min(b.min()), BEYOND_THE_BOX * b.max()])
+        }
+        _ => None,
+    })
 }
 
 /// The exponents of the full scales, machine units: a word w of a quantity stands for
 /// w · 2^exponent.
 ///
-/// They are chosen so that everything that is added up stays below one, and every product needs a
-/// shift in one direction only: see the table of the module.
+/// They follow from the settings alone, so that controller and identifier built from the same settings
+/// have the same. They are chosen so that everything that is added up stays below one, and every
+/// product needs a shift in one direction only: see the table of the module.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Scales {
     /// Position error and output error.
     pub(super) position: i32,
     /// Velocities, increments and, per sample, accelerations.
     pub(super) velocity: i32,
-    /// Commands as they act on the model.
+    /// Commands.
     pub(super) command: i32,
-    /// Commands as the PID asks for them, before the limit.
-    pub(super) wanted: i32,
-    /// Sums of errors.
-    pub(super) sum: i32,
-    /// y = μ ε + ε̇.
-    pub(super) output: i32,
 }
 
 /// The exponent of â T: its words are fractions of a quarter.
@@ -71,8 +98,69 @@ impl Scales {
     /// Bits below a count that a position error must keep.
     const BELOW_A_COUNT: i32 = 4;
 
-    pub(super) fn new(config: &IdentifierConfig, ranges: &Ranges) -> Result<Self, OutOfRange> {
-        let (units, gains) = (&config.units, &config.gains);
+    /// The largest |â|, 1/s.
+    pub(super) fn largest_rate(units: &Units) -> f64 {
+        power(RATE) / units.rate()
+    }
+
+    pub(super) fn of(settings: &Settings) -> Result<Self, IdentifierError> {
+        let units = settings.units()?;
+        let ranges = RangeSettings::of(settings)?;
+        let limit = settings.largest_command();
+        let own = match settings.controller {
+            Some(controller) => Some(controller.gains()?),
+            None => None,
+        };
+        let correction = match settings.correction_gains() {
+            Ok(gains) => Some(gains),
+            // A controller needs none.
+            Err(IdentifierError::NotGiven { .. }) => None,
+            Err(error) => return Err(error),
+        };
+        let largest = |parameter: Parameter| {
+            let given = bounds(settings, parameter)?;
+            let [low, high] = given.unwrap_or([0.0; 2]);
+            let largest = libm::fabs(low).max(libm::fabs(high));
+            let name = match parameter {
+                Parameter::A => "bounds.a",
+                Parameter::B => "bounds.b",
+                Parameter::Coulomb => "bounds.coulomb",
+                Parameter::Load => "bounds.load",
+            };
+            Allowed::Finite.check(name, largest)?;
+            Ok::<_, IdentifierError>(exponent_above(largest * parameter.scale(&units)))
+        };
+        let accelerations = [
+            largest(Parameter::B)?,
+            largest(Parameter::Coulomb)?,
+            largest(Parameter::Load)?,
+        ];
+        // A count more, so that what is faster never saturates to what is not.
+        let fastest = match settings.identifier.max_speed {
+            Some(speed) => Allowed::Above(0.0).check("max_speed", speed)? * units.velocity() + 1.0,
+            None => 0.0,
+        };
+        let gains = [own, correction];
+        let gains = gains.iter().flatten();
+        Ok(Self::new(
+            &units,
+            &ranges,
+            limit,
+            gains,
+            fastest,
+            accelerations,
+        )?)
+    }
+
+    /// `accelerations` are the exponents of b, Coulomb friction and load.
+    fn new<'a>(
+        units: &Units,
+        ranges: &RangeSettings,
+        limit: Option<f64>,
+        gains: impl Iterator<Item = &'a Gains> + Clone,
+        fastest: f64,
+        [b, coulomb, load]: [i32; 3],
+    ) -> Result<Self, OutOfRange> {
         for (name, range) in [
             ("ranges.error", ranges.error),
             ("ranges.velocity", ranges.velocity),
@@ -80,37 +168,29 @@ impl Scales {
         ] {
             Allowed::Above(0.0).check(name, range)?;
         }
-        let limit = config.limit.high().max(-config.limit.low());
-        if limit.is_finite() {
+        if let Some(limit) = limit {
             Allowed::AtLeast(limit).check("ranges.command", ranges.command)?;
         }
-        let largest = |parameter: Parameter| {
-            let bounds = config.bounds.of(parameter);
-            libm::fabs(bounds.min()).max(libm::fabs(bounds.max())) * parameter.scale(units)
-        };
-        Allowed::AtMost(power(RATE) / units.rate())
-            .check("bounds.a", largest(Parameter::A) / units.rate())?;
         let (least_apart, most_apart) = Weight::APART;
-        let per_error = gains.ki() * units.rate() / units.position();
         let given = exponent_above(ranges.error * units.position());
-        // Half for the limited command, half for the load beside it.
-        let mut command = exponent_above(ranges.command);
-        if limit.is_finite() {
-            command = command.max(exponent_above(limit) + 1);
-        }
+        // Half for the command that acted, the rest for the correction beside it.
+        let half = exponent_above(limit.unwrap_or(ranges.command));
+        let mut command = exponent_above(ranges.command).max(half + 1);
         let (mut velocity, mut position) = (1, given);
         // Each full scale asks for room in the next: they agree at once, unless an error of one sample
         // asks for more than the whole command.
         for _ in 0..Self::ROUNDS {
-            if per_error > 0.0 {
-                command = command.max(exponent_above(per_error) + position + least_apart + 1);
+            for gains in gains.clone().filter(|gains| gains.ki() > 0.0) {
+                let per_error = exponent_above(Self::per_error(units, gains));
+                command = command.max(per_error + position + least_apart + 1);
             }
             velocity = [
                 exponent_above(ranges.velocity * units.velocity()),
+                exponent_above(fastest),
                 // b u at most one half; friction and load a quarter.
-                exponent_above(largest(Parameter::B)) + command + 1,
-                exponent_above(largest(Parameter::Coulomb)) + 2,
-                exponent_above(largest(Parameter::Load)) + 2,
+                b + command + 1,
+                coulomb + 2,
+                load + 2,
             ]
             .into_iter()
             // At least a count a sample.
@@ -126,38 +206,60 @@ impl Scales {
             let least = ranges.error / units.rate() * power(-most_apart);
             Allowed::AtLeast(least).check("ranges.velocity", ranges.velocity)?;
         }
-        // The largest sum of errors that asks for no more than half of the command's full scale.
-        let sum = if per_error > 0.0 {
-            command - 1 - exponent_above(per_error)
-        } else {
-            position + least_apart
-        };
-        if sum > position + most_apart {
-            let least = power(command - 1 - position - most_apart) * units.position() / gains.ki();
-            Allowed::AtLeast(least).check("sample_time", units.sample_time())?;
-        }
-        let wanted = Coefficient::least(gains.kp() / units.position(), position)
-            .max(Coefficient::least(gains.kd() / units.velocity(), velocity))
-            .max(command);
-        Ok(Self {
+        let scales = Self {
             position,
             velocity,
             command,
-            wanted,
-            sum,
-            output: velocity + 1,
-        })
+        };
+        for gains in gains {
+            if scales.sum(units, gains) > position + most_apart {
+                let least =
+                    power(command - 1 - position - most_apart) * units.position() / gains.ki();
+                Allowed::AtLeast(least).check("sample_time", units.sample_time())?;
+            }
+        }
+        Ok(scales)
     }
 
-    /// With the output's scale large enough for μ (machine units).
-    pub(super) fn with_mu(self, mu: f64) -> Self {
-        Self {
-            output: self.output.max(Coefficient::least(mu, self.position)),
-            ..self
+    /// The largest increment that is taken: that of the largest speed, or all that does not saturate.
+    pub(super) fn most_increment(&self, settings: &Settings) -> Result<Word, OutOfRange> {
+        let most = settings.most_increment(&settings.units()?, power(self.velocity))?;
+        Ok(word(most, self.velocity))
+    }
+
+    /// What an integral asks of the command per error summed up, machine units.
+    pub(super) fn per_error(units: &Units, gains: &Gains) -> f64 {
+        gains.ki() * units.rate() / units.position()
+    }
+
+    /// The exponent of a sum of errors: the largest that asks for no more than half of the command's
+    /// full scale.
+    pub(super) fn sum(&self, units: &Units, gains: &Gains) -> i32 {
+        let per_error = Self::per_error(units, gains);
+        if per_error > 0.0 {
+            self.command - 1 - exponent_above(per_error)
+        } else {
+            self.position + Weight::APART.0
         }
     }
 
-    pub(super) fn of(&self, parameter: Parameter) -> i32 {
+    /// Half of the command's full scale: what a command that acts may be, command units.
+    pub(super) fn most_command(&self) -> f64 {
+        power(self.command - 1)
+    }
+
+    /// The exponent of ε̇: servo and model may move in opposite directions.
+    pub(super) fn rate(&self) -> i32 {
+        self.velocity + 1
+    }
+
+    /// The exponent of y = μ ε + ε̇, for μ in machine units.
+    pub(super) fn output(&self, mu: f64) -> i32 {
+        self.rate().max(Coefficient::least(mu, self.position))
+    }
+
+    /// The exponent of an estimate.
+    pub(super) fn estimate(&self, parameter: Parameter) -> i32 {
         match parameter {
             Parameter::A => RATE,
             Parameter::B => self.velocity - self.command,

@@ -1,6 +1,6 @@
 use super::arithmetic::{
-    Accumulator, FULL, Fraction, Word, between, limit, narrow, product, quarter_product, quotient,
-    wide, with_product, word,
+    Accumulator, FULL, Fraction, Word, between, is_within, limit, narrow, product, quarter_product,
+    quotient, wide, with_product, word,
 };
 
 /// The exact zero-order-hold step on words, with Coulomb friction that stops and breaks away: the
@@ -32,8 +32,8 @@ impl FixedMotion {
     pub(super) fn is_within(&self) -> bool {
         // The velocity's high half, in quarters of a word.
         let velocity = (self.velocity.to_bits() >> 32) as i32;
-        let one = FULL.to_bits() >> 2;
-        self.increment <= FULL && self.increment >= -FULL && velocity <= one && velocity >= -one
+        let one = Word::ONE.to_bits() >> 2;
+        is_within(self.increment) && velocity < one && velocity >= -one
     }
 }
 

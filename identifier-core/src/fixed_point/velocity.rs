@@ -1,14 +1,22 @@
 use super::arithmetic::{Accumulator, Word, narrow, with_product, word};
-use crate::measurement::velocity::{AveragedDifference, BackwardDifference, LowPass};
+use crate::identifier::IdentifierError;
+use crate::measurement::velocity::{
+    AveragedDifference, BackwardDifference, LowPass, Transfer, VelocityEstimate,
+};
+use crate::settings::{FromSettings, Settings};
 
-/// A velocity estimate on words, as [`VelocityEstimate`](crate::measurement::velocity::VelocityEstimate)
-/// on numbers: a linear filter of unit gain, so that it serves signals of any full scale.
-pub trait FixedVelocity: Copy + core::fmt::Debug {
+/// A velocity estimate on words, as [`VelocityEstimate`] on numbers: a linear filter of unit gain, so
+/// that it serves signals of any full scale.
+pub trait FixedVelocity: FromSettings + Copy + core::fmt::Debug {
     /// What the filter remembers between samples.
-    type State: Copy + core::fmt::Debug + Default;
+    type State: Copy + core::fmt::Debug + Default + PartialEq;
 
-    /// The filtered signal, of the same full scale as the input, which must be below it.
+    /// The filtered signal, of the same full scale as the input. The input must be within −1 and 1,
+    /// and so is the output.
     fn process(&self, state: &mut Self::State, input: Word) -> Word;
+
+    /// The filter's transfer function from increment to velocity.
+    fn transfer(&self) -> Transfer;
 }
 
 /// [`LowPass`] on words; its state keeps 60 fraction bits, so nothing below a word's last bit is
@@ -18,11 +26,12 @@ pub struct FixedLowPass {
     gain: Word,
 }
 
-impl From<&LowPass<f64>> for FixedLowPass {
-    fn from(filter: &LowPass<f64>) -> Self {
-        Self {
-            gain: word(filter.gain(), 0),
-        }
+impl FromSettings for FixedLowPass {
+    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+        let exact: LowPass<f64> = settings.build()?;
+        Ok(Self {
+            gain: word(exact.gain(), 0),
+        })
     }
 }
 
@@ -31,16 +40,18 @@ impl FixedVelocity for FixedLowPass {
 
     #[inline]
     fn process(&self, state: &mut Accumulator, input: Word) -> Word {
-        // Both below one, so their difference is a word with its guard bit.
+        // Both within one, so their difference is a word with its guard bit.
         let miss = input - narrow(*state);
         *state = with_product(*state, self.gain, miss);
         narrow(*state)
     }
-}
 
-impl From<&Self> for BackwardDifference {
-    fn from(filter: &Self) -> Self {
-        *filter
+    fn transfer(&self) -> Transfer {
+        let gain = self.gain.to_num::<f64>();
+        Transfer {
+            numerator: [0.0, gain],
+            pole: 1.0 - gain,
+        }
     }
 }
 
@@ -51,15 +62,19 @@ impl FixedVelocity for BackwardDifference {
     fn process(&self, (): &mut (), input: Word) -> Word {
         input
     }
+
+    fn transfer(&self) -> Transfer {
+        VelocityEstimate::<f64>::transfer(self)
+    }
 }
 
 /// [`AveragedDifference`] on words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FixedAveragedDifference;
 
-impl From<&AveragedDifference<f64>> for FixedAveragedDifference {
-    fn from(_: &AveragedDifference<f64>) -> Self {
-        Self
+impl FromSettings for FixedAveragedDifference {
+    fn from_settings(_: &Settings) -> Result<Self, IdentifierError> {
+        Ok(Self)
     }
 }
 
@@ -71,5 +86,9 @@ impl FixedVelocity for FixedAveragedDifference {
         let mean = (input >> 1) + (*last >> 1);
         *last = input;
         mean
+    }
+
+    fn transfer(&self) -> Transfer {
+        AveragedDifference::<f64>::new().transfer()
     }
 }

@@ -1,0 +1,168 @@
+use fixed::types::I16F16;
+
+use super::arithmetic::Word;
+use super::controller::{FixedControlSample, FixedControlState, FixedController};
+use super::identifier::{FixedGradientIdentifier, FixedGradientState};
+use super::velocity::FixedVelocity;
+use crate::error::StepError;
+use crate::identifier::{IdentifierError, Identify, Seen};
+use crate::parameters::ParameterSet;
+use crate::settings::{FromSettings, Settings};
+
+/// Our controller with the paper's identifier beside it, on words: what
+/// [`ServoLoop`](crate::identifier::ServoLoop) is on numbers.
+///
+/// A sample is [`FixedServoLoop::process`], or its two halves where the command should go out before
+/// anything is learnt: [`FixedServoLoop::control`], then [`FixedServoLoop::learn`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FixedServoLoop<V, S, const P: usize> {
+    controller: FixedController<V>,
+    identifier: FixedGradientIdentifier<V, S, P>,
+}
+
+/// What the loop remembers between samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FixedServoLoopState<F, const P: usize> {
+    count: i32,
+    control: FixedControlState<F>,
+    identification: FixedGradientState<F, P>,
+}
+
+/// What a sample of the loop did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FixedLoopStep {
+    /// The controller's part.
+    pub control: FixedControlSample,
+    /// What the identifier saw.
+    pub seen: Seen<Word>,
+}
+
+impl<V, S, const P: usize> FromSettings for FixedServoLoop<V, S, P>
+where
+    V: FixedVelocity,
+    S: ParameterSet<P>,
+{
+    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+        Ok(Self {
+            controller: settings.build()?,
+            identifier: settings.build()?,
+        })
+    }
+}
+
+impl<F, const P: usize> FixedServoLoopState<F, P> {
+    /// The count of the last sample.
+    #[must_use]
+    pub fn count(&self) -> i32 {
+        self.count
+    }
+
+    /// What the identifier remembers.
+    #[must_use]
+    pub fn identification(&self) -> &FixedGradientState<F, P> {
+        &self.identification
+    }
+
+    /// The same, for work in the background.
+    pub fn identification_mut(&mut self) -> &mut FixedGradientState<F, P> {
+        &mut self.identification
+    }
+}
+
+impl<V, S, const P: usize> FixedServoLoop<V, S, P>
+where
+    V: FixedVelocity,
+    S: ParameterSet<P>,
+{
+    /// The controller.
+    #[must_use]
+    pub fn controller(&self) -> &FixedController<V> {
+        &self.controller
+    }
+
+    /// The identifier.
+    #[must_use]
+    pub fn identifier(&self) -> &FixedGradientIdentifier<V, S, P> {
+        &self.identifier
+    }
+
+    /// At rest at a count.
+    #[must_use]
+    pub fn start(&self, count: i32) -> FixedServoLoopState<V::State, P> {
+        FixedServoLoopState {
+            count,
+            control: self.controller.start(),
+            identification: self.identifier.start(),
+        }
+    }
+
+    /// One sample: towards `setpoint` counts plus an `offset` (a fraction of a count, a reference that
+    /// moves, dither), from the count now. Counts wrap at 32 bits.
+    ///
+    /// The command to give to the servo is `control.command` of the answer.
+    ///
+    /// # Errors
+    /// As [`FixedServoLoop::control`].
+    #[inline]
+    pub fn process(
+        &self,
+        state: &mut FixedServoLoopState<V::State, P>,
+        setpoint: i32,
+        offset: I16F16,
+        count: i32,
+    ) -> Result<FixedLoopStep, StepError> {
+        let control = self.control(state, setpoint, offset, count)?;
+        let seen = self.learn(state, &control);
+        Ok(FixedLoopStep { control, seen })
+    }
+
+    /// The first half: measure and control.
+    ///
+    /// # Errors
+    /// [`StepError::CountJumped`] if the servo moved faster than `max_speed`; the state is untouched,
+    /// and the servo should be let go.
+    #[inline]
+    pub fn control(
+        &self,
+        state: &mut FixedServoLoopState<V::State, P>,
+        setpoint: i32,
+        offset: I16F16,
+        count: i32,
+    ) -> Result<FixedControlSample, StepError> {
+        let increment = self.controller.increment(count.wrapping_sub(state.count));
+        let error = self.controller.error(setpoint, offset, count);
+        let sample = self
+            .controller
+            .process(&mut state.control, error, increment)?;
+        state.count = count;
+        Ok(sample)
+    }
+
+    /// The second half: learn from the sample that [`FixedServoLoop::control`] gave, its command the
+    /// one that acts.
+    #[inline]
+    pub fn learn(
+        &self,
+        state: &mut FixedServoLoopState<V::State, P>,
+        sample: &FixedControlSample,
+    ) -> Seen<Word> {
+        self.identifier
+            .follow(&mut state.identification, sample.increment, sample.command)
+    }
+
+    /// The same where the command that acts is not quite the controller's: something was added to it,
+    /// or a stage behind it limits.
+    ///
+    /// # Errors
+    /// As [`Identify::learn`].
+    #[inline]
+    pub fn learn_with(
+        &self,
+        state: &mut FixedServoLoopState<V::State, P>,
+        sample: &FixedControlSample,
+        command: Word,
+    ) -> Result<Seen<Word>, StepError> {
+        self.identifier
+            .learn(&mut state.identification, sample.increment, command)
+    }
+}

@@ -1,0 +1,513 @@
+//! The fixed-point loop: the same as that of double precision on the same measurements, whatever comes
+//! in, and refused by name where words do not do.
+#![cfg(feature = "fixed")]
+
+use fixed::types::I16F16;
+use identifier_core::GradientLoop;
+use identifier_core::error::{Allowed, StepError};
+use identifier_core::excitation::{BandLimitedWhiteNoise, Excitation};
+use identifier_core::fixed_point::{
+    FixedAveragedDifference, FixedController, FixedGradientIdentifier, FixedLowPass,
+    FixedServoLoop, FixedVelocity, Word, split_setpoint,
+};
+use identifier_core::identifier::{Event, IdentifierError, Identify};
+use identifier_core::measurement::velocity::BackwardDifference;
+use identifier_core::model::ServoParameters;
+use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, AbLoad, ParameterSet};
+use identifier_core::settings::{
+    BoxSettings, ControllerSettings, RangeSettings, Settings, diagonal,
+};
+use proptest::prelude::*;
+use virtual_servo::{Encoder, Plant};
+
+/// A true servo with an encoder whose counter has 32 bits and starts anywhere.
+struct Bench {
+    plant: Plant,
+    encoder: Encoder,
+    start: i32,
+}
+
+impl Bench {
+    fn new(servo: &ServoParameters, settings: &Settings, start: i32) -> Self {
+        Self {
+            plant: Plant::at_rest(servo, settings.sample_time),
+            encoder: Encoder::new(std::f64::consts::TAU / settings.resolution),
+            start,
+        }
+    }
+
+    fn count(&self) -> i32 {
+        let moved = self.encoder.read(self.plant.position);
+        self.start.wrapping_add(moved as i32)
+    }
+}
+
+/// The paper's loop with a box and a limit.
+fn settings() -> Settings {
+    let mut settings = Settings {
+        controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
+        ..Settings::new(1e-3, 10_000.0)
+    };
+    let identifier = &mut settings.identifier;
+    identifier.plant_box = Some(BoxSettings {
+        a: [0.0, 50.0],
+        b: [110.0, 1000.0],
+    });
+    identifier.initial.b = Some(150.0);
+    identifier.bounds.a = Some([0.0, 100.0]);
+    identifier.bounds.coulomb = Some([0.0, 100.0]);
+    identifier.bounds.load = Some([-100.0, 100.0]);
+    identifier.gamma = Some(diagonal([20.0, 1000.0, 100.0, 100.0]));
+    settings
+}
+
+/// The sum of squares of a signal and of how far another is from it.
+#[derive(Default)]
+struct Distance {
+    signal: f64,
+    noise: f64,
+}
+
+impl Distance {
+    fn add(&mut self, exact: f64, found: f64) {
+        self.signal += exact * exact;
+        self.noise += (found - exact) * (found - exact);
+    }
+
+    fn decibel(&self) -> f64 {
+        10.0 * (self.signal / self.noise).log10()
+    }
+}
+
+/// Both loops on the measurements of that in double precision, from a count where the counter wraps:
+/// how far words are from it, and the two sets of estimates.
+fn side_by_side<S: ParameterSet<P>, const P: usize>(
+    settings: &Settings,
+    servo: &ServoParameters,
+    seconds: f64,
+) -> ([Distance; 3], [ServoParameters; 2]) {
+    let exact: GradientLoop<f64, S, P> = settings.build().expect("valid");
+    let words: FixedServoLoop<FixedLowPass, S, P> = settings.build().expect("it fits");
+    let start = i32::MAX - 500;
+    let mut bench = Bench::new(servo, settings, start);
+    let units = settings.units().expect("valid");
+    let reference = BandLimitedWhiteNoise::new(&units, 0.005, 0.1, 1_212_121).expect("valid");
+    let mut wanted = Excitation::<f64>::start(&reference);
+    let (mut exact_state, mut state) = (exact.start(start), words.start(start));
+    let mut distances = [(); 3].map(|()| Distance::default());
+    for _ in 0..(seconds / settings.sample_time) as u64 {
+        let next: f64 = reference.process(&mut wanted);
+        let (setpoint, offset) = split_setpoint(f64::from(start) + next);
+        // The same reference to the last bit.
+        let part = f64::from(setpoint.wrapping_sub(start)) + offset.to_num::<f64>();
+        let count = bench.count();
+        let step = exact
+            .process(&mut exact_state, start, part, count)
+            .expect("in reach");
+        let found = words
+            .process(&mut state, setpoint, offset, count)
+            .expect("in reach");
+        let controller = words.controller();
+        let [velocity, command, output_error] = &mut distances;
+        velocity.add(
+            step.control.velocity,
+            controller.velocity(found.control.velocity),
+        );
+        command.add(
+            step.control.command,
+            controller.command(found.control.command),
+        );
+        output_error.add(
+            step.seen.output_error,
+            words.identifier().output_error(&found.seen),
+        );
+        bench.plant.advance(step.control.command);
+    }
+    let estimates = [
+        exact.identifier().estimates(exact_state.identification()),
+        words.identifier().estimates(state.identification()),
+    ];
+    (distances, estimates)
+}
+
+const SERVO: ServoParameters = ServoParameters {
+    a: 0.2174,
+    b: 257.7,
+    coulomb: 0.0,
+    load: 0.0,
+};
+
+#[test]
+fn on_the_same_measurements_words_say_what_numbers_say() {
+    let servo = ServoParameters {
+        load: 20.0,
+        ..SERVO
+    };
+    let ([velocity, command, output_error], [exact, found]) =
+        side_by_side::<Ab, 2>(&settings(), &servo, 20.0);
+    let decibel = [velocity, command, output_error].map(|distance| distance.decibel());
+    println!("velocity, command, output error: {decibel:.0?} dB; {exact:?} {found:?}");
+    assert!(decibel[0] > 145.0 && decibel[1] > 135.0 && decibel[2] > 75.0);
+    assert!((exact.b / servo.b - 1.0).abs() < 2e-3, "{exact:?}");
+    assert_alike(&exact, &found, 1e-4);
+}
+
+#[test]
+fn with_friction_too() {
+    let servo = ServoParameters {
+        coulomb: 10.0,
+        load: 20.0,
+        ..SERVO
+    };
+    let (_, [exact, found]) = side_by_side::<AbCoulomb, 3>(&settings(), &servo, 20.0);
+    assert_alike(&exact, &found, 2e-3);
+    let (_, [exact, found]) = side_by_side::<AbCoulombLoad, 4>(&settings(), &servo, 20.0);
+    assert_alike(&exact, &found, 2e-3);
+    let (_, [exact, found]) = side_by_side::<AbLoad, 3>(&settings(), &servo, 20.0);
+    assert_alike(&exact, &found, 2e-3);
+}
+
+/// Without a box the guard follows the estimate; under a limit that acts the words of the correction
+/// must not.
+#[test]
+fn without_a_box_and_under_a_limit_that_acts() {
+    let mut settings = settings();
+    settings.controller = Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(1.0));
+    let identifier = &mut settings.identifier;
+    identifier.plant_box = None;
+    identifier.bounds.b = Some([5.0, 1000.0]);
+    identifier.mu = Some(10.0);
+    let servo = ServoParameters {
+        load: 40.0,
+        ..SERVO
+    };
+    let (_, [exact, found]) = side_by_side::<Ab, 2>(&settings, &servo, 20.0);
+    println!("{exact:?} {found:?}");
+    assert!((exact.load - 40.0).abs() < 0.5, "{exact:?}");
+    assert_alike(&exact, &found, 1e-3);
+}
+
+fn assert_alike(exact: &ServoParameters, found: &ServoParameters, tolerance: f64) {
+    for (exact, found, size) in [
+        (exact.a, found.a, 10.0),
+        (exact.b, found.b, exact.b),
+        (exact.coulomb, found.coulomb, 10.0),
+        (exact.load, found.load, 20.0),
+    ] {
+        assert!(
+            (found - exact).abs() < tolerance * size,
+            "{exact} in double precision, {found} in words"
+        );
+    }
+}
+
+/// The identifier beside a controller that it knows nothing of.
+#[test]
+fn it_listens_to_any_controller() {
+    let mut settings = settings();
+    settings.controller = None;
+    settings.identifier.correction = Some([9.0, 0.19, 4.0]);
+    settings.identifier.ranges = Some(RangeSettings {
+        error: 10.0,
+        velocity: 200.0,
+        command: 12.0,
+    });
+    let identifier: FixedGradientIdentifier<FixedLowPass, Ab, 2> =
+        settings.build().expect("it fits");
+    let mut bench = Bench::new(&SERVO, &settings, 0);
+    let mut state = identifier.start();
+    let mut last = bench.count();
+    for k in 0..20_000 {
+        // A relay.
+        let count = bench.count();
+        let wanted = if k % 400 < 200 { 400 } else { -400 };
+        let command = if count < wanted { 3.0 } else { -3.0 };
+        let word = identifier.command_word(command);
+        assert!((identifier.command(word) - command).abs() < 1e-6);
+        identifier
+            .process(&mut state, count.wrapping_sub(last), word)
+            .expect("in reach");
+        last = count;
+        bench.plant.advance(command);
+    }
+    let found = identifier.estimates(&state);
+    assert!((found.b / SERVO.b - 1.0).abs() < 0.01, "{found:?}");
+    assert!(!identifier.at_bounds(&state).b);
+}
+
+#[test]
+fn a_servo_that_stands_teaches_nothing() {
+    let settings = settings();
+    let words: FixedServoLoop<FixedLowPass, AbCoulomb, 3> = settings.build().expect("it fits");
+    let identifier = words.identifier();
+    let mut state = identifier.start();
+    let small = identifier.command_word(0.0);
+    let before = identifier.estimates(&state);
+    for _ in 0..200 {
+        let seen = identifier.process(&mut state, 0, small).expect("in reach");
+        assert_eq!(seen.event, Event::Standing);
+    }
+    let large = identifier.command_word(5.0);
+    let seen = identifier.process(&mut state, 0, large).expect("in reach");
+    assert_eq!(seen.event, Event::NotFollowing);
+    let after = identifier.estimates(&state);
+    assert!((after.b - before.b).abs() < 1e-9 && (after.coulomb - before.coulomb).abs() < 1e-9);
+}
+
+#[test]
+fn faster_than_it_can_be_is_refused_and_the_state_untouched() {
+    let mut settings = settings();
+    settings.identifier.max_speed = Some(60.0);
+    let words: FixedServoLoop<FixedLowPass, Ab, 2> = settings.build().expect("it fits");
+    let mut state = words.start(0);
+    let before = state;
+    let jump = words.process(&mut state, 0, I16F16::ZERO, 5000);
+    assert_eq!(jump, Err(StepError::CountJumped));
+    assert!(state == before);
+    assert!(words.process(&mut state, 0, I16F16::ZERO, 90).is_ok());
+    let joined = words.identifier().increment(90);
+    words.identifier().join(state.identification_mut(), joined);
+    assert!(words.process(&mut state, 0, I16F16::ZERO, 180).is_ok());
+}
+
+type Words = FixedGradientIdentifier<FixedLowPass, AbCoulomb, 3>;
+
+fn refusal(change: impl FnOnce(&mut Settings)) -> String {
+    let mut settings = settings();
+    change(&mut settings);
+    let built: Result<Words, IdentifierError> = settings.build();
+    built.expect_err("it does not fit").to_string()
+}
+
+/// The ranges as they follow from the settings, changed.
+fn with_ranges(settings: &mut Settings, change: fn(&mut RangeSettings)) {
+    let mut ranges = RangeSettings::of(settings).expect("a controller");
+    change(&mut ranges);
+    settings.identifier.ranges = Some(ranges);
+}
+
+#[test]
+fn what_does_not_fit_is_refused_with_what_would() {
+    for (said, parts) in [
+        (
+            refusal(|settings| with_ranges(settings, |ranges| ranges.error = 1e6)),
+            ["ranges.error = 1000000", "at most 42165"],
+        ),
+        (
+            refusal(|settings| with_ranges(settings, |ranges| ranges.command = 5.0)),
+            ["ranges.command = 5", "at least 10"],
+        ),
+        (
+            refusal(|settings| {
+                settings.identifier.gamma = Some(diagonal([20.0, 1e12, 100.0, 100.0]));
+            }),
+            ["gamma = 1000000000000", "at most"],
+        ),
+        (
+            refusal(|settings| {
+                settings.identifier.gamma = Some(diagonal([1e-11, 1000.0, 100.0, 100.0]));
+            }),
+            ["gamma = 0.00000000001", "at least"],
+        ),
+        (
+            refusal(|settings| {
+                let mut gamma = diagonal([20.0, 1000.0, 100.0, 100.0]);
+                (gamma[0][1], gamma[1][0]) = (1.0, 1.0);
+                settings.identifier.gamma = Some(gamma);
+            }),
+            ["gamma", "diagonal"],
+        ),
+        (
+            refusal(|settings| {
+                settings.controller = Some(ControllerSettings::pid(9.0, 0.19, 1e-7).limited(10.0));
+            }),
+            ["sample_time = 0.001", "at least"],
+        ),
+        (
+            refusal(|settings| settings.identifier.bounds.a = Some([0.0, 300.0])),
+            ["bounds.a = 300", "250"],
+        ),
+        (
+            refusal(|settings| settings.identifier.bounds.coulomb = None),
+            ["bounds.coulomb", "given"],
+        ),
+        (
+            refusal(|settings| settings.identifier.plant_box = None),
+            ["bounds.b", "given"],
+        ),
+        (
+            refusal(|settings| {
+                settings.controller = None;
+                settings.identifier.correction = Some([9.0, 0.19, 4.0]);
+            }),
+            ["ranges", "given"],
+        ),
+    ] {
+        assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+    }
+}
+
+/// The numbers that refusals name work.
+#[test]
+fn what_a_refusal_names_would_do() {
+    for (error, velocity) in [(1e6, 200.0), (4.0, 1e-9), (1e-9, 1e-9)] {
+        let mut settings = settings();
+        let mut ranges = RangeSettings {
+            error,
+            velocity,
+            command: 1.0,
+        };
+        let mut gamma = [20.0_f64, 1000.0, 100.0, 100.0];
+        let built = (0..12).any(|_| {
+            settings.identifier.ranges = Some(ranges);
+            settings.identifier.gamma = Some(diagonal(gamma));
+            let built: Result<Words, IdentifierError> = settings.build();
+            let Err(IdentifierError::Range(refused)) = built else {
+                return built.is_ok();
+            };
+            let (Allowed::AtMost(named) | Allowed::AtLeast(named) | Allowed::PositiveUpTo(named)) =
+                refused.allowed
+            else {
+                panic!("{refused}");
+            };
+            match refused.parameter {
+                "ranges.error" => ranges.error = named,
+                "ranges.velocity" => ranges.velocity = named,
+                "ranges.command" => ranges.command = named,
+                "gamma" => {
+                    let struck = gamma
+                        .iter_mut()
+                        .find(|entry| entry.to_bits() == refused.value.to_bits());
+                    *struck.expect("an entry of gamma") = named;
+                }
+                other => panic!("{other}"),
+            }
+            false
+        });
+        assert!(built, "{ranges:?} {gamma:?}");
+    }
+}
+
+/// Runs a loop over any samples: setpoint, offset, count and a command from outside.
+fn nothing_wraps<V, S, const P: usize>(
+    settings: &Settings,
+    samples: &[(i32, i32, i32, Option<i32>)],
+) -> Result<(), TestCaseError>
+where
+    V: FixedVelocity,
+    S: ParameterSet<P>,
+{
+    let words: FixedServoLoop<V, S, P> = settings.build().expect("it fits");
+    let mut state = words.start(0);
+    for &(setpoint, offset, count, command) in samples {
+        let offset = I16F16::from_bits(offset);
+        let control = words
+            .control(&mut state, setpoint, offset, count)
+            .expect("every increment saturates");
+        let seen = match command {
+            None => words.learn(&mut state, &control),
+            Some(any) => {
+                let any = Word::from_bits(any);
+                let joined = words.identifier();
+                if any.to_bits() % 16 == 0 {
+                    joined.join(state.identification_mut(), any);
+                }
+                joined.follow(state.identification_mut(), any, any)
+            }
+        };
+        prop_assert!(seen.output_error.abs() <= Word::ONE);
+        let applied = words.controller().command(control.command);
+        prop_assert!(applied.abs() <= 10.0 + 1e-6);
+        let found = words.identifier().estimates(state.identification());
+        prop_assert!((0.0..=100.0 + 1e-6).contains(&found.a), "{found:?}");
+        let most = words
+            .identifier()
+            .bounds(identifier_core::parameters::Parameter::B);
+        let most = most.expect("every model has it").max();
+        prop_assert!(
+            found.b >= 0.0 && found.b <= most * (1.0 + 1e-6),
+            "{found:?}"
+        );
+        prop_assert!((0.0..=100.0 + 1e-6).contains(&found.coulomb), "{found:?}");
+        prop_assert!(found.load.is_finite());
+    }
+    Ok(())
+}
+
+fn any_samples() -> impl Strategy<Value = Vec<(i32, i32, i32, Option<i32>)>> {
+    let count = || {
+        prop_oneof![
+            any::<i32>(),
+            -1_000_i32..1_000,
+            Just(i32::MIN),
+            Just(i32::MAX)
+        ]
+    };
+    let command = prop_oneof![
+        4 => Just(None),
+        1 => any::<i32>().prop_map(Some),
+        1 => prop_oneof![Just(i32::MIN), Just(i32::MAX), Just(0)].prop_map(Some),
+    ];
+    prop::collection::vec((count(), any::<i32>(), count(), command), 1..200)
+}
+
+proptest! {
+    /// Whatever the sensors say: nothing wraps (the tests check every sum for it), no estimate
+    /// leaves its bounds, and the command stays within its limit.
+    #[test]
+    fn nothing_wraps_whatever_comes_in(samples in any_samples()) {
+        let mut settings = settings();
+        nothing_wraps::<FixedLowPass, Ab, 2>(&settings, &samples)?;
+        nothing_wraps::<FixedLowPass, AbCoulombLoad, 4>(&settings, &samples)?;
+        nothing_wraps::<FixedAveragedDifference, AbCoulomb, 3>(&settings, &samples)?;
+        nothing_wraps::<BackwardDifference, AbLoad, 3>(&settings, &samples)?;
+        // Steps that are large, and a guard that follows b̂.
+        settings.identifier.gamma = Some(diagonal([400.0, 30_000.0, 400.0, 400.0]));
+        settings.identifier.plant_box = None;
+        settings.identifier.bounds.b = Some([0.1, 2000.0]);
+        settings.identifier.mu = Some(10.0);
+        nothing_wraps::<FixedLowPass, AbCoulombLoad, 4>(&settings, &samples)?;
+    }
+
+    /// The words' controller is the numbers' controller, also where the counter wraps.
+    #[test]
+    fn the_controller_is_that_of_numbers(
+        steps in prop::collection::vec((-2000_i32..2000, -20_i32..20), 1..300),
+        start in prop_oneof![any::<i32>(), i32::MAX - 20..=i32::MAX],
+    ) {
+        let settings = settings();
+        let exact: GradientLoop<f64, Ab, 2> = settings.build().expect("valid");
+        let words: FixedController<FixedLowPass> = settings.build().expect("it fits");
+        let mut exact_state = exact.start(start);
+        let mut state = words.start();
+        let mut count = start;
+        for (reference, moved) in steps {
+            count = count.wrapping_add(moved);
+            let setpoint = start.wrapping_add(reference);
+            let real = exact.control(&mut exact_state, setpoint, 0.25, count).expect("in reach");
+            let error = words.error(setpoint, I16F16::from_num(0.25), count);
+            let found = words.process(&mut state, error, words.increment(moved)).expect("in reach");
+            prop_assert!((words.command(found.command) - real.command).abs() < 1e-6);
+            prop_assert!((words.velocity(found.velocity) - real.velocity).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn a_setpoint_is_split_to_the_nearest_and_its_counts_wrap(
+        counts in prop_oneof![-1e5_f64..1e5, -1e13_f64..1e13],
+    ) {
+        let (whole, part) = split_setpoint(counts);
+        let found = f64::from(whole) + part.to_num::<f64>();
+        let wrap = 2_f64.powi(32);
+        let apart = (counts - found).rem_euclid(wrap);
+        prop_assert!(apart.min(wrap - apart) <= 0.5 / 65_536.0 + 1e-15 * counts.abs());
+        prop_assert!((0.0..1.0).contains(&part.to_num::<f64>()));
+    }
+}
+
+#[test]
+fn what_is_no_number_is_no_setpoint() {
+    for counts in [f64::NAN, f64::INFINITY, f64::MAX] {
+        assert_eq!(split_setpoint(counts), (0, I16F16::ZERO));
+    }
+}
