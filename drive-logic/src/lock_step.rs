@@ -2,11 +2,17 @@
 
 use core::convert::Infallible;
 
-use drive_link::{Answer, LoopSettings, NotAllowed, Question, Reading, Refused};
+use drive_link::{Answer, Format, Law, LoopSettings, NotAllowed, Question, Reading, Refused, Why};
 use identifier_core::drive::{Actuator, PositionSensor, Setpoint};
-use identifier_core::identifier::Event;
+use identifier_core::fixed_point::{
+    FixedLowPass, FixedServoLoop, FixedServoLoopState, FixedVelocity, split_setpoint,
+};
+use identifier_core::identifier::{Event, IdentifierError, Identify};
+use identifier_core::parameters::Ab;
+use identifier_core::settings::Settings;
 
 use crate::closed_loop::ClosedLoop;
+use crate::parts;
 
 /// Answers the questions of a host that simulates the plant.
 ///
@@ -22,6 +28,7 @@ pub struct LockStep {
 enum Loops {
     None,
     Single(ClosedLoop),
+    Fixed(Words),
 }
 
 impl Default for LockStep {
@@ -80,6 +87,7 @@ impl LockStep {
         let reading = match &mut self.loops {
             Loops::None => return Err(Refused::NotBegun),
             Loops::Single(closed_loop) => single(closed_loop, setpoint, offset, count)?,
+            Loops::Fixed(words) => words.sample(setpoint, offset, count)?,
         };
         self.last = Some((number, reading));
         Ok(reading)
@@ -87,7 +95,13 @@ impl LockStep {
 }
 
 fn build(settings: &LoopSettings) -> Result<Loops, NotAllowed> {
-    ClosedLoop::new(settings).map(Loops::Single)
+    match (settings.format, settings.law) {
+        (Format::Single, _) => ClosedLoop::new(settings).map(Loops::Single),
+        (Format::Fixed, Law::Gradient { friction: false }) => Words::new(&settings.core)
+            .map(Loops::Fixed)
+            .map_err(parts::not_allowed),
+        (Format::Fixed, _) => Err(parts::refusal("law", Why::NotHere)),
+    }
 }
 
 fn single(
@@ -140,5 +154,42 @@ impl Actuator<f32> for Far {
 
     fn release(&mut self) -> Result<(), Infallible> {
         self.hold(0.0)
+    }
+}
+
+/// The loop in fixed point.
+#[derive(Debug)]
+struct Words {
+    servo_loop: FixedServoLoop<FixedLowPass, Ab, 2>,
+    state: FixedServoLoopState<<FixedLowPass as FixedVelocity>::State, 2>,
+}
+
+impl Words {
+    fn new(settings: &Settings) -> Result<Self, IdentifierError> {
+        let servo_loop: FixedServoLoop<FixedLowPass, Ab, 2> = settings.build()?;
+        Ok(Self {
+            state: servo_loop.start(0),
+            servo_loop,
+        })
+    }
+
+    fn sample(&mut self, setpoint: i32, offset: f64, count: i32) -> Result<Reading, Refused> {
+        if !offset.is_finite() {
+            return Err(Refused::OutOfReach);
+        }
+        let Self { servo_loop, state } = self;
+        let (whole, part) = split_setpoint(offset);
+        let sample = servo_loop
+            .control(state, setpoint.wrapping_add(whole), part, count)
+            .map_err(|_| Refused::OutOfReach)?;
+        let seen = servo_loop.learn(state, &sample);
+        let identifier = servo_loop.identifier();
+        Ok(Reading {
+            command: servo_loop.controller().command(sample.command),
+            output_error: identifier.output_error(&seen),
+            estimates: parts::estimates(&identifier.estimates(state.identification())),
+            slowed: seen.event == Event::Slowed,
+            restarted: seen.event == Event::Restarted,
+        })
     }
 }

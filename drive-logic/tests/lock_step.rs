@@ -2,7 +2,7 @@
 
 mod support;
 
-use drive_link::{Answer, LoopSettings, Question, Reading, Refused};
+use drive_link::{Answer, Format, LoopSettings, Question, Reading, Refused};
 use drive_logic::LockStep;
 use identifier_core::ControllerSettings;
 use identifier_core::model::ServoParameters;
@@ -59,11 +59,16 @@ fn run(closed_loop: LoopSettings, times: u32) -> Reading {
 }
 
 #[test]
-fn the_servo_is_found_however_often_a_question_is_asked() {
-    let closed_loop = settings().closed_loop;
-    let once = run(closed_loop, 1);
-    assert!((once.estimates.b / SERVO.b - 1.0).abs() < 0.01, "{once:?}");
-    assert_eq!(run(closed_loop, 3), once);
+fn both_formats_find_the_servo_however_often_a_question_is_asked() {
+    for format in [Format::Single, Format::Fixed] {
+        let closed_loop = LoopSettings {
+            format,
+            ..settings().closed_loop
+        };
+        let once = run(closed_loop, 1);
+        assert!((once.estimates.b / SERVO.b - 1.0).abs() < 0.01, "{once:?}");
+        assert_eq!(run(closed_loop, 3), once);
+    }
 }
 
 #[test]

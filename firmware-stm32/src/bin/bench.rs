@@ -9,7 +9,11 @@ use cortex_m_rt::entry;
 use firmware_stm32::host::{Text, exit, say};
 use firmware_stm32::instructions::Counter as Instructions;
 use firmware_stm32::paper;
+use fixed::types::I16F16;
 use identifier_core::excitation::Excitation;
+use identifier_core::fixed_point::{
+    FixedLowPass, FixedServoLoop, FixedServoLoopState, FixedVelocity, Word, split_setpoint,
+};
 use identifier_core::identifier::{
     DiagonalGradientIdentifier, IdentifierError, Identify, ServoLoop, ServoLoopState,
 };
@@ -39,7 +43,8 @@ fn run(instructions: &Instructions) -> Result<(), IdentifierError> {
     single::<DiagonalGradientIdentifier<f32, Filter, AbCoulomb, 3>>(
         instructions,
         "gradient-f32-friction",
-    )
+    )?;
+    words(instructions)
 }
 
 /// Runs the paper's loop with `sample`, which gets a reference in counts and the counter's register
@@ -116,5 +121,38 @@ fn single<I: Identify<f32> + FromSettings>(
         let (whole, offset, register) = black_box((whole, offset, register));
         let (command, taken) = counted(instructions, || parts.sample(whole, offset, register));
         (f64::from(command), taken)
+    })
+}
+
+/// The loop in fixed point with its counter and its state.
+struct Words {
+    counter: Counter<u16>,
+    servo_loop: FixedServoLoop<FixedLowPass, Ab, 2>,
+    state: FixedServoLoopState<<FixedLowPass as FixedVelocity>::State, 2>,
+}
+
+impl Words {
+    #[inline(never)]
+    fn sample(&mut self, setpoint: i32, offset: I16F16, register: u16) -> Word {
+        let count = self.counter.read(register);
+        self.servo_loop
+            .process(&mut self.state, setpoint, offset, count)
+            .map_or(Word::ZERO, |step| step.control.command)
+    }
+}
+
+fn words(instructions: &Instructions) -> Result<(), IdentifierError> {
+    let servo_loop: FixedServoLoop<FixedLowPass, Ab, 2> = paper::settings().build()?;
+    let mut parts = Words {
+        counter: Counter::new(0),
+        state: servo_loop.start(0),
+        servo_loop,
+    };
+    let bytes = size_of_val(parts.state.identification());
+    measure("gradient-fixed-2", bytes, |reference, register| {
+        let (whole, offset) = split_setpoint(reference);
+        let (whole, offset, register) = black_box((whole, offset, register));
+        let (command, taken) = counted(instructions, || parts.sample(whole, offset, register));
+        (parts.servo_loop.controller().command(command), taken)
     })
 }

@@ -12,6 +12,7 @@ use firmware_stm32::paper;
 use identifier_core::GradientLoop;
 use identifier_core::drive::{Actuator, PositionSensor, Setpoint, control_step};
 use identifier_core::excitation::Excitation;
+use identifier_core::fixed_point::{FixedLowPass, FixedServoLoop, split_setpoint};
 use identifier_core::identifier::{IdentifierError, Identify};
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Ab;
@@ -19,7 +20,10 @@ use virtual_servo::{Encoder, Plant};
 
 #[entry]
 fn main() -> ! {
-    let done = single_precision().map(|found| report("f32", &found));
+    let done = single_precision()
+        .map(|found| report("f32", &found))
+        .and_then(|()| fixed_point())
+        .map(|found| report("fixed", &found));
     if done.is_err() {
         say(&["the experiment could not be built"]);
     }
@@ -89,6 +93,24 @@ fn single_precision() -> Result<ServoParameters, IdentifierError> {
         );
         if let Ok(sample) = taken {
             servo_loop.learn(&mut state, &sample);
+        }
+    }
+    Ok(servo_loop.identifier().estimates(state.identification()))
+}
+
+fn fixed_point() -> Result<ServoParameters, IdentifierError> {
+    let servo_loop: FixedServoLoop<FixedLowPass, Ab, 2> = paper::settings().build()?;
+    let reference = paper::reference()?;
+    let (mut plant, encoder) = paper::servo();
+    let mut state = servo_loop.start(0);
+    let mut wanted = Excitation::<f64>::start(&reference);
+    for _ in 0..paper::samples() {
+        let next: f64 = reference.process(&mut wanted);
+        let (setpoint, offset) = split_setpoint(next);
+        let count = encoder.read(plant.position) as i32;
+        if let Ok(step) = servo_loop.process(&mut state, setpoint, offset, count) {
+            let command = servo_loop.controller().command(step.control.command);
+            plant.advance(command);
         }
     }
     Ok(servo_loop.identifier().estimates(state.identification()))
