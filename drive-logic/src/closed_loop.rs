@@ -8,6 +8,7 @@ use identifier_core::identifier::{
     DiagonalGradientIdentifier, IdentifierError, Identify, Seen, ServoLoop, ServoLoopState,
 };
 use identifier_core::measurement::velocity::{LowPass, LowPassState};
+use identifier_core::model::ServoParameters;
 use identifier_core::parameters::{Ab, AbCoulomb};
 use identifier_core::settings::{FromSettings, Settings};
 
@@ -21,8 +22,21 @@ pub struct ClosedLoop(Laws);
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Laws {
-    Gradient(With<DiagonalGradientIdentifier<f32, Velocity, Ab, 2>>),
-    GradientWithFriction(With<DiagonalGradientIdentifier<f32, Velocity, AbCoulomb, 3>>),
+    Gradient(With<Gradient>),
+    GradientWithFriction(With<GradientWithFriction>),
+}
+
+type Gradient = DiagonalGradientIdentifier<f32, Velocity, Ab, 2>;
+type GradientWithFriction = DiagonalGradientIdentifier<f32, Velocity, AbCoulomb, 3>;
+
+/// What a loop has learnt, in the units that it computes in: [`ClosedLoop::estimates`] says it in SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Learnt(States);
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum States {
+    Gradient(<Gradient as Identify<f32>>::State),
+    GradientWithFriction(<GradientWithFriction as Identify<f32>>::State),
 }
 
 /// A loop with one identifier.
@@ -39,6 +53,10 @@ impl<I: Identify<f32> + FromSettings> With<I> {
             state: servo_loop.start(0),
             servo_loop,
         })
+    }
+
+    fn estimates(&self, state: &I::State) -> ServoParameters {
+        self.servo_loop.identifier().estimates(state)
     }
 }
 
@@ -102,11 +120,28 @@ impl ClosedLoop {
         whatever_law!(&mut self.0, own => own.servo_loop.learn(&mut own.state, sample))
     }
 
-    /// The estimates, SI.
+    /// What it has learnt so far.
+    #[inline]
     #[must_use]
-    pub fn estimates(&self) -> Estimates {
-        parts::estimates(&whatever_law!(&self.0, own => {
-            own.servo_loop.identifier().estimates(own.state.identification())
-        }))
+    pub fn learnt(&self) -> Learnt {
+        Learnt(match &self.0 {
+            Laws::Gradient(own) => States::Gradient(*own.state.identification()),
+            Laws::GradientWithFriction(own) => {
+                States::GradientWithFriction(*own.state.identification())
+            }
+        })
+    }
+
+    /// What was learnt as estimates, SI; none of a loop of another law.
+    #[must_use]
+    pub fn estimates(&self, learnt: &Learnt) -> Option<Estimates> {
+        let found = match (&self.0, &learnt.0) {
+            (Laws::Gradient(own), States::Gradient(state)) => own.estimates(state),
+            (Laws::GradientWithFriction(own), States::GradientWithFriction(state)) => {
+                own.estimates(state)
+            }
+            _ => return None,
+        };
+        Some(parts::estimates(&found))
     }
 }

@@ -25,7 +25,7 @@ mod self_test;
 mod store;
 mod supervisor;
 
-pub use closed_loop::ClosedLoop;
+pub use closed_loop::{ClosedLoop, Learnt};
 pub use lock_step::LockStep;
 pub use sampler::{Counts, Event, Events, Lines, Order, Orders, Run, Sampler, Shown};
 pub use self_test::self_test;

@@ -122,7 +122,9 @@ fn single(
     Ok(Reading {
         command: f64::from(far.command),
         output_error: f64::from(seen.output_error),
-        estimates: closed_loop.estimates(),
+        estimates: closed_loop
+            .estimates(&closed_loop.learnt())
+            .unwrap_or_default(),
         slowed: seen.event == Event::Slowed,
         restarted: seen.event == Event::Restarted,
     })

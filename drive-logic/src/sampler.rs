@@ -9,7 +9,7 @@ use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::error::OutOfRange;
 use identifier_core::identifier::Seen;
 
-use crate::closed_loop::ClosedLoop;
+use crate::closed_loop::{ClosedLoop, Learnt};
 use crate::parts;
 use crate::protection::Protection;
 use crate::reference::Reference;
@@ -51,7 +51,7 @@ pub enum Order {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event {
     /// The servo was let go as ordered; what the loop had learnt.
-    Released(Option<ClosedLoop>, Counts),
+    Released(Option<Learnt>, Counts),
     /// The servo was let go because of a fault.
     Faulted(Fault, Counts),
     /// A fault was forgotten.
@@ -74,8 +74,8 @@ pub struct Counts {
 pub struct Shown {
     /// Samples since the start.
     pub sample: u32,
-    /// The loop after the sample.
-    pub closed_loop: ClosedLoop,
+    /// What the loop has learnt.
+    pub learnt: Learnt,
     /// Position error, counts.
     pub error: f32,
     /// Counts from where the servo started.
@@ -159,11 +159,15 @@ impl Run {
     }
 
     /// From where the servo stands.
-    fn started_at(mut self, count: i32) -> Self {
+    fn start(&mut self, count: i32) {
         self.closed_loop.start(count);
         self.reference.start(count);
         self.started_at = count;
-        self
+    }
+
+    /// The loop that it closes.
+    pub(crate) fn closed_loop(&self) -> &ClosedLoop {
+        &self.closed_loop
     }
 }
 
@@ -239,7 +243,7 @@ impl<'a> Sampler<'a> {
         }
         let shown = Event::Shown(Shown {
             sample: run.sample,
-            closed_loop: run.closed_loop,
+            learnt: run.closed_loop.learnt(),
             error: control.error,
             count: run.closed_loop.count().wrapping_sub(run.started_at),
             command: control.command,
@@ -277,7 +281,7 @@ impl<'a> Sampler<'a> {
                 Ok(()) => match sensor.count() {
                     Ok(count) => {
                         self.counts.overruns = 0;
-                        self.run = Some(run.started_at(count));
+                        self.run.insert(run).start(count);
                     }
                     Err(_) => self.fail(Fault::EncoderFailed, actuator),
                 },
@@ -290,7 +294,8 @@ impl<'a> Sampler<'a> {
             }
             Order::Release => {
                 let _ = actuator.release();
-                let learnt = self.run.take().map(|run| run.closed_loop);
+                let learnt = self.run.as_ref().map(|run| run.closed_loop.learnt());
+                self.run = None;
                 self.must_tell(Event::Released(learnt, self.counts));
             }
             Order::Clear if self.fault.is_none() => {}

@@ -9,6 +9,7 @@ use embedded_storage::nor_flash::NorFlash;
 use heapless::spsc::{Consumer, Producer};
 use serde::{Deserialize, Serialize};
 
+use crate::closed_loop::{ClosedLoop, Learnt};
 use crate::sampler::{Counts, EVENTS, Event, ORDERS, Order, Run, Shown};
 use crate::store::Store;
 
@@ -31,6 +32,8 @@ pub struct Supervisor<'a, F> {
     kept: Kept,
     full_scale: f64,
     settings: Settings,
+    /// The loop that was started last: it says in SI what the interrupt tells in its own units.
+    closed_loop: Option<ClosedLoop>,
     estimates: Option<Estimates>,
     state: State,
     /// The interrupt has been told to let the servo go and has not said yet that it did.
@@ -74,6 +77,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             kept,
             full_scale,
             settings: record.map_or(*built_in, |record| record.settings),
+            closed_loop: None,
             estimates: record.and_then(|record| record.estimates),
             state: State::Released,
             releasing: false,
@@ -126,7 +130,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                     self.state = State::Released;
                 }
                 if let Some(learnt) = learnt {
-                    self.estimates = Some(learnt.estimates());
+                    self.take_in(&learnt);
                 }
                 self.status(None)
             }
@@ -165,6 +169,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                 self.must_be_released()?;
                 let run = Run::new(&self.settings, self.full_scale).map_err(Refusal::Setting)?;
                 self.order(Order::Run(run))?;
+                self.closed_loop = Some(*run.closed_loop());
                 self.state = State::Running;
             }
             Command::Target(radians) => {
@@ -245,8 +250,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     fn snapshot(&mut self, shown: &Shown) -> Snapshot {
         let resolution = self.settings.closed_loop.core.resolution;
         let radians = |counts: f64| (counts * resolution) as f32;
-        let estimates = shown.closed_loop.estimates();
-        self.estimates = Some(estimates);
+        self.take_in(&shown.learnt);
         self.counts = shown.counts;
         Snapshot {
             sample: shown.sample,
@@ -254,7 +258,13 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             position: radians(f64::from(shown.count)),
             command: shown.command,
             output_error: radians(f64::from(shown.output_error)),
-            estimates,
+            estimates: self.estimates.unwrap_or_default(),
         }
+    }
+
+    fn take_in(&mut self, learnt: &Learnt) {
+        let closed_loop = self.closed_loop.as_ref();
+        let found = closed_loop.and_then(|closed_loop| closed_loop.estimates(learnt));
+        self.estimates = found.or(self.estimates);
     }
 }
