@@ -13,7 +13,7 @@ use identifier_core::fixed_point::{
 use identifier_core::identifier::{Event, IdentifierError, Identify};
 use identifier_core::measurement::velocity::BackwardDifference;
 use identifier_core::model::ServoParameters;
-use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, AbLoad, ParameterSet};
+use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, AbLoad, Parameter, ParameterSet};
 use identifier_core::settings::{
     BoxSettings, ControllerSettings, RangeSettings, Settings, diagonal,
 };
@@ -198,6 +198,27 @@ fn assert_alike(exact: &ServoParameters, found: &ServoParameters, tolerance: f64
             (found - exact).abs() < tolerance * size,
             "{exact} in double precision, {found} in words"
         );
+    }
+}
+
+#[test]
+fn fast_loops_fit_and_say_the_same() {
+    let servo = ServoParameters {
+        coulomb: 10.0,
+        load: 20.0,
+        ..SERVO
+    };
+    for sample_time in [2.5e-5, 1e-4, 2.5e-4] {
+        let mut settings = Settings {
+            sample_time,
+            cutoff: 500.0,
+            ..settings()
+        };
+        let (_, [exact, found]) = side_by_side::<AbCoulombLoad, 4>(&settings, &servo, 5.0);
+        assert_alike(&exact, &found, 5e-3);
+        settings.identifier.gamma = Some(diagonal([0.2, 110.0, 10.0, 10.0]));
+        let (_, [exact, found]) = side_by_side::<AbCoulombLoad, 4>(&settings, &servo, 5.0);
+        assert_alike(&exact, &found, 5e-3);
     }
 }
 
@@ -388,6 +409,40 @@ fn what_a_refusal_names_would_do() {
     }
 }
 
+/// Runs a loop over any samples.
+fn run_any<V, S, const P: usize>(
+    words: &FixedServoLoop<V, S, P>,
+    samples: &[(i32, i32, i32, Option<i32>)],
+) -> Result<(), TestCaseError>
+where
+    V: FixedVelocity,
+    S: ParameterSet<P>,
+{
+    let identifier = words.identifier();
+    let mut state = words.start(0);
+    for &(setpoint, offset, count, command) in samples {
+        let offset = I16F16::from_bits(offset);
+        let control = words
+            .control(&mut state, setpoint, offset, count)
+            .expect("every increment saturates");
+        let command = command.map_or(control.command, Word::from_bits);
+        let seen = identifier.follow(state.identification_mut(), control.increment, command);
+        prop_assert!(seen.output_error.abs() <= Word::ONE);
+        for parameter in S::PARAMETERS {
+            let found = parameter.of(&identifier.estimates(state.identification()));
+            let bounds = identifier.bounds(parameter).expect("one of the set");
+            let room = 1e-6 * (bounds.max() - bounds.min());
+            let within = found >= bounds.min() - room && found <= bounds.max() + room;
+            // The load holds what the integral has found besides.
+            prop_assert!(
+                within || parameter == Parameter::Load,
+                "{parameter:?} {found}"
+            );
+        }
+    }
+    Ok(())
+}
+
 /// Runs a loop over any samples: setpoint, offset, count and a command from outside.
 fn nothing_wraps<V, S, const P: usize>(
     settings: &Settings,
@@ -420,9 +475,7 @@ where
         prop_assert!(applied.abs() <= 10.0 + 1e-6);
         let found = words.identifier().estimates(state.identification());
         prop_assert!((0.0..=100.0 + 1e-6).contains(&found.a), "{found:?}");
-        let most = words
-            .identifier()
-            .bounds(identifier_core::parameters::Parameter::B);
+        let most = words.identifier().bounds(Parameter::B);
         let most = most.expect("every model has it").max();
         prop_assert!(
             found.b >= 0.0 && found.b <= most * (1.0 + 1e-6),
@@ -467,6 +520,51 @@ proptest! {
         settings.identifier.bounds.b = Some([0.1, 2000.0]);
         settings.identifier.mu = Some(10.0);
         nothing_wraps::<FixedLowPass, AbCoulombLoad, 4>(&settings, &samples)?;
+    }
+
+    /// The same for any servo, gains, limit, rate and encoder that are taken.
+    #[test]
+    fn nothing_wraps_whatever_it_is_built_for(
+        samples in any_samples(),
+        shape in prop::array::uniform9(0.0_f64..1.0),
+        correction in any::<bool>(),
+    ) {
+        let log = |part: f64, low: f64, high: f64| low * (high / low).powf(part);
+        let [b, rate, counts, limit, friction, load, gamma, speed, integral] = shape;
+        let b = log(b, 1.0, 1e5);
+        let sample_time = log(rate, 2.5e-5, 4e-3);
+        let omega = 0.05 / sample_time;
+        let (kp, kd) = (omega * omega / b, 2.0 * omega / b);
+        let ki = if integral < 0.2 { 0.0 } else { integral * 0.2 * omega * kp };
+        let limit = log(limit, 0.1, 1000.0);
+        let mut settings = Settings {
+            controller: Some(ControllerSettings {
+                limit: [-limit, 0.3 * limit],
+                ..ControllerSettings::pid(kp, kd, ki)
+            }),
+            ..Settings::new(sample_time, log(counts, 100.0, 1e6).round())
+        };
+        let identifier = &mut settings.identifier;
+        identifier.correction = correction.then_some([0.25 * kp, 0.5 * kd, 0.1 * ki]);
+        identifier.initial.b = Some(b);
+        identifier.bounds.a = Some([-0.1 / sample_time, 0.25 / sample_time]);
+        identifier.bounds.b = Some([0.1 * b, 2.0 * b]);
+        let most = b * limit;
+        identifier.bounds.coulomb = Some([0.0, friction * most]);
+        identifier.bounds.load = Some([-load * most, most]);
+        let gamma = log(gamma, 1e-3, 1e3);
+        let speed_of = limit / kd * log(speed, 0.01, 1.0);
+        identifier.gamma = Some(diagonal([
+            gamma * omega / (speed_of * speed_of),
+            gamma * omega / (limit * limit),
+            gamma * omega,
+            gamma * omega,
+        ]));
+        let words: Result<FixedServoLoop<FixedLowPass, AbCoulombLoad, 4>, _> = settings.build();
+        match words {
+            Ok(words) => run_any(&words, &samples)?,
+            Err(refused) => return Err(TestCaseError::reject(refused.to_string())),
+        }
     }
 
     /// The words' controller is the numbers' controller, also where the counter wraps.

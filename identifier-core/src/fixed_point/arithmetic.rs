@@ -151,6 +151,35 @@ impl Fraction {
     }
 }
 
+/// A power of two that raises a word by as many places: one `MUL`, where a shift would have to be told
+/// that it is below 32.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Raise(i32);
+
+impl Raise {
+    /// By 0 to 30 places.
+    pub(super) fn by(places: i32) -> Self {
+        Self(1 << places.clamp(0, 30))
+    }
+
+    /// The word raised; it must have the room.
+    #[inline]
+    pub(super) fn apply(self, x: Word) -> Word {
+        Word::from_bits(x.to_bits() * self.0)
+    }
+
+    /// A whole number raised to a word; it must have the room.
+    #[inline]
+    pub(super) fn whole(self, x: i32) -> Word {
+        Word::from_bits(x * self.0)
+    }
+
+    /// The largest word that has the room.
+    pub(super) fn most(self) -> Word {
+        Word::from_bits(FULL.to_bits() / self.0)
+    }
+}
+
 /// A slow sum: 64 bits, Q2.62, whose high half is a word, so that reading it costs nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Sum(i64);
@@ -189,19 +218,18 @@ impl Sum {
         self.0 += i64::from(x.to_bits()) * i64::from(weight.0);
     }
 
-    /// Takes away a product of two words, at most a half, in the sum's own last bits: see
+    /// Adds a product of two words, at most a half, in the sum's own last bits: see
     /// [`Sum::exponent_of_factor`].
     #[inline]
-    pub(super) fn subtract(&mut self, x: Word, y: Word) {
-        self.0 -= wide_product(x, y);
+    pub(super) fn add_product(&mut self, x: Word, y: Word) {
+        self.0 += wide_product(x, y);
     }
 
-    /// Takes away a product of two words times 2^`up`; one that would leave the sum's range is one.
-    pub(super) fn subtract_raised(&mut self, x: Word, y: Word, up: u32) {
+    /// The same of a product times 2^`up`; one that would leave the sum's range is one.
+    pub(super) fn add_product_raised(&mut self, x: Word, y: Word, up: Raise) {
         const MOST: i64 = (1 << SUM_BITS) - 1;
         let product = wide_product(x, y);
-        let up = up & 31;
-        self.0 -= between(product, -(MOST >> up), MOST >> up) << up;
+        self.0 += between(product.saturating_mul(i64::from(up.0)), -MOST, MOST);
     }
 
     /// The exponent of the one factor with which a product has the last bits of a sum of full scale
@@ -249,10 +277,9 @@ impl Coefficient {
         self.0.times(x)
     }
 
-    /// Whether a full-scale input still moves the output by a word's last bit but ten.
-    pub(super) fn is_felt(self) -> bool {
-        const LEAST: i32 = 1 << (32 - 20);
-        self.0.0.abs() >= LEAST
+    /// Whether a full-scale input still moves so many of the output's last bits.
+    pub(super) fn is_felt(self, bits: i32) -> bool {
+        self.0.0.abs() >> (bits + 32 - WORD_BITS) > 0
     }
 }
 
@@ -334,16 +361,16 @@ mod tests {
         fn a_sum_takes_products_raised_or_not(
             x in -0.5_f64..0.5,
             y in -1.0_f64..1.0,
-            up in 0_u32..29,
+            up in 0_i32..29,
         ) {
             let mut sum = Sum::of(0.3, 0);
-            sum.subtract_raised(word(x, 0), word(y, 0), up);
-            let step = (x * y * power(up as i32 - 2)).clamp(-1.0, 1.0);
-            let tolerance = 1e-15 + 2e-9 * power(up as i32);
-            prop_assert!((sum.value(0) - (0.3 - step)).abs() < tolerance);
+            sum.add_product_raised(word(x, 0), word(y, 0), Raise::by(up));
+            let step = (x * y * power(up - 2)).clamp(-1.0, 1.0);
+            let tolerance = 1e-15 + 2e-9 * power(up);
+            prop_assert!((sum.value(0) - (0.3 + step)).abs() < tolerance);
             let mut raised = sum;
-            raised.subtract_raised(word(x, 0), word(y, 0), 0);
-            sum.subtract(word(x, 0), word(y, 0));
+            raised.add_product_raised(word(x, 0), word(y, 0), Raise::by(0));
+            sum.add_product(word(x, 0), word(y, 0));
             prop_assert_eq!(raised, sum);
         }
 
@@ -356,10 +383,10 @@ mod tests {
         }
 
         #[test]
-        fn no_step_leaves_a_sum(start in -1.0_f64..=1.0, x: i32, y: i32, up in 0_u32..29) {
+        fn no_step_leaves_a_sum(start in -1.0_f64..=1.0, x: i32, y: i32, up in 0_i32..29) {
             // Words with all of their guard bits used.
             let mut sum = Sum::of(start, 0);
-            sum.subtract_raised(Word::from_bits(x), Word::from_bits(y), up);
+            sum.add_product_raised(Word::from_bits(x), Word::from_bits(y), Raise::by(up));
             prop_assert!(sum.value(0).abs() <= 2.0);
         }
 

@@ -1,6 +1,6 @@
 use fixed::types::I16F16;
 
-use super::arithmetic::{Sum, WORD_BITS, Word, between, limit, value};
+use super::arithmetic::{Raise, Sum, WORD_BITS, Word, between, limit, value};
 use super::pid::FixedPid;
 use super::ranges::Scales;
 use super::velocity::FixedVelocity;
@@ -156,7 +156,7 @@ impl<V: FixedVelocity> FixedController<V> {
 struct ErrorWord {
     /// Counts of the full scale.
     full: i32,
-    up: u32,
+    up: Raise,
     down: u32,
 }
 
@@ -165,7 +165,7 @@ impl ErrorWord {
         let exponent = scales.position.clamp(0, WORD_BITS);
         Self {
             full: 1 << exponent,
-            up: (WORD_BITS - exponent).unsigned_abs(),
+            up: Raise::by(WORD_BITS - exponent),
             down: exponent.unsigned_abs(),
         }
     }
@@ -187,7 +187,7 @@ impl ErrorWord {
         };
         // Less than a count, so less than what is shifted out of the whole ones.
         let part = (part & ((1 << FRACTION) - 1)) << (WORD_BITS.unsigned_abs() - FRACTION);
-        Word::from_bits((whole << self.up) + (part >> self.down).cast_signed())
+        self.up.whole(whole) + Word::from_bits((part >> self.down).cast_signed())
     }
 }
 
@@ -195,7 +195,7 @@ impl ErrorWord {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct IncrementWord {
     most: i32,
-    up: u32,
+    up: Raise,
 }
 
 impl IncrementWord {
@@ -203,13 +203,13 @@ impl IncrementWord {
         let exponent = scales.velocity.clamp(1, WORD_BITS);
         Self {
             most: (1 << exponent) - 1,
-            up: (WORD_BITS - exponent).unsigned_abs(),
+            up: Raise::by(WORD_BITS - exponent),
         }
     }
 
     /// Saturated.
     #[inline]
     pub(super) fn of(self, counts: i32) -> Word {
-        Word::from_bits(between(counts, -self.most, self.most) << self.up)
+        self.up.whole(between(counts, -self.most, self.most))
     }
 }

@@ -1,6 +1,6 @@
 use super::arithmetic::{
-    Coefficient, Sum, WORD_BITS, Word, between, limit, power, product, quarter_product, quotient,
-    word,
+    Coefficient, Raise, Sum, WORD_BITS, Word, between, limit, power, product, quarter_product,
+    quotient, word,
 };
 use super::ranges::Scales;
 use crate::adaptation::Gradient;
@@ -28,9 +28,9 @@ struct Entry {
     /// Γᵢᵢ.
     gamma: Coefficient,
     /// How far y is raised to act on the estimate.
-    up: u32,
-    /// To the common full scale of φᵀΓφ.
-    strength_down: u32,
+    up: Raise,
+    /// Γᵢᵢ again, to a quarter of the common full scale of φᵀΓφ once more times φᵢ.
+    strength: Coefficient,
     low: Sum,
     high: Sum,
     /// What the halves of the two have between them, in last bits.
@@ -55,6 +55,12 @@ impl Entry {
 impl<const P: usize> FixedGradient<P> {
     /// Bits that the guard's bound keeps below the full scale of φᵀΓφ.
     const GUARD_BITS: i32 = WORD_BITS - 8;
+
+    /// Bits of Γφ and μ ε that must be left at full scale.
+    const FELT: i32 = 10;
+
+    /// The same of Γφ for friction and load, whose regressors are hardly ever anything but ±1.
+    const FELT_WHERE_CONSTANT: i32 = 4;
 
     /// The most that y is raised by.
     const FURTHEST: i32 = 28;
@@ -81,6 +87,10 @@ impl<const P: usize> FixedGradient<P> {
         let least = |i: usize| Coefficient::least(machine[i], scales.regressor(S::PARAMETERS[i]));
         let up = |i: usize| (least(i) - level(i)).max(0);
         let directed = |i: usize| level(i) + up(i);
+        let bits = |i: usize| match S::PARAMETERS[i] {
+            Parameter::A | Parameter::B => Self::FELT,
+            Parameter::Coulomb | Parameter::Load => Self::FELT_WHERE_CONSTANT,
+        };
         let gamma: [Coefficient; P] = core::array::from_fn(|i| {
             Coefficient::new(machine[i], scales.regressor(S::PARAMETERS[i]), directed(i))
         });
@@ -90,8 +100,8 @@ impl<const P: usize> FixedGradient<P> {
                 let most = given * power(Self::FURTHEST - up(i));
                 Allowed::PositiveUpTo(most).check("gamma", given)?;
             }
-            if !plan.frozen[i] && !gamma[i].is_felt() {
-                let least = given * power(directed(i) - least(i) - 18);
+            if !plan.frozen[i] && !gamma[i].is_felt(bits(i)) {
+                let least = given * power(directed(i) - least(i) - (WORD_BITS - 2 - bits(i)));
                 Allowed::AtLeast(least).check("gamma", given)?;
             }
         }
@@ -124,7 +134,7 @@ impl<const P: usize> FixedGradient<P> {
 
         let furthest = (0..P).map(up).max().unwrap_or(0).min(Self::FURTHEST);
         let mu_by_error = Coefficient::new(mu, scales.position, output);
-        if !mu_by_error.is_felt() {
+        if !mu_by_error.is_felt(Self::FELT) {
             let least = power(output - scales.position - 20) / units.rate();
             Allowed::AtLeast(least).check("mu", plan.mu)?;
         }
@@ -137,8 +147,12 @@ impl<const P: usize> FixedGradient<P> {
                 let apart = high.word().to_bits().wrapping_sub(low.word().to_bits());
                 Entry {
                     gamma: gamma[i],
-                    up: up(i).unsigned_abs(),
-                    strength_down: (strength - 2 - strength_of(i)).unsigned_abs().min(31),
+                    up: Raise::by(up(i)),
+                    strength: Coefficient::new(
+                        machine[i],
+                        scales.regressor(parameter),
+                        strength - 2 - scales.regressor(parameter),
+                    ),
                     low,
                     high,
                     between: apart.cast_unsigned().saturating_sub(1),
@@ -149,7 +163,7 @@ impl<const P: usize> FixedGradient<P> {
             // However small b̂ becomes, something is left to leave it with.
             strongest: word(known.min(power(strength)), strength).max(Word::DELTA),
             strongest_per_gain: Coefficient::new(per_gain, gain, strength),
-            small: Word::from_bits((1 << (WORD_BITS - furthest)) - 1),
+            small: Raise::by(furthest).most(),
         })
     }
 
@@ -167,7 +181,8 @@ impl<const P: usize> FixedGradient<P> {
         let direction: [Word; P] =
             core::array::from_fn(|i| self.entries[i].gamma.apply(regressor[i]));
         let strength = (0..P).fold(Word::ZERO, |sum, i| {
-            sum + (quarter_product(regressor[i], direction[i]) >> self.entries[i].strength_down)
+            let direction = self.entries[i].strength.apply(regressor[i]);
+            sum + quarter_product(regressor[i], direction)
         });
         let mut output = self.mu.apply(output_error) + (output_error_rate >> self.rate_down);
         let strongest = limit(self.strongest + self.strongest_per_gain.apply(gain));
@@ -177,10 +192,10 @@ impl<const P: usize> FixedGradient<P> {
         }
         if output <= self.small && output >= -self.small {
             for i in 0..P {
-                estimates[i].subtract(direction[i], output << self.entries[i].up);
+                estimates[i].add_product(direction[i], self.entries[i].up.apply(-output));
             }
         } else {
-            self.subtract_large(estimates, direction, output);
+            self.step_far(estimates, direction, output);
         }
         for (estimate, entry) in estimates.iter_mut().zip(&self.entries) {
             entry.project(estimate);
@@ -191,9 +206,9 @@ impl<const P: usize> FixedGradient<P> {
     /// The step for a y that is no word when it is raised.
     #[cold]
     #[inline(never)]
-    fn subtract_large(&self, estimates: &mut [Sum; P], direction: [Word; P], output: Word) {
+    fn step_far(&self, estimates: &mut [Sum; P], direction: [Word; P], output: Word) {
         for i in 0..P {
-            estimates[i].subtract_raised(direction[i], output, self.entries[i].up);
+            estimates[i].add_product_raised(direction[i], -output, self.entries[i].up);
         }
     }
 

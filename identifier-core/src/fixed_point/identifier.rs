@@ -179,47 +179,14 @@ where
         value(seen.output_error, self.scales.position)
     }
 
-    /// A sample in which nothing is learnt, the model beside the servo.
-    #[cold]
-    #[inline(never)]
-    fn wait(
-        &self,
-        state: &mut FixedGradientState<V::State, P>,
-        rate: Word,
-        command: Word,
-    ) -> Event {
-        self.model.stand_beside(&mut state.model);
-        let event = self.advance(state, rate, command, Event::Standing);
-        if event == Event::Standing && self.should_move(state, command) {
-            Event::NotFollowing
-        } else {
-            event
-        }
-    }
-
     /// Whether the estimates say that a command moves the servo, load and friction notwithstanding:
     /// as the identifier on numbers decides it.
+    #[cold]
     fn should_move(&self, state: &FixedGradientState<V::State, P>, command: Word) -> bool {
         let parameters = FixedParameters::of_set::<S, P>(&state.estimates);
         let pushed = self.model.pushed(&state.model, command, &parameters);
         let held = parameters.coulomb + parameters.coulomb;
         pushed.abs() > held + self.rest.hidden_acceleration()
-    }
-
-    /// Moves the model to the next sample.
-    #[inline]
-    fn advance(
-        &self,
-        state: &mut FixedGradientState<V::State, P>,
-        rate: Word,
-        command: Word,
-        event: Event,
-    ) -> Event {
-        let parameters = FixedParameters::of_set::<S, P>(&state.estimates);
-        let restarted = self
-            .model
-            .advance::<S, P>(&mut state.model, rate, command, &parameters);
-        if restarted { Event::Restarted } else { event }
     }
 }
 
@@ -266,16 +233,31 @@ where
         } = self.model.observe::<S, P>(&mut state.model, increment);
         let stays = S::HAS_COULOMB && self.rest.stays(&mut state.rest, increment);
         let stands = self.rest.stands(&mut state.rest, increment);
-        let event = if stays || stands {
-            self.wait(state, rate, command)
+        let mut event = Event::None;
+        if stays || stands {
+            self.model.stand_beside(&mut state.model);
+            event = if self.should_move(state, command) {
+                Event::NotFollowing
+            } else {
+                Event::Standing
+            };
         } else {
             let gain = FixedParameters::of_set::<S, P>(&state.estimates).gain;
-            let slowed =
-                self.law
-                    .update(&mut state.estimates, &regressor, output_error, rate, gain);
-            let event = if slowed { Event::Slowed } else { Event::None };
-            self.advance(state, rate, command, event)
-        };
+            let estimates = &mut state.estimates;
+            if self
+                .law
+                .update(estimates, &regressor, output_error, rate, gain)
+            {
+                event = Event::Slowed;
+            }
+        }
+        let parameters = FixedParameters::of_set::<S, P>(&state.estimates);
+        if self
+            .model
+            .advance::<S, P>(&mut state.model, rate, command, &parameters)
+        {
+            event = Event::Restarted;
+        }
         Seen {
             output_error,
             event,

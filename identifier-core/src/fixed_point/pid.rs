@@ -1,4 +1,4 @@
-use super::arithmetic::{Coefficient, Sum, Weight, Word, between, is_within, limit, word};
+use super::arithmetic::{Coefficient, Raise, Sum, Weight, Word, between, is_within, limit, word};
 use super::ranges::Scales;
 use crate::control::{CommandLimit, Gains};
 use crate::units::Units;
@@ -17,7 +17,7 @@ struct Terms {
     sum: i32,
     wanted: i32,
     /// From there to the command's full scale.
-    up: u32,
+    up: Raise,
 }
 
 impl Terms {
@@ -38,7 +38,7 @@ impl Terms {
             per_error: Scales::per_error(units, gains),
             sum,
             wanted,
-            up: (wanted - command).unsigned_abs(),
+            up: Raise::by(wanted - command),
         }
     }
 
@@ -69,7 +69,7 @@ pub(super) struct FixedPid {
     /// Of the wanted command's full scale.
     low: Word,
     high: Word,
-    up: u32,
+    up: Raise,
 }
 
 impl FixedPid {
@@ -106,7 +106,7 @@ impl FixedPid {
         if integrates {
             gather(sum, error, self.weight);
         }
-        limited << self.up
+        self.up.apply(limited)
     }
 }
 
@@ -122,7 +122,7 @@ pub(super) struct FixedCorrection {
     weight: Weight,
     /// Half of the command's full scale, of the wanted one's.
     most: Word,
-    up: u32,
+    up: Raise,
 }
 
 impl FixedCorrection {
@@ -151,7 +151,7 @@ impl FixedCorrection {
         let load = self.load_command(*sum);
         gather(sum, output_error, self.weight);
         let wanted = self.proportional.apply(output_error) + self.derivative.apply(rate);
-        let feedback = between(wanted, -self.most, self.most) << self.up;
+        let feedback = self.up.apply(between(wanted, -self.most, self.most));
         limit(command + feedback + load)
     }
 

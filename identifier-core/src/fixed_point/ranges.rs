@@ -13,7 +13,7 @@ impl RangeSettings {
 
     /// The ranges that fixed point takes: those stated, or what follows from the controller, four
     /// times its limit and the error and the velocity at which the PID alone would ask for the whole
-    /// command. Without a limit the command is taken to be what an error of one turn asks for.
+    /// command. The command counts as no larger than what an error of one turn asks for.
     ///
     /// # Errors
     /// [`IdentifierError::NotGiven`] if there is no controller to follow from, or one without damping
@@ -26,8 +26,8 @@ impl RangeSettings {
         let gains = settings.controller.ok_or(NOT_GIVEN)?.gains()?;
         let kp = gains.kp();
         let of_a_turn = kp * core::f64::consts::TAU;
-        let command = settings.largest_command().unwrap_or(of_a_turn);
-        let command = command.min(of_a_turn);
+        let limit = settings.largest_command();
+        let command = limit.unwrap_or(of_a_turn).min(of_a_turn);
         let of_position = match bounds(settings, Parameter::B)? {
             Some([_, most]) if most > 0.0 => libm::sqrt(kp / most),
             _ => 0.0,
@@ -41,7 +41,8 @@ impl RangeSettings {
         Ok(Self {
             error: Self::ROOM * command / softest,
             velocity: Self::ROOM * command / damping,
-            command: Self::ROOM * command,
+            // Never below a limit that even an error of a turn does not reach.
+            command: (Self::ROOM * command).max(limit.unwrap_or(0.0)),
         })
     }
 }
