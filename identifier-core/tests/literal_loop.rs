@@ -67,7 +67,7 @@ impl Literal {
         let strength = t * (0..2).map(|i| self.gamma[i] * phi[i] * phi[i]).sum::<f64>();
         let slowed = (0.05 * b_min * kd / strength).min(1.0);
         // A servo that has not moved for 50 ms stands, and nothing is learnt from it.
-        if measured != self.moved.1 {
+        if (measured - self.moved.1).abs() > 0.5 * self.settings.resolution {
             self.moved = (self.time, measured);
         }
         let stands = self.time - self.moved.0 > 0.05 + 0.5 * t;

@@ -133,7 +133,7 @@ impl Controller {
             Kind::Pid => {
                 let wanted = kp * error - kd * self.velocity + ki * self.integral;
                 let command = wanted.clamp(-limit, limit);
-                if wanted == command || (wanted - command) * error < 0.0 {
+                if (wanted - command) * error <= 0.0 {
                     self.integral += sample_time * error;
                 }
                 command
@@ -146,7 +146,7 @@ impl Controller {
                 let wanted =
                     2.0 * omega / b * velocity_error + omega * omega / b * self.integral + forward;
                 let command = wanted.clamp(-limit, limit);
-                if wanted == command || (wanted - command) * velocity_error < 0.0 {
+                if (wanted - command) * velocity_error <= 0.0 {
                     self.integral += sample_time * velocity_error;
                 }
                 command
