@@ -1,5 +1,6 @@
 use core::fmt;
 
+use identifier_core::settings::PerParameter;
 use serde::{Deserialize, Serialize};
 
 use crate::fault::Fault;
@@ -215,4 +216,6 @@ pub struct Estimates {
     pub coulomb: f64,
     /// d, rad/s².
     pub load: f64,
+    /// Which of them stand at a bound: such a value is no result.
+    pub at_bounds: PerParameter<bool>,
 }

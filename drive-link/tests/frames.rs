@@ -197,7 +197,13 @@ proptest! {
             reading: Reading {
                 command,
                 output_error,
-                estimates: Estimates { a: command, b: 2.0, coulomb: 0.0, load: output_error },
+                estimates: Estimates {
+                    a: command,
+                    b: 2.0,
+                    coulomb: 0.0,
+                    load: output_error,
+                    at_bounds: PerParameter { a: flags.1, ..PerParameter::default() },
+                },
                 slowed: flags.0,
                 restarted: flags.1,
             },

@@ -8,7 +8,6 @@ use identifier_core::identifier::{
     DiagonalGradientIdentifier, IdentifierError, Identify, Seen, ServoLoop, ServoLoopState,
 };
 use identifier_core::measurement::velocity::{LowPass, LowPassState};
-use identifier_core::model::ServoParameters;
 use identifier_core::parameters::{Ab, AbCoulomb};
 use identifier_core::settings::{FromSettings, Settings};
 
@@ -55,8 +54,8 @@ impl<I: Identify<f32> + FromSettings> With<I> {
         })
     }
 
-    fn estimates(&self, state: &I::State) -> ServoParameters {
-        self.servo_loop.identifier().estimates(state)
+    fn estimates(&self, state: &I::State) -> Estimates {
+        parts::estimates(self.servo_loop.identifier(), state)
     }
 }
 
@@ -135,13 +134,12 @@ impl ClosedLoop {
     /// What was learnt as estimates, SI; none of a loop of another law.
     #[must_use]
     pub fn estimates(&self, learnt: &Learnt) -> Option<Estimates> {
-        let found = match (&self.0, &learnt.0) {
-            (Laws::Gradient(own), States::Gradient(state)) => own.estimates(state),
+        match (&self.0, &learnt.0) {
+            (Laws::Gradient(own), States::Gradient(state)) => Some(own.estimates(state)),
             (Laws::GradientWithFriction(own), States::GradientWithFriction(state)) => {
-                own.estimates(state)
+                Some(own.estimates(state))
             }
-            _ => return None,
-        };
-        Some(parts::estimates(&found))
+            _ => None,
+        }
     }
 }

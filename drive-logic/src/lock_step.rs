@@ -7,7 +7,7 @@ use identifier_core::drive::{Actuator, PositionSensor, Setpoint};
 use identifier_core::fixed_point::{
     FixedLowPass, FixedServoLoop, FixedServoLoopState, FixedVelocity, split_setpoint,
 };
-use identifier_core::identifier::{Event, IdentifierError, Identify};
+use identifier_core::identifier::{Event, IdentifierError};
 use identifier_core::parameters::Ab;
 use identifier_core::settings::Settings;
 
@@ -189,7 +189,7 @@ impl Words {
         Ok(Reading {
             command: servo_loop.controller().command(sample.command),
             output_error: identifier.output_error(&seen),
-            estimates: parts::estimates(&identifier.estimates(state.identification())),
+            estimates: parts::estimates(identifier, state.identification()),
             slowed: seen.event == Event::Slowed,
             restarted: seen.event == Event::Restarted,
         })

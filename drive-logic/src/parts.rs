@@ -2,23 +2,24 @@
 
 use drive_link::{Estimates, Name, NotAllowed, Why};
 use identifier_core::error::{Allowed, OutOfRange};
-use identifier_core::identifier::IdentifierError;
+use identifier_core::identifier::{IdentifierError, Identify};
 use identifier_core::model::ServoParameters;
 use identifier_core::stability::CertificateError;
 
-/// Estimates as a message.
-pub(crate) fn estimates(found: &ServoParameters) -> Estimates {
+/// What an identifier has found as a message.
+pub(crate) fn estimates<N: Copy, I: Identify<N>>(identifier: &I, state: &I::State) -> Estimates {
     let ServoParameters {
         a,
         b,
         coulomb,
         load,
-    } = *found;
+    } = identifier.estimates(state);
     Estimates {
         a,
         b,
         coulomb,
         load,
+        at_bounds: identifier.at_bounds(state),
     }
 }
 

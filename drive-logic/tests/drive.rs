@@ -198,6 +198,26 @@ fn friction_is_learnt_where_it_is_asked_for() {
 }
 
 #[test]
+fn an_estimate_at_its_bound_is_told_as_none() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let mut narrow = settings();
+    let identifier = &mut narrow.closed_loop.core.identifier;
+    identifier.plant_box = Some(BoxSettings {
+        a: [0.0, 50.0],
+        b: [110.0, 200.0],
+    });
+    identifier.bounds.b = Some([110.0, 200.0]);
+    drive.done(Command::Configure(narrow));
+    drive.done(Command::Start);
+    drive.pass(20_000);
+    drive.done(Command::Stop);
+    drive.pass(1);
+    let found = drive.supervisor.estimates().expect("learnt");
+    assert!(found.at_bounds.b && found.b >= 199.9, "{found:?}");
+}
+
+#[test]
 fn the_servo_goes_where_it_is_sent_and_no_further() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
