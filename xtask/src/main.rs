@@ -34,7 +34,7 @@ enum Verb {
         #[arg(long)]
         accept: bool,
     },
-    /// Build somebody else's firmware for three cores and run it on two emulated boards.
+    /// Build two firmwares of somebody else for three cores and run them on two emulated boards.
     Elsewhere,
     /// Run a binary of the firmware in the emulator.
     Qemu {
