@@ -6,10 +6,11 @@ use std::time::{Duration, Instant};
 use criterion::{Criterion, criterion_group, criterion_main};
 use host_sim::experiment;
 use host_sim::paper::{self, Case, Method};
-use host_sim::scenario::{Arithmetic, Law, Reference, Scenario};
-use identifier_core::control::{ControlSample, ControlState};
+use host_sim::scenario::{Arithmetic, Reference, Scenario};
+use identifier_core::Settings;
+use identifier_core::control::{ControlSample, ControlState, Controller};
 use identifier_core::excitation::Excitation;
-use identifier_core::identifier::GradientIdentifier;
+use identifier_core::identifier::{GradientIdentifier, Identify};
 use identifier_core::measurement::velocity::LowPass;
 use identifier_core::number::Number;
 use identifier_core::parameters::Ab;
@@ -22,22 +23,23 @@ fn scenario() -> Scenario {
 }
 
 /// What the controller showed the identifier in a run of the paper's experiment.
-fn recording<N: Number>(scenario: &Scenario) -> Vec<ControlSample<N>> {
+fn recording<N: Number>(scenario: &Scenario, settings: &Settings) -> Vec<ControlSample<N>> {
     let mut samples = Vec::with_capacity(RECORDED);
-    let units = &scenario.controller.units;
-    let velocity = LowPass::<N>::new(units, 500.0).expect("valid");
-    let controller = scenario.controller::<N, _>(velocity);
-    let reference = Reference::<N>::new(units, &scenario.excitation).expect("valid");
+    let units = settings.units().expect("valid");
+    let controller: Controller<N, LowPass<N>> = settings.build().expect("valid");
+    let reference = Reference::<N>::new(&units, &scenario.excitation).expect("valid");
     let mut reference_state = reference.start();
-    let mut control = ControlState::at_rest(N::ZERO);
+    let mut control = ControlState::default();
+    let mut last = N::ZERO;
     let mut plant =
         virtual_servo::Plant::at_rest(&scenario.plant.expect("known"), units.sample_time());
     for _ in 0..RECORDED {
         let wanted = reference.process(&mut reference_state);
         let position = N::from_f64(plant.position * units.position());
         let sample = controller
-            .process(&mut control, wanted, position)
+            .process(&mut control, wanted - position, position - last)
             .expect("finite");
+        last = position;
         plant.advance(sample.command.to_f64());
         samples.push(sample);
     }
@@ -46,24 +48,18 @@ fn recording<N: Number>(scenario: &Scenario) -> Vec<ControlSample<N>> {
 
 fn identifier_sample<N: Number>(criterion: &mut Criterion, name: &str) {
     let scenario = scenario();
-    let Law::Gradient(settings) = &scenario.identifier.law else {
-        unreachable!("the paper's law is the gradient");
-    };
-    let config = scenario.identifier_config();
-    let reference = Reference::new(&config.units, &scenario.excitation).expect("valid");
-    let law = scenario
-        .gradient_law::<Ab, 2>(settings, &reference)
-        .expect("valid");
-    let velocity = LowPass::<N>::new(&config.units, 500.0).expect("valid");
-    let identifier =
-        GradientIdentifier::<N, _, Ab, 2>::new(&config, &law, velocity).expect("valid");
-    let samples = recording::<N>(&scenario);
+    let settings = scenario.settings().expect("valid");
+    let identifier: GradientIdentifier<N, LowPass<N>, Ab, 2> = settings.build().expect("certified");
+    let samples = recording::<N>(&scenario, &settings);
     let mut state = identifier.start();
     let mut next = samples.iter().cycle();
     criterion.bench_function(name, |bencher| {
         bencher.iter(|| {
             let sample = next.next().expect("endless");
-            identifier.process(black_box(&mut state), black_box(sample))
+            let ControlSample {
+                increment, command, ..
+            } = *black_box(sample);
+            identifier.learn(black_box(&mut state), increment, command)
         });
     });
 }
@@ -76,7 +72,7 @@ fn simulated_sample(criterion: &mut Criterion, arithmetic: Arithmetic) {
         bencher.iter_custom(|iterations| {
             let mut spent = Duration::ZERO;
             let mut left = iterations;
-            let sample_time = scenario.controller.units.sample_time();
+            let sample_time = scenario.sample_time();
             while left > 0 {
                 let samples = left.min(60_000);
                 let mut run = scenario.clone();

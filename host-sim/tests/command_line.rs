@@ -81,12 +81,23 @@ fn json_on_standard_output_is_all_there_is_and_has_the_promised_keys() {
             assert!(estimate[key].is_f64(), "estimates.{parameter}.{key}");
         }
         assert!(estimate["std_error"].is_null());
+        assert_eq!(estimate["at_bound"], false);
         assert!(estimate["unit"].is_string());
     }
     assert!(result["estimates"]["coulomb"].is_null());
     for parameter in ["a", "b", "coulomb", "load"] {
         assert!(result["truth"][parameter].is_f64(), "truth.{parameter}");
     }
+    for key in [
+        "slowed_samples",
+        "model_restarts",
+        "standing_samples",
+        "load_steps",
+        "not_following_samples",
+    ] {
+        assert!(result[key].is_u64(), "{key}");
+    }
+    assert!(result["agreement"].is_null());
     for key in ["rms", "max"] {
         assert!(result["output_error"][key].is_f64(), "output_error.{key}");
     }
@@ -323,6 +334,81 @@ fn value_out_of_range_is_answered_with_line_key_value_and_range() {
     ] {
         assert_refused(test, (from, to), key, message);
     }
+}
+
+/// An estimate that its bound holds has not been found, however still it stands.
+#[test]
+fn an_estimate_at_a_bound_is_no_result() {
+    let folder = folder("bound");
+    let text = short(PROPOSED).replace("b = [5.0, 5000.0]", "b = [5.0, 200.0]");
+    let scenario = scenario(&folder, &text);
+    let output = host_sim(&["run", &scenario, "--json", "-"]);
+    let result: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(result["estimates"]["b"]["at_bound"], true, "{result}");
+    assert_eq!(result["status"], "not-converged");
+    let reason = result["reason"].as_str().expect("text");
+    assert!(
+        reason.starts_with("b = ") && reason.contains("stands at a bound"),
+        "{reason}"
+    );
+}
+
+/// Numbers in a table of their own are found by key and judged as everything else.
+#[test]
+fn correction_and_largest_speed_are_judged_by_key() {
+    let mu = "mu = 10.0";
+    for (test, to, key, message) in [
+        (
+            "correction-kp",
+            "correction = { kp = 0.0, kd = 0.1, ki = 1.0 }",
+            "identifier.correction.kp",
+            "kp = 0",
+        ),
+        (
+            "correction-part",
+            "correction = { kp = 9.0, kd = 0.1 }",
+            "identifier.correction.ki",
+            "missing",
+        ),
+        (
+            "max-speed",
+            "max_speed = -1.0",
+            "identifier.max_speed",
+            "above 0",
+        ),
+        (
+            "bandwidth",
+            "bandwidth = 0.0",
+            "identifier.bandwidth",
+            "above 0",
+        ),
+        (
+            "noise",
+            "noise = 1e-3",
+            "identifier.noise",
+            "does not take this key",
+        ),
+    ] {
+        let text = PROPOSED.replace(mu, &format!("{mu}\n{to}"));
+        let answer = refusal(test, &text);
+        assert!(
+            answer.contains(key) && answer.contains(message),
+            "{test}: {answer}"
+        );
+    }
+    // A servo that is said to be slower than it is: the run ends where it is found out.
+    let folder = folder("max-speed-run");
+    let text = short(PROPOSED).replace(mu, &format!("{mu}\nmax_speed = 1.0"));
+    let scenario = scenario(&folder, &text);
+    let output = host_sim(&["run", &scenario, "--json", "-"]);
+    assert_eq!(output.status.code(), Some(1));
+    let result: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(result["status"], "aborted");
+    let reason = result["reason"].as_str().expect("text");
+    assert!(
+        reason.contains("jumped further than the servo can move"),
+        "{reason}"
+    );
 }
 
 #[test]

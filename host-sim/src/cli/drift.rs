@@ -8,7 +8,7 @@ use super::fault::Fault;
 use super::output;
 use crate::drift::{self, Differences};
 use crate::report::{drift as report, plot};
-use crate::scenario::{Arithmetic, Law, Purpose, Reference, Scenario, keys};
+use crate::scenario::{Arithmetic, Purpose, Reference, Scenario, keys};
 
 /// The most samples that are kept for the trace and the picture.
 const KEPT: u64 = 100_000;
@@ -34,10 +34,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let mut scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
-    if !matches!(
-        scenario.identifier.law,
-        Law::Gradient(_) | Law::PdGradient(_)
-    ) {
+    if !scenario.identifier.law.is_gradient() {
         return Err(Fault::Input(format!(
             "{}: identifier.law: \"{}\" is not there in fixed point: \"gradient\" and \
              \"pd-gradient\" are",
@@ -52,7 +49,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let input = |fault: String| Fault::Input(format!("{}: {fault}", arguments.scenario.display()));
     scenario.buildable().map_err(input)?;
 
-    let units = scenario.controller.units;
+    let units = scenario.units();
     let reference = Reference::<f64>::new(&units, &scenario.excitation)
         .map_err(|error| input(error.to_string()))?;
     let mut state = reference.start();

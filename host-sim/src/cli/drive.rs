@@ -31,8 +31,8 @@ enum Verb {
     /// Close the loop where the servo stands, and identify.
     Start,
     /// Send the servo to a place, rad from where it started.
-    #[command(allow_negative_numbers = true)]
-    Aim {
+    #[command(allow_negative_numbers = true, alias = "aim")]
+    Target {
         /// Where to.
         radians: f64,
     },
@@ -48,8 +48,8 @@ enum Verb {
 
 #[derive(Debug, clap::Args)]
 struct Configure {
-    /// The scenario: controller, amplifier, encoder and identifier; a `prbs` excitation shakes the
-    /// servo, `none` does not, and any other leaves the drive's as it is.
+    /// The scenario: controller, amplifier, encoder and identifier; a `prbs` excitation is its
+    /// dither, with `none` it has none, and any other leaves the drive's as it is.
     scenario: PathBuf,
     /// Largest position error, rad.
     #[arg(long, value_name = "RAD")]
@@ -61,8 +61,8 @@ struct Configure {
     #[arg(long, value_name = "RAD/S")]
     speed: Option<f64>,
     /// How long the servo may be driven without moving, s.
-    #[arg(long, value_name = "S")]
-    silence: Option<f64>,
+    #[arg(long, value_name = "S", alias = "silence")]
+    stall_time: Option<f64>,
 }
 
 #[derive(Debug, clap::Args)]
@@ -100,7 +100,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
             client.ask(Command::Configure(settings)).map_err(fault)
         }
         Verb::Start => client.ask(Command::Start).map_err(fault),
-        Verb::Aim { radians } => client.ask(Command::Aim(*radians)).map_err(fault),
+        Verb::Target { radians } => client.ask(Command::Target(*radians)).map_err(fault),
         Verb::Stop => client.ask(Command::Stop).map_err(fault),
         Verb::Clear => client.ask(Command::Clear).map_err(fault),
         Verb::Save => client.ask(Command::Save).map_err(fault),
@@ -125,10 +125,10 @@ impl Configure {
             ExcitationSettings::Prbs {
                 amplitude, hold, ..
             } => {
-                settings.shaking.amplitude = amplitude;
-                settings.shaking.hold = hold;
+                settings.dither.amplitude = amplitude;
+                settings.dither.hold = hold;
             }
-            ExcitationSettings::None => settings.shaking.amplitude = 0.0,
+            ExcitationSettings::None => settings.dither.amplitude = 0.0,
             _ => {}
         }
         let protection = &mut settings.protection;
@@ -136,7 +136,7 @@ impl Configure {
             (&mut protection.following_error, self.following_error),
             (&mut protection.travel, self.travel),
             (&mut protection.speed, self.speed),
-            (&mut protection.silence, self.silence),
+            (&mut protection.stall_time, self.stall_time),
         ] {
             *place = given.unwrap_or(*place);
         }
@@ -196,6 +196,7 @@ impl<'a> Table<'a> {
                     b,
                     coulomb,
                     load,
+                    ..
                 },
         } = snapshot;
         self.write(&format!(
@@ -225,8 +226,16 @@ fn found(estimates: &Estimates) -> String {
         b,
         coulomb,
         load,
+        at_bounds,
     } = estimates;
-    format!("a {a:.4} 1/s, b {b:.3} rad/s²/u, coulomb {coulomb:.3} rad/s², load {load:.3} rad/s²")
+    let at = |bound: bool| if bound { " (at a bound)" } else { "" };
+    format!(
+        "a {a:.4} 1/s{}, b {b:.3} rad/s²/u{}, coulomb {coulomb:.3} rad/s²{}, load {load:.3} rad/s²{}",
+        at(at_bounds.a),
+        at(at_bounds.b),
+        at(at_bounds.coulomb),
+        at(at_bounds.load)
+    )
 }
 
 fn show(status: &Status, settings: &Settings) {

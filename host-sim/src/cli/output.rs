@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::fault::Fault;
 use crate::experiment::Sample;
+use crate::replay::Agreement;
 use crate::report::json::Document;
 use crate::report::residual::Report;
 use crate::report::{self, Status, Summary, panels, plot, table};
@@ -30,6 +31,15 @@ pub(super) struct Outputs {
     plot: Option<PathBuf>,
 }
 
+/// What there is to be said of a log.
+#[derive(Debug, Default)]
+pub(super) struct Notes {
+    /// How well the declared controller reproduces the recorded command.
+    pub(super) agreement: Option<Agreement>,
+    /// How many samples were bridged.
+    pub(super) bridged: Option<String>,
+}
+
 impl Outputs {
     /// Whether every file can be asked for under its name.
     pub(super) fn check(&self) -> Result<(), Fault> {
@@ -39,22 +49,26 @@ impl Outputs {
         }
     }
 
-    /// Writes what was asked for and says what was found, after `notes` on how; an experiment that was
-    /// aborted is a fault.
+    /// Writes what was asked for and says what was found, after `notes` on the log; an experiment that
+    /// was aborted is a fault.
     pub(super) fn conclude(
         &self,
         scenario: &Scenario,
         summary: Summary,
         trace: &[Sample],
-        notes: &[String],
+        notes: &Notes,
     ) -> Result<(), Fault> {
         let residual = summary
             .output_error
             .map(|_| Report::new(scenario, &summary, trace));
-        self.write(&summary, trace, residual.as_ref())?;
+        self.write(&summary, trace, residual.as_ref(), notes)?;
         if !is_standard_output(self.json.as_deref()) {
-            for note in notes {
-                say!("{note}");
+            if let Some(agreement) = &notes.agreement {
+                let warning = if agreement.holds() { "" } else { "warning: " };
+                say!("{warning}{agreement}");
+            }
+            if let Some(bridged) = &notes.bridged {
+                say!("{bridged}");
             }
             say!("{}", table::estimates(&[(summary.law, &summary)]));
             say!("{}: {}", summary.status.name(), summary.reason);
@@ -73,6 +87,7 @@ impl Outputs {
         summary: &Summary,
         trace: &[Sample],
         residual: Option<&Report>,
+        notes: &Notes,
     ) -> Result<(), Fault> {
         if let Some(path) = &self.csv {
             csv(path, trace)?;
@@ -81,7 +96,10 @@ impl Outputs {
             plot::write(path, "", 2, &panels::experiment(summary, trace))?;
         }
         if let Some(path) = &self.json {
-            document(path, &Document::new(summary, residual))?;
+            document(
+                path,
+                &Document::new(summary, residual, notes.agreement.as_ref()),
+            )?;
         }
         Ok(())
     }

@@ -74,7 +74,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         output::csv(&out.join(format!("{}.csv", run.file_stem())), &run.trace)?;
         output::json(
             &out.join(format!("{}.json", run.file_stem())),
-            &Document::new(&run.summary, None),
+            &Document::new(&run.summary, None, None),
         )?;
     }
     let picture = out.join("figure-03.png");

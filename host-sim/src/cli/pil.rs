@@ -1,7 +1,7 @@
 use std::path::PathBuf;
 
 use super::fault::Fault;
-use super::output::Outputs;
+use super::output::{Notes, Outputs};
 use crate::pil::{self, PilError};
 use crate::port::Port;
 use crate::report::Summariser;
@@ -39,5 +39,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     })
     .map_err(fault)?;
     let summary = summariser.finish(&scenario, outcome);
-    arguments.outputs.conclude(&scenario, summary, &trace, &[])
+    arguments
+        .outputs
+        .conclude(&scenario, summary, &trace, &Notes::default())
 }

@@ -1,9 +1,7 @@
 use std::path::PathBuf;
 
-use identifier_core::units::Units;
-
 use super::fault::Fault;
-use super::output::Outputs;
+use super::output::{Notes, Outputs};
 use crate::experiment::Sample;
 use crate::replay::{self, Log};
 use crate::report::Summariser;
@@ -14,7 +12,8 @@ use crate::scenario::{Purpose, Scenario, keys};
 pub(super) struct Arguments {
     /// The log, .csv or .csv.gz.
     log: PathBuf,
-    /// The scenario: controller, identifier and the log's columns.
+    /// The scenario: identifier, the log's columns, and the controller that ran where the log has no
+    /// command.
     #[arg(long, value_name = "SCENARIO.toml")]
     scenario: PathBuf,
     /// Passes over the log, each from the estimates of the one before.
@@ -25,18 +24,20 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
-    let mut scenario = Scenario::load(&arguments.scenario, Purpose::Replay)?;
+    let scenario = Scenario::load(&arguments.scenario, Purpose::Replay)?;
     arguments.outputs.check()?;
     let Some(columns) = scenario.log.clone() else {
         return Err(Fault::Input("the scenario has no [log]".to_owned()));
     };
-    let sample_time = scenario.controller.units.sample_time();
-    let log = Log::read(&arguments.log, &columns, sample_time)
-        .map_err(|error| Fault::Input(error.to_string()))?;
-    if scenario.counts_per_rev.is_none() {
-        scenario.controller.units = Units::new(sample_time, log.resolution())
-            .map_err(|error| Fault::Input(error.to_string()))?;
-    }
+    let declared = scenario.stated.controller.is_some();
+    let log = Log::read(
+        &arguments.log,
+        &columns,
+        declared.then_some(scenario.sample_time()),
+    )
+    .map_err(|error| Fault::Input(error.to_string()))?;
+    let scenario = replay::fitted(scenario, &log);
+    let sample_time = log.sample_time;
     let in_pass = log.records.len();
     let duration = in_pass as f64 * sample_time * f64::from(arguments.passes);
 
@@ -52,16 +53,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         }
         trace.push(*sample);
     })
-    .map_err(|error| Fault::Input(format!("{}: {error}", arguments.log.display())))?;
+    .map_err(|error| Fault::Input(format!("{}: {error}", arguments.scenario.display())))?;
     let summary = summariser.finish(&scenario, replayed.outcome);
-    let agreement = replayed.agreement.map(|agreement| agreement.to_string());
     let bridged = (log.bridged > 0).then(|| {
         format!(
             "{} missing samples were bridged by straight lines",
             log.bridged
         )
     });
-    let notes: Vec<String> = agreement.into_iter().chain(bridged).collect();
+    let notes = Notes {
+        agreement: replayed.agreement,
+        bridged,
+    };
     arguments
         .outputs
         .conclude(&scenario, summary, &trace, &notes)

@@ -1,7 +1,7 @@
 use std::path::PathBuf;
 
 use super::fault::Fault;
-use super::output::Outputs;
+use super::output::{Notes, Outputs};
 use crate::experiment;
 use crate::report::Summariser;
 use crate::scenario::{Purpose, Scenario, keys};
@@ -26,5 +26,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         trace.push(*sample);
     });
     let summary = summariser.finish(&scenario, outcome);
-    arguments.outputs.conclude(&scenario, summary, &trace, &[])
+    arguments
+        .outputs
+        .conclude(&scenario, summary, &trace, &Notes::default())
 }

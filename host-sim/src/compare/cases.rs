@@ -1,8 +1,6 @@
-use identifier_core::control::CommandLimit;
 use identifier_core::model::ServoParameters;
 
-use crate::experiment::CHECKED;
-use crate::scenario::Scenario;
+use crate::scenario::{CHECKED, Scenario};
 
 /// A servo and its surroundings, as a scenario whose law does not matter.
 #[derive(Debug, Clone)]
@@ -30,15 +28,16 @@ impl Case {
         let load = with.load.unwrap_or(0.08 * servo.b);
         let coulomb = with.coulomb.unwrap_or(0.04 * servo.b);
         let counts = with.counts_per_rev;
-        let limit = with.limit.unwrap_or(base.controller.gains.kp() / 9.0);
+        let limit = with.limit.unwrap_or(base.controller().kp / 9.0);
         let case = |name, detail: String, plant, coarse: bool, saturated: bool| {
             let mut scenario = base.clone();
             scenario.plant = Some(plant);
             if coarse {
                 scenario.set_encoder(counts);
             }
-            if saturated && let Ok(limit) = CommandLimit::symmetric(limit) {
-                scenario.limit = limit;
+            if saturated {
+                let controller = scenario.stated.controller;
+                scenario.stated.controller = controller.map(|own| own.limited(limit));
             }
             Self {
                 name,

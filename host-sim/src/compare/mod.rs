@@ -6,14 +6,13 @@ pub use cases::Case;
 
 use rayon::prelude::*;
 
-use identifier_core::identifier::Uncertainty;
 use identifier_core::parameters::Parameter;
+use identifier_core::settings::IdentifierSettings;
 
 use crate::experiment::{self, operations};
 use crate::report::{Summariser, Summary};
 use crate::scenario::{
-    Arithmetic, Baseline, BaselineSettings, Closing, GradientSettings, Law, Scenario,
-    WindowSettings,
+    Arithmetic, Baseline, BaselineSettings, Closing, Law, Scenario, WindowSettings,
 };
 
 /// A comparison.
@@ -64,10 +63,10 @@ pub enum Found {
 #[must_use]
 pub fn laws() -> Vec<Law> {
     let mut laws = vec![
-        Law::Gradient(GradientSettings::default()),
-        Law::GaussNewton(Uncertainty::UNSTATED, WindowSettings::default()),
+        Law::Gradient,
+        Law::GaussNewton(WindowSettings::default()),
         Law::Window(WindowSettings::default()),
-        Law::PdGradient(GradientSettings::default()),
+        Law::PdGradient,
     ];
     laws.extend(
         Baseline::ALL
@@ -83,17 +82,26 @@ pub fn laws() -> Vec<Law> {
 pub fn with_law(base: &Scenario, law: &Law) -> Scenario {
     let mut scenario = base.clone();
     scenario.identifier.parameters = match law {
-        Law::Gradient(_) | Law::GaussNewton(..) | Law::Window(_) => {
+        Law::Gradient | Law::GaussNewton(_) | Law::Window(_) => {
             vec![Parameter::A, Parameter::B, Parameter::Coulomb]
         }
-        Law::PdGradient(_) => vec![Parameter::A, Parameter::B],
+        Law::PdGradient => vec![Parameter::A, Parameter::B],
         Law::Baseline(baseline, _) => baseline.parameters().to_vec(),
     };
     scenario.identifier.law = law.clone();
-    let in_fixed_point = matches!(law, Law::Gradient(_) | Law::PdGradient(_));
-    if scenario.identifier.arithmetic == Arithmetic::Fixed && !in_fixed_point {
+    if scenario.identifier.arithmetic == Arithmetic::Fixed && !law.is_gradient() {
         scenario.identifier.arithmetic = Arithmetic::F32;
     }
+    // What is stated of the servo stays; what a law is tuned with does not.
+    let stated = &mut scenario.stated.identifier;
+    *stated = IdentifierSettings {
+        initial: stated.initial,
+        bounds: stated.bounds,
+        plant_box: stated.plant_box,
+        max_speed: stated.max_speed,
+        ranges: stated.ranges,
+        ..IdentifierSettings::UNSTATED
+    };
     scenario.in_own_loop()
 }
 

@@ -1,18 +1,18 @@
-use identifier_core::control::{ControlState, Controller};
+use identifier_core::Settings;
 use identifier_core::fixed_point::{
-    FixedControlState, FixedGradientIdentifier, FixedGradientState, FixedVelocity,
-    reference_of_counts,
+    FixedServoLoop, FixedServoLoopState, FixedVelocity, split_setpoint,
 };
-use identifier_core::identifier::{GradientIdentifier, GradientIdentifierState, IdentifierError};
-use identifier_core::measurement::origin::Origin;
+use identifier_core::identifier::{
+    GradientIdentifier, IdentifierError, Identify, ServoLoop, ServoLoopState,
+};
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
 use identifier_core::parameters::ParameterSet;
 use identifier_core::units::Units;
 
-use crate::scenario::fixed::{Choose, FixedParts, WithFixed};
-use crate::scenario::{GradientSettings, Law, Reference, Scenario, WithSet, WithVelocity};
+use crate::scenario::fixed::WithWords;
+use crate::scenario::{Scenario, WithTypes};
 
 /// The number formats.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,117 +53,72 @@ pub struct Signals {
     pub estimates: ServoParameters,
 }
 
-/// Controller and identifier of one format.
+/// Loop and identifier of one format.
 pub(super) trait Beside {
-    /// One sample: reference and position, counts.
-    fn process(&mut self, reference: f64, position: i64) -> Signals;
+    /// One sample: where the servo is to be, counts and an offset, and where it is.
+    fn process(&mut self, setpoint: i32, offset: f64, count: i32) -> Signals;
 }
 
 /// Those of a floating-point format, at rest at a count.
 pub(super) fn floating<N: Number>(
     scenario: &Scenario,
-    position: i64,
+    settings: &Settings,
+    count: i32,
 ) -> Result<Box<dyn Beside>, IdentifierError> {
-    let units = &scenario.controller.units;
-    let work = WithFilter { scenario, position };
-    scenario.controller.velocity.with::<N, _>(units, work)?
+    scenario.with_types::<N, _>(Build { settings, count })
 }
 
-struct WithFilter<'a> {
-    scenario: &'a Scenario,
-    position: i64,
+struct Build<'a> {
+    settings: &'a Settings,
+    count: i32,
 }
 
-impl<N: Number> WithVelocity<N> for WithFilter<'_> {
+impl<N: Number> WithTypes<N> for Build<'_> {
     type Output = Result<Box<dyn Beside>, IdentifierError>;
 
-    fn with<V: VelocityEstimate<N> + 'static>(self, velocity: V) -> Self::Output {
-        let Self { scenario, position } = self;
-        scenario.identifier.model_set().with(WithParameters {
-            scenario,
-            position,
-            velocity,
-            number: std::marker::PhantomData::<N>,
-        })
-    }
-}
-
-struct WithParameters<'a, N, V> {
-    scenario: &'a Scenario,
-    position: i64,
-    velocity: V,
-    number: std::marker::PhantomData<N>,
-}
-
-impl<N: Number, V: VelocityEstimate<N> + 'static> WithSet for WithParameters<'_, N, V> {
-    type Output = Result<Box<dyn Beside>, IdentifierError>;
-
-    fn with<S: ParameterSet<P> + 'static, const P: usize, const Q: usize>(self) -> Self::Output {
-        let Self {
-            scenario,
-            position,
-            velocity,
-            ..
-        } = self;
-        let units = scenario.controller.units;
-        let settings = match &scenario.identifier.law {
-            Law::Gradient(settings) | Law::PdGradient(settings) => settings.clone(),
-            _ => GradientSettings::default(),
-        };
-        let played = Reference::<f64>::new(&units, &scenario.excitation)?;
-        let law = scenario.gradient_law::<S, P>(&settings, &played)?;
-        let config = scenario.identifier_config();
-        let identifier = GradientIdentifier::<N, V, S, P>::new(&config, &law, velocity)?;
+    fn with<V, S, const P: usize>(self) -> Self::Output
+    where
+        V: VelocityEstimate<N> + 'static,
+        S: ParameterSet<P> + 'static,
+    {
+        let Self { settings, count } = self;
+        let servo_loop: ServoLoop<N, V, GradientIdentifier<N, V, S, P>> = settings.build()?;
         Ok(Box::new(Floating {
-            controller: scenario.controller::<N, V>(velocity),
-            control: ControlState::at_rest(N::ZERO),
-            state: identifier.start(),
-            identifier,
-            origin: Origin::new(position),
-            units,
+            state: servo_loop.start(count),
+            servo_loop,
+            units: settings.units()?,
         }))
     }
 }
 
-struct Floating<N: Number, V: VelocityEstimate<N>, S, const P: usize> {
-    controller: Controller<N, V>,
-    control: ControlState<N, V::State>,
-    identifier: GradientIdentifier<N, V, S, P>,
-    state: GradientIdentifierState<N, V::State, P>,
-    origin: Origin,
+struct Floating<N: Number, V: VelocityEstimate<N>, I: Identify<N>> {
+    servo_loop: ServoLoop<N, V, I>,
+    state: ServoLoopState<N, V::State, I::State>,
     units: Units,
 }
 
-impl<N, V, S, const P: usize> Beside for Floating<N, V, S, P>
-where
-    N: Number,
-    V: VelocityEstimate<N>,
-    S: ParameterSet<P>,
-{
-    fn process(&mut self, reference: f64, position: i64) -> Signals {
-        if let Some(moved) = self.origin.follow::<N>(position) {
-            self.control.shift_origin(moved);
-        }
-        let (velocity, command, output_error) = self
-            .controller
-            .process(
-                &mut self.control,
-                N::from_f64(reference - self.origin.count() as f64),
-                self.origin.position(position),
-            )
-            .map_or((f64::NAN, f64::NAN, f64::NAN), |real| {
-                let seen = self.identifier.process(&mut self.state, &real);
+impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> Beside for Floating<N, V, I> {
+    fn process(&mut self, setpoint: i32, offset: f64, count: i32) -> Signals {
+        let offset = N::from_f64(offset);
+        let step = self
+            .servo_loop
+            .process(&mut self.state, setpoint, offset, count);
+        let (velocity, command, output_error) =
+            step.map_or((f64::NAN, f64::NAN, f64::NAN), |step| {
                 (
-                    real.velocity.to_f64(),
-                    real.command.to_f64(),
-                    seen.output_error.to_f64(),
+                    step.control.velocity.to_f64(),
+                    step.control.command.to_f64(),
+                    step.seen.output_error.to_f64(),
                 )
             });
         Signals {
             velocity: velocity / self.units.velocity(),
             command,
             output_error: output_error * self.units.position_unit(),
-            estimates: self.identifier.estimates(&self.state),
+            estimates: self
+                .servo_loop
+                .identifier()
+                .estimates(self.state.identification()),
         }
     }
 }
@@ -171,58 +126,57 @@ where
 /// Those of fixed point, at rest at a count.
 pub(super) fn fixed(
     scenario: &Scenario,
-    position: i64,
+    settings: &Settings,
+    count: i32,
 ) -> Result<Box<dyn Beside>, IdentifierError> {
-    Choose { scenario }.with(BuildFixed {
-        units: scenario.controller.units,
-        position,
-    })
+    scenario.with_words(Build { settings, count })
 }
 
-struct BuildFixed {
-    units: Units,
-    position: i64,
-}
+impl WithWords for Build<'_> {
+    type Output = Result<Box<dyn Beside>, IdentifierError>;
 
-impl WithFixed for BuildFixed {
-    type Output = Box<dyn Beside>;
-
-    fn with<W, V, S, const P: usize>(
-        self,
-        parts: FixedParts<V, S, P>,
-    ) -> Result<Box<dyn Beside>, IdentifierError>
+    fn with<V, S, const P: usize>(self) -> Self::Output
     where
-        W: VelocityEstimate<f64>,
         V: FixedVelocity + 'static,
         S: ParameterSet<P> + 'static,
     {
-        let FixedParts { identifier, .. } = parts;
+        let Self { settings, count } = self;
+        let servo_loop: FixedServoLoop<V, S, P> = settings.build()?;
         Ok(Box::new(Words {
-            control: identifier.controller().start(self.position),
-            state: identifier.start(),
-            identifier,
-            units: self.units,
+            state: servo_loop.start(count),
+            servo_loop,
+            units: settings.units()?,
         }))
     }
 }
 
 struct Words<V: FixedVelocity, S, const P: usize> {
-    control: FixedControlState<V::State>,
-    identifier: FixedGradientIdentifier<V, S, P>,
-    state: FixedGradientState<V::State, P>,
+    servo_loop: FixedServoLoop<V, S, P>,
+    state: FixedServoLoopState<V::State, P>,
     units: Units,
 }
 
 impl<V: FixedVelocity, S: ParameterSet<P>, const P: usize> Beside for Words<V, S, P> {
-    fn process(&mut self, reference: f64, position: i64) -> Signals {
-        let controller = self.identifier.controller();
-        let real = controller.process(&mut self.control, reference_of_counts(reference), position);
-        let seen = self.identifier.process(&mut self.state, &real);
+    fn process(&mut self, setpoint: i32, offset: f64, count: i32) -> Signals {
+        let (controller, identifier) = (self.servo_loop.controller(), self.servo_loop.identifier());
+        let (whole, part) = split_setpoint(offset);
+        let setpoint = setpoint.wrapping_add(whole);
+        let step = self
+            .servo_loop
+            .process(&mut self.state, setpoint, part, count);
+        let (velocity, command, output_error) =
+            step.map_or((f64::NAN, f64::NAN, f64::NAN), |step| {
+                (
+                    controller.velocity(step.control.velocity),
+                    controller.command(step.control.command),
+                    identifier.output_error(&step.seen),
+                )
+            });
         Signals {
-            velocity: controller.velocity(&real) / self.units.velocity(),
-            command: controller.command(&real),
-            output_error: self.identifier.output_error(&seen) * self.units.position_unit(),
-            estimates: self.identifier.estimates(&self.state),
+            velocity: velocity / self.units.velocity(),
+            command,
+            output_error: output_error * self.units.position_unit(),
+            estimates: identifier.estimates(self.state.identification()),
         }
     }
 }

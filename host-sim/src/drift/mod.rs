@@ -2,7 +2,7 @@
 //! makes of them.
 //!
 //! The loop around the servo is closed in double precision. Every format has a controller and a
-//! Γ-gradient identifier of its own that are given the same references and counts; they act on
+//! Γ-gradient identifier of its own that are given the same setpoints and counts; they act on
 //! nothing.
 
 mod format;
@@ -12,7 +12,7 @@ pub use format::{Format, Signals};
 pub use statistics::{Difference, Differences};
 
 use format::{fixed, floating};
-use identifier_core::control::ControlState;
+use identifier_core::control::{ControlState, Controller};
 use identifier_core::identifier::IdentifierError;
 use identifier_core::measurement::velocity::VelocityEstimate;
 
@@ -30,7 +30,7 @@ pub struct Compared {
 
 /// Runs `samples` samples of a scenario in every format, the servo so many turns from where its
 /// encoder counted zero, and shows each to `observe`. `reference` gives the reference of a sample,
-/// rad.
+/// rad from where the servo is.
 ///
 /// # Errors
 /// What does not fit a format.
@@ -41,7 +41,6 @@ pub fn run(
     reference: &mut dyn FnMut(u64) -> f64,
     observe: &mut dyn FnMut(&Compared),
 ) -> Result<(), IdentifierError> {
-    let units = &scenario.controller.units;
     let work = Loop {
         scenario,
         turns,
@@ -49,7 +48,7 @@ pub fn run(
         reference,
         observe,
     };
-    scenario.controller.velocity.with::<f64, _>(units, work)?
+    scenario.velocity.with::<f64, _>(work)
 }
 
 struct Loop<'a> {
@@ -63,7 +62,7 @@ struct Loop<'a> {
 impl WithVelocity<f64> for Loop<'_> {
     type Output = Result<(), IdentifierError>;
 
-    fn with<V: VelocityEstimate<f64> + 'static>(self, velocity: V) -> Self::Output {
+    fn with<V: VelocityEstimate<f64> + 'static>(self) -> Self::Output {
         let Self {
             scenario,
             turns,
@@ -71,17 +70,20 @@ impl WithVelocity<f64> for Loop<'_> {
             reference,
             observe,
         } = self;
-        let units = &scenario.controller.units;
+        let settings = scenario.settings()?;
+        let units = settings.units()?;
         let unit = units.position_unit();
         let encoder = Encoder::new(std::f64::consts::TAU / unit);
-        let start = (f64::from(turns) * std::f64::consts::TAU / unit).round();
+        // The counter of the encoder wraps at 32 bits.
+        let start = (f64::from(turns) * std::f64::consts::TAU / unit).round() as i64 as i32;
         let mut formats = [
-            floating::<f64>(scenario, start as i64)?,
-            floating::<f32>(scenario, start as i64)?,
-            fixed(scenario, start as i64)?,
+            floating::<f64>(scenario, &settings, start)?,
+            floating::<f32>(scenario, &settings, start)?,
+            fixed(scenario, &settings, start)?,
         ];
-        let controller = scenario.controller::<f64, V>(velocity);
-        let mut control = ControlState::at_rest(0.0);
+        let controller: Controller<f64, V> = settings.build()?;
+        let mut control = ControlState::default();
+        let mut before = 0;
         let servo = scenario
             .plant
             .unwrap_or(identifier_core::model::ServoParameters {
@@ -94,14 +96,16 @@ impl WithVelocity<f64> for Loop<'_> {
         for k in 0..samples {
             let wanted = reference(k) / unit;
             let count = encoder.read(plant.position);
-            // The servo is where it is; its count is as far away as its user has turned it.
-            let real = match controller.process(&mut control, wanted, count as f64) {
-                Ok(real) => real,
-                Err(_) => break,
+            let (error, increment) = (wanted - count as f64, (count - before) as f64);
+            before = count;
+            let Ok(real) = controller.process(&mut control, error, increment) else {
+                break;
             };
+            // The servo is where it is; its count is as far away as its user has turned it.
+            let register = start.wrapping_add(count as i32);
             let signals = formats
                 .each_mut()
-                .map(|format| format.process(wanted + start, count + start as i64));
+                .map(|format| format.process(start, wanted, register));
             observe(&Compared {
                 time: k as f64 * units.sample_time(),
                 signals,

@@ -1,112 +1,64 @@
 //! From a scenario to an identifier with its state.
 
-use std::marker::PhantomData;
-
-use identifier_core::excitation::Excitation;
-use identifier_core::identifier::{
-    GaussNewtonIdentifier, GradientIdentifier, IdentifierError, Uncertainty, WindowIdentifier,
-};
+use identifier_core::Settings;
+use identifier_core::identifier::{GradientIdentifier, IdentifierError};
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::number::Number;
 use identifier_core::parameters::ParameterSet;
 
 use super::Outcome;
-use super::learner::{GaussNewtonLearner, GradientLearner, Learner, WindowLearner};
-use crate::scenario::{Law, Scenario, WithSet};
+use super::learner::{Beside, Learner};
+use crate::scenario::{Law, Scenario, WindowSettings, WithTypes, place};
 
-/// Why the parts can be relied on: a [`Scenario`] builds each of them once when it is read.
-pub(crate) const CHECKED: &str = "the scenario was checked when it was read";
+pub(super) type Built<N> = Result<(Box<dyn Learner<N>>, Outcome), IdentifierError>;
 
-type Built<N, F> = Result<(Box<dyn Learner<N, F>>, Outcome), IdentifierError>;
-
-/// The identifier of a scenario for a velocity estimate, with what is known of it beforehand.
+/// The identifier of a scenario, with what is known of it beforehand; the settings are those of
+/// [`Scenario::settings_for`].
 ///
 /// # Errors
 /// Whatever the core refuses; never for a scenario that was read for a run.
-pub(crate) fn learner<N: Number, V: VelocityEstimate<N> + 'static>(
-    scenario: &Scenario,
-    velocity: V,
-    reference: &impl Excitation<f64>,
-) -> Built<N, V::State> {
-    scenario.identifier.model_set().with(Choose {
-        scenario,
-        velocity,
-        reference,
-        number: PhantomData,
-    })
+pub(crate) fn learner<N: Number>(scenario: &Scenario, settings: &Settings) -> Built<N> {
+    match &scenario.identifier.law {
+        Law::Gradient | Law::PdGradient => scenario.with_types(Gradient(settings)),
+        Law::GaussNewton(window) | Law::Window(window) => fitting(scenario, settings, window),
+        Law::Baseline(baseline, own) => Ok((
+            super::baseline::learner(scenario, *baseline, own),
+            Outcome::default(),
+        )),
+    }
 }
 
-struct Choose<'a, N, V, E> {
-    scenario: &'a Scenario,
-    velocity: V,
-    reference: &'a E,
-    number: PhantomData<N>,
-}
+struct Gradient<'a>(&'a Settings);
 
-impl<N, V, E> WithSet for Choose<'_, N, V, E>
-where
-    N: Number,
-    V: VelocityEstimate<N> + 'static,
-    E: Excitation<f64>,
-{
-    type Output = Built<N, V::State>;
+impl<N: Number> WithTypes<N> for Gradient<'_> {
+    type Output = Built<N>;
 
-    fn with<S: ParameterSet<P> + 'static, const P: usize, const Q: usize>(
-        self,
-    ) -> Built<N, V::State> {
-        let Self {
-            scenario,
-            velocity,
-            reference,
-            ..
-        } = self;
-        let config = scenario.identifier_config();
-        let identifier = &scenario.identifier;
-        let mut outcome = Outcome {
-            bounds: Some(config.bounds),
+    fn with<V, S, const P: usize>(self) -> Built<N>
+    where
+        V: VelocityEstimate<N> + 'static,
+        S: ParameterSet<P> + 'static,
+    {
+        let built: GradientIdentifier<N, V, S, P> = self.0.build()?;
+        let outcome = Outcome {
+            gamma: self.0.identifier.gamma.map(rows::<S, P>),
+            mu: Some(built.mu()),
+            certified: built.certificate().is_some(),
+            gain_margin: built.gain_margin(),
             ..Outcome::default()
         };
-        let learner: Box<dyn Learner<N, V::State>> = match &identifier.law {
-            Law::Gradient(settings) | Law::PdGradient(settings) => {
-                let law = scenario.gradient_law::<S, P>(settings, reference)?;
-                let built = GradientIdentifier::<N, V, S, P>::new(&config, &law, velocity)?;
-                outcome.gamma = Some(law.gamma.entries().iter().map(|row| row.to_vec()).collect());
-                outcome.mu = Some(law.mu(&config));
-                outcome.certified = built.certificate().is_some();
-                outcome.gain_margin = built.gain_margin();
-                Box::new(GradientLearner::new(built))
-            }
-            Law::GaussNewton(uncertainty, settings) => {
-                let frozen = identifier.frozen::<S, P>();
-                let built = GaussNewtonIdentifier::<N, V, S, P>::new(
-                    &config,
-                    uncertainty,
-                    frozen,
-                    velocity,
-                )?;
-                outcome.certified = built.certificate().is_some();
-                outcome.gain_margin = built.gain_margin();
-                let window =
-                    WindowIdentifier::<N, V, S, P, Q>::new(&config, uncertainty, frozen, velocity)?;
-                Box::new(GaussNewtonLearner::new(built, window, *settings))
-            }
-            Law::Window(settings) => {
-                let frozen = identifier.frozen::<S, P>();
-                let built = WindowIdentifier::<N, V, S, P, Q>::new(
-                    &config,
-                    &Uncertainty::UNSTATED,
-                    frozen,
-                    velocity,
-                )?;
-                outcome.certified = built.gain_margin().is_some();
-                outcome.gain_margin = built.gain_margin();
-                Box::new(WindowLearner::new(built, *settings))
-            }
-            Law::Baseline(baseline, settings) => {
-                outcome.bounds = None;
-                super::baseline::learner(scenario, *baseline, settings)
-            }
-        };
-        Ok((learner, outcome))
+        Ok((Box::new(Beside::new(built)), outcome))
     }
+}
+
+/// The rows and columns of a set's parameters in a matrix over all four.
+pub(super) fn rows<S: ParameterSet<P>, const P: usize>(matrix: [[f64; 4]; 4]) -> Vec<Vec<f64>> {
+    let places = S::PARAMETERS.map(place);
+    let row = |i: usize| places.iter().map(|&j| matrix[i][j]).collect();
+    places.iter().map(|&i| row(i)).collect()
+}
+
+/// The laws that fit, Gauss–Newton and window: they are to be built here, [`Law`] saying which, once
+/// the core has them again.
+fn fitting<N: Number>(_: &Scenario, _: &Settings, _: &WindowSettings) -> Built<N> {
+    Err(IdentifierError::NotGiven { setting: "law" })
 }

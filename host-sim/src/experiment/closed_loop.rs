@@ -1,116 +1,113 @@
 //! The PID's loop around the simulated servo, with the identifier beside it.
 
-use identifier_core::control::ControlState;
+use identifier_core::Settings;
+use identifier_core::control::{ControlState, Controller};
+use identifier_core::error::StepError;
 use identifier_core::excitation::Excitation;
-use identifier_core::identifier::Recorded;
-use identifier_core::measurement::origin::Origin;
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::number::Number;
+use virtual_servo::Plant;
 
-use super::build::{CHECKED, learner};
-use super::learner::{Given, Learner};
-use super::{Abort, Outcome, Sample};
-use crate::scenario::{Arithmetic, Reference, Scenario, WithVelocity};
-use virtual_servo::{Encoder, Plant};
+use super::build::learner;
+use super::learner::Learner;
+use super::sensor::Sensor;
+use super::{Outcome, Sample};
+use crate::scenario::{Arithmetic, CHECKED, Reference, Scenario, WithVelocity};
 
 pub(super) fn run(scenario: &Scenario, observe: &mut impl FnMut(&Sample)) -> Outcome {
-    if scenario.identifier.arithmetic == Arithmetic::Fixed {
-        return super::fixed_loop::run(scenario, observe);
-    }
-    let velocity = &scenario.controller.velocity;
-    let units = &scenario.controller.units;
-    let work = Loop { scenario, observe };
     match scenario.identifier.arithmetic {
-        Arithmetic::F32 => velocity.with::<f32, _>(units, work),
-        Arithmetic::F64 | Arithmetic::Fixed => velocity.with::<f64, _>(units, work),
+        Arithmetic::F32 => run_in::<f32>(scenario, observe),
+        Arithmetic::F64 => run_in::<f64>(scenario, observe),
+        Arithmetic::Fixed => super::fixed_loop::run(scenario, observe),
     }
-    .expect(CHECKED)
 }
 
-struct Loop<'a, O> {
-    scenario: &'a Scenario,
-    observe: &'a mut O,
-}
-
-impl<N: Number, O: FnMut(&Sample)> WithVelocity<N> for Loop<'_, O> {
-    type Output = Outcome;
-
-    fn with<V: VelocityEstimate<N> + 'static>(self, velocity: V) -> Outcome {
-        let Self { scenario, observe } = self;
-        let (mut learner, outcome) = build::<N, V>(scenario, velocity);
-        drive(scenario, velocity, learner.as_mut(), outcome, observe)
-    }
+fn run_in<N: Number>(scenario: &Scenario, observe: &mut impl FnMut(&Sample)) -> Outcome {
+    let (settings, mut learner, outcome) = build::<N>(scenario);
+    drive(scenario, &settings, learner.as_mut(), outcome, observe)
 }
 
 /// The learner of a scenario that was checked when it was read.
-pub(super) fn build<N: Number, V: VelocityEstimate<N> + 'static>(
-    scenario: &Scenario,
-    velocity: V,
-) -> (Box<dyn Learner<N, V::State>>, Outcome) {
-    let units = &scenario.controller.units;
-    let played = Reference::<f64>::new(units, &scenario.excitation).expect(CHECKED);
-    learner::<N, V>(scenario, velocity, &played).expect(CHECKED)
+pub(super) fn build<N: Number>(scenario: &Scenario) -> (Settings, Box<dyn Learner<N>>, Outcome) {
+    let settings = scenario.settings().expect(CHECKED);
+    let (learner, outcome) = learner(scenario, &settings).expect(CHECKED);
+    (settings, learner, outcome)
 }
 
 /// Runs the loop with a learner beside it.
-pub(super) fn drive<N: Number, V: VelocityEstimate<N>>(
+pub(super) fn drive<N: Number>(
     scenario: &Scenario,
-    velocity: V,
-    learner: &mut dyn Learner<N, V::State>,
-    mut outcome: Outcome,
+    settings: &Settings,
+    learner: &mut dyn Learner<N>,
+    outcome: Outcome,
     observe: &mut impl FnMut(&Sample),
 ) -> Outcome {
-    let units = &scenario.controller.units;
-    let sample_time = units.sample_time();
-    let position_unit = units.position_unit();
-    let servo = scenario.plant.expect(CHECKED);
+    scenario.velocity.with(Loop {
+        scenario,
+        settings,
+        learner,
+        outcome,
+        observe,
+    })
+}
 
-    let reference = Reference::<N>::new(units, &scenario.excitation).expect(CHECKED);
-    let controller = scenario.controller::<N, V>(velocity);
-    let encoder = scenario.counts_per_rev.map(Encoder::new);
-    let origin = Origin::default();
-    let per_unit = units.position();
+struct Loop<'a, N, O> {
+    scenario: &'a Scenario,
+    settings: &'a Settings,
+    learner: &'a mut dyn Learner<N>,
+    outcome: Outcome,
+    observe: &'a mut O,
+}
 
-    let mut plant = Plant::at_rest(&servo, sample_time);
-    let mut reference_state = reference.start();
-    let mut control = ControlState::at_rest(N::ZERO);
-    for k in 0..scenario.samples() {
-        let time = k as f64 * sample_time;
-        let wanted = reference.process(&mut reference_state);
-        let position: N = match &encoder {
-            Some(encoder) => origin.position(encoder.read(plant.position)),
-            None => N::from_f64(plant.position * per_unit),
-        };
-        let given = Given {
-            before: control,
-            sample: Recorded {
-                reference: wanted,
-                position,
-                injection: N::ZERO,
-            },
-        };
-        let real = match controller.process(&mut control, wanted, position) {
-            Ok(real) => real,
-            Err(error) => {
-                outcome.abort = Some(Abort { time, error });
-                break;
-            }
-        };
-        let seen = learner.process(&given, &real);
-        outcome.count(&seen);
-        let command = real.command.to_f64();
-        observe(&Sample {
-            time,
-            reference: wanted.to_f64() * position_unit,
-            position: position.to_f64() * position_unit,
-            command,
-            output_error: seen
-                .output_error
-                .map(|error| error.to_f64() * position_unit),
-            estimates: learner.estimates(),
-            standard_errors: learner.standard_errors(),
-        });
-        plant.advance(command);
+impl<N: Number, O: FnMut(&Sample)> WithVelocity<N> for Loop<'_, N, O> {
+    type Output = Outcome;
+
+    fn with<V: VelocityEstimate<N> + 'static>(self) -> Outcome {
+        let Self {
+            scenario,
+            settings,
+            learner,
+            mut outcome,
+            observe,
+        } = self;
+        let controller: Controller<N, V> = settings.build().expect(CHECKED);
+        let units = scenario.units();
+        let unit = units.position_unit();
+        let reference = Reference::<N>::new(&units, &scenario.excitation).expect(CHECKED);
+        let mut progress = reference.start();
+        let mut plant = Plant::at_rest(&scenario.plant.expect(CHECKED), units.sample_time());
+        let mut sensor = Sensor::new(scenario);
+        let mut control = ControlState::default();
+        for k in 0..scenario.samples() {
+            let time = k as f64 * units.sample_time();
+            let wanted = reference.process(&mut progress);
+            let measured = sensor.read(plant.position, wanted);
+            let mut sample = || -> Result<_, StepError> {
+                let real = controller.process(&mut control, measured.error, measured.increment)?;
+                let seen = learner.learn(real.increment, real.command)?;
+                Ok((real.command.to_f64(), seen))
+            };
+            let (command, seen) = match sample() {
+                Ok(both) => both,
+                Err(error) => {
+                    outcome.end_early(time, error);
+                    break;
+                }
+            };
+            learner.work();
+            outcome.count(seen.map(|seen| seen.event));
+            observe(&Sample {
+                time,
+                reference: wanted.to_f64() * unit,
+                position: measured.position * unit,
+                command,
+                output_error: seen.map(|seen| seen.output_error.to_f64() * unit),
+                estimates: learner.estimates(),
+                standard_errors: learner.standard_errors(),
+                at_bounds: learner.at_bounds(),
+            });
+            plant.advance(command);
+        }
+        outcome
     }
-    outcome
 }

@@ -1,85 +1,109 @@
 //! The PID's loop in fixed point, with the Γ-gradient identifier beside it.
 
-use identifier_core::adaptation::GradientUpdate;
+use identifier_core::Settings;
 use identifier_core::excitation::Excitation;
-use identifier_core::fixed_point::{FixedVelocity, reference_of_counts};
-use identifier_core::identifier::IdentifierError;
-use identifier_core::measurement::velocity::VelocityEstimate;
+use identifier_core::fixed_point::{FixedServoLoop, FixedVelocity, split_setpoint};
+use identifier_core::identifier::{IdentifierError, Identify};
 use identifier_core::parameters::ParameterSet;
-
-use super::build::CHECKED;
-use super::{Outcome, Sample};
-use crate::scenario::fixed::{Choose, FixedParts, WithFixed};
-use crate::scenario::{Reference, Scenario};
 use virtual_servo::{Encoder, Plant};
 
+use super::{Outcome, Sample};
+use crate::scenario::fixed::WithWords;
+use crate::scenario::{CHECKED, Reference, Scenario};
+
 pub(super) fn run(scenario: &Scenario, observe: &mut impl FnMut(&Sample)) -> Outcome {
-    Choose { scenario }
-        .with(Loop { scenario, observe })
-        .expect(CHECKED)
+    let settings = scenario.settings().expect(CHECKED);
+    scenario.with_words(Loop {
+        scenario,
+        settings,
+        observe,
+    })
+}
+
+/// Whether a scenario's loop fits words.
+///
+/// # Errors
+/// What does not, and what would.
+pub(crate) fn check(scenario: &Scenario, settings: &Settings) -> Result<(), IdentifierError> {
+    struct Try<'a>(&'a Settings);
+
+    impl WithWords for Try<'_> {
+        type Output = Result<(), IdentifierError>;
+
+        fn with<V, S, const P: usize>(self) -> Self::Output
+        where
+            V: FixedVelocity + 'static,
+            S: ParameterSet<P> + 'static,
+        {
+            self.0.build::<FixedServoLoop<V, S, P>>().map(|_| ())
+        }
+    }
+
+    scenario.with_words(Try(settings))
 }
 
 struct Loop<'a, O> {
     scenario: &'a Scenario,
+    settings: Settings,
     observe: &'a mut O,
 }
 
-impl<O: FnMut(&Sample)> WithFixed for Loop<'_, O> {
+impl<O: FnMut(&Sample)> WithWords for Loop<'_, O> {
     type Output = Outcome;
 
-    fn with<W, V, S, const P: usize>(
-        self,
-        parts: FixedParts<V, S, P>,
-    ) -> Result<Outcome, IdentifierError>
+    fn with<V, S, const P: usize>(self) -> Outcome
     where
-        W: VelocityEstimate<f64>,
         V: FixedVelocity + 'static,
         S: ParameterSet<P> + 'static,
     {
-        let Self { scenario, observe } = self;
-        let FixedParts {
-            identifier,
-            gamma,
-            mu,
-        } = parts;
+        let Self {
+            scenario,
+            settings,
+            observe,
+        } = self;
+        let servo_loop: FixedServoLoop<V, S, P> = settings.build().expect(CHECKED);
+        let (controller, identifier) = (servo_loop.controller(), servo_loop.identifier());
         let mut outcome = Outcome {
-            bounds: Some(scenario.identifier.bounds),
-            gamma: Some(gamma),
-            mu: Some(mu),
-            certified: identifier.gain_margin().is_some(),
+            gamma: settings.identifier.gamma.map(super::build::rows::<S, P>),
+            mu: Some(identifier.mu()),
+            certified: identifier.certificate().is_some(),
             gain_margin: identifier.gain_margin(),
             ..Outcome::default()
         };
-        let units = &scenario.controller.units;
-        let sample_time = units.sample_time();
-        let position_unit = units.position_unit();
-        let reference = Reference::<f64>::new(units, &scenario.excitation).expect(CHECKED);
-        let encoder = Encoder::new(std::f64::consts::TAU / position_unit);
-        let mut plant = Plant::at_rest(&scenario.plant.expect(CHECKED), sample_time);
-        let mut reference_state = reference.start();
-        let controller = identifier.controller();
-        let mut control = controller.start(0);
-        let mut state = identifier.start();
+        let units = scenario.units();
+        let unit = units.position_unit();
+        let reference = Reference::<f64>::new(&units, &scenario.excitation).expect(CHECKED);
+        let mut progress = reference.start();
+        let encoder = Encoder::new(std::f64::consts::TAU / unit);
+        let mut plant = Plant::at_rest(&scenario.plant.expect(CHECKED), units.sample_time());
+        let mut state = servo_loop.start(0);
         for k in 0..scenario.samples() {
-            let wanted = reference.process(&mut reference_state);
+            let time = k as f64 * units.sample_time();
+            let wanted = reference.process(&mut progress);
+            let (setpoint, offset) = split_setpoint(wanted);
             let count = encoder.read(plant.position);
-            let real = controller.process(&mut control, reference_of_counts(wanted), count);
-            let seen = identifier.process(&mut state, &real);
-            outcome.samples += 1;
-            outcome.slowed += u64::from(seen.update == GradientUpdate::Slowed);
-            outcome.restarts += u64::from(seen.restarted);
-            let command = controller.command(&real);
+            // A counter of 32 bits.
+            let step = match servo_loop.process(&mut state, setpoint, offset, count as i32) {
+                Ok(step) => step,
+                Err(error) => {
+                    outcome.end_early(time, error);
+                    break;
+                }
+            };
+            outcome.count(Some(step.seen.event));
+            let command = controller.command(step.control.command);
             observe(&Sample {
-                time: k as f64 * sample_time,
-                reference: wanted * position_unit,
-                position: count as f64 * position_unit,
+                time,
+                reference: wanted * unit,
+                position: count as f64 * unit,
                 command,
-                output_error: Some(identifier.output_error(&seen) * position_unit),
-                estimates: identifier.estimates(&state),
+                output_error: Some(identifier.output_error(&step.seen) * unit),
+                estimates: identifier.estimates(state.identification()),
                 standard_errors: None,
+                at_bounds: identifier.at_bounds(state.identification()),
             });
             plant.advance(command);
         }
-        Ok(outcome)
+        outcome
     }
 }

@@ -7,11 +7,12 @@ mod fixed_loop;
 mod learner;
 mod operations;
 mod sample;
+mod sensor;
 
-pub(crate) use build::{CHECKED, learner};
-pub(crate) use learner::Given;
+pub(crate) use build::learner;
+pub(crate) use fixed_loop::check as check_words;
 pub use operations::operations;
-pub use sample::{Abort, Outcome, Sample};
+pub use sample::{Abort, Events, Outcome, Sample};
 
 use crate::scenario::{Closing, Law, Scenario};
 

@@ -3,15 +3,14 @@
 use std::cell::Cell;
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
-use identifier_core::control::{ControlSample, ControlState};
-use identifier_core::measurement::velocity::VelocityEstimate;
+use identifier_core::error::StepError;
+use identifier_core::identifier::Seen;
 use identifier_core::model::ServoParameters;
 use identifier_core::number::{Compensated, Number};
 
-use super::build::CHECKED;
 use super::closed_loop;
-use super::learner::{Given, Learner, Seen};
-use crate::scenario::{Closing, Law, Scenario, WithVelocity};
+use super::learner::Learner;
+use crate::scenario::{Closing, Law, Scenario};
 
 /// Samples over which the mean is taken, so that the rare ones count as they do in a long run; and
 /// samples before them, in which a law may still be starting.
@@ -28,7 +27,7 @@ thread_local! {
 #[must_use]
 pub fn operations(scenario: &Scenario) -> Option<f64> {
     let mut scenario = scenario.clone();
-    scenario.duration = (STARTING + SAMPLES) as f64 * scenario.controller.units.sample_time();
+    scenario.duration = (STARTING + SAMPLES) as f64 * scenario.sample_time();
     match (&scenario.identifier.law, scenario.identifier.law.closing()) {
         (Law::Baseline(baseline, settings), Closing::Relay) => {
             let mut meter = Meter::default();
@@ -39,14 +38,13 @@ pub fn operations(scenario: &Scenario) -> Option<f64> {
         }
         (law, _) if law.is_off_line() => None,
         _ => {
-            let work = Count {
-                scenario: &scenario,
+            let (settings, learner, outcome) = closed_loop::build::<Counted>(&scenario);
+            let mut watched = Watched {
+                learner,
+                meter: Meter::default(),
             };
-            let velocity = &scenario.controller.velocity;
-            let counted = velocity
-                .with::<Counted, _>(&scenario.controller.units, work)
-                .expect(CHECKED);
-            Some(counted)
+            closed_loop::drive(&scenario, &settings, &mut watched, outcome, &mut |_| ());
+            Some(watched.meter.mean())
         }
     }
 }
@@ -85,50 +83,33 @@ fn count<T>(result: T) -> T {
     result
 }
 
-struct Count<'a> {
-    scenario: &'a Scenario,
-}
-
-impl WithVelocity<Counted> for Count<'_> {
-    type Output = f64;
-
-    fn with<V: VelocityEstimate<Counted> + 'static>(self, velocity: V) -> f64 {
-        let (learner, outcome) = closed_loop::build::<Counted, V>(self.scenario, velocity);
-        let mut watched = Watched {
-            learner,
-            meter: Meter::default(),
-        };
-        closed_loop::drive(self.scenario, velocity, &mut watched, outcome, &mut |_| ());
-        watched.meter.mean()
-    }
-}
-
 /// A learner whose samples are counted.
-struct Watched<F> {
-    learner: Box<dyn Learner<Counted, F>>,
+struct Watched {
+    learner: Box<dyn Learner<Counted>>,
     meter: Meter,
 }
 
-impl<F> Learner<Counted, F> for Watched<F> {
-    fn process(
+impl Learner<Counted> for Watched {
+    /// What a law does in the background belongs to its sample.
+    fn learn(
         &mut self,
-        given: &Given<Counted, F>,
-        real: &ControlSample<Counted>,
-    ) -> Seen<Counted> {
+        increment: Counted,
+        command: Counted,
+    ) -> Result<Option<Seen<Counted>>, StepError> {
         let Self { learner, meter } = self;
-        meter.measure(&mut || learner.process(given, real))
+        meter.measure(&mut || {
+            let seen = learner.learn(increment, command);
+            learner.work();
+            seen
+        })
     }
 
     fn estimates(&self) -> ServoParameters {
         self.learner.estimates()
     }
 
-    fn standard_errors(&self) -> Option<ServoParameters> {
-        self.learner.standard_errors()
-    }
-
-    fn join(&mut self, control: &ControlState<Counted, F>) {
-        self.learner.join(control);
+    fn join(&mut self, increment: Counted) {
+        self.learner.join(increment);
     }
 }
 
@@ -185,6 +166,7 @@ impl Number for Counted {
     const LARGEST_EXACT_COUNT: i64 = <f64 as Number>::LARGEST_EXACT_COUNT;
     const REACH: Self = Self(<f64 as Number>::REACH);
     const EPSILON: f64 = <f64 as Number>::EPSILON;
+    const SERIES_TERMS: usize = <f32 as Number>::SERIES_TERMS;
 
     fn from_f64(value: f64) -> Self {
         Self(value)

@@ -1,19 +1,18 @@
 use identifier_core::error::StepError;
-use identifier_core::identifier::Bounds;
+use identifier_core::identifier::Event;
 use identifier_core::model::ServoParameters;
-
-use super::learner::Seen;
+use identifier_core::settings::PerParameter;
 
 /// One sample of an experiment, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// Time, s.
     pub time: f64,
-    /// Reference q_d, rad.
+    /// Reference q_d, rad; NaN where it is not known.
     pub reference: f64,
     /// Measured position q, rad.
     pub position: f64,
-    /// Command u.
+    /// The whole command that acts, u.
     pub command: f64,
     /// Output error ε = q − q_e, rad, for laws that have a model.
     pub output_error: Option<f64>,
@@ -22,6 +21,8 @@ pub struct Sample {
     pub estimates: ServoParameters,
     /// Their standard errors, for laws that have them.
     pub standard_errors: Option<ServoParameters>,
+    /// Which estimates stand at a bound.
+    pub at_bounds: PerParameter<bool>,
 }
 
 /// What is known of an experiment once it has run.
@@ -29,16 +30,12 @@ pub struct Sample {
 pub struct Outcome {
     /// Samples run.
     pub samples: u64,
-    /// Samples in which the guard shortened the law's step.
-    pub slowed: u64,
-    /// Times that the model left the range of the number format and was started again.
-    pub restarts: u64,
+    /// What happened in them besides learning.
+    pub events: Events,
     /// Γ over the model's parameters, SI, for the Γ-gradient law.
     pub gamma: Option<Vec<Vec<f64>>>,
     /// μ, 1/s, for the Γ-gradient law.
     pub mu: Option<f64>,
-    /// The box that the estimates were kept in, for laws that have one.
-    pub bounds: Option<Bounds>,
     /// Whether a box of servos was certified.
     pub certified: bool,
     /// The gain margin of the sampled loop over that box.
@@ -49,11 +46,39 @@ pub struct Outcome {
     pub abort: Option<Abort>,
 }
 
+/// In how many samples something happened besides learning.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Events {
+    /// The guard shortened the law's step.
+    pub slowed: u64,
+    /// The servo stood, and nothing was learnt.
+    pub standing: u64,
+    /// The model left the range of the number format and was started again.
+    pub restarted: u64,
+    /// A step of the load was taken over.
+    pub load_steps: u64,
+    /// The servo did not follow its command, and nothing was learnt.
+    pub not_following: u64,
+}
+
 impl Outcome {
-    pub(crate) fn count<N>(&mut self, seen: &Seen<N>) {
+    /// Counts a sample and what happened in it; a method without a model has no events.
+    pub(crate) fn count(&mut self, event: Option<Event>) {
         self.samples += 1;
-        self.slowed += u64::from(seen.slowed);
-        self.restarts += u64::from(seen.restarted);
+        let events = &mut self.events;
+        match event {
+            Some(Event::Slowed) => events.slowed += 1,
+            Some(Event::Standing) => events.standing += 1,
+            Some(Event::Restarted) => events.restarted += 1,
+            Some(Event::LoadStep) => events.load_steps += 1,
+            Some(Event::NotFollowing) => events.not_following += 1,
+            _ => {}
+        }
+    }
+
+    /// Ends the experiment early.
+    pub(crate) fn end_early(&mut self, time: f64, error: StepError) {
+        self.abort = Some(Abort { time, error });
     }
 }
 

@@ -6,6 +6,7 @@ use std::fmt;
 
 use drive_link::{Answer, LoopSettings, Question, Reading, Refused};
 use identifier_core::excitation::Excitation;
+use identifier_core::identifier::Event;
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
 use virtual_servo::{Encoder, Plant};
@@ -75,7 +76,7 @@ fn play<N: Number>(
     observe: &mut impl FnMut(&Sample),
 ) -> Result<Outcome, PilError> {
     let fault = |what: &str| PilError::Scenario(what.to_owned());
-    let units = &scenario.controller.units;
+    let units = &scenario.units();
     let sample_time = units.sample_time();
     let position_unit = units.position_unit();
     let servo = scenario
@@ -94,8 +95,10 @@ fn play<N: Number>(
         let count = encoder.read(plant.position);
         let question = Question::Sample {
             number: number as u32,
-            reference: wanted,
-            count,
+            setpoint: 0,
+            offset: wanted,
+            // A counter of 32 bits.
+            count: count as i32,
         };
         let Reading {
             command,
@@ -107,9 +110,11 @@ fn play<N: Number>(
             Answer::Command { reading, .. } => reading,
             other => return Err(unexpected(&other)),
         };
-        outcome.samples += 1;
-        outcome.slowed += u64::from(slowed);
-        outcome.restarts += u64::from(restarted);
+        outcome.count(match (slowed, restarted) {
+            (_, true) => Some(Event::Restarted),
+            (true, false) => Some(Event::Slowed),
+            (false, false) => None,
+        });
         observe(&Sample {
             time: number as f64 * sample_time,
             reference: wanted * position_unit,
@@ -123,6 +128,7 @@ fn play<N: Number>(
                 load: estimates.load,
             },
             standard_errors: None,
+            at_bounds: estimates.at_bounds,
         });
         plant.advance(command);
     }

@@ -29,7 +29,7 @@ impl Agreement {
         }
     }
 
-    /// Whether the declared controller is the one that ran.
+    /// Whether the declared controller counts as the one that ran.
     #[must_use]
     pub fn holds(&self) -> bool {
         self.relative() <= Self::TOLERANCE
@@ -45,6 +45,15 @@ impl fmt::Display for Agreement {
             100.0 * self.relative(),
             self.largest,
             self.line
+        )?;
+        if self.holds() {
+            return Ok(());
+        }
+        write!(
+            f,
+            ": more than {} % means that another controller ran, so check gains, velocity filter, sample \
+             time, limit and the columns; it is the recorded command that drives the model",
+            100.0 * Self::TOLERANCE
         )
     }
 }

@@ -17,6 +17,8 @@ const JITTER: f64 = 0.01;
 pub struct Log {
     /// The samples.
     pub records: Vec<Record>,
+    /// Sample time, s.
+    pub sample_time: f64,
     /// Samples that straight lines stand in for.
     pub bridged: u64,
 }
@@ -29,14 +31,16 @@ pub struct Record {
     pub line: u64,
     /// Time, s.
     pub time: f64,
-    /// Reference position.
-    pub reference: f64,
+    /// Reference position, where the log has one.
+    pub reference: Option<f64>,
     /// Measured position.
     pub position: f64,
-    /// Recorded command, where the log has one.
+    /// The command that acted from here to the next sample, where the log has one.
     pub command: Option<f64>,
     /// Known signal behind the controller; zero where the log has none.
     pub injection: f64,
+    /// Whether a straight line stands in for what was not recorded.
+    pub bridged: bool,
 }
 
 /// What is wrong with a log, and where.
@@ -68,11 +72,16 @@ impl fmt::Display for LogError {
 impl std::error::Error for LogError {}
 
 impl Log {
-    /// Reads a `.csv` or `.csv.gz` file whose time must advance by `sample_time` (s).
+    /// Reads a `.csv` or `.csv.gz` file whose time must advance by `sample_time` (s); if nobody states
+    /// it, evenly.
     ///
     /// # Errors
     /// The line and column that is wrong.
-    pub fn read(path: &Path, settings: &LogSettings, sample_time: f64) -> Result<Self, LogError> {
+    pub fn read(
+        path: &Path,
+        settings: &LogSettings,
+        sample_time: Option<f64>,
+    ) -> Result<Self, LogError> {
         let name = path.display().to_string();
         let unreadable = |error: std::io::Error| LogError {
             file: name.clone(),
@@ -97,7 +106,7 @@ impl Log {
         name: &str,
         text: impl Read,
         settings: &LogSettings,
-        sample_time: f64,
+        sample_time: Option<f64>,
     ) -> Result<Self, LogError> {
         let fault = |line: Option<u64>, column: Option<&str>, fault: String| LogError {
             file: name.to_owned(),
@@ -127,16 +136,13 @@ impl Log {
         };
         let columns = Columns {
             time: (place(&settings.time)?, &settings.time),
-            reference: (place(&settings.reference)?, &settings.reference),
+            reference: optional(&settings.reference, place)?,
             position: (place(&settings.position)?, &settings.position),
             command: optional(&settings.command, place)?,
             injection: optional(&settings.injection, place)?,
         };
 
-        let mut log = Self {
-            records: Vec::new(),
-            bridged: 0,
-        };
+        let mut records = Vec::new();
         for row in reader.records() {
             let row = row.map_err(|error| {
                 let line = error.position().map(csv::Position::line);
@@ -154,32 +160,41 @@ impl Log {
                     )),
                 }
             };
-            let record = Record {
+            records.push(Record {
                 line,
                 time: number(columns.time)?,
-                reference: number(columns.reference)?,
+                reference: columns.reference.map(number).transpose()?,
                 position: number(columns.position)?,
                 command: columns.command.map(number).transpose()?,
                 injection: columns.injection.map_or(Ok(0.0), number)?,
-            };
-            log.append(record, sample_time, settings.bridge)
-                .map_err(|text| fault(Some(line), Some(&settings.time), text))?;
+                bridged: false,
+            });
         }
-        if log.records.len() < 2 {
+        if records.len() < 2 {
             return Err(fault(
                 None,
                 None,
                 format!(
                     "the log has {} samples: it must have two or more",
-                    log.records.len()
+                    records.len()
                 ),
             ));
+        }
+        let mut log = Self {
+            sample_time: sample_time.unwrap_or_else(|| usual_step(&records)),
+            records: Vec::with_capacity(records.len()),
+            bridged: 0,
+        };
+        for record in records {
+            log.append(record, settings.bridge)
+                .map_err(|text| fault(Some(record.line), Some(&settings.time), text))?;
         }
         Ok(log)
     }
 
     /// Adds a record if its time is the next, bridging a short gap where that is allowed.
-    fn append(&mut self, record: Record, sample_time: f64, bridge: u32) -> Result<(), String> {
+    fn append(&mut self, record: Record, bridge: u32) -> Result<(), String> {
+        let sample_time = self.sample_time;
         let Some(last) = self.records.last().copied() else {
             self.records.push(record);
             return Ok(());
@@ -212,13 +227,15 @@ impl Log {
         for k in 1..=missing {
             let part = f64::from(k) / f64::from(missing + 1);
             let between = |from: f64, to: f64| from + part * (to - from);
+            let both = |from: Option<f64>, to: Option<f64>| Some(between(from?, to?));
             self.records.push(Record {
                 line: record.line,
                 time: between(last.time, record.time),
-                reference: between(last.reference, record.reference),
+                reference: both(last.reference, record.reference),
                 position: between(last.position, record.position),
-                command: None,
+                command: both(last.command, record.command),
                 injection: between(last.injection, record.injection),
+                bridged: true,
             });
         }
         self.bridged += u64::from(missing);
@@ -244,10 +261,23 @@ impl Log {
     }
 }
 
+/// The middle one of the steps of time, s, made exact over the whole length.
+fn usual_step(records: &[Record]) -> f64 {
+    let mut steps: Vec<f64> = records
+        .windows(2)
+        .map(|pair| pair[1].time - pair[0].time)
+        .collect();
+    steps.sort_by(f64::total_cmp);
+    let middle = steps[steps.len() / 2];
+    let whole = records[records.len() - 1].time - records[0].time;
+    let count = (whole / middle).round();
+    if count >= 1.0 { whole / count } else { middle }
+}
+
 /// Where the columns stand, with their names.
 struct Columns<'a> {
     time: (usize, &'a str),
-    reference: (usize, &'a str),
+    reference: Option<(usize, &'a str)>,
     position: (usize, &'a str),
     command: Option<(usize, &'a str)>,
     injection: Option<(usize, &'a str)>,

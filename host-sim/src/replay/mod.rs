@@ -1,8 +1,8 @@
-//! Identification on a recorded log with a declared controller.
+//! Identification on a recorded log.
 //!
-//! [`log`] reads and judges the file, [`agreement`] holds the recorded command against the declared
-//! controller, and the passes run the same controller and identifier over the log as a drive would
-//! have.
+//! [`log`] reads and judges the file, and the passes drive the identifier's model with the command
+//! that was recorded; what the declared controller would have commanded is held against it by
+//! [`agreement`]. A log without the command is driven by the declared controller's, computed again.
 
 pub mod agreement;
 pub mod log;
@@ -11,4 +11,4 @@ mod recorded;
 
 pub use agreement::Agreement;
 pub use log::{Log, LogError};
-pub use passes::{ReplayError, Replayed, replay};
+pub use passes::{ReplayError, Replayed, fitted, replay};

@@ -1,18 +1,19 @@
-//! Passes of controller and identifier over a log.
+//! Passes of the identifier over a log.
 
 use std::fmt;
 
-use identifier_core::control::{ControlSample, ControlState, Controller};
-use identifier_core::error::{OutOfRange, StepError};
-use identifier_core::identifier::{IdentifierError, Recorded};
+use identifier_core::Settings;
+use identifier_core::control::{ControlState, Controller};
+use identifier_core::error::StepError;
+use identifier_core::identifier::IdentifierError;
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::number::Number;
-use identifier_core::units::Units;
 
 use super::agreement::Comparison;
+use super::log::Record;
 use super::recorded::RecordedReference;
 use super::{Agreement, Log};
-use crate::experiment::{Abort, Given, Outcome, Sample, learner};
+use crate::experiment::{Outcome, Sample, learner};
 use crate::scenario::{Arithmetic, Scenario, WithVelocity};
 
 /// What a replay found.
@@ -20,45 +21,50 @@ use crate::scenario::{Arithmetic, Scenario, WithVelocity};
 pub struct Replayed {
     /// What is known of the run.
     pub outcome: Outcome,
-    /// How well the declared controller reproduces the recorded command, where there is one.
+    /// How well the declared controller reproduces the recorded command, where there are both.
     pub agreement: Option<Agreement>,
 }
 
 /// Why a log cannot be replayed with a scenario.
-#[derive(Debug, Clone, PartialEq)]
-pub enum ReplayError {
-    /// A value of the scenario is out of its range for this log.
-    Range(OutOfRange),
-    /// No identifier can be built for this log.
-    Identifier(IdentifierError),
-    /// The declared controller is not the one that ran.
-    Controller(Agreement),
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ReplayError {
+    /// The key of the scenario that it is best mended at.
+    pub key: String,
+    /// What is wrong, and what is allowed.
+    pub fault: String,
 }
 
 impl fmt::Display for ReplayError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Range(error) => error.fmt(f),
-            Self::Identifier(error) => error.fmt(f),
-            Self::Controller(agreement) => write!(
-                f,
-                "{agreement}: more than {} % means that another controller ran; check gains, \
-                 velocity filter, sample time, limit and the columns, or leave log.command out to \
-                 replay all the same",
-                100.0 * Agreement::TOLERANCE
-            ),
-        }
+        write!(f, "{}: {}", self.key, self.fault)
     }
 }
 
 impl std::error::Error for ReplayError {}
 
-/// Samples in which the declared velocity estimate settles before the identifier joins: a log may
-/// begin in motion.
+/// The scenario with what only the log knows: the sample time where no controller is declared, and
+/// the resolution of the position where no encoder is.
+#[must_use]
+pub fn fitted(mut scenario: Scenario, log: &Log) -> Scenario {
+    let stated = &mut scenario.stated;
+    if stated.controller.is_none() {
+        // The cut-off that follows from a sample time; the resolution is not that of these counts.
+        let of_log = Settings::new(log.sample_time, 1.0);
+        stated.sample_time = of_log.sample_time;
+        stated.cutoff = of_log.cutoff;
+    }
+    if scenario.counts_per_rev.is_none() {
+        stated.resolution = log.resolution();
+    }
+    scenario
+}
+
+/// Samples in which the velocity estimate settles before the identifier joins: a log may begin in
+/// motion.
 const SETTLING: usize = 10;
 
-/// Runs `passes` passes over a log and shows every sample to `observe`; time goes on from pass to
-/// pass.
+/// Runs `passes` passes over a log with a scenario that is [`fitted`] to it and shows every sample to
+/// `observe`; time goes on from pass to pass.
 ///
 /// # Errors
 /// See [`ReplayError`]; nothing has been observed then.
@@ -68,19 +74,23 @@ pub fn replay(
     passes: u32,
     observe: &mut dyn FnMut(&Sample),
 ) -> Result<Replayed, ReplayError> {
-    let units = &scenario.controller.units;
     let work = Passes {
         scenario,
         log,
         passes,
         observe,
     };
-    let velocity = &scenario.controller.velocity;
     match scenario.identifier.arithmetic {
-        Arithmetic::F32 => velocity.with::<f32, _>(units, work),
-        Arithmetic::F64 | Arithmetic::Fixed => velocity.with::<f64, _>(units, work),
+        Arithmetic::F32 => scenario.velocity.with::<f32, _>(work),
+        Arithmetic::F64 | Arithmetic::Fixed => scenario.velocity.with::<f64, _>(work),
     }
-    .map_err(ReplayError::Range)?
+    .map_err(|error| {
+        let fault = scenario.fault(&error);
+        ReplayError {
+            key: fault.key,
+            fault: fault.fault,
+        }
+    })
 }
 
 struct Passes<'a> {
@@ -91,70 +101,79 @@ struct Passes<'a> {
 }
 
 impl<N: Number> WithVelocity<N> for Passes<'_> {
-    type Output = Result<Replayed, ReplayError>;
+    type Output = Result<Replayed, IdentifierError>;
 
-    fn with<V: VelocityEstimate<N> + 'static>(self, velocity: V) -> Self::Output {
+    fn with<V: VelocityEstimate<N> + 'static>(self) -> Self::Output {
         let Self {
             scenario,
             log,
             passes,
             observe,
         } = self;
-        let units = &scenario.controller.units;
-        let recording = Recording {
-            log,
-            units,
-            controller: scenario.controller::<N, V>(velocity),
-            integral: initial_integral(scenario, log),
+        let units = scenario.stated.units()?;
+        let unit = units.position_unit();
+        let played = RecordedReference::new(log, units.position());
+        let settings = scenario.settings_for(played.as_ref())?;
+        let recording = Recording { log, unit };
+        let declared = match (&played, settings.controller) {
+            (Some(_), Some(_)) => Some(Declared::<N, V>::new(&settings, log)?),
+            _ => None,
         };
-        let agreement = recording.agreement();
-        if let Some(agreement) = agreement.filter(|agreement| !agreement.holds()) {
-            return Err(ReplayError::Controller(agreement));
-        }
-        let played = RecordedReference {
-            log,
-            per_unit: units.position(),
-        };
-        let (mut learner, mut outcome) =
-            learner::<N, V>(scenario, velocity, &played).map_err(ReplayError::Identifier)?;
+        let agreement = declared
+            .as_ref()
+            .and_then(|declared| declared.agreement(&recording));
+        let filter: V = settings.build()?;
+        let (mut learner, mut outcome) = learner::<N>(scenario, &settings)?;
 
-        let position_unit = units.position_unit();
-        let first = &log.records[0];
+        let first = log.records[0].time;
         let length = log.records.len() as f64 * units.sample_time();
+        let settling = SETTLING.min(log.records.len() - 1);
         'passes: for pass in 0..passes {
-            let mut control = recording.start();
-            let settling = SETTLING.min(log.records.len() - 1);
-            for record in &log.records[..settling] {
-                // Already done once for the agreement: it cannot be refused.
-                let _ = recording.sample(&mut control, record);
-            }
-            learner.join(&control);
-            for record in &log.records[settling..] {
-                let time = f64::from(pass) * length + record.time - first.time;
-                let given = Given {
-                    before: control,
-                    sample: recording.given(record),
+            let mut control = declared.as_ref().map(Declared::start);
+            let mut filtered = V::State::default();
+            let mut velocity = N::ZERO;
+            for (k, record) in log.records.iter().enumerate() {
+                let time = f64::from(pass) * length + record.time - first;
+                let increment = recording.increment(k);
+                let command = match (record.command, &declared, &mut control) {
+                    (Some(command), ..) => Ok(N::from_f64(command)),
+                    (None, Some(declared), Some(control)) => {
+                        declared.process(control, &recording, k)
+                    }
+                    // It has been refused when the scenario was read.
+                    (None, ..) => Err(StepError::CommandNotFinite),
                 };
-                let mut real = match recording.sample(&mut control, record) {
-                    Ok(real) => real,
+                let seen = if k < settling {
+                    velocity = filter.process(&mut filtered, increment);
+                    command.map(|_| None)
+                } else {
+                    if k == settling {
+                        learner.join(velocity);
+                    }
+                    command.and_then(|command| {
+                        let seen = learner.learn(increment, command)?;
+                        Ok(Some((command, seen)))
+                    })
+                };
+                let (command, seen) = match seen {
+                    Ok(None) => continue,
+                    Ok(Some(both)) => both,
                     Err(error) => {
-                        outcome.abort = Some(Abort { time, error });
+                        outcome.end_early(time, error);
                         break 'passes;
                     }
                 };
-                real.injection = given.sample.injection;
-                let seen = learner.process(&given, &real);
-                outcome.count(&seen);
+                learner.work();
+                outcome.count(seen.map(|seen| seen.event));
                 observe(&Sample {
                     time,
-                    reference: record.reference,
+                    reference: record.reference.unwrap_or(f64::NAN),
                     position: record.position,
-                    command: real.command.to_f64(),
-                    output_error: seen
-                        .output_error
-                        .map(|error| error.to_f64() * position_unit),
+                    command: command.to_f64(),
+                    output_error: seen.map(|seen| seen.output_error.to_f64() * unit),
                     estimates: learner.estimates(),
                     standard_errors: learner.standard_errors(),
+                    at_bounds: learner.at_bounds(),
                 });
             }
         }
@@ -162,68 +181,84 @@ impl<N: Number> WithVelocity<N> for Passes<'_> {
     }
 }
 
-/// What the integral holds at the start, rad s: what the first recorded command needs beyond the
-/// proportional part, for a log that begins at rest but not from rest.
-fn initial_integral(scenario: &Scenario, log: &Log) -> f64 {
-    let gains = &scenario.controller.gains;
-    let first = &log.records[0];
-    match first.command {
-        Some(command) if gains.ki() > 0.0 => {
-            (command - gains.kp() * (first.reference - first.position)) / gains.ki()
-        }
-        _ => 0.0,
+/// A log in position units.
+struct Recording<'a> {
+    log: &'a Log,
+    unit: f64,
+}
+
+impl Recording<'_> {
+    /// How far the position has moved since the last record.
+    fn increment<N: Number>(&self, k: usize) -> N {
+        let records = &self.log.records;
+        let before = records[k.saturating_sub(1)].position;
+        N::from_f64((records[k].position - before) / self.unit)
+    }
+
+    /// How far it is from the reference.
+    fn error<N: Number>(&self, record: &Record) -> N {
+        let reference = record.reference.unwrap_or(record.position);
+        N::from_f64((reference - record.position) / self.unit)
     }
 }
 
-/// A log with the controller that is declared to have run.
-struct Recording<'a, N, V> {
-    log: &'a Log,
-    units: &'a Units,
+/// The controller that is declared to have run.
+struct Declared<N, V> {
     controller: Controller<N, V>,
     integral: f64,
 }
 
-impl<N: Number, V: VelocityEstimate<N>> Recording<'_, N, V> {
-    fn start(&self) -> ControlState<N, V::State> {
-        let integral = self.integral / (self.units.position_unit() * self.units.sample_time());
-        ControlState::at_rest(N::ZERO).with_integral(N::from_f64(integral))
+impl<N: Number, V: VelocityEstimate<N>> Declared<N, V> {
+    fn new(settings: &Settings, log: &Log) -> Result<Self, IdentifierError> {
+        let units = settings.units()?;
+        let integral = initial_integral(settings, log);
+        Ok(Self {
+            controller: settings.build()?,
+            integral: integral / (units.position_unit() * units.sample_time()),
+        })
     }
 
-    fn sample(
+    fn start(&self) -> ControlState<N, V::State> {
+        ControlState::default().with_integral(N::from_f64(self.integral))
+    }
+
+    /// Its command in a sample, with what was added to it.
+    fn process(
         &self,
         control: &mut ControlState<N, V::State>,
-        record: &super::log::Record,
-    ) -> Result<ControlSample<N>, StepError> {
-        let Recorded {
-            reference,
-            position,
-            ..
-        } = self.given(record);
-        self.controller.process(control, reference, position)
+        recording: &Recording<'_>,
+        k: usize,
+    ) -> Result<N, StepError> {
+        let record = &recording.log.records[k];
+        let (error, increment) = (recording.error(record), recording.increment(k));
+        let sample = self.controller.process(control, error, increment)?;
+        Ok(sample.command + N::from_f64(record.injection))
     }
 
-    /// A record in machine units, positions from the first.
-    fn given(&self, record: &super::log::Record) -> Recorded<N> {
-        let origin = self.log.records[0].position;
-        let machine = |value: f64| N::from_f64((value - origin) * self.units.position());
-        Recorded {
-            reference: machine(record.reference),
-            position: machine(record.position),
-            injection: N::from_f64(record.injection),
-        }
-    }
-
-    fn agreement(&self) -> Option<Agreement> {
+    fn agreement(&self, recording: &Recording<'_>) -> Option<Agreement> {
         let mut comparison = Comparison::default();
         let mut control = self.start();
-        for record in &self.log.records {
-            let Ok(sample) = self.sample(&mut control, record) else {
+        for (k, record) in recording.log.records.iter().enumerate() {
+            let Ok(command) = self.process(&mut control, recording, k) else {
                 break;
             };
-            if let Some(recorded) = record.command {
-                comparison.add(record.line, recorded, sample.command.to_f64());
+            if let Some(recorded) = record.command.filter(|_| !record.bridged) {
+                comparison.add(record.line, recorded, command.to_f64());
             }
         }
         comparison.finish()
+    }
+}
+
+/// What the integral holds at the start, rad s: what the first recorded command needs beyond the
+/// proportional part, for a log that begins at rest but not from rest.
+fn initial_integral(settings: &Settings, log: &Log) -> f64 {
+    let first = &log.records[0];
+    match (first.command, first.reference, settings.controller) {
+        (Some(command), Some(reference), Some(controller)) if controller.ki > 0.0 => {
+            let own = command - first.injection;
+            (own - controller.kp * (reference - first.position)) / controller.ki
+        }
+        _ => 0.0,
     }
 }

@@ -39,7 +39,7 @@ pub fn write(out: impl Write, trace: &[Sample]) -> Result<(), csv::Error> {
         let optional = |value: Option<f64>| value.map_or_else(String::new, |x| x.to_string());
         writer.write_record([
             sample.time.to_string(),
-            sample.reference.to_string(),
+            known(sample.reference),
             sample.position.to_string(),
             sample.command.to_string(),
             optional(sample.output_error),

@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::residual::Report;
 use super::{Summary, unit};
+use crate::replay::Agreement;
 
 /// The result of one experiment as the command line promises it.
 #[derive(Debug, Clone, Serialize)]
@@ -25,11 +26,28 @@ pub struct Document {
     pub settling_time: SettlingTime,
     pub slowed_samples: u64,
     pub model_restarts: u64,
+    pub standing_samples: u64,
+    pub load_steps: u64,
+    pub not_following_samples: u64,
     pub certified: bool,
     pub gain_margin: Option<f64>,
     pub gamma: Option<Vec<Vec<f64>>>,
     pub mu: Option<f64>,
     pub residual: Option<Residual>,
+    pub agreement: Option<AgreementDocument>,
+}
+
+/// How well the declared controller reproduces the recorded command of a log.
+#[derive(Debug, Clone, Serialize)]
+#[expect(
+    missing_docs,
+    reason = "the fields are the keys of the result, documented in the README"
+)]
+pub struct AgreementDocument {
+    pub holds: bool,
+    pub relative: f64,
+    pub largest: f64,
+    pub line: u64,
 }
 
 /// What the output error says of the model.
@@ -70,6 +88,7 @@ pub struct EstimateDocument {
     pub tail_mean: f64,
     pub tail_std: f64,
     pub std_error: Option<f64>,
+    pub at_bound: bool,
     pub unit: &'static str,
 }
 
@@ -111,7 +130,12 @@ pub struct SettlingTime {
 impl Document {
     /// The document of a summary.
     #[must_use]
-    pub fn new(summary: &Summary, residual: Option<&Report>) -> Self {
+    pub fn new(
+        summary: &Summary,
+        residual: Option<&Report>,
+        agreement: Option<&Agreement>,
+    ) -> Self {
+        let events = &summary.outcome.events;
         let document = |parameter: Parameter| {
             summary
                 .estimate(parameter)
@@ -120,6 +144,7 @@ impl Document {
                     tail_mean: estimate.tail_mean,
                     tail_std: estimate.tail_std,
                     std_error: estimate.std_error,
+                    at_bound: estimate.at_bound,
                     unit: unit(parameter),
                 })
         };
@@ -149,8 +174,11 @@ impl Document {
                 a: summary.settling_a,
                 b: summary.settling_b,
             },
-            slowed_samples: summary.outcome.slowed,
-            model_restarts: summary.outcome.restarts,
+            slowed_samples: events.slowed,
+            model_restarts: events.restarted,
+            standing_samples: events.standing,
+            load_steps: events.load_steps,
+            not_following_samples: events.not_following,
             certified: summary.outcome.certified,
             gain_margin: summary.outcome.gain_margin,
             gamma: summary.outcome.gamma.clone(),
@@ -160,6 +188,12 @@ impl Document {
                 resolution_rms: report.resolution_rms,
                 correlation: report.correlation,
                 likely_cause: report.cause.map(|(cause, _)| cause.to_string()),
+            }),
+            agreement: agreement.map(|agreement| AgreementDocument {
+                holds: agreement.holds(),
+                relative: agreement.relative(),
+                largest: agreement.largest,
+                line: agreement.line,
             }),
         }
     }

@@ -33,9 +33,11 @@ pub fn experiment(summary: &Summary, trace: &[Sample]) -> Vec<Panel> {
         let model = |s: &Sample| Some(s.position - s.output_error?);
         position.curves.push(follow("model", &model));
     }
-    position
-        .curves
-        .push(follow("reference", &|s| Some(s.reference)));
+    if trace.iter().any(|s| s.reference.is_finite()) {
+        position
+            .curves
+            .push(follow("reference", &|s| Some(s.reference)));
+    }
     panels.push(position);
     if summary.output_error.is_some() {
         panels.push(signal("Output error", "ε [rad]", trace, |s| {

@@ -69,7 +69,7 @@ impl Report {
         let second_half = errors.len() / 2..errors.len();
         let judged = &errors[second_half.clone()];
         let rms = (mean(judged.iter().map(|e| e * e))).sqrt();
-        let resolution_rms = scenario.controller.units.position_unit() / 12.0_f64.sqrt();
+        let resolution_rms = scenario.stated.resolution / 12.0_f64.sqrt();
         let mut report = Self {
             rms,
             resolution_rms,
@@ -83,7 +83,7 @@ impl Report {
                 coulomb: summary.coulomb.last,
                 load: summary.load.last,
             };
-            let velocity = smooth_velocity(trace, scenario.controller.units.sample_time());
+            let velocity = smooth_velocity(trace, scenario.sample_time());
             let shapes = Shapes::new(scenario, &servo, &velocity);
             let own: Vec<Vec<f64>> = shapes
                 .of_the_model(servo.coulomb > 0.0)
@@ -200,12 +200,21 @@ fn orthogonal(shapes: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
 }
 
 /// The shapes that accelerations which a model lacks, or has in the wrong measure, would give the
-/// output error: each passes through the closed loop, ẍ = −α ẋ − b k_p x − b k_i ∫x + f.
+/// output error: each passes through the loop that pulls the model to the servo,
+/// ẍ = −α ẋ − l_p x − l_i ∫x + f.
 struct Shapes<'a> {
     scenario: &'a Scenario,
     servo: &'a ServoParameters,
     velocity: &'a [f64],
     rms: f64,
+}
+
+/// What pulls the model to the servo: acceleration per output error, per its rate and per its
+/// integral.
+struct Pull {
+    stiffness: f64,
+    damping: f64,
+    integral: f64,
 }
 
 impl<'a> Shapes<'a> {
@@ -215,6 +224,37 @@ impl<'a> Shapes<'a> {
             servo,
             velocity,
             rms: mean(velocity.iter().map(|v| v * v)).sqrt(),
+        }
+    }
+
+    /// The change of the velocity in each sample, rad/s².
+    fn accelerations(&self) -> Vec<f64> {
+        let t = self.scenario.sample_time();
+        let steps = self.velocity.windows(2).map(|w| (w[1] - w[0]) / t);
+        let mut accelerations: Vec<f64> = steps.collect();
+        accelerations.extend(accelerations.last().copied());
+        accelerations
+    }
+
+    fn pull(&self) -> Pull {
+        let b = self.servo.b;
+        match self.scenario.stated.correction_gains() {
+            Ok(gains) if self.scenario.identifier.law.is_gradient() => Pull {
+                stiffness: b * gains.kp(),
+                damping: b * gains.kd(),
+                integral: b * gains.ki(),
+            },
+            _ => {
+                let of_motion =
+                    || mean(self.accelerations().iter().map(|a| a * a)).sqrt() / self.rms;
+                let stated = self.scenario.stated.identifier.bandwidth;
+                let bandwidth = stated.unwrap_or_else(of_motion);
+                Pull {
+                    stiffness: bandwidth * bandwidth,
+                    damping: 2.0 * bandwidth,
+                    integral: 0.0,
+                }
+            }
         }
     }
 
@@ -231,17 +271,9 @@ impl<'a> Shapes<'a> {
     /// Those of the model's own parameters. What a cause has in common with them the model has
     /// already taken up, in the wrong measure.
     fn of_the_model(&self, coulomb: bool) -> Vec<Vec<f64>> {
-        let t = self.scenario.controller.units.sample_time();
-        let accelerations: Vec<f64> = self
-            .velocity
-            .windows(2)
-            .map(|w| (w[1] - w[0]) / t)
-            .collect();
-        let last = accelerations.last().copied();
-        let padded: Vec<f64> = accelerations.into_iter().chain(last).collect();
         let mut shapes = vec![
             self.response(self.velocity.iter().copied()),
-            self.response(padded.into_iter()),
+            self.response(self.accelerations().into_iter()),
         ];
         if coulomb {
             shapes.push(self.response(self.velocity.iter().map(|&v| self.direction(v))));
@@ -271,20 +303,19 @@ impl<'a> Shapes<'a> {
     }
 
     fn response(&self, forces: impl Iterator<Item = f64>) -> Vec<f64> {
-        let ServoParameters { a, b, .. } = *self.servo;
-        let gains = &self.scenario.controller.gains;
-        let t = self.scenario.controller.units.sample_time();
-        let damping = a + b * gains.kd();
+        let pull = self.pull();
+        let t = self.scenario.sample_time();
+        let damping = self.servo.a + pull.damping;
         // Steps short enough for the loop, however coarse the sampling.
-        let stiffness = damping + (b * gains.kp()).sqrt();
-        let parts = (10.0 * t * stiffness).ceil().clamp(1.0, 1000.0);
+        let fastest = damping + pull.stiffness.sqrt();
+        let parts = (10.0 * t * fastest).ceil().clamp(1.0, 1000.0);
         let h = t / parts;
         let (mut x, mut rate, mut integral) = (0.0, 0.0, 0.0);
         forces
             .map(|f| {
                 for _ in 0..parts as u32 {
                     let acceleration =
-                        f - damping * rate - b * (gains.kp() * x + gains.ki() * integral);
+                        f - damping * rate - pull.stiffness * x - pull.integral * integral;
                     rate += h * acceleration;
                     x += h * rate;
                     integral += h * x;

@@ -14,8 +14,11 @@ const TAIL: f64 = 0.25;
 const SETTLED_B: f64 = 0.02;
 const SETTLED_A: f64 = 0.1;
 
-/// An estimate nearer to a bound than this fraction of its tolerance stands at it.
+/// An estimate that is at a bound for more than this part of the run's end stands there.
 const AT_BOUND: f64 = 0.5;
+
+/// An estimate nearer to zero than this fraction of its tolerance is none.
+const AT_ZERO: f64 = 0.5;
 
 /// The fraction of slowed samples from which a result says that the guard sets the pace.
 const MOSTLY_SLOWED: f64 = 0.5;
@@ -70,6 +73,8 @@ pub struct Estimate {
     pub to_go: f64,
     /// The standard error at the end, for laws that have one.
     pub std_error: Option<f64>,
+    /// Whether it stood at a bound for most of the last quarter: such a value is no result.
+    pub at_bound: bool,
 }
 
 /// Whether the estimates have come to rest. The truth plays no part in it: a drive does not know
@@ -105,6 +110,7 @@ pub struct Summariser {
     sample_time: f64,
     tracked: [Tracked; 4],
     standard_errors: Option<ServoParameters>,
+    command_squares: Statistics,
     error_squares: Statistics,
     error_peak: f64,
     has_model: bool,
@@ -118,11 +124,17 @@ struct Tracked {
     last: f64,
     tail: Statistics,
     thirds: [Statistics; 3],
+    samples: f64,
+    at_bound: f64,
 }
 
 impl Tracked {
-    fn add(&mut self, value: f64, third: Option<usize>) {
+    fn add(&mut self, value: f64, at_bound: bool, third: Option<usize>) {
         self.last = value;
+        if third.is_some() {
+            self.samples += 1.0;
+            self.at_bound += f64::from(u8::from(at_bound));
+        }
         if !value.is_finite() {
             return;
         }
@@ -141,6 +153,7 @@ impl Tracked {
                 tail_std: f64::NAN,
                 to_go: f64::NAN,
                 std_error: None,
+                at_bound: false,
             };
         }
         let tail_mean = self.tail.mean().unwrap_or(self.last);
@@ -152,6 +165,7 @@ impl Tracked {
             tail_std,
             to_go: distance_to_go(means, tolerance(tail_mean), tail_std),
             std_error,
+            at_bound: self.at_bound > AT_BOUND * self.samples,
         }
     }
 }
@@ -197,9 +211,10 @@ impl Summariser {
             tail_from: (1.0 - TAIL) * duration,
             duration,
             truth: scenario.plant,
-            sample_time: scenario.controller.units.sample_time(),
+            sample_time: scenario.sample_time(),
             tracked: [Tracked::default(); 4],
             standard_errors: None,
+            command_squares: Statistics::default(),
             error_squares: Statistics::default(),
             error_peak: 0.0,
             has_model: false,
@@ -218,9 +233,11 @@ impl Summariser {
             ((3.0 * passed) as usize).min(2)
         });
         for (tracked, parameter) in self.tracked.iter_mut().zip(PARAMETERS) {
-            tracked.add(parameter.of(&sample.estimates), third);
+            let at_bound = sample.at_bounds.of(parameter);
+            tracked.add(parameter.of(&sample.estimates), at_bound, third);
         }
         self.standard_errors = sample.standard_errors;
+        self.command_squares.add(sample.command * sample.command);
         if let Some(error) = sample.output_error {
             self.has_model = true;
             self.error_squares.add(error * error);
@@ -239,16 +256,33 @@ impl Summariser {
         self.end = time;
     }
 
+    /// An acceleration that friction and load are small beside, rad/s²: what the proportional gain
+    /// gives the servo of the initial estimate for an error of one, or else ten times what the command
+    /// gave the servo that was found.
+    fn usual_acceleration(&self, scenario: &Scenario) -> f64 {
+        let given = &scenario.stated;
+        let kp = match given.controller {
+            Some(controller) => Some(controller.kp),
+            None => given.correction_gains().ok().map(|gains| gains.kp()),
+        };
+        let stated = given.identifier.initial.b.zip(kp).map(|(b, kp)| b * kp);
+        stated.unwrap_or_else(|| {
+            let [_, b, ..] = &self.tracked;
+            10.0 * b.last.abs() * self.command_squares.mean().unwrap_or(0.0).sqrt()
+        })
+    }
+
     /// The summary of a run that has ended.
     #[must_use]
     pub fn finish(self, scenario: &Scenario, outcome: Outcome) -> Summary {
+        let usual = self.usual_acceleration(scenario);
         let estimates: [Estimate; 4] = std::array::from_fn(|i| {
             let parameter = PARAMETERS[i];
             let std_error = self.standard_errors.map(|errors| parameter.of(&errors));
-            self.tracked[i].estimate(|value| tolerance(parameter, value, scenario), std_error)
+            self.tracked[i].estimate(|value| tolerance(parameter, value, usual), std_error)
         });
         let estimated = scenario.estimated();
-        let (status, reason) = verdict(&estimates, scenario, &outcome);
+        let (status, reason) = verdict(&estimates, scenario, usual, &outcome);
         let still_outside = |outside: Option<f64>| outside.is_some_and(|time| time >= self.end);
         let known = self.truth.is_some() && status != Status::Aborted;
         let settling = |outside: Option<f64>| {
@@ -304,20 +338,22 @@ pub fn unit(parameter: Parameter) -> &'static str {
 }
 
 /// Within what an estimate is at rest, in the parameter's unit. Friction and load are compared to
-/// what the loop's command does in proportion: a fiftieth of the acceleration of a hundredth of k_p.
-fn tolerance(parameter: Parameter, value: f64, scenario: &Scenario) -> f64 {
+/// what the loop's command does: a fiftieth of a hundredth of an acceleration of the servo.
+fn tolerance(parameter: Parameter, value: f64, acceleration: f64) -> f64 {
     let relative = SETTLED_B * value.abs();
     match parameter {
         Parameter::A => SETTLED_A.max(relative),
         Parameter::B => relative,
-        Parameter::Coulomb | Parameter::Load => {
-            let acceleration = scenario.identifier.initial.b * scenario.controller.gains.kp();
-            (2e-4 * acceleration).max(relative)
-        }
+        Parameter::Coulomb | Parameter::Load => (2e-4 * acceleration).max(relative),
     }
 }
 
-fn verdict(estimates: &[Estimate; 4], scenario: &Scenario, outcome: &Outcome) -> (Status, String) {
+fn verdict(
+    estimates: &[Estimate; 4],
+    scenario: &Scenario,
+    acceleration: f64,
+    outcome: &Outcome,
+) -> (Status, String) {
     if let Some(abort) = &outcome.abort {
         return (
             Status::Aborted,
@@ -335,19 +371,15 @@ fn verdict(estimates: &[Estimate; 4], scenario: &Scenario, outcome: &Outcome) ->
         .zip(estimates)
         .filter(|(parameter, _)| scenario.identifier.estimates(*parameter))
         .map(|(parameter, estimate)| {
-            let limit = tolerance(parameter, estimate.tail_mean, scenario);
+            let limit = tolerance(parameter, estimate.tail_mean, acceleration);
             (parameter, estimate, limit)
         });
     let restless = of_law
         .clone()
         .find(|(_, estimate, limit)| estimate.tail_std.max(estimate.to_go) > *limit);
-    let held = of_law.clone().find(|(parameter, estimate, limit)| {
-        outcome.bounds.is_some_and(|bounds| {
-            let bounds = bounds.of(*parameter);
-            let near = |bound: f64| (estimate.tail_mean - bound).abs() < AT_BOUND * limit;
-            // A lower bound of zero on friction is no obstacle but a fact: it is never negative.
-            near(bounds.max()) || (bounds.min() != 0.0 && near(bounds.min()))
-        })
+    // A lower bound of zero on friction is no obstacle but a fact: it is never negative.
+    let held = of_law.clone().find(|(_, estimate, limit)| {
+        estimate.at_bound && estimate.tail_mean.abs() > AT_ZERO * limit
     });
     let (status, mut reason) = match (restless, held) {
         (None, None) => (
@@ -368,15 +400,14 @@ fn verdict(estimates: &[Estimate; 4], scenario: &Scenario, outcome: &Outcome) ->
         (None, Some((parameter, estimate, _))) => (
             Status::NotConverged,
             format!(
-                "{} = {:.4} {} stands at the end of its bounds: widen them, or look for what the \
-                 model lacks",
+                "{} = {:.4} {} stands at a bound: widen it, or look for what the model lacks",
                 parameter.name(),
                 estimate.tail_mean,
                 unit(parameter),
             ),
         ),
     };
-    let slowed = outcome.slowed as f64 / outcome.samples.max(1) as f64;
+    let slowed = outcome.events.slowed as f64 / outcome.samples.max(1) as f64;
     if slowed > MOSTLY_SLOWED {
         reason.push_str(&format!(
             "; the guard slowed {:.0} % of the updates: gamma is larger than the sample time bears",
@@ -391,10 +422,18 @@ fn verdict(estimates: &[Estimate; 4], scenario: &Scenario, outcome: &Outcome) ->
              {AMPLE_GAIN_MARGIN} the estimates may wander, sample faster or lower the gains"
         ));
     }
-    if outcome.restarts > 0 {
+    let events = &outcome.events;
+    if events.restarted > 0 {
         reason.push_str(&format!(
-            "; the model loop ran away and was started again {} times: check gains and limit",
-            outcome.restarts
+            "; the model loop ran away and was started again {} times: check gains and sample time",
+            events.restarted
+        ));
+    }
+    if events.not_following > 0 {
+        reason.push_str(&format!(
+            "; in {} samples the servo did not follow its command: check the amplifier, and that the \
+             command is the one that acted",
+            events.not_following
         ));
     }
     (status, reason)
@@ -408,7 +447,11 @@ mod tests {
     fn to_go(course: impl Fn(f64) -> f64, tolerance: f64) -> f64 {
         let mut tracked = Tracked::default();
         for k in 0..3000 {
-            tracked.add(course(f64::from(k) / 3000.0), Some(k as usize / 1000));
+            tracked.add(
+                course(f64::from(k) / 3000.0),
+                false,
+                Some(k as usize / 1000),
+            );
         }
         tracked.estimate(|_| tolerance, None).to_go
     }

@@ -25,8 +25,9 @@ impl Scenario {
         LeastSquaresConfig {
             cutoff: settings.filter_cutoff,
             forgetting: settings.forgetting,
-            a: self.identifier.initial.a,
-            b: self.identifier.initial.b,
+            a: self.stated.identifier.initial.a.unwrap_or(0.0),
+            // Out of every range: it is refused by its key.
+            b: self.stated.identifier.initial.b.unwrap_or(f64::NAN),
         }
     }
 
@@ -39,8 +40,9 @@ impl Scenario {
         level: f64,
         settings: &BaselineSettings,
     ) -> Result<Relay<N>, OutOfRange> {
-        let level = level.min(self.limit.high()).min(-self.limit.low());
-        let delay = (settings.relay_delay / self.controller.units.sample_time()).round();
+        let [low, high] = self.controller().limit;
+        let level = level.min(high).min(-low);
+        let delay = (settings.relay_delay / self.sample_time()).round();
         Relay::new(level, delay as u32)
     }
 
@@ -52,14 +54,14 @@ impl Scenario {
         &self,
         settings: &BaselineSettings,
     ) -> Result<MultiStepLeastSquares<N>, OutOfRange> {
-        let units = &self.controller.units;
+        let units = &self.units();
         let block = (settings.block / units.sample_time()).round().max(1.0) as u32;
         MultiStepLeastSquares::new(units, block, &self.least_squares(settings))
     }
 
     /// Builds every part of a baseline once, so that nothing can fail after output has begun.
     pub(super) fn try_baseline(&self, baseline: Baseline) -> Result<(), OutOfRange> {
-        let units = &self.controller.units;
+        let units = &self.units();
         let settings = self.baseline_settings(baseline);
         let config = self.least_squares(&settings);
         Allowed::Above(0.0).check("initial.b", config.b)?;

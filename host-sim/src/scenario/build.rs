@@ -1,22 +1,24 @@
 //! From tables to validated settings.
 
+use identifier_core::ControllerSettings;
 use identifier_core::control::{CommandLimit, Gains};
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::excitation::Tone;
-use identifier_core::fixed_point::Ranges;
-use identifier_core::identifier::{Bounds, Uncertainty};
 use identifier_core::interval::Interval;
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Parameter;
+use identifier_core::settings::{
+    BoxSettings, IdentifierSettings, PerParameter, RangeSettings, Settings,
+};
 use identifier_core::stability::PlantBox;
 use identifier_core::units::Units;
 
 use super::error::Fault;
+use super::parts::{identity, place};
 use super::tables::{self, ExcitationKind, LawName, NumberOrRow, Tables, VelocityKind};
 use super::{
-    Arithmetic, Baseline, BaselineSettings, CompareSettings, ControllerSettings,
-    ExcitationSettings, GradientSettings, IdentifierSettings, Law, LogSettings, Purpose, Scenario,
-    VelocitySettings, WindowSettings,
+    Arithmetic, Baseline, BaselineSettings, CompareSettings, ExcitationSettings, Identification,
+    Law, LogSettings, Purpose, Scenario, Velocity, WindowSettings,
 };
 
 /// Sines that a multisine and levels that a staircase may have.
@@ -28,14 +30,24 @@ const MOST_SAMPLES: f64 = 1e10;
 /// The position unit of an ideal sensor, rad: as of an encoder that is finer than any effect.
 const IDEAL_UNIT: f64 = 1e-5;
 
+/// The paper's cut-off of the velocity filter, rad/s.
+const CUTOFF: f64 = 500.0;
+
 pub(super) fn scenario(tables: &Tables, purpose: Purpose) -> Result<Scenario, Fault> {
     let counts_per_rev = match (&tables.encoder, purpose) {
         (Some(encoder), _) => counts_per_rev(encoder)?,
         (None, Purpose::Run) => counts_per_rev(&tables::Encoder::default())?,
         (None, Purpose::Replay) => None,
     };
-    let controller = controller(&tables.controller, counts_per_rev)?;
-    let sample_time = controller.units.sample_time();
+    let limit = limit(&tables.amplifier)?;
+    let declared = match (&tables.controller, purpose) {
+        (Some(table), _) => Some(table.clone()),
+        (None, Purpose::Run) => Some(tables::Controller::default()),
+        (None, Purpose::Replay) => None,
+    };
+    let position_unit = counts_per_rev.map_or(IDEAL_UNIT, |counts| std::f64::consts::TAU / counts);
+    let (velocity, mut stated) = closed_loop(declared.as_ref(), limit, position_unit)?;
+    let sample_time = stated.sample_time;
     let duration = Allowed::Within(sample_time, MOST_SAMPLES * sample_time)
         .check("duration", tables.run.duration)
         .map_err(under("run"))?;
@@ -52,17 +64,18 @@ pub(super) fn scenario(tables: &Tables, purpose: Purpose) -> Result<Scenario, Fa
         }
         _ => {}
     }
-    let limit = limit(&tables.amplifier)?;
-    let command = limit.high().min(-limit.low()).min(controller.gains.kp());
+    let identifier = identification(&tables.identifier)?;
+    stated.identifier = learning(&tables.identifier, &identifier)?;
+    let log = tables.log.as_ref().map(log).transpose()?;
     let scenario = Scenario {
         plant,
         counts_per_rev,
-        limit,
-        controller,
+        stated,
+        velocity,
         excitation: excitation(&tables.excitation)?,
-        identifier: identifier(&tables.identifier, sample_time, command)?,
+        identifier,
         duration,
-        log: tables.log.as_ref().map(log),
+        log,
         compare: compare(&tables.compare)?,
     };
     // A replay knows its units and its reference only once the log is read.
@@ -84,19 +97,60 @@ pub(super) fn scenario(tables: &Tables, purpose: Purpose) -> Result<Scenario, Fa
             "identifier.arithmetic",
             "a log is replayed in \"f32\" or \"f64\"; `drift` shows what fixed point makes of a run",
         )),
-        Purpose::Replay => Ok(scenario),
+        Purpose::Replay => {
+            replayable(&scenario)?;
+            Ok(scenario)
+        }
     }
 }
 
-fn log(table: &tables::Log) -> LogSettings {
-    LogSettings {
+/// What a replay cannot do without, apart from the log itself.
+fn replayable(scenario: &Scenario) -> Result<(), Fault> {
+    let (given, identifier) = (&scenario.stated, &scenario.stated.identifier);
+    let log = scenario.log.as_ref();
+    if given.controller.is_none() {
+        if log.is_some_and(|log| log.command.is_none()) {
+            return Err(Fault::new(
+                "controller",
+                "without log.command the controller that ran has to be declared, so that its command \
+                 can be computed again",
+            ));
+        }
+        let follows = identifier.correction.is_some() || identifier.plant_box.is_some();
+        if scenario.identifier.law.is_gradient() && !follows {
+            return Err(Fault::new(
+                "identifier.correction",
+                "without a [controller] this law has to be told the gains of its correction, or a \
+                 plant_box that they follow from",
+            ));
+        }
+    }
+    let without_reference = log.is_some_and(|log| log.reference.is_none());
+    if without_reference && scenario.identifier.law.is_gradient() && identifier.gamma.is_none() {
+        return Err(Fault::new(
+            "identifier.gamma",
+            "without log.reference no gamma can be chosen: it has to be stated",
+        ));
+    }
+    Ok(())
+}
+
+fn log(table: &tables::Log) -> Result<LogSettings, Fault> {
+    if table.command.is_none() && table.reference.is_none() {
+        return Err(Fault::new(
+            "log.command",
+            "the log must have the command, or the reference that the declared controller computes it \
+             from",
+        ));
+    }
+    Ok(LogSettings {
         time: table.time.clone(),
         reference: table.reference.clone(),
         position: table.position.clone(),
         command: table.command.clone(),
         injection: table.injection.clone(),
         bridge: table.bridge_gaps,
-    }
+    })
 }
 
 fn compare(table: &tables::Compare) -> Result<CompareSettings, Fault> {
@@ -149,9 +203,9 @@ fn counts_per_rev(table: &tables::Encoder) -> Result<Option<f64>, Fault> {
     Ok((counts > 0.0).then_some(counts))
 }
 
-fn limit(table: &tables::Amplifier) -> Result<CommandLimit, Fault> {
+fn limit(table: &tables::Amplifier) -> Result<[f64; 2], Fault> {
     let fault = |error: OutOfRange| Fault::new("amplifier.limit", error);
-    match &table.limit {
+    let limit = match &table.limit {
         None => Ok(CommandLimit::NONE),
         Some(NumberOrRow::Number(limit)) => CommandLimit::symmetric(*limit).map_err(fault),
         Some(NumberOrRow::Row(row)) => match row[..] {
@@ -161,21 +215,31 @@ fn limit(table: &tables::Amplifier) -> Result<CommandLimit, Fault> {
                 format!("{} numbers where two belong", row.len()),
             )),
         },
-    }
+    }?;
+    Ok([limit.low(), limit.high()])
 }
 
-fn controller(
-    table: &tables::Controller,
-    counts_per_rev: Option<f64>,
-) -> Result<ControllerSettings, Fault> {
-    let position_unit = counts_per_rev.map_or(IDEAL_UNIT, |counts| std::f64::consts::TAU / counts);
-    let units = Units::new(table.sample_time, position_unit).map_err(under("controller"))?;
+/// The loop that a controller closes; without one, what an identifier that only listens is told.
+fn closed_loop(
+    table: Option<&tables::Controller>,
+    limit: [f64; 2],
+    resolution: f64,
+) -> Result<(Velocity, Settings), Fault> {
+    let Some(table) = table else {
+        // Its sample time is the log's.
+        let stated = Settings {
+            resolution,
+            ..Settings::new(tables::Controller::default().sample_time, 1.0)
+        };
+        return Ok((Velocity::LowPass, stated));
+    };
+    let units = Units::new(table.sample_time, resolution).map_err(under("controller"))?;
     let gains = Gains::new(table.kp, table.kd, table.ki).map_err(under("controller"))?;
     let filter = &table.velocity_filter;
     let velocity = match (filter.kind, filter.cutoff) {
-        (VelocityKind::LowPass, cutoff) => VelocitySettings::LowPass(cutoff.unwrap_or(500.0)),
-        (VelocityKind::Difference, None) => VelocitySettings::Difference,
-        (VelocityKind::AveragedDifference, None) => VelocitySettings::AveragedDifference,
+        (VelocityKind::LowPass, _) => Velocity::LowPass,
+        (VelocityKind::Difference, None) => Velocity::Difference,
+        (VelocityKind::AveragedDifference, None) => Velocity::AveragedDifference,
         (_, Some(_)) => {
             return Err(Fault::new(
                 "controller.velocity_filter.cutoff",
@@ -183,11 +247,17 @@ fn controller(
             ));
         }
     };
-    Ok(ControllerSettings {
-        gains,
-        units,
-        velocity,
-    })
+    let stated = Settings {
+        sample_time: units.sample_time(),
+        resolution,
+        cutoff: filter.cutoff.unwrap_or(CUTOFF),
+        controller: Some(ControllerSettings {
+            limit,
+            ..ControllerSettings::pid(gains.kp(), gains.kd(), gains.ki())
+        }),
+        identifier: IdentifierSettings::UNSTATED,
+    };
+    Ok((velocity, stated))
 }
 
 fn excitation(table: &tables::Excitation) -> Result<ExcitationSettings, Fault> {
@@ -286,26 +356,35 @@ fn tones(table: &tables::Excitation, name: &str) -> Result<Vec<Tone>, Fault> {
         .collect())
 }
 
-fn identifier(
-    table: &tables::Identifier,
-    sample_time: f64,
-    command: f64,
-) -> Result<IdentifierSettings, Fault> {
+/// What the gradient laws take besides what every law does.
+const GRADIENT_KEYS: &[&str] = &[
+    "gamma",
+    "mu",
+    "bounds",
+    "plant_box",
+    "correction",
+    "bandwidth",
+    "max_speed",
+];
+
+/// What the laws that fit take.
+const FIT_KEYS: &[&str] = &[
+    "bounds",
+    "plant_box",
+    "uncertainty",
+    "noise",
+    "bandwidth",
+    "max_speed",
+    "window",
+    "fit_every",
+];
+
+fn identification(table: &tables::Identifier) -> Result<Identification, Fault> {
     let (name, takes): (&str, &[&str]) = match table.law {
-        LawName::Gradient => ("gradient", &["gamma", "mu", "bounds", "plant_box"]),
-        LawName::GaussNewton => (
-            "gauss-newton",
-            &[
-                "bounds",
-                "plant_box",
-                "uncertainty",
-                "noise",
-                "window",
-                "fit_every",
-            ],
-        ),
-        LawName::Window => ("window", &["bounds", "plant_box", "window", "fit_every"]),
-        LawName::PdGradient => ("pd-gradient", &["gamma", "mu", "bounds", "plant_box"]),
+        LawName::Gradient => ("gradient", GRADIENT_KEYS),
+        LawName::PdGradient => ("pd-gradient", GRADIENT_KEYS),
+        LawName::GaussNewton => ("gauss-newton", FIT_KEYS),
+        LawName::Window => ("window", FIT_KEYS),
         other => other.baseline().map_or(("", &[]), |b| (b.name(), b.keys())),
     };
     let given = [
@@ -313,6 +392,9 @@ fn identifier(
         ("mu", table.mu.is_some()),
         ("bounds", table.bounds.is_some()),
         ("plant_box", table.plant_box.is_some()),
+        ("correction", table.correction.is_some()),
+        ("bandwidth", table.bandwidth.is_some()),
+        ("max_speed", table.max_speed.is_some()),
         ("uncertainty", table.uncertainty.is_some()),
         ("noise", table.noise.is_some()),
         ("window", table.window.is_some()),
@@ -325,50 +407,89 @@ fn identifier(
         ("block", table.block.is_some()),
     ];
     refuse_strangers("identifier", name, takes, &given)?;
-    let parameters = parameters(table)?;
-    let gradient = || -> Result<GradientSettings, Fault> {
-        Ok(GradientSettings {
-            gamma: table
-                .gamma
-                .as_deref()
-                .map(|entries| gamma(entries, parameters.len()))
-                .transpose()?,
-            mu: table.mu,
-        })
-    };
     let law = match (table.law, table.law.baseline()) {
         (_, Some(baseline)) => Law::Baseline(baseline, baseline_settings(table, baseline)?),
-        (LawName::GaussNewton, None) => Law::GaussNewton(uncertainty(table)?, window(table)?),
+        (LawName::GaussNewton, None) => Law::GaussNewton(window(table)?),
         (LawName::Window, None) => Law::Window(window(table)?),
-        (LawName::PdGradient, None) => Law::PdGradient(gradient()?),
-        (_, None) => Law::Gradient(gradient()?),
+        (LawName::PdGradient, None) => Law::PdGradient,
+        (_, None) => Law::Gradient,
     };
+    let arithmetic = match table.arithmetic {
+        tables::Arithmetic::F32 => Arithmetic::F32,
+        tables::Arithmetic::F64 => Arithmetic::F64,
+        tables::Arithmetic::Fixed => Arithmetic::Fixed,
+    };
+    Ok(Identification {
+        law,
+        parameters: parameters(table)?,
+        arithmetic,
+    })
+}
+
+/// What the core is told of the identifier, as far as the file states it.
+fn learning(
+    table: &tables::Identifier,
+    chosen: &Identification,
+) -> Result<IdentifierSettings, Fault> {
+    let positive = |name, value: Option<f64>| {
+        value
+            .map(|value| Allowed::Above(0.0).check(name, value))
+            .transpose()
+            .map_err(under("identifier"))
+    };
+    let uncertainty = table.uncertainty.unwrap_or_default();
+    Ok(IdentifierSettings {
+        initial: initial(table, &chosen.law)?,
+        bounds: bounds(table)?,
+        uncertainty: PerParameter {
+            a: positive("uncertainty.a", uncertainty.a)?,
+            b: positive("uncertainty.b", uncertainty.b)?,
+            coulomb: positive("uncertainty.coulomb", uncertainty.coulomb)?,
+            load: positive("uncertainty.load", uncertainty.load)?,
+        },
+        noise: positive("noise", table.noise)?,
+        plant_box: table.plant_box.as_ref().map(plant_box).transpose()?,
+        gamma: table
+            .gamma
+            .as_deref()
+            .map(|entries| gamma(entries, &chosen.parameters))
+            .transpose()?,
+        mu: table.mu,
+        correction: table.correction.as_ref().map(correction).transpose()?,
+        bandwidth: positive("bandwidth", table.bandwidth)?,
+        max_speed: positive("max_speed", table.max_speed)?,
+        ranges: ranges(table)?,
+        ..IdentifierSettings::UNSTATED
+    })
+}
+
+/// The initial estimates: the laws that fit need none, the others begin with the default.
+fn initial(table: &tables::Identifier, law: &Law) -> Result<PerParameter<Option<f64>>, Fault> {
     let tables::Initial {
         a,
         b,
         coulomb,
         load,
     } = table.initial;
-    Ok(IdentifierSettings {
-        law,
-        parameters,
-        initial: ServoParameters {
-            a,
-            b: Allowed::Above(0.0)
-                .check("initial.b", b)
-                .map_err(under("identifier"))?,
-            coulomb,
-            load,
-        },
-        bounds: bounds(table, sample_time, command)?,
-        plant_box: table.plant_box.as_ref().map(plant_box).transpose()?,
-        arithmetic: match table.arithmetic {
-            tables::Arithmetic::F32 => Arithmetic::F32,
-            tables::Arithmetic::F64 => Arithmetic::F64,
-            tables::Arithmetic::Fixed => Arithmetic::Fixed,
-        },
-        ranges: ranges(table)?,
+    if let Some(b) = b {
+        Allowed::Above(0.0)
+            .check("initial.b", b)
+            .map_err(under("identifier"))?;
+    }
+    let fits = matches!(law, Law::GaussNewton(_) | Law::Window(_));
+    let or = |given: Option<f64>, default| given.or((!fits).then_some(default));
+    Ok(PerParameter {
+        a: or(a, 0.0),
+        b: or(b, 50.0),
+        coulomb: or(coulomb, 0.0),
+        load: or(load, 0.0),
     })
+}
+
+fn correction(table: &tables::Correction) -> Result<[f64; 3], Fault> {
+    let tables::Correction { kp, kd, ki } = *table;
+    Gains::new(kp, kd, ki).map_err(under("identifier.correction"))?;
+    Ok([kp, kd, ki])
 }
 
 fn parameters(table: &tables::Identifier) -> Result<Vec<Parameter>, Fault> {
@@ -466,32 +587,6 @@ fn baseline_settings(
     Ok(settings)
 }
 
-fn uncertainty(table: &tables::Identifier) -> Result<Uncertainty, Fault> {
-    let tables::Uncertainty {
-        a,
-        b,
-        coulomb,
-        load,
-    } = table.uncertainty.unwrap_or_default();
-    for (name, value) in [
-        ("uncertainty.a", a),
-        ("uncertainty.b", b),
-        ("uncertainty.coulomb", coulomb),
-        ("uncertainty.load", load),
-        ("noise", table.noise),
-    ] {
-        if let Some(value) = value {
-            Allowed::Above(0.0)
-                .check(name, value)
-                .map_err(under("identifier"))?;
-        }
-    }
-    Ok(Uncertainty {
-        initial: [a, b, coulomb, load],
-        noise: table.noise,
-    })
-}
-
 /// The fewest samples of a window: below, there are hardly more samples than unknowns.
 const SHORTEST_WINDOW: f64 = 32.0;
 
@@ -511,7 +606,7 @@ fn window(table: &tables::Identifier) -> Result<WindowSettings, Fault> {
 }
 
 /// What fixed point needs: a law that has it, and ranges.
-fn ranges(table: &tables::Identifier) -> Result<Option<Ranges>, Fault> {
+fn ranges(table: &tables::Identifier) -> Result<Option<RangeSettings>, Fault> {
     if table.arithmetic != tables::Arithmetic::Fixed {
         return match table.ranges {
             Some(_) => Err(Fault::new(
@@ -527,59 +622,70 @@ fn ranges(table: &tables::Identifier) -> Result<Option<Ranges>, Fault> {
             "\"gradient\" and \"pd-gradient\" alone are there in fixed point",
         ));
     }
-    Ok(table.ranges.map(|ranges| Ranges {
+    Ok(table.ranges.map(|ranges| RangeSettings {
         error: ranges.error,
         velocity: ranges.velocity,
         command: ranges.command,
     }))
 }
 
-/// The matrix of a diagonal or of rows, for so many parameters.
-fn gamma(entries: &[NumberOrRow], parameters: usize) -> Result<Vec<Vec<f64>>, Fault> {
+/// The matrix over all parameters of a diagonal or of rows for some of them.
+fn gamma(entries: &[NumberOrRow], parameters: &[Parameter]) -> Result<[[f64; 4]; 4], Fault> {
+    let count = parameters.len();
     let fault = |fault: String| Fault::new("identifier.gamma", fault);
-    if entries.len() != parameters {
+    if entries.len() != count {
         return Err(fault(format!(
-            "{} entries for {parameters} parameters",
+            "{} entries for {count} parameters",
             entries.len()
         )));
     }
-    entries
-        .iter()
-        .enumerate()
-        .map(|(i, entry)| match entry {
-            NumberOrRow::Number(value) => {
-                let mut row = vec![0.0; parameters];
-                row[i] = *value;
-                Ok(row)
+    let mut matrix = identity();
+    for (i, entry) in entries.iter().enumerate() {
+        let row = &mut matrix[place(parameters[i])];
+        match entry {
+            NumberOrRow::Number(value) => row[place(parameters[i])] = *value,
+            NumberOrRow::Row(values) if values.len() == count => {
+                for (parameter, value) in parameters.iter().zip(values) {
+                    row[place(*parameter)] = *value;
+                }
             }
-            NumberOrRow::Row(row) if row.len() == parameters => Ok(row.clone()),
-            NumberOrRow::Row(row) => Err(fault(format!(
-                "row {i} has {} entries for {parameters} parameters",
-                row.len()
-            ))),
-        })
-        .collect()
+            NumberOrRow::Row(values) => {
+                return Err(fault(format!(
+                    "row {i} has {} entries for {count} parameters",
+                    values.len()
+                )));
+            }
+        }
+    }
+    Ok(matrix)
 }
 
-fn bounds(table: &tables::Identifier, sample_time: f64, command: f64) -> Result<Bounds, Fault> {
+fn bounds(table: &tables::Identifier) -> Result<PerParameter<Option<[f64; 2]>>, Fault> {
     let given = table.bounds.unwrap_or_default();
-    let initial = table.initial.b;
-    let b = given.b.unwrap_or([0.1 * initial, 100.0 * initial]);
-    let most = b[1] * command;
-    Ok(Bounds {
-        a: interval("bounds.a", given.a.unwrap_or([0.0, 0.1 / sample_time]))?,
-        b: interval("bounds.b", b)?,
-        coulomb: interval("bounds.coulomb", given.coulomb.unwrap_or([0.0, most]))?,
-        load: interval("bounds.load", given.load.unwrap_or([-most, most]))?,
+    let ordered = |name, pair: Option<[f64; 2]>| {
+        if let Some(pair) = pair {
+            interval(name, pair)?;
+        }
+        Ok(pair)
+    };
+    Ok(PerParameter {
+        a: ordered("bounds.a", given.a)?,
+        b: ordered("bounds.b", given.b)?,
+        coulomb: ordered("bounds.coulomb", given.coulomb)?,
+        load: ordered("bounds.load", given.load)?,
     })
 }
 
-fn plant_box(table: &tables::PlantBox) -> Result<PlantBox, Fault> {
+fn plant_box(table: &tables::PlantBox) -> Result<BoxSettings, Fault> {
     let a = interval("plant_box.a", table.a)?;
     let b = interval("plant_box.b", table.b)?;
     PlantBox::new(a, b).map_err(|error| {
         let side = if error.parameter == "a_min" { "a" } else { "b" };
         Fault::new(format!("identifier.plant_box.{side}"), error)
+    })?;
+    Ok(BoxSettings {
+        a: table.a,
+        b: table.b,
     })
 }
 

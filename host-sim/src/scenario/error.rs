@@ -49,9 +49,15 @@ impl std::error::Error for ScenarioError {}
 
 /// A fault of the contents, before it is known where in the file it stands.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Fault {
-    pub(super) key: String,
-    pub(super) fault: String,
+pub(crate) struct Fault {
+    pub(crate) key: String,
+    pub(crate) fault: String,
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.key, self.fault)
+    }
 }
 
 impl Fault {

@@ -51,24 +51,28 @@ pub const KEYS: &[Key] = &[
     key("amplifier", "a table with limit", "no limit"),
     key(
         "amplifier.limit",
-        "a number above 0 for |u| <= limit, or [low, high] with low below 0 and high above 0, \
+        "of the controller's command: a number above 0 for |u| <= limit, or [low, high] with low below 0 and high above 0, \
          command units",
         "no limit",
     ),
-    key("controller", "a table with the PID", "the paper's"),
+    key(
+        "controller",
+        "a table with the PID",
+        "the paper's; in a replay with log.command, none",
+    ),
     key("controller.kp", "a number above 0 and at most 1e9", "9"),
     key("controller.kd", "a number from 0 to 1e9", "0.19"),
     key("controller.ki", "a number from 0 to 1e9", "4"),
     key(
         "controller.sample_time",
         "a number from 1e-7 to 10, s",
-        "0.001",
+        "0.001; in a replay without a controller, the log's own",
     ),
     key(
         "controller.velocity_filter",
         "{ kind = \"low-pass\", cutoff = rad/s }, { kind = \"difference\" } or \
          { kind = \"averaged-difference\" }",
-        "low-pass, 500 rad/s",
+        "low-pass, 500 rad/s; in a replay without a controller, half the sample rate",
     ),
     key(
         "controller.velocity_filter.kind",
@@ -181,13 +185,13 @@ pub const KEYS: &[Key] = &[
     key(
         "identifier.initial",
         "{ a = 1/s, b = rad/s² per command unit, coulomb = rad/s², load = rad/s² }, inside bounds",
-        "{ a = 0, b = 50, coulomb = 0, load = 0 }",
+        "{ a = 0, b = 50, coulomb = 0, load = 0 }; gauss-newton and window need none",
     ),
     key("identifier.initial.a", "a number inside bounds.a, 1/s", "0"),
     key(
         "identifier.initial.b",
         "a number above 0 inside bounds.b, rad/s² per command unit",
-        "50",
+        "50; gauss-newton and window need none",
     ),
     key(
         "identifier.initial.coulomb",
@@ -207,22 +211,22 @@ pub const KEYS: &[Key] = &[
     key(
         "identifier.bounds.a",
         "[min, max], both within 0.5/sample_time of 0, 1/s",
-        "[0, 0.1/sample_time]",
+        "as wide as the sample time bears",
     ),
     key(
         "identifier.bounds.b",
         "[min, max] with min above 0, rad/s² per command unit",
-        "[initial.b/10, 100 initial.b]",
+        "as wide as the sample time and the gains bear",
     ),
     key(
         "identifier.bounds.coulomb",
         "[min, max] with min of at least 0, rad/s²",
-        "from 0 to bounds.b's max times the smaller of limit and kp",
+        "from 0 to far beyond any servo; fixed, what plant_box and the command allow",
     ),
     key(
         "identifier.bounds.load",
         "[min, max], rad/s²",
-        "bounds.b's max times the smaller of limit and kp, to both sides",
+        "far beyond any servo to both sides; fixed, what plant_box and the command allow",
     ),
     key(
         "identifier.plant_box",
@@ -240,33 +244,66 @@ pub const KEYS: &[Key] = &[
         "required in plant_box",
     ),
     key(
+        "identifier.correction",
+        "{ kp, kd, ki }: the gains that pull the model to the servo (gradient, pd-gradient)",
+        "the controller's, which make the model loop the paper's; without one, from plant_box and \
+         bandwidth",
+    ),
+    key(
+        "identifier.correction.kp",
+        "a number above 0 and at most 1e9, command units per rad",
+        "required in correction",
+    ),
+    key(
+        "identifier.correction.kd",
+        "a number from 0 to 1e9, command units per rad/s",
+        "required in correction",
+    ),
+    key(
+        "identifier.correction.ki",
+        "a number from 0 to 1e9, command units per rad s",
+        "required in correction",
+    ),
+    key(
+        "identifier.bandwidth",
+        "a number above 0 and at most 0.5/sample_time, rad/s: of the position loop, right within a \
+         factor of four (gauss-newton, window; the gradient laws without controller and correction)",
+        "from what the first fit finds; gradient laws, 0.05/sample_time",
+    ),
+    key(
+        "identifier.max_speed",
+        "a number above 0, rad/s: the fastest that the servo can move; a larger jump of the position \
+         ends the run (gradient, pd-gradient, gauss-newton, window)",
+        "what the number format counts exactly in a sample",
+    ),
+    key(
         "identifier.uncertainty",
-        "{ a, b, coulomb, load }: standard deviations of the initial estimates (gauss-newton)",
-        "a factor of three",
+        "{ a, b, coulomb, load }: standard deviations of the initial estimates (gauss-newton, window)",
+        "nothing is known",
     ),
     key(
         "identifier.uncertainty.a",
         "a number above 0, 1/s",
-        "twice initial.a, at least initial.b kd",
+        "nothing is known",
     ),
     key(
         "identifier.uncertainty.b",
         "a number above 0, rad/s² per command unit",
-        "twice initial.b",
+        "nothing is known",
     ),
     key(
         "identifier.uncertainty.coulomb",
         "a number above 0, rad/s²",
-        "twice initial.coulomb, at least a tenth of initial.b times the command",
+        "nothing is known",
     ),
     key(
         "identifier.uncertainty.load",
         "a number above 0, rad/s²",
-        "twice initial.load, at least a tenth of initial.b times the command",
+        "nothing is known",
     ),
     key(
         "identifier.noise",
-        "a number above 0, rad: standard deviation of the position noise (gauss-newton)",
+        "a number above 0, rad: standard deviation of the position noise (gauss-newton, window)",
         "an encoder count over the square root of 12",
     ),
     key(
@@ -366,7 +403,7 @@ pub const KEYS: &[Key] = &[
     key(
         "log.reference",
         "the name of a column, rad",
-        "required in log",
+        "none; required without log.command",
     ),
     key(
         "log.position",
@@ -375,12 +412,13 @@ pub const KEYS: &[Key] = &[
     ),
     key(
         "log.command",
-        "the name of a column, command units: checked against the declared controller",
-        "not checked",
+        "the name of a column, command units: the whole command that acted from each row to the next",
+        "the declared controller's, computed again",
     ),
     key(
         "log.injection",
-        "the name of a column, command units: added to the command behind controller and limit",
+        "the name of a column, command units: what was added to the declared controller's command \
+         behind its limit",
         "none",
     ),
     key(

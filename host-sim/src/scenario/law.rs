@@ -1,34 +1,24 @@
 //! The laws: what each needs, what it finds and what closes its loop.
 
-use identifier_core::control::Gains;
-use identifier_core::identifier::Uncertainty;
+use identifier_core::ControllerSettings;
 use identifier_core::parameters::Parameter;
 
 /// What identifies the servo.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Law {
-    /// The Γ-gradient law (11) in the PID's loop.
-    Gradient(GradientSettings),
-    /// Recursive Gauss–Newton in the PID's loop.
-    GaussNewton(Uncertainty, WindowSettings),
-    /// Windowed Gauss–Newton in the PID's loop.
+    /// The Γ-gradient law (11).
+    Gradient,
+    /// Recursive Gauss–Newton.
+    GaussNewton(WindowSettings),
+    /// Windowed Gauss–Newton.
     Window(WindowSettings),
     /// The gradient's ancestor, in the loop of a PD controller: θ̂˙ = −Γ [q̇_e, k_d q̇_e − k_p e_e]ᵀ
     /// (μ ε + ε̇) (Garrido and Miranda, "Autotuning of a DC servomechanism using closed loop
     /// identification", IECON 2006). It assumes a servo without load and friction: a load leaves a
     /// constant ε that no integral takes over.
-    PdGradient(GradientSettings),
+    PdGradient,
     /// A method that is there for comparison.
     Baseline(Baseline, BaselineSettings),
-}
-
-/// What only the Γ-gradient law needs.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct GradientSettings {
-    /// Γ for the parameters in the user's order; none for the automatic one.
-    pub gamma: Option<Vec<Vec<f64>>>,
-    /// μ, 1/s; none for the automatic one.
-    pub mu: Option<f64>,
 }
 
 /// How a window is kept and fitted.
@@ -210,10 +200,10 @@ impl Law {
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
-            Self::Gradient(_) => "gradient",
-            Self::GaussNewton(..) => "gauss-newton",
+            Self::Gradient => "gradient",
+            Self::GaussNewton(_) => "gauss-newton",
             Self::Window(_) => "window",
-            Self::PdGradient(_) => "pd-gradient",
+            Self::PdGradient => "pd-gradient",
             Self::Baseline(baseline, _) => baseline.name(),
         }
     }
@@ -222,8 +212,8 @@ impl Law {
     #[must_use]
     pub fn closing(&self) -> Closing {
         match self {
-            Self::Gradient(_) | Self::GaussNewton(..) | Self::Window(_) => Closing::Pid,
-            Self::PdGradient(_) => Closing::Pd,
+            Self::Gradient | Self::GaussNewton(_) | Self::Window(_) => Closing::Pid,
+            Self::PdGradient => Closing::Pd,
             Self::Baseline(baseline, _) => baseline.closing(),
         }
     }
@@ -246,26 +236,39 @@ impl Law {
         )
     }
 
-    /// The gains of the loop that the law closes, from those of the scenario's controller.
-    pub(super) fn gains(&self, declared: &Gains) -> Gains {
-        let own = match (self.closing(), self) {
-            (Closing::Pd, _) => Gains::new(declared.kp(), declared.kd(), 0.0),
+    /// Whether it is a Γ-gradient law.
+    #[must_use]
+    pub fn is_gradient(&self) -> bool {
+        matches!(self, Self::Gradient | Self::PdGradient)
+    }
+
+    /// The controller of the loop that the law closes, from the declared one.
+    pub(super) fn controller(&self, declared: ControllerSettings) -> ControllerSettings {
+        match (self.closing(), self) {
+            (Closing::Pd, _) => ControllerSettings {
+                ki: 0.0,
+                ..declared
+            },
             (Closing::Proportional, Self::Baseline(_, settings)) => {
-                let low = BaselineSettings::LOW * declared.kp();
-                Gains::new(settings.proportional_gain.unwrap_or(low), 0.0, 0.0)
+                let low = BaselineSettings::LOW * declared.kp;
+                ControllerSettings {
+                    kp: settings.proportional_gain.unwrap_or(low),
+                    kd: 0.0,
+                    ki: 0.0,
+                    ..declared
+                }
             }
-            _ => return *declared,
-        };
-        own.unwrap_or(*declared)
+            _ => declared,
+        }
     }
 
     /// What a user must know beforehand, for a table.
     #[must_use]
     pub fn prior(&self) -> &'static str {
         match self {
-            Self::Gradient(_) => "box of a and b, gains of the PID",
-            Self::GaussNewton(..) | Self::Window(_) => "b within a factor of ten, gains of the PID",
-            Self::PdGradient(_) => "box of a and b, gains of the PD",
+            Self::Gradient => "box of a and b, gains of the PID",
+            Self::GaussNewton(_) | Self::Window(_) => "nothing",
+            Self::PdGradient => "box of a and b, gains of the PD",
             Self::Baseline(baseline, _) => match baseline {
                 Baseline::RelayLeastSquares => "a safe relay, bandwidth",
                 Baseline::ProportionalLeastSquares => "a safe low gain, bandwidth",
@@ -283,9 +286,9 @@ impl Law {
     #[must_use]
     pub fn source(&self) -> &'static str {
         match self {
-            Self::Gradient(_) => "the paper",
-            Self::GaussNewton(..) | Self::Window(_) => "this project",
-            Self::PdGradient(_) => "[7]",
+            Self::Gradient => "the paper",
+            Self::GaussNewton(_) | Self::Window(_) => "this project",
+            Self::PdGradient => "[7]",
             Self::Baseline(baseline, _) => match baseline {
                 Baseline::RelayLeastSquares => "[2], [14]",
                 Baseline::ProportionalLeastSquares => "[4]",

@@ -16,24 +16,25 @@ mod reference;
 mod set;
 mod source;
 pub mod tables;
-mod velocity;
+mod types;
 
 pub use error::ScenarioError;
-pub use law::{Baseline, BaselineSettings, Closing, GradientSettings, Law, WindowSettings};
+pub use law::{Baseline, BaselineSettings, Closing, Law, WindowSettings};
+pub(crate) use parts::place;
 pub use reference::{Reference, ReferenceState};
 pub use set::{ModelSet, WithSet};
-pub use velocity::WithVelocity;
+pub use types::{WithTypes, WithVelocity};
 
 use std::path::Path;
 
-use identifier_core::control::{CommandLimit, Gains};
 use identifier_core::excitation::Tone;
-use identifier_core::fixed_point::Ranges;
-use identifier_core::identifier::Bounds;
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Parameter;
-use identifier_core::stability::PlantBox;
 use identifier_core::units::Units;
+use identifier_core::{ControllerSettings, Settings};
+
+/// Why the parts can be relied on: a [`Scenario`] builds each of them once when it is read.
+pub(crate) const CHECKED: &str = "the scenario was checked when it was read";
 
 /// A validated scenario.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,14 +43,15 @@ pub struct Scenario {
     pub plant: Option<ServoParameters>,
     /// Encoder counts per revolution; none for an ideal sensor.
     pub counts_per_rev: Option<f64>,
-    /// The amplifier's limit.
-    pub limit: CommandLimit,
-    /// The controller that closes the loop.
-    pub controller: ControllerSettings,
+    /// What the core is told of loop and identifier, as far as the file states it;
+    /// [`Scenario::settings`] is the whole. A replay may have no controller.
+    pub stated: Settings,
+    /// The velocity estimate; the cut-off of a low-pass is in `stated`.
+    pub velocity: Velocity,
     /// The reference.
     pub excitation: ExcitationSettings,
-    /// The identifier.
-    pub identifier: IdentifierSettings,
+    /// What is identified, how, and in which numbers.
+    pub identifier: Identification,
     /// Length of the run, s.
     pub duration: f64,
     /// The columns of a log to replay.
@@ -85,34 +87,24 @@ pub enum Purpose {
 pub struct LogSettings {
     /// Time, s.
     pub time: String,
-    /// Reference position.
-    pub reference: String,
+    /// Reference position; a log with the command needs none.
+    pub reference: Option<String>,
     /// Measured position.
     pub position: String,
-    /// The recorded command, to be checked against the declared controller.
+    /// The command that acted, whatever it was made of. None: the declared controller's, computed
+    /// again.
     pub command: Option<String>,
-    /// A known signal added to the command behind the controller and its limit.
+    /// A known signal that was added to the declared controller's command behind its limit.
     pub injection: Option<String>,
     /// The longest gap, in missing samples, that may be bridged by straight lines.
     pub bridge: u32,
 }
 
-/// The PID and its sampling.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ControllerSettings {
-    /// Gains, SI.
-    pub gains: Gains,
-    /// Sample time and position unit.
-    pub units: Units,
-    /// The velocity estimate.
-    pub velocity: VelocitySettings,
-}
-
-/// The velocity estimate of the controller.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum VelocitySettings {
-    /// Low-pass derivative with a cut-off, rad/s.
-    LowPass(f64),
+/// The velocity estimates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Velocity {
+    /// Low-pass derivative.
+    LowPass,
     /// Backward difference.
     Difference,
     /// Averaged difference.
@@ -154,23 +146,15 @@ pub enum ExcitationSettings {
     None,
 }
 
-/// What identifies the servo.
+/// What is identified, how, and in which numbers.
 #[derive(Debug, Clone, PartialEq)]
-pub struct IdentifierSettings {
-    /// The law and what only it needs.
+pub struct Identification {
+    /// The law and what only the host needs to know of it.
     pub law: Law,
     /// The parameters to be estimated, in the user's order.
     pub parameters: Vec<Parameter>,
-    /// Initial estimates, SI; of a parameter that is not estimated, its known value.
-    pub initial: ServoParameters,
-    /// Box of the estimates.
-    pub bounds: Bounds,
-    /// Box of the servo, to be certified.
-    pub plant_box: Option<PlantBox>,
     /// The number format of the loop.
     pub arithmetic: Arithmetic,
-    /// What the signals stay within in fixed point; none for what follows from the loop.
-    pub ranges: Option<Ranges>,
 }
 
 /// The number format that the loop is computed in.
@@ -199,17 +183,38 @@ impl Arithmetic {
 impl Scenario {
     /// Puts an encoder on the servo, and its counts into the loop's units.
     pub fn set_encoder(&mut self, counts_per_rev: f64) {
-        let unit = std::f64::consts::TAU / counts_per_rev;
-        if let Ok(units) = Units::new(self.controller.units.sample_time(), unit) {
-            self.controller.units = units;
-            self.counts_per_rev = Some(counts_per_rev);
-        }
+        self.counts_per_rev = Some(counts_per_rev);
+        self.stated.resolution = std::f64::consts::TAU / counts_per_rev;
+    }
+
+    /// Sample time, s.
+    #[must_use]
+    pub fn sample_time(&self) -> f64 {
+        self.stated.sample_time
+    }
+
+    /// Sample time and position unit.
+    ///
+    /// # Panics
+    /// If one of them was changed to what is not allowed.
+    #[must_use]
+    pub fn units(&self) -> Units {
+        self.stated.units().expect(CHECKED)
+    }
+
+    /// The declared controller: a run has one.
+    ///
+    /// # Panics
+    /// For a replay that declares none.
+    #[must_use]
+    pub fn controller(&self) -> &ControllerSettings {
+        self.stated.controller.as_ref().expect(CHECKED)
     }
 
     /// The control samples of the run.
     #[must_use]
     pub fn samples(&self) -> u64 {
-        (self.duration / self.controller.units.sample_time()).round() as u64
+        (self.duration / self.sample_time()).round() as u64
     }
 
     /// Reads a scenario file.

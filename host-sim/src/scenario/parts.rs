@@ -1,122 +1,120 @@
-//! The parts of the core that a scenario describes.
+//! What the core is told of a scenario, and whether it takes it.
 
-use identifier_core::adaptation::{AutomaticGain, MatrixError, PositiveDefinite};
-use identifier_core::control::{Controller, Pid};
+use identifier_core::adaptation::AutomaticGain;
+use identifier_core::control::Controller;
 use identifier_core::excitation::Excitation;
-use identifier_core::identifier::{
-    GaussNewtonIdentifier, GradientIdentifier, GradientLaw, IdentifierConfig, IdentifierError,
-    Uncertainty, WindowIdentifier,
-};
+use identifier_core::identifier::IdentifierError;
+use identifier_core::interval::Interval;
 use identifier_core::measurement::velocity::VelocityEstimate;
-use identifier_core::number::Number;
-use identifier_core::parameters::ParameterSet;
-use identifier_core::stability::CertificateError;
+use identifier_core::parameters::{Parameter, ParameterSet};
+use identifier_core::settings::PerParameter;
+use identifier_core::stability::{CertificateError, PlantBox};
+use identifier_core::{ControllerSettings, Settings};
 
 use super::error::Fault;
-use super::{
-    Arithmetic, ControllerSettings, ExcitationSettings, GradientSettings, IdentifierSettings, Law,
-    Reference, Scenario, WithSet, WithVelocity, fixed,
-};
+use super::{Arithmetic, ExcitationSettings, Law, Reference, Scenario, WithTypes};
+use crate::experiment;
 
 impl Scenario {
     /// The scenario with the loop that its law closes in place of the declared one, where it has one
     /// of its own.
     #[must_use]
     pub fn in_own_loop(mut self) -> Self {
-        self.controller.gains = self.identifier.law.gains(&self.controller.gains);
+        let declared = self.stated.controller;
+        self.stated.controller = declared.map(|declared| self.identifier.law.controller(declared));
         self
     }
 
-    /// The controller with a velocity estimate.
-    #[must_use]
-    pub fn controller<N: Number, V: VelocityEstimate<N>>(&self, velocity: V) -> Controller<N, V> {
-        let ControllerSettings { gains, units, .. } = &self.controller;
-        Controller {
-            pid: Pid::new(units, gains, &self.limit),
-            velocity,
-        }
-    }
-
-    /// What every identifier is built from.
-    #[must_use]
-    pub fn identifier_config(&self) -> IdentifierConfig {
-        let ControllerSettings { gains, units, .. } = self.controller;
-        IdentifierConfig {
-            units,
-            gains,
-            limit: self.limit,
-            plant_box: self.identifier.plant_box,
-            initial: self.identifier.initial,
-            bounds: self.identifier.bounds,
-        }
-    }
-
-    /// The Γ-gradient law for a parameter set, Γ chosen from the box and the reference where none
-    /// is given.
+    /// What the core builds loop and identifier from in a run: see [`Scenario::settings_for`].
     ///
     /// # Errors
-    /// If no Γ can be chosen, or the one given is not positive definite.
-    pub fn gradient_law<S: ParameterSet<P>, const P: usize>(
-        &self,
-        settings: &GradientSettings,
-        reference: &impl Excitation<f64>,
-    ) -> Result<GradientLaw<P>, IdentifierError> {
-        let gamma = match &settings.gamma {
-            Some(gamma) => self.identifier.spread::<S, P>(gamma)?,
-            None => self.automatic_gamma::<S, P>(reference)?,
-        };
-        Ok(GradientLaw {
-            gamma,
-            mu: settings.mu,
-            frozen: self.identifier.frozen::<S, P>(),
-        })
+    /// If the reference is not allowed, or no Γ can be chosen.
+    pub fn settings(&self) -> Result<Settings, IdentifierError> {
+        let reference = Reference::new(&self.stated.units()?, &self.excitation)?;
+        self.settings_for(Some(&reference))
     }
 
-    fn automatic_gamma<S: ParameterSet<P>, const P: usize>(
+    /// What the core builds loop and identifier from: what the file states, what is not to be
+    /// estimated as known, and for the gradient laws a Γ chosen from box and reference where none is
+    /// stated.
+    ///
+    /// # Errors
+    /// If no Γ can be chosen.
+    pub fn settings_for(
         &self,
+        reference: Option<&impl Excitation<f64>>,
+    ) -> Result<Settings, IdentifierError> {
+        let mut settings = self.stated;
+        settings.identifier.known =
+            PerParameter::from_fn(|parameter| self.identifier.is_known(parameter));
+        if self.identifier.arithmetic == Arithmetic::Fixed {
+            bound_by_the_box(&mut settings);
+        }
+        if let Some(reference) = reference
+            && self.identifier.law.is_gradient()
+            && settings.identifier.gamma.is_none()
+        {
+            let gamma = self.automatic_gamma(&settings, reference)?;
+            settings.identifier.gamma = Some(gamma);
+        }
+        Ok(settings)
+    }
+
+    /// Γ over all four parameters; of what the model has not got, a one that nobody looks at.
+    fn automatic_gamma(
+        &self,
+        settings: &Settings,
         reference: &impl Excitation<f64>,
-    ) -> Result<PositiveDefinite<P>, IdentifierError> {
+    ) -> Result<[[f64; 4]; 4], IdentifierError> {
         /// Time for which the reference is played, s, and the most samples of it.
         const PLAYED: (f64, f64) = (10.0, 200_000.0);
 
-        struct Choose<'a, S, E, const P: usize> {
-            scenario: &'a Scenario,
+        struct Choose<'a, E> {
             automatic: AutomaticGain,
+            /// A loop that somebody else closes is taken to be like the correction's.
+            loop_settings: Settings,
             reference: &'a E,
-            set: std::marker::PhantomData<S>,
         }
 
-        impl<S: ParameterSet<P>, E: Excitation<f64>, const P: usize> WithVelocity<f64>
-            for Choose<'_, S, E, P>
-        {
-            type Output = Result<PositiveDefinite<P>, MatrixError>;
+        impl<E: Excitation<f64>> WithTypes<f64> for Choose<'_, E> {
+            type Output = Result<[[f64; 4]; 4], IdentifierError>;
 
-            fn with<V: VelocityEstimate<f64> + 'static>(self, velocity: V) -> Self::Output {
-                let controller = self.scenario.controller(velocity);
-                self.automatic
-                    .gamma::<S, V, _, P>(&controller, self.reference)
+            fn with<V, S, const P: usize>(self) -> Self::Output
+            where
+                V: VelocityEstimate<f64> + 'static,
+                S: ParameterSet<P> + 'static,
+            {
+                let controller: Controller<f64, V> = self.loop_settings.build()?;
+                let gamma = self
+                    .automatic
+                    .gamma::<S, V, _, P>(&controller, self.reference)?;
+                let mut spread = identity();
+                for (i, row) in gamma.entries().iter().enumerate() {
+                    for (j, &entry) in row.iter().enumerate() {
+                        spread[place(S::PARAMETERS[i])][place(S::PARAMETERS[j])] = entry;
+                    }
+                }
+                Ok(spread)
             }
         }
 
-        let ControllerSettings {
-            gains,
-            units,
-            velocity,
-        } = &self.controller;
+        let units = settings.units()?;
+        let gains = settings.correction_gains()?;
         let (time, most) = PLAYED;
-        let automatic = AutomaticGain {
-            units: *units,
-            plant_box: self.identifier_config().assumed_box(),
-            kd: gains.kd(),
-            samples: (time / units.sample_time()).min(most) as u32,
-        };
-        let work = Choose {
-            scenario: self,
-            automatic,
+        let like_the_correction = ControllerSettings::pid(gains.kp(), gains.kd(), gains.ki());
+        self.with_types(Choose {
+            automatic: AutomaticGain {
+                units,
+                plant_box: assumed_box(settings)?,
+                kd: gains.kd(),
+                samples: (time / units.sample_time()).min(most) as u32,
+            },
+            loop_settings: Settings {
+                controller: settings.controller.or(Some(like_the_correction)),
+                ..*settings
+            },
             reference,
-            set: std::marker::PhantomData::<S>,
-        };
-        Ok(velocity.with(units, work)??)
+        })
     }
 
     /// Whether every part can be built from these settings, as is checked when a file is read.
@@ -130,57 +128,24 @@ impl Scenario {
     /// # Errors
     /// What cannot be built.
     pub fn buildable(&self) -> Result<(), String> {
-        self.try_parts()
-            .map_err(|Fault { key, fault }| format!("{key}: {fault}"))
+        self.try_parts().map_err(|fault| fault.to_string())
     }
 
     /// The scenario with Γ stated where it would be chosen: it follows from the box and the
     /// reference, so many servos of one box can share it. Where none can be chosen it stays as it is.
     #[must_use]
     pub fn with_gamma_chosen(mut self) -> Self {
-        struct Choose<'a>(&'a Scenario, &'a GradientSettings);
-
-        impl WithSet for Choose<'_> {
-            type Output = Option<Vec<Vec<f64>>>;
-
-            fn with<S: ParameterSet<P> + 'static, const P: usize, const Q: usize>(
-                self,
-            ) -> Self::Output {
-                let Self(scenario, settings) = self;
-                let units = &scenario.controller.units;
-                let reference = Reference::<f64>::new(units, &scenario.excitation).ok()?;
-                let law = scenario.gradient_law::<S, P>(settings, &reference).ok()?;
-                let entries = law.gamma.entries();
-                let place = |wanted| S::PARAMETERS.iter().position(|&own| own == wanted);
-                let own = &scenario.identifier.parameters;
-                own.iter()
-                    .map(|&row| {
-                        own.iter()
-                            .map(|&column| Some(entries[place(row)?][place(column)?]))
-                            .collect()
-                    })
-                    .collect()
-            }
-        }
-
-        let gamma = match &self.identifier.law {
-            Law::Gradient(settings) | Law::PdGradient(settings) if settings.gamma.is_none() => {
-                self.identifier.model_set().with(Choose(&self, settings))
-            }
-            _ => None,
-        };
-        if let (Some(gamma), Law::Gradient(settings) | Law::PdGradient(settings)) =
-            (gamma, &mut self.identifier.law)
-        {
-            settings.gamma = Some(gamma);
+        if let Ok(settings) = self.settings() {
+            self.stated.identifier.gamma = settings.identifier.gamma;
         }
         self
     }
 
     /// Builds every part once, so that nothing can fail after output has begun.
     pub(super) fn try_parts(&self) -> Result<(), Fault> {
-        let units = &self.controller.units;
-        let reference = Reference::<f64>::new(units, &self.excitation).map_err(|error| {
+        let fault = |error: IdentifierError| self.fault(&error);
+        let units = self.stated.units().map_err(|error| fault(error.into()))?;
+        Reference::<f64>::new(&units, &self.excitation).map_err(|error| {
             let multisine = matches!(self.excitation, ExcitationSettings::Multisine(_));
             let key = match error.parameter {
                 "tones" | "frequency" => "frequencies",
@@ -199,146 +164,116 @@ impl Scenario {
                 Fault::new(format!("identifier.{key}"), error)
             });
         }
-        // The filter first: choosing Γ needs it.
-        let cutoff = |error| Fault::new("controller.velocity_filter.cutoff", error);
-        let velocity = &self.controller.velocity;
-        velocity.with(units, Built).map_err(cutoff)?;
-        let fault = |error| Fault::new(key_of(&error, &self.identifier.law), error);
+        let settings = self.settings().map_err(fault)?;
         if self.identifier.arithmetic == Arithmetic::Fixed {
-            fixed::check(self).map_err(fault)?;
+            return experiment::check_words(self, &settings).map_err(fault);
         }
-        let work = Build {
-            scenario: self,
-            reference: &reference,
+        self.with_types(TryController(&settings)).map_err(fault)?;
+        experiment::learner::<f64>(self, &settings)
+            .map(|_| ())
+            .map_err(fault)
+    }
+
+    /// An error of the core at the key that it is best mended at.
+    pub(crate) fn fault(&self, error: &IdentifierError) -> Fault {
+        Fault::new(self.key_of(error), error)
+    }
+
+    fn key_of(&self, error: &IdentifierError) -> String {
+        let given = &self.stated.identifier;
+        let gains = match given.correction {
+            Some(_) => "identifier.correction",
+            None => "controller",
         };
-        self.identifier.model_set().with(work).map_err(fault)
+        match error {
+            IdentifierError::Range(error) => match error.parameter {
+                "alpha_min" => format!("{gains}.kd"),
+                parameter @ ("kp" | "kd" | "ki") => format!("{gains}.{parameter}"),
+                "cutoff" => "controller.velocity_filter.cutoff".to_owned(),
+                "sample_time" => "controller.sample_time".to_owned(),
+                "resolution" => "encoder.counts_per_rev".to_owned(),
+                "limit" | "limit_low" | "limit_high" => "amplifier.limit".to_owned(),
+                "a_min" => "identifier.plant_box.a".to_owned(),
+                "b_min" => "identifier.plant_box.b".to_owned(),
+                parameter => format!("identifier.{parameter}"),
+            },
+            IdentifierError::NotGiven {
+                setting: "controller",
+            } => "controller".to_owned(),
+            IdentifierError::NotGiven { setting } => format!("identifier.{setting}"),
+            IdentifierError::Certificate(CertificateError::ProportionalGainTooSmall { .. }) => {
+                format!("{gains}.kp")
+            }
+            IdentifierError::Certificate(_) if given.mu.is_some() => "identifier.mu".to_owned(),
+            IdentifierError::Certificate(_) => "identifier.plant_box".to_owned(),
+            IdentifierError::SampledLoop(_) => "controller.sample_time".to_owned(),
+            IdentifierError::Estimate(_) => "identifier.bounds.b".to_owned(),
+            _ => "identifier.gamma".to_owned(),
+        }
     }
 }
 
-impl IdentifierSettings {
-    /// Which parameters of a set are known.
-    #[must_use]
-    pub fn frozen<S: ParameterSet<P>, const P: usize>(&self) -> [bool; P] {
-        S::PARAMETERS.map(|parameter| self.is_frozen(parameter))
+/// Words have to know what friction and load stay within. Where nobody says it, a box does: a command
+/// of the limit, or of an error of one, makes no larger acceleration of any servo in it.
+fn bound_by_the_box(settings: &mut Settings) {
+    let (Some(within), Some(controller)) = (settings.identifier.plant_box, settings.controller)
+    else {
+        return;
+    };
+    let [low, high] = controller.limit;
+    let most = within.b[1] * controller.kp.min(high).min(-low);
+    let bounds = &mut settings.identifier.bounds;
+    bounds.coulomb.get_or_insert([0.0, most]);
+    bounds.load.get_or_insert([-most, most]);
+}
+
+/// The row and column of a parameter in a matrix over all four.
+pub(crate) fn place(parameter: Parameter) -> usize {
+    match parameter {
+        Parameter::A => 0,
+        Parameter::B => 1,
+        Parameter::Coulomb => 2,
+        Parameter::Load => 3,
     }
+}
 
-    /// A matrix over the user's parameters as one over a set; a parameter that is not estimated
-    /// gets a one that the law does not use.
-    fn spread<S: ParameterSet<P>, const P: usize>(
-        &self,
-        entries: &[Vec<f64>],
-    ) -> Result<PositiveDefinite<P>, MatrixError> {
-        let place = S::PARAMETERS.map(|p| self.parameters.iter().position(|&own| own == p));
-        PositiveDefinite::new(std::array::from_fn(|i| {
-            std::array::from_fn(|j| match (place[i], place[j]) {
-                (Some(row), Some(column)) => entries[row][column],
-                _ if i == j => 1.0,
-                _ => 0.0,
-            })
-        }))
+/// The matrix of which nothing is stated yet.
+pub(super) fn identity() -> [[f64; 4]; 4] {
+    std::array::from_fn(|i| std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 }))
+}
+
+/// The box that Γ is chosen for: the stated one, or the servo of the initial estimates.
+fn assumed_box(settings: &Settings) -> Result<PlantBox, IdentifierError> {
+    let given = &settings.identifier;
+    let side = |name, [min, max]: [f64; 2]| Interval::new(name, min, max);
+    if let Some(within) = given.plant_box {
+        let (a, b) = (
+            side("plant_box.a", within.a)?,
+            side("plant_box.b", within.b)?,
+        );
+        return Ok(PlantBox::new(a, b)?);
     }
+    let b = given.initial.b.ok_or(IdentifierError::NotGiven {
+        setting: "initial.b",
+    })?;
+    let a = given.initial.a.unwrap_or(0.0).max(0.0);
+    Ok(PlantBox::new(
+        side("initial.a", [a, a])?,
+        side("initial.b", [b, b])?,
+    )?)
 }
 
-/// Only the velocity estimate.
-struct Built;
+/// Only the controller.
+struct TryController<'a>(&'a Settings);
 
-impl WithVelocity<f64> for Built {
-    type Output = ();
-
-    fn with<V: VelocityEstimate<f64> + 'static>(self, _: V) {}
-}
-
-/// A whole identifier.
-struct Build<'a> {
-    scenario: &'a Scenario,
-    reference: &'a Reference<f64>,
-}
-
-impl WithSet for Build<'_> {
+impl WithTypes<f64> for TryController<'_> {
     type Output = Result<(), IdentifierError>;
 
-    fn with<S: ParameterSet<P> + 'static, const P: usize, const Q: usize>(self) -> Self::Output {
-        struct Inner<'a, S, const P: usize, const Q: usize>(
-            &'a Scenario,
-            Option<GradientLaw<P>>,
-            std::marker::PhantomData<S>,
-        );
-
-        impl<S: ParameterSet<P>, const P: usize, const Q: usize> WithVelocity<f64> for Inner<'_, S, P, Q> {
-            type Output = Result<(), IdentifierError>;
-
-            fn with<V: VelocityEstimate<f64> + 'static>(self, velocity: V) -> Self::Output {
-                let Self(scenario, law, _) = self;
-                let config = scenario.identifier_config();
-                let frozen = scenario.identifier.frozen::<S, P>();
-                match (law, &scenario.identifier.law) {
-                    (Some(law), _) => {
-                        GradientIdentifier::<f64, V, S, P>::new(&config, &law, velocity)?;
-                    }
-                    (None, Law::GaussNewton(uncertainty, _)) => {
-                        GaussNewtonIdentifier::<f64, V, S, P>::new(
-                            &config,
-                            uncertainty,
-                            frozen,
-                            velocity,
-                        )?;
-                        WindowIdentifier::<f64, V, S, P, Q>::new(
-                            &config,
-                            uncertainty,
-                            frozen,
-                            velocity,
-                        )?;
-                    }
-                    (None, Law::Window(_)) => {
-                        let unstated = &Uncertainty::UNSTATED;
-                        WindowIdentifier::<f64, V, S, P, Q>::new(
-                            &config, unstated, frozen, velocity,
-                        )?;
-                    }
-                    _ => {}
-                }
-                Ok(())
-            }
-        }
-
-        let Self {
-            scenario,
-            reference,
-        } = self;
-        let law = match &scenario.identifier.law {
-            Law::Gradient(settings) | Law::PdGradient(settings) => {
-                Some(scenario.gradient_law::<S, P>(settings, reference)?)
-            }
-            _ => None,
-        };
-        let ControllerSettings {
-            units, velocity, ..
-        } = &scenario.controller;
-        velocity.with(
-            units,
-            Inner::<S, P, Q>(scenario, law, std::marker::PhantomData),
-        )?
-    }
-}
-
-/// The key that an identifier's error is best mended at.
-fn key_of(error: &IdentifierError, law: &Law) -> String {
-    let states_mu = matches!(
-        law,
-        Law::Gradient(settings) | Law::PdGradient(settings) if settings.mu.is_some()
-    );
-    match error {
-        IdentifierError::Range(error) => match error.parameter {
-            "alpha_min" => "controller.kd".to_owned(),
-            "sample_time" => "controller.sample_time".to_owned(),
-            parameter => format!("identifier.{parameter}"),
-        },
-        IdentifierError::Certificate(CertificateError::ProportionalGainTooSmall { .. }) => {
-            "controller.kp".to_owned()
-        }
-        IdentifierError::Certificate(_) if states_mu => "identifier.mu".to_owned(),
-        IdentifierError::Certificate(_) => "identifier.plant_box".to_owned(),
-        IdentifierError::SampledLoop(_) => "controller.sample_time".to_owned(),
-        _ => "identifier.gamma".to_owned(),
+    fn with<V, S, const P: usize>(self) -> Self::Output
+    where
+        V: VelocityEstimate<f64> + 'static,
+        S: ParameterSet<P> + 'static,
+    {
+        self.0.build::<Controller<f64, V>>().map(|_| ())
     }
 }

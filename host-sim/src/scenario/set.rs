@@ -1,9 +1,8 @@
 //! The parameters of the model, chosen at run time.
 
-use identifier_core::model::ServoParameters;
 use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, AbLoad, Parameter, ParameterSet};
 
-use super::{IdentifierSettings, Law, Scenario};
+use super::{Identification, Law, Scenario};
 
 /// The core's parameter sets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,65 +19,69 @@ pub trait WithSet {
     /// Its result.
     type Output;
 
-    /// Does it, for the P parameters of S; Q counts the two initial states besides.
-    fn with<S: ParameterSet<P> + 'static, const P: usize, const Q: usize>(self) -> Self::Output;
+    /// Does it, for the P parameters of S.
+    fn with<S: ParameterSet<P> + 'static, const P: usize>(self) -> Self::Output;
 }
 
 impl ModelSet {
     /// Does a computation with this set.
     pub fn with<W: WithSet>(self, work: W) -> W::Output {
         match self {
-            Self::Ab => work.with::<Ab, 2, 4>(),
-            Self::AbCoulomb => work.with::<AbCoulomb, 3, 5>(),
-            Self::AbLoad => work.with::<AbLoad, 3, 5>(),
-            Self::AbCoulombLoad => work.with::<AbCoulombLoad, 4, 6>(),
+            Self::Ab => work.with::<Ab, 2>(),
+            Self::AbCoulomb => work.with::<AbCoulomb, 3>(),
+            Self::AbLoad => work.with::<AbLoad, 3>(),
+            Self::AbCoulombLoad => work.with::<AbCoulombLoad, 4>(),
         }
     }
 }
 
-impl IdentifierSettings {
-    /// Whether a parameter is estimated.
+impl Identification {
+    /// Whether the user asks for a parameter.
     #[must_use]
     pub fn estimates(&self, parameter: Parameter) -> bool {
         self.parameters.contains(&parameter)
     }
 
     /// Whether a parameter of the model stays at its initial value. The Gauss–Newton laws always find
-    /// the load: what the integral takes over only slowly would bias their first seconds.
+    /// the load: nothing else in them would account for it.
     #[must_use]
-    pub fn is_frozen(&self, parameter: Parameter) -> bool {
-        let finds_load = matches!(self.law, Law::GaussNewton(..) | Law::Window(_))
+    pub fn is_known(&self, parameter: Parameter) -> bool {
+        let finds_load = matches!(self.law, Law::GaussNewton(_) | Law::Window(_))
             && parameter == Parameter::Load;
         !self.estimates(parameter) && !finds_load
     }
+}
 
+impl Scenario {
     /// The smallest set that holds every parameter that is estimated or known to be there.
     #[must_use]
     pub fn model_set(&self) -> ModelSet {
-        let ServoParameters { coulomb, load, .. } = self.initial;
-        let has_coulomb = !self.is_frozen(Parameter::Coulomb) || coulomb > 0.0;
-        let has_load = !self.is_frozen(Parameter::Load) || load != 0.0;
-        match (has_coulomb, has_load) {
+        let has = |parameter| {
+            let known = self.stated.identifier.initial.of(parameter);
+            !self.identifier.is_known(parameter) || known.is_some_and(|value| value != 0.0)
+        };
+        match (has(Parameter::Coulomb), has(Parameter::Load)) {
             (false, false) => ModelSet::Ab,
             (true, false) => ModelSet::AbCoulomb,
             (false, true) => ModelSet::AbLoad,
             (true, true) => ModelSet::AbCoulombLoad,
         }
     }
-}
 
-impl Scenario {
     /// The parameters that a run of this scenario finds: those that the user chose, and the load
-    /// where the law or the integral finds it besides.
+    /// where the law or the integral of its correction finds it besides.
     #[must_use]
     pub fn estimated(&self) -> Vec<Parameter> {
-        let identifier = &self.identifier;
-        let mut found = identifier.parameters.clone();
-        if matches!(identifier.law, Law::Baseline(..)) {
+        let mut found = self.identifier.parameters.clone();
+        if matches!(self.identifier.law, Law::Baseline(..)) {
             return found;
         }
-        let by_integral = self.controller.gains.ki() > 0.0;
-        let finds_load = by_integral || !identifier.is_frozen(Parameter::Load);
+        let by_integral = || {
+            let gains = self.stated.correction_gains();
+            gains.is_ok_and(|gains| gains.ki() > 0.0)
+        };
+        let finds_load = !self.identifier.is_known(Parameter::Load)
+            || self.identifier.law.is_gradient() && by_integral();
         if finds_load && !found.contains(&Parameter::Load) {
             found.push(Parameter::Load);
         }

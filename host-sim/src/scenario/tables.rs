@@ -19,8 +19,7 @@ pub struct Tables {
     pub encoder: Option<Encoder>,
     #[serde(default)]
     pub amplifier: Amplifier,
-    #[serde(default)]
-    pub controller: Controller,
+    pub controller: Option<Controller>,
     #[serde(default)]
     pub excitation: Excitation,
     #[serde(default)]
@@ -203,6 +202,9 @@ pub struct Identifier {
     pub initial: Initial,
     pub bounds: Option<Bounds>,
     pub plant_box: Option<PlantBox>,
+    pub correction: Option<Correction>,
+    pub bandwidth: Option<f64>,
+    pub max_speed: Option<f64>,
     pub arithmetic: Arithmetic,
     pub ranges: Option<FixedRanges>,
     pub uncertainty: Option<Uncertainty>,
@@ -287,28 +289,17 @@ pub enum Arithmetic {
 }
 
 /// `initial`
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 #[expect(
     missing_docs,
     reason = "the fields are the keys of the scenario file, see `keys`"
 )]
 pub struct Initial {
-    pub a: f64,
-    pub b: f64,
-    pub coulomb: f64,
-    pub load: f64,
-}
-
-impl Default for Initial {
-    fn default() -> Self {
-        Self {
-            a: 0.0,
-            b: 50.0,
-            coulomb: 0.0,
-            load: 0.0,
-        }
-    }
+    pub a: Option<f64>,
+    pub b: Option<f64>,
+    pub coulomb: Option<f64>,
+    pub load: Option<f64>,
 }
 
 /// `bounds`
@@ -323,6 +314,19 @@ pub struct Bounds {
     pub b: Option<[f64; 2]>,
     pub coulomb: Option<[f64; 2]>,
     pub load: Option<[f64; 2]>,
+}
+
+/// `correction`
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(
+    missing_docs,
+    reason = "the fields are the keys of the scenario file, see `keys`"
+)]
+pub struct Correction {
+    pub kp: f64,
+    pub kd: f64,
+    pub ki: f64,
 }
 
 /// `ranges`
@@ -361,7 +365,7 @@ pub struct Uncertainty {
 )]
 pub struct Log {
     pub time: String,
-    pub reference: String,
+    pub reference: Option<String>,
     pub position: String,
     pub command: Option<String>,
     pub injection: Option<String>,

@@ -19,14 +19,11 @@ pub fn draw(base: &Scenario, seed: u32, index: u32) -> Scenario {
     };
     let mut source = NormalSource::new(mixed(seed, index));
     let mut uniform = |low: f64, high: f64| low + (high - low) * source.next_uniform();
-    let ((a_min, a_max), (b_min, b_max)) = match &base.identifier.plant_box {
-        Some(within) => (
-            (within.a().min(), within.a().max()),
-            (within.b().min(), within.b().max()),
-        ),
+    let ([a_min, a_max], [b_min, b_max]) = match base.stated.identifier.plant_box {
+        Some(within) => (within.a, within.b),
         None => (
-            (0.0, FACTOR * servo.a),
-            (servo.b / FACTOR, FACTOR * servo.b),
+            [0.0, FACTOR * servo.a],
+            [servo.b / FACTOR, FACTOR * servo.b],
         ),
     };
     scenario.plant = Some(ServoParameters {

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use crate::experiment;
 use crate::report::{Status, Summariser};
-use crate::scenario::Scenario;
+use crate::scenario::{CHECKED, Scenario};
 
 /// What became of one servo.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,7 +81,7 @@ fn run(scenario: &Scenario, index: u32) -> Run {
     };
     Run {
         index,
-        truth: scenario.plant.expect(experiment::CHECKED),
+        truth: scenario.plant.expect(CHECKED),
         status: summary.status,
         found: ServoParameters {
             a: of(Parameter::A),

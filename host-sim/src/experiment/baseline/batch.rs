@@ -1,14 +1,14 @@
 use identifier_core::adaptation::NormalEquations;
 use identifier_core::baseline::{Filtered, StateVariableFilter};
-use identifier_core::control::{ControlSample, ControlState};
+use identifier_core::error::StepError;
+use identifier_core::identifier::Seen;
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
 use identifier_core::units::Units;
 
 use super::NO_ESTIMATE;
-use crate::experiment::build::CHECKED;
-use crate::experiment::learner::{Given, Learner, Seen};
-use crate::scenario::BaselineSettings;
+use crate::experiment::learner::Learner;
+use crate::scenario::{BaselineSettings, CHECKED};
 
 /// Off-line least squares of q̈_f = −a q̇_f + b u_f over all samples so far, in double precision:
 /// what Adam and Guestrin do after an experiment in a proportional loop of low gain
@@ -36,15 +36,14 @@ impl BatchLeastSquares {
     }
 }
 
-impl<N: Number, F> Learner<N, F> for BatchLeastSquares {
-    fn process(&mut self, _: &Given<N, F>, real: &ControlSample<N>) -> Seen<N> {
-        self.filter
-            .process(&mut self.motion, real.increment.to_f64());
+impl<N: Number> Learner<N> for BatchLeastSquares {
+    fn learn(&mut self, increment: N, command: N) -> Result<Option<Seen<N>>, StepError> {
+        self.filter.process(&mut self.motion, increment.to_f64());
         self.filter.process(&mut self.drive, self.command);
         self.equations
             .add(&[-self.motion.value, self.drive.value], self.motion.rate);
-        self.command = (real.command + real.injection).to_f64();
-        Seen::nothing()
+        self.command = command.to_f64();
+        Ok(None)
     }
 
     fn estimates(&self) -> ServoParameters {
@@ -61,9 +60,5 @@ impl<N: Number, F> Learner<N, F> for BatchLeastSquares {
         }
     }
 
-    fn standard_errors(&self) -> Option<ServoParameters> {
-        None
-    }
-
-    fn join(&mut self, _: &ControlState<N, F>) {}
+    fn join(&mut self, _: N) {}
 }

@@ -1,10 +1,11 @@
 use identifier_core::baseline::DirectEstimator;
-use identifier_core::control::{ControlSample, ControlState};
+use identifier_core::error::StepError;
+use identifier_core::identifier::Seen;
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
 
 use super::NO_ESTIMATE;
-use crate::experiment::learner::{Given, Learner, Seen};
+use crate::experiment::learner::Learner;
 
 /// A direct estimator beside a controller.
 pub(super) struct DirectLearner<N: Number, E: DirectEstimator<N>> {
@@ -21,23 +22,16 @@ impl<N: Number, E: DirectEstimator<N>> DirectLearner<N, E> {
     }
 }
 
-impl<N: Number, F, E: DirectEstimator<N>> Learner<N, F> for DirectLearner<N, E> {
-    fn process(&mut self, _: &Given<N, F>, real: &ControlSample<N>) -> Seen<N> {
-        let command = real.command + real.injection;
-        self.estimator
-            .process(&mut self.state, real.increment, command);
-        Seen::nothing()
+impl<N: Number, E: DirectEstimator<N>> Learner<N> for DirectLearner<N, E> {
+    fn learn(&mut self, increment: N, command: N) -> Result<Option<Seen<N>>, StepError> {
+        self.estimator.process(&mut self.state, increment, command);
+        Ok(None)
     }
 
     fn estimates(&self) -> ServoParameters {
         self.estimator.estimates(&self.state).unwrap_or(NO_ESTIMATE)
     }
 
-    fn standard_errors(&self) -> Option<ServoParameters> {
-        None
-    }
-
-    /// A log that begins again goes on for it: the jump of the position is in the first increment,
-    /// which the controller's state has already left behind.
-    fn join(&mut self, _: &ControlState<N, F>) {}
+    /// A log that begins again goes on for it.
+    fn join(&mut self, _: N) {}
 }

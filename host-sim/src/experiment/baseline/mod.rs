@@ -10,10 +10,9 @@ use identifier_core::baseline::{ClosedLoopArx, DirectEstimator, MechanicalLeastS
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
 
-use super::build::CHECKED;
 use super::learner::Learner;
 use super::{Outcome, Sample};
-use crate::scenario::{Baseline, BaselineSettings, Scenario};
+use crate::scenario::{Baseline, BaselineSettings, CHECKED, Scenario};
 use batch::BatchLeastSquares;
 use direct::DirectLearner;
 
@@ -26,22 +25,22 @@ pub(crate) const NO_ESTIMATE: ServoParameters = ServoParameters {
 };
 
 /// A baseline that learns beside whatever controller runs.
-pub(super) fn learner<N: Number, F: 'static>(
+pub(super) fn learner<N: Number>(
     scenario: &Scenario,
     baseline: Baseline,
     settings: &BaselineSettings,
-) -> Box<dyn Learner<N, F>> {
-    let units = &scenario.controller.units;
+) -> Box<dyn Learner<N>> {
+    let units = &scenario.units();
     let config = scenario.least_squares(settings);
     match baseline {
         Baseline::ClosedLoopArx => {
-            boxed::<N, F, _>(ClosedLoopArx::new(units, &config).expect(CHECKED))
+            boxed::<N, _>(ClosedLoopArx::new(units, &config).expect(CHECKED))
         }
         Baseline::MechanicalLeastSquares => {
-            boxed::<N, F, _>(MechanicalLeastSquares::new(units, &config).expect(CHECKED))
+            boxed::<N, _>(MechanicalLeastSquares::new(units, &config).expect(CHECKED))
         }
         Baseline::MultiStepLeastSquares => {
-            boxed::<N, F, _>(scenario.multi_step(settings).expect(CHECKED))
+            boxed::<N, _>(scenario.multi_step(settings).expect(CHECKED))
         }
         Baseline::ProportionalLeastSquares => Box::new(BatchLeastSquares::new(units, settings)),
         Baseline::RelayLeastSquares
@@ -51,9 +50,7 @@ pub(super) fn learner<N: Number, F: 'static>(
     }
 }
 
-fn boxed<N: Number, F: 'static, E: DirectEstimator<N> + 'static>(
-    estimator: E,
-) -> Box<dyn Learner<N, F>> {
+fn boxed<N: Number, E: DirectEstimator<N> + 'static>(estimator: E) -> Box<dyn Learner<N>> {
     Box::new(DirectLearner::new(estimator))
 }
 

@@ -8,15 +8,15 @@ use identifier_core::baseline::{
     RelayCycleState, RelayState, TwoRelays, TwoRelaysState,
 };
 use identifier_core::excitation::Excitation;
-use identifier_core::measurement::origin::Origin;
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
 
 use super::NO_ESTIMATE;
-use crate::experiment::build::CHECKED;
+use crate::experiment::sensor::Sensor;
 use crate::experiment::{Outcome, Sample};
-use crate::scenario::{Arithmetic, Baseline, BaselineSettings, Reference, Scenario};
-use virtual_servo::{Encoder, Plant};
+use crate::scenario::{Arithmetic, Baseline, BaselineSettings, CHECKED, Reference, Scenario};
+use identifier_core::settings::PerParameter;
+use virtual_servo::Plant;
 
 pub(super) fn run(
     scenario: &Scenario,
@@ -45,16 +45,13 @@ pub(super) fn run_in<N: Number>(
     around: &mut dyn FnMut(&mut dyn FnMut() -> N) -> N,
 ) -> Outcome {
     let mut method = method::<N>(scenario, baseline, settings);
-    let units = &scenario.controller.units;
+    let units = &scenario.units();
     let sample_time = units.sample_time();
     let position_unit = units.position_unit();
     let reference = Reference::<N>::new(units, &scenario.excitation).expect(CHECKED);
-    let encoder = scenario.counts_per_rev.map(Encoder::new);
-    let origin = Origin::default();
-
+    let mut sensor = Sensor::new(scenario);
     let mut plant = Plant::at_rest(&scenario.plant.expect(CHECKED), sample_time);
     let mut reference_state = reference.start();
-    let mut last = N::ZERO;
     let mut outcome = Outcome::default();
     for k in 0..scenario.samples() {
         let wanted = if method.follows() {
@@ -62,22 +59,19 @@ pub(super) fn run_in<N: Number>(
         } else {
             N::ZERO
         };
-        let position: N = match &encoder {
-            Some(encoder) => origin.position(encoder.read(plant.position)),
-            None => N::from_f64(plant.position * units.position()),
-        };
-        let (increment, error) = (position - last, wanted - position);
+        let measured = sensor.read(plant.position, wanted);
+        let (increment, error) = (measured.increment, measured.error);
         let command = around(&mut || method.process(increment, error)).to_f64();
-        last = position;
-        outcome.samples += 1;
+        outcome.count(None);
         observe(&Sample {
             time: k as f64 * sample_time,
             reference: wanted.to_f64() * position_unit,
-            position: position.to_f64() * position_unit,
+            position: measured.position * position_unit,
             command,
             output_error: None,
             estimates: method.estimates().unwrap_or(NO_ESTIMATE),
             standard_errors: None,
+            at_bounds: PerParameter::default(),
         });
         plant.advance(command);
     }
@@ -110,7 +104,7 @@ fn method<N: Number>(
     baseline: Baseline,
     settings: &BaselineSettings,
 ) -> Box<dyn Method<N>> {
-    let units = &scenario.controller.units;
+    let units = &scenario.units();
     let relay = |part: f64| {
         scenario
             .relay::<N>(part * settings.relay, settings)

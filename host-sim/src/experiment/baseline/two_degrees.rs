@@ -11,15 +11,15 @@
 use identifier_core::adaptation::NormalEquations;
 use identifier_core::baseline::{Filtered, StateVariableFilter};
 use identifier_core::excitation::Excitation;
-use identifier_core::measurement::origin::Origin;
 use identifier_core::model::ServoParameters;
+use identifier_core::settings::PerParameter;
 use identifier_core::units::Units;
 
 use super::NO_ESTIMATE;
-use crate::experiment::build::CHECKED;
+use crate::experiment::sensor::Sensor;
 use crate::experiment::{Outcome, Sample};
-use crate::scenario::{BaselineSettings, Reference, Scenario};
-use virtual_servo::{Encoder, Plant};
+use crate::scenario::{BaselineSettings, CHECKED, Reference, Scenario};
+use virtual_servo::Plant;
 
 /// Stages of a run.
 const STAGES: u64 = 4;
@@ -32,23 +32,22 @@ pub(super) fn run(
     settings: &BaselineSettings,
     observe: &mut impl FnMut(&Sample),
 ) -> Outcome {
-    let units = &scenario.controller.units;
+    let units = &scenario.units();
     let sample_time = units.sample_time();
     let reference = Reference::<f64>::new(units, &scenario.excitation).expect(CHECKED);
-    let encoder = scenario.counts_per_rev.map(Encoder::new);
-    let origin = Origin::default();
+    let mut sensor = Sensor::<f64>::new(scenario);
     let mut known = ServoParameters {
         a: 0.0,
+        b: scenario.stated.identifier.initial.b.expect(CHECKED),
         coulomb: 0.0,
         load: 0.0,
-        ..scenario.identifier.initial
     };
+    let [low, high] = scenario.controller().limit;
     let mut controller = Controller::new(units, scenario, known.b);
     let mut fit = Fit::new(units, settings);
     let mut plant = Plant::at_rest(&scenario.plant.expect(CHECKED), sample_time);
     let mut reference_state = reference.start();
     let mut found = false;
-    let mut last = 0.0;
     let mut outcome = Outcome::default();
     let samples = scenario.samples();
     let stage = samples.div_ceil(STAGES).max(1);
@@ -61,25 +60,21 @@ pub(super) fn run(
             fit = Fit::new(units, settings);
         }
         let wanted = reference.process(&mut reference_state);
-        let position: f64 = match &encoder {
-            Some(encoder) => origin.position(encoder.read(plant.position)),
-            None => plant.position * units.position(),
-        };
-        let increment = position - last;
-        last = position;
+        let measured = sensor.read(plant.position, wanted);
         let command = controller
-            .process(&known, wanted, position, increment)
-            .clamp(scenario.limit.low(), scenario.limit.high());
-        fit.process(increment, command);
-        outcome.samples += 1;
+            .process(&known, wanted, measured.position, measured.increment)
+            .clamp(low, high);
+        fit.process(measured.increment, command);
+        outcome.count(None);
         observe(&Sample {
             time: k as f64 * sample_time,
             reference: wanted * units.position_unit(),
-            position: position * units.position_unit(),
+            position: measured.position * units.position_unit(),
             command,
             output_error: None,
             estimates: if found { known } else { NO_ESTIMATE },
             standard_errors: None,
+            at_bounds: PerParameter::default(),
         });
         plant.advance(command);
     }
@@ -104,7 +99,7 @@ impl Controller {
     /// that is assumed at first.
     fn new(units: &Units, scenario: &Scenario, b: f64) -> Self {
         let nyquist = std::f64::consts::PI / units.sample_time();
-        let poles = (b * scenario.controller.gains.kp())
+        let poles = (b * scenario.controller().kp)
             .sqrt()
             .min(0.5 * nyquist / VELOCITY_CUTOFF);
         let filter = |cutoff: f64| StateVariableFilter::new(units, cutoff).expect(CHECKED);
