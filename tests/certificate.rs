@@ -3,13 +3,14 @@
 
 use host_sim::paper::{self, Case, Method};
 use host_sim::report::{Status, Summary};
-use host_sim::scenario::{GradientSettings, Law, Purpose, Reference, Scenario, VelocitySettings};
-use identifier_core::control::{CommandLimit, Gains};
+use host_sim::scenario::{Purpose, Scenario, Velocity};
+use identifier_core::control::Gains;
 use identifier_core::interval::Interval;
 use identifier_core::model::ServoParameters;
-use identifier_core::parameters::Ab;
+use identifier_core::settings::BoxSettings;
 use identifier_core::stability::sampled_loop::AMPLE_GAIN_MARGIN;
 use identifier_core::stability::{Certificate, CertificateError, PlantBox, sampled_loop};
+use identifier_core::{ControllerSettings, Settings};
 use integration_tests::{Random, in_parallel, run, servo};
 
 /// A random box of servos.
@@ -207,35 +208,38 @@ fn random_scenario(random: &mut Random, excess: f64) -> Option<Scenario> {
     let plant_box = random_box(random);
     let gains = random_gains(random);
     Certificate::with_automatic_mu(&gains, &plant_box).ok()?;
-    scenario.controller.gains = gains;
-    scenario.controller.velocity = match random.uniform(0.0, 3.0) as u32 {
-        0 => VelocitySettings::LowPass(random.log_uniform(100.0, 2000.0)),
-        1 => VelocitySettings::Difference,
-        _ => VelocitySettings::AveragedDifference,
+    scenario.velocity = match random.uniform(0.0, 3.0) as u32 {
+        0 => {
+            scenario.stated.cutoff = random.log_uniform(100.0, 2000.0);
+            Velocity::LowPass
+        }
+        1 => Velocity::Difference,
+        _ => Velocity::AveragedDifference,
     };
     let (a, b) = random_servo(random, &plant_box);
     let plant = servo(&mut scenario);
     plant.a = a;
     plant.b = b;
     plant.load = random.uniform(-0.06, 0.06) * b * gains.kp();
-    scenario.limit = CommandLimit::symmetric(random.log_uniform(0.5, 10.0) * gains.kp()).ok()?;
+    let limit = random.log_uniform(0.5, 10.0) * gains.kp();
+    let own = ControllerSettings::pid(gains.kp(), gains.kd(), gains.ki());
+    scenario.stated.controller = Some(own.limited(limit));
     // Below the box or inside it: far above, the sampled model loop has no gain margin left.
     let start = random.log_uniform(0.2 * plant_box.b().min(), plant_box.b().max());
-    scenario.identifier.initial.b = start;
-    scenario.identifier.plant_box = Some(plant_box);
-    scenario.identifier.bounds.b = Interval::new("b", start.min(b) / 2.0, 10.0 * b).ok()?;
-    let settings = GradientSettings {
-        gamma: None,
-        mu: None,
-    };
-    let reference = Reference::new(&scenario.controller.units, &scenario.excitation).ok()?;
-    let law = scenario.gradient_law::<Ab, 2>(&settings, &reference).ok()?;
-    let larger = |row: &[f64; 2]| row.iter().map(|entry| entry * excess).collect();
-    let gamma = law.gamma.entries().iter().map(larger).collect();
-    scenario.identifier.law = Law::Gradient(GradientSettings {
-        gamma: Some(gamma),
-        mu: None,
+    let learning = &mut scenario.stated.identifier;
+    learning.initial.b = Some(start);
+    learning.plant_box = Some(BoxSettings {
+        a: [plant_box.a().min(), plant_box.a().max()],
+        b: [plant_box.b().min(), plant_box.b().max()],
     });
+    learning.bounds.b = Some([start.min(b) / 2.0, 10.0 * b]);
+    learning.mu = None;
+    learning.gamma = None;
+    let mut scenario = scenario.with_gamma_chosen();
+    let gamma = scenario.stated.identifier.gamma.as_mut()?;
+    for entry in gamma.iter_mut().flatten() {
+        *entry *= excess;
+    }
     scenario.is_buildable().then_some(scenario)
 }
 
@@ -263,14 +267,12 @@ fn lyapunov(scenario: &Scenario, summary: &Summary) -> (f64, f64) {
     let truth = &summary.truth.expect("known");
     let h2 =
         |a: f64, b: f64| ((a - truth.a).powi(2) / gamma_a + (b - truth.b).powi(2) / gamma_b) / 2.0;
-    let bki = truth.b * scenario.controller.gains.ki();
+    let bki = truth.b * scenario.controller().ki;
     let omega = truth.load / bki;
     let h1 = summary.outcome.mu.expect("the law has one") * bki * omega * omega / 2.0;
-    let initial = &scenario.identifier.initial;
-    (
-        h1 + h2(initial.a, initial.b),
-        h2(summary.a.tail_mean, summary.b.tail_mean),
-    )
+    let initial = &scenario.stated.identifier.initial;
+    let (a, b) = initial.a.zip(initial.b).expect("both are stated");
+    (h1 + h2(a, b), h2(summary.a.tail_mean, summary.b.tail_mean))
 }
 
 /// No early end, no runaway model, and no "converged" on a wrong value.
@@ -280,7 +282,7 @@ fn assert_honest(scenario: &Scenario, summary: &Summary) {
         "{}: {scenario:?}",
         summary.reason
     );
-    assert_eq!(summary.outcome.restarts, 0, "{scenario:?}");
+    assert_eq!(summary.outcome.events.restarted, 0, "{scenario:?}");
     if summary.status == Status::Converged {
         assert!(error_of_b(summary) < 0.05, "{:?}: {scenario:?}", summary.b);
     }
@@ -322,7 +324,7 @@ fn a_loop_that_sampling_makes_unstable_is_refused_although_its_box_is_certified(
         Interval::new("b", 110.0, 1000.0).expect("ordered"),
     )
     .expect("positive");
-    let gains = scenario.controller.gains;
+    let gains = scenario.controller().gains().expect("valid");
     assert!(Certificate::new(&gains, &plant_box, 10.0).is_ok());
     let text = paper::PROPOSED
         .replace("sample_time = 0.001", "sample_time = 0.02")
@@ -336,26 +338,28 @@ fn a_loop_that_sampling_makes_unstable_is_refused_although_its_box_is_certified(
 
 #[test]
 fn the_sampled_test_agrees_with_running_the_loop() {
-    use identifier_core::control::{ControlState, Controller, Pid};
+    use identifier_core::control::{ControlState, Controller};
     use identifier_core::measurement::velocity::{LowPass, VelocityEstimate};
-    use identifier_core::units::Units;
 
     let mut random = Random::new(99);
     let (mut stable, mut unstable) = (0, 0);
     for _ in 0..1000 {
-        let units = Units::new(random.log_uniform(2e-4, 2e-2), 1.0).expect("valid");
+        let sample_time = random.log_uniform(2e-4, 2e-2);
         let gains = random_gains(&mut random);
         let (a, b) = (random.uniform(0.0, 20.0), random.log_uniform(1.0, 5000.0));
         let cutoff = random.log_uniform(20.0, 1000.0);
-        let Ok(velocity) = LowPass::<f64>::new(&units, cutoff) else {
+        let settings = Settings {
+            resolution: 1.0,
+            cutoff,
+            controller: Some(ControllerSettings::pid(gains.kp(), gains.kd(), gains.ki())),
+            ..Settings::new(sample_time, 1.0)
+        };
+        let units = settings.units().expect("valid");
+        let Ok(controller) = settings.build::<Controller<f64, LowPass<f64>>>() else {
             continue;
         };
-        let transfer = VelocityEstimate::<f64>::transfer(&velocity);
+        let transfer = VelocityEstimate::<f64>::transfer(&controller.velocity);
         let predicted = sampled_loop::is_stable(&units, &gains, &transfer, a, b);
-        let controller = Controller {
-            pid: Pid::new(&units, &gains, &CommandLimit::NONE),
-            velocity,
-        };
         let servo = ServoParameters {
             a,
             b,
@@ -363,11 +367,14 @@ fn the_sampled_test_agrees_with_running_the_loop() {
             load: 0.0,
         };
         let mut plant = virtual_servo::Plant::at_rest(&servo, units.sample_time());
-        let mut control = ControlState::at_rest(0.0);
+        let mut control = ControlState::default();
+        let mut last = 0.0;
         let mut swing = [0.0_f64; 2];
         for k in 0..200_000 {
             let reference = if k == 0 { 1.0 } else { 0.0 };
-            let Ok(sample) = controller.process(&mut control, reference, plant.position) else {
+            let (error, increment) = (reference - plant.position, plant.position - last);
+            last = plant.position;
+            let Ok(sample) = controller.process(&mut control, error, increment) else {
                 swing[1] = f64::INFINITY;
                 break;
             };

@@ -1,18 +1,13 @@
-//! Single precision far from home: high rates, many turns, wrapping counters.
+//! Single precision far from home: high rates, many turns, counters that wrap.
 
-use identifier_core::adaptation::PositiveDefinite;
-use identifier_core::control::{CommandLimit, ControlState, Gains};
 use identifier_core::excitation::{BandLimitedWhiteNoise, Excitation};
-use identifier_core::identifier::{Bounds, GradientIdentifier, GradientLaw, IdentifierConfig};
-use identifier_core::interval::Interval;
+use identifier_core::identifier::Identify;
 use identifier_core::measurement::counter::Counter;
-use identifier_core::measurement::origin::Origin;
-use identifier_core::measurement::velocity::LowPass;
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
 use identifier_core::parameters::Ab;
-use identifier_core::stability::PlantBox;
-use identifier_core::units::Units;
+use identifier_core::settings::BoxSettings;
+use identifier_core::{ControllerSettings, GradientLoop, Settings};
 use virtual_servo::{Encoder, Plant};
 
 const COUNTS_PER_REV: f64 = 10_000.0;
@@ -24,36 +19,35 @@ const NOTHING: ServoParameters = ServoParameters {
     load: 0.0,
 };
 
+/// The paper's loop and identifier.
+fn settings(sample_time: f64) -> Settings {
+    let mut settings = Settings {
+        cutoff: 500.0,
+        controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
+        ..Settings::new(sample_time, COUNTS_PER_REV)
+    };
+    let learning = &mut settings.identifier;
+    learning.plant_box = Some(BoxSettings {
+        a: [0.0, 50.0],
+        b: [110.0, 1000.0],
+    });
+    learning.initial.b = Some(50.0);
+    learning.bounds.a = Some([0.0, 100.0]);
+    learning.bounds.b = Some([5.0, 5000.0]);
+    let mut gamma = [[0.0; 4]; 4];
+    gamma[0][0] = 0.2;
+    gamma[1][1] = 110.0;
+    learning.gamma = Some(gamma);
+    learning.mu = Some(10.0);
+    settings
+}
+
 /// A drive that travels: at a constant speed of whole counts per sample, with the paper's noise on
-/// top. The register is 16 bits wide; the journey starts `start` counts from zero.
-fn travel<N: Number>(sample_time: f64, duration: f64, start: i64, speed: i64) -> ServoParameters {
-    let resolution = std::f64::consts::TAU / COUNTS_PER_REV;
-    let units = Units::new(sample_time, resolution).expect("valid");
-    let interval = |min, max| Interval::new("interval", min, max).expect("ordered");
-    let config = IdentifierConfig {
-        units,
-        gains: Gains::new(9.0, 0.19, 4.0).expect("valid"),
-        limit: CommandLimit::symmetric(10.0).expect("valid"),
-        plant_box: Some(
-            PlantBox::new(interval(0.0, 50.0), interval(110.0, 1000.0)).expect("valid"),
-        ),
-        initial: ServoParameters { b: 50.0, ..NOTHING },
-        bounds: Bounds {
-            a: interval(0.0, 100.0),
-            b: interval(5.0, 5000.0),
-            coulomb: interval(0.0, 0.0),
-            load: interval(0.0, 0.0),
-        },
-    };
-    let law = GradientLaw {
-        gamma: PositiveDefinite::diagonal([0.2, 110.0]).expect("positive"),
-        mu: Some(10.0),
-        frozen: [false; 2],
-    };
-    let velocity = LowPass::<N>::new(&units, 500.0).expect("valid");
-    let controller = config.controller(velocity);
-    let identifier =
-        GradientIdentifier::<_, _, Ab, 2>::new(&config, &law, velocity).expect("certified");
+/// top. The register is 16 bits wide; the count of the drive begins at `start`.
+fn travel<N: Number>(sample_time: f64, duration: f64, start: i64, speed: i32) -> ServoParameters {
+    let settings = settings(sample_time);
+    let units = settings.units().expect("valid");
+    let servo_loop: GradientLoop<N, Ab, 2> = settings.build().expect("certified");
 
     let noise = BandLimitedWhiteNoise::new(&units, 0.005, 0.1, 1_212_121).expect("valid");
     let mut noise_state = Excitation::<f64>::start(&noise);
@@ -67,27 +61,23 @@ fn travel<N: Number>(sample_time: f64, duration: f64, start: i64, speed: i64) ->
     // The plant's own position is kept relative to the start, or double precision would tell.
     let mut plant = Plant::at_rest(&servo, sample_time);
     let mut register = Counter::new(start as u16);
-    let mut origin = Origin::new(0);
-    let mut control = ControlState::at_rest(N::ZERO);
-    let mut state = identifier.start();
-    let mut base = 0_i64;
+    // As after many turns: a count of 32 bits, through however many wraps.
+    let begin = start as i32;
+    let mut setpoint = begin;
+    let mut state = servo_loop.start(begin);
     let samples = (duration / sample_time).round() as i64;
     let mut tail = (NOTHING, 0.0);
     for k in 0..samples {
-        let count = register.read((start + encoder.read(plant.position)) as u16);
-        if let Some(moved) = origin.follow::<N>(count) {
-            control.shift_origin(moved);
-        }
-        base += speed;
+        let moved = register.read((start + encoder.read(plant.position)) as u16);
+        setpoint = setpoint.wrapping_add(speed);
         let wiggle: f64 = noise.process(&mut noise_state);
-        let reference = origin.position::<N>(base) + N::from_f64(wiggle);
-        let sample = controller
-            .process(&mut control, reference, origin.position(count))
+        let count = begin.wrapping_add(moved);
+        let step = servo_loop
+            .process(&mut state, setpoint, N::from_f64(wiggle), count)
             .expect("within reach");
-        identifier.process(&mut state, &sample);
-        plant.advance(sample.command.to_f64());
+        plant.advance(step.control.command.to_f64());
         if k >= samples * 3 / 4 {
-            let now = identifier.estimates(&state);
+            let now = servo_loop.identifier().estimates(state.identification());
             tail.0.a += now.a;
             tail.0.b += now.b;
             tail.0.load += now.load;
@@ -136,4 +126,18 @@ fn a_hundred_thousand_turns_cost_single_precision_nothing() {
         "the start plays no part at all"
     );
     assert!((single.b / 257.7 - 1.0).abs() < 2e-3, "{single:?}");
+}
+
+#[test]
+fn a_counter_that_wraps_on_the_way_costs_nothing() {
+    // 120 turns of travel through the end of 32 bits.
+    let edge = i64::from(i32::MAX) - 600_000;
+    for single in [
+        travel::<f32>(1e-3, 60.0, edge, 20),
+        travel::<f32>(1e-3, 60.0, edge + 500_000, 20),
+    ] {
+        let at_home = travel::<f32>(1e-3, 60.0, 0, 20);
+        assert_eq!(single.b.to_bits(), at_home.b.to_bits());
+        assert_eq!(single.load.to_bits(), at_home.load.to_bits());
+    }
 }

@@ -1,24 +1,19 @@
 //! Three number formats, one answer: the same experiments in f64, f32 and fixed point.
 
-use fixed::types::I48F16;
+use fixed::types::I16F16;
 use host_sim::drift::{self, Compared, Differences, Format};
 use host_sim::report::{Summary, drift as report};
 use host_sim::scenario::{Arithmetic, Reference, Scenario};
-use identifier_core::adaptation::PositiveDefinite;
-use identifier_core::control::{CommandLimit, ControlState, Gains};
-use identifier_core::error::Allowed;
+use identifier_core::control::{ControlState, Controller, position_error};
+use identifier_core::error::{Allowed, StepError};
 use identifier_core::excitation::Excitation;
-use identifier_core::fixed_point::{
-    FixedController, FixedGradientIdentifier, FixedLowPass, Ranges,
-};
-use identifier_core::identifier::{Bounds, GradientLaw, IdentifierConfig, IdentifierError};
-use identifier_core::interval::Interval;
+use identifier_core::fixed_point::{FixedController, FixedLowPass, FixedServoLoop};
+use identifier_core::identifier::{IdentifierError, Identify};
 use identifier_core::measurement::velocity::LowPass;
 use identifier_core::model::ServoParameters;
-use identifier_core::number::Number;
 use identifier_core::parameters::AbCoulomb;
-use identifier_core::stability::PlantBox;
-use identifier_core::units::Units;
+use identifier_core::settings::{BoxSettings, RangeSettings};
+use identifier_core::{ControllerSettings, Settings};
 use integration_tests::{in_parallel, parse, run, servo};
 use proptest::prelude::*;
 
@@ -121,7 +116,7 @@ fn drop_second(text: &str, begins: &str) -> String {
 
 /// The differences on the same measurements.
 fn side_by_side(scenario: &Scenario, turns: u32) -> Differences {
-    let units = scenario.controller.units;
+    let units = scenario.units();
     let reference = Reference::<f64>::new(&units, &scenario.excitation).expect("valid");
     let mut state = reference.start();
     let mut differences = Differences::lasting(scenario.duration);
@@ -156,9 +151,7 @@ fn fast_loops_and_many_turns_cost_nothing() {
     ];
     in_parallel(&cases, |&(sample_time, turns)| {
         let mut scenario = parse(RUBBING);
-        let unit = scenario.controller.units.position_unit();
-        scenario.controller.units = Units::new(sample_time, unit).expect("valid");
-        scenario.identifier.bounds.a = Interval::new("bounds.a", 0.0, 100.0).expect("ordered");
+        scenario.stated.sample_time = sample_time;
         scenario.duration = 10.0;
         let differences = side_by_side(&scenario, turns);
         for format in [Format::F32, Format::Fixed] {
@@ -210,7 +203,7 @@ fn estimates_keep_still_without_excitation_and_do_not_burst_after_it() {
             servo(&mut scenario).load = 20.0;
             scenario
         };
-        let units = scenario.controller.units;
+        let units = scenario.units();
         let source = Reference::<f64>::new(&units, &scenario.excitation).expect("valid");
         let mut state = source.start();
         let mut last = 0.0;
@@ -286,55 +279,53 @@ fn the_pid_alone_has_the_signal_to_noise_of_the_documentation() {
     }
 }
 
-fn config(sample_time: f64) -> IdentifierConfig {
-    let interval = |min, max| Interval::new("interval", min, max).expect("ordered");
-    IdentifierConfig {
-        units: Units::new(sample_time, std::f64::consts::TAU / 10_000.0).expect("valid"),
-        gains: Gains::new(9.0, 0.19, 4.0).expect("valid"),
-        limit: CommandLimit::symmetric(10.0).expect("valid"),
-        plant_box: Some(
-            PlantBox::new(interval(0.0, 50.0), interval(110.0, 1000.0)).expect("valid"),
-        ),
-        initial: ServoParameters {
-            a: 0.0,
-            b: 110.0,
-            coulomb: 1.0,
-            load: 0.0,
-        },
-        bounds: Bounds {
-            a: interval(0.0, 100.0),
-            b: interval(5.0, 5000.0),
-            coulomb: interval(0.0, 100.0),
-            load: interval(-100.0, 100.0),
-        },
-    }
+fn settings(sample_time: f64) -> Settings {
+    let mut settings = Settings {
+        cutoff: 500.0,
+        controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
+        ..Settings::new(sample_time, 10_000.0)
+    };
+    let learning = &mut settings.identifier;
+    learning.plant_box = Some(BoxSettings {
+        a: [0.0, 50.0],
+        b: [110.0, 1000.0],
+    });
+    learning.initial.b = Some(110.0);
+    learning.initial.coulomb = Some(1.0);
+    learning.bounds.a = Some([0.0, 100.0]);
+    learning.bounds.b = Some([5.0, 5000.0]);
+    learning.bounds.coulomb = Some([0.0, 100.0]);
+    learning.bounds.load = Some([-100.0, 100.0]);
+    learning.gamma = Some(gamma([20.0, 1000.0, 100.0]));
+    settings
 }
 
-fn law(gamma_b: f64) -> GradientLaw<3> {
-    GradientLaw {
-        gamma: PositiveDefinite::diagonal([20.0, gamma_b, 100.0]).expect("positive"),
-        mu: None,
-        frozen: [false; 3],
+fn gamma(diagonal: [f64; 3]) -> [[f64; 4]; 4] {
+    let mut gamma = [[0.0; 4]; 4];
+    for (i, entry) in diagonal.into_iter().enumerate() {
+        gamma[i][i] = entry;
     }
+    gamma
 }
 
-type Words = FixedGradientIdentifier<FixedLowPass, AbCoulomb, 3>;
+type Words = FixedServoLoop<FixedLowPass, AbCoulomb, 3>;
 
-fn refusal(config: &IdentifierConfig, law: &GradientLaw<3>, ranges: &Ranges) -> String {
-    let velocity = LowPass::<f64>::new(&config.units, 500.0).expect("valid");
-    let built: Result<Words, IdentifierError> =
-        FixedGradientIdentifier::new(config, law, ranges, velocity);
+fn refusal(change: impl FnOnce(&mut Settings)) -> String {
+    let mut settings = settings(1e-3);
+    change(&mut settings);
+    let built: Result<Words, IdentifierError> = settings.build();
     built.expect_err("it does not fit").to_string()
 }
 
 #[test]
 fn what_does_not_fit_is_refused_with_what_would() {
-    let config = config(1e-3);
-    let fits = Ranges::of(&config);
-    let with = |change: fn(&mut Ranges)| {
-        let mut ranges = fits;
-        change(&mut ranges);
-        refusal(&config, &law(1000.0), &ranges)
+    let fits = RangeSettings::of(&settings(1e-3)).expect("they follow from the controller");
+    let with = |change: fn(&mut RangeSettings)| {
+        refusal(|settings| {
+            let mut ranges = fits;
+            change(&mut ranges);
+            settings.identifier.ranges = Some(ranges);
+        })
     };
     let error = with(|ranges| ranges.error = 1e6);
     assert!(
@@ -346,15 +337,17 @@ fn what_does_not_fit_is_refused_with_what_would() {
         command.contains("ranges.command = 5") && command.contains("at least 10"),
         "{command}"
     );
-    let gamma = refusal(&config, &law(1e12), &fits);
+    let large = refusal(|settings| {
+        settings.identifier.gamma = Some(gamma([20.0, 1e12, 100.0]));
+    });
     assert!(
-        gamma.contains("gamma = 1000000000000") && gamma.contains("at most"),
-        "{gamma}"
+        large.contains("gamma = 1000000000000") && large.contains("at most"),
+        "{large}"
     );
-    let mut slow = config;
-    slow.gains = Gains::new(9.0, 0.19, 1e-7).expect("valid");
-    slow.plant_box = None;
-    let integral = refusal(&slow, &law(1000.0), &fits);
+    let integral = refusal(|settings| {
+        settings.controller = Some(ControllerSettings::pid(9.0, 0.19, 1e-7).limited(10.0));
+        settings.identifier.plant_box = None;
+    });
     assert!(
         integral.contains("sample_time = 0.001") && integral.contains("at least"),
         "{integral}"
@@ -364,19 +357,18 @@ fn what_does_not_fit_is_refused_with_what_would() {
 /// The numbers that refusals name work.
 #[test]
 fn what_a_refusal_names_would_do() {
-    let config = config(1e-3);
-    let velocity = LowPass::<f64>::new(&config.units, 500.0).expect("valid");
-    for (error, velocity_range) in [(1e6, 200.0), (4.0, 1e-9), (1e-9, 1e-9)] {
-        let mut ranges = Ranges {
+    for (error, velocity) in [(1e6, 200.0), (4.0, 1e-9), (1e-9, 1e-9)] {
+        let mut settings = settings(1e-3);
+        let mut ranges = RangeSettings {
             error,
-            velocity: velocity_range,
+            velocity,
             command: 1.0,
         };
-        let mut gamma = [20.0_f64, 1000.0, 100.0];
-        let mut law = law(1000.0);
+        let mut diagonal = [20.0_f64, 1000.0, 100.0];
         let built = (0..6).any(|_| {
-            let built: Result<Words, IdentifierError> =
-                FixedGradientIdentifier::new(&config, &law, &ranges, velocity);
+            settings.identifier.ranges = Some(ranges);
+            settings.identifier.gamma = Some(gamma(diagonal));
+            let built: Result<Words, IdentifierError> = settings.build();
             let Err(IdentifierError::Range(refused)) = built else {
                 return built.is_ok();
             };
@@ -390,17 +382,16 @@ fn what_a_refusal_names_would_do() {
                 "ranges.velocity" => ranges.velocity = named,
                 "ranges.command" => ranges.command = named,
                 "gamma" => {
-                    let struck = gamma
+                    let struck = diagonal
                         .iter_mut()
                         .find(|entry| entry.to_bits() == refused.value.to_bits());
                     *struck.expect("an entry of gamma") = named;
-                    law.gamma = PositiveDefinite::diagonal(gamma).expect("positive");
                 }
                 other => panic!("{other}"),
             }
             false
         });
-        assert!(built, "{ranges:?} {gamma:?}");
+        assert!(built, "{ranges:?} {diagonal:?}");
     }
 }
 
@@ -410,24 +401,26 @@ proptest! {
     #[test]
     fn nothing_wraps_whatever_comes_in(
         samples in prop::collection::vec(
-            (prop_oneof![any::<i64>(), -100_000_i64..100_000], prop_oneof![any::<i64>(), -1_000_i64..1_000]),
+            (
+                prop_oneof![any::<i32>(), -100_000_i32..100_000],
+                any::<i32>(),
+                prop_oneof![any::<i32>(), -1_000_i32..1_000],
+            ),
             1..200,
         ),
     ) {
-        let config = config(1e-3);
-        let velocity = LowPass::<f64>::new(&config.units, 500.0).expect("valid");
-        let ranges = Ranges::of(&config);
-        let controller = FixedController::new(&config, &ranges, FixedLowPass::from(&velocity))
-            .expect("it fits");
-        let identifier: Words =
-            FixedGradientIdentifier::new(&config, &law(1000.0), &ranges, velocity).expect("it fits");
-        let mut control = controller.start(0);
-        let mut state = identifier.start();
-        for (reference, position) in samples {
-            let real = controller.process(&mut control, I48F16::from_bits(reference), position);
-            identifier.process(&mut state, &real);
-            prop_assert!(controller.command(&real).abs() <= 10.0 + 1e-6);
-            let found = identifier.estimates(&state);
+        let words: Words = settings(1e-3).build().expect("it fits");
+        let mut state = words.start(0);
+        for (setpoint, offset, count) in samples {
+            let offset = I16F16::from_bits(offset);
+            match words.process(&mut state, setpoint, offset, count) {
+                Ok(step) => {
+                    let command = words.controller().command(step.control.command);
+                    prop_assert!(command.abs() <= 10.0 + 1e-6);
+                }
+                Err(error) => prop_assert_eq!(error, StepError::CountJumped),
+            }
+            let found = words.identifier().estimates(state.identification());
             prop_assert!((0.0..=100.0 + 1e-6).contains(&found.a), "{found:?}");
             prop_assert!((5.0 - 1e-4..=5000.0 + 1e-3).contains(&found.b), "{found:?}");
             prop_assert!((0.0..=100.0 + 1e-6).contains(&found.coulomb), "{found:?}");
@@ -438,25 +431,29 @@ proptest! {
     /// The words' controller is the numbers' controller.
     #[test]
     fn the_controller_is_that_of_numbers(
-        steps in prop::collection::vec((-2000_i64..2000, -20_i64..20), 1..300),
+        steps in prop::collection::vec((-2000_i32..2000, -20_i32..20), 1..300),
     ) {
-        let config = config(1e-3);
-        let velocity = LowPass::<f64>::new(&config.units, 500.0).expect("valid");
-        let exact = config.controller::<f64, _>(velocity);
-        let words = FixedController::new(&config, &Ranges::of(&config), FixedLowPass::from(&velocity))
-            .expect("it fits");
-        let mut exact_state = ControlState::at_rest(f64::ZERO);
-        let mut state = words.start(0);
-        let mut position = 0;
-        for (reference, moved) in steps {
-            position += moved;
+        let settings = settings(1e-3);
+        let exact: Controller<f64, LowPass<f64>> = settings.build().expect("valid");
+        let words: FixedController<FixedLowPass> = settings.build().expect("it fits");
+        let mut exact_state = ControlState::default();
+        let mut state = words.start();
+        let mut count = 0;
+        for (setpoint, moved) in steps {
+            count += moved;
             let real = exact
-                .process(&mut exact_state, reference as f64, position as f64)
+                .process(
+                    &mut exact_state,
+                    position_error(setpoint, 0.0, count),
+                    f64::from(moved),
+                )
                 .expect("finite");
-            let found = words.process(&mut state, I48F16::from_num(reference), position);
-            prop_assert!((words.command(&found) - real.command).abs() < 1e-6);
-            prop_assert!((words.velocity(&found) - real.velocity).abs() < 1e-5);
-            prop_assert_eq!(found.integrates, real.integrates);
+            let error = words.error(setpoint, I16F16::ZERO, count);
+            let found = words
+                .process(&mut state, error, words.increment(moved))
+                .expect("slow enough");
+            prop_assert!((words.command(found.command) - real.command).abs() < 1e-6);
+            prop_assert!((words.velocity(found.velocity) - real.velocity).abs() < 1e-5);
         }
     }
 }

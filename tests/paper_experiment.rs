@@ -3,8 +3,7 @@
 use host_sim::paper::{self, Case, Method, NOMINAL_A, NOMINAL_B};
 use host_sim::report::{Status, Summary};
 use host_sim::scenario::{Arithmetic, Scenario};
-use identifier_core::control::CommandLimit;
-use integration_tests::{gradient, parse, run, servo};
+use integration_tests::{controller, parse, run, servo};
 
 fn proposed(load: f64, arithmetic: Arithmetic) -> Scenario {
     let mut scenario = paper::scenario(Method::Proposed, Case::Balanced);
@@ -61,7 +60,7 @@ fn automatic_gain_settles_faster_than_the_papers() {
             let mut scenario = proposed(load, arithmetic);
             let by_paper = run(&scenario).settling_b.expect("settles");
             assert!(by_paper < 2.5, "{by_paper}");
-            gradient(&mut scenario).gamma = None;
+            scenario.stated.identifier.gamma = None;
             let summary = run(&scenario);
             assert!(summary.settling_b.expect("settles") < 1.5, "{summary:?}");
             assert_tail(&summary, 0.01, 1e-3);
@@ -73,7 +72,7 @@ fn automatic_gain_settles_faster_than_the_papers() {
 fn saturation_under_load_does_not_bias() {
     for arithmetic in [Arithmetic::F64, Arithmetic::F32] {
         let mut scenario = proposed(40.0, arithmetic);
-        scenario.limit = CommandLimit::symmetric(1.0).expect("valid");
+        controller(&mut scenario).limit = [-1.0, 1.0];
         assert_tail(&run(&scenario), 0.03, 5e-3);
     }
 }
@@ -81,7 +80,7 @@ fn saturation_under_load_does_not_bias() {
 #[test]
 fn asymmetric_saturation_does_not_bias_either() {
     let mut scenario = proposed(20.0, Arithmetic::F32);
-    scenario.limit = CommandLimit::asymmetric(-2.0, 0.8).expect("valid");
+    controller(&mut scenario).limit = [-2.0, 0.8];
     assert_tail(&run(&scenario), 0.03, 5e-3);
 }
 

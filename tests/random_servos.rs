@@ -4,10 +4,8 @@ use std::fmt::Write;
 
 use host_sim::paper::{self, Case, Method};
 use host_sim::report::Summary;
-use host_sim::scenario::{ExcitationSettings, Reference, Scenario};
-use identifier_core::adaptation::PositiveDefinite;
-use identifier_core::parameters::Ab;
-use integration_tests::{Random, gradient, in_parallel, run, servo};
+use host_sim::scenario::{ExcitationSettings, Scenario};
+use integration_tests::{Random, in_parallel, run, servo};
 
 const SERVOS: usize = 200;
 
@@ -15,13 +13,9 @@ const SERVOS: usize = 200;
 /// reference of its own; Γ is chosen automatically, for all of them from the paper's reference.
 fn scenarios() -> Vec<Scenario> {
     let mut base = paper::scenario(Method::Proposed, Case::Balanced);
-    let reference = Reference::new(&base.controller.units, &base.excitation).expect("valid");
-    gradient(&mut base).gamma = None;
-    let settings = gradient(&mut base).clone();
-    let law = base
-        .gradient_law::<Ab, 2>(&settings, &reference)
-        .expect("valid");
-    gradient(&mut base).gamma = Some(rows(&law.gamma, 1.0));
+    base.stated.identifier.gamma = None;
+    let base = base.with_gamma_chosen();
+    assert!(base.stated.identifier.gamma.is_some());
     let mut random = Random::new(200);
     (0..SERVOS)
         .map(|_| {
@@ -37,12 +31,6 @@ fn scenarios() -> Vec<Scenario> {
             scenario
         })
         .collect()
-}
-
-/// The rows of a matrix, times a factor.
-fn rows(gamma: &PositiveDefinite<2>, factor: f64) -> Vec<Vec<f64>> {
-    let row = |row: &[f64; 2]| row.iter().map(|entry| factor * entry).collect();
-    gamma.entries().iter().map(row).collect()
 }
 
 /// The value that a fraction of the sorted values does not exceed.
@@ -79,7 +67,10 @@ fn every_servo_of_the_box_is_identified_with_one_automatic_gain() {
             "{truth:?}: {}",
             summary.reason
         );
-        assert_eq!(summary.outcome.restarts, 0, "{truth:?}: the model ran away");
+        assert_eq!(
+            summary.outcome.events.restarted, 0,
+            "{truth:?}: the model ran away"
+        );
     }
     let settling = |of: fn(&Summary) -> Option<f64>| {
         summaries.iter().map(|s| of(s).unwrap_or(never)).collect()
@@ -113,7 +104,8 @@ fn every_servo_of_the_box_is_identified_with_one_automatic_gain() {
 fn a_gain_a_thousand_times_too_large_is_slowed_and_says_so() {
     let mut scenarios = scenarios();
     for scenario in &mut scenarios {
-        for entry in gradient(scenario).gamma.iter_mut().flatten().flatten() {
+        let gamma = &mut scenario.stated.identifier.gamma;
+        for entry in gamma.iter_mut().flatten().flatten() {
             *entry *= 1000.0;
         }
     }
@@ -125,7 +117,10 @@ fn a_gain_a_thousand_times_too_large_is_slowed_and_says_so() {
             "{truth:?}: {}",
             summary.reason
         );
-        assert_eq!(summary.outcome.restarts, 0, "{truth:?}: the model ran away");
+        assert_eq!(
+            summary.outcome.events.restarted, 0,
+            "{truth:?}: the model ran away"
+        );
         assert!(rms < 0.2, "{truth:?}: output error {rms} rad rms");
         assert!(
             summary.reason.contains("the guard slowed"),

@@ -1,60 +1,47 @@
 //! Whatever is fed in: no panic, no NaN, no estimate outside its bounds.
 
-use identifier_core::adaptation::PositiveDefinite;
-use identifier_core::control::{CommandLimit, ControlState, Gains};
+use identifier_core::control::{CommandLimit, ControlState, Controller, Gains};
 use identifier_core::error::StepError;
-use identifier_core::identifier::{
-    Bounds, GaussNewtonIdentifier, GradientIdentifier, GradientLaw, IdentifierConfig,
-    IdentifierError, Recorded, Uncertainty, Window, WindowIdentifier,
-};
+use identifier_core::identifier::{GradientIdentifier, IdentifierError, Identify};
 use identifier_core::interval::Interval;
 use identifier_core::measurement::velocity::LowPass;
-use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
-use identifier_core::parameters::{Ab, AbCoulombLoad};
+use identifier_core::parameters::Ab;
+use identifier_core::settings::BoxSettings;
 use identifier_core::stability::PlantBox;
 use identifier_core::units::Units;
+use identifier_core::{ControllerSettings, Settings};
 use proptest::prelude::*;
 
-fn config(limit: CommandLimit) -> IdentifierConfig {
-    let interval = |min, max| Interval::new("interval", min, max).expect("ordered");
-    IdentifierConfig {
-        units: Units::new(1e-3, 6e-4).expect("valid"),
-        gains: Gains::new(9.0, 0.19, 4.0).expect("valid"),
-        limit,
-        plant_box: Some(
-            PlantBox::new(interval(0.0, 50.0), interval(110.0, 1000.0)).expect("valid"),
-        ),
-        initial: start(0.0, 50.0),
-        bounds: bounds(interval(0.0, 100.0), interval(5.0, 5000.0)),
-    }
+type Identifier<N> = GradientIdentifier<N, LowPass<N>, Ab, 2>;
+
+/// A loop that is certified.
+fn settings(limit: Option<f64>) -> Settings {
+    let controller = ControllerSettings::pid(9.0, 0.19, 4.0);
+    let mut settings = Settings {
+        resolution: 6e-4,
+        cutoff: 500.0,
+        controller: Some(limit.map_or(controller, |limit| controller.limited(limit))),
+        ..Settings::new(1e-3, 1.0)
+    };
+    let learning = &mut settings.identifier;
+    learning.plant_box = Some(BoxSettings {
+        a: [0.0, 50.0],
+        b: [110.0, 1000.0],
+    });
+    learning.initial.a = Some(0.0);
+    learning.initial.b = Some(50.0);
+    learning.bounds.a = Some([0.0, 100.0]);
+    learning.bounds.b = Some([5.0, 5000.0]);
+    learning.gamma = Some(gamma([[20.0, 10.0], [10.0, 3000.0]]));
+    settings
 }
 
-fn start(a: f64, b: f64) -> ServoParameters {
-    ServoParameters {
-        a,
-        b,
-        coulomb: 0.0,
-        load: 0.0,
-    }
-}
-
-fn bounds(a: Interval, b: Interval) -> Bounds {
-    let interval = |min, max| Interval::new("interval", min, max).expect("ordered");
-    Bounds {
-        a,
-        b,
-        coulomb: interval(0.0, 1e4),
-        load: interval(-1e4, 1e4),
-    }
-}
-
-fn law(mu: Option<f64>) -> GradientLaw<2> {
-    GradientLaw {
-        gamma: PositiveDefinite::new([[20.0, 10.0], [10.0, 3000.0]]).expect("positive definite"),
-        mu,
-        frozen: [false; 2],
-    }
+fn gamma([[a, mixed], [same, b]]: [[f64; 2]; 2]) -> [[f64; 4]; 4] {
+    let mut gamma = [[0.0; 4]; 4];
+    gamma[0][..2].copy_from_slice(&[a, mixed]);
+    gamma[1][..2].copy_from_slice(&[same, b]);
+    gamma
 }
 
 /// Numbers of every kind, finite and not.
@@ -68,124 +55,98 @@ fn any_number() -> impl Strategy<Value = f64> {
     ]
 }
 
-fn abuse<N: Number>(limit: CommandLimit, inputs: &[(f64, f64)]) -> Result<(), TestCaseError> {
-    let config = config(limit);
-    let law = law(None);
-    let velocity = LowPass::<N>::new(&config.units, 500.0).expect("valid");
-    let controller = config.controller(velocity);
-    let identifier =
-        GradientIdentifier::<_, _, Ab, 2>::new(&config, &law, velocity).expect("certified");
-    let mut control = ControlState::at_rest(N::ZERO);
+fn abuse<N: Number>(limit: Option<f64>, inputs: &[(f64, f64)]) -> Result<(), TestCaseError> {
+    let settings = settings(limit);
+    let controller: Controller<N, LowPass<N>> = settings.build().expect("valid");
+    let identifier: Identifier<N> = settings.build().expect("certified");
+    let mut control = ControlState::default();
     let mut state = identifier.start();
-    for &(reference, position) in inputs {
+    for &(error, increment) in inputs {
         let before = control;
-        let (reference, position) = (N::from_f64(reference), N::from_f64(position));
-        match controller.process(&mut control, reference, position) {
+        let (error, increment) = (N::from_f64(error), N::from_f64(increment));
+        match controller.process(&mut control, error, increment) {
             Ok(sample) => {
                 prop_assert!(sample.command.is_finite());
-                prop_assert!(reference.is_finite() && position.is_finite());
-                identifier.process(&mut state, &sample);
+                prop_assert!(error.is_finite() && increment.is_finite());
+                let learnt = identifier.learn(&mut state, sample.increment, sample.command);
+                prop_assert!(
+                    learnt.is_ok(),
+                    "what our controller takes, the identifier takes"
+                );
             }
-            Err(error) => {
+            Err(refused) => {
                 prop_assert!(control == before, "a refused sample leaves the state alone");
-                match error {
-                    StepError::ReferenceNotFinite => prop_assert!(!reference.is_finite()),
-                    StepError::PositionNotFinite => prop_assert!(!position.is_finite()),
-                    _ => prop_assert!(reference.is_finite() && position.is_finite()),
+                match refused {
+                    StepError::ErrorNotFinite => prop_assert!(!error.is_finite()),
+                    StepError::TooFarApart => prop_assert!(error.is_finite()),
+                    StepError::CountJumped => {
+                        let reach = increment.magnitude() <= N::REACH;
+                        prop_assert!(!reach);
+                    }
+                    other => prop_assert!(false, "{other}"),
                 }
             }
         }
-        let estimates = identifier.estimates(&state);
-        prop_assert!((-1e-6..=100.001).contains(&estimates.a), "{estimates:?}");
-        prop_assert!((4.999..=5000.1).contains(&estimates.b), "{estimates:?}");
-        prop_assert!(estimates.load.is_finite(), "{estimates:?}");
+        assert_within(&identifier, &state)?;
     }
     Ok(())
 }
 
-/// The same for the laws that fit: nothing that is not finite comes out of them.
-fn abuse_fits<N: Number>(inputs: &[(f64, f64)]) -> Result<(), TestCaseError> {
-    let config = config(CommandLimit::symmetric(10.0).expect("valid"));
-    let velocity = LowPass::<N>::new(&config.units, 500.0).expect("valid");
-    let controller = config.controller(velocity);
-    let recursive = GaussNewtonIdentifier::<N, _, AbCoulombLoad, 4>::new(
-        &config,
-        &Uncertainty::UNSTATED,
-        [false; 4],
-        velocity,
-    )
-    .expect("certified");
-    let windowed = WindowIdentifier::<N, _, AbCoulombLoad, 4, 6>::new(
-        &config,
-        &Uncertainty::UNSTATED,
-        [false; 4],
-        velocity,
-    )
-    .expect("certified");
-    let mut control = ControlState::at_rest(N::ZERO);
-    let mut recursive_state = recursive.start();
-    let mut window_state = windowed.start();
-    let mut window = Window::<N, 40>::empty();
-    for &(reference, position) in inputs {
-        let given = Recorded {
-            reference: N::from_f64(reference),
-            position: N::from_f64(position),
-            injection: N::ZERO,
-        };
-        let before = control;
-        let Ok(sample) = controller.process(&mut control, given.reference, given.position) else {
-            continue;
-        };
-        recursive.process(&mut recursive_state, &sample);
-        windowed.record(&mut window_state, &mut window, &before, given);
-        if !windowed.is_fitting(&window_state) {
-            windowed.begin(&mut window_state, &window);
+/// The same for an identifier that only listens to somebody else's commands.
+fn mislead<N: Number>(inputs: &[(f64, f64)]) -> Result<(), TestCaseError> {
+    let identifier: Identifier<N> = settings(None).build().expect("certified");
+    let mut state = identifier.start();
+    for &(increment, command) in inputs {
+        let (increment, command) = (N::from_f64(increment), N::from_f64(command));
+        let before = state;
+        match identifier.learn(&mut state, increment, command) {
+            Ok(_) => prop_assert!(increment.is_finite() && command.is_finite()),
+            Err(refused) => {
+                prop_assert!(state == before, "a refused sample leaves the state alone");
+                match refused {
+                    StepError::CommandNotFinite => prop_assert!(!command.is_finite()),
+                    StepError::CountJumped => {
+                        let reach = increment.magnitude() <= N::REACH;
+                        prop_assert!(!reach);
+                    }
+                    other => prop_assert!(false, "{other}"),
+                }
+            }
         }
-        windowed.work(&mut window_state, &window, 100);
-        for found in [
-            recursive.estimates(&recursive_state),
-            recursive.standard_errors(&recursive_state),
-            windowed.estimates(&window_state),
-            windowed.standard_errors(&window_state),
-        ] {
-            let ServoParameters {
-                a,
-                b,
-                coulomb,
-                load,
-            } = found;
-            prop_assert!(
-                [a, b, coulomb, load].iter().all(|x| x.is_finite()),
-                "{found:?}"
-            );
-        }
+        assert_within(&identifier, &state)?;
     }
+    Ok(())
+}
+
+/// Estimates within the bounds of [`settings`], and finite.
+fn assert_within<N: Number>(
+    identifier: &Identifier<N>,
+    state: &<Identifier<N> as Identify<N>>::State,
+) -> Result<(), TestCaseError> {
+    let estimates = identifier.estimates(state);
+    prop_assert!((-1e-6..=100.001).contains(&estimates.a), "{estimates:?}");
+    prop_assert!((4.999..=5000.1).contains(&estimates.b), "{estimates:?}");
+    prop_assert!(estimates.load.is_finite(), "{estimates:?}");
     Ok(())
 }
 
 proptest! {
     #[test]
-    fn the_fitting_laws_survive_any_input(
-        inputs in prop::collection::vec((any_number(), any_number()), 1..400),
-    ) {
-        abuse_fits::<f32>(&inputs)?;
-        abuse_fits::<f64>(&inputs)?;
-    }
-
-    #[test]
     fn single_precision_survives_any_input(
         inputs in prop::collection::vec((any_number(), any_number()), 1..400),
     ) {
-        abuse::<f32>(CommandLimit::NONE, &inputs)?;
-        abuse::<f32>(CommandLimit::symmetric(1.0).expect("valid"), &inputs)?;
+        abuse::<f32>(None, &inputs)?;
+        abuse::<f32>(Some(1.0), &inputs)?;
+        mislead::<f32>(&inputs)?;
     }
 
     #[test]
     fn double_precision_survives_any_input(
         inputs in prop::collection::vec((any_number(), any_number()), 1..400),
     ) {
-        abuse::<f64>(CommandLimit::NONE, &inputs)?;
-        abuse::<f64>(CommandLimit::symmetric(1.0).expect("valid"), &inputs)?;
+        abuse::<f64>(None, &inputs)?;
+        abuse::<f64>(Some(1.0), &inputs)?;
+        mislead::<f64>(&inputs)?;
     }
 
     #[test]
@@ -204,42 +165,40 @@ proptest! {
     #[test]
     fn single_precision_survives_any_allowed_configuration(
         exponents in prop::array::uniform8(-1.0_f64..1.0),
+        bounded: bool,
         inputs in prop::collection::vec((any_number(), any_number()), 1..200),
     ) {
         let [t, rho, kp, kd, ki, mu, ga, gb] = exponents;
         let sample_time = 10_f64.powf(-3.0 + 3.0 * t);
-        let interval = |min, max| Interval::new("interval", min, max).expect("ordered");
-        let config = IdentifierConfig {
-            units: Units::new(sample_time, 10_f64.powf(-5.0 + 6.0 * rho)).expect("valid"),
-            gains: Gains::new(
+        let mut settings = Settings {
+            resolution: 10_f64.powf(-5.0 + 6.0 * rho),
+            cutoff: 1.0 / sample_time,
+            controller: Some(ControllerSettings::pid(
                 10_f64.powf(9.0 * kp),
                 10_f64.powf(9.0 * kd),
                 10_f64.powf(9.0 * ki),
-            )
-            .expect("valid"),
-            limit: CommandLimit::NONE,
-            plant_box: None,
-            initial: start(0.0, 1.0),
-            bounds: bounds(interval(0.0, 0.5 / sample_time), interval(1e-6, 1e9)),
+            )),
+            ..Settings::new(sample_time, 1.0)
         };
-        let law = GradientLaw {
-            gamma: PositiveDefinite::diagonal([10_f64.powf(9.0 * ga), 10_f64.powf(9.0 * gb)])
-                .expect("positive"),
-            mu: Some(10_f64.powf(6.0 * mu)),
-            frozen: [false; 2],
-        };
-        let velocity = LowPass::<f32>::new(&config.units, 1.0 / sample_time).expect("valid");
-        let controller = config.controller(velocity);
-        let Ok(identifier) = GradientIdentifier::<_, _, Ab, 2>::new(&config, &law, velocity) else {
+        let learning = &mut settings.identifier;
+        learning.initial.b = Some(1.0);
+        learning.bounds.a = Some([0.0, 0.5 / sample_time]);
+        learning.bounds.b = bounded.then_some([1e-6, 1e9]);
+        let diagonal = [[10_f64.powf(9.0 * ga), 0.0], [0.0, 10_f64.powf(9.0 * gb)]];
+        learning.gamma = Some(gamma(diagonal));
+        learning.mu = Some(10_f64.powf(6.0 * mu));
+        let controller: Controller<f32, LowPass<f32>> = settings.build().expect("in range");
+        let Ok(identifier) = settings.build::<Identifier<f32>>() else {
             return Ok(());
         };
-        let mut control = ControlState::at_rest(0.0);
+        let mut control = ControlState::default();
         let mut state = identifier.start();
-        for (reference, position) in inputs {
-            let (reference, position) = (f32::from_f64(reference), f32::from_f64(position));
-            if let Ok(sample) = controller.process(&mut control, reference, position) {
+        for (error, increment) in inputs {
+            let (error, increment) = (f32::from_f64(error), f32::from_f64(increment));
+            if let Ok(sample) = controller.process(&mut control, error, increment) {
                 prop_assert!(sample.command.is_finite(), "{sample:?}");
-                identifier.process(&mut state, &sample);
+                let learnt = identifier.learn(&mut state, sample.increment, sample.command);
+                prop_assert!(learnt.is_ok());
             }
             let estimates = identifier.estimates(&state);
             prop_assert!(estimates.a.is_finite() && estimates.b.is_finite(), "{estimates:?}");
@@ -249,48 +208,37 @@ proptest! {
 }
 
 /// An identifier of arbitrary numbers.
-fn build(
-    n: &[f64; 16],
-    small: &[f64; 4],
-) -> Result<GradientIdentifier<f32, LowPass<f32>, Ab, 2>, IdentifierError> {
-    let units = Units::new(small[0].min(n[0].abs()), small[1])?;
-    let config = IdentifierConfig {
-        units,
-        gains: Gains::new(n[1], n[2], n[3])?,
-        limit: CommandLimit::asymmetric(n[4], n[5])?,
-        plant_box: Some(PlantBox::new(
-            Interval::new("plant_box.a", n[6], n[7])?,
-            Interval::new("plant_box.b", n[8], n[9])?,
-        )?),
-        initial: start(n[13], n[14]),
-        bounds: bounds(
-            Interval::new("bounds.a", -n[15], n[15])?,
-            Interval::new("bounds.b", small[3], n[15])?,
-        ),
+fn build(n: &[f64; 16], small: &[f64; 4]) -> Result<Identifier<f32>, IdentifierError> {
+    let mut settings = Settings {
+        sample_time: small[0].min(n[0].abs()),
+        resolution: small[1],
+        cutoff: 1.0 / small[0],
+        controller: Some(ControllerSettings {
+            limit: [n[4], n[5]],
+            ..ControllerSettings::pid(n[1], n[2], n[3])
+        }),
+        ..Settings::new(1e-3, 1.0)
     };
-    let law = GradientLaw {
-        gamma: PositiveDefinite::new([[n[11], small[2]], [small[2], n[12]]])?,
-        mu: Some(n[10]),
-        frozen: [false; 2],
-    };
-    let velocity = LowPass::<f32>::new(&units, 1.0 / small[0])?;
-    GradientIdentifier::<_, _, Ab, 2>::new(&config, &law, velocity)
+    let learning = &mut settings.identifier;
+    learning.plant_box = Some(BoxSettings {
+        a: [n[6], n[7]],
+        b: [n[8], n[9]],
+    });
+    learning.initial.a = Some(n[13]);
+    learning.initial.b = Some(n[14]);
+    learning.bounds.a = Some([-n[15], n[15]]);
+    learning.bounds.b = Some([small[3], n[15]]);
+    learning.gamma = Some(gamma([[n[11], small[2]], [small[2], n[12]]]));
+    learning.mu = Some(n[10]);
+    settings.build()
 }
 
-/// What a broken configuration is refused with.
-fn refused(change: impl FnOnce(&mut IdentifierConfig)) -> IdentifierError {
-    let mut config = config(CommandLimit::NONE);
-    change(&mut config);
-    let velocity = LowPass::<f64>::new(&config.units, 500.0).expect("valid");
-    GradientIdentifier::<_, _, Ab, 2>::new(&config, &law(None), velocity)
-        .expect_err("broken on purpose")
-}
-
-/// What a μ is refused with.
-fn refused_mu(mu: f64) -> IdentifierError {
-    let config = config(CommandLimit::NONE);
-    let velocity = LowPass::<f64>::new(&config.units, 500.0).expect("valid");
-    GradientIdentifier::<_, _, Ab, 2>::new(&config, &law(Some(mu)), velocity)
+/// What broken settings are refused with.
+fn refused(change: impl FnOnce(&mut Settings)) -> IdentifierError {
+    let mut settings = settings(None);
+    change(&mut settings);
+    settings
+        .build::<Identifier<f64>>()
         .expect_err("broken on purpose")
 }
 
@@ -301,14 +249,20 @@ fn every_refusal_names_its_parameter() {
         IdentifierError::Range(range) => range.parameter,
         other => panic!("{other}"),
     };
-    assert_eq!(parameter(refused(|c| c.initial.a = -1.0)), "initial.a");
-    assert_eq!(parameter(refused(|c| c.initial.b = f64::NAN)), "initial.b");
     assert_eq!(
-        parameter(refused(|c| c.bounds.a = interval(0.0, 501.0))),
+        parameter(refused(|s| s.identifier.initial.a = Some(-1.0))),
+        "initial.a"
+    );
+    assert_eq!(
+        parameter(refused(|s| s.identifier.initial.b = Some(f64::NAN))),
+        "initial.b"
+    );
+    assert_eq!(
+        parameter(refused(|s| s.identifier.bounds.a = Some([0.0, 501.0]))),
         "bounds.a"
     );
     assert_eq!(
-        parameter(refused(|c| c.bounds.b = interval(0.0, 5000.0))),
+        parameter(refused(|s| s.identifier.bounds.b = Some([0.0, 5000.0]))),
         "bounds.b"
     );
     for (name, result) in [
@@ -337,6 +291,30 @@ fn every_refusal_names_its_parameter() {
         assert_eq!(error.parameter, name);
         assert!(error.to_string().contains(name));
     }
-    assert!(matches!(refused_mu(10.5), IdentifierError::Certificate(_)));
-    assert!(matches!(refused_mu(0.1), IdentifierError::Certificate(_)));
+    for mu in [10.5, 0.1] {
+        let error = refused(|settings| settings.identifier.mu = Some(mu));
+        assert!(matches!(error, IdentifierError::Certificate(_)));
+    }
+    for (name, error) in [
+        ("max_speed", refused(|s| s.identifier.max_speed = Some(0.0))),
+        ("sample_time", refused(|s| s.sample_time = 0.0)),
+        ("resolution", refused(|s| s.resolution = f64::NAN)),
+        ("cutoff", refused(|s| s.cutoff = 4000.0)),
+        (
+            "kp",
+            refused(|s| s.identifier.correction = Some([0.0, 1.0, 1.0])),
+        ),
+    ] {
+        assert_eq!(parameter(error), name);
+    }
+    let setting = |error: IdentifierError| match error {
+        IdentifierError::NotGiven { setting } => setting,
+        other => panic!("{other}"),
+    };
+    assert_eq!(setting(refused(|s| s.identifier.gamma = None)), "gamma");
+    let nothing_it_follows_from = refused(|s| {
+        s.controller = None;
+        s.identifier.plant_box = None;
+    });
+    assert_eq!(setting(nothing_it_follows_from), "correction");
 }

@@ -4,7 +4,7 @@
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use host_sim::compare::with_law;
-use host_sim::scenario::{Baseline, BaselineSettings, GradientSettings, Law, Scenario};
+use host_sim::scenario::{Baseline, BaselineSettings, Law, Scenario};
 use host_sim::sweep::{Distribution, Run, sweep};
 use identifier_core::parameters::Parameter;
 use integration_tests::{parse, servo};
@@ -92,7 +92,7 @@ fn moved_by_a_load(law: &Law) -> [Vec<f64>; 2] {
 
 #[test]
 fn a_constant_load_moves_the_least_squares_and_not_the_proposed_method() {
-    let proposed = moved_by_a_load(&Law::Gradient(GradientSettings::default()));
+    let proposed = moved_by_a_load(&Law::Gradient);
     let baseline = Baseline::RelayLeastSquares;
     let rival = moved_by_a_load(&Law::Baseline(baseline, BaselineSettings::of(baseline)));
     let at = |sorted: &[f64], part: f64| sorted[(part * (sorted.len() - 1) as f64) as usize];

@@ -2,7 +2,8 @@
 
 use host_sim::experiment;
 use host_sim::report::{Summariser, Summary};
-use host_sim::scenario::{GradientSettings, Law, Purpose, Scenario};
+use host_sim::scenario::{Purpose, Scenario};
+use identifier_core::ControllerSettings;
 use identifier_core::excitation::NormalSource;
 use identifier_core::model::ServoParameters;
 
@@ -38,12 +39,21 @@ pub fn servo(scenario: &mut Scenario) -> &mut ServoParameters {
     scenario.plant.as_mut().expect("a run has a plant")
 }
 
-/// The settings of the Γ-gradient law.
-pub fn gradient(scenario: &mut Scenario) -> &mut GradientSettings {
-    match &mut scenario.identifier.law {
-        Law::Gradient(settings) => settings,
-        other => panic!("the law is {}", other.name()),
-    }
+/// The controller of a scenario for a run.
+pub fn controller(scenario: &mut Scenario) -> &mut ControllerSettings {
+    scenario
+        .stated
+        .controller
+        .as_mut()
+        .expect("a run has a controller")
+}
+
+/// The laws among these that the core has: those that fit are being built anew.
+#[must_use]
+pub fn built(laws: &[&'static str]) -> Vec<&'static str> {
+    const FITTING: [&str; 2] = ["gauss-newton", "window"];
+    let there = |law: &&'static str| !FITTING.contains(law);
+    laws.iter().copied().filter(there).collect()
 }
 
 /// A scenario from a text that is known to be right.
