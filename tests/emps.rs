@@ -65,11 +65,14 @@ fn scenario(law: &str, factors: [f64; 4]) -> Scenario {
 /// M, Fv, Fc, OF after so many passes.
 fn identify(log: &Log, scenario: Scenario, passes: u32) -> [f64; 4] {
     let scenario = fitted(scenario, log);
+    let declared = scenario.stated.controller.is_some();
     let mut summariser = Summariser::lasting(&scenario, log.records.len() as f64 * 1e-3);
     let replayed = replay(&scenario, log, passes, &mut |sample| summariser.add(sample))
         .expect("it can be replayed");
-    let agreement = replayed.agreement.expect("the log has a command");
-    assert!(agreement.relative() < 0.01, "{agreement}");
+    assert_eq!(replayed.agreement.is_some(), declared);
+    if let Some(agreement) = replayed.agreement {
+        assert!(agreement.relative() < 0.01, "{agreement}");
+    }
     let summary = summariser.finish(&scenario, replayed.outcome);
     let mass = FORCE / summary.b.last;
     [
@@ -132,5 +135,25 @@ fn forty_passes_of_the_gradient_come_near_the_published_values() {
     for (i, tolerance) in [0.01, 0.05, 0.04, 0.02].into_iter().enumerate() {
         let off = found[i] / PUBLISHED[i] - 1.0;
         assert!(off.abs() < tolerance, "{found:?}");
+    }
+}
+
+/// Of the loop nothing is told: the recorded command and the correction's gains are enough.
+#[test]
+fn the_recorded_command_needs_neither_controller_nor_reference() {
+    let Some(log) = log() else { return };
+    let law = "law = \"gradient\"\nmu = 40.0\ngamma = [110.0, 0.15, 15.0, 15.0]";
+    let declared = scenario(law, [1.0; 4]);
+    let mut listening = declared.clone();
+    let controller = listening.stated.controller.take().expect("it is declared");
+    listening.stated.identifier.correction = Some([controller.kp, controller.kd, controller.ki]);
+    let mut bare = log.clone();
+    for record in &mut bare.records {
+        record.reference = None;
+    }
+    let [told, alone] = [identify(&log, declared, 40), identify(&bare, listening, 40)];
+    println!("M, Fv, Fc, OF = {told:.3?} with the controller declared, {alone:.3?} without");
+    for (told, alone) in told.iter().zip(alone) {
+        assert!((alone / told - 1.0).abs() < 5e-3);
     }
 }

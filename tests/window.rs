@@ -1,5 +1,4 @@
-//! The windowed law: it knows the servo after a wiggle, its work can be cut into any slices, and the
-//! recursive law goes on from what it found.
+//! The windowed law: it knows the servo after a wiggle.
 
 use host_sim::experiment;
 use host_sim::scenario::{ExcitationSettings, Scenario};

@@ -33,11 +33,7 @@ pub const KEYS: &[Key] = &[
         "required",
     ),
     key("plant.load", "any finite number, rad/s²", "0"),
-    key(
-        "plant.coulomb",
-        "0: Coulomb friction is not simulated yet",
-        "0",
-    ),
+    key("plant.coulomb", "a number of at least 0, rad/s²", "0"),
     key(
         "encoder",
         "a table with counts_per_rev",
