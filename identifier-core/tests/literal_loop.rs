@@ -46,7 +46,7 @@ impl Literal {
             integral: 0.0,
             command: 0.0,
             filtered: [0.0; 2],
-            moved: (-t, 0.0),
+            moved: (-1.0, 0.0),
             time: 0.0,
         }
     }
@@ -66,11 +66,11 @@ impl Literal {
         let b_min = self.settings.identifier.plant_box.expect("a box").b[0];
         let strength = t * (0..2).map(|i| self.gamma[i] * phi[i] * phi[i]).sum::<f64>();
         let slowed = (0.05 * b_min * kd / strength).min(1.0);
-        // A servo that has not moved for 50 ms stands, and nothing is learnt from it.
+        // A servo that has not moved for 0.1 s stands, and nothing is learnt from it.
         if (measured - self.moved.1).abs() > 0.5 * self.settings.resolution {
             self.moved = (self.time, measured);
         }
-        let stands = self.time - self.moved.0 > 0.05 + 0.5 * t;
+        let stands = self.time - self.moved.0 > 0.1 + 0.5 * t;
         self.time += t;
         for i in (0..2).filter(|_| !stands) {
             self.theta[i] -= slowed * t * self.gamma[i] * phi[i] * y;

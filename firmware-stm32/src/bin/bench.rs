@@ -99,9 +99,14 @@ impl<I: Identify<f32>> Single<I> {
     #[inline(never)]
     fn sample(&mut self, setpoint: i32, offset: f32, register: u16) -> f32 {
         let count = self.counter.read(register);
-        self.servo_loop
-            .process(&mut self.state, setpoint, offset, count)
-            .map_or(0.0, |step| step.control.command)
+        // As in a drive, which acts in between.
+        let control = self
+            .servo_loop
+            .control(&mut self.state, setpoint, offset, count);
+        control.map_or(0.0, |sample| {
+            self.servo_loop.learn(&mut self.state, &sample);
+            sample.command
+        })
     }
 }
 
@@ -135,9 +140,13 @@ impl Words {
     #[inline(never)]
     fn sample(&mut self, setpoint: i32, offset: I16F16, register: u16) -> Word {
         let count = self.counter.read(register);
-        self.servo_loop
-            .process(&mut self.state, setpoint, offset, count)
-            .map_or(Word::ZERO, |step| step.control.command)
+        let control = self
+            .servo_loop
+            .control(&mut self.state, setpoint, offset, count);
+        control.map_or(Word::ZERO, |sample| {
+            self.servo_loop.learn(&mut self.state, &sample);
+            sample.command
+        })
     }
 }
 

@@ -6,7 +6,7 @@ use crate::number::{Number, RunningSum};
 
 /// The Γ-gradient law (11), θ̂˙ = −Γ φ (μ ε + ε̇), for P parameters.
 ///
-/// Sampled, it is θ̂ ← Proj[θ̂ − s Γ φ y], y = μ ε + ε̇, with the guard
+/// Sampled, with ψ = −φ, it is θ̂ ← Proj[θ̂ + s Γ ψ y], y = μ ε + ε̇, with the guard
 /// s = min(1, ρ α_min T / (T² φᵀΓφ)).
 ///
 /// **Why the guard.** Near the solution the adaptation loop is s² + α s + φᵀΓφ: sampled with T, it
@@ -38,9 +38,9 @@ pub struct GradientState<N: Number, const P: usize> {
 /// An update before it is taken, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Update<N, const P: usize> {
-    /// Γφ.
+    /// Γψ.
     direction: [N; P],
-    /// φᵀΓφ.
+    /// ψᵀΓψ = φᵀΓφ.
     strength: N,
     /// What the guard allows it to be.
     strongest: N,
@@ -127,7 +127,7 @@ impl<N: Number, const P: usize, G: Gain<N, P>> GradientWith<N, P, G> {
         self.projection.at_bounds(&state.estimates())
     }
 
-    /// The update from the regressor φ, the output error ε and its rate ε̇, for the estimate b̂ of the
+    /// The update from the regressor ψ = −φ, the output error ε and its rate ε̇, for the estimate b̂ of the
     /// moment, all in machine units.
     #[inline]
     #[must_use]
@@ -151,7 +151,7 @@ impl<N: Number, const P: usize, G: Gain<N, P>> GradientWith<N, P, G> {
     #[inline]
     pub fn take(&self, state: &mut GradientState<N, P>, update: &Update<N, P>) {
         for i in 0..P {
-            state.estimates[i].add(-(update.direction[i] * update.output));
+            state.estimates[i].add(update.direction[i] * update.output);
         }
         self.projection.apply(&mut state.estimates);
     }
@@ -198,7 +198,7 @@ mod tests {
         let y = 0.5 * error + rate;
         for (i, estimate) in state.estimates().into_iter().enumerate() {
             let step: f64 = (0..3).map(|j| GAMMA[i][j] * phi[j]).sum();
-            assert!((estimate - ((i + 1) as f64 - step * y)).abs() < 1e-12);
+            assert!((estimate - ((i + 1) as f64 + step * y)).abs() < 1e-12);
         }
     }
 
@@ -216,7 +216,7 @@ mod tests {
         assert!(!update.is_gentle());
         law.shorten(&mut state, &update);
         // φᵀΔθ̂ is the strength that acted.
-        let acted: f64 = state.estimates().iter().zip(phi).map(|(x, p)| -x * p).sum();
+        let acted: f64 = state.estimates().iter().zip(phi).map(|(x, p)| x * p).sum();
         assert!((acted - bound).abs() < 1e-9);
     }
 

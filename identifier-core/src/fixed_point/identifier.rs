@@ -201,7 +201,7 @@ where
         FixedGradientState {
             model: self.model.start(),
             estimates: self.initial,
-            rest: FixedRestState::default(),
+            rest: self.rest.at_rest(),
         }
     }
 
@@ -231,11 +231,16 @@ where
             rate,
             regressor,
         } = self.model.observe::<S, P>(&mut state.model, increment);
-        let stays = S::HAS_COULOMB && self.rest.stays(&mut state.rest, increment);
-        let stands = self.rest.stands(&mut state.rest, increment);
+        let stands = if S::HAS_COULOMB {
+            self.rest.stands(&mut state.rest, increment)
+        } else {
+            self.rest.rests(&mut state.rest, increment)
+        };
         let mut event = Event::None;
-        if stays || stands {
-            self.model.stand_beside(&mut state.model);
+        if stands {
+            if S::HAS_COULOMB {
+                self.model.stand_beside(&mut state.model);
+            }
             event = if self.should_move(state, command) {
                 Event::NotFollowing
             } else {
@@ -257,6 +262,9 @@ where
             .advance::<S, P>(&mut state.model, rate, command, &parameters)
         {
             event = Event::Restarted;
+        }
+        if S::HAS_COULOMB && self.model.is_stuck(&state.model) && self.rest.pauses(&state.rest) {
+            self.model.stand_beside(&mut state.model);
         }
         Seen {
             output_error,

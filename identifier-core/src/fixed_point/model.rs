@@ -206,6 +206,12 @@ impl<V: FixedVelocity> FixedModelLoop<V> {
         self.restart_if_lost(state)
     }
 
+    /// Whether friction holds the model.
+    #[inline]
+    pub(super) fn is_stuck(&self, state: &FixedModelState<V::State>) -> bool {
+        state.acted.moving == Word::ZERO
+    }
+
     /// The product of b̂ and a command that acts, with what the correction has found of the load: what
     /// pushes the servo, of the velocity's full scale.
     pub(super) fn pushed(

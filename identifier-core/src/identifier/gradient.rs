@@ -5,13 +5,13 @@ use super::{Event, IdentifierError, Identify, Seen};
 use crate::adaptation::{
     DiagonalGain, FullGain, Gain, GradientConfig, GradientState, GradientWith, Update,
 };
+use crate::control::ControlSample;
 use crate::error::StepError;
 use crate::interval::Interval;
-use crate::measurement::standstill::Standstill;
-use crate::measurement::travel::Travel;
+use crate::measurement::standstill::{Rest, Standstill};
 use crate::measurement::velocity::VelocityEstimate;
 use crate::model::{
-    CommandCorrection, Correction, ModelLoop, ModelState, Observed, ServoParameters,
+    CommandCorrection, Correction, ModelLoop, ModelState, Observed, Phase, ServoParameters,
 };
 use crate::number::Number;
 use crate::parameters::{ModelParameters, Parameter, ParameterSet};
@@ -28,7 +28,6 @@ use crate::units::Units;
 pub struct GradientIdentifierWith<N, V, S, const P: usize, G> {
     model: ModelLoop<N, V, CommandCorrection<N>>,
     law: GradientWith<N, P, G>,
-    travel: Travel<N>,
     standstill: Standstill<N>,
     most: N,
     initial: [f64; P],
@@ -55,8 +54,7 @@ type CorrectionState<N> = <CommandCorrection<N> as Correction<N>>::State;
 pub struct GradientIdentifierState<N: Number, F, const P: usize> {
     model: ModelState<N, F, CorrectionState<N>>,
     law: GradientState<N, P>,
-    travelled: N,
-    still: N,
+    rest: Rest<N>,
 }
 
 impl<N, V, S, const P: usize, G> FromSettings for GradientIdentifierWith<N, V, S, P, G>
@@ -92,7 +90,6 @@ where
         Ok(Self {
             model: ModelLoop::new(velocity, CommandCorrection::new(&units, &plan.gains)),
             law: GradientWith::new(G::new(&gamma, plan.frozen)?, &gradient)?,
-            travel: Travel::new(&units),
             standstill: Standstill::new(&units),
             most: N::from_f64(settings.most_increment(&units, N::REACH.to_f64())?),
             initial: core::array::from_fn(|i| plan.initial[i] * rates(S::PARAMETERS[i])),
@@ -146,26 +143,18 @@ where
             .map(|(_, bounds)| bounds)
     }
 
-    /// A sample in which nothing is learnt; a model with friction stands beside the servo.
+    /// Nothing is learnt; a model with friction stands beside the servo.
     #[cold]
     #[inline(never)]
-    fn wait(
-        &self,
-        state: &mut GradientIdentifierState<N, V::State, P>,
-        rate: N,
-        command: N,
-    ) -> Seen<N> {
-        let output_error = self.model.output_error(&state.model);
+    fn stand(&self, state: &mut GradientIdentifierState<N, V::State, P>, command: N) -> Event {
         if S::HAS_COULOMB {
             self.model.stand_beside(&mut state.model);
         }
-        self.advance(state, rate, command);
-        let event = if self.should_move(state, command) {
+        if self.should_move(state, command) {
             Event::NotFollowing
         } else {
             Event::Standing
-        };
-        self.seen(state, output_error, event)
+        }
     }
 
     /// Whether the estimates say that a command moves the servo, load and friction notwithstanding.
@@ -183,7 +172,7 @@ where
         pushed.magnitude() > coulomb + coulomb + hidden
     }
 
-    /// A sample in which the guard shortens the law's step.
+    /// The guard shortens the law's step.
     #[cold]
     #[inline(never)]
     fn learn_slowly(
@@ -191,26 +180,75 @@ where
         state: &mut GradientIdentifierState<N, V::State, P>,
         rate: N,
         regressor: [N; P],
-        command: N,
-    ) -> Seen<N> {
+    ) -> Event {
         let output_error = self.model.output_error(&state.model);
         let update = self.update(state, output_error, rate, &regressor);
         self.law.shorten(&mut state.law, &update);
-        self.advance(state, rate, command);
-        self.seen(state, output_error, Event::Slowed)
+        Event::Slowed
     }
 
-    /// What a sample shows in which the model may have run away: the guard sees that first.
-    fn seen(
+    /// What happened, where the model may have run away: the guard sees that first.
+    #[cold]
+    #[inline(never)]
+    fn restart_if_lost(
         &self,
         state: &mut GradientIdentifierState<N, V::State, P>,
-        output_error: N,
         event: Event,
+    ) -> Event {
+        if self.model.restart_if_lost(&mut state.model) {
+            Event::Restarted
+        } else {
+            event
+        }
+    }
+
+    /// A sample after what was observed in it.
+    #[inline]
+    fn learn_from(
+        &self,
+        state: &mut GradientIdentifierState<N, V::State, P>,
+        observed: Observed<N, P>,
+        increment: N,
+        command: N,
     ) -> Seen<N> {
-        let restarted = self.model.restart_if_lost(&mut state.model);
+        let Observed {
+            output_error,
+            rate,
+            regressor,
+        } = observed;
+        // A servo that stands teaches nothing, least of all that its amplifier is off; and a model that
+        // friction can hold has nothing to learn from one that only slips.
+        let stands = if S::HAS_COULOMB {
+            self.standstill.stands(&mut state.rest, increment)
+        } else {
+            self.standstill.rests(&mut state.rest, increment)
+        };
+        let event = if stands {
+            self.stand(state, command)
+        } else {
+            let update = self.update(state, output_error, rate, &regressor);
+            if update.is_gentle() {
+                self.law.take(&mut state.law, &update);
+                Event::None
+            } else {
+                // By value: what is pointed at would have to be in memory in every sample.
+                self.learn_slowly(state, rate, regressor)
+            }
+        };
+        let parameters = ModelParameters::of_set::<S, P>(&state.law.estimates());
+        let phase = self
+            .model
+            .advance::<S, P>(&mut state.model, rate, command, &parameters);
+        if S::HAS_COULOMB && phase == Phase::Stuck && self.standstill.pauses(&state.rest) {
+            self.model.stand_beside(&mut state.model);
+        }
+        let event = match event {
+            Event::None => event,
+            other => self.restart_if_lost(state, other),
+        };
         Seen {
             output_error,
-            event: if restarted { Event::Restarted } else { event },
+            event,
         }
     }
 
@@ -225,14 +263,6 @@ where
     ) -> Update<N, P> {
         let gain = ModelParameters::of_set::<S, P>(&state.law.estimates()).gain;
         self.law.update(regressor, output_error, rate, gain)
-    }
-
-    /// Moves the model to the next sample.
-    #[inline]
-    fn advance(&self, state: &mut GradientIdentifierState<N, V::State, P>, rate: N, command: N) {
-        let parameters = ModelParameters::of_set::<S, P>(&state.law.estimates());
-        self.model
-            .advance::<S, P>(&mut state.model, rate, command, &parameters);
     }
 }
 
@@ -249,8 +279,7 @@ where
         GradientIdentifierState {
             model: self.model.start(),
             law: GradientState::new(self.initial),
-            travelled: N::ZERO,
-            still: N::ZERO,
+            rest: self.standstill.at_rest(),
         }
     }
 
@@ -274,29 +303,16 @@ where
 
     #[inline]
     fn follow(&self, state: &mut Self::State, increment: N, command: N) -> Seen<N> {
-        let Observed {
-            output_error,
-            rate,
-            regressor,
-        } = self.model.observe::<S, P>(&mut state.model, increment);
-        // A servo that stands teaches nothing, least of all that its amplifier is off; and a model that
-        // friction can hold has nothing to learn from one that stays where it is.
-        let stays = S::HAS_COULOMB && self.travel.stays(&mut state.travelled, increment);
-        let stands = self.standstill.stands(&mut state.still, increment);
-        if stays || stands {
-            return self.wait(state, rate, command);
-        }
-        let update = self.update(state, output_error, rate, &regressor);
-        if !update.is_gentle() {
-            // By value: what is pointed at would have to be in memory in every sample.
-            return self.learn_slowly(state, rate, regressor, command);
-        }
-        self.law.take(&mut state.law, &update);
-        self.advance(state, rate, command);
-        Seen {
-            output_error,
-            event: Event::None,
-        }
+        let observed = self.model.observe::<S, P>(&mut state.model, increment);
+        self.learn_from(state, observed, increment, command)
+    }
+
+    #[inline]
+    fn follow_beside(&self, state: &mut Self::State, sample: &ControlSample<N>) -> Seen<N> {
+        let observed =
+            self.model
+                .observe_beside::<S, P>(&mut state.model, sample.increment, sample.velocity);
+        self.learn_from(state, observed, sample.increment, sample.command)
     }
 
     /// The load is the part found as a parameter plus b̂ k_i ∫ε.

@@ -1,3 +1,4 @@
+use crate::control::ControlSample;
 use crate::error::StepError;
 use crate::model::ServoParameters;
 use crate::settings::PerParameter;
@@ -56,6 +57,12 @@ pub trait Identify<N: Copy> {
     /// [`Identify::learn`] for what was checked: a controller of ours gives no other commands. Anything
     /// else does no harm but to the estimates.
     fn follow(&self, state: &mut Self::State, increment: N, command: N) -> Seen<N>;
+
+    /// The same beside a controller of ours, whose velocity estimate need not be made twice.
+    #[inline]
+    fn follow_beside(&self, state: &mut Self::State, sample: &ControlSample<N>) -> Seen<N> {
+        self.follow(state, sample.increment, sample.command)
+    }
 
     /// The estimates, SI.
     fn estimates(&self, state: &Self::State) -> ServoParameters;

@@ -149,7 +149,7 @@ impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
         sample: &ControlSample<N>,
     ) -> Seen<N> {
         self.identifier
-            .follow(&mut state.identification, sample.increment, sample.command)
+            .follow_beside(&mut state.identification, sample)
     }
 
     /// The same where the command that acts is not quite the controller's: something was added to it,
@@ -164,7 +164,8 @@ impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
         sample: &ControlSample<N>,
         command: N,
     ) -> Result<Seen<N>, StepError> {
-        self.identifier
-            .learn(&mut state.identification, sample.increment, command)
+        self.identifier.check(sample.increment, command)?;
+        let acted = ControlSample { command, ..*sample };
+        Ok(self.learn(state, &acted))
     }
 }

@@ -5,5 +5,4 @@
 
 pub mod counter;
 pub mod standstill;
-pub mod travel;
 pub mod velocity;

@@ -3,48 +3,108 @@
 use crate::number::Number;
 use crate::units::Units;
 
-/// A servo stands once it has not moved for [`Standstill::PATIENCE`].
+/// A servo stands once it has stayed within [`Standstill::SLIP`] counts of one place for
+/// [`Standstill::PATIENCE`].
 ///
 /// No estimate has a say in it: a friction that is estimated too large would call every velocity
-/// "standing", carry the model along, and never be found out.
+/// "standing", carry the model along, and never be found out. A servo with friction that is left alone
+/// is broken loose by a count or two now and then, as the controller's integral grows; that is no
+/// motion either: within so few counts the encoder does not show what the servo does.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Standstill<N> {
+    slip: N,
     patience: N,
+    pause: N,
     hidden: N,
 }
 
+/// What it remembers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rest<N> {
+    /// How far the servo is from the place at which it might stand, position units.
+    away: N,
+    /// Samples since it came there.
+    still: N,
+}
+
+impl<N: Number> Rest<N> {
+    /// It moves.
+    const NONE: Self = Self {
+        away: N::ZERO,
+        still: N::ZERO,
+    };
+}
+
 impl<N: Number> Standstill<N> {
-    /// How long the encoder must have shown no motion, s. A servo that creeps at fewer than
-    /// 1/PATIENCE counts a second counts as standing.
-    pub const PATIENCE: f64 = 0.05;
+    /// How far a servo that stands may slip, counts (position units).
+    pub const SLIP: f64 = 4.0;
+
+    /// How long it must have stayed there, s.
+    pub const PATIENCE: f64 = 0.1;
+
+    /// After how much of it a model that friction holds is put beside the servo, s.
+    pub const PAUSE: f64 = 0.02;
 
     /// For a loop with these units.
     #[must_use]
     pub fn new(units: &Units) -> Self {
         let patience = libm::ceil(Self::PATIENCE / units.sample_time());
         Self {
+            slip: N::from_f64(Self::SLIP),
             patience: N::from_f64(patience),
-            hidden: N::from_f64(2.0 / (patience * patience)),
+            pause: N::from_f64(libm::ceil(Self::PAUSE / units.sample_time())),
+            hidden: N::from_f64(2.0 * Self::SLIP / (patience * patience)),
         }
     }
 
-    /// The acceleration (machine units) that moves a servo by no more than a count within that time.
+    /// A servo that stands since long.
+    #[must_use]
+    pub fn at_rest(&self) -> Rest<N> {
+        Rest {
+            away: N::ZERO,
+            still: self.patience,
+        }
+    }
+
+    /// Whether the servo has stayed within a slip for a [`Standstill::PAUSE`].
+    #[inline]
+    #[must_use]
+    pub fn pauses(&self, rest: &Rest<N>) -> bool {
+        rest.still >= self.pause
+    }
+
+    /// The acceleration (machine units) that moves a servo by no more than a slip within that time.
     #[must_use]
     pub fn hidden_acceleration(&self) -> N {
         self.hidden
     }
 
-    /// Takes in the increment of a sample; true while the servo stands. `still` counts the samples
-    /// without motion.
+    /// Takes in the increment of a sample; true while the servo stands.
     #[inline]
-    pub fn stands(&self, still: &mut N, increment: N) -> bool {
-        if increment != N::ZERO {
-            *still = N::ZERO;
+    pub fn stands(&self, rest: &mut Rest<N>, increment: N) -> bool {
+        rest.away += increment;
+        if rest.away.magnitude() > self.slip {
+            *rest = Rest::NONE;
             return false;
         }
-        let stands = *still >= self.patience;
+        self.waits(rest)
+    }
+
+    /// The same for a servo without friction, which does not slip: any count is motion.
+    #[inline]
+    pub fn rests(&self, rest: &mut Rest<N>, increment: N) -> bool {
+        if increment != N::ZERO {
+            rest.still = N::ZERO;
+            return false;
+        }
+        self.waits(rest)
+    }
+
+    #[inline]
+    fn waits(&self, rest: &mut Rest<N>) -> bool {
+        let stands = rest.still >= self.patience;
         if !stands {
-            *still += N::ONE;
+            rest.still += N::ONE;
         }
         stands
     }
@@ -59,18 +119,45 @@ mod tests {
         for sample_time in [4e-3, 1e-3, 5e-5] {
             let units = Units::new(sample_time, 1e-3).expect("valid");
             let standstill = Standstill::<f32>::new(&units);
-            let mut still = 0.0;
+            let (mut slipping, mut resting) = (Rest::NONE, Rest::NONE);
             for _ in 0..3 {
-                assert!(!standstill.stands(&mut still, -1.0));
+                assert!(!standstill.stands(&mut slipping, -5.0));
+                assert!(!standstill.rests(&mut resting, -1.0));
                 let waited = (0..10_000)
-                    .position(|_| standstill.stands(&mut still, 0.0))
+                    .position(|_| {
+                        let stands = standstill.stands(&mut slipping, 0.0);
+                        assert_eq!(standstill.rests(&mut resting, 0.0), stands);
+                        stands
+                    })
                     .expect("it stands");
                 let time = waited as f64 * sample_time;
-                assert!(
-                    (time - Standstill::<f32>::PATIENCE).abs() <= sample_time,
-                    "{time}"
-                );
+                let off = (time - Standstill::<f32>::PATIENCE).abs();
+                assert!(off <= sample_time, "{time}");
             }
         }
+    }
+
+    #[test]
+    fn a_slip_of_a_few_counts_is_no_motion_and_a_creeping_servo_moves() {
+        let units = Units::new(1e-3, 1e-3).expect("valid");
+        let standstill = Standstill::<f32>::new(&units);
+        let mut rest = Rest::NONE;
+        let stood = |rest: &mut Rest<f32>, increment: &dyn Fn(u32) -> f32| {
+            (0..20_000)
+                .skip(200)
+                .filter(|&k| standstill.stands(rest, increment(k)))
+                .count()
+        };
+        // Three counts forth and back, three times a second.
+        let slips = stood(&mut rest, &|k| match k % 333 {
+            0 => 3.0,
+            150 => -3.0,
+            _ => 0.0,
+        });
+        assert!(slips > 19_000, "{slips}");
+        // Sixty counts a second.
+        let mut rest = Rest::NONE;
+        let creeps = stood(&mut rest, &|k| if k % 16 == 0 { 1.0 } else { 0.0 });
+        assert!(creeps == 0, "{creeps}");
     }
 }

@@ -35,6 +35,7 @@ pub struct ModelLoop<N, V, C> {
 pub struct ModelState<N, F, C> {
     output_error: N,
     motion: Motion<N>,
+    measured: F,
     rate: F,
     correction: C,
     acted: Acted<N>,
@@ -52,7 +53,6 @@ struct Acted<N> {
 /// The velocity filters of the regressor's entries.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct RegressorFilter<F> {
-    velocity: F,
     command: F,
     direction: F,
     moving: F,
@@ -65,8 +65,8 @@ pub struct Observed<N, const P: usize> {
     pub output_error: N,
     /// Its rate ε̇ through the velocity filter: the difference of the two velocity estimates.
     pub rate: N,
-    /// The regressor (9) of the parameter set, [q̇_e, −u_e, sign q̇_e, −1], its entries through the
-    /// velocity filter: what the filter does to ε̇ it must do to φ, or their product loses its sign
+    /// ψ = −φ, the regressor (9) of the parameter set with its sign turned: ∂q̈_e/∂θ = [−q̇_e, u_e,
+    /// −sign q̇_e, 1], its entries through the velocity filter. What the filter does to ε̇ it must do to φ, or their product loses its sign
     /// at the frequencies that the filter delays. They are those of the sample just passed, like the
     /// increment that the rate is made of. While friction holds the model nothing acts on it, and the
     /// regressor is zero.
@@ -91,6 +91,7 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
         ModelState {
             output_error: N::ZERO,
             motion: Motion::NONE,
+            measured: rest,
             rate: rest,
             correction: self.correction.start(),
             acted: Acted {
@@ -99,7 +100,6 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
                 moving: N::ZERO,
             },
             regressor: RegressorFilter {
-                velocity: rest,
                 command: rest,
                 direction: rest,
                 moving: rest,
@@ -132,6 +132,19 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
         state: &mut ModelState<N, V::State, C::State>,
         increment: N,
     ) -> Observed<N, P> {
+        let velocity = self.velocity.process(&mut state.measured, increment);
+        self.observe_beside::<S, P>(state, increment, velocity)
+    }
+
+    /// The same where a controller with the same velocity filter has made the servo's velocity estimate
+    /// already.
+    #[inline]
+    pub fn observe_beside<S: ParameterSet<P>, const P: usize>(
+        &self,
+        state: &mut ModelState<N, V::State, C::State>,
+        increment: N,
+        velocity: N,
+    ) -> Observed<N, P> {
         let change = increment - state.motion.increment;
         state.output_error += change;
         // The filter is linear: of the difference it is the difference of the velocity estimates.
@@ -139,17 +152,15 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
         let acted = &state.acted;
         let filters = &mut state.regressor;
         let regressor = S::PARAMETERS.map(|parameter| match parameter {
-            Parameter::A => self
-                .velocity
-                .process(&mut filters.velocity, state.motion.increment),
-            Parameter::B => -self.velocity.process(&mut filters.command, acted.command),
-            Parameter::Coulomb => self
+            Parameter::A => rate - velocity,
+            Parameter::B => self.velocity.process(&mut filters.command, acted.command),
+            Parameter::Coulomb => -self
                 .velocity
                 .process(&mut filters.direction, acted.direction),
             Parameter::Load if S::HAS_COULOMB => {
-                -self.velocity.process(&mut filters.moving, acted.moving)
+                self.velocity.process(&mut filters.moving, acted.moving)
             }
-            Parameter::Load => -N::ONE,
+            Parameter::Load => N::ONE,
         });
         Observed {
             output_error: state.output_error,
