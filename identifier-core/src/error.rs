@@ -110,6 +110,11 @@ pub enum StepError {
     /// Reference and position, or two successive positions, are further apart than the number
     /// format counts exactly: a lost encoder, a wrong reference or a forgotten shift of origin.
     TooFarApart,
+    /// The command that acted is NaN or infinite.
+    CommandNotFinite,
+    /// The encoder's increment is not finite, or larger than the number format counts exactly or
+    /// than the highest speed that was declared.
+    CountJumped,
 }
 
 impl fmt::Display for StepError {
@@ -120,6 +125,10 @@ impl fmt::Display for StepError {
             Self::TooFarApart => {
                 "the position is further from the reference or from its last value than the number \
                  format counts exactly: check the encoder, or shift the origin"
+            }
+            Self::CommandNotFinite => "the command is not a finite number",
+            Self::CountJumped => {
+                "the encoder moved further in a sample than it can: a lost or spoilt count"
             }
         })
     }

@@ -12,7 +12,7 @@ mod projection;
 pub use automatic_gain::AutomaticGain;
 pub use covariance::{Covariance, Innovation};
 pub use gain::{DiagonalGain, FullGain, Gain};
-pub use gauss_newton::{GaussNewton, GaussNewtonConfig, GaussNewtonState};
+pub use gauss_newton::{GaussNewton, GaussNewtonConfig, GaussNewtonState, GaussNewtonStep};
 pub use gradient::{Gradient, GradientConfig, GradientState, GradientUpdate, GradientWith};
 pub use matrix::{MatrixError, PositiveDefinite};
 pub use normal_equations::NormalEquations;

@@ -1,23 +1,25 @@
-//! Identifiers: a model loop and a law beside a running controller.
+//! Identifiers beside a running controller.
 //!
 //! [`GradientIdentifier`] runs the paper's law ([`DiagonalGradientIdentifier`] for less work in every
-//! sample), [`GaussNewtonIdentifier`] the fast one with standard errors, [`WindowIdentifier`] fits the
-//! last samples again and again in the background. All are built from the same [`IdentifierConfig`]
-//! and a configuration of the law, and take each sample after the controller's.
+//! sample). [`GaussNewtonIdentifier`], the fast one with standard errors, and [`WindowIdentifier`],
+//! which fits the last samples again and again in the background, only listen ([`Identify`]): they
+//! need no controller, and no first guess.
 
 mod config;
 mod error;
+mod fit;
 mod gauss_newton;
 mod gradient;
-mod window;
+mod identify;
+mod settings;
 
 pub use config::{Bounds, IdentifierConfig};
 pub use error::IdentifierError;
-pub use gauss_newton::{
-    GaussNewtonIdentification, GaussNewtonIdentifier, GaussNewtonIdentifierState, Uncertainty,
-};
+pub use fit::{Block, Blocking, Record};
+pub use gauss_newton::{GaussNewtonIdentifier, GaussNewtonIdentifierState, Start};
 pub use gradient::{
     DiagonalGradientIdentifier, GradientIdentification, GradientIdentifier,
     GradientIdentifierState, GradientIdentifierWith, GradientLaw,
 };
-pub use window::{Found, Recorded, Window, WindowIdentifier, WindowState};
+pub use identify::{Event, Identify, Seen};
+pub use settings::{Knowledge, ListeningSettings};

@@ -1,0 +1,535 @@
+mod load_step;
+mod start;
+
+pub use start::Start;
+
+use core::marker::PhantomData;
+
+use load_step::{LoadStepTest, Suspicion};
+
+use super::fit::{Blocking, Fitter, Found};
+use super::identify::{Event, Identify, Seen};
+use super::settings::{ALL, ListeningSettings};
+use super::{IdentifierError, settings};
+use crate::adaptation::{GaussNewton, GaussNewtonConfig, GaussNewtonState, GaussNewtonStep};
+use crate::error::StepError;
+use crate::model::{
+    Correction, FrictionStep, ListeningModel, Phase, ServoParameters, Tangents,
+};
+use crate::number::Number;
+use crate::parameters::{ModelParameters, Parameter, ParameterSet};
+use crate::units::Units;
+
+/// The fast identifier: recursive Gauss–Newton on a model driven by the command that acted, for the
+/// parameter set S. Its first fit uses a record of W blocks.
+///
+/// It begins by recording. Once the record tells enough, a fit in the background
+/// ([`GaussNewtonIdentifier::work`]) finds the servo without a first guess, and the recursion goes
+/// on from there.
+///
+/// When an estimate moves, the model's state moves with it to where it would have been, to first
+/// order, had the estimate always been the new one. The output error then is what the *present*
+/// estimates leave unexplained, and nothing has to wait for the model to forget the old ones.
+///
+/// A step of the load is noticed by the mean of the output error. The recursion then pauses, and
+/// the model itself, with an integral and a correction that is fast at first, finds the load; the
+/// other estimates are not disturbed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GaussNewtonIdentifier<N, S, const P: usize, const W: usize = 256> {
+    law: GaussNewton<N, P>,
+    fitter: Fitter<N>,
+    blocking: Blocking<N>,
+    step: FrictionStep<N>,
+    load_step: LoadStepTest<N>,
+    units: Units,
+    longest: N,
+    /// ω T that was given.
+    bandwidth: Option<N>,
+    slowest: N,
+    fastest: N,
+    first: N,
+    narrowing: N,
+    alongside: u32,
+    search: u32,
+    standing: u32,
+    release: u32,
+    has_load: bool,
+    initial: [f64; P],
+    set: PhantomData<S>,
+}
+
+/// What the identifier remembers between samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GaussNewtonIdentifierState<N: Number, const P: usize, const W: usize = 256> {
+    recursion: Recursion<N, P>,
+    start: Start<N, W>,
+}
+
+/// What runs every sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Recursion<N: Number, const P: usize> {
+    model: ListeningModel<N>,
+    tangents: Tangents<N, P>,
+    law: GaussNewtonState<N, P>,
+    /// ω T once nothing is being sought.
+    omega: N,
+    /// ω T of this sample.
+    quick: N,
+    suspicion: Suspicion<N>,
+    mode: Mode,
+    /// Samples since the servo last moved.
+    still: u32,
+    last_move: N,
+    /// Samples for which friction has held the model, and how far the servo went meanwhile.
+    held: u32,
+    slid: N,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Mode {
+    /// There is no model yet.
+    Recording,
+    /// The model joins the servo's motion for so many samples more; nothing is learnt.
+    Joining(u32),
+    /// The load is sought for so many samples more.
+    Searching(u32),
+    /// Everything is learnt.
+    Learning,
+}
+
+impl<N, S, const P: usize, const W: usize> GaussNewtonIdentifier<N, S, P, W>
+where
+    N: Number,
+    S: ParameterSet<P>,
+{
+    /// Velocity below which the model counts as standing, counts per sample.
+    pub const DEAD_ZONE: f64 = 0.02;
+
+    /// The largest ω T of the correction: the output error then stays within a few per cent of
+    /// the encoder's.
+    pub const WIDEST: f64 = 0.05;
+
+    /// The slowest correction, rad/s.
+    pub const SLOWEST: f64 = 3.0;
+
+    /// The measured bandwidth is multiplied by this.
+    pub const BANDWIDTH: f64 = 1.0;
+
+    /// The correction when the model is put beside a moving servo or the load is sought, rad/s. It
+    /// narrows as 1/ω = 1/ω₀ + t/6.
+    pub const FASTEST: f64 = 300.0;
+
+    /// The time in which the model joins the servo's motion, s.
+    pub const JOINING: f64 = 0.05;
+
+    /// The time for which the load is sought after a step, s.
+    pub const SEARCH: f64 = 0.1;
+
+    /// The time without a count after which the servo stands, s.
+    pub const STANDING: f64 = 0.005;
+
+    /// The time for which friction may hold the model while the servo moves, s.
+    pub const HELD: f64 = 0.02;
+
+    /// Builds the identifier.
+    ///
+    /// # Errors
+    /// See [`IdentifierError`]; every value out of range is named.
+    pub fn new(config: &ListeningSettings) -> Result<Self, IdentifierError> {
+        const { assert!(W >= 32, "a record of fewer blocks tells too little") };
+        let units = config.units;
+        let sample_time = units.sample_time();
+        let fitter = config.fitter::<S, P>(config.start_time, W)?;
+        let places = S::PARAMETERS.map(place);
+        let samples = |time: f64| libm::ceil(time / sample_time).max(2.0) as u32;
+        let low = places.map(|i| if fitter.free[i] { fitter.low[i] } else { fitter.initial[i].unwrap_or(0.0) });
+        let high = places.map(|i| if fitter.free[i] { fitter.high[i] } else { fitter.initial[i].unwrap_or(0.0) });
+        let law = GaussNewton::new(&GaussNewtonConfig {
+            sample_time,
+            noise: fitter.noise,
+            dead_zone: Self::DEAD_ZONE,
+            memory: config.memory,
+            low,
+            high,
+        })?;
+        let per_sample = |omega: f64, most: f64| N::from_f64((omega * sample_time).min(most));
+        Ok(Self {
+            law,
+            blocking: Blocking::of(fitter.block),
+            fitter: Fitter::new(&fitter),
+            step: FrictionStep::new(),
+            load_step: LoadStepTest::new(sample_time, fitter.noise),
+            units,
+            longest: config.longest_increment()?,
+            bandwidth: fitter.bandwidth.map(N::from_f64),
+            slowest: per_sample(Self::SLOWEST, Self::WIDEST),
+            fastest: N::from_f64(Self::WIDEST),
+            first: per_sample(Self::FASTEST, settings::MOST_PER_SAMPLE),
+            narrowing: N::from_f64(1.0 / 6.0),
+            alongside: samples(Self::JOINING),
+            search: samples(Self::SEARCH),
+            standing: samples(Self::STANDING),
+            release: samples(Self::HELD),
+            has_load: S::PARAMETERS.last() == Some(&Parameter::Load) && fitter.free[place(Parameter::Load)],
+            initial: places.map(|i| fitter.initial[i].unwrap_or(0.0)),
+            set: PhantomData,
+        })
+    }
+
+    /// Background work: looks whether the record tells enough and fits it, at most `budget` blocks
+    /// at a time. Call it whenever there is time, on a PC after every sample; it does nothing while
+    /// the recursion runs.
+    pub fn work(&self, state: &mut GaussNewtonIdentifierState<N, P, W>, budget: u32) {
+        if matches!(state.recursion.mode, Mode::Recording) {
+            state.start.work(&self.fitter, budget);
+        }
+    }
+
+    /// Whether each estimate stands at one of its bounds, and so is none.
+    #[must_use]
+    pub fn at_bound(&self, state: &GaussNewtonIdentifierState<N, P, W>) -> [bool; P] {
+        self.law.at_bound(&state.recursion.law)
+    }
+
+    /// Whether the recursion runs: a first fit has been found.
+    #[must_use]
+    pub fn is_running(&self, state: &GaussNewtonIdentifierState<N, P, W>) -> bool {
+        !matches!(state.recursion.mode, Mode::Recording)
+    }
+
+    /// The bandwidth of the correction, rad/s; zero before there is a model.
+    #[must_use]
+    pub fn bandwidth(&self, state: &GaussNewtonIdentifierState<N, P, W>) -> f64 {
+        state.recursion.omega.to_f64() / self.units.sample_time()
+    }
+
+    /// The recursion from what a fit has found.
+    fn recursion(&self, found: &Found<N>, velocity: N) -> Recursion<N, P> {
+        /// The fit's covariance counts this many times: it was found far from the truth, and not
+        /// from white noise.
+        const DOUBT: f64 = 4.0;
+        let places = S::PARAMETERS.map(place);
+        let estimates = places.map(|i| found.parameters[i]);
+        let covariance: [[f64; P]; P] = core::array::from_fn(|i| {
+            core::array::from_fn(|j| DOUBT * found.covariance[places[i]][places[j]].to_f64())
+        });
+        // As uncertain as it may become: b by a factor, a by the bandwidth, friction and load by
+        // what the command does.
+        let gain = found.parameters[1].to_f64();
+        let omega = self.bandwidth_of(found);
+        let scale = found.acceleration.to_f64();
+        let most = S::PARAMETERS.map(|parameter| {
+            let deviation = match parameter {
+                Parameter::A => 2.0 * (omega.to_f64() + found.parameters[0].to_f64()),
+                Parameter::B => 2.0 * gain,
+                Parameter::Coulomb | Parameter::Load => scale,
+            };
+            deviation * deviation
+        });
+        let most = core::array::from_fn(|i| {
+            let certain = covariance[i][i];
+            if certain > 0.0 { f64::max(most[i], certain) } else { 0.0 }
+        });
+        Recursion {
+            model: ListeningModel::alongside(velocity),
+            tangents: Tangents::NONE,
+            law: self.law.start(&estimates, &covariance, &most),
+            omega,
+            quick: self.first,
+            suspicion: self.load_step.start(),
+            mode: Mode::Joining(self.alongside),
+            still: 0,
+            last_move: N::ZERO,
+            held: 0,
+            slid: N::ZERO,
+        }
+    }
+
+    fn bandwidth_of(&self, found: &Found<N>) -> N {
+        self.bandwidth.unwrap_or_else(|| {
+            (N::from_f64(Self::BANDWIDTH) * found.bandwidth).limited(self.slowest, self.fastest)
+        })
+    }
+
+    fn check(&self, increment: N, command: N) -> Result<(), StepError> {
+        if !command.is_finite() {
+            return Err(StepError::CommandNotFinite);
+        }
+        // Not a number fails the comparison too.
+        if increment.magnitude() <= self.longest {
+            Ok(())
+        } else {
+            Err(StepError::CountJumped)
+        }
+    }
+
+    /// One sample of a running recursion.
+    #[inline]
+    fn run(&self, state: &mut Recursion<N, P>, increment: N, command: N) -> Seen<N> {
+        let mut event = Event::None;
+        state.model.observe(increment);
+        let output_error = state.model.error;
+
+        let correction = match state.mode {
+            Mode::Learning => {
+                let step = self.law.update(
+                    &mut state.law,
+                    &state.tangents.position,
+                    output_error,
+                    state.model.velocity,
+                );
+                match step {
+                    GaussNewtonStep::None => {}
+                    GaussNewtonStep::Moved(steps) => state.follow(&steps),
+                    GaussNewtonStep::Gathered { mean, predicted } => {
+                        if self.has_load
+                            && self
+                                .load_step
+                                .suspects(&mut state.suspicion, mean, predicted)
+                        {
+                            self.search(state);
+                            event = Event::LoadStep;
+                        }
+                    }
+                }
+                Correction::critically_damped(state.quick)
+            }
+            Mode::Searching(left) => self.seek(state, output_error, left),
+            Mode::Joining(left) => self.approach(state, left),
+            Mode::Recording => Correction::critically_damped(state.omega),
+        };
+
+        let parameters = ModelParameters::of_set::<S, P>(&state.law.estimates());
+        let (way, phase) = state
+            .model
+            .advance::<S, P>(&self.step, &parameters, command, &correction);
+        state
+            .tangents
+            .advance::<S, P>(parameters.x, command, &correction, way, phase);
+        if S::HAS_COULOMB && self.stand(state, increment, phase) {
+            event = Event::FrictionLowered;
+        }
+        Seen {
+            output_error,
+            event,
+        }
+    }
+
+    #[cold]
+    fn search(&self, state: &mut Recursion<N, P>) {
+        state.mode = Mode::Searching(self.search);
+        state.quick = self.first;
+        state.suspicion.sought_from = last(&state.law.estimates());
+        state.law.drop_block();
+    }
+
+    /// A sample of the search for the load: 2ω, 2ω², ω³ on position, velocity and load, all three
+    /// poles at ω, which narrows from sample to sample as a growing memory does.
+    #[cold]
+    fn seek(&self, state: &mut Recursion<N, P>, error: N, left: u32) -> Correction<N> {
+        let omega = state.quick;
+        let square = omega * omega;
+        state.law.add_to_last(square * omega * error);
+        state.quick = self.narrowed(state);
+        if left > 1 {
+            state.mode = Mode::Searching(left - 1);
+        } else {
+            let load = last(&state.law.estimates());
+            let moved = (load - state.suspicion.sought_from) * N::from_f64(0.25);
+            state.law.replace_last(load, moved * moved);
+            self.resume(state);
+        }
+        Correction {
+            position: omega + omega,
+            velocity: square + square,
+        }
+    }
+
+    /// A sample in which the model joins the servo's motion.
+    #[cold]
+    fn approach(&self, state: &mut Recursion<N, P>, left: u32) -> Correction<N> {
+        let omega = state.quick;
+        state.quick = self.narrowed(state);
+        if left > 1 {
+            state.mode = Mode::Joining(left - 1);
+        } else {
+            self.resume(state);
+        }
+        Correction::critically_damped(omega)
+    }
+
+    fn narrowed(&self, state: &Recursion<N, P>) -> N {
+        let narrower = state.quick - state.quick * state.quick * self.narrowing;
+        if narrower > state.omega { narrower } else { state.omega }
+    }
+
+    fn resume(&self, state: &mut Recursion<N, P>) {
+        state.mode = Mode::Learning;
+        state.quick = state.omega;
+        state.tangents = Tangents::NONE;
+        state.law.drop_block();
+        state.suspicion.clear();
+    }
+
+    /// Standing, decided by the servo's own counts: where servo and model both stand, the model is
+    /// put beside the servo. Where friction holds the model while the servo moves on, the friction
+    /// is too large; it is lowered, since from a model that stands nothing could be learnt. Answers
+    /// whether it was.
+    #[inline]
+    fn stand(&self, state: &mut Recursion<N, P>, increment: N, phase: Phase<N>) -> bool {
+        // A single count back over the edge that was just crossed is no motion.
+        if increment == N::ZERO || (increment.magnitude() <= N::ONE && increment == -state.last_move)
+        {
+            state.still = state.still.saturating_add(1);
+        } else {
+            state.still = 0;
+        }
+        if increment != N::ZERO {
+            state.last_move = increment;
+        }
+        if !matches!(phase, Phase::Stuck) {
+            state.held = 0;
+            state.slid = N::ZERO;
+            return false;
+        }
+        if state.still >= self.standing {
+            state.model.error = N::ZERO;
+            state.tangents = Tangents::NONE;
+            state.held = 0;
+            state.slid = N::ZERO;
+            return false;
+        }
+        state.held += 1;
+        state.slid += increment;
+        state.held >= self.release && self.release_model(state)
+    }
+
+    #[cold]
+    fn release_model(&self, state: &mut Recursion<N, P>) -> bool {
+        /// Counts that the servo must have gone meanwhile.
+        const GONE: f64 = 4.0;
+        /// What is left of the friction.
+        const LEFT: f64 = 0.7;
+        let slid = state.slid;
+        let held = core::mem::take(&mut state.held);
+        state.slid = N::ZERO;
+        if slid.magnitude() < N::from_f64(GONE) {
+            return false;
+        }
+        for (i, parameter) in S::PARAMETERS.iter().enumerate() {
+            if *parameter == Parameter::Coulomb {
+                let lowered = state.law.estimates()[i] * N::from_f64(LEFT);
+                state.law.replace(i, lowered);
+            }
+        }
+        state.law.doubt(N::from_f64(4.0));
+        state.model =
+            ListeningModel::alongside(slid * N::from_f64(1.0 / f64::from(held.max(1))));
+        state.tangents = Tangents::NONE;
+        true
+    }
+}
+
+impl<N: Number, const P: usize> Recursion<N, P> {
+    /// Moves the model with the estimates.
+    #[inline]
+    fn follow(&mut self, steps: &[N; P]) {
+        for i in 0..P {
+            self.model.error = self.model.error - self.tangents.position[i] * steps[i];
+            self.model.velocity += self.tangents.velocity[i] * steps[i];
+        }
+    }
+}
+
+impl<N, S, const P: usize, const W: usize> Identify<N> for GaussNewtonIdentifier<N, S, P, W>
+where
+    N: Number,
+    S: ParameterSet<P>,
+{
+    type State = GaussNewtonIdentifierState<N, P, W>;
+
+    fn start(&self) -> Self::State {
+        GaussNewtonIdentifierState {
+            recursion: Recursion {
+                model: ListeningModel::alongside(N::ZERO),
+                tangents: Tangents::NONE,
+                law: self.law.start(
+                    &self.initial.map(N::from_f64),
+                    &[[0.0; P]; P],
+                    &[0.0; P],
+                ),
+                omega: N::ZERO,
+                quick: N::ZERO,
+                suspicion: self.load_step.start(),
+                mode: Mode::Recording,
+                still: 0,
+                last_move: N::ZERO,
+                held: 0,
+                slid: N::ZERO,
+            },
+            start: Start::new(),
+        }
+    }
+
+    #[inline]
+    fn learn(
+        &self,
+        state: &mut Self::State,
+        increment: N,
+        command: N,
+    ) -> Result<Seen<N>, StepError> {
+        self.check(increment, command)?;
+        let GaussNewtonIdentifierState { recursion, start } = state;
+        if !matches!(recursion.mode, Mode::Recording) {
+            return Ok(self.run(recursion, increment, command));
+        }
+        let event = start.record(&self.blocking, increment, command);
+        if let Some(found) = start.take_found() {
+            *recursion = self.recursion(&found, start.velocity(&self.blocking));
+            start.stop();
+            let _ = self.run(recursion, N::ZERO, command);
+            return Ok(Seen {
+                output_error: N::ZERO,
+                event: Event::Started,
+            });
+        }
+        Ok(Seen {
+            output_error: N::ZERO,
+            event,
+        })
+    }
+
+    fn estimates(&self, state: &Self::State) -> ServoParameters {
+        ModelParameters::of_set::<S, P>(&state.recursion.law.estimates()).to_si(&self.units)
+    }
+
+    fn standard_errors(&self, state: &Self::State) -> Option<ServoParameters> {
+        if matches!(state.recursion.mode, Mode::Recording) && state.recursion.omega == N::ZERO {
+            return None;
+        }
+        let errors = self.law.standard_errors(&state.recursion.law);
+        Some(ModelParameters::of_set::<S, P>(&errors.map(N::from_f64)).to_si(&self.units))
+    }
+
+    fn join(&self, state: &mut Self::State) {
+        let recursion = &mut state.recursion;
+        if matches!(recursion.mode, Mode::Recording) {
+            state.start.clear();
+        } else {
+            recursion.model = ListeningModel::alongside(N::ZERO);
+            recursion.quick = self.first;
+            recursion.mode = Mode::Joining(self.alongside);
+            recursion.tangents = Tangents::NONE;
+            recursion.law.drop_block();
+        }
+    }
+}
+
+fn last<N: Number, const P: usize>(values: &[N; P]) -> N {
+    values.last().copied().unwrap_or(N::ZERO)
+}
+
+/// The place of a parameter among the unknowns of a fit.
+fn place(parameter: Parameter) -> usize {
+    ALL.iter().position(|&p| p == parameter).unwrap_or(0)
+}

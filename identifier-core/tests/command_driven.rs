@@ -1,0 +1,168 @@
+//! Gauss–Newton driven by the command that acted, over random servos under anybody's controller.
+
+mod support;
+
+use identifier_core::identifier::{
+    Event, GaussNewtonIdentifier, Identify, Knowledge, ListeningSettings,
+};
+use identifier_core::model::ServoParameters;
+use identifier_core::number::Number;
+use identifier_core::parameters::{AbCoulombLoad};
+use identifier_core::units::Units;
+use support::{Kind, Loop, Servo, amplitude_for, on_all_cores, ordinary_servo, per_cent, quantile};
+
+type Identifier<N> = GaussNewtonIdentifier<N, AbCoulombLoad, 4>;
+
+fn settings(servo: &Servo) -> ListeningSettings {
+    let units = Units::new(servo.sample_time, servo.count()).expect("units");
+    ListeningSettings::new(units)
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Outcome {
+    servo: Servo,
+    found: ServoParameters,
+    /// Output error of the second half, over the encoder's.
+    rms: f64,
+    started: f64,
+    saturation: f64,
+    steps: u32,
+    lowered: u32,
+    bandwidth: f64,
+    errors: Option<ServoParameters>,
+}
+
+impl Outcome {
+    fn b(&self) -> f64 {
+        (self.found.b / self.servo.parameters.b - 1.0).abs()
+    }
+    fn a(&self) -> f64 {
+        let a = self.servo.parameters.a;
+        (self.found.a - a).abs() / (0.01 * a).max(0.03)
+    }
+    fn d(&self) -> f64 {
+        (self.found.load - self.servo.parameters.load).abs() / self.servo.authority()
+    }
+}
+
+fn run<N: Number>(kind: Kind, servo: &Servo, amplitude: f64, time: f64, config: &ListeningSettings) -> Outcome {
+    let identifier = Identifier::<N>::new(config).expect("settings");
+    let mut state = identifier.start();
+    let mut run = Loop::new(kind, servo, amplitude);
+    let samples = (time / servo.sample_time) as u64;
+    let (mut sum, mut count) = (0.0, 0u64);
+    let (mut started, mut steps, mut lowered) = (f64::INFINITY, 0, 0);
+    for k in 0..samples {
+        let (increment, command) = run.sample();
+        let seen = identifier
+            .learn(&mut state, N::from_f64(increment), N::from_f64(command))
+            .expect("ordinary samples");
+        identifier.work(&mut state, u32::MAX);
+        match seen.event {
+            Event::Started => started = started.min(k as f64 * servo.sample_time),
+            Event::LoadStep => steps += 1,
+            Event::FrictionLowered => lowered += 1,
+            _ => {}
+        }
+        if 2 * k >= samples {
+            sum += seen.output_error.to_f64().powi(2);
+            count += 1;
+        }
+    }
+    Outcome {
+        servo: *servo,
+        found: identifier.estimates(&state),
+        rms: (sum / count as f64 * 12.0).sqrt(),
+        started,
+        saturation: run.saturation(),
+        steps,
+        lowered,
+        bandwidth: identifier.bandwidth(&state),
+        errors: identifier.standard_errors(&state),
+    }
+}
+
+fn saturated_servos(kind: Kind, servos: u32, time: f64) -> Vec<Outcome> {
+    on_all_cores(servos, |i| {
+        let servo = ordinary_servo(i);
+        let part = support::Draw::new(i + 7777).uniform(0.25, 0.75);
+        let amplitude = amplitude_for(Kind::Pid, &servo, part);
+        run::<f32>(kind, &servo, amplitude, time, &settings(&servo))
+    })
+}
+
+fn report(name: &str, outcomes: &[Outcome]) {
+    let column = |f: &dyn Fn(&Outcome) -> f64| {
+        let values: Vec<f64> = outcomes.iter().map(f).collect();
+        format!(
+            "{:9.5} {:9.5} {:9.5} {:9.5}",
+            quantile(&values, 0.5),
+            quantile(&values, 0.9),
+            quantile(&values, 0.95),
+            quantile(&values, 1.0)
+        )
+    };
+    println!("{name}: {} servos; median, 90 %, 95 %, worst", outcomes.len());
+    println!("  output error / encoder's {}", column(&|o| o.rms));
+    println!("  b, relative              {}", column(&|o| o.b()));
+    println!("  a / max(1 %, 0.03)       {}", column(&|o| o.a()));
+    println!("  d / authority            {}", column(&|o| o.d()));
+    println!("  limit acts               {}", column(&|o| o.saturation));
+    println!("  start, s                 {}", column(&|o| o.started));
+    println!("  load steps               {}", column(&|o| f64::from(o.steps)));
+    println!("  friction lowered         {}", column(&|o| f64::from(o.lowered)));
+    println!("  bandwidth / loop's       {}", column(&|o| o.bandwidth / o.servo.bandwidth));
+    println!(
+        "  within: output error 1.1 {:.1} %, b 0.1 % {:.1} %, a {:.1} %, d 0.3 % {:.1} %",
+        per_cent(outcomes, |o| o.rms <= 1.1),
+        per_cent(outcomes, |o| o.b() <= 1e-3),
+        per_cent(outcomes, |o| o.a() <= 1.0),
+        per_cent(outcomes, |o| o.d() <= 3e-3),
+    );
+    if std::env::var("LIST").is_ok() {
+        for o in outcomes.iter().filter(|o| !(o.rms <= 1.1 && o.b() <= 1e-3 && o.a() <= 1.0 && o.d() <= 3e-3)) {
+            let p = o.servo.parameters;
+            println!("  {:4} rms {:7.3} start {:5.2} steps {:3} low {:3} sat {:.2} | a {:.3} {:.3} b {:.4} {:.4} c {:.3} {:.3} d {:.3} {:.3} | auth {:.0} cpr {:.0} T {:.2e} w {:.0} bw {:.1} err {:?}",
+                o.servo.seed, o.rms, o.started, o.steps, o.lowered, o.saturation, p.a, o.found.a, p.b, o.found.b, p.coulomb, o.found.coulomb, p.load, o.found.load,
+                o.servo.authority(), o.servo.counts_per_rev, o.servo.sample_time, o.servo.bandwidth, o.bandwidth, o.errors.map(|e| (e.a as f32, e.b as f32)));
+        }
+    }
+}
+
+#[test]
+fn random_servos_with_a_limit_that_acts() {
+    let outcomes = saturated_servos(Kind::Pid, 200, 20.0);
+    report("PID", &outcomes);
+}
+
+#[test]
+fn any_controller() {
+    for kind in [Kind::Cascade, Kind::PiD, Kind::Relay] {
+        let outcomes = saturated_servos(kind, 200, 20.0);
+        report(&format!("{kind:?}"), &outcomes);
+    }
+}
+
+#[test]
+fn starts_without_a_guess() {
+    for guess in [None, Some(30.0), Some(1.0 / 30.0)] {
+        let outcomes = on_all_cores(300, |i| {
+            let mut servo = ordinary_servo(i + 1000);
+            let mut draw = support::Draw::new(i + 555);
+            // b over 1000 : 1, the limit with it.
+            let authority = servo.authority();
+            let b = draw.between(1.0, 1000.0) * 3.0;
+            servo.parameters.b = b;
+            servo.limit = authority / b;
+            let part = draw.uniform(0.02, 0.6);
+            let amplitude = amplitude_for(Kind::Pid, &servo, part);
+            let mut config = settings(&servo);
+            if let Some(factor) = guess {
+                config.b = Knowledge::guess(factor * b);
+            }
+            run::<f32>(Kind::Pid, &servo, amplitude, 2.0, &config)
+        });
+        report(&format!("start, guess {guess:?}"), &outcomes);
+        println!("  b within 1 %: {:.1} %", per_cent(&outcomes, |o| o.b() <= 0.01));
+    }
+}
