@@ -166,3 +166,33 @@ fn starts_without_a_guess() {
         println!("  b within 1 %: {:.1} %", per_cent(&outcomes, |o| o.b() <= 0.01));
     }
 }
+
+#[test]
+#[ignore = "prints one servo"]
+fn trace() {
+    let seed: u32 = std::env::var("SEED").expect("SEED").parse().expect("number");
+    let servo = ordinary_servo(seed);
+    let part = support::Draw::new(seed + 7777).uniform(0.25, 0.75);
+    let amplitude = amplitude_for(Kind::Pid, &servo, part);
+    let identifier = Identifier::<f32>::new(&settings(&servo)).expect("settings");
+    let mut state = identifier.start();
+    let mut run = Loop::new(Kind::Pid, &servo, amplitude);
+    println!("{servo:?}");
+    let every: f64 = std::env::var("EVERY").map_or(0.25, |x| x.parse().expect("number"));
+    let until: f64 = std::env::var("UNTIL").map_or(6.0, |x| x.parse().expect("number"));
+    let every = (every / servo.sample_time) as u64;
+    let mut sum = 0.0;
+    for k in 0..(until / servo.sample_time) as u64 {
+        let (increment, command) = run.sample();
+        let seen = identifier.learn(&mut state, increment as f32, command as f32).expect("ok");
+        identifier.work(&mut state, u32::MAX);
+        sum += f64::from(seen.output_error).powi(2);
+        if seen.event != Event::None || (k + 1) % every == 0 {
+            let e = identifier.estimates(&state);
+            let s = identifier.standard_errors(&state);
+            println!("{:.4} {:?} err {:9.3} rms {:9.3} v {:9.2} u {:7.3} | a {:8.4} b {:8.4} c {:8.4} d {:8.4} | {:?}", k as f64 * servo.sample_time, seen.event, seen.output_error,
+                (sum / every as f64).sqrt(), run.plant.velocity, command, e.a, e.b, e.coulomb, e.load, s.map(|s| (s.a as f32, s.b as f32, s.coulomb as f32, s.load as f32)));
+            if (k + 1) % every == 0 { sum = 0.0; }
+        }
+    }
+}

@@ -1,5 +1,5 @@
 //! Random servos, the controllers of somebody else's firmware, and the loop that runs them.
-#![allow(dead_code, reason = "every test uses its own part of it")]
+#![allow(dead_code, unreachable_pub, reason = "every test uses its own part of it")]
 
 use core::f64::consts::{PI, TAU};
 use identifier_core::excitation::NormalSource;

@@ -115,6 +115,19 @@ impl<N: Number, const P: usize> Factors<N, P> {
         }
     }
 
+    /// Column i of P.
+    pub(super) fn column(&self, i: usize) -> [N; P] {
+        let mut column = [N::ZERO; P];
+        for k in 0..=i {
+            let weight = self.entries[k][k] * if k == i { N::ONE } else { self.entries[i][k] };
+            column[k] += weight;
+            for j in k + 1..P {
+                column[j] += self.entries[j][k] * weight;
+            }
+        }
+        column
+    }
+
     /// The variance of parameter i.
     pub(super) fn variance(&self, i: usize) -> N {
         let mut sum = self.entries[i][i];
@@ -157,6 +170,9 @@ mod tests {
                     let gain = measurement.gain[i] * measurement.precision;
                     prop_assert!((gain - p_phi[i] / s).abs() < 1e-9);
                     prop_assert!((factors.variance(i) - plain[i][i]).abs() < 1e-9);
+                    for j in 0..3 {
+                        prop_assert!((factors.column(i)[j] - plain[i][j]).abs() < 1e-9);
+                    }
                 }
             }
             factors.raise_last(1.5);

@@ -388,26 +388,47 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     #[inline]
     fn move_estimates(&self, state: &mut GaussNewtonState<N, P>) -> [N; P] {
         let scaled = state.measurement.precision * state.mean_error;
-        let steps: [N; P] = core::array::from_fn(|i| {
-            let step = state.measurement.gain[i] * scaled;
-            let before = state.estimates[i].value();
-            let after = before + step;
-            if after >= self.low[i] && after <= self.high[i] {
-                state.estimates[i].add(step);
-                step
-            } else if after.is_finite() {
-                let limited = after.limited(self.low[i], self.high[i]);
-                state.estimates[i] = N::Sum::new(limited);
-                limited - before
-            } else {
-                N::ZERO
+        let mut steps: [N; P] = core::array::from_fn(|i| state.measurement.gain[i] * scaled);
+        for i in 0..P {
+            let after = state.estimates[i].value() + steps[i];
+            if !(after >= self.low[i] && after <= self.high[i]) {
+                self.enter(state, &mut steps, i, after);
             }
-        });
+        }
+        for i in 0..P {
+            state.estimates[i].add(steps[i]);
+        }
         // What this block has gathered so far was predicted with the old estimates.
         for i in 0..P {
             state.error = state.error - state.sensitivity[i] * steps[i];
         }
         steps
+    }
+
+    /// Takes back what leads out of the box through the face of estimate i, along that column of P:
+    /// the other estimates move as if this one were known to be where it stays (the shortest way
+    /// in the norm of P⁻¹). What then leaves through another face is taken back by itself.
+    #[cold]
+    fn enter(&self, state: &GaussNewtonState<N, P>, steps: &mut [N; P], i: usize, after: N) {
+        let before = |j: usize| state.estimates[j].value();
+        if !after.is_finite() {
+            *steps = [N::ZERO; P];
+            return;
+        }
+        let back = after.limited(self.low[i], self.high[i]) - after;
+        let column = state.factors.column(i);
+        if column[i] > N::ZERO && column[i].reciprocal().is_finite() {
+            let per = back * column[i].reciprocal();
+            for j in 0..P {
+                steps[j] += column[j] * per;
+            }
+        }
+        for j in 0..P {
+            let inside = (before(j) + steps[j]).limited(self.low[j], self.high[j]);
+            if j <= i && inside.is_finite() {
+                steps[j] = inside - before(j);
+            }
+        }
     }
 
     #[inline]
