@@ -27,6 +27,7 @@ struct Outcome {
     started: f64,
     saturation: f64,
     steps: u32,
+    last_step: f64,
     lowered: u32,
     bandwidth: f64,
     errors: Option<ServoParameters>,
@@ -52,6 +53,7 @@ fn run<N: Number>(kind: Kind, servo: &Servo, amplitude: f64, time: f64, config: 
     let samples = (time / servo.sample_time) as u64;
     let (mut sum, mut count) = (0.0, 0u64);
     let (mut started, mut steps, mut lowered) = (f64::INFINITY, 0, 0);
+    let mut last_step = 0.0;
     for k in 0..samples {
         let (increment, command) = run.sample();
         let seen = identifier
@@ -60,7 +62,10 @@ fn run<N: Number>(kind: Kind, servo: &Servo, amplitude: f64, time: f64, config: 
         identifier.work(&mut state, u32::MAX);
         match seen.event {
             Event::Started => started = started.min(k as f64 * servo.sample_time),
-            Event::LoadStep => steps += 1,
+            Event::LoadStep => {
+                steps += 1;
+                last_step = k as f64 * servo.sample_time;
+            }
             Event::FrictionLowered => lowered += 1,
             _ => {}
         }
@@ -76,6 +81,7 @@ fn run<N: Number>(kind: Kind, servo: &Servo, amplitude: f64, time: f64, config: 
         started,
         saturation: run.saturation(),
         steps,
+        last_step,
         lowered,
         bandwidth: identifier.bandwidth(&state),
         errors: identifier.standard_errors(&state),
@@ -110,6 +116,7 @@ fn report(name: &str, outcomes: &[Outcome]) {
     println!("  limit acts               {}", column(&|o| o.saturation));
     println!("  start, s                 {}", column(&|o| o.started));
     println!("  load steps               {}", column(&|o| f64::from(o.steps)));
+    println!("  last load step, s        {}", column(&|o| o.last_step));
     println!("  friction lowered         {}", column(&|o| f64::from(o.lowered)));
     println!("  bandwidth / loop's       {}", column(&|o| o.bandwidth / o.servo.bandwidth));
     println!(
@@ -167,6 +174,110 @@ fn starts_without_a_guess() {
     }
 }
 
+struct LoadStep {
+    servo: Servo,
+    /// Errors of the load over the step: after 0.1 s, after 0.25 s, after 1.5 s.
+    errors: [f64; 3],
+    noticed: f64,
+    /// How far a and b had moved 1.5 s later.
+    moved: [f64; 2],
+    part: f64,
+}
+
+fn load_steps(i: u32) -> (Vec<LoadStep>, u32, f64) {
+    const SETTLED: f64 = 5.0;
+    const EVERY: f64 = 1.5;
+    let servo = ordinary_servo(i);
+    let mut draw = support::Draw::new(i + 31_337);
+    let part = draw.uniform(0.1, 0.5);
+    let amplitude = amplitude_for(Kind::Pid, &servo, part);
+    let identifier = Identifier::<f32>::new(&settings(&servo)).expect("settings");
+    let mut state = identifier.start();
+    let mut run = Loop::new(Kind::Pid, &servo, amplitude);
+    let mut feed = |run: &mut Loop, time: f64| {
+        let mut steps = 0;
+        let mut first = f64::INFINITY;
+        for k in 0..(time / servo.sample_time) as u64 {
+            let (increment, command) = run.sample();
+            let seen = identifier
+                .learn(&mut state, increment as f32, command as f32)
+                .expect("ordinary samples");
+            identifier.work(&mut state, u32::MAX);
+            if seen.event == Event::LoadStep {
+                steps += 1;
+                first = first.min(k as f64 * servo.sample_time);
+            }
+        }
+        (identifier.estimates(&state), steps, first)
+    };
+    let (mut before, _, _) = feed(&mut run, SETTLED);
+    let mut results = Vec::new();
+    let mut unasked = 0;
+    for _ in 0..6 {
+        // Half the quiet time before the step counts for false alarms.
+        let (_, steps, _) = feed(&mut run, 0.5 * EVERY);
+        unasked += steps;
+        let size = draw.uniform(0.03, 0.15) * servo.authority();
+        let up = servo.parameters.load + run.extra_load < 0.0;
+        let step = if up { size } else { -size };
+        run.extra_load += step;
+        let truth = servo.parameters.load + run.extra_load;
+        let error = |found: &ServoParameters| ((found.load - truth) / step).abs();
+        let (at_100_ms, one, first) = feed(&mut run, 0.1);
+        let (at_250_ms, two, _) = feed(&mut run, 0.15);
+        let (after, three, _) = feed(&mut run, EVERY - 0.25);
+        unasked += (one + two + three as u32).saturating_sub(1);
+        results.push(LoadStep {
+            servo,
+            errors: [error(&at_100_ms), error(&at_250_ms), error(&after)],
+            noticed: first,
+            moved: [(after.a - before.a).abs(), (after.b / before.b - 1.0).abs()],
+            part: step / servo.authority(),
+        });
+        before = after;
+    }
+    (results, unasked, 6.0 * 1.5 * EVERY)
+}
+
+#[test]
+fn steps_of_the_load() {
+    let runs = on_all_cores(200, load_steps);
+    if std::env::var("ALARMS").is_ok() {
+        for (steps, unasked, _) in runs.iter().filter(|(_, unasked, _)| *unasked > 0) {
+            let s = steps[0].servo;
+            println!("alarms {unasked} {s:?}");
+        }
+    }
+    let unasked: u32 = runs.iter().map(|(_, unasked, _)| unasked).sum();
+    let time: f64 = runs.iter().map(|(_, _, time)| time).sum();
+    let steps: Vec<LoadStep> = runs.into_iter().flat_map(|(steps, _, _)| steps).collect();
+    let column = |name: &str, f: &dyn Fn(&LoadStep) -> f64| {
+        let values: Vec<f64> = steps.iter().map(f).collect();
+        let q = |part| quantile(&values, part);
+        println!("  {name:28} {:9.5} {:9.5} {:9.5} {:9.5}", q(0.5), q(0.9), q(0.95), q(1.0));
+    };
+    println!("{} steps of the load; median, 90 %, 95 %, worst", steps.len());
+    column("noticed after, s", &|s| s.noticed);
+    column("error after 0.1 s / step", &|s| s.errors[0]);
+    column("error after 0.25 s / step", &|s| s.errors[1]);
+    column("error after 1.5 s / step", &|s| s.errors[2]);
+    column("a moved, 1/s", &|s| s.moved[0]);
+    column("b moved, relative", &|s| s.moved[1]);
+    println!(
+        "  within 10 %: after 0.1 s {:.1} %, after 0.25 s {:.1} %; b moved < 0.2 % {:.1} %, a {:.1} %; false alarms {unasked} in {time:.0} s",
+        per_cent(&steps, |s| s.errors[0] <= 0.1),
+        per_cent(&steps, |s| s.errors[1] <= 0.1),
+        per_cent(&steps, |s| s.moved[1] <= 2e-3),
+        per_cent(&steps, |s| s.moved[0] <= (2e-3 * s.servo.parameters.a).max(2e-3)),
+    );
+    if std::env::var("LIST").is_ok() {
+        for s in steps.iter().filter(|s| s.errors[1] > 0.1) {
+            let p = s.servo.parameters;
+            println!("  {:4} noticed {:.3} errors {:.3?} moved {:.5?} step {:.3} c {:.3} auth {:.0} cpr {:.0} T {:.2e} w {:.0}", s.servo.seed, s.noticed, s.errors, s.moved, s.part, p.coulomb / s.servo.authority(), s.servo.authority(), s.servo.counts_per_rev, s.servo.sample_time, s.servo.bandwidth);
+        }
+    }
+}
+
 #[test]
 #[ignore = "prints one servo"]
 fn trace() {
@@ -183,10 +294,14 @@ fn trace() {
     let every = (every / servo.sample_time) as u64;
     let mut sum = 0.0;
     for k in 0..(until / servo.sample_time) as u64 {
+        if let Ok(step) = std::env::var("STEP") {
+            if k == (2.0 / servo.sample_time) as u64 { run.extra_load = step.parse::<f64>().expect("number") * servo.authority(); }
+        }
         let (increment, command) = run.sample();
         let seen = identifier.learn(&mut state, increment as f32, command as f32).expect("ok");
         identifier.work(&mut state, u32::MAX);
         sum += f64::from(seen.output_error).powi(2);
+        if std::env::var("FINE").is_ok_and(|x| (x.parse::<f64>().expect("number") - k as f64 * servo.sample_time).abs() < 0.05) && k % 8 == 0 { println!("{:.4} {:?}", k as f64 * servo.sample_time, identifier.suspicion(&state)); }
         if seen.event != Event::None || (k + 1) % every == 0 {
             let e = identifier.estimates(&state);
             let s = identifier.standard_errors(&state);

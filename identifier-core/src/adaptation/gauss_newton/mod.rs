@@ -45,6 +45,7 @@ pub struct GaussNewton<N, const P: usize> {
     short: N,
     caution: N,
     ninth: N,
+    steepest: N,
     per_block: N,
     low: [N; P],
     high: [N; P],
@@ -219,7 +220,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     pub const BLOCK: u8 = 8;
 
     /// The memory at the start, s.
-    pub const FIRST_MEMORY: f64 = 0.1;
+    pub const FIRST_MEMORY: f64 = 2.0;
 
     /// The time constant with which forgetting fades, s.
     pub const SETTLING: f64 = 1.0;
@@ -229,6 +230,10 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
 
     /// The least memory, of whatever kind, in blocks.
     pub const LEAST_BLOCKS: f64 = 12.0;
+
+    /// The largest factor by which P rises with the noise level in one block: a step of the load must
+    /// be told from a new noise level before the estimates give way to it.
+    pub const STEEPEST: f64 = 1.2;
 
     /// The least r over ψᵀP ψ.
     pub const CAUTION: f64 = 20.0;
@@ -260,6 +265,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             short: N::from_f64(1.0 / blocks(Self::LEVEL_MEMORY, 4.0)),
             caution: N::from_f64(Self::CAUTION),
             ninth: N::from_f64(1.0 / 9.0),
+            steepest: N::from_f64(Self::STEEPEST),
             per_block: N::from_f64(1.0 / f64::from(Self::BLOCK)),
             low: config.low.map(N::from_f64),
             high: config.high.map(N::from_f64),
@@ -374,7 +380,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         state.peak = larger(state.level, faded);
         let mut predicted = state.measurement.precision;
         if state.level > faded {
-            let rise = state.level * faded.reciprocal();
+            let rise = smaller(state.level * faded.reciprocal(), self.steepest);
             state.factors.grow(rise, &state.most);
             predicted = predicted * rise;
         }
@@ -451,4 +457,9 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
 #[inline]
 fn larger<N: Number>(x: N, y: N) -> N {
     if x > y { x } else { y }
+}
+
+#[inline]
+fn smaller<N: Number>(x: N, y: N) -> N {
+    if x < y { x } else { y }
 }

@@ -10,7 +10,11 @@ use crate::number::Number;
 pub(super) struct LoadStepTest<N> {
     weight: N,
     unrest_weight: N,
+    falling: N,
     floor: N,
+    /// What is not noticed must not hide what comes after it: a square counts as no more than this
+    /// many times what is usual.
+    cap: N,
     threshold: N,
 }
 
@@ -19,6 +23,8 @@ pub(super) struct LoadStepTest<N> {
 pub(super) struct Suspicion<N> {
     mean: N,
     unrest: N,
+    /// What the uncertainty of the estimates has lately given the mean, a variance.
+    young: N,
     /// The load before the search that is under way.
     pub(super) sought_from: N,
 }
@@ -30,6 +36,9 @@ impl<N: Number> LoadStepTest<N> {
     /// The time of the unrest, s.
     const UNREST: f64 = 2.0;
 
+    /// The time in which better estimates are believed, s.
+    const YOUNG: f64 = 0.2;
+
     /// Standard deviations that a mean must be off.
     const DEVIATIONS: f64 = 6.0;
 
@@ -39,7 +48,9 @@ impl<N: Number> LoadStepTest<N> {
         Self {
             weight: N::from_f64(weight),
             unrest_weight: N::from_f64((block * sample_time / Self::UNREST).min(0.1)),
+            falling: N::from_f64((block * sample_time / Self::YOUNG).min(0.1)),
             floor: N::from_f64(noise / block * weight / (2.0 - weight)),
+            cap: N::from_f64(9.0),
             threshold: N::from_f64(Self::DEVIATIONS * Self::DEVIATIONS),
         }
     }
@@ -48,7 +59,8 @@ impl<N: Number> LoadStepTest<N> {
         Suspicion {
             mean: N::ZERO,
             // The estimates are young: only what stands out far is a step.
-            unrest: self.floor * self.threshold,
+            unrest: self.floor,
+            young: self.floor * self.threshold,
             sought_from: N::ZERO,
         }
     }
@@ -63,14 +75,27 @@ impl<N: Number> LoadStepTest<N> {
         } else {
             self.floor
         };
-        if square > self.threshold * (unrest + predicted) {
+        // Followed down quickly and up slowly: the very step that is looked for makes the estimates
+        // less certain.
+        let pace = if predicted < state.young {
+            self.falling
+        } else {
+            self.unrest_weight
+        };
+        state.young += pace * (smaller(predicted, self.cap * state.young) - state.young);
+        if square > self.threshold * (unrest + state.young) {
             // A test that was wrong must not go on being wrong.
             state.unrest = unrest + N::from_f64(0.1) * (square - unrest);
             return true;
         }
-        state.unrest += self.unrest_weight * (square - state.unrest);
+        state.unrest += self.unrest_weight * (smaller(square, self.cap * unrest) - state.unrest);
         false
     }
+}
+
+#[inline]
+fn smaller<N: Number>(x: N, y: N) -> N {
+    if x < y { x } else { y }
 }
 
 impl<N: Number> Suspicion<N> {

@@ -120,7 +120,7 @@ where
     pub const FASTEST: f64 = 300.0;
 
     /// The time in which the model joins the servo's motion, s.
-    pub const JOINING: f64 = 0.05;
+    pub const JOINING: f64 = 0.1;
 
     /// The time for which the load is sought after a step, s.
     pub const SEARCH: f64 = 0.1;
@@ -201,6 +201,11 @@ where
     #[must_use]
     pub fn bandwidth(&self, state: &GaussNewtonIdentifierState<N, P, W>) -> f64 {
         state.recursion.omega.to_f64() / self.units.sample_time()
+    }
+
+    #[doc(hidden)]
+    pub fn suspicion(&self, state: &GaussNewtonIdentifierState<N, P, W>) -> impl core::fmt::Debug {
+        state.recursion.suspicion
     }
 
     /// The recursion from what a fit has found.
