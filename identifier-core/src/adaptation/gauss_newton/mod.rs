@@ -46,6 +46,7 @@ pub struct GaussNewton<N, const P: usize> {
     caution: N,
     ninth: N,
     steepest: N,
+    calming: N,
     per_block: N,
     low: [N; P],
     high: [N; P],
@@ -77,6 +78,8 @@ pub struct GaussNewtonState<N: Number, const P: usize> {
     lost_memory: N,
     level: N,
     peak: N,
+    /// How many times P has lately been raised with the noise level; fades to one.
+    inflated: N,
     /// Sums over the block that is being gathered.
     sensitivity: [N; P],
     error: N,
@@ -207,6 +210,13 @@ impl<N: Number, const P: usize> GaussNewtonState<N, P> {
         self.learning = false;
     }
 
+    /// How many times P has lately been raised with the noise level.
+    #[inline]
+    #[must_use]
+    pub fn inflated(&self) -> N {
+        self.inflated
+    }
+
     /// The noise level, counts²: the peak of the output error's mean square.
     #[inline]
     #[must_use]
@@ -234,6 +244,9 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     /// The largest factor by which P rises with the noise level in one block: a step of the load must
     /// be told from a new noise level before the estimates give way to it.
     pub const STEEPEST: f64 = 1.2;
+
+    /// The time after which a risen noise level is no news any more, s.
+    pub const CALMING: f64 = 0.5;
 
     /// The least r over ψᵀP ψ.
     pub const CAUTION: f64 = 20.0;
@@ -266,6 +279,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             caution: N::from_f64(Self::CAUTION),
             ninth: N::from_f64(1.0 / 9.0),
             steepest: N::from_f64(Self::STEEPEST),
+            calming: N::from_f64(1.0 / blocks(Self::CALMING, Self::LEAST_BLOCKS)),
             per_block: N::from_f64(1.0 / f64::from(Self::BLOCK)),
             low: config.low.map(N::from_f64),
             high: config.high.map(N::from_f64),
@@ -290,6 +304,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             lost_memory: self.first_lost,
             level: self.noise,
             peak: self.noise,
+            inflated: N::ONE,
             sensitivity: [N::ZERO; P],
             error: N::ZERO,
             measurement: Measurement::NONE,
@@ -383,7 +398,9 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             let rise = smaller(state.level * faded.reciprocal(), self.steepest);
             state.factors.grow(rise, &state.most);
             predicted = predicted * rise;
+            state.inflated = state.inflated * rise;
         }
+        state.inflated += self.calming * (N::ONE - state.inflated);
         let floor = forgetting * state.peak;
         let surprise = square * self.ninth - predicted;
         let noise = larger(floor, larger(surprise, self.caution * predicted));

@@ -89,6 +89,8 @@ pub(super) struct Found<N> {
     /// The part of the motion that the fit leaves unexplained, 0 to 1: mean square of its errors
     /// over that of a model that stands.
     pub(super) left: f64,
+    /// The direction of the motion if it never reversed, ±1; else zero.
+    pub(super) only_direction: N,
     noise: N,
 }
 
@@ -587,6 +589,11 @@ impl<N: Number> Fitter<N> {
                     * per[B],
             ),
             left: cost / fit.standing_cost.to_f64().max(cost).max(f64::MIN_POSITIVE),
+            only_direction: if fit.survey.reversals == 0 {
+                fit.survey.direction
+            } else {
+                N::ZERO
+            },
             noise: self.noise,
         })
     }

@@ -10,12 +10,13 @@ use crate::number::Number;
 pub(super) struct LoadStepTest<N> {
     weight: N,
     unrest_weight: N,
-    falling: N,
     floor: N,
     /// What is not noticed must not hide what comes after it: a square counts as no more than this
     /// many times what is usual.
     cap: N,
     threshold: N,
+    /// The least square of a mean that counts.
+    least: N,
 }
 
 /// What the test remembers.
@@ -23,8 +24,6 @@ pub(super) struct LoadStepTest<N> {
 pub(super) struct Suspicion<N> {
     mean: N,
     unrest: N,
-    /// What the uncertainty of the estimates has lately given the mean, a variance.
-    young: N,
     /// The load before the search that is under way.
     pub(super) sought_from: N,
 }
@@ -36,11 +35,12 @@ impl<N: Number> LoadStepTest<N> {
     /// The time of the unrest, s.
     const UNREST: f64 = 2.0;
 
-    /// The time in which better estimates are believed, s.
-    const YOUNG: f64 = 0.2;
-
     /// Standard deviations that a mean must be off.
     const DEVIATIONS: f64 = 6.0;
+
+    /// Standard deviations of a single sample that a mean must be off as well: in slow motion the
+    /// rounding of a count, at most half of one, is no noise but goes on from sample to sample.
+    const SLOW: f64 = 2.5;
 
     pub(super) fn new(sample_time: f64, noise: f64) -> Self {
         let block = f64::from(GaussNewton::<N, 1>::BLOCK);
@@ -48,26 +48,35 @@ impl<N: Number> LoadStepTest<N> {
         Self {
             weight: N::from_f64(weight),
             unrest_weight: N::from_f64((block * sample_time / Self::UNREST).min(0.1)),
-            falling: N::from_f64((block * sample_time / Self::YOUNG).min(0.1)),
             floor: N::from_f64(noise / block * weight / (2.0 - weight)),
             cap: N::from_f64(9.0),
             threshold: N::from_f64(Self::DEVIATIONS * Self::DEVIATIONS),
+            least: N::from_f64(Self::SLOW * Self::SLOW * noise),
         }
     }
 
-    pub(super) fn start(&self) -> Suspicion<N> {
+    /// The state after a fit that left errors of a variance `unexplained`.
+    pub(super) fn start(&self, unexplained: N) -> Suspicion<N> {
         Suspicion {
             mean: N::ZERO,
             // The estimates are young: only what stands out far is a step.
-            unrest: self.floor,
-            young: self.floor * self.threshold,
+            unrest: unexplained,
             sought_from: N::ZERO,
         }
     }
 
-    /// Takes in the mean output error of a block; true if it cannot be noise.
+    /// Takes in the mean output error of a block; true if it is neither noise nor what the
+    /// uncertainty of the estimates explains. That gives it the variance `predicted`/`inflated`:
+    /// how far the noise level has lately made P rise does not count, since the very step that is
+    /// looked for does that.
     #[inline]
-    pub(super) fn suspects(&self, state: &mut Suspicion<N>, error: N, predicted: N) -> bool {
+    pub(super) fn suspects(
+        &self,
+        state: &mut Suspicion<N>,
+        error: N,
+        predicted: N,
+        inflated: N,
+    ) -> bool {
         state.mean += self.weight * (error - state.mean);
         let square = state.mean * state.mean;
         let unrest = if state.unrest > self.floor {
@@ -75,15 +84,7 @@ impl<N: Number> LoadStepTest<N> {
         } else {
             self.floor
         };
-        // Followed down quickly and up slowly: the very step that is looked for makes the estimates
-        // less certain.
-        let pace = if predicted < state.young {
-            self.falling
-        } else {
-            self.unrest_weight
-        };
-        state.young += pace * (smaller(predicted, self.cap * state.young) - state.young);
-        if square > self.threshold * (unrest + state.young) {
+        if square > self.least && square * inflated > self.threshold * (unrest * inflated + predicted) {
             // A test that was wrong must not go on being wrong.
             state.unrest = unrest + N::from_f64(0.1) * (square - unrest);
             return true;

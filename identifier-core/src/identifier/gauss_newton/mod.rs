@@ -54,6 +54,7 @@ pub struct GaussNewtonIdentifier<N, S, const P: usize, const W: usize = 256> {
     standing: u32,
     release: u32,
     has_load: bool,
+    free: [bool; P],
     initial: [f64; P],
     set: PhantomData<S>,
 }
@@ -171,6 +172,7 @@ where
             standing: samples(Self::STANDING),
             release: samples(Self::HELD),
             has_load: S::PARAMETERS.last() == Some(&Parameter::Load) && fitter.free[place(Parameter::Load)],
+            free: places.map(|i| fitter.free[i]),
             initial: places.map(|i| fitter.initial[i].unwrap_or(0.0)),
             set: PhantomData,
         })
@@ -215,14 +217,28 @@ where
         const DOUBT: f64 = 4.0;
         let places = S::PARAMETERS.map(place);
         let estimates = places.map(|i| found.parameters[i]);
+        let scale = found.acceleration.to_f64();
+        // Of a motion in one direction only d − c sign(q̇) is known, not which of the two it is.
+        let ambiguity = |i: usize| match S::PARAMETERS[i] {
+            Parameter::Coulomb => scale * 0.5,
+            Parameter::Load => scale * 0.5 * found.only_direction.to_f64(),
+            Parameter::A | Parameter::B => 0.0,
+        };
+        let one_way = S::HAS_COULOMB && found.only_direction != N::ZERO;
         let covariance: [[f64; P]; P] = core::array::from_fn(|i| {
-            core::array::from_fn(|j| DOUBT * found.covariance[places[i]][places[j]].to_f64())
+            core::array::from_fn(|j| {
+                let known = DOUBT * found.covariance[places[i]][places[j]].to_f64();
+                if one_way && self.free[i] && self.free[j] {
+                    known + ambiguity(i) * ambiguity(j)
+                } else {
+                    known
+                }
+            })
         });
         // As uncertain as it may become: b by a factor, a by the bandwidth, friction and load by
         // what the command does.
         let gain = found.parameters[1].to_f64();
         let omega = self.bandwidth_of(found);
-        let scale = found.acceleration.to_f64();
         let most = S::PARAMETERS.map(|parameter| {
             let deviation = match parameter {
                 Parameter::A => 2.0 * (omega.to_f64() + found.parameters[0].to_f64()),
@@ -241,7 +257,7 @@ where
             law: self.law.start(&estimates, &covariance, &most),
             omega,
             quick: self.first,
-            suspicion: self.load_step.start(),
+            suspicion: self.load_step.start(found.unexplained),
             mode: Mode::Joining(self.alongside),
             still: 0,
             last_move: N::ZERO,
@@ -287,17 +303,25 @@ where
                     GaussNewtonStep::None => {}
                     GaussNewtonStep::Moved(steps) => state.follow(&steps),
                     GaussNewtonStep::Gathered { mean, predicted } => {
+                        let inflated = state.law.inflated();
                         if self.has_load
-                            && self
-                                .load_step
-                                .suspects(&mut state.suspicion, mean, predicted)
+                            && self.load_step.suspects(
+                                &mut state.suspicion,
+                                mean,
+                                predicted,
+                                inflated,
+                            )
                         {
                             self.search(state);
                             event = Event::LoadStep;
                         }
                     }
                 }
-                Correction::critically_damped(state.quick)
+                let correction = Correction::critically_damped(state.quick);
+                if state.quick > state.omega {
+                    state.quick = self.narrowed(state);
+                }
+                correction
             }
             Mode::Searching(left) => self.seek(state, output_error, left),
             Mode::Joining(left) => self.approach(state, left),
@@ -370,7 +394,6 @@ where
 
     fn resume(&self, state: &mut Recursion<N, P>) {
         state.mode = Mode::Learning;
-        state.quick = state.omega;
         state.tangents = Tangents::NONE;
         state.law.drop_block();
         state.suspicion.clear();
@@ -465,7 +488,7 @@ where
                 ),
                 omega: N::ZERO,
                 quick: N::ZERO,
-                suspicion: self.load_step.start(),
+                suspicion: self.load_step.start(N::ZERO),
                 mode: Mode::Recording,
                 still: 0,
                 last_move: N::ZERO,

@@ -83,7 +83,14 @@ impl<N: Number, const W: usize> Start<N, W> {
 
     fn judge(&mut self, result: Option<Found<N>>) {
         let full = self.record.is_full();
-        let good = result.filter(|found| found.is_good(if full { 0.2 } else { 0.03 }));
+        // A motion to and fro is worth waiting for: it tells friction from load.
+        let good = result.filter(|found| {
+            if full {
+                found.is_good(0.2)
+            } else {
+                found.is_good(0.03) && found.only_direction == N::ZERO
+            }
+        });
         if good.is_some() {
             self.found = good;
         } else if full {
