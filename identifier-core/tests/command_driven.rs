@@ -179,6 +179,95 @@ fn starts_without_a_guess() {
     }
 }
 
+/// How a run over an ordinary servo ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Ending {
+    /// b within 5 %.
+    Good,
+    /// b within 20 %, or within four of its standard errors.
+    Fair,
+    /// Not started, and the servo moved less than 30 counts a second.
+    NoMotion,
+    /// Not started, though it moved.
+    NotStarted,
+    /// At a bound, and said to be.
+    AtBound,
+    /// Wrong, but it still moves.
+    Wrong,
+    /// Wrong and still while the servo moves.
+    Frozen,
+}
+
+fn humble(i: u32) -> (Ending, Servo, String) {
+    const TIME: f64 = 20.0;
+    let servo = support::humble_servo(i);
+    let mut draw = support::Draw::new(i + 4242);
+    let kind = draw.one_of(&[Kind::Pid, Kind::Cascade, Kind::PiD]);
+    // From a wiggle of some counts to full use of the limit.
+    let natural = servo.authority() / (servo.bandwidth * servo.bandwidth);
+    let amplitude = draw.between(10.0 * servo.count(), 20.0 * servo.count() + natural);
+    let identifier = Identifier::<f32>::new(&settings(&servo)).expect("settings");
+    let mut state = identifier.start();
+    let mut run = Loop::new(kind, &servo, amplitude);
+    let samples = (TIME / servo.sample_time) as u64;
+    let (mut path, mut before, mut events) = (0.0, None, Vec::new());
+    let mut error = 0.0;
+    for k in 0..samples {
+        let (increment, command) = run.sample();
+        let seen = identifier
+            .learn(&mut state, increment as f32, command as f32)
+            .expect("ordinary samples");
+        identifier.work(&mut state, u32::MAX);
+        if seen.event != Event::None {
+            events.push((k as f64 * servo.sample_time, seen.event));
+        }
+        if 4 * k >= 3 * samples {
+            path += increment.abs();
+            error += f64::from(seen.output_error).powi(2);
+            if before.is_none() {
+                before = Some(identifier.estimates(&state));
+            }
+        }
+    }
+    let found = identifier.estimates(&state);
+    let truth = servo.parameters;
+    let off = (found.b / truth.b - 1.0).abs();
+    let deviation = identifier.standard_errors(&state).map_or(f64::INFINITY, |e| e.b / truth.b);
+    let still = before.is_some_and(|before| (before.b / found.b - 1.0).abs() < 1e-3);
+    let ending = if !identifier.is_running(&state) {
+        if path < 30.0 * 0.25 * TIME { Ending::NoMotion } else { Ending::NotStarted }
+    } else if off < 0.05 {
+        Ending::Good
+    } else if off < 0.2 || off < 4.0 * deviation {
+        Ending::Fair
+    } else if identifier.at_bound(&state) != [false; 4] {
+        Ending::AtBound
+    } else if path < 30.0 * 0.25 * TIME {
+        Ending::NoMotion
+    } else if still {
+        Ending::Frozen
+    } else {
+        Ending::Wrong
+    };
+    events.truncate(4);
+    let rms = (error / (0.25 * samples as f64) * 12.0).sqrt();
+    (ending, servo, format!("{kind:?} b {:.3} ± {deviation:.3} a {:.2} {:.2} c {:.2} {:.2} d {:.2} {:.2} rms {rms:.2} path {path:.0} bw {:.1} sat {:.2} {events:?}", found.b / truth.b, truth.a, found.a, truth.coulomb, found.coulomb, truth.load, found.load, identifier.bandwidth(&state), run.saturation()))
+}
+
+#[test]
+fn ordinary_servos_do_not_freeze() {
+    let runs = on_all_cores(500, humble);
+    for ending in [Ending::Good, Ending::Fair, Ending::NoMotion, Ending::NotStarted, Ending::AtBound, Ending::Wrong, Ending::Frozen] {
+        let count = runs.iter().filter(|(e, _, _)| *e == ending).count();
+        println!("  {ending:?}: {count}");
+        if ending >= Ending::NotStarted && std::env::var("LIST").is_ok() {
+            for (_, s, text) in runs.iter().filter(|(e, _, _)| *e == ending).take(12) {
+                println!("    {} {text} | auth {:.0} cpr {:.0} T {:.2e} w {:.1}", s.seed, s.authority(), s.counts_per_rev, s.sample_time, s.bandwidth);
+            }
+        }
+    }
+}
+
 struct LoadStep {
     servo: Servo,
     /// Errors of the load over the step: after 0.1 s, after 0.25 s, after 1.5 s.
