@@ -256,7 +256,7 @@ fn humble(i: u32) -> (Ending, Servo, String) {
 
 #[test]
 fn ordinary_servos_do_not_freeze() {
-    let runs = on_all_cores(500, humble);
+    let runs = on_all_cores(std::env::var("RUNS").map_or(500, |x| x.parse().expect("number")), humble);
     for ending in [Ending::Good, Ending::Fair, Ending::NoMotion, Ending::NotStarted, Ending::AtBound, Ending::Wrong, Ending::Frozen] {
         let count = runs.iter().filter(|(e, _, _)| *e == ending).count();
         println!("  {ending:?}: {count}");
@@ -297,6 +297,9 @@ fn load_steps(i: u32) -> (Vec<LoadStep>, [u32; 2], f64) {
                 .learn(&mut state, increment as f32, command as f32)
                 .expect("ordinary samples");
             identifier.work(&mut state, u32::MAX);
+            if std::env::var("EVENTS").is_ok() && seen.event != Event::None && seen.event != Event::LoadStep {
+                println!("event {i} {:?} {:.3}", seen.event, k as f64 * servo.sample_time);
+            }
             if seen.event == Event::LoadStep {
                 steps += 1;
                 first = first.min(k as f64 * servo.sample_time);
@@ -397,7 +400,6 @@ fn trace() {
         let seen = identifier.learn(&mut state, increment as f32, command as f32).expect("ok");
         identifier.work(&mut state, u32::MAX);
         sum += f64::from(seen.output_error).powi(2);
-        if std::env::var("FINE").is_ok_and(|x| (x.parse::<f64>().expect("number") - k as f64 * servo.sample_time).abs() < 0.05) && k % 8 == 0 { println!("{:.4} {:?}", k as f64 * servo.sample_time, identifier.suspicion(&state)); }
         if seen.event != Event::None || (k + 1) % every == 0 {
             let e = identifier.estimates(&state);
             let s = identifier.standard_errors(&state);

@@ -52,7 +52,12 @@ pub struct GaussNewtonIdentifier<N, S, const P: usize, const W: usize = 256> {
     alongside: u32,
     search: u32,
     standing: u32,
+    stood: u32,
     release: u32,
+    alarm: u32,
+    waiting: u32,
+    second: N,
+    trouble: N,
     has_load: bool,
     free: [bool; P],
     initial: [f64; P],
@@ -84,6 +89,13 @@ pub(super) struct Recursion<N: Number, const P: usize> {
     /// Samples for which friction has held the model, and how far the servo went meanwhile.
     held: u32,
     slid: N,
+    /// Grows with every step of the load and falls with time, samples.
+    alarm: u32,
+    /// The load before the steps of the present alarm.
+    trusted_load: N,
+    /// Mean square of the blocks' output error over a second, and what it was when last found good.
+    mean_square: N,
+    usual: N,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,6 +108,8 @@ pub(super) enum Mode {
     Searching(u32),
     /// Everything is learnt.
     Learning,
+    /// The servo does not follow the command; nothing is learnt for so many samples more.
+    Waiting(u32),
 }
 
 impl<N, S, const P: usize, const W: usize> GaussNewtonIdentifier<N, S, P, W>
@@ -131,6 +145,17 @@ where
 
     /// The time for which friction may hold the model while the servo moves, s.
     pub const HELD: f64 = 0.02;
+
+    /// The time after which a step of the load is an event by itself, s. More than four within
+    /// that time each are no steps of the load.
+    pub const ALARM: f64 = 0.5;
+
+    /// The time to wait before a servo that did not follow is believed again, s.
+    pub const WAITING: f64 = 0.5;
+
+    /// The factor by which the mean square of the output error exceeds the usual where a new fit is
+    /// due.
+    pub const TROUBLE: f64 = 16.0;
 
     /// Builds the identifier.
     ///
@@ -170,7 +195,12 @@ where
             alongside: samples(Self::JOINING),
             search: samples(Self::SEARCH),
             standing: samples(Self::STANDING),
+            stood: samples(0.7 * Self::SEARCH),
             release: samples(Self::HELD),
+            alarm: samples(Self::ALARM),
+            waiting: samples(Self::WAITING),
+            second: N::from_f64((f64::from(GaussNewton::<N, P>::BLOCK) * sample_time).min(0.1)),
+            trouble: N::from_f64(Self::TROUBLE),
             has_load: S::PARAMETERS.last() == Some(&Parameter::Load) && fitter.free[place(Parameter::Load)],
             free: places.map(|i| fitter.free[i]),
             initial: places.map(|i| fitter.initial[i].unwrap_or(0.0)),
@@ -182,7 +212,7 @@ where
     /// at a time. Call it whenever there is time, on a PC after every sample; it does nothing while
     /// the recursion runs.
     pub fn work(&self, state: &mut GaussNewtonIdentifierState<N, P, W>, budget: u32) {
-        if matches!(state.recursion.mode, Mode::Recording) {
+        if state.start.is_recording() {
             state.start.work(&self.fitter, budget);
         }
     }
@@ -203,11 +233,6 @@ where
     #[must_use]
     pub fn bandwidth(&self, state: &GaussNewtonIdentifierState<N, P, W>) -> f64 {
         state.recursion.omega.to_f64() / self.units.sample_time()
-    }
-
-    #[doc(hidden)]
-    pub fn suspicion(&self, state: &GaussNewtonIdentifierState<N, P, W>) -> impl core::fmt::Debug {
-        state.recursion.suspicion
     }
 
     /// The recursion from what a fit has found.
@@ -263,6 +288,10 @@ where
             last_move: N::ZERO,
             held: 0,
             slid: N::ZERO,
+            alarm: 0,
+            trusted_load: N::ZERO,
+            mean_square: found.unexplained,
+            usual: found.unexplained,
         }
     }
 
@@ -303,6 +332,9 @@ where
                     GaussNewtonStep::None => {}
                     GaussNewtonStep::Moved(steps) => state.follow(&steps),
                     GaussNewtonStep::Gathered { mean, predicted } => {
+                        if self.in_trouble(state, mean) {
+                            event = Event::Restarted;
+                        }
                         let inflated = state.law.inflated();
                         if self.has_load
                             && self.load_step.suspects(
@@ -312,8 +344,7 @@ where
                                 inflated,
                             )
                         {
-                            self.search(state);
-                            event = Event::LoadStep;
+                            event = self.search(state);
                         }
                     }
                 }
@@ -323,8 +354,17 @@ where
                 }
                 correction
             }
-            Mode::Searching(left) => self.seek(state, output_error, left),
+            Mode::Searching(left) => {
+                if left == 1 && state.still >= self.stood {
+                    // The load of a servo that stands cannot be known.
+                    event = self.wait(state);
+                    Correction::critically_damped(state.quick)
+                } else {
+                    self.seek(state, output_error, left)
+                }
+            }
             Mode::Joining(left) => self.approach(state, left),
+            Mode::Waiting(left) => self.stay(state, left),
             Mode::Recording => Correction::critically_damped(state.omega),
         };
 
@@ -335,7 +375,7 @@ where
         state
             .tangents
             .advance::<S, P>(parameters.x, command, &correction, way, phase);
-        if S::HAS_COULOMB && self.stand(state, increment, phase) {
+        if self.stand(state, increment, phase) {
             event = Event::FrictionLowered;
         }
         Seen {
@@ -344,12 +384,66 @@ where
         }
     }
 
+    /// Whether the output error has been far above what it was when the estimates were found good,
+    /// for so long that a new fit is due.
+    #[inline]
+    fn in_trouble(&self, state: &mut Recursion<N, P>, mean: N) -> bool {
+        if state.alarm > 0 {
+            state.alarm = state
+                .alarm
+                .saturating_sub(u32::from(GaussNewton::<N, P>::BLOCK));
+            return false;
+        }
+        // Bounded, so that only what lasts makes trouble.
+        let most = self.trouble * self.trouble * state.usual;
+        let square = (mean * mean).limited(N::ZERO, most);
+        state.mean_square += self.second * (square - state.mean_square);
+        if state.mean_square > self.trouble * state.usual {
+            // Said once; only what is as much worse again is news.
+            state.usual = state.mean_square;
+            return true;
+        }
+        false
+    }
+
+    /// The load has changed in a step. Where it does so again and again it is no load: the servo
+    /// does not follow the command.
     #[cold]
-    fn search(&self, state: &mut Recursion<N, P>) {
+    fn search(&self, state: &mut Recursion<N, P>) -> Event {
+        if state.alarm == 0 {
+            state.trusted_load = last(&state.law.estimates());
+        }
+        state.alarm += self.alarm;
+        if state.alarm > 4 * self.alarm {
+            return self.wait(state);
+        }
         state.mode = Mode::Searching(self.search);
         state.quick = self.first;
         state.suspicion.sought_from = last(&state.law.estimates());
         state.law.drop_block();
+        Event::LoadStep
+    }
+
+    #[cold]
+    fn wait(&self, state: &mut Recursion<N, P>) -> Event {
+        state.law.replace_last(state.trusted_load, N::ZERO);
+        state.law.drop_block();
+        state.mode = Mode::Waiting(self.waiting);
+        state.quick = self.first;
+        Event::NotFollowing
+    }
+
+    /// A sample of waiting: until the servo moves, and then for a while.
+    #[cold]
+    fn stay(&self, state: &mut Recursion<N, P>, left: u32) -> Correction<N> {
+        if state.still >= self.standing {
+            state.model = ListeningModel::alongside(N::ZERO);
+        } else if left > 1 {
+            state.mode = Mode::Waiting(left - 1);
+        } else {
+            state.mode = Mode::Joining(self.alongside);
+        }
+        Correction::critically_damped(state.quick)
     }
 
     /// A sample of the search for the load: 2ω, 2ω², ω³ on position, velocity and load, all three
@@ -494,6 +588,10 @@ where
                 last_move: N::ZERO,
                 held: 0,
                 slid: N::ZERO,
+                alarm: 0,
+                trusted_load: N::ZERO,
+                mean_square: N::ZERO,
+                usual: N::ZERO,
             },
             start: Start::new(),
         }
@@ -508,23 +606,29 @@ where
     ) -> Result<Seen<N>, StepError> {
         self.check(increment, command)?;
         let GaussNewtonIdentifierState { recursion, start } = state;
-        if !matches!(recursion.mode, Mode::Recording) {
-            return Ok(self.run(recursion, increment, command));
+        let mut event = Event::None;
+        if start.is_recording() {
+            event = start.record(&self.blocking, increment, command);
+            if let Some(found) = start.take_found() {
+                let better = found.unexplained * self.trouble < recursion.mean_square * N::from_f64(4.0);
+                if better || matches!(recursion.mode, Mode::Recording) {
+                    *recursion = self.recursion(&found, start.velocity(&self.blocking));
+                    event = Event::Started;
+                    start.stop();
+                    let _ = self.run(recursion, N::ZERO, command);
+                    return Ok(Seen { output_error: N::ZERO, event });
+                }
+                start.stop();
+            }
         }
-        let event = start.record(&self.blocking, increment, command);
-        if let Some(found) = start.take_found() {
-            *recursion = self.recursion(&found, start.velocity(&self.blocking));
-            start.stop();
-            let _ = self.run(recursion, N::ZERO, command);
-            return Ok(Seen {
-                output_error: N::ZERO,
-                event: Event::Started,
-            });
+        if matches!(recursion.mode, Mode::Recording) {
+            return Ok(Seen { output_error: N::ZERO, event });
         }
-        Ok(Seen {
-            output_error: N::ZERO,
-            event,
-        })
+        let seen = self.run(recursion, increment, command);
+        if seen.event == Event::Restarted {
+            start.clear();
+        }
+        Ok(seen)
     }
 
     fn estimates(&self, state: &Self::State) -> ServoParameters {
@@ -541,9 +645,10 @@ where
 
     fn join(&self, state: &mut Self::State) {
         let recursion = &mut state.recursion;
-        if matches!(recursion.mode, Mode::Recording) {
+        if state.start.is_recording() {
             state.start.clear();
-        } else {
+        }
+        if !matches!(recursion.mode, Mode::Recording) {
             recursion.model = ListeningModel::alongside(N::ZERO);
             recursion.quick = self.first;
             recursion.mode = Mode::Joining(self.alongside);

@@ -12,6 +12,7 @@ pub struct Start<N: Number, const W: usize> {
     found: Option<Found<N>>,
     failures: u32,
     unexplained: bool,
+    recording: bool,
 }
 
 impl<N: Number, const W: usize> Start<N, W> {
@@ -23,6 +24,7 @@ impl<N: Number, const W: usize> Start<N, W> {
             found: None,
             failures: 0,
             unexplained: false,
+            recording: true,
         }
     }
 
@@ -35,6 +37,11 @@ impl<N: Number, const W: usize> Start<N, W> {
         self.record.clear();
         self.fresh = 0;
         self.failures = 0;
+        self.recording = false;
+    }
+
+    pub(super) fn is_recording(&self) -> bool {
+        self.recording
     }
 
     #[inline]
