@@ -110,8 +110,13 @@ impl<N: Number, const P: usize> Factors<N, P> {
     /// Raises the variance of the last parameter.
     #[inline]
     pub(super) fn raise_last(&mut self, variance: N) {
-        if let Some(last) = self.entries.last_mut().and_then(|row| row.last_mut()) {
-            *last += variance;
+        self.raise(P - 1, variance);
+    }
+
+    /// Raises entry i of D: the variance of parameter i, and of those after it along L's column.
+    pub(super) fn raise(&mut self, i: usize, variance: N) {
+        if let Some(entry) = self.entries.get_mut(i).and_then(|row| row.get_mut(i)) {
+            *entry += variance;
         }
     }
 

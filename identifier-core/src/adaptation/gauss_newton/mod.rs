@@ -182,6 +182,11 @@ impl<N: Number, const P: usize> GaussNewtonState<N, P> {
         self.factors.raise_last(variance);
     }
 
+    /// Makes estimate i less certain by a variance, and those after it with which it goes.
+    pub fn raise(&mut self, i: usize, variance: N) {
+        self.factors.raise(i, variance);
+    }
+
     /// Moves the last estimate.
     #[inline]
     pub fn add_to_last(&mut self, step: N) {

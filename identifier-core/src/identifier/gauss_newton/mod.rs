@@ -56,6 +56,10 @@ pub struct GaussNewtonIdentifier<N, S, const P: usize, const W: usize = 256> {
     release: u32,
     alarm: u32,
     waiting: u32,
+    reversal: u32,
+    widening: N,
+    unexplained: N,
+    widest: N,
     second: N,
     trouble: N,
     has_load: bool,
@@ -96,6 +100,10 @@ pub(super) struct Recursion<N: Number, const P: usize> {
     /// Mean square of the blocks' output error over a second, and what it was when last found good.
     mean_square: N,
     usual: N,
+    /// Samples since friction last stopped or turned the model.
+    straight: u32,
+    /// Whether the load that is sought may as well be friction.
+    ambiguous: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -150,6 +158,16 @@ where
     /// that time each are no steps of the load.
     pub const ALARM: f64 = 0.5;
 
+    /// The time after a reversal in which a step of the load may as well be friction, s.
+    pub const REVERSAL: f64 = 0.1;
+
+    /// The time constant with which the correction widens where the output error is more than twice
+    /// the encoder's, s: what the model lacks must not add up.
+    pub const WIDENING: f64 = 0.5;
+
+    /// The largest ω T of the correction then. The encoder's noise no longer matters.
+    pub const UNEXPLAINED_WIDEST: f64 = 0.15;
+
     /// The time to wait before a servo that did not follow is believed again, s.
     pub const WAITING: f64 = 0.5;
 
@@ -199,6 +217,10 @@ where
             release: samples(Self::HELD),
             alarm: samples(Self::ALARM),
             waiting: samples(Self::WAITING),
+            reversal: samples(Self::REVERSAL),
+            widening: N::from_f64(f64::from(GaussNewton::<N, P>::BLOCK) * sample_time / Self::WIDENING),
+            unexplained: N::from_f64(4.0 * fitter.noise),
+            widest: N::from_f64(Self::UNEXPLAINED_WIDEST),
             second: N::from_f64((f64::from(GaussNewton::<N, P>::BLOCK) * sample_time).min(0.1)),
             trouble: N::from_f64(Self::TROUBLE),
             has_load: S::PARAMETERS.last() == Some(&Parameter::Load) && fitter.free[place(Parameter::Load)],
@@ -292,6 +314,8 @@ where
             trusted_load: N::ZERO,
             mean_square: found.unexplained,
             usual: found.unexplained,
+            straight: 0,
+            ambiguous: false,
         }
     }
 
@@ -398,6 +422,17 @@ where
         let most = self.trouble * self.trouble * state.usual;
         let square = (mean * mean).limited(N::ZERO, most);
         state.mean_square += self.second * (square - state.mean_square);
+        if state.mean_square > self.unexplained && state.omega < self.widest {
+            if self.bandwidth.is_none() {
+                state.omega += state.omega * self.widening;
+                state.quick = if state.quick > state.omega {
+                    state.quick
+                } else {
+                    state.omega
+                };
+            }
+            return false;
+        }
         if state.mean_square > self.trouble * state.usual {
             // Said once; only what is as much worse again is news.
             state.usual = state.mean_square;
@@ -417,6 +452,8 @@ where
         if state.alarm > 4 * self.alarm {
             return self.wait(state);
         }
+        // Right after a reversal too large or too small a friction looks like a step of the load.
+        state.ambiguous = S::HAS_COULOMB && state.straight < self.reversal;
         state.mode = Mode::Searching(self.search);
         state.quick = self.first;
         state.suspicion.sought_from = last(&state.law.estimates());
@@ -460,6 +497,10 @@ where
             let load = last(&state.law.estimates());
             let moved = (load - state.suspicion.sought_from) * N::from_f64(0.25);
             state.law.replace_last(load, moved * moved);
+            if state.ambiguous {
+                // Where the load is a parameter, friction stands before it.
+                state.law.raise(P - 2, moved * moved);
+            }
             self.resume(state);
         }
         Correction {
@@ -509,6 +550,11 @@ where
         if increment != N::ZERO {
             state.last_move = increment;
         }
+        state.straight = if matches!(phase, Phase::Slid { .. }) {
+            state.straight.saturating_add(1)
+        } else {
+            0
+        };
         if !matches!(phase, Phase::Stuck) {
             state.held = 0;
             state.slid = N::ZERO;
@@ -592,6 +638,8 @@ where
                 trusted_load: N::ZERO,
                 mean_square: N::ZERO,
                 usual: N::ZERO,
+                straight: 0,
+                ambiguous: false,
             },
             start: Start::new(),
         }

@@ -1,0 +1,90 @@
+//! The measured log of EMPS (Janot, Gautier, Brunot, "Data Set and Reference Models of EMPS", 2019),
+//! one causal pass driven by the recorded command.
+
+use identifier_core::identifier::{
+    Event, GaussNewtonIdentifier, Identify, Knowledge, ListeningSettings,
+};
+use identifier_core::parameters::AbCoulombLoad;
+use identifier_core::units::Units;
+use std::process::{Command, Stdio};
+
+const SAMPLE_TIME: f64 = 1e-3;
+const FORCE_PER_VOLT: f64 = 35.150_651_882_485_47;
+/// M kg, Fv N/(m/s), Fc N, OF N: the published off-line values.
+const PUBLISHED: [f64; 4] = [95.11, 203.5, 20.39, -3.16];
+
+/// Position (m) and command (V) of every sample; none where the log is not at hand.
+fn log() -> Option<Vec<(f64, f64)>> {
+    let path = std::env::var("EMPS_LOG")
+        .unwrap_or_else(|_| "/work/shared/data/emps/emps_train.csv.gz".into());
+    std::path::Path::new(&path).exists().then_some(())?;
+    let unpacked = Command::new("gzip")
+        .args(["-dc", &path])
+        .stderr(Stdio::null())
+        .output()
+        .ok()?;
+    let text = String::from_utf8(unpacked.stdout).ok()?;
+    let mut lines = text.lines();
+    let names: Vec<&str> = lines.next()?.split(',').collect();
+    let column = |name: &str| names.iter().position(|&n| n.trim() == name);
+    let (position, command) = (column("q_m")?, column("vir_V")?);
+    lines
+        .map(|line| {
+            let mut values = line.split(',').map(|value| value.trim().parse::<f64>().ok());
+            let values: Vec<f64> = values.by_ref().collect::<Option<_>>()?;
+            Some((*values.get(position)?, *values.get(command)?))
+        })
+        .collect()
+}
+
+#[test]
+fn one_pass_from_sixty_starts() {
+    let Some(log) = log() else {
+        println!("skipped: the log is not at hand");
+        return;
+    };
+    let resolution = std::env::var("RES").map_or(1e-7, |x| x.parse().expect("m"));
+    let units = Units::new(SAMPLE_TIME, resolution).expect("units");
+    let mut worst = [0.0_f64; 4];
+    for start in 0..60 {
+        let factor = 0.3 * 10.0_f64.powf(f64::from(start) / 59.0);
+        let mut settings = ListeningSettings::new(units);
+        let b = FORCE_PER_VOLT / PUBLISHED[0];
+        settings.b = Knowledge::guess(b * factor);
+        settings.a = Knowledge::guess(PUBLISHED[1] / PUBLISHED[0] * factor);
+        settings.coulomb = Knowledge::guess(PUBLISHED[2] / PUBLISHED[0] * factor);
+        if let Ok(bw) = std::env::var("BW") { settings.bandwidth = Some(bw.parse().expect("rad/s")); }
+        if let Ok(t) = std::env::var("START") { settings.start_time = t.parse().expect("s"); }
+        let identifier =
+            GaussNewtonIdentifier::<f32, AbCoulombLoad, 4>::new(&settings).expect("settings");
+        let mut state = identifier.start();
+        let mut last = (log[0].0 / resolution).round();
+        let mut square = 0.0;
+        for (k, &(position, command)) in log.iter().enumerate() {
+            let count = (position / resolution).round();
+            let seen = identifier
+                .learn(&mut state, (count - last) as f32, command as f32)
+                .expect("ordinary samples");
+            last = count;
+            identifier.work(&mut state, u32::MAX);
+            square += (f64::from(seen.output_error) * resolution).powi(2);
+            if start == 0 && seen.event != Event::None {
+                println!("{:.3} {:?} {:?}", k as f64 * SAMPLE_TIME, seen.event, identifier.estimates(&state));
+            }
+        }
+        let found = identifier.estimates(&state);
+        let mass = FORCE_PER_VOLT / found.b;
+        let values = [mass, found.a * mass, found.coulomb * mass, -found.load * mass];
+        for i in 0..4 {
+            worst[i] = worst[i].max((values[i] - PUBLISHED[i]).abs());
+        }
+        if start % 20 == 0 {
+            println!(
+                "start × {factor:.2}: M {:.2} Fv {:.1} Fc {:.2} OF {:.2}, output error {:.2} µm, bandwidth {:.1} {:?}",
+                values[0], values[1], values[2], values[3],
+                1e6 * (square / log.len() as f64).sqrt(), identifier.bandwidth(&state), identifier.standard_errors(&state)
+            );
+        }
+    }
+    println!("largest distance from the published values: {worst:.2?}");
+}
