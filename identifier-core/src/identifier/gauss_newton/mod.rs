@@ -59,9 +59,10 @@ pub struct GaussNewtonIdentifier<N, S, const P: usize, const W: usize = 256> {
     reversal: u32,
     widening: N,
     unexplained: N,
+    explained: N,
+    bounded: N,
     widest: N,
     second: N,
-    trouble: N,
     has_load: bool,
     free: [bool; P],
     initial: [f64; P],
@@ -83,6 +84,8 @@ pub(super) struct Recursion<N: Number, const P: usize> {
     law: GaussNewtonState<N, P>,
     /// ω T once nothing is being sought.
     omega: N,
+    /// ω T that was measured or given.
+    measured: N,
     /// ω T of this sample.
     quick: N,
     suspicion: Suspicion<N>,
@@ -97,9 +100,12 @@ pub(super) struct Recursion<N: Number, const P: usize> {
     alarm: u32,
     /// The load before the steps of the present alarm.
     trusted_load: N,
-    /// Mean square of the blocks' output error over a second, and what it was when last found good.
+    /// Mean square of the blocks' output error over a second.
     mean_square: N,
+    /// What the fit that the estimates began with left unexplained.
     usual: N,
+    /// Whether a new fit was no better: the model lacks something that the servo has.
+    lacking: bool,
     /// Samples since friction last stopped or turned the model.
     straight: u32,
     /// Whether the load that is sought may as well be friction.
@@ -171,10 +177,6 @@ where
     /// The time to wait before a servo that did not follow is believed again, s.
     pub const WAITING: f64 = 0.5;
 
-    /// The factor by which the mean square of the output error exceeds the usual where a new fit is
-    /// due.
-    pub const TROUBLE: f64 = 16.0;
-
     /// Builds the identifier.
     ///
     /// # Errors
@@ -220,9 +222,10 @@ where
             reversal: samples(Self::REVERSAL),
             widening: N::from_f64(f64::from(GaussNewton::<N, P>::BLOCK) * sample_time / Self::WIDENING),
             unexplained: N::from_f64(4.0 * fitter.noise),
+            explained: N::from_f64(1.5 * fitter.noise),
+            bounded: N::from_f64(12.0 * fitter.noise),
             widest: N::from_f64(Self::UNEXPLAINED_WIDEST),
             second: N::from_f64((f64::from(GaussNewton::<N, P>::BLOCK) * sample_time).min(0.1)),
-            trouble: N::from_f64(Self::TROUBLE),
             has_load: S::PARAMETERS.last() == Some(&Parameter::Load) && fitter.free[place(Parameter::Load)],
             free: places.map(|i| fitter.free[i]),
             initial: places.map(|i| fitter.initial[i].unwrap_or(0.0)),
@@ -302,7 +305,12 @@ where
             model: ListeningModel::alongside(velocity),
             tangents: Tangents::NONE,
             law: self.law.start(&estimates, &covariance, &most),
-            omega,
+            omega: if self.bandwidth.is_none() && found.unexplained > self.bounded {
+                self.widest
+            } else {
+                omega
+            },
+            measured: omega,
             quick: self.first,
             suspicion: self.load_step.start(found.unexplained),
             mode: Mode::Joining(self.alongside),
@@ -312,8 +320,9 @@ where
             slid: N::ZERO,
             alarm: 0,
             trusted_load: N::ZERO,
-            mean_square: found.unexplained,
+            mean_square: N::ZERO,
             usual: found.unexplained,
+            lacking: false,
             straight: 0,
             ambiguous: false,
         }
@@ -408,8 +417,8 @@ where
         }
     }
 
-    /// Whether the output error has been far above what it was when the estimates were found good,
-    /// for so long that a new fit is due.
+    /// Whether the output error has been above the encoder's for so long that a new fit is due. If
+    /// that was no better, the model lacks something, and the correction widens.
     #[inline]
     fn in_trouble(&self, state: &mut Recursion<N, P>, mean: N) -> bool {
         if state.alarm > 0 {
@@ -418,25 +427,22 @@ where
                 .saturating_sub(u32::from(GaussNewton::<N, P>::BLOCK));
             return false;
         }
-        // Bounded, so that only what lasts makes trouble.
-        let most = self.trouble * self.trouble * state.usual;
-        let square = (mean * mean).limited(N::ZERO, most);
+        // Bounded, so that only what lasts counts.
+        let square = (mean * mean).limited(N::ZERO, self.bounded);
         state.mean_square += self.second * (square - state.mean_square);
-        if state.mean_square > self.unexplained && state.omega < self.widest {
-            if self.bandwidth.is_none() {
-                state.omega += state.omega * self.widening;
-                state.quick = if state.quick > state.omega {
-                    state.quick
-                } else {
-                    state.omega
-                };
+        if state.mean_square > self.unexplained {
+            if !state.lacking {
+                return true;
             }
-            return false;
-        }
-        if state.mean_square > self.trouble * state.usual {
-            // Said once; only what is as much worse again is news.
-            state.usual = state.mean_square;
-            return true;
+            if state.omega < self.widest && self.bandwidth.is_none() {
+                state.omega += state.omega * self.widening;
+                if state.quick < state.omega {
+                    state.quick = state.omega;
+                }
+            }
+        } else if state.mean_square < self.explained && state.omega > state.measured {
+            state.omega = state.omega - state.omega * self.widening;
+            state.quick = state.omega;
         }
         false
     }
@@ -627,6 +633,7 @@ where
                     &[0.0; P],
                 ),
                 omega: N::ZERO,
+                measured: N::ZERO,
                 quick: N::ZERO,
                 suspicion: self.load_step.start(N::ZERO),
                 mode: Mode::Recording,
@@ -638,6 +645,7 @@ where
                 trusted_load: N::ZERO,
                 mean_square: N::ZERO,
                 usual: N::ZERO,
+                lacking: false,
                 straight: 0,
                 ambiguous: false,
             },
@@ -658,7 +666,8 @@ where
         if start.is_recording() {
             event = start.record(&self.blocking, increment, command);
             if let Some(found) = start.take_found() {
-                let better = found.unexplained * self.trouble < recursion.mean_square * N::from_f64(4.0);
+                let better = found.unexplained < self.unexplained
+                    || found.unexplained + found.unexplained < recursion.usual;
                 if better || matches!(recursion.mode, Mode::Recording) {
                     *recursion = self.recursion(&found, start.velocity(&self.blocking));
                     event = Event::Started;
@@ -667,6 +676,7 @@ where
                     return Ok(Seen { output_error: N::ZERO, event });
                 }
                 start.stop();
+                recursion.lacking = true;
             }
         }
         if matches!(recursion.mode, Mode::Recording) {
@@ -674,6 +684,12 @@ where
         }
         let seen = self.run(recursion, increment, command);
         if seen.event == Event::Restarted {
+            if start.is_recording() {
+                return Ok(Seen {
+                    event: Event::None,
+                    ..seen
+                });
+            }
             start.clear();
         }
         Ok(seen)
