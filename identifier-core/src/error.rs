@@ -110,7 +110,7 @@ pub enum StepError {
     /// Reference and position, or two successive positions, are further apart than the number
     /// format counts exactly: a lost encoder, a wrong reference or a forgotten shift of origin.
     TooFarApart,
-    /// The command that acted is NaN or infinite.
+    /// The command that acted is NaN, infinite, or beyond what the number format computes with.
     CommandNotFinite,
     /// The encoder's increment is not finite, or larger than the number format counts exactly or
     /// than the highest speed that was declared.

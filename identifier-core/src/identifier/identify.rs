@@ -70,3 +70,18 @@ pub enum Event {
     /// Nothing is learnt until it does.
     NotFollowing,
 }
+
+/// Refuses a sample that cannot be.
+#[inline]
+pub(super) fn check<N: Number>(increment: N, command: N, longest: N) -> Result<(), StepError> {
+    // Nor is what the number format cannot compute with. What is not a number fails both comparisons.
+    let possible = command.magnitude() <= N::REACH;
+    if !possible {
+        return Err(StepError::CommandNotFinite);
+    }
+    if increment.magnitude() <= longest {
+        Ok(())
+    } else {
+        Err(StepError::CountJumped)
+    }
+}

@@ -12,6 +12,7 @@ mod gauss_newton;
 mod gradient;
 mod identify;
 mod settings;
+mod window;
 
 pub use config::{Bounds, IdentifierConfig};
 pub use error::IdentifierError;
@@ -23,3 +24,4 @@ pub use gradient::{
 };
 pub use identify::{Event, Identify, Seen};
 pub use settings::{Knowledge, ListeningSettings};
+pub use window::{WindowIdentifier, WindowState};

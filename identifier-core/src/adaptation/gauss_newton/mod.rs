@@ -382,6 +382,8 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         state.mean_error = error;
         state.learning = velocity.magnitude() >= self.dead_zone;
         let (measurement, predicted) = state.factors.project(&sensitivity);
+        // A sensitivity that ran away teaches nothing.
+        state.learning = state.learning && predicted <= N::REACH * N::REACH;
         state.measurement = measurement;
         // Kept until the next sample weighs it.
         state.measurement.precision = predicted;

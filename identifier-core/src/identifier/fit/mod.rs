@@ -16,7 +16,6 @@ const UNKNOWNS: usize = 6;
 const A: usize = 0;
 const B: usize = 1;
 const COULOMB: usize = 2;
-const LOAD: usize = 3;
 const POSITION: usize = 4;
 const VELOCITY: usize = 5;
 
@@ -44,10 +43,8 @@ pub(super) struct Fitter<N> {
     noise: N,
     low: [N; 4],
     high: [N; 4],
-    /// Guesses that were given.
-    initial: [Option<N>; 4],
-    /// 1/deviation of those guesses; zero where nothing is known.
-    weight: [N; 4],
+    /// What was given.
+    prior: Prior<N>,
     free: [bool; 4],
     /// Units of a block per unit of a sample.
     scale: [f64; 4],
@@ -66,6 +63,15 @@ pub(super) struct FitterConfig {
     /// Parameters to be found; the others stay at their initial value, or zero.
     pub(super) free: [bool; 4],
     pub(super) bandwidth: Option<f64>,
+}
+
+/// What is known before a fit, units of a block.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Prior<N> {
+    /// Guesses: one more start.
+    initial: [Option<N>; 4],
+    /// Deviation of the noise over those of the guesses; zero where they bind nothing.
+    weight: [N; 4],
 }
 
 /// What a fit found, machine units of a sample.
@@ -104,13 +110,17 @@ impl<N: Number> Found<N> {
         let variance = self.covariance[B][B].to_f64();
         let explained =
             self.left < LEFT || self.unexplained.to_f64() < 4.0 * self.noise.to_f64();
-        explained && !self.at_bound[B] && variance <= most * most * b * b
+        let finite = (0..4).all(|i| {
+            self.parameters[i].is_finite() && self.covariance[i].iter().all(|entry| entry.is_finite())
+        });
+        finite && explained && !self.at_bound[B] && variance <= most * most * b * b
     }
 }
 
 /// A fit under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Fit<N> {
+    prior: Prior<N>,
     blocks: usize,
     next: usize,
     stage: Stage,
@@ -204,23 +214,51 @@ impl<N: Number> Fitter<N> {
             noise: N::from_f64(config.noise),
             low,
             high,
-            initial: core::array::from_fn(|i| {
-                config.initial[i].map(|value| N::from_f64(value * scale[i]))
-            }),
-            weight: core::array::from_fn(|i| {
-                N::from_f64(config.deviation[i].map_or(0.0, |deviation| {
-                    libm::sqrt(config.noise) / (deviation * scale[i])
-                }))
-            }),
+            prior: Prior {
+                initial: core::array::from_fn(|i| {
+                    config.initial[i].map(|value| N::from_f64(value * scale[i]))
+                }),
+                weight: core::array::from_fn(|i| {
+                    N::from_f64(config.deviation[i].map_or(0.0, |deviation| {
+                        libm::sqrt(config.noise) / (deviation * scale[i])
+                    }))
+                }),
+            },
             free: config.free,
             scale,
             bandwidth: config.bandwidth.map(|omega| N::from_f64(omega * m)),
         }
     }
 
+    /// What was given as known.
+    pub(super) fn given(&self) -> Prior<N> {
+        self.prior
+    }
+
+    /// What a fit found, as known before the next: with ten times its deviations, and a fiftieth of
+    /// the value on top, so that a servo may change.
+    pub(super) fn known_from(&self, found: &Found<N>) -> Prior<N> {
+        let noise = libm::sqrt(self.noise.to_f64());
+        Prior {
+            initial: core::array::from_fn(|i| {
+                Some(N::from_f64(found.parameters[i].to_f64() * self.scale[i]))
+            }),
+            weight: core::array::from_fn(|i| {
+                let deviation = 10.0 * libm::sqrt(found.covariance[i][i].to_f64())
+                    + 0.02 * libm::fabs(found.parameters[i].to_f64());
+                if self.free[i] && deviation > 0.0 {
+                    N::from_f64(noise / (deviation * self.scale[i]))
+                } else {
+                    N::ZERO
+                }
+            }),
+        }
+    }
+
     /// Begins a fit over what the record holds.
-    pub(super) fn begin(&self, blocks: usize) -> Fit<N> {
+    pub(super) fn begin(&self, blocks: usize, prior: Prior<N>) -> Fit<N> {
         Fit {
+            prior,
             blocks,
             next: 0,
             stage: Stage::Survey,
@@ -343,13 +381,13 @@ impl<N: Number> Fitter<N> {
             trial[B] = suggested;
         }
         if start == 2 {
-            if self.initial.iter().all(Option::is_none) {
+            if fit.prior.initial.iter().all(Option::is_none) {
                 fit.next = fit.blocks;
                 fit.this = None;
                 fit.passes = Self::PASSES;
                 return;
             }
-            for (value, initial) in trial.iter_mut().zip(self.initial) {
+            for (value, initial) in trial.iter_mut().zip(fit.prior.initial) {
                 *value = initial.unwrap_or(*value);
             }
         }
@@ -364,9 +402,15 @@ impl<N: Number> Fitter<N> {
             let value = if self.free[i] {
                 trial[i]
             } else {
-                self.initial[i].unwrap_or(N::ZERO)
+                self.prior.initial[i].unwrap_or(N::ZERO)
             };
+            let value = if value.is_finite() { value } else { N::ZERO };
             trial[i] = value.limited(self.low[i], self.high[i]);
+        }
+        for value in &mut trial[POSITION..] {
+            if !value.is_finite() {
+                *value = N::ZERO;
+            }
         }
         fit.trial = trial;
         fit.damping = N::from_f64(Self::FIRST_DAMPING);
@@ -380,10 +424,11 @@ impl<N: Number> Fitter<N> {
         fit.pass = Pass::at(&fit.trial);
         self.add_initial(fit);
         for i in 0..4 {
-            if let Some(initial) = self.initial[i].filter(|_| self.weight[i] > N::ZERO) {
+            let weight = fit.prior.weight[i];
+            if let Some(initial) = fit.prior.initial[i].filter(|_| weight > N::ZERO) {
                 let mut row = [N::ZERO; UNKNOWNS];
-                row[i] = self.weight[i];
-                let error = (initial - fit.trial[i]) * self.weight[i];
+                row[i] = weight;
+                let error = (initial - fit.trial[i]) * weight;
                 fit.pass.equations.add(&row, error);
             }
         }

@@ -177,6 +177,10 @@ where
     /// The time to wait before a servo that did not follow is believed again, s.
     pub const WAITING: f64 = 0.5;
 
+    /// Bytes that the recursion itself keeps; the rest of the state is the record of the first fit
+    /// and that fit.
+    pub const RECURSION_BYTES: usize = size_of::<Recursion<N, P>>();
+
     /// Builds the identifier.
     ///
     /// # Errors
@@ -334,18 +338,6 @@ where
         })
     }
 
-    fn check(&self, increment: N, command: N) -> Result<(), StepError> {
-        if !command.is_finite() {
-            return Err(StepError::CommandNotFinite);
-        }
-        // Not a number fails the comparison too.
-        if increment.magnitude() <= self.longest {
-            Ok(())
-        } else {
-            Err(StepError::CountJumped)
-        }
-    }
-
     /// One sample of a running recursion.
     #[inline]
     fn run(&self, state: &mut Recursion<N, P>, increment: N, command: N) -> Seen<N> {
@@ -410,6 +402,12 @@ where
             .advance::<S, P>(parameters.x, command, &correction, way, phase);
         if self.stand(state, increment, phase) {
             event = Event::FrictionLowered;
+        }
+        // What is not a number fails the comparison too.
+        let near = state.model.error.magnitude() <= N::REACH;
+        if !(near && state.model.velocity.is_finite()) {
+            self.rejoin(state);
+            event = Event::Restarted;
         }
         Seen {
             output_error,
@@ -578,6 +576,16 @@ where
         state.held >= self.release && self.release_model(state)
     }
 
+    /// The model restarts alongside the servo; estimates are kept.
+    #[cold]
+    fn rejoin(&self, state: &mut Recursion<N, P>) {
+        state.model = ListeningModel::alongside(N::ZERO);
+        state.tangents = Tangents::NONE;
+        state.law.drop_block();
+        state.quick = self.first;
+        state.mode = Mode::Joining(self.alongside);
+    }
+
     #[cold]
     fn release_model(&self, state: &mut Recursion<N, P>) -> bool {
         /// Counts that the servo must have gone meanwhile.
@@ -660,7 +668,7 @@ where
         increment: N,
         command: N,
     ) -> Result<Seen<N>, StepError> {
-        self.check(increment, command)?;
+        super::identify::check(increment, command, self.longest)?;
         let GaussNewtonIdentifierState { recursion, start } = state;
         let mut event = Event::None;
         if start.is_recording() {
@@ -708,16 +716,11 @@ where
     }
 
     fn join(&self, state: &mut Self::State) {
-        let recursion = &mut state.recursion;
         if state.start.is_recording() {
             state.start.clear();
         }
-        if !matches!(recursion.mode, Mode::Recording) {
-            recursion.model = ListeningModel::alongside(N::ZERO);
-            recursion.quick = self.first;
-            recursion.mode = Mode::Joining(self.alongside);
-            recursion.tangents = Tangents::NONE;
-            recursion.law.drop_block();
+        if !matches!(state.recursion.mode, Mode::Recording) {
+            self.rejoin(&mut state.recursion);
         }
     }
 }

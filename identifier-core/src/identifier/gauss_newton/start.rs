@@ -75,7 +75,7 @@ impl<N: Number, const W: usize> Start<N, W> {
             }
             self.fresh = 0;
             self.record.hold();
-            self.fit = Some(fitter.begin(blocks));
+            self.fit = Some(fitter.begin(blocks, fitter.given()));
         }
         let Some(fit) = &mut self.fit else { return };
         for _ in 0..budget {
