@@ -8,8 +8,15 @@ use crate::number::Number;
 /// by raising the last entry of D.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Factors<N, const P: usize> {
-    /// L below the diagonal, D on it.
-    entries: [[N; P]; P],
+    /// L below its diagonal, row by row; the first P (P − 1)/2 are used.
+    lower: [N; 6],
+    /// D.
+    diagonal: [N; P],
+}
+
+/// The place of entry (i, j), j < i < 4, of L.
+const fn at(i: usize, j: usize) -> usize {
+    i * (i - 1) / 2 + j
 }
 
 /// A measurement that is being taken in.
@@ -38,21 +45,22 @@ impl<N: Number, const P: usize> Factors<N, P> {
     /// it less than nothing counts as known.
     pub(super) fn of(matrix: &[[f64; P]; P]) -> Self {
         let mut left = *matrix;
-        let mut entries = [[N::ZERO; P]; P];
+        let mut lower = [N::ZERO; 6];
+        let mut diagonal = [N::ZERO; P];
         for j in 0..P {
             let pivot = left[j][j].max(0.0);
-            entries[j][j] = N::from_f64(pivot);
+            diagonal[j] = N::from_f64(pivot);
             if pivot > 0.0 {
                 for i in j + 1..P {
                     let entry = left[i][j] / pivot;
-                    entries[i][j] = N::from_f64(entry);
+                    lower[at(i, j)] = N::from_f64(entry);
                     for k in j + 1..=i {
                         left[i][k] -= entry * left[k][j];
                     }
                 }
             }
         }
-        Self { entries }
+        Self { lower, diagonal }
     }
 
     /// Begins to take in a measurement with the regressor φ. Answers with φᵀPφ too.
@@ -63,10 +71,10 @@ impl<N: Number, const P: usize> Factors<N, P> {
         for j in 0..P {
             let mut sum = regressor[j];
             for i in j + 1..P {
-                sum += self.entries[i][j] * regressor[i];
+                sum += self.lower[at(i, j)] * regressor[i];
             }
             measurement.projected[j] = sum;
-            predicted += sum * sum * self.entries[j][j];
+            predicted += sum * sum * self.diagonal[j];
         }
         (measurement, predicted)
     }
@@ -81,29 +89,43 @@ impl<N: Number, const P: usize> Factors<N, P> {
     /// Updates column j; the columns come from the last to the first.
     #[inline]
     pub(super) fn update_column(&mut self, measurement: &mut Measurement<N, P>, j: usize) {
+        // Each its own function: no index has to be checked, no loop to be counted.
+        match j {
+            0 => self.update::<0>(measurement),
+            1 => self.update::<1>(measurement),
+            2 => self.update::<2>(measurement),
+            _ => self.update::<3>(measurement),
+        }
+    }
+
+    #[inline]
+    fn update<const J: usize>(&mut self, measurement: &mut Measurement<N, P>) {
+        if J >= P {
+            return;
+        }
         let before = measurement.variance;
-        let projected = measurement.projected[j];
+        let projected = measurement.projected[J];
         let correction = projected * measurement.precision;
-        let weighted = self.entries[j][j] * projected;
+        let weighted = self.diagonal[J] * projected;
         let variance = before + projected * weighted;
         let precision = variance.reciprocal();
         measurement.variance = variance;
         measurement.precision = precision;
-        self.entries[j][j] = self.entries[j][j] * before * precision;
-        for i in j + 1..P {
-            let entry = self.entries[i][j];
-            self.entries[i][j] = entry - measurement.gain[i] * correction;
+        self.diagonal[J] = self.diagonal[J] * before * precision;
+        for i in J + 1..P {
+            let entry = self.lower[at(i, J)];
+            self.lower[at(i, J)] = entry - measurement.gain[i] * correction;
             measurement.gain[i] += entry * weighted;
         }
-        measurement.gain[j] = weighted;
+        measurement.gain[J] = weighted;
     }
 
     /// Multiplies the covariance by a factor, but no entry of D further than `most`.
     #[inline]
     pub(super) fn grow(&mut self, factor: N, most: &[N; P]) {
         for i in 0..P {
-            let grown = self.entries[i][i] * factor;
-            self.entries[i][i] = if grown < most[i] { grown } else { most[i] };
+            let grown = self.diagonal[i] * factor;
+            self.diagonal[i] = if grown < most[i] { grown } else { most[i] };
         }
     }
 
@@ -115,7 +137,7 @@ impl<N: Number, const P: usize> Factors<N, P> {
 
     /// Raises entry i of D: the variance of parameter i, and of those after it along L's column.
     pub(super) fn raise(&mut self, i: usize, variance: N) {
-        if let Some(entry) = self.entries.get_mut(i).and_then(|row| row.get_mut(i)) {
+        if let Some(entry) = self.diagonal.get_mut(i) {
             *entry += variance;
         }
     }
@@ -124,10 +146,10 @@ impl<N: Number, const P: usize> Factors<N, P> {
     pub(super) fn column(&self, i: usize) -> [N; P] {
         let mut column = [N::ZERO; P];
         for k in 0..=i {
-            let weight = self.entries[k][k] * if k == i { N::ONE } else { self.entries[i][k] };
+            let weight = self.diagonal[k] * if k == i { N::ONE } else { self.lower[at(i, k)] };
             column[k] += weight;
             for j in k + 1..P {
-                column[j] += self.entries[j][k] * weight;
+                column[j] += self.lower[at(j, k)] * weight;
             }
         }
         column
@@ -135,9 +157,9 @@ impl<N: Number, const P: usize> Factors<N, P> {
 
     /// The variance of parameter i.
     pub(super) fn variance(&self, i: usize) -> N {
-        let mut sum = self.entries[i][i];
+        let mut sum = self.diagonal[i];
         for j in 0..i {
-            sum += self.entries[i][j] * self.entries[i][j] * self.entries[j][j];
+            sum += self.lower[at(i, j)] * self.lower[at(i, j)] * self.diagonal[j];
         }
         sum
     }
