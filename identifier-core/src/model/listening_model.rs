@@ -117,37 +117,64 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
         way: N,
         phase: Phase<N>,
     ) {
-        let kept = match phase {
-            Phase::Slid { .. } => None,
-            Phase::Stuck | Phase::Stopped { .. } => Some(N::ZERO),
-            Phase::Turned { slowing, .. } => Some(slowing),
+        let direction = match phase {
+            Phase::Slid { direction } => direction,
+            _ => return self.advance_through_rest::<S, P>(x, command, correction, way, phase),
         };
-        let direction = phase.mean_direction();
-        let stuck = matches!(phase, Phase::Stuck);
+        self.slide::<S, P>(x, command, correction, way, direction);
+    }
+
+    /// A sample in which the model moved, in one direction on the whole.
+    #[inline]
+    fn slide<S: ParameterSet<P>, const P: usize>(
+        &mut self,
+        x: N,
+        command: N,
+        correction: &Correction<N>,
+        way: N,
+        direction: N,
+    ) {
+        let followed = N::ONE - correction.position;
+        let braked = N::ONE - x;
         for i in 0..Q {
-            let pulled = self.position[i] - correction.position * self.position[i];
-            if stuck {
-                self.position[i] = pulled;
-                self.velocity[i] = N::ZERO;
-                continue;
-            }
-            let mut change = -(x * self.velocity[i]) - correction.velocity * self.position[i];
-            if let Some(parameter) = S::PARAMETERS.get(i) {
-                change = match parameter {
-                    Parameter::A => change - way,
-                    Parameter::B => change + command,
-                    Parameter::Coulomb => change - direction,
-                    Parameter::Load => change + N::ONE,
-                };
-            }
-            let velocity = self.velocity[i] + change;
-            self.position[i] = pulled + velocity;
+            let position = self.position[i];
+            let kept = braked * self.velocity[i] - correction.velocity * position;
+            let velocity = match S::PARAMETERS.get(i) {
+                Some(Parameter::A) => kept - way,
+                Some(Parameter::B) => kept + command,
+                Some(Parameter::Coulomb) => kept - direction,
+                Some(Parameter::Load) => kept + N::ONE,
+                None => kept,
+            };
+            self.position[i] = followed * position + velocity;
             self.velocity[i] = velocity;
         }
-        if let Some(kept) = kept {
-            for velocity in &mut self.velocity {
-                *velocity = *velocity * kept;
+    }
+
+    /// A sample in which the model stood, stopped or turned.
+    #[cold]
+    fn advance_through_rest<S: ParameterSet<P>, const P: usize>(
+        &mut self,
+        x: N,
+        command: N,
+        correction: &Correction<N>,
+        way: N,
+        phase: Phase<N>,
+    ) {
+        let kept = match phase {
+            Phase::Turned { slowing, .. } => slowing,
+            _ => N::ZERO,
+        };
+        if matches!(phase, Phase::Stuck) {
+            let followed = N::ONE - correction.position;
+            for position in &mut self.position {
+                *position = *position * followed;
             }
+        } else {
+            self.slide::<S, P>(x, command, correction, way, phase.mean_direction());
+        }
+        for velocity in &mut self.velocity {
+            *velocity = *velocity * kept;
         }
     }
 }

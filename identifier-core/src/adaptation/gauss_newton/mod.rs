@@ -86,8 +86,11 @@ pub struct GaussNewtonState<N: Number, const P: usize> {
     /// The block before, being worked on.
     measurement: Measurement<N, P>,
     mean_error: N,
+    /// ψᵀP ψ of it.
+    predicted: N,
     phase: u8,
     learning: bool,
+    closed: bool,
     evidence: Evidence<N>,
 }
 
@@ -207,12 +210,19 @@ impl<N: Number, const P: usize> GaussNewtonState<N, P> {
         self.factors.grow(factor, &self.most);
     }
 
+    #[inline]
+    fn update_column(&mut self, column: u8) {
+        self.factors
+            .update_column(&mut self.measurement, usize::from(column));
+    }
+
     /// Forgets the block that is being gathered.
     pub fn drop_block(&mut self) {
         self.sensitivity = [N::ZERO; P];
         self.error = N::ZERO;
         self.phase = 0;
         self.learning = false;
+        self.closed = false;
     }
 
     /// How many times P has lately been raised with the noise level.
@@ -314,8 +324,10 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             error: N::ZERO,
             measurement: Measurement::NONE,
             mean_error: N::ZERO,
+            predicted: N::ZERO,
             phase: 0,
             learning: false,
+            closed: false,
             evidence: Evidence::NONE,
         }
     }
@@ -344,12 +356,22 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             state.sensitivity[i] += sensitivity[i];
         }
         state.error += output_error;
-        let columns = P as u8;
         let phase = state.phase;
         state.phase = phase + 1;
+        let columns = P as u8;
         if phase + 1 == Self::BLOCK {
             state.phase = 0;
-            return self.close(state, velocity);
+            self.close(state, velocity);
+            return GaussNewtonStep::None;
+        }
+        if phase == 1 && state.closed {
+            if state.learning {
+                state.update_column(columns - 1);
+            }
+            return GaussNewtonStep::Gathered {
+                mean: state.mean_error,
+                predicted: state.predicted,
+            };
         }
         if !state.learning {
             return GaussNewtonStep::None;
@@ -357,24 +379,18 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         if phase == 0 {
             self.weigh(state);
         } else if phase <= columns {
-            let column = usize::from(columns - phase);
-            let GaussNewtonState {
-                factors,
-                measurement,
-                ..
-            } = state;
-            factors.update_column(measurement, column);
+            state.update_column(columns - phase);
         } else if phase == columns + 1 {
-            return GaussNewtonStep::Moved(self.move_estimates(state));
+            self.limit_steps(state);
         } else if phase == columns + 2 {
-            self.forget(state);
+            return GaussNewtonStep::Moved(Self::move_estimates(state));
         }
         GaussNewtonStep::None
     }
 
     /// The block is complete.
     #[inline]
-    fn close(&self, state: &mut GaussNewtonState<N, P>, velocity: N) -> GaussNewtonStep<N, P> {
+    fn close(&self, state: &mut GaussNewtonState<N, P>, velocity: N) {
         let error = state.error * self.per_block;
         let sensitivity = state.sensitivity.map(|sum| sum * self.per_block);
         state.sensitivity = [N::ZERO; P];
@@ -385,12 +401,8 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         // A sensitivity that ran away teaches nothing.
         state.learning = state.learning && predicted <= N::REACH * N::REACH;
         state.measurement = measurement;
-        // Kept until the next sample weighs it.
-        state.measurement.precision = predicted;
-        GaussNewtonStep::Gathered {
-            mean: error,
-            predicted,
-        }
+        state.predicted = predicted;
+        state.closed = true;
     }
 
     #[inline]
@@ -400,13 +412,18 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         state.level += self.short * (square - state.level);
         let faded = larger(state.peak * forgetting, self.noise);
         state.peak = larger(state.level, faded);
-        let mut predicted = state.measurement.precision;
+        // 1/λ = 1 + x + x² + … for λ = 1 − x, x ≤ 1/12.
+        let lost = state.lost_memory;
+        let mut growth = N::ONE + lost * (N::ONE + lost);
+        state.lost_memory = larger(lost * self.settling, self.least_lost);
         if state.level > faded {
             let rise = smaller(state.level * faded.reciprocal(), self.steepest);
-            state.factors.grow(rise, &state.most);
-            predicted = predicted * rise;
+            growth = growth * rise;
             state.inflated = state.inflated * rise;
         }
+        state.factors.grow(growth, &state.most);
+        let predicted = state.predicted * growth;
+        state.predicted = predicted;
         state.inflated += self.calming * (N::ONE - state.inflated);
         let floor = forgetting * state.peak;
         let surprise = square * self.ninth - predicted;
@@ -415,8 +432,9 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         state.evidence.observe(state.mean_error, square, noise);
     }
 
+    /// The steps of the estimates, no further than the box. They take the place of the gain.
     #[inline]
-    fn move_estimates(&self, state: &mut GaussNewtonState<N, P>) -> [N; P] {
+    fn limit_steps(&self, state: &mut GaussNewtonState<N, P>) {
         let scaled = state.measurement.precision * state.mean_error;
         let mut steps: [N; P] = core::array::from_fn(|i| state.measurement.gain[i] * scaled);
         for i in 0..P {
@@ -425,11 +443,15 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
                 self.enter(state, &mut steps, i, after);
             }
         }
+        state.measurement.gain = steps;
+    }
+
+    #[inline]
+    fn move_estimates(state: &mut GaussNewtonState<N, P>) -> [N; P] {
+        let steps = state.measurement.gain;
         for i in 0..P {
             state.estimates[i].add(steps[i]);
-        }
-        // What this block has gathered so far was predicted with the old estimates.
-        for i in 0..P {
+            // What this block has gathered so far was predicted with the old estimates.
             state.error = state.error - state.sensitivity[i] * steps[i];
         }
         steps
@@ -459,15 +481,6 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
                 steps[j] = inside - before(j);
             }
         }
-    }
-
-    #[inline]
-    fn forget(&self, state: &mut GaussNewtonState<N, P>) {
-        // 1/λ = 1 + x + x² + … for λ = 1 − x, x ≤ 1/12.
-        let lost = state.lost_memory;
-        let growth = N::ONE + lost * (N::ONE + lost);
-        state.factors.grow(growth, &state.most);
-        state.lost_memory = larger(lost * self.settling, self.least_lost);
     }
 
     /// The standard errors of the estimates, machine units, for a report.

@@ -70,7 +70,11 @@ pub struct GaussNewtonIdentifier<N, S, const P: usize, const W: usize = 256> {
 }
 
 /// What the identifier remembers between samples.
+///
+/// What every sample needs comes first: a Cortex-M4F loads a float from within a kilobyte of a base
+/// in one instruction, and from beyond it in two.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
 pub struct GaussNewtonIdentifierState<N: Number, const P: usize, const W: usize = 256> {
     recursion: Recursion<N, P>,
     start: Start<N, W>,
