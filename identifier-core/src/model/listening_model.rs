@@ -1,4 +1,4 @@
-use super::{FrictionStep, Phase};
+use super::{FrictionStep, Motion, Phase, Response};
 use crate::number::Number;
 use crate::parameters::{ModelParameters, Parameter, ParameterSet};
 
@@ -62,12 +62,14 @@ impl<N: Number> ListeningModel<N> {
         self.error += increment;
     }
 
-    /// Moves the model one sample under a held command. Returns the way it went by itself, without
+    /// Moves the model one sample under a held command; `response` is that of the step for the
+    /// parameters' x. Returns the way it went by itself, without
     /// the correction of its position, and what friction did.
     #[inline]
     pub fn advance<S: ParameterSet<P>, const P: usize>(
         &mut self,
         step: &FrictionStep<N>,
+        response: &Response<N>,
         parameters: &ModelParameters<N>,
         command: N,
         correction: &Correction<N>,
@@ -75,9 +77,19 @@ impl<N: Number> ListeningModel<N> {
         let drive =
             parameters.gain * command + parameters.load + correction.velocity * self.error;
         let (motion, phase) = if S::HAS_COULOMB {
-            step.process(parameters.x, drive, parameters.coulomb, self.velocity)
+            step.process_with(
+                response,
+                parameters.x,
+                drive,
+                parameters.coulomb,
+                self.velocity,
+            )
         } else {
-            let motion = step.step.process(parameters.x, drive, self.velocity);
+            let acceleration = drive - parameters.x * self.velocity;
+            let motion = Motion {
+                increment: self.velocity + response.way * acceleration,
+                velocity: self.velocity + response.velocity * acceleration,
+            };
             let direction = N::ZERO;
             (motion, Phase::Slid { direction })
         };

@@ -488,8 +488,10 @@ impl<N: Number> Fitter<N> {
         };
         let pass = &mut fit.pass;
         let before = pass.model.velocity;
+        let response = self.step.step.response(a);
         let (way, phase) = pass.model.advance::<AbCoulombLoad, 4>(
             &self.step,
+            &response,
             &parameters,
             block.command,
             &fit.correction,

@@ -14,7 +14,7 @@ use super::{IdentifierError, settings};
 use crate::adaptation::{GaussNewton, GaussNewtonConfig, GaussNewtonState, GaussNewtonStep};
 use crate::error::StepError;
 use crate::model::{
-    Correction, FrictionStep, ListeningModel, Phase, ServoParameters, Tangents,
+    Correction, FrictionStep, ListeningModel, Phase, Response, ServoParameters, Tangents,
 };
 use crate::number::Number;
 use crate::parameters::{ModelParameters, Parameter, ParameterSet};
@@ -86,6 +86,8 @@ pub(super) struct Recursion<N: Number, const P: usize> {
     model: ListeningModel<N>,
     tangents: Tangents<N, P>,
     law: GaussNewtonState<N, P>,
+    /// That of the model's step; it changes when the estimates do.
+    response: Response<N>,
     /// ω T once nothing is being sought.
     omega: N,
     /// ω T that was measured or given.
@@ -313,6 +315,7 @@ where
             model: ListeningModel::alongside(velocity),
             tangents: Tangents::NONE,
             law: self.law.start(&estimates, &covariance, &most),
+            response: self.step.step.response(found.parameters[0]),
             omega: if self.bandwidth.is_none() && found.unexplained > self.bounded {
                 self.widest
             } else {
@@ -359,7 +362,11 @@ where
                 );
                 match step {
                     GaussNewtonStep::None => {}
-                    GaussNewtonStep::Moved(steps) => state.follow(&steps),
+                    GaussNewtonStep::Moved(steps) => {
+                        state.follow(&steps);
+                        let x = ModelParameters::of_set::<S, P>(&state.law.estimates()).x;
+                        state.response = self.step.step.response(x);
+                    }
                     GaussNewtonStep::Gathered { mean, predicted } => {
                         if self.in_trouble(state, mean) {
                             event = Event::Restarted;
@@ -400,7 +407,13 @@ where
         let parameters = ModelParameters::of_set::<S, P>(&state.law.estimates());
         let (way, phase) = state
             .model
-            .advance::<S, P>(&self.step, &parameters, command, &correction);
+            .advance::<S, P>(
+                &self.step,
+                &state.response,
+                &parameters,
+                command,
+                &correction,
+            );
         state
             .tangents
             .advance::<S, P>(parameters.x, command, &correction, way, phase);
@@ -644,6 +657,7 @@ where
                     &[[0.0; P]; P],
                     &[0.0; P],
                 ),
+                response: self.step.step.response(N::ZERO),
                 omega: N::ZERO,
                 measured: N::ZERO,
                 quick: N::ZERO,
