@@ -30,7 +30,9 @@ fn log() -> Option<Vec<(f64, f64)>> {
     let (position, command) = (column("q_m")?, column("vir_V")?);
     lines
         .map(|line| {
-            let mut values = line.split(',').map(|value| value.trim().parse::<f64>().ok());
+            let mut values = line
+                .split(',')
+                .map(|value| value.trim().parse::<f64>().ok());
             let values: Vec<f64> = values.by_ref().collect::<Option<_>>()?;
             Some((*values.get(position)?, *values.get(command)?))
         })
@@ -53,8 +55,12 @@ fn one_pass_from_sixty_starts() {
         settings.b = Knowledge::guess(b * factor);
         settings.a = Knowledge::guess(PUBLISHED[1] / PUBLISHED[0] * factor);
         settings.coulomb = Knowledge::guess(PUBLISHED[2] / PUBLISHED[0] * factor);
-        if let Ok(bw) = std::env::var("BW") { settings.bandwidth = Some(bw.parse().expect("rad/s")); }
-        if let Ok(t) = std::env::var("START") { settings.start_time = t.parse().expect("s"); }
+        if let Ok(bw) = std::env::var("BW") {
+            settings.bandwidth = Some(bw.parse().expect("rad/s"));
+        }
+        if let Ok(t) = std::env::var("START") {
+            settings.start_time = t.parse().expect("s");
+        }
         let identifier =
             GaussNewtonIdentifier::<f32, AbCoulombLoad, 4>::new(&settings).expect("settings");
         let mut state = identifier.start();
@@ -69,20 +75,35 @@ fn one_pass_from_sixty_starts() {
             identifier.work(&mut state, u32::MAX);
             square += (f64::from(seen.output_error) * resolution).powi(2);
             if start == 0 && seen.event != Event::None {
-                println!("{:.3} {:?} {:?}", k as f64 * SAMPLE_TIME, seen.event, identifier.estimates(&state));
+                println!(
+                    "{:.3} {:?} {:?}",
+                    k as f64 * SAMPLE_TIME,
+                    seen.event,
+                    identifier.estimates(&state)
+                );
             }
         }
         let found = identifier.estimates(&state);
         let mass = FORCE_PER_VOLT / found.b;
-        let values = [mass, found.a * mass, found.coulomb * mass, -found.load * mass];
+        let values = [
+            mass,
+            found.a * mass,
+            found.coulomb * mass,
+            -found.load * mass,
+        ];
         for i in 0..4 {
             worst[i] = worst[i].max((values[i] - PUBLISHED[i]).abs());
         }
         if start % 20 == 0 {
             println!(
                 "start × {factor:.2}: M {:.2} Fv {:.1} Fc {:.2} OF {:.2}, output error {:.2} µm, bandwidth {:.1} {:?}",
-                values[0], values[1], values[2], values[3],
-                1e6 * (square / log.len() as f64).sqrt(), identifier.bandwidth(&state), identifier.standard_errors(&state)
+                values[0],
+                values[1],
+                values[2],
+                values[3],
+                1e6 * (square / log.len() as f64).sqrt(),
+                identifier.bandwidth(&state),
+                identifier.standard_errors(&state)
             );
         }
     }

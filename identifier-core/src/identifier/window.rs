@@ -56,7 +56,12 @@ where
     /// # Errors
     /// See [`IdentifierError`]; every value out of range is named.
     pub fn new(config: &ListeningSettings) -> Result<Self, IdentifierError> {
-        const { assert!(W >= Self::LEAST_BLOCKS, "a window of fewer blocks tells too little") };
+        const {
+            assert!(
+                W >= Self::LEAST_BLOCKS,
+                "a window of fewer blocks tells too little"
+            )
+        };
         let fitter = config.fitter::<S, P>(config.start_time, W)?;
         let initial = S::PARAMETERS.map(|parameter| {
             let place = ALL.iter().position(|&p| p == parameter).unwrap_or(0);

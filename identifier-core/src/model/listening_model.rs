@@ -74,8 +74,7 @@ impl<N: Number> ListeningModel<N> {
         command: N,
         correction: &Correction<N>,
     ) -> (N, Phase<N>) {
-        let drive =
-            parameters.gain * command + parameters.load + correction.velocity * self.error;
+        let drive = parameters.gain * command + parameters.load + correction.velocity * self.error;
         let (motion, phase) = if S::HAS_COULOMB {
             step.process_with(
                 response,

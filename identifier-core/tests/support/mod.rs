@@ -1,5 +1,9 @@
 //! Random servos, the controllers of somebody else's firmware, and the loop that runs them.
-#![allow(dead_code, unreachable_pub, reason = "every test uses its own part of it")]
+#![allow(
+    dead_code,
+    unreachable_pub,
+    reason = "every test uses its own part of it"
+)]
 
 use core::f64::consts::{PI, TAU};
 use identifier_core::excitation::NormalSource;
@@ -139,9 +143,8 @@ impl Controller {
                 let velocity_error = wanted_velocity - self.velocity;
                 let forward = 0.5 / b * reference_acceleration;
                 let forward = forward.clamp(-0.5 * limit, 0.5 * limit);
-                let wanted = 2.0 * omega / b * velocity_error
-                    + omega * omega / b * self.integral
-                    + forward;
+                let wanted =
+                    2.0 * omega / b * velocity_error + omega * omega / b * self.integral + forward;
                 let command = wanted.clamp(-limit, limit);
                 if wanted == command || (wanted - command) * velocity_error < 0.0 {
                     self.integral += sample_time * velocity_error;

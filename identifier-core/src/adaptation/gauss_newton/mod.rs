@@ -272,7 +272,12 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     /// `noise` must be above zero, `dead_zone` at least zero, `memory` at least
     /// [`GaussNewton::FIRST_MEMORY`].
     pub fn new(config: &GaussNewtonConfig<P>) -> Result<Self, OutOfRange> {
-        const { assert!(P >= 1 && P <= 4, "the schedule of a block has room for four columns") };
+        const {
+            assert!(
+                P >= 1 && P <= 4,
+                "the schedule of a block has room for four columns"
+            )
+        };
         Allowed::Above(0.0).check("noise", config.noise)?;
         Allowed::AtLeast(0.0).check("dead_zone", config.dead_zone)?;
         let block = config.sample_time * f64::from(Self::BLOCK);

@@ -108,10 +108,10 @@ impl<N: Number> Found<N> {
         const LEFT: f64 = 0.1;
         let b = self.parameters[B].to_f64();
         let variance = self.covariance[B][B].to_f64();
-        let explained =
-            self.left < LEFT || self.unexplained.to_f64() < 4.0 * self.noise.to_f64();
+        let explained = self.left < LEFT || self.unexplained.to_f64() < 4.0 * self.noise.to_f64();
         let finite = (0..4).all(|i| {
-            self.parameters[i].is_finite() && self.covariance[i].iter().all(|entry| entry.is_finite())
+            self.parameters[i].is_finite()
+                && self.covariance[i].iter().all(|entry| entry.is_finite())
         });
         finite && explained && !self.at_bound[B] && variance <= most * most * b * b
     }
@@ -314,8 +314,7 @@ impl<N: Number> Fitter<N> {
                 let blocks = fit.blocks as f64;
                 let least = 6.0 / blocks;
                 let most = 0.3;
-                let turning =
-                    core::f64::consts::PI * f64::from(fit.survey.reversals) / blocks;
+                let turning = core::f64::consts::PI * f64::from(fit.survey.reversals) / blocks;
                 let omega = self
                     .bandwidth
                     .map_or(turning, N::to_f64)
@@ -342,9 +341,8 @@ impl<N: Number> Fitter<N> {
                     self.begin_pass(fit);
                     return None;
                 }
-                let better = |a: &Best<N>, b: &Best<N>| {
-                    a.pass.equations.cost() < b.pass.equations.cost()
-                };
+                let better =
+                    |a: &Best<N>, b: &Best<N>| a.pass.equations.cost() < b.pass.equations.cost();
                 if let Some(this) = fit.this.take() {
                     if fit.best.is_none_or(|best| better(&this, &best)) {
                         fit.best = Some(this);
@@ -496,13 +494,8 @@ impl<N: Number> Fitter<N> {
             block.command,
             &fit.correction,
         );
-        pass.tangents.advance::<AbCoulombLoad, 4>(
-            a,
-            block.command,
-            &fit.correction,
-            way,
-            phase,
-        );
+        pass.tangents
+            .advance::<AbCoulombLoad, 4>(a, block.command, &fit.correction, way, phase);
         let moving = phase.moving_part();
         pass.model.error = pass.model.error - b * block.lead * moving;
         // The tangents of first order are half a block ahead of the motion.
@@ -533,7 +526,11 @@ impl<N: Number> Fitter<N> {
                 pass: fit.pass,
             });
         }
-        let factor = if helped { 1.0 / Self::CHANGE } else { Self::CHANGE };
+        let factor = if helped {
+            1.0 / Self::CHANGE
+        } else {
+            Self::CHANGE
+        };
         fit.damping = fit.damping * N::from_f64(factor);
         fit.passes += 1;
         let Some(best) = &fit.this else {
@@ -612,9 +609,7 @@ impl<N: Number> Fitter<N> {
             0.0
         };
         Some(Found {
-            parameters: core::array::from_fn(|i| {
-                N::from_f64(best.unknowns[i].to_f64() * per[i])
-            }),
+            parameters: core::array::from_fn(|i| N::from_f64(best.unknowns[i].to_f64() * per[i])),
             covariance: core::array::from_fn(|i| {
                 core::array::from_fn(|j| {
                     if self.free[i] && self.free[j] {
@@ -662,7 +657,11 @@ impl<N: Number> Survey<N> {
         let ahead = self.extreme * self.direction;
         if self.direction == N::ZERO {
             if self.extreme.magnitude() > back {
-                self.direction = if self.extreme > N::ZERO { N::ONE } else { -N::ONE };
+                self.direction = if self.extreme > N::ZERO {
+                    N::ONE
+                } else {
+                    -N::ONE
+                };
                 self.extreme = N::ZERO;
             }
         } else if ahead > N::ZERO {

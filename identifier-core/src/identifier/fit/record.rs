@@ -168,7 +168,11 @@ impl<N: Number, const W: usize> Record<N, W> {
                 self.missed = true;
                 return;
             }
-            self.first = if self.first + 1 >= W { 0 } else { self.first + 1 };
+            self.first = if self.first + 1 >= W {
+                0
+            } else {
+                self.first + 1
+            };
             self.count -= 1;
         }
         let place = self.place(self.count);

@@ -84,7 +84,9 @@ impl<N: Number> LoadStepTest<N> {
         } else {
             self.floor
         };
-        if square > self.least && square * inflated > self.threshold * (unrest * inflated + predicted) {
+        if square > self.least
+            && square * inflated > self.threshold * (unrest * inflated + predicted)
+        {
             // A test that was wrong must not go on being wrong.
             state.unrest = unrest + N::from_f64(0.1) * (square - unrest);
             return true;

@@ -198,8 +198,20 @@ where
         let fitter = config.fitter::<S, P>(config.start_time, W)?;
         let places = S::PARAMETERS.map(place);
         let samples = |time: f64| libm::ceil(time / sample_time).max(2.0) as u32;
-        let low = places.map(|i| if fitter.free[i] { fitter.low[i] } else { fitter.initial[i].unwrap_or(0.0) });
-        let high = places.map(|i| if fitter.free[i] { fitter.high[i] } else { fitter.initial[i].unwrap_or(0.0) });
+        let low = places.map(|i| {
+            if fitter.free[i] {
+                fitter.low[i]
+            } else {
+                fitter.initial[i].unwrap_or(0.0)
+            }
+        });
+        let high = places.map(|i| {
+            if fitter.free[i] {
+                fitter.high[i]
+            } else {
+                fitter.initial[i].unwrap_or(0.0)
+            }
+        });
         let law = GaussNewton::new(&GaussNewtonConfig {
             sample_time,
             noise: fitter.noise,
@@ -230,13 +242,16 @@ where
             alarm: samples(Self::ALARM),
             waiting: samples(Self::WAITING),
             reversal: samples(Self::REVERSAL),
-            widening: N::from_f64(f64::from(GaussNewton::<N, P>::BLOCK) * sample_time / Self::WIDENING),
+            widening: N::from_f64(
+                f64::from(GaussNewton::<N, P>::BLOCK) * sample_time / Self::WIDENING,
+            ),
             unexplained: N::from_f64(4.0 * fitter.noise),
             explained: N::from_f64(1.5 * fitter.noise),
             bounded: N::from_f64(12.0 * fitter.noise),
             widest: N::from_f64(Self::UNEXPLAINED_WIDEST),
             second: N::from_f64((f64::from(GaussNewton::<N, P>::BLOCK) * sample_time).min(0.1)),
-            has_load: S::PARAMETERS.last() == Some(&Parameter::Load) && fitter.free[place(Parameter::Load)],
+            has_load: S::PARAMETERS.last() == Some(&Parameter::Load)
+                && fitter.free[place(Parameter::Load)],
             free: places.map(|i| fitter.free[i]),
             initial: places.map(|i| fitter.initial[i].unwrap_or(0.0)),
             set: PhantomData,
@@ -309,7 +324,11 @@ where
         });
         let most = core::array::from_fn(|i| {
             let certain = covariance[i][i];
-            if certain > 0.0 { f64::max(most[i], certain) } else { 0.0 }
+            if certain > 0.0 {
+                f64::max(most[i], certain)
+            } else {
+                0.0
+            }
         });
         Recursion {
             model: ListeningModel::alongside(velocity),
@@ -405,15 +424,13 @@ where
         };
 
         let parameters = ModelParameters::of_set::<S, P>(&state.law.estimates());
-        let (way, phase) = state
-            .model
-            .advance::<S, P>(
-                &self.step,
-                &state.response,
-                &parameters,
-                command,
-                &correction,
-            );
+        let (way, phase) = state.model.advance::<S, P>(
+            &self.step,
+            &state.response,
+            &parameters,
+            command,
+            &correction,
+        );
         state
             .tangents
             .advance::<S, P>(parameters.x, command, &correction, way, phase);
@@ -545,7 +562,11 @@ where
 
     fn narrowed(&self, state: &Recursion<N, P>) -> N {
         let narrower = state.quick - state.quick * state.quick * self.narrowing;
-        if narrower > state.omega { narrower } else { state.omega }
+        if narrower > state.omega {
+            narrower
+        } else {
+            state.omega
+        }
     }
 
     fn resume(&self, state: &mut Recursion<N, P>) {
@@ -562,7 +583,8 @@ where
     #[inline]
     fn stand(&self, state: &mut Recursion<N, P>, increment: N, phase: Phase<N>) -> bool {
         // A single count back over the edge that was just crossed is no motion.
-        if increment == N::ZERO || (increment.magnitude() <= N::ONE && increment == -state.last_move)
+        if increment == N::ZERO
+            || (increment.magnitude() <= N::ONE && increment == -state.last_move)
         {
             state.still = state.still.saturating_add(1);
         } else {
@@ -622,8 +644,7 @@ where
             }
         }
         state.law.doubt(N::from_f64(4.0));
-        state.model =
-            ListeningModel::alongside(slid * N::from_f64(1.0 / f64::from(held.max(1))));
+        state.model = ListeningModel::alongside(slid * N::from_f64(1.0 / f64::from(held.max(1))));
         state.tangents = Tangents::NONE;
         true
     }
@@ -652,11 +673,9 @@ where
             recursion: Recursion {
                 model: ListeningModel::alongside(N::ZERO),
                 tangents: Tangents::NONE,
-                law: self.law.start(
-                    &self.initial.map(N::from_f64),
-                    &[[0.0; P]; P],
-                    &[0.0; P],
-                ),
+                law: self
+                    .law
+                    .start(&self.initial.map(N::from_f64), &[[0.0; P]; P], &[0.0; P]),
                 response: self.step.step.response(N::ZERO),
                 omega: N::ZERO,
                 measured: N::ZERO,
@@ -699,14 +718,20 @@ where
                     event = Event::Started;
                     start.stop();
                     let _ = self.run(recursion, N::ZERO, command);
-                    return Ok(Seen { output_error: N::ZERO, event });
+                    return Ok(Seen {
+                        output_error: N::ZERO,
+                        event,
+                    });
                 }
                 start.stop();
                 recursion.lacking = true;
             }
         }
         if matches!(recursion.mode, Mode::Recording) {
-            return Ok(Seen { output_error: N::ZERO, event });
+            return Ok(Seen {
+                output_error: N::ZERO,
+                event,
+            });
         }
         let seen = self.run(recursion, increment, command);
         if seen.event == Event::Restarted {
