@@ -30,7 +30,6 @@ struct Outcome {
     last_step: f64,
     lowered: u32,
     bandwidth: f64,
-    errors: Option<ServoParameters>,
 }
 
 impl Outcome {
@@ -90,7 +89,6 @@ fn run<N: Number>(
         last_step,
         lowered,
         bandwidth: identifier.bandwidth(&state),
-        errors: identifier.standard_errors(&state),
     }
 }
 
@@ -144,52 +142,6 @@ fn report(name: &str, outcomes: &[Outcome]) {
         per_cent(outcomes, |o| o.a() <= 1.0),
         per_cent(outcomes, |o| o.d() <= 3e-3),
     );
-    if std::env::var("ALARMS").is_ok() {
-        for o in outcomes.iter().filter(|o| o.steps > 0) {
-            println!(
-                "  {:4} steps {} last {:.3} start {:.3} c {:.4} T {:.2e} cpr {:.0} bw {:.1}",
-                o.servo.seed,
-                o.steps,
-                o.last_step,
-                o.started,
-                o.servo.parameters.coulomb / o.servo.authority(),
-                o.servo.sample_time,
-                o.servo.counts_per_rev,
-                o.bandwidth
-            );
-        }
-    }
-    if std::env::var("LIST").is_ok() {
-        for o in outcomes
-            .iter()
-            .filter(|o| !(o.rms <= 1.1 && o.b() <= 1e-3 && o.a() <= 1.0 && o.d() <= 3e-3))
-        {
-            let p = o.servo.parameters;
-            println!(
-                "  {:4} rms {:7.3} start {:5.2} steps {:3} low {:3} sat {:.2} | a {:.3} {:.3} b {:.4} {:.4} c {:.3} {:.3} d {:.3} {:.3} | auth {:.0} cpr {:.0} T {:.2e} w {:.0} bw {:.1} err {:?}",
-                o.servo.seed,
-                o.rms,
-                o.started,
-                o.steps,
-                o.lowered,
-                o.saturation,
-                p.a,
-                o.found.a,
-                p.b,
-                o.found.b,
-                p.coulomb,
-                o.found.coulomb,
-                p.load,
-                o.found.load,
-                o.servo.authority(),
-                o.servo.counts_per_rev,
-                o.servo.sample_time,
-                o.servo.bandwidth,
-                o.bandwidth,
-                o.errors.map(|e| (e.a as f32, e.b as f32))
-            );
-        }
-    }
 }
 
 /// The output error within 1.1 times the encoder's, b within 0.1 %, a within 1 % or 0.03, d within
@@ -349,10 +301,7 @@ fn humble(i: u32) -> (Ending, Servo, String) {
 
 #[test]
 fn ordinary_servos_do_not_freeze() {
-    let runs = on_all_cores(
-        std::env::var("RUNS").map_or(1000, |x| x.parse().expect("number")),
-        humble,
-    );
+    let runs = on_all_cores(1000, humble);
     for ending in [
         Ending::Good,
         Ending::Fair,
@@ -364,7 +313,7 @@ fn ordinary_servos_do_not_freeze() {
     ] {
         let count = runs.iter().filter(|(e, _, _)| *e == ending).count();
         println!("  {ending:?}: {count}");
-        if ending >= Ending::NotStarted && std::env::var("LIST").is_ok() {
+        if ending >= Ending::NotStarted {
             for (_, s, text) in runs.iter().filter(|(e, _, _)| *e == ending).take(12) {
                 println!(
                     "    {} {text} | auth {:.0} cpr {:.0} T {:.2e} w {:.1}",
@@ -390,7 +339,6 @@ struct LoadStep {
     noticed: f64,
     /// How far a and b had moved 1.5 s later.
     moved: [f64; 2],
-    part: f64,
 }
 
 fn load_steps(i: u32) -> (Vec<LoadStep>, [u32; 2], f64) {
@@ -412,16 +360,6 @@ fn load_steps(i: u32) -> (Vec<LoadStep>, [u32; 2], f64) {
                 .learn(&mut state, increment as f32, command as f32)
                 .expect("ordinary samples");
             identifier.work(&mut state, u32::MAX);
-            if std::env::var("EVENTS").is_ok()
-                && seen.event != Event::None
-                && seen.event != Event::LoadStep
-            {
-                println!(
-                    "event {i} {:?} {:.3}",
-                    seen.event,
-                    k as f64 * servo.sample_time
-                );
-            }
             if seen.event == Event::LoadStep {
                 steps += 1;
                 first = first.min(k as f64 * servo.sample_time);
@@ -452,7 +390,6 @@ fn load_steps(i: u32) -> (Vec<LoadStep>, [u32; 2], f64) {
             errors: [error(&at_100_ms), error(&at_250_ms), error(&after)],
             noticed: first,
             moved: [(after.a - before.a).abs(), (after.b / before.b - 1.0).abs()],
-            part: step / servo.authority(),
         });
         before = after;
     }
@@ -462,15 +399,6 @@ fn load_steps(i: u32) -> (Vec<LoadStep>, [u32; 2], f64) {
 #[test]
 fn steps_of_the_load() {
     let runs = on_all_cores(200, load_steps);
-    if std::env::var("ALARMS").is_ok() {
-        for (steps, [unasked, repeated], _) in runs
-            .iter()
-            .filter(|(_, [unasked, repeated], _)| *unasked + *repeated > 0)
-        {
-            let s = steps[0].servo;
-            println!("alarms {unasked} {repeated} {}", s.seed);
-        }
-    }
     let unasked: u32 = runs.iter().map(|(_, [unasked, _], _)| unasked).sum();
     let repeated: u32 = runs.iter().map(|(_, [_, repeated], _)| repeated).sum();
     let time: f64 = runs.iter().map(|(_, _, time)| time).sum();
@@ -508,76 +436,4 @@ fn steps_of_the_load() {
     assert!(per_cent(&steps, |s| s.errors[1] <= 0.1) >= 97.0);
     assert!(per_cent(&steps, |s| s.moved[1] <= 2e-3) >= 97.0);
     assert!(unasked <= 1);
-    if std::env::var("LIST").is_ok() {
-        for s in steps.iter().filter(|s| s.errors[1] > 0.1) {
-            let p = s.servo.parameters;
-            println!(
-                "  {:4} noticed {:.3} errors {:.3?} moved {:.5?} step {:.3} c {:.3} auth {:.0} cpr {:.0} T {:.2e} w {:.0}",
-                s.servo.seed,
-                s.noticed,
-                s.errors,
-                s.moved,
-                s.part,
-                p.coulomb / s.servo.authority(),
-                s.servo.authority(),
-                s.servo.counts_per_rev,
-                s.servo.sample_time,
-                s.servo.bandwidth
-            );
-        }
-    }
-}
-
-#[test]
-#[ignore = "prints one servo"]
-fn trace() {
-    let seed: u32 = std::env::var("SEED")
-        .expect("SEED")
-        .parse()
-        .expect("number");
-    let servo = ordinary_servo(seed);
-    let part = support::Draw::new(seed + 7777).uniform(0.25, 0.75);
-    let amplitude = amplitude_for(Kind::Pid, &servo, part);
-    let identifier = Identifier::<f32>::new(&settings(&servo)).expect("settings");
-    let mut state = identifier.start();
-    let mut run = Loop::new(Kind::Pid, &servo, amplitude);
-    println!("{servo:?}");
-    let every: f64 = std::env::var("EVERY").map_or(0.25, |x| x.parse().expect("number"));
-    let until: f64 = std::env::var("UNTIL").map_or(6.0, |x| x.parse().expect("number"));
-    let every = (every / servo.sample_time) as u64;
-    let mut sum = 0.0;
-    for k in 0..(until / servo.sample_time) as u64 {
-        if let Ok(step) = std::env::var("STEP") {
-            if k == (2.0 / servo.sample_time) as u64 {
-                run.extra_load = step.parse::<f64>().expect("number") * servo.authority();
-            }
-        }
-        let (increment, command) = run.sample();
-        let seen = identifier
-            .learn(&mut state, increment as f32, command as f32)
-            .expect("ok");
-        identifier.work(&mut state, u32::MAX);
-        sum += f64::from(seen.output_error).powi(2);
-        if seen.event != Event::None || (k + 1) % every == 0 {
-            let e = identifier.estimates(&state);
-            let s = identifier.standard_errors(&state);
-            println!(
-                "{:.4} {:?} err {:9.3} rms {:9.3} v {:9.2} u {:7.3} | a {:8.4} b {:8.4} c {:8.4} d {:8.4} | {:?}",
-                k as f64 * servo.sample_time,
-                seen.event,
-                seen.output_error,
-                (sum / every as f64).sqrt(),
-                run.plant.velocity,
-                command,
-                e.a,
-                e.b,
-                e.coulomb,
-                e.load,
-                s.map(|s| (s.a as f32, s.b as f32, s.coulomb as f32, s.load as f32))
-            );
-            if (k + 1) % every == 0 {
-                sum = 0.0;
-            }
-        }
-    }
 }

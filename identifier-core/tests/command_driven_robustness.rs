@@ -119,11 +119,6 @@ fn an_amplifier_that_is_off_is_noticed_and_not_learnt() {
     println!(
         "amplifier off for 2 s: noticed {noticed:.1} %, b within 1 % three seconds later {kept:.1} %"
     );
-    if std::env::var("LIST").is_ok() {
-        for r in runs.iter().filter(|r| r.1 > 2.0 || r.3 > 0.01) {
-            println!("{:.3} {:.4} {:.4} {:?}", r.1, r.2, r.3, r.0);
-        }
-    }
     // The others coasted while the command stood at its limit: a load of that size would do the same.
     assert!(noticed >= 75.0);
     assert!(kept >= 90.0);
@@ -259,7 +254,10 @@ fn sizes() {
         size_of::<State<128>>(),
         size_of::<State<256>>()
     );
-    println!("recursion alone: {} bytes", identifier_core::identifier::GaussNewtonIdentifier::<f32, AbCoulombLoad, 4>::RECURSION_BYTES);
+    println!(
+        "recursion alone: {} bytes",
+        GaussNewtonIdentifier::<f32, AbCoulombLoad, 4>::RECURSION_BYTES
+    );
     println!("identifier: {} bytes", size_of::<Identifier<f32>>());
 }
 

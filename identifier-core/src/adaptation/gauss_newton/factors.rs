@@ -145,8 +145,15 @@ impl<N: Number, const P: usize> Factors<N, P> {
     /// Column i of P.
     pub(super) fn column(&self, i: usize) -> [N; P] {
         let mut column = [N::ZERO; P];
-        for k in 0..=i {
-            let weight = self.diagonal[k] * if k == i { N::ONE } else { self.lower[at(i, k)] };
+        for k in 0..P {
+            // L's entry (i, k): zero above its diagonal, one on it.
+            let weight = if k < i {
+                self.lower.get(at(i, k)).copied().unwrap_or(N::ZERO) * self.diagonal[k]
+            } else if k == i {
+                self.diagonal[k]
+            } else {
+                N::ZERO
+            };
             column[k] += weight;
             for j in k + 1..P {
                 column[j] += self.lower[at(j, k)] * weight;

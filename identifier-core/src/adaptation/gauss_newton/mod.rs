@@ -245,7 +245,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     pub const BLOCK: u8 = 8;
 
     /// The memory at the start, s.
-    pub const FIRST_MEMORY: f64 = 2.0;
+    pub const FIRST_MEMORY: f64 = 0.5;
 
     /// The time constant with which forgetting fades, s.
     pub const SETTLING: f64 = 1.0;
@@ -472,10 +472,15 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             *steps = [N::ZERO; P];
             return;
         }
-        let back = after.limited(self.low[i], self.high[i]) - after;
         let column = state.factors.column(i);
-        if column[i] > N::ZERO && column[i].reciprocal().is_finite() {
-            let per = back * column[i].reciprocal();
+        let (Some(&low), Some(&high), Some(&own)) =
+            (self.low.get(i), self.high.get(i), column.get(i))
+        else {
+            return;
+        };
+        let back = after.limited(low, high) - after;
+        if own > N::ZERO && own.reciprocal().is_finite() {
+            let per = back * own.reciprocal();
             for j in 0..P {
                 steps[j] += column[j] * per;
             }

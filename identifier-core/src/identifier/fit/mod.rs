@@ -343,10 +343,10 @@ impl<N: Number> Fitter<N> {
                 }
                 let better =
                     |a: &Best<N>, b: &Best<N>| a.pass.equations.cost() < b.pass.equations.cost();
-                if let Some(this) = fit.this.take() {
-                    if fit.best.is_none_or(|best| better(&this, &best)) {
-                        fit.best = Some(this);
-                    }
+                if let Some(this) = fit.this.take()
+                    && fit.best.is_none_or(|best| better(&this, &best))
+                {
+                    fit.best = Some(this);
                 }
                 let explained = fit.best.is_some_and(|best| {
                     best.pass.equations.cost().to_f64()

@@ -644,7 +644,9 @@ where
             }
         }
         state.law.doubt(N::from_f64(4.0));
-        state.model = ListeningModel::alongside(slid * N::from_f64(1.0 / f64::from(held.max(1))));
+        state.model = ListeningModel::alongside(
+            slid * N::from_count(held.clamp(1, 1 << 20) as i32).reciprocal(),
+        );
         state.tangents = Tangents::NONE;
         true
     }
