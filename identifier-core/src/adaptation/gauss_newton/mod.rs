@@ -245,7 +245,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     pub const BLOCK: u8 = 8;
 
     /// The memory at the start, s.
-    pub const FIRST_MEMORY: f64 = 0.5;
+    pub const FIRST_MEMORY: f64 = 2.0;
 
     /// The time constant with which forgetting fades, s.
     pub const SETTLING: f64 = 1.0;
