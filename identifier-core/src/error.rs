@@ -110,7 +110,7 @@ pub enum StepError {
     /// The position has moved since the last sample by what is no number, further than the number
     /// format counts exactly, or faster than the servo is said to be able to.
     CountJumped,
-    /// The command that acted is NaN or infinite.
+    /// The command that acted is NaN, infinite, or beyond what the number format computes with.
     CommandNotFinite,
 }
 

@@ -34,7 +34,6 @@ struct Literal {
 
 impl Literal {
     fn new(settings: &Settings, mu: f64, gamma: [f64; 2], theta: [f64; 2]) -> Self {
-        let t = settings.sample_time;
         Self {
             settings: *settings,
             mu,

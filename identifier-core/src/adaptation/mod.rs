@@ -3,6 +3,7 @@
 mod automatic_gain;
 mod covariance;
 mod gain;
+mod gauss_newton;
 mod gradient;
 mod matrix;
 mod normal_equations;
@@ -11,6 +12,7 @@ mod projection;
 pub use automatic_gain::AutomaticGain;
 pub use covariance::{Covariance, Innovation};
 pub use gain::{DiagonalGain, FullGain, Gain};
+pub use gauss_newton::{GaussNewton, GaussNewtonConfig, GaussNewtonState, GaussNewtonStep};
 pub use gradient::{Gradient, GradientConfig, GradientState, GradientWith, Update};
 pub use matrix::{MatrixError, PositiveDefinite};
 pub use normal_equations::NormalEquations;

@@ -1,6 +1,7 @@
 use core::marker::PhantomData;
 
 use super::config::{Decay, GradientPlan, Promise};
+use super::identify::check;
 use super::{Event, IdentifierError, Identify, Seen};
 use crate::adaptation::{
     DiagonalGain, FullGain, Gain, GradientConfig, GradientState, GradientWith, Update,
@@ -290,15 +291,7 @@ where
 
     #[inline]
     fn check(&self, increment: N, command: N) -> Result<(), StepError> {
-        // No number fails this comparison too.
-        let moved_within = increment.magnitude() <= self.most;
-        if !moved_within {
-            Err(StepError::CountJumped)
-        } else if !command.is_finite() {
-            Err(StepError::CommandNotFinite)
-        } else {
-            Ok(())
-        }
+        check(increment, command, self.most)
     }
 
     #[inline]

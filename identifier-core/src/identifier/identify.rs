@@ -1,6 +1,7 @@
 use crate::control::ControlSample;
 use crate::error::StepError;
 use crate::model::ServoParameters;
+use crate::number::Number;
 use crate::settings::PerParameter;
 
 /// An identifier: it only listens. Two numbers a sample are all it is told, how far the encoder moved
@@ -75,6 +76,10 @@ pub trait Identify<N: Copy> {
     /// Which estimates stand at a bound: such a value is no result.
     fn at_bounds(&self, state: &Self::State) -> PerParameter<bool>;
 
+    /// Work in the background, at most `budget` steps of it: fits. Call it whenever there is time, on a
+    /// PC after every sample; what there is nothing to do for returns at once.
+    fn work(&self, _: &mut Self::State, _: u32) {}
+
     /// Joins a motion after a gap, before its next sample: what was learnt is kept, the model starts
     /// again beside the servo, moving by `increment` a sample.
     fn join(&self, state: &mut Self::State, increment: N);
@@ -104,9 +109,30 @@ pub enum Event {
     /// The model had run out of the number format's reach and starts again where the servo is; the
     /// estimates are kept.
     Restarted,
-    /// The load has changed by a step, and was taken over.
+    /// A first fit was found good, and the recursion starts from it.
+    Started,
+    /// The load has changed by a step: it is being sought, and the other estimates stand meanwhile.
     LoadStep,
+    /// The servo moves where the model's friction would hold it: the friction was lowered.
+    FrictionLowered,
     /// The servo does not follow its command: amplifier off, or a limit that was not taken into the
     /// recorded command. Nothing is learnt.
     NotFollowing,
+}
+
+/// Refuses a sample that cannot be.
+#[inline]
+pub(super) fn check<N: Number>(increment: N, command: N, longest: N) -> Result<(), StepError> {
+    // What is not a number fails both comparisons.
+    let moved_within = increment.magnitude() <= longest;
+    if !moved_within {
+        return Err(StepError::CountJumped);
+    }
+    // Nor is what the number format cannot compute with.
+    let possible = command.magnitude() <= N::REACH;
+    if possible {
+        Ok(())
+    } else {
+        Err(StepError::CommandNotFinite)
+    }
 }

@@ -2,17 +2,26 @@
 //!
 //! All of them [`Identify`]: they are told how far the encoder moved and which command acts, and
 //! nothing else. [`GradientIdentifier`] runs the paper's law ([`DiagonalGradientIdentifier`] for less
-//! work in every sample). [`ServoLoop`] is our controller with one of them.
+//! work in every sample). [`GaussNewtonIdentifier`] is the fast one, with standard errors, and
+//! [`WindowIdentifier`] fits the last samples again and again in the background; both begin without any
+//! guess. [`ServoLoop`] is our controller with one of them.
 
 pub(crate) mod config;
 mod error;
+mod fit;
+mod gauss_newton;
 mod gradient;
 mod identify;
 mod servo_loop;
+mod settings;
+mod window;
 
 pub use error::IdentifierError;
+pub use fit::{Block, Blocking, Record};
+pub use gauss_newton::{GaussNewtonIdentifier, GaussNewtonIdentifierState, Start};
 pub use gradient::{
     DiagonalGradientIdentifier, GradientIdentifier, GradientIdentifierState, GradientIdentifierWith,
 };
 pub use identify::{Event, Identify, Seen};
 pub use servo_loop::{LoopStep, ServoLoop, ServoLoopState};
+pub use window::{WindowIdentifier, WindowState};

@@ -1,4 +1,4 @@
-use super::{HeldStep, Motion};
+use super::{HeldStep, Motion, Response};
 use crate::number::Number;
 
 /// The exact step of q̈ = −a q̇ + w − c sign(q̇): Coulomb friction that stops and breaks away.
@@ -83,6 +83,20 @@ impl<N: Number> FrictionStep<N> {
     /// friction `coulomb` ≥ 0.
     #[inline]
     pub fn process(&self, x: N, drive: N, coulomb: N, velocity: N) -> (Motion<N>, Phase<N>) {
+        self.process_with(&self.step.response(x), x, drive, coulomb, velocity)
+    }
+
+    /// [`FrictionStep::process`] with the response over a whole sample, [`HeldStep::response`] of x,
+    /// that is kept while x does not change.
+    #[inline]
+    pub fn process_with(
+        &self,
+        response: &Response<N>,
+        x: N,
+        drive: N,
+        coulomb: N,
+        velocity: N,
+    ) -> (Motion<N>, Phase<N>) {
         let direction = if velocity > N::ZERO {
             N::ONE
         } else if velocity < N::ZERO {
@@ -95,7 +109,11 @@ impl<N: Number> FrictionStep<N> {
             return (Motion::NONE, Phase::Stuck);
         };
         let pushed = drive - coulomb * direction;
-        let motion = self.step.process(x, pushed, velocity);
+        let acceleration = pushed - x * velocity;
+        let motion = Motion {
+            increment: velocity + response.way * acceleration,
+            velocity: velocity + response.velocity * acceleration,
+        };
         if motion.velocity * direction >= N::ZERO {
             (motion, Phase::Slid { direction })
         } else {

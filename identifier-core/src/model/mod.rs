@@ -3,6 +3,7 @@
 mod correction;
 mod friction_step;
 mod held_step;
+mod listening_model;
 mod model_loop;
 mod servo;
 
@@ -11,5 +12,6 @@ pub use correction::{
 };
 pub use friction_step::{FrictionStep, Phase};
 pub use held_step::{HeldStep, Motion, Response};
+pub use listening_model::{Innovation, ListeningModel, Tangents};
 pub use model_loop::{ModelLoop, ModelState, Observed};
 pub use servo::ServoParameters;

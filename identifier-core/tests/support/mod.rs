@@ -316,6 +316,35 @@ pub fn ordinary_servo(seed: u32) -> Servo {
     }
 }
 
+/// A servo with friction, low gains, a coarse encoder and a small limit, at any sample rate: what
+/// workshops have.
+pub fn humble_servo(seed: u32) -> Servo {
+    let mut draw = Draw::new(seed ^ 0x5a5a);
+    let limit = draw.between(0.5, 24.0);
+    let authority = draw.between(30.0, 3000.0);
+    let b = authority / limit;
+    let sample_time = draw.between(50e-6, 4e-3);
+    let counts_per_rev = draw.between(200.0, 8192.0).round();
+    let bandwidth = draw.between(3.0, 40.0).min(0.15 / sample_time);
+    let a = draw.between(0.05, 10.0);
+    let friction = draw.between(0.005, 0.15) * authority;
+    let load = draw.uniform(-0.2, 0.2) * authority;
+    Servo {
+        parameters: ServoParameters {
+            a,
+            b,
+            coulomb: friction,
+            load,
+        },
+        counts_per_rev,
+        sample_time,
+        limit,
+        bandwidth,
+        offset: draw.uniform(0.0, 1.0) * TAU / counts_per_rev,
+        seed,
+    }
+}
+
 /// Runs jobs on the machine's cores.
 pub fn on_all_cores<T: Send, F: Fn(u32) -> T + Sync>(count: u32, job: F) -> Vec<T> {
     let next = std::sync::atomic::AtomicU32::new(0);

@@ -1,0 +1,108 @@
+use crate::adaptation::GaussNewton;
+use crate::number::Number;
+
+/// Notices a step of the load by the mean of the output error.
+///
+/// The model, corrected with the bandwidth ω, follows a load that changed by Δd with an output error
+/// that tends to Δd/ω². Its mean over [`LoadStepTest::MEAN`] is compared with
+/// [`LoadStepTest::DEVIATIONS`] times the unrest it had over [`LoadStepTest::UNREST`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct LoadStepTest<N> {
+    weight: N,
+    unrest_weight: N,
+    floor: N,
+    /// What is not noticed must not hide what comes after it: a square counts as no more than this
+    /// many times what is usual.
+    cap: N,
+    threshold: N,
+    /// The least square of a mean that counts.
+    least: N,
+}
+
+/// What the test remembers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Suspicion<N> {
+    mean: N,
+    unrest: N,
+    /// The load before the search that is under way.
+    pub(super) sought_from: N,
+}
+
+impl<N: Number> LoadStepTest<N> {
+    /// The time of the mean, s.
+    const MEAN: f64 = 0.01;
+
+    /// The time of the unrest, s.
+    const UNREST: f64 = 2.0;
+
+    /// Standard deviations that a mean must be off.
+    const DEVIATIONS: f64 = 6.0;
+
+    /// Standard deviations of a single sample that a mean must be off as well: in slow motion the
+    /// rounding of a count, at most half of one, is no noise but goes on from sample to sample.
+    const SLOW: f64 = 2.5;
+
+    pub(super) fn new(sample_time: f64, noise: f64) -> Self {
+        let block = f64::from(GaussNewton::<N, 1>::BLOCK);
+        let weight = (block * sample_time / Self::MEAN).min(1.0);
+        Self {
+            weight: N::from_f64(weight),
+            unrest_weight: N::from_f64((block * sample_time / Self::UNREST).min(0.1)),
+            floor: N::from_f64(noise / block * weight / (2.0 - weight)),
+            cap: N::from_f64(9.0),
+            threshold: N::from_f64(Self::DEVIATIONS * Self::DEVIATIONS),
+            least: N::from_f64(Self::SLOW * Self::SLOW * noise),
+        }
+    }
+
+    /// The state after a fit that left errors of a variance `unexplained`.
+    pub(super) fn start(&self, unexplained: N) -> Suspicion<N> {
+        Suspicion {
+            mean: N::ZERO,
+            // The estimates are young: only what stands out far is a step.
+            unrest: unexplained,
+            sought_from: N::ZERO,
+        }
+    }
+
+    /// Takes in the mean output error of a block; true if it is neither noise nor what the
+    /// uncertainty of the estimates explains. That gives it the variance `predicted`/`inflated`:
+    /// how far the noise level has lately made P rise does not count, since the very step that is
+    /// looked for does that.
+    #[inline]
+    pub(super) fn suspects(
+        &self,
+        state: &mut Suspicion<N>,
+        error: N,
+        predicted: N,
+        inflated: N,
+    ) -> bool {
+        state.mean += self.weight * (error - state.mean);
+        let square = state.mean * state.mean;
+        let unrest = if state.unrest > self.floor {
+            state.unrest
+        } else {
+            self.floor
+        };
+        if square > self.least
+            && square * inflated > self.threshold * (unrest * inflated + predicted)
+        {
+            // A test that was wrong must not go on being wrong.
+            state.unrest = unrest + N::from_f64(0.1) * (square - unrest);
+            return true;
+        }
+        state.unrest += self.unrest_weight * (smaller(square, self.cap * unrest) - state.unrest);
+        false
+    }
+}
+
+#[inline]
+fn smaller<N: Number>(x: N, y: N) -> N {
+    if x < y { x } else { y }
+}
+
+impl<N: Number> Suspicion<N> {
+    pub(super) fn clear(&mut self) {
+        self.mean = N::ZERO;
+    }
+}

@@ -1,0 +1,153 @@
+use super::IdentifierError;
+use super::config::{LARGEST, SMALLEST_GAIN};
+use super::fit::FitterConfig;
+use crate::error::Allowed;
+use crate::model::HeldStep;
+use crate::number::Number;
+use crate::parameters::{Parameter, ParameterSet};
+use crate::settings::Settings;
+use crate::units::Units;
+
+/// The settings that identifiers which fit are built from, with their units.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Listening<'a> {
+    settings: &'a Settings,
+    pub(super) units: Units,
+}
+
+impl<'a> Listening<'a> {
+    /// The time over which a first fit looks where nobody says, s.
+    const START_TIME: f64 = 1.0;
+
+    pub(super) fn new(settings: &'a Settings) -> Result<Self, IdentifierError> {
+        Ok(Self {
+            settings,
+            units: settings.units()?,
+        })
+    }
+
+    /// The memory that was asked for, s.
+    pub(super) fn memory(&self) -> Option<f64> {
+        self.settings.identifier.memory
+    }
+
+    /// The longest increment that is believed, counts.
+    pub(super) fn longest_increment<N: Number>(&self) -> Result<N, IdentifierError> {
+        let longest = self
+            .settings
+            .most_increment(&self.units, N::REACH.to_f64())?;
+        Ok(N::from_f64(longest))
+    }
+
+    /// The fitter's configuration for a parameter set: machine units, at most `places` blocks.
+    pub(super) fn fitter<S: ParameterSet<P>, const P: usize>(
+        &self,
+        places: usize,
+    ) -> Result<FitterConfig, IdentifierError> {
+        let given = &self.settings.identifier;
+        let mut config = FitterConfig {
+            block: self.block(places)?,
+            noise: self.noise_variance()?,
+            low: [0.0; 4],
+            high: [0.0; 4],
+            initial: [None; 4],
+            deviation: [None; 4],
+            free: [false; 4],
+            bandwidth: self.bandwidth_per_sample()?,
+        };
+        for (i, parameter) in ALL.into_iter().enumerate() {
+            if !S::PARAMETERS.contains(&parameter) {
+                continue;
+            }
+            let scale = parameter.scale(&self.units);
+            let [low, high] = self.bounds(parameter)?;
+            config.low[i] = low * scale;
+            config.high[i] = high * scale;
+            if let Some(initial) = given.initial.of(parameter) {
+                let (_, _, name) = super::config::allowed(parameter, &self.units);
+                let initial = Allowed::Within(low, high).check(name, initial)?;
+                config.initial[i] = Some(initial * scale);
+            }
+            if let Some(deviation) = given.uncertainty.of(parameter) {
+                let deviation = Allowed::PositiveUpTo(LARGEST).check("uncertainty", deviation)?;
+                config.deviation[i] = Some(deviation * scale);
+            }
+            config.free[i] = !given.known.of(parameter);
+        }
+        Ok(config)
+    }
+
+    /// The bounds of a parameter, SI: those given, or those of arithmetic and of physics (a, b and c
+    /// are not negative), never a multiple of a guess.
+    fn bounds(&self, parameter: Parameter) -> Result<[f64; 2], IdentifierError> {
+        let (allowed, name, _) = super::config::allowed(parameter, &self.units);
+        let fastest = HeldStep::<f64>::LARGEST_RATE / self.units.rate();
+        let widest = match parameter {
+            Parameter::A => [0.0, fastest],
+            Parameter::B => [SMALLEST_GAIN, LARGEST],
+            Parameter::Coulomb => [0.0, LARGEST],
+            Parameter::Load => [-LARGEST, LARGEST],
+        };
+        let [low, high] = self
+            .settings
+            .identifier
+            .bounds
+            .of(parameter)
+            .unwrap_or(widest);
+        let low = allowed.check(name, low)?;
+        allowed.check(name, high)?;
+        Ok([low, Allowed::AtLeast(low).check(name, high)?])
+    }
+
+    /// The variance of the position noise, counts².
+    fn noise_variance(&self) -> Result<f64, IdentifierError> {
+        Ok(match self.settings.identifier.noise {
+            Some(noise) => {
+                let counts =
+                    Allowed::PositiveUpTo(1e3).check("noise", noise)? * self.units.position();
+                counts * counts
+            }
+            None => super::fit::ROUNDING,
+        })
+    }
+
+    /// ω T of the correction, if its bandwidth was given.
+    fn bandwidth_per_sample(&self) -> Result<Option<f64>, IdentifierError> {
+        let Some(omega) = self.settings.identifier.bandwidth else {
+            return Ok(None);
+        };
+        let most = MOST_PER_SAMPLE / self.units.rate();
+        let omega = Allowed::PositiveUpTo(most).check("bandwidth", omega)?;
+        Ok(Some(omega * self.units.rate()))
+    }
+
+    /// Samples to a block, so that so many of them span the time over which a fit looks.
+    fn block(&self, places: usize) -> Result<u32, IdentifierError> {
+        /// Beyond a thousand samples a mean command says nothing.
+        const MOST: f64 = 1000.0;
+        let time = self
+            .settings
+            .identifier
+            .start_time
+            .unwrap_or(Self::START_TIME);
+        let time = Allowed::Within(1e-4, 1e4).check("start_time", time)?;
+        let samples = time / self.units.rate();
+        Ok(libm::ceil(samples / places.max(1) as f64).clamp(1.0, MOST) as u32)
+    }
+}
+
+/// The largest ω T of the correction.
+pub(super) const MOST_PER_SAMPLE: f64 = 0.3;
+
+/// The parameters in the order of a fit.
+pub(super) const ALL: [Parameter; 4] = [
+    Parameter::A,
+    Parameter::B,
+    Parameter::Coulomb,
+    Parameter::Load,
+];
+
+/// The place of a parameter among the unknowns of a fit.
+pub(super) fn place(parameter: Parameter) -> usize {
+    ALL.iter().position(|&p| p == parameter).unwrap_or(0)
+}

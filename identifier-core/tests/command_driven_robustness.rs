@@ -1,0 +1,292 @@
+//! What an identifier that listens does with any input, in both formats, and without an amplifier.
+
+mod support;
+
+use identifier_core::Settings;
+use identifier_core::error::StepError;
+use identifier_core::identifier::{Event, GaussNewtonIdentifier, Identify, WindowIdentifier};
+use identifier_core::model::ServoParameters;
+use identifier_core::number::Number;
+use identifier_core::parameters::{AbCoulombLoad, AbLoad};
+use identifier_core::settings::IdentifierSettings;
+use proptest::prelude::*;
+use support::{
+    Draw, Kind, Loop, Servo, amplitude_for, on_all_cores, ordinary_servo, per_cent, quantile,
+};
+
+type Identifier<N> = GaussNewtonIdentifier<N, AbCoulombLoad, 4>;
+
+fn settings(servo: &Servo) -> Settings {
+    Settings::new(servo.sample_time, servo.counts_per_rev)
+}
+
+fn is_finite(p: &ServoParameters) -> bool {
+    [p.a, p.b, p.coulomb, p.load].iter().all(|x| x.is_finite())
+}
+
+/// The estimates of both formats after 10 s of the same record, and the greater of their errors.
+fn in_format<N: Number>(
+    record: &[(f64, f64)],
+    config: &Settings,
+) -> (ServoParameters, ServoParameters) {
+    let identifier = config.build::<Identifier<N>>().expect("settings");
+    let mut state = identifier.start();
+    for &(increment, command) in record {
+        identifier
+            .learn(&mut state, N::from_f64(increment), N::from_f64(command))
+            .expect("ordinary samples");
+        identifier.work(&mut state, u32::MAX);
+    }
+    let errors = identifier.standard_errors(&state).expect("started");
+    (identifier.estimates(&state), errors)
+}
+
+#[test]
+fn f32_and_f64_agree_within_the_estimates_unrest() {
+    let differences = on_all_cores(60, |i| {
+        let servo = ordinary_servo(i + 5000);
+        let amplitude = amplitude_for(Kind::Pid, &servo, 0.4);
+        let mut run = Loop::new(Kind::Pid, &servo, amplitude);
+        let samples = (10.0 / servo.sample_time) as u64;
+        // The same command in both formats.
+        let record: Vec<(f64, f64)> = (0..samples)
+            .map(|_| run.sample())
+            .map(|(increment, command)| (increment, f64::from(command as f32)))
+            .collect();
+        let (single, _) = in_format::<f32>(&record, &settings(&servo));
+        let (double, _) = in_format::<f64>(&record, &settings(&servo));
+        let truth = servo.parameters;
+        [
+            (single.b / double.b - 1.0).abs() / 1e-3,
+            (single.a - double.a).abs() / (0.01 * truth.a).max(0.03),
+            (single.load - double.load).abs() / (3e-3 * servo.authority()),
+        ]
+    });
+    for (i, name) in ["b", "a", "load"].into_iter().enumerate() {
+        let values: Vec<f64> = differences.iter().map(|d| d[i]).collect();
+        println!(
+            "{name}: difference of the formats over the figure asked for: median {:.4}, 95 % {:.4}, worst {:.4}",
+            quantile(&values, 0.5),
+            quantile(&values, 0.95),
+            quantile(&values, 1.0)
+        );
+        assert!(quantile(&values, 0.95) < 0.3, "{name}");
+    }
+}
+
+#[test]
+fn an_amplifier_that_is_off_is_noticed_and_not_learnt() {
+    let runs = on_all_cores(60, |i| {
+        let mut servo = ordinary_servo(i + 6000);
+        // Friction that holds the load: without the amplifier the servo stands. One that ran away
+        // under its load could not be told from a load that rose to what the command is worth.
+        let friction = 1.3 * servo.parameters.load.abs() + 0.02 * servo.authority();
+        servo.parameters.coulomb = friction;
+        let amplitude = amplitude_for(Kind::Pid, &servo, 0.3);
+        let identifier = settings(&servo)
+            .build::<Identifier<f32>>()
+            .expect("settings");
+        let mut state = identifier.start();
+        let mut run = Loop::new(Kind::Pid, &servo, amplitude);
+        let mut noticed = f64::INFINITY;
+        let second = (1.0 / servo.sample_time) as u64;
+        let mut before = identifier.estimates(&state);
+        for k in 0..9 * second {
+            run.powered = !(4 * second..6 * second).contains(&k);
+            if k == 4 * second {
+                before = identifier.estimates(&state);
+            }
+            let (increment, command) = run.sample();
+            let seen = identifier
+                .learn(&mut state, increment as f32, command as f32)
+                .expect("ordinary samples");
+            identifier.work(&mut state, u32::MAX);
+            if seen.event == Event::NotFollowing && k >= 4 * second {
+                noticed = noticed.min(k as f64 * servo.sample_time - 4.0);
+            }
+        }
+        let after = identifier.estimates(&state);
+        (
+            servo,
+            noticed,
+            (after.b / before.b - 1.0).abs(),
+            (after.b / servo.parameters.b - 1.0).abs(),
+            servo.parameters.coulomb > 0.0,
+        )
+    });
+    let noticed = per_cent(&runs, |r| r.1 < 2.0);
+    let kept = per_cent(&runs, |r| r.3 < 0.01);
+    println!(
+        "amplifier off for 2 s: noticed {noticed:.1} %, b within 1 % three seconds later {kept:.1} %"
+    );
+    // The others coasted while the command stood at its limit: a load of that size would do the same.
+    assert!(noticed >= 75.0);
+    assert!(kept >= 90.0);
+}
+
+#[test]
+fn a_window_needs_no_guess_either() {
+    let runs = on_all_cores(100, |i| {
+        let servo = ordinary_servo(i + 7000);
+        let part = Draw::new(i).uniform(0.1, 0.5);
+        let amplitude = amplitude_for(Kind::Pid, &servo, part);
+        let mut config = settings(&servo);
+        config.identifier.start_time = Some(0.3);
+        let identifier = config
+            .build::<WindowIdentifier<f32, AbCoulombLoad, 4>>()
+            .expect("settings");
+        let mut state = identifier.start();
+        let mut run = Loop::new(Kind::Pid, &servo, amplitude);
+        let mut first = f64::INFINITY;
+        for k in 0..(2.0 / servo.sample_time) as u64 {
+            let (increment, command) = run.sample();
+            let seen = identifier
+                .learn(&mut state, increment as f32, command as f32)
+                .expect("ordinary samples");
+            identifier.work(&mut state, u32::MAX);
+            if seen.event == Event::Started {
+                first = first.min(k as f64 * servo.sample_time);
+            }
+        }
+        let found = identifier.estimates(&state);
+        (
+            (found.b / servo.parameters.b - 1.0).abs(),
+            (found.load - servo.parameters.load).abs() / servo.authority(),
+            first,
+            identifier.fits(&state),
+        )
+    });
+    let b: Vec<f64> = runs.iter().map(|r| r.0).collect();
+    let d: Vec<f64> = runs.iter().map(|r| r.1).collect();
+    let first: Vec<f64> = runs.iter().map(|r| r.2).collect();
+    println!(
+        "window of 0.3 s: b median {:.5}, 90 % {:.5}, worst {:.5}; d median {:.5}, 90 % {:.5}; first fit median {:.3} s, worst {:.3} s",
+        quantile(&b, 0.5),
+        quantile(&b, 0.9),
+        quantile(&b, 1.0),
+        quantile(&d, 0.5),
+        quantile(&d, 0.9),
+        quantile(&first, 0.5),
+        quantile(&first, 1.0)
+    );
+    assert!(quantile(&b, 0.9) < 0.01);
+}
+
+/// A millisecond and counts of a milliradian.
+fn milliradians() -> Settings {
+    Settings {
+        resolution: 1e-3,
+        ..Settings::new(1e-3, 1.0)
+    }
+}
+
+#[test]
+fn settings_out_of_range_are_named() {
+    assert!(milliradians().build::<Identifier<f32>>().is_ok());
+    type Change = fn(&mut IdentifierSettings);
+    let cases: [(&str, Change); 8] = [
+        ("bandwidth", |i| i.bandwidth = Some(-1.0)),
+        ("start_time", |i| i.start_time = Some(f64::NAN)),
+        ("max_speed", |i| i.max_speed = Some(0.0)),
+        ("memory", |i| i.memory = Some(1e-6)),
+        ("noise", |i| i.noise = Some(0.0)),
+        ("uncertainty", |i| i.uncertainty.a = Some(-1.0)),
+        ("bounds.b", |i| i.bounds.b = Some([-1.0, 5.0])),
+        ("initial.b", |i| {
+            i.bounds.b = Some([1.0, 5.0]);
+            i.initial.b = Some(7.0);
+        }),
+    ];
+    for (name, change) in cases {
+        let mut config = milliradians();
+        change(&mut config.identifier);
+        let refused = config
+            .build::<Identifier<f32>>()
+            .expect_err(name)
+            .to_string();
+        assert!(refused.starts_with(name), "{refused}");
+    }
+}
+
+#[test]
+fn errors_leave_the_state_untouched() {
+    let mut config = milliradians();
+    config.identifier.max_speed = Some(101.0);
+    let identifier: Identifier<f32> = config.build().expect("settings");
+    let mut state = identifier.start();
+    for (increment, command, error) in [
+        (f32::NAN, 1.0, StepError::CountJumped),
+        (f32::INFINITY, 1.0, StepError::CountJumped),
+        (102.0, 1.0, StepError::CountJumped),
+        (1e9, 1.0, StepError::CountJumped),
+        (1.0, f32::NAN, StepError::CommandNotFinite),
+        (1.0, f32::NEG_INFINITY, StepError::CommandNotFinite),
+    ] {
+        let before = state;
+        assert_eq!(identifier.learn(&mut state, increment, command), Err(error));
+        assert_eq!(before, state);
+    }
+    assert!(identifier.learn(&mut state, 101.0, 1.0).is_ok());
+}
+
+#[test]
+fn sizes() {
+    use core::mem::size_of;
+    type State<const W: usize> =
+        <GaussNewtonIdentifier<f32, AbCoulombLoad, 4, W> as Identify<f32>>::State;
+    println!(
+        "state with W = 64: {} bytes, 128: {}, 256: {}",
+        size_of::<State<64>>(),
+        size_of::<State<128>>(),
+        size_of::<State<256>>()
+    );
+    println!(
+        "recursion alone: {} bytes",
+        GaussNewtonIdentifier::<f32, AbCoulombLoad, 4>::RECURSION_BYTES
+    );
+    println!("identifier: {} bytes", size_of::<Identifier<f32>>());
+}
+
+/// Any sample: ordinary ones, huge ones, and what is no number.
+fn any_sample() -> impl Strategy<Value = (f32, f32)> {
+    let increment = prop_oneof![
+        8 => (-50_i32..50).prop_map(|x| x as f32),
+        1 => (-16_000_000_i32..16_000_000).prop_map(|x| x as f32),
+        1 => any::<f32>(),
+    ];
+    let command = prop_oneof![8 => -10.0_f32..10.0, 1 => -1e7_f32..1e7, 1 => any::<f32>()];
+    (increment, command)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    #[test]
+    fn nothing_that_is_no_number_comes_out(
+        samples in prop::collection::vec(any_sample(), 300..1500),
+        time in 0.05_f64..0.5,
+        guess in prop::option::of(0.01_f64..1e4),
+    ) {
+        let mut config = milliradians();
+        config.identifier.start_time = Some(time);
+        config.identifier.initial.b = guess;
+        let identifier: GaussNewtonIdentifier<f32, AbCoulombLoad, 4, 64> = config.build().expect("settings");
+        let window: WindowIdentifier<f32, AbLoad, 3, 64> = config.build().expect("settings");
+        let mut state = identifier.start();
+        let mut window_state = window.start();
+        for (k, &(increment, command)) in samples.iter().enumerate() {
+            // A motion that follows the command every other while, so that fits are found.
+            let increment = if k / 200 % 2 == 0 { (command * 3.0).round() } else { increment };
+            if let Ok(seen) = identifier.learn(&mut state, increment, command) {
+                prop_assert!(seen.output_error.is_finite());
+            }
+            identifier.work(&mut state, 200);
+            let _ = window.learn(&mut window_state, increment, command);
+            window.work(&mut window_state, 200);
+            prop_assert!(is_finite(&identifier.estimates(&state)));
+            prop_assert!(is_finite(&window.estimates(&window_state)));
+            if let Some(errors) = identifier.standard_errors(&state) {
+                prop_assert!(is_finite(&errors), "{errors:?}");
+            }
+        }
+    }
+}
