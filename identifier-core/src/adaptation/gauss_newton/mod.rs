@@ -78,6 +78,8 @@ pub struct GaussNewtonState<N: Number, const P: usize> {
     lost_memory: N,
     level: N,
     peak: N,
+    /// How many times P is still to be raised with the noise level.
+    owed: N,
     /// How many times P has lately been raised with the noise level; fades to one.
     inflated: N,
     /// Sums over the block that is being gathered.
@@ -225,6 +227,12 @@ impl<N: Number, const P: usize> GaussNewtonState<N, P> {
         self.closed = false;
     }
 
+    /// Takes back the last rise of the noise level as far as P has not followed it yet: it was a step
+    /// of the load, and no noise.
+    pub fn forgive(&mut self) {
+        self.owed = N::ONE;
+    }
+
     /// How many times P has lately been raised with the noise level.
     #[inline]
     #[must_use]
@@ -245,7 +253,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     pub const BLOCK: u8 = 8;
 
     /// The memory at the start, s.
-    pub const FIRST_MEMORY: f64 = 2.0;
+    pub const FIRST_MEMORY: f64 = 1.0;
 
     /// The time constant with which forgetting fades, s.
     pub const SETTLING: f64 = 1.0;
@@ -324,6 +332,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             lost_memory: self.first_lost,
             level: self.noise,
             peak: self.noise,
+            owed: N::ONE,
             inflated: N::ONE,
             sensitivity: [N::ZERO; P],
             error: N::ZERO,
@@ -416,14 +425,19 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         let forgetting = N::ONE - state.lost_memory;
         state.level += self.short * (square - state.level);
         let faded = larger(state.peak * forgetting, self.noise);
-        state.peak = larger(state.level, faded);
+        state.peak = faded;
         // 1/λ = 1 + x + x² + … for λ = 1 − x, x ≤ 1/12.
         let lost = state.lost_memory;
         let mut growth = N::ONE + lost * (N::ONE + lost);
         state.lost_memory = larger(lost * self.settling, self.least_lost);
         if state.level > faded {
-            let rise = smaller(state.level * faded.reciprocal(), self.steepest);
+            state.owed = state.owed * state.level * faded.reciprocal();
+            state.peak = state.level;
+        }
+        if state.owed > N::ONE {
+            let rise = smaller(state.owed, self.steepest);
             growth = growth * rise;
+            state.owed = state.owed * rise.reciprocal();
             state.inflated = state.inflated * rise;
         }
         state.factors.grow(growth, &state.most);

@@ -487,6 +487,7 @@ where
         state.quick = self.first;
         state.suspicion.sought_from = last(&state.law.estimates());
         state.law.drop_block();
+        state.law.forgive();
         Event::LoadStep
     }
 
@@ -606,6 +607,19 @@ where
         state.held >= self.release && self.release_model(state)
     }
 
+    /// Whether a new fit shows that the estimates have gone astray: it explains the servo, or at least
+    /// twice as much as the fit before. One over a motion one way sees half of the friction, and always
+    /// explains that better than the estimates explain all that they have seen: it must find another b.
+    fn corrects(&self, state: &Recursion<N, P>, found: &Found<N>) -> bool {
+        /// The part of b by which it is another.
+        const APART: f64 = 0.2;
+        let better = found.unexplained < self.unexplained
+            || found.unexplained + found.unexplained < state.usual;
+        let gain = ModelParameters::of_set::<S, P>(&state.law.estimates()).gain;
+        let apart = (found.parameters[1] - gain).magnitude() > N::from_f64(APART) * gain;
+        better && (apart || found.only_direction == N::ZERO)
+    }
+
     /// The model restarts alongside the servo; estimates are kept.
     #[cold]
     fn rejoin(&self, state: &mut Recursion<N, P>, velocity: N) {
@@ -708,9 +722,7 @@ where
         if start.is_recording() {
             event = start.record(&self.blocking, increment, command);
             if let Some(found) = start.take_found() {
-                let better = found.unexplained < self.unexplained
-                    || found.unexplained + found.unexplained < recursion.usual;
-                if better || matches!(recursion.mode, Mode::Recording) {
+                if matches!(recursion.mode, Mode::Recording) || self.corrects(recursion, &found) {
                     *recursion = self.recursion(&found, start.velocity(&self.blocking));
                     event = Event::Started;
                     start.stop();
