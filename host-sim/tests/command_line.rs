@@ -411,14 +411,51 @@ fn correction_and_largest_speed_are_judged_by_key() {
     );
 }
 
+/// The paper's scenario with a law that fits and one more line for it.
+fn with_fit(law: &str, line: &str) -> String {
+    let gradient = "law = \"gradient\"\ngamma = [0.2, 110.0]\nmu = 10.0";
+    let text = PROPOSED.replace(gradient, &format!("law = \"{law}\"\n{line}"));
+    let assumed = |line: &&str| !line.starts_with("plant_box") && !line.starts_with("initial");
+    text.lines()
+        .filter(assumed)
+        .map(|line| format!("{line}\n"))
+        .collect()
+}
+
 #[test]
 fn a_window_has_a_shortest_and_a_longest_length() {
-    let law = "law = \"gradient\"\ngamma = [0.2, 110.0]\nmu = 10.0";
-    for length in ["8", "10000"] {
-        let text = PROPOSED.replace(law, &format!("law = \"window\"\nwindow = {length}"));
+    for length in ["1e-5", "2e4"] {
+        let text = with_fit("window", &format!("start_time = {length}"));
         let answer = refusal(&format!("window-{length}"), &text);
-        assert!(answer.contains("identifier.window"), "{answer}");
-        assert!(answer.contains("from 32 to 4096"), "{answer}");
+        assert!(answer.contains("identifier.start_time"), "{answer}");
+        assert!(answer.contains("from 0.0001 to 10000"), "{answer}");
+    }
+}
+
+#[test]
+fn a_window_in_samples_is_refused_with_the_remedy() {
+    for line in ["window = 512", "fit_every = 10"] {
+        let answer = refusal("window-in-samples", &with_fit("window", line));
+        let key = line.split(' ').next().expect("a key");
+        assert!(answer.contains(&format!("identifier.{key}")), "{answer}");
+        assert!(answer.contains("use start_time"), "{answer}");
+    }
+}
+
+#[test]
+fn a_memory_belongs_to_gauss_newton_and_is_not_too_short() {
+    let answer = refusal("memory-short", &with_fit("gauss-newton", "memory = 0.5"));
+    assert!(answer.contains("identifier.memory"), "{answer}");
+    let answer = refusal("memory-window", &with_fit("window", "memory = 5.0"));
+    assert!(answer.contains("does not take this key"), "{answer}");
+}
+
+#[test]
+fn a_gain_that_is_not_to_be_found_has_to_be_known() {
+    for law in ["gauss-newton", "window"] {
+        let text = with_fit(law, "").replace("[\"a\", \"b\"]", "[\"a\"]");
+        let answer = refusal("unknown-gain", &text);
+        assert!(answer.contains("identifier.initial.b"), "{answer}");
     }
 }
 
@@ -628,10 +665,9 @@ fn what_fixed_point_cannot_do_is_answered_with_key_and_what_can_be_done() {
         answer.contains("identifier.gamma") && answer.contains("at most"),
         "{answer}"
     );
-    let law = "law = \"gradient\"\ngamma = [0.2, 110.0]\nmu = 10.0";
     let answer = refusal(
         "fixed-law",
-        &words("").replace(law, "law = \"gauss-newton\""),
+        &with_fit("gauss-newton", "").replace("arithmetic = \"f32\"", fixed),
     );
     assert!(answer.contains("identifier.arithmetic"), "{answer}");
     assert!(

@@ -81,6 +81,32 @@ fn the_loop_elsewhere_gives_the_same_bits_in_spite_of_a_bad_line() {
     }
 }
 
+/// Of a and b alone, which is what the firmware has in fixed point; what friction and load stay within
+/// is not stated and has to be sent.
+#[test]
+fn bounds_that_follow_from_the_box_are_sent() {
+    let path = folder("pil-drift").join("scenario.toml");
+    let drift = include_str!("../scenarios/drift.toml");
+    let text = drift
+        .replace("[\"a\", \"b\", \"coulomb\"]", "[\"a\", \"b\"]")
+        .replace("duration = 60.0", "duration = 2.0");
+    std::fs::write(&path, text).expect("the scenario is written");
+    let scenario = Scenario::load(&path, Purpose::Run).expect("valid");
+    assert!(scenario.stated.identifier.bounds.coulomb.is_none());
+    let sent = host_sim::pil::loop_settings(&scenario).expect("the firmware has it");
+    let bounds = &sent.core.identifier.bounds;
+    assert!(bounds.coulomb.is_some() && bounds.load.is_some());
+
+    let mut here: Vec<Sample> = Vec::new();
+    experiment::run(&scenario, &mut |sample| here.push(*sample));
+    let mut port = host_sim::port::Port::open(&chip(&[])).expect("it listens");
+    let mut there = Vec::new();
+    host_sim::pil::run(&scenario, &mut port, &mut |sample| there.push(*sample))
+        .expect("it answers");
+    assert_eq!(there.len(), 2000);
+    assert!(here == there, "bit for bit");
+}
+
 #[test]
 fn the_verb_prints_what_run_prints() {
     let path = scenario("pil-verb", |text| text);
@@ -114,7 +140,8 @@ fn what_the_firmware_cannot_do_is_refused_before_anybody_is_asked() {
             let changed = text.replace(from, to);
             assert_ne!(changed, text, "{from}");
             let lean = |text: String| {
-                let keeps = |line: &&str| !line.starts_with("gamma") && !line.starts_with("mu");
+                let gradients = ["gamma", "mu", "plant_box"];
+                let keeps = |line: &&str| !gradients.iter().any(|key| line.starts_with(key));
                 text.lines().filter(keeps).collect::<Vec<_>>().join("\n")
             };
             if key == "law" { lean(changed) } else { changed }

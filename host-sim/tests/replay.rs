@@ -83,7 +83,6 @@ fn result(output: &Output) -> serde_json::Value {
 }
 
 #[test]
-#[ignore = "gauss-newton is being built anew"]
 fn the_committed_log_gives_the_servo_that_made_it() {
     let result = result(&host_sim(&[
         "replay",
@@ -210,7 +209,6 @@ fn gaps_are_bridged_only_when_the_user_says_so() {
 }
 
 #[test]
-#[ignore = "gauss-newton is being built anew"]
 fn a_bridged_gap_costs_next_to_nothing() {
     let mut lines = lines();
     lines.drain(500..503);
@@ -378,9 +376,8 @@ fn a_scenario_for_a_run_cannot_be_replayed_and_the_other_way_round() {
 }
 
 #[test]
-#[ignore = "gauss-newton is being built anew"]
 fn a_pass_over_a_short_log_does_not_run_into_the_next() {
-    // 300 samples: fewer than the window that the recursion takes over from.
+    // 300 samples: fewer than a first fit usually looks at.
     let folder = folder("replay-short");
     let path = folder.join("log.csv");
     std::fs::write(&path, lines()[..301].join("\n") + "\n").expect("the log is written");

@@ -11,9 +11,7 @@ use identifier_core::settings::IdentifierSettings;
 
 use crate::experiment::{self, operations};
 use crate::report::{Summariser, Summary};
-use crate::scenario::{
-    Arithmetic, Baseline, BaselineSettings, Closing, Law, Scenario, WindowSettings,
-};
+use crate::scenario::{Arithmetic, Baseline, BaselineSettings, Closing, Law, Scenario};
 
 /// A comparison.
 #[derive(Debug, Clone)]
@@ -64,8 +62,8 @@ pub enum Found {
 pub fn laws() -> Vec<Law> {
     let mut laws = vec![
         Law::Gradient,
-        Law::GaussNewton(WindowSettings::default()),
-        Law::Window(WindowSettings::default()),
+        Law::GaussNewton,
+        Law::Window,
         Law::PdGradient,
     ];
     laws.extend(
@@ -82,7 +80,7 @@ pub fn laws() -> Vec<Law> {
 pub fn with_law(base: &Scenario, law: &Law) -> Scenario {
     let mut scenario = base.clone();
     scenario.identifier.parameters = match law {
-        Law::Gradient | Law::GaussNewton(_) | Law::Window(_) => {
+        Law::Gradient | Law::GaussNewton | Law::Window => {
             vec![Parameter::A, Parameter::B, Parameter::Coulomb]
         }
         Law::PdGradient => vec![Parameter::A, Parameter::B],
@@ -92,15 +90,21 @@ pub fn with_law(base: &Scenario, law: &Law) -> Scenario {
     if scenario.identifier.arithmetic == Arithmetic::Fixed && !law.is_gradient() {
         scenario.identifier.arithmetic = Arithmetic::F32;
     }
-    // What is stated of the servo stays; what a law is tuned with does not.
+    // What is stated of the servo stays, for the laws that need it; what a law is tuned with does not.
     let stated = &mut scenario.stated.identifier;
-    *stated = IdentifierSettings {
-        initial: stated.initial,
-        bounds: stated.bounds,
-        plant_box: stated.plant_box,
+    let unstated = IdentifierSettings {
         max_speed: stated.max_speed,
         ranges: stated.ranges,
         ..IdentifierSettings::UNSTATED
+    };
+    *stated = match law {
+        Law::GaussNewton | Law::Window => unstated,
+        _ => IdentifierSettings {
+            initial: stated.initial,
+            bounds: stated.bounds,
+            plant_box: stated.plant_box,
+            ..unstated
+        },
     };
     scenario.in_own_loop()
 }

@@ -1,14 +1,17 @@
 //! From a scenario to an identifier with its state.
 
 use identifier_core::Settings;
-use identifier_core::identifier::{GradientIdentifier, IdentifierError};
+use identifier_core::identifier::{
+    GaussNewtonIdentifier, GradientIdentifier, IdentifierError, Identify, WindowIdentifier,
+};
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::number::Number;
 use identifier_core::parameters::ParameterSet;
+use identifier_core::settings::FromSettings;
 
 use super::Outcome;
 use super::learner::{Beside, Learner};
-use crate::scenario::{Law, Scenario, WindowSettings, WithTypes, place};
+use crate::scenario::{Law, Scenario, WithTypes, place};
 
 pub(super) type Built<N> = Result<(Box<dyn Learner<N>>, Outcome), IdentifierError>;
 
@@ -20,7 +23,8 @@ pub(super) type Built<N> = Result<(Box<dyn Learner<N>>, Outcome), IdentifierErro
 pub(crate) fn learner<N: Number>(scenario: &Scenario, settings: &Settings) -> Built<N> {
     match &scenario.identifier.law {
         Law::Gradient | Law::PdGradient => scenario.with_types(Gradient(settings)),
-        Law::GaussNewton(window) | Law::Window(window) => fitting(scenario, settings, window),
+        Law::GaussNewton => scenario.with_types(GaussNewton(settings)),
+        Law::Window => scenario.with_types(Window(settings)),
         Law::Baseline(baseline, own) => Ok((
             super::baseline::learner(scenario, *baseline, own),
             Outcome::default(),
@@ -57,8 +61,46 @@ pub(super) fn rows<S: ParameterSet<P>, const P: usize>(matrix: [[f64; 4]; 4]) ->
     places.iter().map(|&i| row(i)).collect()
 }
 
-/// The laws that fit, Gauss–Newton and window: they are to be built here, [`Law`] saying which, once
-/// the core has them again.
-fn fitting<N: Number>(_: &Scenario, _: &Settings, _: &WindowSettings) -> Built<N> {
-    Err(IdentifierError::NotGiven { setting: "law" })
+struct GaussNewton<'a>(&'a Settings);
+
+impl<N: Number> WithTypes<N> for GaussNewton<'_> {
+    type Output = Built<N>;
+
+    fn with<V, S, const P: usize>(self) -> Built<N>
+    where
+        V: VelocityEstimate<N> + 'static,
+        S: ParameterSet<P> + 'static,
+    {
+        fitting::<N, GaussNewtonIdentifier<N, S, P>>(self.0)
+    }
+}
+
+struct Window<'a>(&'a Settings);
+
+impl<N: Number> WithTypes<N> for Window<'_> {
+    type Output = Built<N>;
+
+    fn with<V, S, const P: usize>(self) -> Built<N>
+    where
+        V: VelocityEstimate<N> + 'static,
+        S: ParameterSet<P> + 'static,
+    {
+        fitting::<N, WindowIdentifier<N, S, P>>(self.0)
+    }
+}
+
+/// A law that fits: it needs no estimate to begin with, but for a gain that it is not to find.
+fn fitting<N, I>(settings: &Settings) -> Built<N>
+where
+    N: Number,
+    I: Identify<N> + FromSettings + 'static,
+{
+    let given = &settings.identifier;
+    if given.known.b && given.initial.b.is_none() {
+        return Err(IdentifierError::NotGiven {
+            setting: "initial.b",
+        });
+    }
+    let identifier: I = settings.build()?;
+    Ok((Box::new(Beside::new(identifier)), Outcome::default()))
 }

@@ -32,7 +32,7 @@ pub(crate) trait Learner<N> {
     fn join(&mut self, increment: N);
 }
 
-/// An identifier that does all its work in the sample.
+/// An identifier with its state.
 pub(super) struct Beside<I, T> {
     identifier: I,
     state: T,
@@ -55,6 +55,10 @@ impl<N: Copy, I: Identify<N>> Learner<N> for Beside<I, I::State> {
         self.identifier
             .learn(&mut self.state, increment, command)
             .map(Some)
+    }
+
+    fn work(&mut self) {
+        self.identifier.work(&mut self.state, u32::MAX);
     }
 
     fn estimates(&self) -> ServoParameters {

@@ -42,8 +42,9 @@ impl fmt::Display for ReplayError {
 
 impl std::error::Error for ReplayError {}
 
-/// The scenario with what only the log knows: the sample time where no controller is declared, and
-/// the resolution of the position where no encoder is.
+/// The scenario with what only the log knows: the sample time where no controller is declared, the
+/// resolution of the position where no encoder is, and the time over which a first fit looks where
+/// the log is shorter than what is usual.
 #[must_use]
 pub fn fitted(mut scenario: Scenario, log: &Log) -> Scenario {
     let stated = &mut scenario.stated;
@@ -56,12 +57,21 @@ pub fn fitted(mut scenario: Scenario, log: &Log) -> Scenario {
     if scenario.counts_per_rev.is_none() {
         stated.resolution = log.resolution();
     }
+    let learnt = log.records.len().saturating_sub(SETTLING + 1);
+    let most = learnt as f64 * stated.sample_time;
+    if (SHORTEST_START..USUAL_START).contains(&most) {
+        stated.identifier.start_time.get_or_insert(most);
+    }
     scenario
 }
 
 /// Samples in which the velocity estimate settles before the identifier joins: a log may begin in
 /// motion.
 const SETTLING: usize = 10;
+
+/// The time over which the core's first fits look where nobody says, and the least that it takes, s.
+const USUAL_START: f64 = 1.0;
+const SHORTEST_START: f64 = 1e-4;
 
 /// Runs `passes` passes over a log with a scenario that is [`fitted`] to it and shows every sample to
 /// `observe`; time goes on from pass to pass.

@@ -18,7 +18,7 @@ use super::parts::{identity, place};
 use super::tables::{self, ExcitationKind, LawName, NumberOrRow, Tables, VelocityKind};
 use super::{
     Arithmetic, Baseline, BaselineSettings, CompareSettings, ExcitationSettings, Identification,
-    Law, LogSettings, Purpose, Scenario, Velocity, WindowSettings,
+    Law, LogSettings, Purpose, Scenario, Velocity,
 };
 
 /// Sines that a multisine and levels that a staircase may have.
@@ -367,24 +367,33 @@ const GRADIENT_KEYS: &[&str] = &[
     "max_speed",
 ];
 
-/// What the laws that fit take.
-const FIT_KEYS: &[&str] = &[
+/// What the window takes besides what every law does.
+const WINDOW_KEYS: &[&str] = &[
     "bounds",
-    "plant_box",
     "uncertainty",
     "noise",
     "bandwidth",
     "max_speed",
-    "window",
-    "fit_every",
+    "start_time",
+];
+
+/// What recursive Gauss–Newton takes: what the window does, and a memory.
+const GAUSS_NEWTON_KEYS: &[&str] = &[
+    "bounds",
+    "uncertainty",
+    "noise",
+    "bandwidth",
+    "max_speed",
+    "start_time",
+    "memory",
 ];
 
 fn identification(table: &tables::Identifier) -> Result<Identification, Fault> {
     let (name, takes): (&str, &[&str]) = match table.law {
         LawName::Gradient => ("gradient", GRADIENT_KEYS),
         LawName::PdGradient => ("pd-gradient", GRADIENT_KEYS),
-        LawName::GaussNewton => ("gauss-newton", FIT_KEYS),
-        LawName::Window => ("window", FIT_KEYS),
+        LawName::GaussNewton => ("gauss-newton", GAUSS_NEWTON_KEYS),
+        LawName::Window => ("window", WINDOW_KEYS),
         other => other.baseline().map_or(("", &[]), |b| (b.name(), b.keys())),
     };
     let given = [
@@ -397,8 +406,8 @@ fn identification(table: &tables::Identifier) -> Result<Identification, Fault> {
         ("max_speed", table.max_speed.is_some()),
         ("uncertainty", table.uncertainty.is_some()),
         ("noise", table.noise.is_some()),
-        ("window", table.window.is_some()),
-        ("fit_every", table.fit_every.is_some()),
+        ("start_time", table.start_time.is_some()),
+        ("memory", table.memory.is_some()),
         ("relay", table.relay.is_some()),
         ("forgetting", table.forgetting.is_some()),
         ("filter_cutoff", table.filter_cutoff.is_some()),
@@ -409,8 +418,8 @@ fn identification(table: &tables::Identifier) -> Result<Identification, Fault> {
     refuse_strangers("identifier", name, takes, &given)?;
     let law = match (table.law, table.law.baseline()) {
         (_, Some(baseline)) => Law::Baseline(baseline, baseline_settings(table, baseline)?),
-        (LawName::GaussNewton, None) => Law::GaussNewton(window(table)?),
-        (LawName::Window, None) => Law::Window(window(table)?),
+        (LawName::GaussNewton, None) => Law::GaussNewton,
+        (LawName::Window, None) => Law::Window,
         (LawName::PdGradient, None) => Law::PdGradient,
         (_, None) => Law::Gradient,
     };
@@ -457,6 +466,8 @@ fn learning(
         mu: table.mu,
         correction: table.correction.as_ref().map(correction).transpose()?,
         bandwidth: positive("bandwidth", table.bandwidth)?,
+        start_time: positive("start_time", table.start_time)?,
+        memory: positive("memory", table.memory)?,
         max_speed: positive("max_speed", table.max_speed)?,
         ranges: ranges(table)?,
         ..IdentifierSettings::UNSTATED
@@ -476,7 +487,7 @@ fn initial(table: &tables::Identifier, law: &Law) -> Result<PerParameter<Option<
             .check("initial.b", b)
             .map_err(under("identifier"))?;
     }
-    let fits = matches!(law, Law::GaussNewton(_) | Law::Window(_));
+    let fits = matches!(law, Law::GaussNewton | Law::Window);
     let or = |given: Option<f64>, default| given.or((!fits).then_some(default));
     Ok(PerParameter {
         a: or(a, 0.0),
@@ -585,24 +596,6 @@ fn baseline_settings(
         .and_then(|()| positive("block", Some(settings.block)))
         .map_err(under("identifier"))?;
     Ok(settings)
-}
-
-/// The fewest samples of a window: below, there are hardly more samples than unknowns.
-const SHORTEST_WINDOW: f64 = 32.0;
-
-fn window(table: &tables::Identifier) -> Result<WindowSettings, Fault> {
-    let default = WindowSettings::default();
-    let WindowSettings { length, fit_every } = WindowSettings {
-        length: table
-            .window
-            .map_or(default.length, |length| length as usize),
-        fit_every: table.fit_every.unwrap_or(default.fit_every),
-    };
-    Allowed::Within(SHORTEST_WINDOW, WindowSettings::LONGEST as f64)
-        .check("window", length as f64)
-        .and_then(|_| Allowed::AtLeast(1.0).check("fit_every", f64::from(fit_every)))
-        .map_err(under("identifier"))?;
-    Ok(WindowSettings { length, fit_every })
 }
 
 /// What fixed point needs: a law that has it, and ranges.

@@ -187,7 +187,7 @@ pub const KEYS: &[Key] = &[
     key(
         "identifier.initial.b",
         "a number above 0 inside bounds.b, rad/s² per command unit",
-        "50; gauss-newton and window need none",
+        "50; gauss-newton and window need none, unless b is not among parameters",
     ),
     key(
         "identifier.initial.coulomb",
@@ -226,7 +226,7 @@ pub const KEYS: &[Key] = &[
     ),
     key(
         "identifier.plant_box",
-        "{ a = [min, max], b = [min, max] } (gradient, gauss-newton, window)",
+        "{ a = [min, max], b = [min, max] } (gradient, pd-gradient)",
         "none: nothing is certified",
     ),
     key(
@@ -303,14 +303,15 @@ pub const KEYS: &[Key] = &[
         "an encoder count over the square root of 12",
     ),
     key(
-        "identifier.window",
-        "a whole number from 32 to 4096, samples (window; gauss-newton takes over from one)",
-        "512",
+        "identifier.start_time",
+        "a number from 1e-4 to 1e4, s: the time over which the first fit looks (gauss-newton), the \
+         length of the window (window)",
+        "1; in a replay, no more than the log has",
     ),
     key(
-        "identifier.fit_every",
-        "a whole number above 0, samples from one fit of a window to the next",
-        "10",
+        "identifier.memory",
+        "a number of at least 2, s: how long a sample counts, for a servo that changes (gauss-newton)",
+        "all that ever was",
     ),
     key(
         "identifier.arithmetic",
@@ -423,6 +424,27 @@ pub const KEYS: &[Key] = &[
         "0",
     ),
 ];
+
+/// Keys of former versions, with what is to be stated in their place.
+const FORMER: &[(&str, &str)] = &[
+    (
+        "identifier.window",
+        "a window is no longer counted in samples: use start_time, its length in seconds",
+    ),
+    (
+        "identifier.fit_every",
+        "a fit begins as soon as a quarter of the window is new: use start_time, the length of the window",
+    ),
+];
+
+/// What is to be stated in place of a key of a former version.
+#[must_use]
+pub fn remedy(path: &str) -> Option<&'static str> {
+    FORMER
+        .iter()
+        .find(|(former, _)| *former == path)
+        .map(|(_, remedy)| *remedy)
+}
 
 /// What a key may hold.
 #[must_use]

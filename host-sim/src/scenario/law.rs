@@ -9,9 +9,9 @@ pub enum Law {
     /// The Γ-gradient law (11).
     Gradient,
     /// Recursive Gauss–Newton.
-    GaussNewton(WindowSettings),
+    GaussNewton,
     /// Windowed Gauss–Newton.
-    Window(WindowSettings),
+    Window,
     /// The gradient's ancestor, in the loop of a PD controller: θ̂˙ = −Γ [q̇_e, k_d q̇_e − k_p e_e]ᵀ
     /// (μ ε + ε̇) (Garrido and Miranda, "Autotuning of a DC servomechanism using closed loop
     /// identification", IECON 2006). It assumes a servo without load and friction: a load leaves a
@@ -19,30 +19,6 @@ pub enum Law {
     PdGradient,
     /// A method that is there for comparison.
     Baseline(Baseline, BaselineSettings),
-}
-
-/// How a window is kept and fitted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct WindowSettings {
-    /// Samples that it holds, at most [`WindowSettings::LONGEST`].
-    pub length: usize,
-    /// Samples from one fit to the next.
-    pub fit_every: u32,
-}
-
-impl WindowSettings {
-    /// The most samples that a window may hold.
-    pub const LONGEST: usize = 4096;
-}
-
-impl Default for WindowSettings {
-    /// Half a second at 1 kHz, fitted a hundred times a second.
-    fn default() -> Self {
-        Self {
-            length: 512,
-            fit_every: 10,
-        }
-    }
 }
 
 /// The methods that the paper stands beside.
@@ -201,8 +177,8 @@ impl Law {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Gradient => "gradient",
-            Self::GaussNewton(_) => "gauss-newton",
-            Self::Window(_) => "window",
+            Self::GaussNewton => "gauss-newton",
+            Self::Window => "window",
             Self::PdGradient => "pd-gradient",
             Self::Baseline(baseline, _) => baseline.name(),
         }
@@ -212,7 +188,7 @@ impl Law {
     #[must_use]
     pub fn closing(&self) -> Closing {
         match self {
-            Self::Gradient | Self::GaussNewton(_) | Self::Window(_) => Closing::Pid,
+            Self::Gradient | Self::GaussNewton | Self::Window => Closing::Pid,
             Self::PdGradient => Closing::Pd,
             Self::Baseline(baseline, _) => baseline.closing(),
         }
@@ -267,7 +243,7 @@ impl Law {
     pub fn prior(&self) -> &'static str {
         match self {
             Self::Gradient => "box of a and b, gains of the PID",
-            Self::GaussNewton(_) | Self::Window(_) => "nothing",
+            Self::GaussNewton | Self::Window => "nothing",
             Self::PdGradient => "box of a and b, gains of the PD",
             Self::Baseline(baseline, _) => match baseline {
                 Baseline::RelayLeastSquares => "a safe relay, bandwidth",
@@ -287,7 +263,7 @@ impl Law {
     pub fn source(&self) -> &'static str {
         match self {
             Self::Gradient => "the paper",
-            Self::GaussNewton(_) | Self::Window(_) => "this project",
+            Self::GaussNewton | Self::Window => "this project",
             Self::PdGradient => "[7]",
             Self::Baseline(baseline, _) => match baseline {
                 Baseline::RelayLeastSquares => "[2], [14]",

@@ -19,7 +19,7 @@ pub mod tables;
 mod types;
 
 pub use error::ScenarioError;
-pub use law::{Baseline, BaselineSettings, Closing, Law, WindowSettings};
+pub use law::{Baseline, BaselineSettings, Closing, Law};
 pub(crate) use parts::place;
 pub use reference::{Reference, ReferenceState};
 pub use set::{ModelSet, WithSet};

@@ -46,8 +46,8 @@ impl Identification {
     /// the load: nothing else in them would account for it.
     #[must_use]
     pub fn is_known(&self, parameter: Parameter) -> bool {
-        let finds_load = matches!(self.law, Law::GaussNewton(_) | Law::Window(_))
-            && parameter == Parameter::Load;
+        let finds_load =
+            matches!(self.law, Law::GaussNewton | Law::Window) && parameter == Parameter::Load;
         !self.estimates(parameter) && !finds_load
     }
 }

@@ -39,6 +39,7 @@ impl<'a> Source<'a> {
         let span = error.span().unwrap_or(0..0);
         let message = error.message();
         let enclosing = self.key_at(&span);
+        let mut fault = message.lines().collect::<Vec<_>>().join(" ");
         let named = |prefix: &str| {
             let (_, rest) = message.split_once(prefix)?;
             rest.split('`').next()
@@ -52,7 +53,11 @@ impl<'a> Source<'a> {
                 None => "",
             };
             let known = format!("the keys {}", keys::children(table).join(", "));
-            (Some(join(table, unknown)), Some(known))
+            let key = join(table, unknown);
+            if let Some(remedy) = keys::remedy(&key) {
+                remedy.clone_into(&mut fault);
+            }
+            (Some(key), Some(known))
         } else if let Some(missing) = named("missing field `") {
             let inside = join(enclosing.as_deref().unwrap_or(""), missing);
             // The span of the whole file covers its first table too.
@@ -73,7 +78,7 @@ impl<'a> Source<'a> {
             file: self.name.to_owned(),
             line: Some(self.line_at(span.start)),
             key,
-            fault: message.lines().collect::<Vec<_>>().join(" "),
+            fault,
             allowed,
         }
     }
