@@ -4,13 +4,12 @@ use host_sim::compare::{self, Found, laws, with_law};
 use host_sim::report::{Status, Summary, comparison};
 use host_sim::scenario::{Baseline, Law, Scenario};
 use identifier_core::parameters::Parameter;
-use integration_tests::{built, controller, in_parallel, parse, run, servo};
+use integration_tests::{controller, in_parallel, parse, run, servo};
 
 const BENCH: &str = include_str!("../host-sim/scenarios/compare.toml");
 
 /// The table of the README: a change in any method shows here.
 #[test]
-#[ignore = "gauss-newton and window are being built anew: their rows are those of before"]
 fn the_comparison_is_as_reviewed() {
     let compared = compare::compare(&parse(BENCH));
     let mut text = comparison::methods(&compared);
@@ -28,13 +27,6 @@ fn at_its_best(law: &Law) -> Scenario {
     scenario.counts_per_rev = None;
     scenario.stated.identifier.initial.b = Some(50.0);
     with_law(&scenario, law)
-}
-
-/// The laws that the core has.
-fn there() -> Vec<Law> {
-    let mut laws = laws();
-    laws.retain(|law| !built(&[law.name()]).is_empty());
-    laws
 }
 
 fn assert_found(summary: &Summary, parameters: &[Parameter]) {
@@ -61,14 +53,14 @@ fn assert_found(summary: &Summary, parameters: &[Parameter]) {
 
 #[test]
 fn each_method_keeps_its_own_claim() {
-    for summary in in_parallel(&there(), |law| run(&at_its_best(law))) {
+    for summary in in_parallel(&laws(), |law| run(&at_its_best(law))) {
         assert_found(&summary, &[Parameter::A, Parameter::B]);
     }
 }
 
 #[test]
 fn the_methods_that_know_of_friction_find_it() {
-    let knowing: Vec<Law> = there()
+    let knowing: Vec<Law> = laws()
         .into_iter()
         .filter(|law| match law {
             Law::Baseline(baseline, _) => baseline.parameters().contains(&Parameter::Coulomb),
@@ -76,10 +68,7 @@ fn the_methods_that_know_of_friction_find_it() {
             _ => true,
         })
         .collect();
-    assert_eq!(
-        knowing.len(),
-        3 + built(&["gradient", "gauss-newton", "window"]).len()
-    );
+    assert_eq!(knowing.len(), 6);
     let found = in_parallel(&knowing, |law| {
         let mut scenario = at_its_best(law);
         servo(&mut scenario).coulomb = 10.0;
@@ -92,7 +81,7 @@ fn the_methods_that_know_of_friction_find_it() {
 
 #[test]
 fn the_methods_that_know_of_a_load_find_it() {
-    let knowing: Vec<Law> = there()
+    let knowing: Vec<Law> = laws()
         .into_iter()
         .filter(|law| match law {
             Law::Baseline(baseline, _) => baseline.parameters().contains(&Parameter::Load),

@@ -2,10 +2,14 @@
 
 use host_sim::report::Summary;
 use host_sim::scenario::Scenario;
-use integration_tests::{built, parse, run};
+use integration_tests::{parse, run};
 
 /// A scenario with friction c, a load of 20 rad/s² and |u| ≤ limit.
 fn scenario(law: &str, arithmetic: &str, coulomb: f64, limit: f64) -> Scenario {
+    let assumed = match law {
+        "gradient" => "plant_box = { a = [0.0, 50.0], b = [110.0, 1000.0] }",
+        _ => "",
+    };
     parse(&format!(
         "[plant]\n\
          a = 0.2174\n\
@@ -17,7 +21,7 @@ fn scenario(law: &str, arithmetic: &str, coulomb: f64, limit: f64) -> Scenario {
          [identifier]\n\
          law = \"{law}\"\n\
          parameters = [\"a\", \"b\", \"coulomb\"]\n\
-         plant_box = {{ a = [0.0, 50.0], b = [110.0, 1000.0] }}\n\
+         {assumed}\n\
          arithmetic = \"{arithmetic}\"\n"
     ))
 }
@@ -40,7 +44,7 @@ fn assert_tail(summary: &Summary, a: f64, b: f64, coulomb: f64, load: f64) {
 
 #[test]
 fn both_laws_find_friction_and_load() {
-    for law in built(&["gradient", "gauss-newton"]) {
+    for law in ["gradient", "gauss-newton"] {
         for arithmetic in ["f32", "f64"] {
             for limit in [10.0, 1.0] {
                 let summary = run(&scenario(law, arithmetic, 10.0, limit));
@@ -52,7 +56,7 @@ fn both_laws_find_friction_and_load() {
 
 #[test]
 fn both_laws_find_friction_three_times_as_large() {
-    for law in built(&["gradient", "gauss-newton"]) {
+    for law in ["gradient", "gauss-newton"] {
         for arithmetic in ["f32", "f64"] {
             for limit in [10.0, 1.0] {
                 let summary = run(&scenario(law, arithmetic, 30.0, limit));
@@ -63,7 +67,6 @@ fn both_laws_find_friction_three_times_as_large() {
 }
 
 #[test]
-#[ignore = "gauss-newton is being built anew"]
 fn a_model_without_friction_is_biased_by_it_and_the_residual_says_why() {
     use host_sim::experiment;
     use host_sim::report::Summariser;
@@ -93,7 +96,6 @@ fn a_model_without_friction_is_biased_by_it_and_the_residual_says_why() {
 }
 
 #[test]
-#[ignore = "gauss-newton is being built anew"]
 fn friction_that_is_known_can_be_given_and_kept() {
     let mut known = scenario("gauss-newton", "f64", 10.0, 10.0);
     known.identifier.parameters.truncate(2);

@@ -2,12 +2,15 @@
 
 use identifier_core::control::{CommandLimit, ControlState, Controller, Gains};
 use identifier_core::error::StepError;
-use identifier_core::identifier::{GradientIdentifier, IdentifierError, Identify};
+use identifier_core::identifier::{
+    GaussNewtonIdentifier, GradientIdentifier, IdentifierError, Identify, WindowIdentifier,
+};
 use identifier_core::interval::Interval;
 use identifier_core::measurement::velocity::LowPass;
+use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
-use identifier_core::parameters::Ab;
-use identifier_core::settings::BoxSettings;
+use identifier_core::parameters::{Ab, AbCoulombLoad};
+use identifier_core::settings::{BoxSettings, FromSettings, IdentifierSettings};
 use identifier_core::stability::PlantBox;
 use identifier_core::units::Units;
 use identifier_core::{ControllerSettings, Settings};
@@ -104,7 +107,10 @@ fn mislead<N: Number>(inputs: &[(f64, f64)]) -> Result<(), TestCaseError> {
             Err(refused) => {
                 prop_assert!(state == before, "a refused sample leaves the state alone");
                 match refused {
-                    StepError::CommandNotFinite => prop_assert!(!command.is_finite()),
+                    StepError::CommandNotFinite => {
+                        let reach = command.magnitude() <= N::REACH;
+                        prop_assert!(!reach);
+                    }
                     StepError::CountJumped => {
                         let reach = increment.magnitude() <= N::REACH;
                         prop_assert!(!reach);
@@ -114,6 +120,59 @@ fn mislead<N: Number>(inputs: &[(f64, f64)]) -> Result<(), TestCaseError> {
             }
         }
         assert_within(&identifier, &state)?;
+    }
+    Ok(())
+}
+
+/// The same for a law that fits, whose work takes turns with the samples: nothing that is not finite
+/// comes out of it.
+fn mislead_fit<N, I>(settings: &Settings, inputs: &[(f64, f64)]) -> Result<(), TestCaseError>
+where
+    N: Number,
+    I: Identify<N, State: PartialEq> + FromSettings,
+{
+    let identifier: I = settings.build().expect("valid");
+    let mut state = identifier.start();
+    for &(increment, command) in inputs {
+        let before = state.clone();
+        let (increment, command) = (N::from_f64(increment), N::from_f64(command));
+        if identifier.learn(&mut state, increment, command).is_err() {
+            prop_assert!(state == before, "a refused sample leaves the state alone");
+        }
+        identifier.work(&mut state, 100);
+        let finite = |found: ServoParameters| {
+            let ServoParameters {
+                a,
+                b,
+                coulomb,
+                load,
+            } = found;
+            [a, b, coulomb, load].iter().all(|value| value.is_finite())
+        };
+        let (found, errors) = (
+            identifier.estimates(&state),
+            identifier.standard_errors(&state),
+        );
+        prop_assert!(finite(found), "{found:?}");
+        prop_assert!(errors.is_none_or(finite), "{errors:?}");
+    }
+    Ok(())
+}
+
+fn mislead_fits<N: Number>(inputs: &[(f64, f64)]) -> Result<(), TestCaseError> {
+    let mut guessing = settings(None);
+    // A sample to a block, so that there are fits.
+    guessing.identifier.start_time = Some(32.0 * guessing.sample_time);
+    let knowing_nothing = Settings {
+        identifier: IdentifierSettings {
+            start_time: guessing.identifier.start_time,
+            ..IdentifierSettings::UNSTATED
+        },
+        ..guessing
+    };
+    for settings in [guessing, knowing_nothing] {
+        mislead_fit::<N, GaussNewtonIdentifier<N, AbCoulombLoad, 4, 32>>(&settings, inputs)?;
+        mislead_fit::<N, WindowIdentifier<N, AbCoulombLoad, 4, 32>>(&settings, inputs)?;
     }
     Ok(())
 }
@@ -131,6 +190,14 @@ fn assert_within<N: Number>(
 }
 
 proptest! {
+    #[test]
+    fn the_fitting_laws_survive_any_input(
+        inputs in prop::collection::vec((any_number(), any_number()), 1..400),
+    ) {
+        mislead_fits::<f32>(&inputs)?;
+        mislead_fits::<f64>(&inputs)?;
+    }
+
     #[test]
     fn single_precision_survives_any_input(
         inputs in prop::collection::vec((any_number(), any_number()), 1..400),
@@ -197,8 +264,7 @@ proptest! {
             let (error, increment) = (f32::from_f64(error), f32::from_f64(increment));
             if let Ok(sample) = controller.process(&mut control, error, increment) {
                 prop_assert!(sample.command.is_finite(), "{sample:?}");
-                let learnt = identifier.learn(&mut state, sample.increment, sample.command);
-                prop_assert!(learnt.is_ok());
+                identifier.follow_beside(&mut state, &sample);
             }
             let estimates = identifier.estimates(&state);
             prop_assert!(estimates.a.is_finite() && estimates.b.is_finite(), "{estimates:?}");

@@ -48,14 +48,6 @@ pub fn controller(scenario: &mut Scenario) -> &mut ControllerSettings {
         .expect("a run has a controller")
 }
 
-/// The laws among these that the core has: those that fit are being built anew.
-#[must_use]
-pub fn built(laws: &[&'static str]) -> Vec<&'static str> {
-    const FITTING: [&str; 2] = ["gauss-newton", "window"];
-    let there = |law: &&'static str| !FITTING.contains(law);
-    laws.iter().copied().filter(there).collect()
-}
-
 /// A scenario from a text that is known to be right.
 #[must_use]
 pub fn parse(text: &str) -> Scenario {
