@@ -60,10 +60,16 @@ pub fn reference() -> Result<BandLimitedWhiteNoise, IdentifierError> {
 /// The true servo and its encoder.
 #[must_use]
 pub fn servo() -> (Plant, Encoder) {
+    servo_with(0.0)
+}
+
+/// The same with Coulomb friction, rad/s².
+#[must_use]
+pub fn servo_with(coulomb: f64) -> (Plant, Encoder) {
     let servo = ServoParameters {
         a: A,
         b: B,
-        coulomb: 0.0,
+        coulomb,
         load: LOAD,
     };
     (

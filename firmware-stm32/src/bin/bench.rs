@@ -10,19 +10,23 @@ use firmware_stm32::host::{Text, exit, say};
 use firmware_stm32::instructions::Counter as Instructions;
 use firmware_stm32::paper;
 use fixed::types::I16F16;
-use identifier_core::excitation::Excitation;
+use identifier_core::Settings;
+use identifier_core::excitation::{BandLimitedWhiteNoise, BandLimitedWhiteNoiseState, Excitation};
 use identifier_core::fixed_point::{
     FixedLowPass, FixedServoLoop, FixedServoLoopState, FixedVelocity, Word, split_setpoint,
 };
 use identifier_core::identifier::{
-    DiagonalGradientIdentifier, IdentifierError, Identify, ServoLoop, ServoLoopState,
+    DiagonalGradientIdentifier, GaussNewtonIdentifier, IdentifierError, Identify, ServoLoop,
+    ServoLoopState,
 };
 use identifier_core::measurement::counter::Counter;
 use identifier_core::measurement::velocity::{LowPass, LowPassState};
-use identifier_core::parameters::{Ab, AbCoulomb};
-use identifier_core::settings::FromSettings;
+use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad};
+use identifier_core::settings::{FromSettings, IdentifierSettings};
+use virtual_servo::{Encoder, Plant};
 
 type Filter = LowPass<f32>;
+type GaussNewton = GaussNewtonIdentifier<f32, AbCoulombLoad, 4, 64>;
 
 /// Samples before the count begins and samples that are counted.
 const STARTING: u32 = 500;
@@ -44,33 +48,78 @@ fn run(instructions: &Instructions) -> Result<(), IdentifierError> {
         instructions,
         "gradient-f32-friction",
     )?;
+    gauss_newton(instructions)?;
     words(instructions)
 }
 
-/// Runs the paper's loop with `sample`, which gets a reference in counts and the counter's register
-/// and answers with the command and the instructions that it took.
+/// The paper's motion, sample by sample.
+struct Experiment {
+    reference: BandLimitedWhiteNoise,
+    wanted: BandLimitedWhiteNoiseState<f64>,
+    plant: Plant,
+    encoder: Encoder,
+}
+
+/// Instructions of the samples that were counted.
+#[derive(Default)]
+struct Tally {
+    samples: u32,
+    total: u32,
+    most: u32,
+}
+
+impl Experiment {
+    /// A servo at rest with so much friction, rad/s².
+    fn start(coulomb: f64) -> Result<Self, IdentifierError> {
+        let reference = paper::reference()?;
+        let (plant, encoder) = paper::servo_with(coulomb);
+        Ok(Self {
+            wanted: Excitation::start(&reference),
+            reference,
+            plant,
+            encoder,
+        })
+    }
+
+    /// Runs some samples and counts them. `sample` gets a reference in counts and the counter's
+    /// register and answers with the command and the instructions that it took.
+    fn count(&mut self, samples: u32, sample: &mut impl FnMut(f64, u16) -> (f64, u32)) -> Tally {
+        let mut tally = Tally::default();
+        for _ in 0..samples {
+            let next: f64 = self.reference.process(&mut self.wanted);
+            // The register has the low bits only.
+            let (command, taken) = sample(next, self.encoder.read(self.plant.position) as u16);
+            tally.add(taken);
+            self.plant.advance(command);
+        }
+        tally
+    }
+}
+
+impl Tally {
+    fn add(&mut self, taken: u32) {
+        self.samples += 1;
+        self.total = self.total.wrapping_add(taken);
+        self.most = self.most.max(taken);
+    }
+
+    fn say(&self, name: &str, state_bytes: usize) {
+        let mean = self.total / self.samples.max(1);
+        let [mean, most, bytes] = [mean, self.most, state_bytes as u32].map(Text::whole);
+        say(&[name, mean.as_str(), most.as_str(), bytes.as_str()]);
+    }
+}
+
+/// Runs the paper's experiment with `sample`, and counts once it has started.
 fn measure(
     name: &str,
     state_bytes: usize,
     mut sample: impl FnMut(f64, u16) -> (f64, u32),
 ) -> Result<(), IdentifierError> {
-    let reference = paper::reference()?;
-    let (mut plant, encoder) = paper::servo();
-    let mut wanted = Excitation::<f64>::start(&reference);
-    let mut total = 0_u32;
-    let mut most = 0_u32;
-    for k in 0..STARTING + COUNTED {
-        let next: f64 = reference.process(&mut wanted);
-        // The register has the low bits only.
-        let (command, taken) = sample(next, encoder.read(plant.position) as u16);
-        if k >= STARTING {
-            total = total.wrapping_add(taken);
-            most = most.max(taken);
-        }
-        plant.advance(command);
-    }
-    let [mean, most, bytes] = [total / COUNTED, most, state_bytes as u32].map(Text::whole);
-    say(&[name, mean.as_str(), most.as_str(), bytes.as_str()]);
+    let mut experiment = Experiment::start(0.0)?;
+    experiment.count(STARTING, &mut sample);
+    let tally = experiment.count(COUNTED, &mut sample);
+    tally.say(name, state_bytes);
     Ok(())
 }
 
@@ -95,11 +144,20 @@ struct Single<I: Identify<f32>> {
     state: ServoLoopState<f32, LowPassState<f32>, I::State>,
 }
 
-impl<I: Identify<f32>> Single<I> {
+impl<I: Identify<f32> + FromSettings> Single<I> {
+    fn build(settings: &Settings) -> Result<Self, IdentifierError> {
+        let servo_loop: ServoLoop<f32, Filter, I> = settings.build()?;
+        Ok(Self {
+            counter: Counter::new(0),
+            state: servo_loop.start(0),
+            servo_loop,
+        })
+    }
+
+    /// As in a drive, which acts between control and learning.
     #[inline(never)]
     fn sample(&mut self, setpoint: i32, offset: f32, register: u16) -> f32 {
         let count = self.counter.read(register);
-        // As in a drive, which acts in between.
         let control = self
             .servo_loop
             .control(&mut self.state, setpoint, offset, count);
@@ -108,25 +166,84 @@ impl<I: Identify<f32>> Single<I> {
             sample.command
         })
     }
+
+    /// The same with a block of the first fit, as long as there is one.
+    #[inline(never)]
+    fn sample_with_fit(&mut self, setpoint: i32, offset: f32, register: u16) -> f32 {
+        let command = self.sample(setpoint, offset, register);
+        let identifier = self.servo_loop.identifier();
+        identifier.work(self.state.identification_mut(), 1);
+        command
+    }
+
+    /// Runs a sample and counts its instructions.
+    fn counted(
+        &mut self,
+        instructions: &Instructions,
+        (reference, register): (f64, u16),
+        sample: impl FnOnce(&mut Self, i32, f32, u16) -> f32,
+    ) -> (f64, u32) {
+        let whole = reference as i32;
+        let offset = (reference - f64::from(whole)) as f32;
+        let (whole, offset, register) = black_box((whole, offset, register));
+        let (command, taken) = counted(instructions, || sample(self, whole, offset, register));
+        (f64::from(command), taken)
+    }
 }
 
 fn single<I: Identify<f32> + FromSettings>(
     instructions: &Instructions,
     name: &str,
 ) -> Result<(), IdentifierError> {
-    let servo_loop: ServoLoop<f32, Filter, I> = paper::settings().build()?;
-    let mut parts = Single {
-        counter: Counter::new(0),
-        state: servo_loop.start(0),
-        servo_loop,
-    };
+    let mut parts = Single::<I>::build(&paper::settings())?;
     measure(name, size_of::<I::State>(), |reference, register| {
-        let whole = reference as i32;
-        let offset = (reference - f64::from(whole)) as f32;
-        let (whole, offset, register) = black_box((whole, offset, register));
-        let (command, taken) = counted(instructions, || parts.sample(whole, offset, register));
-        (f64::from(command), taken)
+        parts.counted(instructions, (reference, register), Single::sample)
     })
+}
+
+/// Gauss–Newton on a servo with friction, without any guess: once while it records and makes its
+/// first fit, a block a sample, and once while the recursion runs.
+fn gauss_newton(instructions: &Instructions) -> Result<(), IdentifierError> {
+    /// Friction, rad/s², which reverses with the servo.
+    const COULOMB: f64 = 10.0;
+    /// Samples within which a first fit is found.
+    const PATIENCE: u32 = 60_000;
+    let settings = Settings {
+        identifier: IdentifierSettings::UNSTATED,
+        ..paper::settings()
+    };
+    let mut parts = Single::<GaussNewton>::build(&settings)?;
+    let mut experiment = Experiment::start(COULOMB)?;
+    let mut recording = Tally::default();
+    while !parts.is_running() {
+        if recording.samples == PATIENCE {
+            return Err(IdentifierError::NotGiven { setting: "motion" });
+        }
+        let one = experiment.count(1, &mut |reference, register| {
+            let given = (reference, register);
+            parts.counted(instructions, given, Single::sample_with_fit)
+        });
+        recording.add(one.total);
+    }
+    recording.say(
+        "gauss-newton-recording",
+        size_of::<<GaussNewton as Identify<f32>>::State>(),
+    );
+    let mut sample = |reference, register| {
+        let given = (reference, register);
+        parts.counted(instructions, given, Single::sample_with_fit)
+    };
+    experiment.count(STARTING, &mut sample);
+    let tally = experiment.count(COUNTED, &mut sample);
+    tally.say("gauss-newton-f32-4", GaussNewton::RECURSION_BYTES);
+    Ok(())
+}
+
+impl Single<GaussNewton> {
+    fn is_running(&self) -> bool {
+        let identifier = self.servo_loop.identifier();
+        identifier.is_running(self.state.identification())
+    }
 }
 
 /// The loop in fixed point with its counter and its state.
