@@ -7,7 +7,7 @@ use crate::fault::Fault;
 use crate::settings::{NotAllowed, Settings};
 
 /// The version of these messages: a host and a drive of different versions do not talk.
-pub const PROTOCOL: u8 = 2;
+pub const PROTOCOL: u8 = 3;
 
 /// What the host says: a command, and the number that the answer will carry.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -95,12 +95,29 @@ pub struct Status {
     pub kept: Kept,
     /// What the last run found, or the one that was kept.
     pub estimates: Option<Estimates>,
+    /// What the identifier noticed since the start, as last told.
+    pub noticed: Noticed,
     /// Samples that ended too late since the start, as last told.
     pub overruns: u32,
     /// Samples that were to be shown and found no room.
     pub dropped: u32,
     /// Frames that were not understood.
     pub garbled: u32,
+}
+
+/// How often an identifier noticed something besides learning.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Noticed {
+    /// First fits that were found good.
+    pub started: u32,
+    /// Steps of the load.
+    pub load_steps: u32,
+    /// Samples in which the servo did not follow its command, or a beginning of that.
+    pub not_following: u32,
+    /// Times that the model's friction was too large and was lowered.
+    pub friction_lowered: u32,
+    /// Times that the model had to be started again.
+    pub restarted: u32,
 }
 
 /// What the store holds.

@@ -38,6 +38,8 @@ pub enum Law {
         /// Whether Coulomb friction is estimated too.
         friction: bool,
     },
+    /// Recursive Gauss–Newton over a, b, Coulomb friction and load, which needs no guess.
+    GaussNewton,
 }
 
 /// A number format.
@@ -80,6 +82,7 @@ impl fmt::Display for Law {
         f.write_str(match self {
             Self::Gradient { friction: false } => "gradient over a and b",
             Self::Gradient { friction: true } => "gradient over a, b and Coulomb friction",
+            Self::GaussNewton => "Gauss-Newton over a, b, Coulomb friction and load",
         })
     }
 }

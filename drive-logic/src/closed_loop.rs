@@ -1,34 +1,44 @@
 //! The loop in single precision, with one law or another: the choice is made once, when it is built,
 //! and costs a branch or two a sample.
+//!
+//! Gauss–Newton begins with a fit, whose work is for the background. But what the fit reads is what the
+//! interrupt writes, so here it is done in the interrupt too, after everything else of the sample, a
+//! block of the record at a time: [`ClosedLoop::work`].
 
 use drive_link::{Estimates, Format, Law, LoopSettings, NotAllowed, Why};
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor, Setpoint, control_step};
 use identifier_core::identifier::{
-    DiagonalGradientIdentifier, IdentifierError, Identify, Seen, ServoLoop, ServoLoopState,
+    DiagonalGradientIdentifier, GaussNewtonIdentifier, IdentifierError, Identify, Seen, ServoLoop,
+    ServoLoopState,
 };
 use identifier_core::measurement::velocity::{LowPass, LowPassState};
-use identifier_core::parameters::{Ab, AbCoulomb};
+use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad};
 use identifier_core::settings::{FromSettings, Settings};
 
 use crate::parts;
 
 type Velocity = LowPass<f32>;
 
-/// Controller and identifier of a servo, with their states.
+/// Blocks of Gauss–Newton's start record on the chip.
+const BLOCKS: usize = 64;
+
+/// Controller and identifier of a servo, with their states. Gauss–Newton's start record has W blocks.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ClosedLoop(Laws);
+pub struct ClosedLoop<const W: usize = BLOCKS>(Laws<W>);
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Laws {
+enum Laws<const W: usize> {
     Gradient(With<Gradient>),
     GradientWithFriction(With<GradientWithFriction>),
+    GaussNewton(With<GaussNewton<W>>),
 }
 
 type Gradient = DiagonalGradientIdentifier<f32, Velocity, Ab, 2>;
 type GradientWithFriction = DiagonalGradientIdentifier<f32, Velocity, AbCoulomb, 3>;
+type GaussNewton<const W: usize> = GaussNewtonIdentifier<f32, AbCoulombLoad, 4, W>;
 
-/// What a loop has learnt, in the units that it computes in: [`ClosedLoop::estimates`] says it in SI.
+/// What a loop has learnt: [`ClosedLoop::estimates`] says it in SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Learnt(States);
 
@@ -36,6 +46,8 @@ pub struct Learnt(States);
 enum States {
     Gradient(<Gradient as Identify<f32>>::State),
     GradientWithFriction(<GradientWithFriction as Identify<f32>>::State),
+    /// In SI already: the state with its record is too long to be handed on.
+    GaussNewton(Estimates),
 }
 
 /// A loop with one identifier.
@@ -59,17 +71,40 @@ impl<I: Identify<f32> + FromSettings> With<I> {
     }
 }
 
+/// Functions of their own, so that what divides in them can be told from what every sample does.
+impl<const W: usize> With<GaussNewton<W>> {
+    /// A sample; in the one after a first fit the recursion begins, which divides.
+    #[inline(never)]
+    fn learn_or_begin(&mut self, sample: &ControlSample<f32>) -> Seen<f32> {
+        self.servo_loop.learn(&mut self.state, sample)
+    }
+
+    /// The estimates in SI, of a sample that is shown.
+    #[inline(never)]
+    fn found_in_si(&self) -> Estimates {
+        self.estimates(self.state.identification())
+    }
+
+    /// At most `budget` blocks of a first fit.
+    #[inline(never)]
+    fn work_on_first_fit(&mut self, budget: u32) {
+        let identifier = self.servo_loop.identifier();
+        identifier.work(self.state.identification_mut(), budget);
+    }
+}
+
 /// Does the same with the loop, whatever its law.
 macro_rules! whatever_law {
     ($laws:expr, $own:pat => $done:expr) => {
         match $laws {
             Laws::Gradient($own) => $done,
             Laws::GradientWithFriction($own) => $done,
+            Laws::GaussNewton($own) => $done,
         }
     };
 }
 
-impl ClosedLoop {
+impl<const W: usize> ClosedLoop<W> {
     /// A loop at rest at count zero.
     ///
     /// # Errors
@@ -82,6 +117,7 @@ impl ClosedLoop {
         let laws = match law {
             Law::Gradient { friction: false } => With::build(core).map(Laws::Gradient),
             Law::Gradient { friction: true } => With::build(core).map(Laws::GradientWithFriction),
+            Law::GaussNewton => With::build(core).map(Laws::GaussNewton),
         };
         laws.map(Self).map_err(parts::not_allowed)
     }
@@ -116,7 +152,20 @@ impl ClosedLoop {
     /// The second half: learn, while the command acts.
     #[inline]
     pub fn learn(&mut self, sample: &ControlSample<f32>) -> Seen<f32> {
-        whatever_law!(&mut self.0, own => own.servo_loop.learn(&mut own.state, sample))
+        match &mut self.0 {
+            Laws::Gradient(own) => own.servo_loop.learn(&mut own.state, sample),
+            Laws::GradientWithFriction(own) => own.servo_loop.learn(&mut own.state, sample),
+            Laws::GaussNewton(own) => own.learn_or_begin(sample),
+        }
+    }
+
+    /// Work that is not of this sample, when its command is out and it was learnt from: at most `budget`
+    /// blocks of Gauss–Newton's first fit, as long as it records.
+    #[inline]
+    pub fn work(&mut self, budget: u32) {
+        if let Laws::GaussNewton(own) = &mut self.0 {
+            own.work_on_first_fit(budget);
+        }
     }
 
     /// What it has learnt so far.
@@ -128,6 +177,7 @@ impl ClosedLoop {
             Laws::GradientWithFriction(own) => {
                 States::GradientWithFriction(*own.state.identification())
             }
+            Laws::GaussNewton(own) => States::GaussNewton(own.found_in_si()),
         })
     }
 
@@ -139,6 +189,7 @@ impl ClosedLoop {
             (Laws::GradientWithFriction(own), States::GradientWithFriction(state)) => {
                 Some(own.estimates(state))
             }
+            (Laws::GaussNewton(_), States::GaussNewton(found)) => Some(*found),
             _ => None,
         }
     }

@@ -14,7 +14,12 @@ use identifier_core::settings::Settings;
 use crate::closed_loop::ClosedLoop;
 use crate::parts;
 
+/// Blocks of Gauss–Newton's start record: as many as the simulator's.
+const BLOCKS: usize = 256;
+
 /// Answers the questions of a host that simulates the plant.
+///
+/// The plant waits for the answer: a first fit is made in one sample, as in the simulator.
 ///
 /// A question that comes twice is answered twice and done once, so the host may ask again whenever
 /// an answer is late.
@@ -25,9 +30,13 @@ pub struct LockStep {
 }
 
 #[derive(Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is one loop, and no heap to put it on"
+)]
 enum Loops {
     None,
-    Single(ClosedLoop),
+    Single(ClosedLoop<BLOCKS>),
     Fixed(Words),
 }
 
@@ -105,7 +114,7 @@ fn build(settings: &LoopSettings) -> Result<Loops, NotAllowed> {
 }
 
 fn single(
-    closed_loop: &mut ClosedLoop,
+    closed_loop: &mut ClosedLoop<BLOCKS>,
     setpoint: i32,
     offset: f64,
     count: i32,
@@ -119,6 +128,7 @@ fn single(
         .control(setpoint, &mut Counted(count), &mut far)
         .map_err(|_| Refused::OutOfReach)?;
     let seen = closed_loop.learn(&sample);
+    closed_loop.work(u32::MAX);
     Ok(Reading {
         command: f64::from(far.command),
         output_error: f64::from(seen.output_error),

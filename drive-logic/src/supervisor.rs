@@ -240,6 +240,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             state: self.state,
             kept: self.kept,
             estimates: self.estimates,
+            noticed: self.counts.noticed,
             overruns: self.counts.overruns,
             dropped: self.counts.dropped,
             garbled: self.garbled,

@@ -3,12 +3,12 @@
 mod support;
 
 use drive_link::{
-    Command, Fault, Format, Kept, Law, Refusal, Report, Request, Settings, Snapshot, State,
+    Command, Fault, Format, Kept, Law, Noticed, Refusal, Report, Request, Settings, Snapshot, State,
 };
 use drive_logic::{Events, Lines, Orders, Sampler, Store, Supervisor, self_test};
 use identifier_core::ControllerSettings;
 use identifier_core::model::ServoParameters;
-use identifier_core::settings::{BoxSettings, IdentifierSettings};
+use identifier_core::settings::{BoxSettings, IdentifierSettings, PerParameter};
 use support::{Bench, Flash, diagonal, settings};
 
 const HEALTHY: Lines = Lines {
@@ -195,6 +195,66 @@ fn friction_is_learnt_where_it_is_asked_for() {
     let found = drive.supervisor.estimates().expect("learnt");
     assert!((found.coulomb - 10.0).abs() < 0.5, "{found:?}");
     assert!((found.b / servo.b - 1.0).abs() < 0.01, "{found:?}");
+}
+
+/// Settings that say nothing of the servo, for the law that needs none of it.
+fn first_contact() -> Settings {
+    let mut wanted = settings();
+    wanted.closed_loop.law = Law::GaussNewton;
+    wanted.closed_loop.core.identifier = IdentifierSettings::UNSTATED;
+    wanted
+}
+
+#[test]
+fn a_servo_that_nothing_is_known_of_is_learnt_in_seconds_and_its_load_watched() {
+    let servo = ServoParameters {
+        coulomb: 10.0,
+        ..SERVO
+    };
+    let (bench, flash) = (Bench::new(&servo), Flash::blank());
+    boot!(drive, &bench, &flash);
+    drive.done(Command::Configure(first_contact()));
+    drive.done(Command::Watch(10));
+    drive.done(Command::Start);
+    let shown = snapshots(&drive.pass(10_000));
+    let found = shown.last().expect("shown").estimates;
+    assert!((found.b / servo.b - 1.0).abs() < 0.01, "{found:?}");
+    assert!((found.coulomb - servo.coulomb).abs() < 0.5, "{found:?}");
+    assert!((found.load - servo.load).abs() < 0.5, "{found:?}");
+    assert_eq!(found.at_bounds, PerParameter::default());
+
+    bench.change(&ServoParameters {
+        load: -30.0,
+        ..servo
+    });
+    let shown = snapshots(&drive.pass(2000));
+    let found = shown.last().expect("shown").estimates;
+    assert!((found.load + 30.0).abs() < 1.5, "{found:?}");
+    drive.done(Command::Stop);
+    drive.pass(1);
+    let Report::Status { status, .. } = drive.ask(Command::Hello) else {
+        panic!("no status");
+    };
+    let noticed = Noticed {
+        started: 1,
+        load_steps: 1,
+        ..Noticed::default()
+    };
+    assert_eq!(status.noticed, noticed);
+}
+
+#[test]
+fn a_sample_too_short_for_a_first_fit_is_refused_for_the_law_that_makes_one() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let mut short = first_contact();
+    short.closed_loop.core.sample_time = 5e-5;
+    match drive.refusal(Command::Configure(short)) {
+        Refusal::Setting(refused) => assert_eq!(refused.name, "sample_time"),
+        other => panic!("{other:?}"),
+    }
+    short.closed_loop.core.sample_time = 1.25e-4;
+    drive.done(Command::Configure(short));
 }
 
 #[test]

@@ -2,10 +2,11 @@
 
 mod support;
 
-use drive_link::{Answer, Format, LoopSettings, Question, Reading, Refused};
+use drive_link::{Answer, Format, Law, LoopSettings, Question, Reading, Refused};
 use drive_logic::LockStep;
 use identifier_core::ControllerSettings;
 use identifier_core::model::ServoParameters;
+use identifier_core::settings::IdentifierSettings;
 use support::{COUNTS, SAMPLE_TIME, settings};
 use virtual_servo::{Encoder, Plant};
 
@@ -69,6 +70,18 @@ fn both_formats_find_the_servo_however_often_a_question_is_asked() {
         assert!((once.estimates.b / SERVO.b - 1.0).abs() < 0.01, "{once:?}");
         assert_eq!(run(closed_loop, 3), once);
     }
+}
+
+#[test]
+fn a_first_fit_is_made_once_however_often_a_question_is_asked() {
+    let mut closed_loop = LoopSettings {
+        law: Law::GaussNewton,
+        ..settings().closed_loop
+    };
+    closed_loop.core.identifier = IdentifierSettings::UNSTATED;
+    let once = run(closed_loop, 1);
+    assert!((once.estimates.b / SERVO.b - 1.0).abs() < 0.01, "{once:?}");
+    assert_eq!(run(closed_loop, 3), once);
 }
 
 #[test]

@@ -112,8 +112,9 @@ impl Listing {
         Ok(Self { functions })
     }
 
-    /// What can happen under a function of this name.
-    pub(crate) fn under(&self, name: &str) -> Result<Reach, String> {
+    /// What can happen under a function of this name. Functions with one of the names `apart` in
+    /// theirs, and what they call, take stack and are otherwise left out.
+    pub(crate) fn under(&self, name: &str, apart: &[&str]) -> Result<Reach, String> {
         let start = self
             .functions
             .iter()
@@ -121,11 +122,18 @@ impl Listing {
             .map(|(&start, _)| start)
             .ok_or_else(|| format!("there is no function {name}"))?;
         let mut reach = Reach::default();
-        reach.stack = self.descend(start, &mut Vec::new(), &mut reach)?;
+        reach.stack = self.descend(start, &mut Vec::new(), apart, Some(&mut reach))?;
         Ok(reach)
     }
 
-    fn descend(&self, at: u64, above: &mut Vec<u64>, reach: &mut Reach) -> Result<u64, String> {
+    /// The stack from a function downwards; everything else goes into `reach`.
+    fn descend(
+        &self,
+        at: u64,
+        above: &mut Vec<u64>,
+        apart: &[&str],
+        reach: Option<&mut Reach>,
+    ) -> Result<u64, String> {
         // Library functions share tails: a call may lead into the middle of one.
         let Some((&at, function)) = self.functions.range(..=at).next_back() else {
             return Err(format!("a call leads to {at:#x}, where no function is"));
@@ -136,7 +144,10 @@ impl Listing {
         if function.indirect > 0 {
             return Err(format!("{} calls through a register", function.name));
         }
-        if reach.functions.insert(function.name.clone()) {
+        let mut reach = reach.filter(|_| !apart.iter().any(|name| function.name.contains(name)));
+        if let Some(reach) = &mut reach
+            && reach.functions.insert(function.name.clone())
+        {
             reach.loops += function.loops;
             if function.divisions > 0 || divides(&function.name) {
                 reach.divisions.push(function.name.clone());
@@ -145,7 +156,8 @@ impl Listing {
         above.push(at);
         let mut deepest = 0;
         for &called in &function.calls {
-            deepest = deepest.max(self.descend(called, above, reach)?);
+            let stack = self.descend(called, above, apart, reach.as_deref_mut())?;
+            deepest = deepest.max(stack);
         }
         above.pop();
         Ok(function.frame + deepest)

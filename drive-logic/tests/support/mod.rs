@@ -180,6 +180,14 @@ impl Bench {
         }
     }
 
+    /// From now on another servo, at the same place and speed.
+    pub(crate) fn change(&self, servo: &ServoParameters) {
+        let mut other = Plant::at_rest(servo, SAMPLE_TIME);
+        let mut plant = self.plant.borrow_mut();
+        (other.position, other.velocity) = (plant.position, plant.velocity);
+        *plant = other;
+    }
+
     /// Lets a sample pass.
     pub(crate) fn pass(&self) {
         let command = self.held.get().unwrap_or(0.0);
