@@ -36,12 +36,10 @@ fn scenario() -> String {
 
 /// The committed scenario with the gradient law, which needs a box.
 fn gradient() -> String {
-    scenario()
-        .replace("\"gauss-newton\"", "\"gradient\"")
-        .replace(
-            "initial = { a = 0.0, b = 50.0 }",
-            "initial = { a = 0.0, b = 50.0 }\nplant_box = { a = [0.0, 50.0], b = [110.0, 1000.0] }",
-        )
+    scenario().replace(
+        "law = \"gauss-newton\"",
+        "law = \"gradient\"\nplant_box = { a = [0.0, 50.0], b = [110.0, 1000.0] }",
+    )
 }
 
 /// The same without the tables and lines that begin so.
