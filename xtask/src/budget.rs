@@ -27,10 +27,7 @@ pub(crate) fn check(accept: bool) -> Result<(), String> {
         return std::fs::write(&path, text)
             .map_err(|error| format!("{} cannot be written: {error}", path.display()));
     }
-    let text =
-        std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-    let budget: BTreeMap<String, u64> =
-        toml::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
+    let budget = accepted()?;
     let mut over = Vec::new();
     for (name, &value) in &counted {
         let accepted = budget.get(name).copied();
@@ -52,6 +49,14 @@ pub(crate) fn check(accept: bool) -> Result<(), String> {
             over.join(", ")
         ))
     }
+}
+
+/// The budget.
+pub(crate) fn accepted() -> Result<BTreeMap<String, u64>, String> {
+    let path = firmware::root().join(FILE);
+    let text =
+        std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    toml::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))
 }
 
 /// Name and figure: instructions a sample, bytes of state, flash, static memory and stack.

@@ -1,8 +1,10 @@
-//! Somebody else's firmwares: they build for three cores and run on two emulated boards.
+//! Somebody else's firmwares: they build for three cores and run on two emulated boards, and a sample
+//! costs there what the bench counts.
 
+use std::path::PathBuf;
 use std::process::Command;
 
-use crate::{emulator, firmware};
+use crate::{budget, emulator, firmware};
 
 /// Each is a workspace of its own in the folder of its name: one that takes our PID, and one with a
 /// controller of its own, to which the identifier only listens.
@@ -15,35 +17,73 @@ const TARGETS: [(&str, Option<&str>); 3] = [
     ("thumbv8m.main-none-eabihf", None),
 ];
 
+/// The firmware that counts the instructions of its sample, the target that it counts on, and the
+/// figure of the budget that they are held against.
+const COUNTS: (&str, &str, &str) = (
+    "own-firmware",
+    "thumbv7em-none-eabihf",
+    "gradient-f32-2-mean",
+);
+
+/// By how much a sample may cost more than in the bench.
+const TOLERANCE: f64 = 0.05;
+
 /// Builds and runs them.
 pub(crate) fn check() -> Result<(), String> {
-    FIRMWARES.into_iter().try_for_each(check_one)
+    FIRMWARES.into_iter().try_for_each(check_one)?;
+    count()
+}
+
+/// Counts a sample in a firmware that is not ours.
+fn count() -> Result<(), String> {
+    let (name, target, figure) = COUNTS;
+    let budget = budget::accepted()?;
+    let accepted = *budget
+        .get(figure)
+        .ok_or_else(|| format!("the budget has no {figure}"))?;
+    let binary = build(name, target, &["--features", "count"])?;
+    let printed = emulator::run(&binary)?;
+    let counted: u64 = printed
+        .trim()
+        .parse()
+        .map_err(|error| format!("{name} counted {printed:?}: {error}"))?;
+    if counted as f64 > accepted as f64 * (1.0 + TOLERANCE) {
+        return Err(format!(
+            "a sample of {name} takes {counted} instructions, more than 5 % above the bench's \
+             {accepted}"
+        ));
+    }
+    println!("{name}: a sample takes {counted} instructions; in the bench, {accepted}");
+    Ok(())
 }
 
 fn check_one(name: &str) -> Result<(), String> {
-    let folder = firmware::root().join("examples").join(name);
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     for (target, board) in TARGETS {
-        let status = Command::new(&cargo)
-            .current_dir(&folder)
-            .args(["build", "--release", "--locked", "--target", target])
-            .args(["--target-dir", "target"])
-            .status()
-            .map_err(|error| format!("cargo does not start: {error}"))?;
-        if !status.success() {
-            return Err(format!("{name} does not build for {target}"));
-        }
+        let binary = build(name, target, &[])?;
         let Some(board) = board else {
             println!("{name}, {target}: builds");
             continue;
         };
-        let binary = folder
-            .join("target")
-            .join(target)
-            .join("release")
-            .join(name);
         emulator::run_on(board, &binary)?;
         println!("{name}, {target}: builds, and finds its servo on an emulated {board}");
     }
     Ok(())
+}
+
+/// Builds one, and answers with its binary.
+fn build(name: &str, target: &str, more: &[&str]) -> Result<PathBuf, String> {
+    let folder = firmware::root().join("examples").join(name);
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let status = Command::new(cargo)
+        .current_dir(&folder)
+        .args(["build", "--release", "--locked", "--target", target])
+        .args(["--target-dir", "target"])
+        .args(more)
+        .status()
+        .map_err(|error| format!("cargo does not start: {error}"))?;
+    if !status.success() {
+        return Err(format!("{name} does not build for {target}"));
+    }
+    let built = folder.join("target").join(target).join("release");
+    Ok(built.join(name))
 }

@@ -34,7 +34,8 @@ enum Verb {
         #[arg(long)]
         accept: bool,
     },
-    /// Build two firmwares of somebody else for three cores and run them on two emulated boards.
+    /// Build two firmwares of somebody else for three cores, run them on two emulated boards, and
+    /// count a sample.
     Elsewhere,
     /// Run a binary of the firmware in the emulator.
     Qemu {

@@ -10,9 +10,13 @@
 #![no_std]
 #![no_main]
 
+mod count;
+
 use cortex_m_rt::entry;
 use cortex_m_semihosting::debug;
+use count::Count;
 use identifier_core::identifier::Identify;
+use identifier_core::measurement::counter::Counter;
 use identifier_core::parameters::Ab;
 use identifier_core::settings::{BoxSettings, diagonal};
 use identifier_core::{ControllerSettings, GradientLoop, Settings};
@@ -49,15 +53,22 @@ fn run() -> Option<f64> {
     let servo_loop: GradientLoop<f32, Ab, 2> = settings.build().ok()?;
 
     let mut servo = Servo::default();
-    let mut state = servo_loop.start(servo.count());
+    let mut encoder = Counter::new(servo.register());
+    let mut state = servo_loop.start(0);
+    let mut instructions = Count::start();
     for sample in 0..8000 {
-        // To and fro by 0.3 rad, three times a second.
-        let setpoint = if sample / 170 % 2 == 0 { 477 } else { -477 };
-        let step = servo_loop
-            .process(&mut state, setpoint, 0.0, servo.count())
-            .ok()?;
-        servo.advance(step.control.command);
+        // To and fro by 1000 counts, three times in two seconds.
+        let way = sample % 680;
+        let setpoint = 3 * if way < 340 { way } else { 680 - way };
+        let register = servo.register();
+        let command = instructions.of(|| {
+            let count = encoder.read(register);
+            let step = servo_loop.process(&mut state, setpoint, 0.0, count);
+            step.map(|step| step.control.command)
+        });
+        servo.advance(command.ok()?);
     }
+    instructions.say();
     Some(servo_loop.identifier().estimates(state.identification()).b)
 }
 
@@ -69,11 +80,11 @@ struct Servo {
 }
 
 impl Servo {
-    /// The encoder's count.
-    fn count(&self) -> i32 {
+    /// The encoder's counter, of 16 bits.
+    fn register(&self) -> u16 {
         const PER_RAD: f32 = COUNTS_PER_REV / core::f32::consts::TAU;
         // Towards zero: an encoder's edges lie anywhere.
-        (self.position * PER_RAD) as i32
+        ((self.position * PER_RAD) as i32) as u16
     }
 
     fn advance(&mut self, command: f32) {
