@@ -2,10 +2,16 @@
 
 mod support;
 
-use drive_link::{Answer, Format, Law, LoopSettings, Question, Reading, Refused};
+use std::sync::mpsc;
+use std::thread;
+
+use drive_link::{Answer, Format, Law, LoopSettings, Question, Reading, Receiver, Refused, frame};
 use drive_logic::LockStep;
 use identifier_core::ControllerSettings;
+use identifier_core::identifier::{GaussNewtonIdentifier, Identify, ServoLoop};
+use identifier_core::measurement::velocity::LowPass;
 use identifier_core::model::ServoParameters;
+use identifier_core::parameters::AbCoulombLoad;
 use identifier_core::settings::IdentifierSettings;
 use support::{COUNTS, SAMPLE_TIME, settings};
 use virtual_servo::{Encoder, Plant};
@@ -82,6 +88,100 @@ fn a_first_fit_is_made_once_however_often_a_question_is_asked() {
     let once = run(closed_loop, 1);
     assert!((once.estimates.b / SERVO.b - 1.0).abs() < 0.01, "{once:?}");
     assert_eq!(run(closed_loop, 3), once);
+}
+
+#[test]
+fn gauss_newton_on_the_chip_is_the_cores_bit_for_bit() {
+    type Core = ServoLoop<f32, LowPass<f32>, GaussNewtonIdentifier<f32, AbCoulombLoad, 4>>;
+    let mut closed_loop = LoopSettings {
+        law: Law::GaussNewton,
+        ..settings().closed_loop
+    };
+    closed_loop.core.identifier = IdentifierSettings::UNSTATED;
+    let core: Core = closed_loop.core.build().expect("valid");
+    let mut state = core.start(0);
+    let mut chip = chip();
+    assert_eq!(chip(&Question::Begin(closed_loop)), Answer::Ready);
+    let servo = ServoParameters {
+        coulomb: 10.0,
+        load: 20.0,
+        ..SERVO
+    };
+    let mut plant = Plant::at_rest(&servo, SAMPLE_TIME);
+    let encoder = Encoder::new(COUNTS);
+    let mut last = None;
+    for number in 0..10_000 {
+        let setpoint = if number / 100 % 3 == 0 { 300 } else { -200 };
+        let count = encoder.read(plant.position) as i32;
+        let step = core
+            .process(&mut state, setpoint, 0.25, count)
+            .expect("within reach");
+        core.identifier().work(state.identification_mut(), u32::MAX);
+        let answer = chip(&Question::Sample {
+            number,
+            setpoint,
+            offset: 0.25,
+            count,
+        });
+        let Answer::Command { reading, .. } = answer else {
+            panic!("{answer:?}");
+        };
+        let found = core.identifier().estimates(state.identification());
+        let expected = [
+            step.control.command.into(),
+            step.seen.output_error.into(),
+            found.a,
+            found.b,
+            found.coulomb,
+            found.load,
+        ];
+        let estimates = reading.estimates;
+        let told = [
+            reading.command,
+            reading.output_error,
+            estimates.a,
+            estimates.b,
+            estimates.coulomb,
+            estimates.load,
+        ];
+        assert_eq!(
+            told.map(f64::to_bits),
+            expected.map(f64::to_bits),
+            "sample {number}"
+        );
+        plant.advance(reading.command);
+        last = Some(estimates);
+    }
+    let found = last.expect("samples");
+    assert!((found.b / servo.b - 1.0).abs() < 0.01, "{found:?}");
+}
+
+/// A chip on a thread of its own, at the other end of a line of frames.
+fn chip() -> impl FnMut(&Question) -> Answer {
+    let (ask, asked) = mpsc::channel::<Vec<u8>>();
+    let (tell, told) = mpsc::channel::<Vec<u8>>();
+    thread::spawn(move || {
+        let mut lock_step = LockStep::new();
+        let mut receiver = Receiver::new();
+        for byte in asked.iter().flatten() {
+            if let Some(Ok(question)) = receiver.take::<Question>(byte) {
+                let framed = frame(&lock_step.answer(&question)).expect("it fits");
+                if tell.send(framed.to_vec()).is_err() {
+                    return;
+                }
+            }
+        }
+    });
+    let mut receiver = Receiver::new();
+    move |question| {
+        let framed = frame(question).expect("it fits");
+        ask.send(framed.to_vec()).expect("the chip listens");
+        let bytes = told.recv().expect("the chip answers");
+        let answer = bytes
+            .into_iter()
+            .find_map(|byte| receiver.take::<Answer>(byte));
+        answer.expect("a frame").expect("undamaged")
+    }
 }
 
 #[test]
