@@ -4,7 +4,7 @@
 use std::error::Error;
 use std::fmt::Debug;
 
-use drive_link::{Command, Fault, Kept, PROTOCOL, Refusal, Report, Snapshot, State};
+use drive_link::{Command, Fault, Kept, Law, PROTOCOL, Refusal, Report, Snapshot, State};
 use host_sim::drive::{Client, DriveError};
 
 use crate::{emulator, firmware};
@@ -57,21 +57,31 @@ fn talk(drive: &mut Client) -> Result<(), Box<dyn Error>> {
         Refusal::Setting(refused) => println!("refused as it should be: {refused}"),
         other => return Err(format!("kp = 1 is refused, but because {other}").into()),
     }
+    let mut short = settings;
+    short.closed_loop.law = Law::GaussNewton;
+    short.closed_loop.core.sample_time = 5e-5;
+    match refusal(drive, Command::Configure(short))? {
+        Refusal::Setting(refused) => println!("refused as it should be: {refused}"),
+        other => return Err(format!("too short a sample is refused, but because {other}").into()),
+    }
     expect("the settings after that", drive.settings()?, settings)?;
 
     // An encoder that counts the clock runs away from any reference: let it, and look on.
-    let mut wanted = settings;
-    wanted.protection.following_error = 1e9;
-    drive.ask(Command::Configure(wanted))?;
-    drive.ask(Command::Watch(20))?;
-    drive.ask(Command::Start)?;
-    expect("the first sample shown", drive.next(shown)?.sample, 1)?;
-    expect("the next of them", drive.next(shown)?.sample, 21)?;
-    let refused = refusal(drive, Command::Save)?;
-    expect("a record in motion", refused, Refusal::Running)?;
-    drive.ask(Command::Stop)?;
-    until(drive, State::Released)?;
-    println!("started, watched and stopped");
+    for law in [settings.closed_loop.law, Law::GaussNewton] {
+        let mut wanted = settings;
+        wanted.closed_loop.law = law;
+        wanted.protection.following_error = 1e9;
+        drive.ask(Command::Configure(wanted))?;
+        drive.ask(Command::Watch(20))?;
+        drive.ask(Command::Start)?;
+        expect("the first sample shown", drive.next(shown)?.sample, 1)?;
+        expect("the next of them", drive.next(shown)?.sample, 21)?;
+        let refused = refusal(drive, Command::Save)?;
+        expect("a record in motion", refused, Refusal::Running)?;
+        drive.ask(Command::Stop)?;
+        until(drive, State::Released)?;
+        println!("{law}: started, watched and stopped");
+    }
 
     drive.ask(Command::Configure(settings))?;
     drive.ask(Command::Start)?;
