@@ -269,8 +269,14 @@ fn a_servo_that_stands_teaches_nothing() {
         assert_eq!(seen.event, Event::Standing);
     }
     let large = identifier.command_word(5.0);
-    let seen = identifier.process(&mut state, 0, large).expect("in reach");
-    assert_eq!(seen.event, Event::NotFollowing);
+    let told = (0..200)
+        .position(|_| {
+            let seen = identifier.process(&mut state, 0, large).expect("in reach");
+            seen.event == Event::NotFollowing
+        })
+        .expect("it is told");
+    // Not before the servo has had a tenth of a second to move.
+    assert_eq!(told, 100);
     let after = identifier.estimates(&state);
     assert!((after.b - before.b).abs() < 1e-9 && (after.coulomb - before.coulomb).abs() < 1e-9);
 }

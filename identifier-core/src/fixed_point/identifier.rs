@@ -241,7 +241,8 @@ where
             if S::HAS_COULOMB {
                 self.model.stand_beside(&mut state.model);
             }
-            event = if self.should_move(state, command) {
+            let should_move = self.should_move(state, command);
+            event = if self.rest.resists(&mut state.rest, should_move) {
                 Event::NotFollowing
             } else {
                 Event::Standing

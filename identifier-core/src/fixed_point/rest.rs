@@ -22,6 +22,8 @@ pub(super) struct FixedRestState {
     away: i64,
     /// Samples since it came there.
     still: u32,
+    /// Samples for which it has stood although it should move.
+    pushed: u32,
 }
 
 impl FixedRest {
@@ -40,8 +42,8 @@ impl FixedRest {
     /// A servo that stands since long.
     pub(super) fn at_rest(&self) -> FixedRestState {
         FixedRestState {
-            away: 0,
             still: self.patience,
+            ..FixedRestState::default()
         }
     }
 
@@ -66,7 +68,7 @@ impl FixedRest {
     #[inline]
     pub(super) fn rests(&self, state: &mut FixedRestState, increment: Word) -> bool {
         if increment != Word::ZERO {
-            state.still = 0;
+            *state = FixedRestState::default();
             return false;
         }
         self.waits(state)
@@ -79,6 +81,19 @@ impl FixedRest {
             state.still += 1;
         }
         stands
+    }
+
+    /// See [`Standstill::resists`].
+    pub(super) fn resists(&self, state: &mut FixedRestState, should_move: bool) -> bool {
+        if !should_move {
+            state.pushed = 0;
+            return false;
+        }
+        let resists = state.pushed >= self.patience;
+        if !resists {
+            state.pushed += 1;
+        }
+        resists
     }
 
     /// The acceleration that moves a servo by no more than a slip before it counts as standing, of

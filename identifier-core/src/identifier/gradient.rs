@@ -151,7 +151,8 @@ where
         if S::HAS_COULOMB {
             self.model.stand_beside(&mut state.model);
         }
-        if self.should_move(state, command) {
+        let should_move = self.should_move(state, command);
+        if self.standstill.resists(&mut state.rest, should_move) {
             Event::NotFollowing
         } else {
             Event::Standing

@@ -182,11 +182,11 @@ where
     }
 
     /// Goes on with the fit that is under way by at most `budget` blocks, or begins one as soon as a
-    /// quarter of the window is new. On a PC call it after every sample, on a chip in the background.
+    /// sixteenth of the window is new. On a PC call it after every sample, on a chip in the background.
     fn work(&self, state: &mut Self::State, budget: u32) {
         if state.fit.is_none() {
             let blocks = state.record.len();
-            if blocks < Self::LEAST_BLOCKS || state.fresh < (blocks / 4).max(8) {
+            if blocks < Self::LEAST_BLOCKS || state.fresh < (blocks / 16).max(2) {
                 return;
             }
             state.fresh = 0;

@@ -25,6 +25,8 @@ pub struct Rest<N> {
     away: N,
     /// Samples since it came there.
     still: N,
+    /// Samples for which it has stood although it should move.
+    pushed: N,
 }
 
 impl<N: Number> Rest<N> {
@@ -32,6 +34,7 @@ impl<N: Number> Rest<N> {
     const NONE: Self = Self {
         away: N::ZERO,
         still: N::ZERO,
+        pushed: N::ZERO,
     };
 }
 
@@ -63,6 +66,7 @@ impl<N: Number> Standstill<N> {
         Rest {
             away: N::ZERO,
             still: self.patience,
+            pushed: N::ZERO,
         }
     }
 
@@ -71,6 +75,20 @@ impl<N: Number> Standstill<N> {
     #[must_use]
     pub fn pauses(&self, rest: &Rest<N>) -> bool {
         rest.still >= self.pause
+    }
+
+    /// Whether a servo that stands has been pushed in vain for a [`Standstill::PATIENCE`]: it should
+    /// move now if `should_move`.
+    pub fn resists(&self, rest: &mut Rest<N>, should_move: bool) -> bool {
+        if !should_move {
+            rest.pushed = N::ZERO;
+            return false;
+        }
+        let resists = rest.pushed >= self.patience;
+        if !resists {
+            rest.pushed += N::ONE;
+        }
+        resists
     }
 
     /// The acceleration (machine units) that moves a servo by no more than a slip within that time.
@@ -94,7 +112,7 @@ impl<N: Number> Standstill<N> {
     #[inline]
     pub fn rests(&self, rest: &mut Rest<N>, increment: N) -> bool {
         if increment != N::ZERO {
-            rest.still = N::ZERO;
+            *rest = Rest::NONE;
             return false;
         }
         self.waits(rest)
