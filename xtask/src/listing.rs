@@ -310,6 +310,31 @@ mod tests {
     }
 
     #[test]
+    fn what_is_apart_takes_stack_and_nothing_else() {
+        let function = |name: &str, calls: Option<u64>| Function {
+            name: name.to_owned(),
+            frame: 4,
+            calls: calls.into_iter().collect(),
+            divisions: calls.is_none().into(),
+            ..Function::default()
+        };
+        let listing = Listing {
+            functions: BTreeMap::from([
+                (0x10, function("sample", Some(0x20))),
+                (0x20, function("first_fit", Some(0x30))),
+                (0x30, function("root", None)),
+            ]),
+        };
+        let whole = listing.under("sample", &[]).expect("there");
+        assert_eq!(
+            (whole.stack, whole.divisions),
+            (12, vec!["root".to_owned()])
+        );
+        let less = listing.under("sample", &["fit"]).expect("there");
+        assert_eq!((less.stack, less.divisions), (12, vec![]));
+    }
+
+    #[test]
     fn calls_loops_and_divisions_are_seen() {
         // bl to itself less 0x100: f7ff ff7e at 0x120 leads to 0x120 + 4 - 0x104
         assert_eq!(wide(0xf7ff, 0xff7e).calls.first(), Some(&0x20));

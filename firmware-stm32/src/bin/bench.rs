@@ -21,6 +21,7 @@ use identifier_core::identifier::{
 };
 use identifier_core::measurement::counter::Counter;
 use identifier_core::measurement::velocity::{LowPass, LowPassState};
+use identifier_core::model::ServoParameters;
 use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad};
 use identifier_core::settings::{FromSettings, IdentifierSettings};
 use virtual_servo::{Encoder, Plant};
@@ -236,6 +237,13 @@ fn gauss_newton(instructions: &Instructions) -> Result<(), IdentifierError> {
     experiment.count(STARTING, &mut sample);
     let tally = experiment.count(COUNTED, &mut sample);
     tally.say("gauss-newton-f32-4", GaussNewton::RECURSION_BYTES);
+    // What is told of a sample that is shown.
+    let identifier = parts.servo_loop.identifier();
+    let state = parts.state.identification();
+    let (_, taken) = counted(instructions, || identifier.estimates(black_box(state)));
+    let mut once = Tally::default();
+    once.add(taken);
+    once.say("gauss-newton-in-si", size_of::<ServoParameters>());
     Ok(())
 }
 
