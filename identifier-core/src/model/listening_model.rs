@@ -74,7 +74,7 @@ impl<N: Number> ListeningModel<N> {
         command: N,
         innovation: &Innovation<N>,
     ) -> (N, Phase<N>) {
-        let drive = parameters.gain * command + parameters.load + innovation.velocity * self.error;
+        let drive = self.drive(parameters, command, innovation);
         let (motion, phase) = if S::HAS_COULOMB {
             step.process_with(
                 response,
@@ -84,17 +84,55 @@ impl<N: Number> ListeningModel<N> {
                 self.velocity,
             )
         } else {
-            let acceleration = drive - parameters.x * self.velocity;
-            let motion = Motion {
-                increment: self.velocity + response.way * acceleration,
-                velocity: self.velocity + response.velocity * acceleration,
-            };
             let direction = N::ZERO;
+            let motion = response.motion(parameters.x, drive, self.velocity);
             (motion, Phase::Slid { direction })
         };
+        self.go(motion, innovation);
+        (motion.increment, phase)
+    }
+
+    /// [`ListeningModel::advance`] for a sample in which the model moves in one direction throughout,
+    /// as in most. Returns the way it went and the direction, ±1; none, and does nothing, if friction
+    /// has more to say.
+    #[inline]
+    pub fn slide<S: ParameterSet<P>, const P: usize>(
+        &mut self,
+        response: &Response<N>,
+        parameters: &ModelParameters<N>,
+        command: N,
+        innovation: &Innovation<N>,
+    ) -> Option<(N, N)> {
+        let drive = self.drive(parameters, command, innovation);
+        if !S::HAS_COULOMB {
+            let motion = response.motion(parameters.x, drive, self.velocity);
+            self.go(motion, innovation);
+            return Some((motion.increment, N::ZERO));
+        }
+        let (direction, pushed) = if self.velocity > N::ZERO {
+            (N::ONE, drive - parameters.coulomb)
+        } else {
+            (-N::ONE, drive + parameters.coulomb)
+        };
+        let motion = response.motion(parameters.x, pushed, self.velocity);
+        if motion.velocity * self.velocity > N::ZERO {
+            self.go(motion, innovation);
+            Some((motion.increment, direction))
+        } else {
+            None
+        }
+    }
+
+    /// The acceleration but for friction.
+    #[inline]
+    fn drive(&self, parameters: &ModelParameters<N>, command: N, innovation: &Innovation<N>) -> N {
+        parameters.gain * command + parameters.load + innovation.velocity * self.error
+    }
+
+    #[inline]
+    fn go(&mut self, motion: Motion<N>, innovation: &Innovation<N>) {
         self.error = self.error - innovation.position * self.error - motion.increment;
         self.velocity = motion.velocity;
-        (motion.increment, phase)
     }
 }
 
@@ -137,7 +175,7 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
 
     /// A sample in which the model moved, in one direction on the whole.
     #[inline]
-    fn slide<S: ParameterSet<P>, const P: usize>(
+    pub fn slide<S: ParameterSet<P>, const P: usize>(
         &mut self,
         x: N,
         command: N,
