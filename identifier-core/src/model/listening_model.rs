@@ -123,6 +123,24 @@ impl<N: Number> ListeningModel<N> {
         }
     }
 
+    /// Whether friction holds the model throughout a sample; if so, the sample is done: only the
+    /// correction moves the model.
+    #[inline]
+    pub fn rest<S: ParameterSet<P>, const P: usize>(
+        &mut self,
+        parameters: &ModelParameters<N>,
+        command: N,
+        innovation: &Innovation<N>,
+    ) -> bool {
+        let rests = S::HAS_COULOMB
+            && self.velocity == N::ZERO
+            && self.drive(parameters, command, innovation).magnitude() <= parameters.coulomb;
+        if rests {
+            self.go(Motion::NONE, innovation);
+        }
+        rests
+    }
+
     /// The acceleration but for friction.
     #[inline]
     fn drive(&self, parameters: &ModelParameters<N>, command: N, innovation: &Innovation<N>) -> N {
@@ -200,6 +218,15 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
         }
     }
 
+    /// A sample in which the model stood from beginning to end, and so they have no velocity.
+    #[inline]
+    pub fn rest(&mut self, innovation: &Innovation<N>) {
+        let followed = N::ONE - innovation.position;
+        for position in &mut self.position {
+            *position = *position * followed;
+        }
+    }
+
     /// A sample in which the model stood, stopped or turned.
     #[cold]
     fn advance_through_rest<S: ParameterSet<P>, const P: usize>(
@@ -215,10 +242,7 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
             _ => N::ZERO,
         };
         if matches!(phase, Phase::Stuck) {
-            let followed = N::ONE - innovation.position;
-            for position in &mut self.position {
-                *position = *position * followed;
-            }
+            self.rest(innovation);
         } else {
             self.slide::<S, P>(x, command, innovation, way, phase.mean_direction());
         }

@@ -464,11 +464,27 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     #[inline]
     fn limit_steps(&self, state: &mut GaussNewtonState<N, P>) {
         let scaled = state.measurement.precision * state.mean_error;
-        let mut steps = state.measurement.gain.map(|gain| gain * scaled);
+        let mut inside = true;
+        for i in 0..P {
+            let step = state.measurement.gain[i] * scaled;
+            let after = state.estimates[i].value() + step;
+            inside &= after >= self.low[i];
+            inside &= after <= self.high[i];
+            state.measurement.gain[i] = step;
+        }
+        if !inside {
+            self.stay_inside(state);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn stay_inside(&self, state: &mut GaussNewtonState<N, P>) {
+        let mut steps = state.measurement.gain;
         for i in 0..P {
             let after = state.estimates[i].value() + steps[i];
             if !(after >= self.low[i] && after <= self.high[i]) {
-                steps = self.enter(state, steps, i, after);
+                self.enter(state, &mut steps, i, after);
             }
         }
         state.measurement.gain = steps;
@@ -490,23 +506,23 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     /// Takes back what leads out of the box through the face of estimate i, along that column of P:
     /// the other estimates move as if this one were known to be where it stays (the shortest way
     /// in the norm of P⁻¹). What then leaves through another face is taken back by itself.
-    #[cold]
     fn enter(
         &self,
         state: &GaussNewtonState<N, P>,
-        mut steps: [N; P],
+        steps: &mut [N; P],
         i: usize,
         after: N,
-    ) -> [N; P] {
+    ) {
         let before = |j: usize| state.estimates[j].value();
         if !after.is_finite() {
-            return [N::ZERO; P];
+            *steps = [N::ZERO; P];
+            return;
         }
         let column = state.factors.column(i);
         let (Some(&low), Some(&high), Some(&own)) =
             (self.low.get(i), self.high.get(i), column.get(i))
         else {
-            return steps;
+            return;
         };
         let back = after.limited(low, high) - after;
         if own > N::ZERO && own.reciprocal().is_finite() {
@@ -521,7 +537,6 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
                 steps[j] = inside - before(j);
             }
         }
-        steps
     }
 
     /// The standard errors of the estimates, machine units, for a report.

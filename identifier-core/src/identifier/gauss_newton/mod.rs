@@ -364,6 +364,47 @@ where
         })
     }
 
+    /// A sample that is recorded too, for a fit.
+    #[cold]
+    #[inline(never)]
+    fn record(
+        &self,
+        state: &mut GaussNewtonIdentifierState<N, P, W>,
+        increment: N,
+        command: N,
+    ) -> Seen<N> {
+        let GaussNewtonIdentifierState { recursion, start } = state;
+        let event = start.record(&self.blocking, increment, command);
+        if let Some(found) = start.take_found() {
+            let better = found.unexplained < self.unexplained || start.is_better(&found);
+            if better || recursion.mode == Mode::Recording {
+                *recursion = self.recursion(&found, start.velocity(&self.blocking));
+                start.go_on(&found);
+                let _ = self.run(recursion, N::ZERO, command);
+                return Seen {
+                    output_error: N::ZERO,
+                    event: Event::Started,
+                };
+            }
+            start.stop();
+            recursion.lacking = true;
+        }
+        if recursion.mode == Mode::Recording {
+            return Seen {
+                output_error: N::ZERO,
+                event,
+            };
+        }
+        let seen = self.run(recursion, increment, command);
+        Seen {
+            output_error: seen.output_error,
+            event: match seen.event {
+                Event::Restarted => Event::None,
+                event => event,
+            },
+        }
+    }
+
     /// One sample of a running recursion.
     #[inline]
     fn run(&self, state: &mut Recursion<N, P>, increment: N, command: N) -> Seen<N> {
@@ -382,7 +423,7 @@ where
             state
                 .model
                 .slide::<S, P>(&state.response, &parameters, command, &correction);
-        let event = if let Some((way, direction)) = slid {
+        if let Some((way, direction)) = slid {
             state.tangents.slide::<S, P>(
                 parameters.x,
                 command,
@@ -390,13 +431,15 @@ where
                 way,
                 direction,
             );
-            self.learn_from(state, output_error)
-        } else {
-            self.run_through_rest(state, increment, command)
-        };
+        } else if let Some(event) = self.run_through_rest(state, increment, command) {
+            return Seen {
+                output_error,
+                event,
+            };
+        }
         Seen {
             output_error,
-            event,
+            event: self.learn_from(state, output_error),
         }
     }
 
@@ -441,24 +484,34 @@ where
         Event::None
     }
 
-    /// A sample in which the model may have stood, stopped or turned. One in which it stopped or
-    /// turned teaches nothing, and the law's work waits for the next.
+    /// The model's part of a sample in which it may stand, stop or turn. One in which it stops or
+    /// turns teaches nothing, and the law's work waits for the next: then what happened.
     #[cold]
     #[inline(never)]
-    fn run_through_rest(&self, state: &mut Recursion<N, P>, increment: N, command: N) -> Event {
-        let output_error = state.model.error;
+    fn run_through_rest(
+        &self,
+        state: &mut Recursion<N, P>,
+        increment: N,
+        command: N,
+    ) -> Option<Event> {
         let correction = Innovation::critically_damped(state.quick);
-        let phase = self.advance(state, command, &correction);
-        if matches!(phase, Phase::Stopped { .. } | Phase::Turned { .. }) {
-            state.straight = 0;
-            state.still = 0;
-            return Event::None;
+        let parameters = ModelParameters::of_set::<S, P>(&state.law.estimates());
+        if state.model.rest::<S, P>(&parameters, command, &correction) {
+            state.tangents.rest(&correction);
+            state.watch(increment);
+            return self
+                .stand(state, increment)
+                .then_some(Event::FrictionLowered);
         }
-        state.watch(increment);
-        if self.stand(state, increment, phase) {
-            return Event::FrictionLowered;
+        state.move_on();
+        match self.advance(state, command, &correction) {
+            Phase::Slid { .. } | Phase::Stuck => None,
+            Phase::Stopped { .. } | Phase::Turned { .. } => {
+                state.straight = 0;
+                state.still = 0;
+                Some(Event::None)
+            }
         }
-        self.learn_from(state, output_error)
     }
 
     /// A sample in which nothing is learnt, but perhaps the load.
@@ -477,9 +530,10 @@ where
             Mode::Waiting => self.stay(state),
             _ => self.approach(state),
         };
-        let phase = self.advance(state, command, &correction);
-        if self.stand(state, increment, phase) {
-            event = Event::FrictionLowered;
+        match self.advance(state, command, &correction) {
+            Phase::Stuck if self.stand(state, increment) => event = Event::FrictionLowered,
+            Phase::Stuck => {}
+            _ => state.move_on(),
         }
         match self.keep_in_reach(state) {
             Event::None => event,
@@ -488,7 +542,7 @@ where
     }
 
     /// Moves the model and its tangents through any sample.
-    #[inline]
+    #[inline(never)]
     fn advance(
         &self,
         state: &mut Recursion<N, P>,
@@ -635,27 +689,21 @@ where
         state.suspicion.clear();
     }
 
-    /// Standing, decided by the servo's own counts: where servo and model both stand, the model is
-    /// put beside the servo. Where friction holds the model while the servo moves on, the friction
+    /// A sample in which friction held the model. Standing is decided by the servo's own counts:
+    /// where the servo stands too, the model is put beside it. Where the servo moves on, the friction
     /// is too large; it is lowered, since from a model that stands nothing could be learnt. Answers
     /// whether it was.
-    fn stand(&self, state: &mut Recursion<N, P>, increment: N, phase: Phase<N>) -> bool {
-        let mut stands = false;
-        if matches!(phase, Phase::Stuck) {
-            stands = state.still >= self.standing;
-            if !stands {
-                state.held += 1;
-                state.slid += increment;
-                return state.held >= self.release && self.release_model(state);
-            }
-        }
-        if stands {
+    #[inline]
+    fn stand(&self, state: &mut Recursion<N, P>, increment: N) -> bool {
+        if state.still >= self.standing {
             state.model.error = N::ZERO;
             state.tangents = Tangents::NONE;
+            state.move_on();
+            return false;
         }
-        state.held = 0;
-        state.slid = N::ZERO;
-        false
+        state.held += 1;
+        state.slid += increment;
+        state.held >= self.release && self.release_model(state)
     }
 
     /// The model restarts alongside the servo; estimates are kept.
@@ -719,6 +767,13 @@ impl<N: Number, const P: usize> Recursion<N, P> {
         if increment != N::ZERO {
             self.last_move = increment;
         }
+    }
+
+    /// Friction does not hold the model against the servo.
+    #[inline]
+    fn move_on(&mut self) {
+        self.held = 0;
+        self.slid = N::ZERO;
     }
 
     /// Counts a sample of the mode; whether it was the last.
@@ -789,42 +844,12 @@ where
 
     #[inline]
     fn follow(&self, state: &mut Self::State, increment: N, command: N) -> Seen<N> {
-        let GaussNewtonIdentifierState { recursion, start } = state;
-        let mut event = Event::None;
-        if start.is_recording() {
-            event = start.record(&self.blocking, increment, command);
-            if let Some(found) = start.take_found() {
-                let better = found.unexplained < self.unexplained
-                    || start.is_better(&found);
-                if better || matches!(recursion.mode, Mode::Recording) {
-                    *recursion = self.recursion(&found, start.velocity(&self.blocking));
-                    event = Event::Started;
-                    start.go_on(&found);
-                    let _ = self.run(recursion, N::ZERO, command);
-                    return Seen {
-                        output_error: N::ZERO,
-                        event,
-                    };
-                }
-                start.stop();
-                recursion.lacking = true;
-            }
+        if state.start.is_recording() {
+            return self.record(state, increment, command);
         }
-        if matches!(recursion.mode, Mode::Recording) {
-            return Seen {
-                output_error: N::ZERO,
-                event,
-            };
-        }
-        let seen = self.run(recursion, increment, command);
+        let seen = self.run(&mut state.recursion, increment, command);
         if seen.event == Event::Restarted {
-            if start.is_recording() {
-                return Seen {
-                    event: Event::None,
-                    ..seen
-                };
-            }
-            start.clear();
+            state.start.clear();
         }
         seen
     }
