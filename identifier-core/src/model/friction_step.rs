@@ -109,11 +109,7 @@ impl<N: Number> FrictionStep<N> {
             return (Motion::NONE, Phase::Stuck);
         };
         let pushed = drive - coulomb * direction;
-        let acceleration = pushed - x * velocity;
-        let motion = Motion {
-            increment: velocity + response.way * acceleration,
-            velocity: velocity + response.velocity * acceleration,
-        };
+        let motion = response.motion(x, pushed, velocity);
         if motion.velocity * direction >= N::ZERO {
             (motion, Phase::Slid { direction })
         } else {

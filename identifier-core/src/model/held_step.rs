@@ -43,6 +43,18 @@ pub struct Response<N> {
     pub velocity: N,
 }
 
+impl<N: Number> Response<N> {
+    /// The motion over a whole sample from `velocity` under the held acceleration `drive`.
+    #[inline]
+    pub fn motion(&self, x: N, drive: N, velocity: N) -> Motion<N> {
+        let acceleration = drive - x * velocity;
+        Motion {
+            increment: velocity + self.way * acceleration,
+            velocity: velocity + self.velocity * acceleration,
+        }
+    }
+}
+
 impl<N: Number> HeldStep<N> {
     /// The largest |a T| that the series is meant for.
     pub const LARGEST_RATE: f64 = 0.5;
@@ -88,12 +100,7 @@ impl<N: Number> HeldStep<N> {
     /// Moves one sample from `velocity` under the held acceleration `drive`, with x = a T.
     #[inline]
     pub fn process(&self, x: N, drive: N, velocity: N) -> Motion<N> {
-        let response = self.response(x);
-        let acceleration = drive - x * velocity;
-        Motion {
-            increment: velocity + response.way * acceleration,
-            velocity: velocity + response.velocity * acceleration,
-        }
+        self.response(x).motion(x, drive, velocity)
     }
 }
 

@@ -74,7 +74,7 @@ impl<N: Number> ListeningModel<N> {
         command: N,
         innovation: &Innovation<N>,
     ) -> (N, Phase<N>) {
-        let drive = parameters.gain * command + parameters.load + innovation.velocity * self.error;
+        let drive = self.drive(parameters, command, innovation);
         let (motion, phase) = if S::HAS_COULOMB {
             step.process_with(
                 response,
@@ -84,17 +84,73 @@ impl<N: Number> ListeningModel<N> {
                 self.velocity,
             )
         } else {
-            let acceleration = drive - parameters.x * self.velocity;
-            let motion = Motion {
-                increment: self.velocity + response.way * acceleration,
-                velocity: self.velocity + response.velocity * acceleration,
-            };
             let direction = N::ZERO;
+            let motion = response.motion(parameters.x, drive, self.velocity);
             (motion, Phase::Slid { direction })
         };
+        self.go(motion, innovation);
+        (motion.increment, phase)
+    }
+
+    /// [`ListeningModel::advance`] for a sample in which the model moves in one direction throughout,
+    /// as in most. Returns the way it went and the direction, ±1; none, and does nothing, if friction
+    /// has more to say.
+    #[inline]
+    pub fn slide<S: ParameterSet<P>, const P: usize>(
+        &mut self,
+        response: &Response<N>,
+        parameters: &ModelParameters<N>,
+        command: N,
+        innovation: &Innovation<N>,
+    ) -> Option<(N, N)> {
+        let drive = self.drive(parameters, command, innovation);
+        if !S::HAS_COULOMB {
+            let motion = response.motion(parameters.x, drive, self.velocity);
+            self.go(motion, innovation);
+            return Some((motion.increment, N::ZERO));
+        }
+        let (direction, pushed) = if self.velocity > N::ZERO {
+            (N::ONE, drive - parameters.coulomb)
+        } else {
+            (-N::ONE, drive + parameters.coulomb)
+        };
+        let motion = response.motion(parameters.x, pushed, self.velocity);
+        if motion.velocity * self.velocity > N::ZERO {
+            self.go(motion, innovation);
+            Some((motion.increment, direction))
+        } else {
+            None
+        }
+    }
+
+    /// Whether friction holds the model throughout a sample; if so, the sample is done: only the
+    /// correction moves the model.
+    #[inline]
+    pub fn rest<S: ParameterSet<P>, const P: usize>(
+        &mut self,
+        parameters: &ModelParameters<N>,
+        command: N,
+        innovation: &Innovation<N>,
+    ) -> bool {
+        let rests = S::HAS_COULOMB
+            && self.velocity == N::ZERO
+            && self.drive(parameters, command, innovation).magnitude() <= parameters.coulomb;
+        if rests {
+            self.go(Motion::NONE, innovation);
+        }
+        rests
+    }
+
+    /// The acceleration but for friction.
+    #[inline]
+    fn drive(&self, parameters: &ModelParameters<N>, command: N, innovation: &Innovation<N>) -> N {
+        parameters.gain * command + parameters.load + innovation.velocity * self.error
+    }
+
+    #[inline]
+    fn go(&mut self, motion: Motion<N>, innovation: &Innovation<N>) {
         self.error = self.error - innovation.position * self.error - motion.increment;
         self.velocity = motion.velocity;
-        (motion.increment, phase)
     }
 }
 
@@ -137,7 +193,7 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
 
     /// A sample in which the model moved, in one direction on the whole.
     #[inline]
-    fn slide<S: ParameterSet<P>, const P: usize>(
+    pub fn slide<S: ParameterSet<P>, const P: usize>(
         &mut self,
         x: N,
         command: N,
@@ -162,6 +218,15 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
         }
     }
 
+    /// A sample in which the model stood from beginning to end, and so they have no velocity.
+    #[inline]
+    pub fn rest(&mut self, innovation: &Innovation<N>) {
+        let followed = N::ONE - innovation.position;
+        for position in &mut self.position {
+            *position = *position * followed;
+        }
+    }
+
     /// A sample in which the model stood, stopped or turned.
     #[cold]
     fn advance_through_rest<S: ParameterSet<P>, const P: usize>(
@@ -177,10 +242,7 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
             _ => N::ZERO,
         };
         if matches!(phase, Phase::Stuck) {
-            let followed = N::ONE - innovation.position;
-            for position in &mut self.position {
-                *position = *position * followed;
-            }
+            self.rest(innovation);
         } else {
             self.slide::<S, P>(x, command, innovation, way, phase.mean_direction());
         }

@@ -22,22 +22,29 @@ const fn at(i: usize, j: usize) -> usize {
 /// A measurement that is being taken in.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Measurement<N, const P: usize> {
-    /// Lᵀφ.
-    projected: [N; P],
-    /// The gain K times `variance`, once every column was done.
+    /// Lᵀφ; from the last entry to the first the gain K times `variance` takes its place, complete
+    /// once every column was done.
     pub(super) gain: [N; P],
-    /// Its reciprocal times the gain gives K.
+    /// φᵀPφ until the measurement is weighed; then the noise variance, and with every column more of
+    /// their sum.
+    pub(super) variance: N,
+    /// The reciprocal of `variance` once the measurement is weighed.
     pub(super) precision: N,
-    variance: N,
 }
 
 impl<N: Number, const P: usize> Measurement<N, P> {
     pub(super) const NONE: Self = Self {
-        projected: [N::ZERO; P],
         gain: [N::ZERO; P],
+        variance: N::ZERO,
         precision: N::ZERO,
-        variance: N::ONE,
     };
+
+    /// Sets the noise variance, above zero, before the first column.
+    #[inline]
+    pub(super) fn weigh(&mut self, noise: N) {
+        self.variance = noise;
+        self.precision = noise.reciprocal();
+    }
 }
 
 impl<N: Number, const P: usize> Factors<N, P> {
@@ -63,48 +70,29 @@ impl<N: Number, const P: usize> Factors<N, P> {
         Self { lower, diagonal }
     }
 
-    /// Begins to take in a measurement with the regressor φ. Answers with φᵀPφ too.
+    /// Begins to take in a measurement with the regressor φ.
     #[inline]
-    pub(super) fn project(&self, regressor: &[N; P]) -> (Measurement<N, P>, N) {
+    pub(super) fn project(&self, regressor: &[N; P]) -> Measurement<N, P> {
         let mut measurement = Measurement::NONE;
-        let mut predicted = N::ZERO;
         for j in 0..P {
             let mut sum = regressor[j];
             for i in j + 1..P {
                 sum += self.lower[at(i, j)] * regressor[i];
             }
-            measurement.projected[j] = sum;
-            predicted += sum * sum * self.diagonal[j];
+            measurement.gain[j] = sum;
+            measurement.variance += sum * sum * self.diagonal[j];
         }
-        (measurement, predicted)
+        measurement
     }
 
-    /// Sets the noise variance, above zero, before the first column.
+    /// Updates column J, if there is one; the columns come from the last to the first.
     #[inline]
-    pub(super) fn weigh(measurement: &mut Measurement<N, P>, noise: N) {
-        measurement.variance = noise;
-        measurement.precision = noise.reciprocal();
-    }
-
-    /// Updates column j; the columns come from the last to the first.
-    #[inline]
-    pub(super) fn update_column(&mut self, measurement: &mut Measurement<N, P>, j: usize) {
-        // Each its own function: no index has to be checked, no loop to be counted.
-        match j {
-            0 => self.update::<0>(measurement),
-            1 => self.update::<1>(measurement),
-            2 => self.update::<2>(measurement),
-            _ => self.update::<3>(measurement),
-        }
-    }
-
-    #[inline]
-    fn update<const J: usize>(&mut self, measurement: &mut Measurement<N, P>) {
+    pub(super) fn update<const J: usize>(&mut self, measurement: &mut Measurement<N, P>) {
         if J >= P {
             return;
         }
         let before = measurement.variance;
-        let projected = measurement.projected[J];
+        let projected = measurement.gain[J];
         let correction = projected * measurement.precision;
         let weighted = self.diagonal[J] * projected;
         let variance = before + projected * weighted;
@@ -189,12 +177,13 @@ mod tests {
                 let p_phi: [f64; 3] =
                     core::array::from_fn(|i| (0..3).map(|j| plain[i][j] * phi[j]).sum());
                 let s: f64 = noise + (0..3).map(|i| phi[i] * p_phi[i]).sum::<f64>();
-                let (mut measurement, predicted) = factors.project(&phi);
-                prop_assert!((predicted + noise - s).abs() < 1e-9);
-                Factors::weigh(&mut measurement, noise);
-                for j in (0..3).rev() {
-                    factors.update_column(&mut measurement, j);
-                }
+                let mut measurement = factors.project(&phi);
+                prop_assert!((measurement.variance + noise - s).abs() < 1e-9);
+                measurement.weigh(noise);
+                factors.update::<3>(&mut measurement);
+                factors.update::<2>(&mut measurement);
+                factors.update::<1>(&mut measurement);
+                factors.update::<0>(&mut measurement);
                 for i in 0..3 {
                     for j in 0..3 {
                         plain[i][j] -= p_phi[i] * p_phi[j] / s;

@@ -12,8 +12,23 @@ use crate::number::{Number, RunningSum};
 /// With ψ = ∂q_e/∂θ and the covariance P, both ε and ψ as means over a block:
 /// K = P ψ/(r + ψᵀP ψ), θ̂ ← Proj[θ̂ + K ε], P ← (P − K ψᵀ P)/λ. The output error of one sample is
 /// little more than the encoder's rounding; eight together tell as much as each by itself and cost
-/// an eighth. The work on one block is spread over the samples of the next, and what those gathered
-/// meanwhile is then moved to the new estimates, so that nothing is counted twice.
+/// an eighth. ψ is smooth, and its mean that of the straight line through one sample.
+///
+/// The work on one block is spread evenly over the samples of the next:
+///
+/// | sample | work on the block before |
+/// |---|---|
+/// | 0 | the caller's tests of its mean error |
+/// | 1 | noise level, forgetting |
+/// | 2 | its weight, the last column of P |
+/// | 3 | two columns |
+/// | 4 | the first column; ψ of the present block |
+/// | 5 | the steps of the estimates, within their bounds |
+/// | 6 | the estimates and the model move |
+/// | 7 | the present block ends: its ψᵀP ψ |
+///
+/// What a block has gathered when the estimates move is moved to the new ones, so that nothing is
+/// counted twice.
 ///
 /// What keeps it sound is part of the law:
 ///
@@ -48,6 +63,8 @@ pub struct GaussNewton<N, const P: usize> {
     steepest: N,
     calming: N,
     per_block: N,
+    moved: N,
+    back: N,
     low: [N; P],
     high: [N; P],
 }
@@ -72,9 +89,15 @@ pub struct GaussNewtonConfig<const P: usize> {
 /// What the law remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewtonState<N: Number, const P: usize> {
+    /// The sum of the output errors of the block that is being gathered.
+    error: N,
+    /// Its mean ψ.
+    sensitivity: [N; P],
     estimates: [N::Sum; P],
     factors: Factors<N, P>,
-    most: [N; P],
+    /// The block before, being worked on.
+    measurement: Measurement<N, P>,
+    mean_error: N,
     lost_memory: N,
     level: N,
     peak: N,
@@ -82,91 +105,63 @@ pub struct GaussNewtonState<N: Number, const P: usize> {
     owed: N,
     /// How many times P has lately been raised with the noise level; fades to one.
     inflated: N,
-    /// Sums over the block that is being gathered.
-    sensitivity: [N; P],
-    error: N,
-    /// The block before, being worked on.
-    measurement: Measurement<N, P>,
-    mean_error: N,
-    /// ψᵀP ψ of it.
-    predicted: N,
+    evidence: Evidence<N>,
+    /// How many blocks its sums stand for.
+    blocks: u16,
     phase: u8,
     learning: bool,
-    closed: bool,
-    evidence: Evidence<N>,
 }
 
-/// The output error against the noise that it was weighed with, for standard errors.
+/// The output error over the noise that it was weighed with, for standard errors: sums over blocks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Evidence<N> {
-    error: N,
-    noise: N,
+    square: N,
     lag_one: N,
     last: N,
-    blocks: u16,
 }
 
 impl<N: Number> Evidence<N> {
-    /// Blocks from one halving of the sums to the next: the past fades, and no sum grows so large
-    /// that it would lose a block.
-    const FADING: u16 = 2000;
+    /// When they stand for so many blocks, the sums are halved: the past fades, and no sum grows so
+    /// large that it would lose a block.
+    const FADING: u16 = 4000;
 
     const NONE: Self = Self {
-        error: N::ZERO,
-        noise: N::ZERO,
+        square: N::ZERO,
         lag_one: N::ZERO,
         last: N::ZERO,
-        blocks: 0,
     };
 
+    /// Takes in a block's mean error; `precision` is the reciprocal of its noise variance.
     #[inline]
-    fn observe(&mut self, error: N, square: N, noise: N) {
-        self.error += square;
-        self.noise += noise;
-        self.lag_one += error * self.last;
+    fn observe(&mut self, error: N, precision: N) {
+        let weighted = error * precision;
+        self.square += error * weighted;
+        self.lag_one += self.last * weighted;
         self.last = error;
-        self.blocks += 1;
-        if self.blocks == Self::FADING {
-            self.fade();
-        }
     }
 
     #[cold]
     fn fade(&mut self) {
         let half = N::from_f64(0.5);
-        self.error = self.error * half;
-        self.noise = self.noise * half;
+        self.square = self.square * half;
         self.lag_one = self.lag_one * half;
-        self.blocks = 0;
-    }
-
-    /// What the variances of P are to be multiplied by: the error's mean square over the noise's,
-    /// times (1 + ρ)/(1 − ρ) for errors that go on from block to block as ρᵏ.
-    fn factor(&self) -> f64 {
-        /// The largest correlation that can be told from one.
-        const MOST_CORRELATED: f64 = 0.98;
-        let (error, noise) = (self.error.to_f64(), self.noise.to_f64());
-        if error > 0.0 && noise > 0.0 {
-            let correlation = (self.lag_one.to_f64() / error).clamp(0.0, MOST_CORRELATED);
-            error / noise * (1.0 + correlation) / (1.0 - correlation)
-        } else {
-            1.0
-        }
     }
 }
 
-/// What a sample did to the estimates.
+/// How far the law is with a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum GaussNewtonStep<N, const P: usize> {
-    /// Nothing yet.
-    None,
-    /// A block is complete.
+    /// At work.
+    Working,
+    /// A block is complete, and nothing was learnt from it yet.
     Gathered {
         /// Its mean output error.
         mean: N,
         /// The variance that the uncertainty of the estimates gives it, ψᵀP ψ.
         predicted: N,
     },
+    /// The next sample may move the estimates.
+    Ready,
     /// The estimates moved by so much; the model is to be moved with them.
     Moved([N; P]),
 }
@@ -207,24 +202,31 @@ impl<N: Number, const P: usize> GaussNewtonState<N, P> {
         }
     }
 
-    /// Makes every estimate less certain by a factor of the variance.
-    pub fn doubt(&mut self, factor: N) {
-        self.factors.grow(factor, &self.most);
+    /// Makes every estimate less certain by a factor of the variance, up to the variances `most`.
+    pub fn doubt(&mut self, factor: N, most: &[N; P]) {
+        self.factors.grow(factor, most);
     }
 
-    #[inline]
-    fn update_column(&mut self, column: u8) {
-        self.factors
-            .update_column(&mut self.measurement, usize::from(column));
-    }
-
-    /// Forgets the block that is being gathered.
+    /// Forgets the block that is being gathered and the one that is being worked on.
     pub fn drop_block(&mut self) {
-        self.sensitivity = [N::ZERO; P];
         self.error = N::ZERO;
+        self.mean_error = N::ZERO;
         self.phase = 0;
         self.learning = false;
-        self.closed = false;
+    }
+
+    /// What the variances of P are to be multiplied by: the mean square of the error over its noise,
+    /// times (1 + ρ)/(1 − ρ) for errors that go on from block to block as ρᵏ.
+    fn doubted(&self) -> f64 {
+        /// The largest correlation that can be told from one.
+        const MOST_CORRELATED: f64 = 0.98;
+        let square = self.evidence.square.to_f64();
+        if square > 0.0 {
+            let correlation = (self.evidence.lag_one.to_f64() / square).clamp(0.0, MOST_CORRELATED);
+            square / f64::from(self.blocks) * (1.0 + correlation) / (1.0 - correlation)
+        } else {
+            1.0
+        }
     }
 
     /// Takes back the last rise of the noise level as far as P has not followed it yet: it was a step
@@ -251,6 +253,12 @@ impl<N: Number, const P: usize> GaussNewtonState<N, P> {
 impl<N: Number, const P: usize> GaussNewton<N, P> {
     /// Samples in a block.
     pub const BLOCK: u8 = 8;
+
+    /// The sample of a block from whose end ψ is taken.
+    const LOOKS: u8 = 4;
+
+    /// The sample of a block at whose end the estimates move.
+    const MOVES: u8 = 6;
 
     /// The memory at the start, s.
     pub const FIRST_MEMORY: f64 = 1.0;
@@ -309,40 +317,34 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             steepest: N::from_f64(Self::STEEPEST),
             calming: N::from_f64(1.0 / blocks(Self::CALMING, Self::LEAST_BLOCKS)),
             per_block: N::from_f64(1.0 / f64::from(Self::BLOCK)),
+            moved: N::from_f64(f64::from(Self::MOVES + 1)),
+            back: N::from_f64(f64::from(Self::LOOKS + 1) - 0.5 * f64::from(Self::BLOCK - 1)),
             low: config.low.map(N::from_f64),
             high: config.high.map(N::from_f64),
         })
     }
 
-    /// The state from estimates, their covariance, and the variances that forgetting never goes
-    /// beyond.
+    /// The state from estimates and their covariance.
     #[must_use]
-    pub fn start(
-        &self,
-        estimates: &[N; P],
-        covariance: &[[f64; P]; P],
-        most: &[f64; P],
-    ) -> GaussNewtonState<N, P> {
+    pub fn start(&self, estimates: &[N; P], covariance: &[[f64; P]; P]) -> GaussNewtonState<N, P> {
         GaussNewtonState {
+            error: N::ZERO,
+            sensitivity: [N::ZERO; P],
             estimates: core::array::from_fn(|i| {
                 N::Sum::new(estimates[i].limited(self.low[i], self.high[i]))
             }),
             factors: Factors::of(covariance),
-            most: most.map(N::from_f64),
+            measurement: Measurement::NONE,
+            mean_error: N::ZERO,
             lost_memory: self.first_lost,
             level: self.noise,
             peak: self.noise,
             owed: N::ONE,
             inflated: N::ONE,
-            sensitivity: [N::ZERO; P],
-            error: N::ZERO,
-            measurement: Measurement::NONE,
-            mean_error: N::ZERO,
-            predicted: N::ZERO,
+            evidence: Evidence::NONE,
+            blocks: 0,
             phase: 0,
             learning: false,
-            closed: false,
-            evidence: Evidence::NONE,
         }
     }
 
@@ -356,80 +358,82 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         })
     }
 
-    /// Takes in ψ = ∂q_e/∂θ, the output error and the model's velocity of one sample, and does its
-    /// share of the work on the block before.
+    /// Takes in the output error of one sample, and does its share of the work on the block before.
+    ///
+    /// `position` and `velocity` are ∂q_e/∂θ and ∂v_e/∂θ at the *end* of the sample, `speed` the
+    /// model's velocity there. `most` gives, for the estimates, the variances that forgetting never
+    /// goes beyond.
     #[inline]
     pub fn update(
         &self,
         state: &mut GaussNewtonState<N, P>,
-        sensitivity: &[N; P],
         output_error: N,
-        velocity: N,
+        position: &[N; P],
+        velocity: &[N; P],
+        speed: N,
+        most: impl Fn(&[N; P]) -> [N; P],
     ) -> GaussNewtonStep<N, P> {
-        for i in 0..P {
-            state.sensitivity[i] += sensitivity[i];
-        }
         state.error += output_error;
         let phase = state.phase;
-        state.phase = phase + 1;
-        let columns = P as u8;
-        if phase + 1 == Self::BLOCK {
-            state.phase = 0;
-            self.close(state, velocity);
-            return GaussNewtonStep::None;
-        }
-        if phase == 1 && state.closed {
-            if state.learning {
-                state.update_column(columns - 1);
+        state.phase = (phase + 1) % Self::BLOCK;
+        match phase {
+            0 => {
+                return GaussNewtonStep::Gathered {
+                    mean: state.mean_error,
+                    predicted: state.measurement.variance,
+                };
             }
-            return GaussNewtonStep::Gathered {
-                mean: state.mean_error,
-                predicted: state.predicted,
-            };
+            1 if state.learning => self.forget(state, most),
+            2 if state.learning => self.weigh(state),
+            3 if state.learning => {
+                state.factors.update::<2>(&mut state.measurement);
+                state.factors.update::<1>(&mut state.measurement);
+            }
+            Self::LOOKS => {
+                if state.learning {
+                    state.factors.update::<0>(&mut state.measurement);
+                }
+                for i in 0..P {
+                    state.sensitivity[i] = position[i] - self.back * velocity[i];
+                }
+            }
+            5 => {
+                if state.learning {
+                    self.limit_steps(state);
+                }
+                return GaussNewtonStep::Ready;
+            }
+            Self::MOVES if state.learning => {
+                return GaussNewtonStep::Moved(self.move_estimates(state));
+            }
+            7 => self.close(state, speed),
+            _ => {}
         }
-        if !state.learning {
-            return GaussNewtonStep::None;
-        }
-        if phase == 0 {
-            self.weigh(state);
-        } else if phase <= columns {
-            state.update_column(columns - phase);
-        } else if phase == columns + 1 {
-            self.limit_steps(state);
-        } else if phase == columns + 2 {
-            return GaussNewtonStep::Moved(Self::move_estimates(state));
-        }
-        GaussNewtonStep::None
+        GaussNewtonStep::Working
     }
 
     /// The block is complete.
     #[inline]
-    fn close(&self, state: &mut GaussNewtonState<N, P>, velocity: N) {
-        let error = state.error * self.per_block;
-        let sensitivity = state.sensitivity.map(|sum| sum * self.per_block);
-        state.sensitivity = [N::ZERO; P];
+    fn close(&self, state: &mut GaussNewtonState<N, P>, speed: N) {
+        state.mean_error = state.error * self.per_block;
         state.error = N::ZERO;
-        state.mean_error = error;
-        state.learning = velocity.magnitude() >= self.dead_zone;
-        let (measurement, predicted) = state.factors.project(&sensitivity);
+        state.measurement = state.factors.project(&state.sensitivity);
         // A sensitivity that ran away teaches nothing.
-        state.learning = state.learning && predicted <= N::REACH * N::REACH;
-        state.measurement = measurement;
-        state.predicted = predicted;
-        state.closed = true;
+        state.learning = speed.magnitude() >= self.dead_zone
+            && state.measurement.variance <= N::REACH * N::REACH;
     }
 
+    /// Follows the noise level, and makes P larger as the law forgets and as that level rises.
     #[inline]
-    fn weigh(&self, state: &mut GaussNewtonState<N, P>) {
-        let square = state.mean_error * state.mean_error;
-        let forgetting = N::ONE - state.lost_memory;
-        state.level += self.short * (square - state.level);
-        let faded = larger(state.peak * forgetting, self.noise);
-        state.peak = faded;
-        // 1/λ = 1 + x + x² + … for λ = 1 − x, x ≤ 1/12.
+    fn forget(&self, state: &mut GaussNewtonState<N, P>, most: impl Fn(&[N; P]) -> [N; P]) {
         let lost = state.lost_memory;
+        state.level += self.short * (state.mean_error * state.mean_error - state.level);
+        let faded = larger(state.peak - state.peak * lost, self.noise);
+        // 1/λ = 1 + x + x² + … for λ = 1 − x, x ≤ 1/12.
         let mut growth = N::ONE + lost * (N::ONE + lost);
         state.lost_memory = larger(lost * self.settling, self.least_lost);
+        state.inflated += self.calming * (N::ONE - state.inflated);
+        state.peak = faded;
         if state.level > faded {
             state.owed = state.owed * state.level * faded.reciprocal();
             state.peak = state.level;
@@ -440,22 +444,48 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             state.owed = state.owed * rise.reciprocal();
             state.inflated = state.inflated * rise;
         }
-        state.factors.grow(growth, &state.most);
-        let predicted = state.predicted * growth;
-        state.predicted = predicted;
-        state.inflated += self.calming * (N::ONE - state.inflated);
-        let floor = forgetting * state.peak;
-        let surprise = square * self.ninth - predicted;
+        state.factors.grow(growth, &most(&state.estimates()));
+        state.measurement.variance = state.measurement.variance * growth;
+    }
+
+    #[inline]
+    fn weigh(&self, state: &mut GaussNewtonState<N, P>) {
+        let error = state.mean_error;
+        let predicted = state.measurement.variance;
+        let floor = state.peak - state.peak * state.lost_memory;
+        let surprise = error * error * self.ninth - predicted;
         let noise = larger(floor, larger(surprise, self.caution * predicted));
-        Factors::weigh(&mut state.measurement, noise);
-        state.evidence.observe(state.mean_error, square, noise);
+        state.measurement.weigh(noise);
+        state.evidence.observe(error, state.measurement.precision);
+        state.blocks += 1;
+        if state.blocks == Evidence::<N>::FADING {
+            state.blocks /= 2;
+            state.evidence.fade();
+        }
+        state.factors.update::<3>(&mut state.measurement);
     }
 
     /// The steps of the estimates, no further than the box. They take the place of the gain.
     #[inline]
     fn limit_steps(&self, state: &mut GaussNewtonState<N, P>) {
         let scaled = state.measurement.precision * state.mean_error;
-        let mut steps: [N; P] = core::array::from_fn(|i| state.measurement.gain[i] * scaled);
+        let mut inside = true;
+        for i in 0..P {
+            let step = state.measurement.gain[i] * scaled;
+            let after = state.estimates[i].value() + step;
+            inside &= after >= self.low[i];
+            inside &= after <= self.high[i];
+            state.measurement.gain[i] = step;
+        }
+        if !inside {
+            self.stay_inside(state);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn stay_inside(&self, state: &mut GaussNewtonState<N, P>) {
+        let mut steps = state.measurement.gain;
         for i in 0..P {
             let after = state.estimates[i].value() + steps[i];
             if !(after >= self.low[i] && after <= self.high[i]) {
@@ -466,20 +496,21 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     }
 
     #[inline]
-    fn move_estimates(state: &mut GaussNewtonState<N, P>) -> [N; P] {
+    fn move_estimates(&self, state: &mut GaussNewtonState<N, P>) -> [N; P] {
         let steps = state.measurement.gain;
+        let mut change = N::ZERO;
         for i in 0..P {
             state.estimates[i].add(steps[i]);
-            // What this block has gathered so far was predicted with the old estimates.
-            state.error = state.error - state.sensitivity[i] * steps[i];
+            change += state.sensitivity[i] * steps[i];
         }
+        // What this block has gathered so far was predicted with the old estimates.
+        state.error = state.error - self.moved * change;
         steps
     }
 
     /// Takes back what leads out of the box through the face of estimate i, along that column of P:
     /// the other estimates move as if this one were known to be where it stays (the shortest way
     /// in the norm of P⁻¹). What then leaves through another face is taken back by itself.
-    #[cold]
     fn enter(&self, state: &GaussNewtonState<N, P>, steps: &mut [N; P], i: usize, after: N) {
         let before = |j: usize| state.estimates[j].value();
         if !after.is_finite() {
@@ -510,7 +541,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     /// The standard errors of the estimates, machine units, for a report.
     #[must_use]
     pub fn standard_errors(&self, state: &GaussNewtonState<N, P>) -> [f64; P] {
-        let factor = state.evidence.factor();
+        let factor = state.doubted();
         core::array::from_fn(|i| libm::sqrt(factor * state.factors.variance(i).to_f64()))
     }
 }

@@ -50,20 +50,22 @@ pub struct GaussNewtonIdentifier<N, S, const P: usize, const W: usize = 256> {
     fastest: N,
     first: N,
     narrowing: N,
-    alongside: u32,
-    search: u32,
-    standing: u32,
-    stood: u32,
-    release: u32,
-    alarm: u32,
-    waiting: u32,
-    reversal: u32,
+    block_narrowing: N,
+    alongside: u16,
+    search: u16,
+    standing: u16,
+    stood: u16,
+    release: u16,
+    alarm: u16,
+    waiting: u16,
+    reversal: u8,
     widening: N,
     unexplained: N,
     explained: N,
     bounded: N,
     widest: N,
     second: N,
+    has_friction: bool,
     has_load: bool,
     free: [bool; P],
     initial: [f64; P],
@@ -95,42 +97,47 @@ pub(super) struct Recursion<N: Number, const P: usize> {
     measured: N,
     /// ω T of this sample.
     quick: N,
+    /// The largest deviation of friction and load: the acceleration that the command gave in the
+    /// record of the fit.
+    scale: N,
     suspicion: Suspicion<N>,
-    mode: Mode,
-    /// Samples since the servo last moved.
-    still: u32,
-    last_move: N,
-    /// Samples for which friction has held the model, and how far the servo went meanwhile.
-    held: u32,
-    slid: N,
-    /// Grows with every step of the load and falls with time, samples.
-    alarm: u32,
-    /// The load before the steps of the present alarm.
-    trusted_load: N,
     /// Mean square of the blocks' output error over a second.
     mean_square: N,
-    /// What the fit that the estimates began with left unexplained.
-    usual: N,
+    /// The load before the steps of the present alarm.
+    trusted_load: N,
+    last_move: N,
+    /// How far the servo went while friction held the model.
+    slid: N,
+    /// Samples for which friction has held the model.
+    held: u16,
+    /// Samples since the servo last moved; counted only where it matters, see
+    /// [`Recursion::watch`].
+    still: u16,
+    /// Grows with every step of the load and falls with time, blocks.
+    alarm: u16,
+    /// Samples that the mode has left.
+    left: u16,
+    /// Blocks since friction last stopped or turned the model.
+    straight: u8,
+    mode: Mode,
     /// Whether a new fit was no better: the model lacks something that the servo has.
     lacking: bool,
-    /// Samples since friction last stopped or turned the model.
-    straight: u32,
     /// Whether the load that is sought may as well be friction.
     ambiguous: bool,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Mode {
     /// There is no model yet.
     Recording,
-    /// The model joins the servo's motion for so many samples more; nothing is learnt.
-    Joining(u32),
-    /// The load is sought for so many samples more.
-    Searching(u32),
+    /// The model joins the servo's motion for a while; nothing is learnt.
+    Joining,
+    /// The load is sought for a while.
+    Searching,
     /// Everything is learnt.
     Learning,
-    /// The servo does not follow the command; nothing is learnt for so many samples more.
-    Waiting(u32),
+    /// The servo does not follow the command; nothing is learnt for a while.
+    Waiting,
 }
 
 impl<N, S, const P: usize, const W: usize> FromSettings for GaussNewtonIdentifier<N, S, P, W>
@@ -147,7 +154,9 @@ where
         let sample_time = units.sample_time();
         let fitter = config.fitter::<S, P>(W)?;
         let places = S::PARAMETERS.map(place);
-        let samples = |time: f64| libm::ceil(time / sample_time).max(2.0) as u32;
+        let samples = |time: f64| libm::ceil(time / sample_time).max(2.0) as u16;
+        let block_time = f64::from(GaussNewton::<N, P>::BLOCK) * sample_time;
+        let blocks = |time: f64| libm::ceil(time / block_time);
         let low = places.map(|i| {
             if fitter.free[i] {
                 fitter.low[i]
@@ -183,23 +192,23 @@ where
             slowest: per_sample(Self::SLOWEST, Self::WIDEST),
             fastest: N::from_f64(Self::WIDEST),
             first: per_sample(Self::FASTEST, MOST_PER_SAMPLE),
-            narrowing: N::from_f64(1.0 / 6.0),
+            narrowing: N::from_f64(Self::NARROWING),
+            block_narrowing: N::from_f64(f64::from(GaussNewton::<N, P>::BLOCK) * Self::NARROWING),
             alongside: samples(Self::JOINING),
             search: samples(Self::SEARCH),
             standing: samples(Self::STANDING),
             stood: samples(0.7 * Self::SEARCH),
             release: samples(Self::HELD),
-            alarm: samples(Self::ALARM),
+            alarm: blocks(Self::ALARM) as u16,
             waiting: samples(Self::WAITING),
-            reversal: samples(Self::REVERSAL),
-            widening: N::from_f64(
-                f64::from(GaussNewton::<N, P>::BLOCK) * sample_time / Self::WIDENING,
-            ),
+            reversal: blocks(Self::REVERSAL) as u8,
+            widening: N::from_f64(block_time / Self::WIDENING),
             unexplained: N::from_f64(4.0 * fitter.noise),
             explained: N::from_f64(1.5 * fitter.noise),
             bounded: N::from_f64(12.0 * fitter.noise),
             widest: N::from_f64(Self::UNEXPLAINED_WIDEST),
-            second: N::from_f64((f64::from(GaussNewton::<N, P>::BLOCK) * sample_time).min(0.1)),
+            second: N::from_f64(block_time.min(0.1)),
+            has_friction: S::HAS_COULOMB && fitter.free[place(Parameter::Coulomb)],
             has_load: S::PARAMETERS.last() == Some(&Parameter::Load)
                 && fitter.free[place(Parameter::Load)],
             free: places.map(|i| fitter.free[i]),
@@ -230,6 +239,9 @@ where
     /// The correction when the model is put beside a moving servo or the load is sought, rad/s. It
     /// narrows as 1/ω = 1/ω₀ + t/6.
     pub const FASTEST: f64 = 300.0;
+
+    /// 1/ω T grows by so much a sample then.
+    const NARROWING: f64 = 1.0 / 6.0;
 
     /// The time in which the model joins the servo's motion, s.
     pub const JOINING: f64 = 0.1;
@@ -301,30 +313,11 @@ where
                 }
             })
         });
-        // As uncertain as it may become: b by a factor, a by the bandwidth, friction and load by
-        // what the command does.
-        let gain = found.parameters[1].to_f64();
         let omega = self.bandwidth_of(found);
-        let most = S::PARAMETERS.map(|parameter| {
-            let deviation = match parameter {
-                Parameter::A => 2.0 * (omega.to_f64() + found.parameters[0].to_f64()),
-                Parameter::B => 2.0 * gain,
-                Parameter::Coulomb | Parameter::Load => scale,
-            };
-            deviation * deviation
-        });
-        let most = core::array::from_fn(|i| {
-            let certain = covariance[i][i];
-            if certain > 0.0 {
-                f64::max(most[i], certain)
-            } else {
-                0.0
-            }
-        });
         Recursion {
             model: ListeningModel::alongside(velocity),
             tangents: Tangents::NONE,
-            law: self.law.start(&estimates, &covariance, &most),
+            law: self.law.start(&estimates, &covariance),
             response: self.step.step.response(found.parameters[0]),
             omega: if self.bandwidth.is_none() && found.unexplained > self.bounded {
                 self.widest
@@ -333,20 +326,36 @@ where
             },
             measured: omega,
             quick: self.first,
+            scale: found.acceleration,
             suspicion: self.load_step.start(found.unexplained),
-            mode: Mode::Joining(self.alongside),
-            still: 0,
-            last_move: N::ZERO,
-            held: 0,
-            slid: N::ZERO,
-            alarm: 0,
-            trusted_load: N::ZERO,
             mean_square: N::ZERO,
-            usual: found.unexplained,
-            lacking: false,
+            trusted_load: N::ZERO,
+            last_move: N::ZERO,
+            slid: N::ZERO,
+            held: 0,
+            still: 0,
+            alarm: 0,
+            left: self.alongside,
             straight: 0,
+            mode: Mode::Joining,
+            lacking: false,
             ambiguous: false,
         }
+    }
+
+    /// The variances beyond which forgetting makes no estimate uncertain: a by the bandwidth, b by a
+    /// factor, friction and load by what the command does.
+    #[inline]
+    fn most(omega: N, scale: N, estimates: &[N; P]) -> [N; P] {
+        let model = ModelParameters::of_set::<S, P>(estimates);
+        S::PARAMETERS.map(|parameter| {
+            let deviation = match parameter {
+                Parameter::A => omega + omega + model.x + model.x,
+                Parameter::B => model.gain + model.gain,
+                Parameter::Coulomb | Parameter::Load => scale,
+            };
+            deviation * deviation
+        })
     }
 
     fn bandwidth_of(&self, found: &Found<N>) -> N {
@@ -355,88 +364,210 @@ where
         })
     }
 
+    /// A sample that is recorded too, for a fit.
+    #[cold]
+    #[inline(never)]
+    fn record(
+        &self,
+        state: &mut GaussNewtonIdentifierState<N, P, W>,
+        increment: N,
+        command: N,
+    ) -> Seen<N> {
+        let GaussNewtonIdentifierState { recursion, start } = state;
+        let event = start.record(&self.blocking, increment, command);
+        if let Some(found) = start.take_found() {
+            if recursion.mode == Mode::Recording || self.corrects(recursion, start, &found) {
+                *recursion = self.recursion(&found, start.velocity(&self.blocking));
+                start.go_on(&found);
+                let _ = self.run(recursion, N::ZERO, command);
+                return Seen {
+                    output_error: N::ZERO,
+                    event: Event::Started,
+                };
+            }
+            start.stop();
+            recursion.lacking = true;
+        }
+        if recursion.mode == Mode::Recording {
+            return Seen {
+                output_error: N::ZERO,
+                event,
+            };
+        }
+        let seen = self.run(recursion, increment, command);
+        Seen {
+            output_error: seen.output_error,
+            event: match seen.event {
+                Event::Restarted => Event::None,
+                event => event,
+            },
+        }
+    }
+
     /// One sample of a running recursion.
     #[inline]
     fn run(&self, state: &mut Recursion<N, P>, increment: N, command: N) -> Seen<N> {
-        let mut event = Event::None;
         state.model.observe(increment);
         let output_error = state.model.error;
+        if state.mode != Mode::Learning {
+            let event = self.run_aside(state, increment, command);
+            return Seen {
+                output_error,
+                event,
+            };
+        }
+        let correction = Innovation::critically_damped(state.quick);
+        let parameters = ModelParameters::of_set::<S, P>(&state.law.estimates());
+        let slid = state
+            .model
+            .slide::<S, P>(&state.response, &parameters, command, &correction);
+        if let Some((way, direction)) = slid {
+            state
+                .tangents
+                .slide::<S, P>(parameters.x, command, &correction, way, direction);
+        } else if let Some(event) = self.run_through_rest(state, increment, command) {
+            return Seen {
+                output_error,
+                event,
+            };
+        }
+        Seen {
+            output_error,
+            event: self.learn_from(state, output_error),
+        }
+    }
 
+    /// The law's share of a sample, and what goes with it once a block.
+    #[inline]
+    fn learn_from(&self, state: &mut Recursion<N, P>, output_error: N) -> Event {
+        let (omega, scale) = (state.measured, state.scale);
+        let step = self.law.update(
+            &mut state.law,
+            output_error,
+            &state.tangents.position,
+            &state.tangents.velocity,
+            state.model.velocity,
+            |estimates| Self::most(omega, scale, estimates),
+        );
+        match step {
+            GaussNewtonStep::Working => {}
+            GaussNewtonStep::Moved(steps) => {
+                state.follow(&steps);
+                let x = ModelParameters::of_set::<S, P>(&state.law.estimates()).x;
+                state.response = self.step.step.response(x);
+            }
+            GaussNewtonStep::Ready => {
+                state.straight = state.straight.saturating_add(1);
+                state.quick = state.narrowed(self.block_narrowing);
+                return self.keep_in_reach(state);
+            }
+            GaussNewtonStep::Gathered { mean, predicted } => {
+                let inflated = state.law.inflated();
+                if self.has_load
+                    && self
+                        .load_step
+                        .suspects(&mut state.suspicion, mean, predicted, inflated)
+                {
+                    return self.search(state);
+                }
+                if self.in_trouble(state, mean) {
+                    return Event::Restarted;
+                }
+            }
+        }
+        Event::None
+    }
+
+    /// The model's part of a sample in which it may stand, stop or turn. One in which it stops or
+    /// turns teaches nothing, and the law's work waits for the next: then what happened.
+    #[cold]
+    #[inline(never)]
+    fn run_through_rest(
+        &self,
+        state: &mut Recursion<N, P>,
+        increment: N,
+        command: N,
+    ) -> Option<Event> {
+        let correction = Innovation::critically_damped(state.quick);
+        let parameters = ModelParameters::of_set::<S, P>(&state.law.estimates());
+        if state.model.rest::<S, P>(&parameters, command, &correction) {
+            state.tangents.rest(&correction);
+            state.watch(increment);
+            return self
+                .stand(state, increment)
+                .then_some(Event::FrictionLowered);
+        }
+        state.move_on();
+        match self.advance(state, command, &correction) {
+            Phase::Slid { .. } | Phase::Stuck => None,
+            Phase::Stopped { .. } | Phase::Turned { .. } => {
+                state.straight = 0;
+                state.still = 0;
+                Some(Event::None)
+            }
+        }
+    }
+
+    /// A sample in which nothing is learnt, but perhaps the load.
+    #[cold]
+    #[inline(never)]
+    fn run_aside(&self, state: &mut Recursion<N, P>, increment: N, command: N) -> Event {
+        state.watch(increment);
+        let mut event = Event::None;
         let correction = match state.mode {
-            Mode::Learning => {
-                let step = self.law.update(
-                    &mut state.law,
-                    &state.tangents.position,
-                    output_error,
-                    state.model.velocity,
-                );
-                match step {
-                    GaussNewtonStep::None => {}
-                    GaussNewtonStep::Moved(steps) => {
-                        state.follow(&steps);
-                        let x = ModelParameters::of_set::<S, P>(&state.law.estimates()).x;
-                        state.response = self.step.step.response(x);
-                    }
-                    GaussNewtonStep::Gathered { mean, predicted } => {
-                        if self.in_trouble(state, mean) {
-                            event = Event::Restarted;
-                        }
-                        let inflated = state.law.inflated();
-                        if self.has_load
-                            && self.load_step.suspects(
-                                &mut state.suspicion,
-                                mean,
-                                predicted,
-                                inflated,
-                            )
-                        {
-                            event = self.search(state);
-                        }
-                    }
-                }
-                let correction = Innovation::critically_damped(state.quick);
-                if state.quick > state.omega {
-                    state.quick = self.narrowed(state);
-                }
-                correction
+            Mode::Searching if state.left == 1 && state.still >= self.stood => {
+                // The load of a servo that stands cannot be known.
+                event = self.wait(state);
+                Innovation::critically_damped(state.quick)
             }
-            Mode::Searching(left) => {
-                if left == 1 && state.still >= self.stood {
-                    // The load of a servo that stands cannot be known.
-                    event = self.wait(state);
-                    Innovation::critically_damped(state.quick)
-                } else {
-                    self.seek(state, output_error, left)
-                }
-            }
-            Mode::Joining(left) => self.approach(state, left),
-            Mode::Waiting(left) => self.stay(state, left),
-            Mode::Recording => Innovation::critically_damped(state.omega),
+            Mode::Searching => self.seek(state),
+            Mode::Waiting => self.stay(state),
+            _ => self.approach(state),
         };
+        match self.advance(state, command, &correction) {
+            Phase::Stuck if self.stand(state, increment) => event = Event::FrictionLowered,
+            Phase::Stuck => {}
+            _ => state.move_on(),
+        }
+        match self.keep_in_reach(state) {
+            Event::None => event,
+            restarted => restarted,
+        }
+    }
 
+    /// Moves the model and its tangents through any sample.
+    #[inline(never)]
+    fn advance(
+        &self,
+        state: &mut Recursion<N, P>,
+        command: N,
+        correction: &Innovation<N>,
+    ) -> Phase<N> {
         let parameters = ModelParameters::of_set::<S, P>(&state.law.estimates());
         let (way, phase) = state.model.advance::<S, P>(
             &self.step,
             &state.response,
             &parameters,
             command,
-            &correction,
+            correction,
         );
         state
             .tangents
-            .advance::<S, P>(parameters.x, command, &correction, way, phase);
-        if self.stand(state, increment, phase) {
-            event = Event::FrictionLowered;
-        }
+            .advance::<S, P>(parameters.x, command, correction, way, phase);
+        phase
+    }
+
+    /// A model that ran away starts again. Within a block it gets nowhere that the number format
+    /// could not follow.
+    #[inline]
+    fn keep_in_reach(&self, state: &mut Recursion<N, P>) -> Event {
         // What is not a number fails the comparison too.
-        let near = state.model.error.magnitude() <= N::REACH;
-        if !(near && state.model.velocity.is_finite()) {
+        let near = state.model.error.magnitude() + state.model.velocity.magnitude() <= N::REACH;
+        if near {
+            Event::None
+        } else {
             self.rejoin(state, N::ZERO);
-            event = Event::Restarted;
-        }
-        Seen {
-            output_error,
-            event,
+            Event::Restarted
         }
     }
 
@@ -445,9 +576,7 @@ where
     #[inline]
     fn in_trouble(&self, state: &mut Recursion<N, P>, mean: N) -> bool {
         if state.alarm > 0 {
-            state.alarm = state
-                .alarm
-                .saturating_sub(u32::from(GaussNewton::<N, P>::BLOCK));
+            state.alarm -= 1;
             return false;
         }
         // Bounded, so that only what lasts counts.
@@ -477,13 +606,15 @@ where
         if state.alarm == 0 {
             state.trusted_load = last(&state.law.estimates());
         }
-        state.alarm += self.alarm;
+        state.alarm = state.alarm.saturating_add(self.alarm);
         if state.alarm > 4 * self.alarm {
             return self.wait(state);
         }
         // Right after a reversal too large or too small a friction looks like a step of the load.
-        state.ambiguous = S::HAS_COULOMB && state.straight < self.reversal;
-        state.mode = Mode::Searching(self.search);
+        state.ambiguous = self.has_friction && state.straight < self.reversal;
+        state.mode = Mode::Searching;
+        state.left = self.search;
+        state.still = 0;
         state.quick = self.first;
         state.suspicion.sought_from = last(&state.law.estimates());
         state.law.drop_block();
@@ -495,35 +626,32 @@ where
     fn wait(&self, state: &mut Recursion<N, P>) -> Event {
         state.law.replace_last(state.trusted_load, N::ZERO);
         state.law.drop_block();
-        state.mode = Mode::Waiting(self.waiting);
+        state.mode = Mode::Waiting;
+        state.left = self.waiting;
+        state.still = 0;
         state.quick = self.first;
         Event::NotFollowing
     }
 
     /// A sample of waiting: until the servo moves, and then for a while.
-    #[cold]
-    fn stay(&self, state: &mut Recursion<N, P>, left: u32) -> Innovation<N> {
+    fn stay(&self, state: &mut Recursion<N, P>) -> Innovation<N> {
         if state.still >= self.standing {
             state.model = ListeningModel::alongside(N::ZERO);
-        } else if left > 1 {
-            state.mode = Mode::Waiting(left - 1);
-        } else {
-            state.mode = Mode::Joining(self.alongside);
+        } else if state.is_over() {
+            state.mode = Mode::Joining;
+            state.left = self.alongside;
         }
         Innovation::critically_damped(state.quick)
     }
 
     /// A sample of the search for the load: 2ω, 2ω², ω³ on position, velocity and load, all three
     /// poles at ω, which narrows from sample to sample as a growing memory does.
-    #[cold]
-    fn seek(&self, state: &mut Recursion<N, P>, error: N, left: u32) -> Innovation<N> {
+    fn seek(&self, state: &mut Recursion<N, P>) -> Innovation<N> {
         let omega = state.quick;
         let square = omega * omega;
-        state.law.add_to_last(square * omega * error);
-        state.quick = self.narrowed(state);
-        if left > 1 {
-            state.mode = Mode::Searching(left - 1);
-        } else {
+        state.law.add_to_last(square * omega * state.model.error);
+        state.quick = state.narrowed(self.narrowing);
+        if state.is_over() {
             let load = last(&state.law.estimates());
             let moved = (load - state.suspicion.sought_from) * N::from_f64(0.25);
             state.law.replace_last(load, moved * moved);
@@ -540,25 +668,13 @@ where
     }
 
     /// A sample in which the model joins the servo's motion.
-    #[cold]
-    fn approach(&self, state: &mut Recursion<N, P>, left: u32) -> Innovation<N> {
+    fn approach(&self, state: &mut Recursion<N, P>) -> Innovation<N> {
         let omega = state.quick;
-        state.quick = self.narrowed(state);
-        if left > 1 {
-            state.mode = Mode::Joining(left - 1);
-        } else {
+        state.quick = state.narrowed(self.narrowing);
+        if state.is_over() {
             self.resume(state);
         }
         Innovation::critically_damped(omega)
-    }
-
-    fn narrowed(&self, state: &Recursion<N, P>) -> N {
-        let narrower = state.quick - state.quick * state.quick * self.narrowing;
-        if narrower > state.omega {
-            narrower
-        } else {
-            state.omega
-        }
     }
 
     fn resume(&self, state: &mut Recursion<N, P>) {
@@ -568,38 +684,16 @@ where
         state.suspicion.clear();
     }
 
-    /// Standing, decided by the servo's own counts: where servo and model both stand, the model is
-    /// put beside the servo. Where friction holds the model while the servo moves on, the friction
+    /// A sample in which friction held the model. Standing is decided by the servo's own counts:
+    /// where the servo stands too, the model is put beside it. Where the servo moves on, the friction
     /// is too large; it is lowered, since from a model that stands nothing could be learnt. Answers
     /// whether it was.
     #[inline]
-    fn stand(&self, state: &mut Recursion<N, P>, increment: N, phase: Phase<N>) -> bool {
-        // A single count back over the edge that was just crossed is no motion.
-        if increment == N::ZERO
-            || (increment.magnitude() <= N::ONE && increment == -state.last_move)
-        {
-            state.still = state.still.saturating_add(1);
-        } else {
-            state.still = 0;
-        }
-        if increment != N::ZERO {
-            state.last_move = increment;
-        }
-        state.straight = if matches!(phase, Phase::Slid { .. }) {
-            state.straight.saturating_add(1)
-        } else {
-            0
-        };
-        if !matches!(phase, Phase::Stuck) {
-            state.held = 0;
-            state.slid = N::ZERO;
-            return false;
-        }
+    fn stand(&self, state: &mut Recursion<N, P>, increment: N) -> bool {
         if state.still >= self.standing {
             state.model.error = N::ZERO;
             state.tangents = Tangents::NONE;
-            state.held = 0;
-            state.slid = N::ZERO;
+            state.move_on();
             return false;
         }
         state.held += 1;
@@ -610,11 +704,10 @@ where
     /// Whether a new fit shows that the estimates have gone astray: it explains the servo, or at least
     /// twice as much as the fit before. One over a motion one way sees half of the friction, and always
     /// explains that better than the estimates explain all that they have seen: it must find another b.
-    fn corrects(&self, state: &Recursion<N, P>, found: &Found<N>) -> bool {
+    fn corrects(&self, state: &Recursion<N, P>, start: &Start<N, W>, found: &Found<N>) -> bool {
         /// The part of b by which it is another.
         const APART: f64 = 0.2;
-        let better = found.unexplained < self.unexplained
-            || found.unexplained + found.unexplained < state.usual;
+        let better = found.unexplained < self.unexplained || start.is_better(found);
         let gain = ModelParameters::of_set::<S, P>(&state.law.estimates()).gain;
         let apart = (found.parameters[1] - gain).magnitude() > N::from_f64(APART) * gain;
         better && (apart || found.only_direction == N::ZERO)
@@ -627,7 +720,8 @@ where
         state.tangents = Tangents::NONE;
         state.law.drop_block();
         state.quick = self.first;
-        state.mode = Mode::Joining(self.alongside);
+        state.mode = Mode::Joining;
+        state.left = self.alongside;
     }
 
     #[cold]
@@ -648,10 +742,9 @@ where
                 state.law.replace(i, lowered);
             }
         }
-        state.law.doubt(N::from_f64(4.0));
-        state.model = ListeningModel::alongside(
-            slid * N::from_count(held.clamp(1, 1 << 20) as i32).reciprocal(),
-        );
+        let most = Self::most(state.measured, state.scale, &state.law.estimates());
+        state.law.doubt(N::from_f64(4.0), &most);
+        state.model = ListeningModel::alongside(slid * N::from_count(i32::from(held)).reciprocal());
         state.tangents = Tangents::NONE;
         true
     }
@@ -664,6 +757,44 @@ impl<N: Number, const P: usize> Recursion<N, P> {
         for i in 0..P {
             self.model.error = self.model.error - self.tangents.position[i] * steps[i];
             self.model.velocity += self.tangents.velocity[i] * steps[i];
+        }
+    }
+
+    /// Counts the samples for which the servo has not moved. A single count back over the edge that
+    /// was just crossed is no motion. While model and servo move this is of no interest.
+    fn watch(&mut self, increment: N) {
+        let back = increment == -self.last_move && increment.magnitude() <= N::ONE;
+        if increment == N::ZERO || back {
+            self.still = self.still.saturating_add(1);
+        } else {
+            self.still = 0;
+        }
+        if increment != N::ZERO {
+            self.last_move = increment;
+        }
+    }
+
+    /// Friction does not hold the model against the servo.
+    #[inline]
+    fn move_on(&mut self) {
+        self.held = 0;
+        self.slid = N::ZERO;
+    }
+
+    /// Counts a sample of the mode; whether it was the last.
+    fn is_over(&mut self) -> bool {
+        self.left = self.left.saturating_sub(1);
+        self.left == 0
+    }
+
+    /// The correction after `narrowing`, the growth of 1/ω.
+    #[inline]
+    fn narrowed(&self, narrowing: N) -> N {
+        let narrower = self.quick - self.quick * self.quick * narrowing;
+        if narrower > self.omega {
+            narrower
+        } else {
+            self.omega
         }
     }
 }
@@ -682,23 +813,24 @@ where
                 tangents: Tangents::NONE,
                 law: self
                     .law
-                    .start(&self.initial.map(N::from_f64), &[[0.0; P]; P], &[0.0; P]),
+                    .start(&self.initial.map(N::from_f64), &[[0.0; P]; P]),
                 response: self.step.step.response(N::ZERO),
                 omega: N::ZERO,
                 measured: N::ZERO,
                 quick: N::ZERO,
+                scale: N::ZERO,
                 suspicion: self.load_step.start(N::ZERO),
-                mode: Mode::Recording,
-                still: 0,
-                last_move: N::ZERO,
-                held: 0,
-                slid: N::ZERO,
-                alarm: 0,
-                trusted_load: N::ZERO,
                 mean_square: N::ZERO,
-                usual: N::ZERO,
-                lacking: false,
+                trusted_load: N::ZERO,
+                last_move: N::ZERO,
+                slid: N::ZERO,
+                held: 0,
+                still: 0,
+                alarm: 0,
+                left: 0,
                 straight: 0,
+                mode: Mode::Recording,
+                lacking: false,
                 ambiguous: false,
             },
             start: Start::new(),
@@ -717,40 +849,12 @@ where
 
     #[inline]
     fn follow(&self, state: &mut Self::State, increment: N, command: N) -> Seen<N> {
-        let GaussNewtonIdentifierState { recursion, start } = state;
-        let mut event = Event::None;
-        if start.is_recording() {
-            event = start.record(&self.blocking, increment, command);
-            if let Some(found) = start.take_found() {
-                if matches!(recursion.mode, Mode::Recording) || self.corrects(recursion, &found) {
-                    *recursion = self.recursion(&found, start.velocity(&self.blocking));
-                    event = Event::Started;
-                    start.stop();
-                    let _ = self.run(recursion, N::ZERO, command);
-                    return Seen {
-                        output_error: N::ZERO,
-                        event,
-                    };
-                }
-                start.stop();
-                recursion.lacking = true;
-            }
+        if state.start.is_recording() {
+            return self.record(state, increment, command);
         }
-        if matches!(recursion.mode, Mode::Recording) {
-            return Seen {
-                output_error: N::ZERO,
-                event,
-            };
-        }
-        let seen = self.run(recursion, increment, command);
+        let seen = self.run(&mut state.recursion, increment, command);
         if seen.event == Event::Restarted {
-            if start.is_recording() {
-                return Seen {
-                    event: Event::None,
-                    ..seen
-                };
-            }
-            start.clear();
+            state.start.clear();
         }
         seen
     }

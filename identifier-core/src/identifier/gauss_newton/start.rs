@@ -10,6 +10,8 @@ pub struct Start<N: Number, const W: usize> {
     fresh: usize,
     fit: Option<Fit<N>>,
     found: Option<Found<N>>,
+    /// What the fit that the recursion goes on from left unexplained.
+    usual: N,
     failures: u32,
     unexplained: bool,
     recording: bool,
@@ -22,14 +24,30 @@ impl<N: Number, const W: usize> Start<N, W> {
             fresh: 0,
             fit: None,
             found: None,
+            usual: N::ZERO,
             failures: 0,
             unexplained: false,
             recording: true,
         }
     }
 
+    /// Begins anew to record.
     pub(super) fn clear(&mut self) {
-        *self = Self::new();
+        *self = Self {
+            usual: self.usual,
+            ..Self::new()
+        };
+    }
+
+    /// Whether a fit leaves less than half of what the last left.
+    pub(super) fn is_better(&self, found: &Found<N>) -> bool {
+        found.unexplained + found.unexplained < self.usual
+    }
+
+    /// The recursion goes on from a fit.
+    pub(super) fn go_on(&mut self, found: &Found<N>) {
+        self.usual = found.unexplained;
+        self.stop();
     }
 
     /// Ends the recording.
