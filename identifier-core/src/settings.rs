@@ -72,7 +72,7 @@ pub struct IdentifierSettings {
     /// factor of four. None: follows from the sample time and from what the first fit finds.
     pub bandwidth: Option<f64>,
     /// The time over which the first fit of Gauss–Newton looks, s. None: a second; it is tried at half
-    /// of it, and goes on until it succeeds.
+    /// of it, and goes on until it succeeds. Also the time that a window spans; none: half a second.
     pub start_time: Option<f64>,
     /// The memory of Gauss–Newton, s, for a servo that changes. None: all that ever was.
     pub memory: Option<f64>,

@@ -13,6 +13,9 @@ use super::Outcome;
 use super::learner::{Beside, Learner};
 use crate::scenario::{Law, Scenario, WithTypes, place};
 
+/// Blocks of a window: a PC has the memory for every sample of half a second at 1 kHz.
+const WINDOW_BLOCKS: usize = 512;
+
 pub(super) type Built<N> = Result<(Box<dyn Learner<N>>, Outcome), IdentifierError>;
 
 /// The identifier of a scenario, with what is known of it beforehand; the settings are those of
@@ -85,7 +88,7 @@ impl<N: Number> WithTypes<N> for Window<'_> {
         V: VelocityEstimate<N> + 'static,
         S: ParameterSet<P> + 'static,
     {
-        fitting::<N, WindowIdentifier<N, S, P>>(self.0)
+        fitting::<N, WindowIdentifier<N, S, P, WINDOW_BLOCKS>>(self.0)
     }
 }
 

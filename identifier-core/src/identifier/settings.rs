@@ -16,9 +16,6 @@ pub(super) struct Listening<'a> {
 }
 
 impl<'a> Listening<'a> {
-    /// The time over which a first fit looks where nobody says, s.
-    const START_TIME: f64 = 1.0;
-
     pub(super) fn new(settings: &'a Settings) -> Result<Self, IdentifierError> {
         Ok(Self {
             settings,
@@ -39,14 +36,16 @@ impl<'a> Listening<'a> {
         Ok(N::from_f64(longest))
     }
 
-    /// The fitter's configuration for a parameter set: machine units, at most `places` blocks.
+    /// The fitter's configuration for a parameter set: machine units, at most `places` blocks; `time` is
+    /// what a fit looks over where nobody says, s.
     pub(super) fn fitter<S: ParameterSet<P>, const P: usize>(
         &self,
         places: usize,
+        time: f64,
     ) -> Result<FitterConfig, IdentifierError> {
         let given = &self.settings.identifier;
         let mut config = FitterConfig {
-            block: self.block(places)?,
+            block: self.block(places, time)?,
             noise: self.noise_variance()?,
             low: [0.0; 4],
             high: [0.0; 4],
@@ -122,14 +121,10 @@ impl<'a> Listening<'a> {
     }
 
     /// Samples to a block, so that so many of them span the time over which a fit looks.
-    fn block(&self, places: usize) -> Result<u32, IdentifierError> {
+    fn block(&self, places: usize, time: f64) -> Result<u32, IdentifierError> {
         /// Beyond a thousand samples a mean command says nothing.
         const MOST: f64 = 1000.0;
-        let time = self
-            .settings
-            .identifier
-            .start_time
-            .unwrap_or(Self::START_TIME);
+        let time = self.settings.identifier.start_time.unwrap_or(time);
         let time = Allowed::Within(1e-4, 1e4).check("start_time", time)?;
         let samples = time / self.units.rate();
         Ok(libm::ceil(samples / places.max(1) as f64).clamp(1.0, MOST) as u32)

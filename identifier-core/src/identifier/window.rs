@@ -56,7 +56,7 @@ where
             )
         };
         let config = Listening::new(settings)?;
-        let fitter = config.fitter::<S, P>(W)?;
+        let fitter = config.fitter::<S, P>(W, Self::TIME)?;
         let initial =
             S::PARAMETERS.map(|parameter| fitter.initial[place(parameter)].unwrap_or(0.0));
         Ok(Self {
@@ -75,6 +75,9 @@ where
     N: Number,
     S: ParameterSet<P>,
 {
+    /// The time that the window spans where nobody says, s.
+    pub const TIME: f64 = 0.5;
+
     /// Blocks that the first fit needs.
     pub const LEAST_BLOCKS: usize = 32;
 
@@ -186,7 +189,7 @@ where
     fn work(&self, state: &mut Self::State, budget: u32) {
         if state.fit.is_none() {
             let blocks = state.record.len();
-            if blocks < Self::LEAST_BLOCKS || state.fresh < (blocks / 16).max(2) {
+            if blocks < Self::LEAST_BLOCKS || state.fresh < (blocks / 32).max(2) {
                 return;
             }
             state.fresh = 0;

@@ -152,7 +152,7 @@ where
         let config = Listening::new(settings)?;
         let units = config.units;
         let sample_time = units.sample_time();
-        let fitter = config.fitter::<S, P>(W)?;
+        let fitter = config.fitter::<S, P>(W, Self::START_TIME)?;
         let places = S::PARAMETERS.map(place);
         let samples = |time: f64| libm::ceil(time / sample_time).max(2.0) as u16;
         let block_time = f64::from(GaussNewton::<N, P>::BLOCK) * sample_time;
@@ -223,6 +223,9 @@ where
     N: Number,
     S: ParameterSet<P>,
 {
+    /// The time over which the first fit looks where nobody says, s.
+    pub const START_TIME: f64 = 1.0;
+
     /// Velocity below which the model counts as standing, counts per sample.
     pub const DEAD_ZONE: f64 = 0.02;
 
