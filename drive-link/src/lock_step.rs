@@ -1,3 +1,4 @@
+use identifier_core::identifier::Event;
 use serde::{Deserialize, Serialize};
 
 use crate::message::Estimates;
@@ -67,8 +68,6 @@ pub struct Reading {
     pub output_error: f64,
     /// The estimates, SI.
     pub estimates: Estimates,
-    /// Whether the guard shortened the law's step.
-    pub slowed: bool,
-    /// Whether the model had to be started again.
-    pub restarted: bool,
+    /// What the identifier noticed besides.
+    pub event: Event,
 }

@@ -5,6 +5,7 @@ use drive_link::{
     Protection, Question, Reading, Receiver, Report, Request, Settings, frame,
 };
 use identifier_core::ControllerSettings;
+use identifier_core::identifier::Event;
 use identifier_core::settings::{BoxSettings, IdentifierSettings, PerParameter, RangeSettings};
 use proptest::prelude::*;
 
@@ -204,8 +205,7 @@ proptest! {
                     load: output_error,
                     at_bounds: PerParameter { a: flags.1, ..PerParameter::default() },
                 },
-                slowed: flags.0,
-                restarted: flags.1,
+                event: if flags.0 { Event::LoadStep } else { Event::None },
             },
         };
         let mut receiver = Receiver::new();

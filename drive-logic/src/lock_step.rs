@@ -7,7 +7,7 @@ use identifier_core::drive::{Actuator, PositionSensor, Setpoint};
 use identifier_core::fixed_point::{
     FixedLowPass, FixedServoLoop, FixedServoLoopState, FixedVelocity, split_setpoint,
 };
-use identifier_core::identifier::{Event, IdentifierError};
+use identifier_core::identifier::IdentifierError;
 use identifier_core::parameters::Ab;
 use identifier_core::settings::Settings;
 
@@ -135,8 +135,7 @@ fn single(
         estimates: closed_loop
             .estimates(&closed_loop.learnt())
             .unwrap_or_default(),
-        slowed: seen.event == Event::Slowed,
-        restarted: seen.event == Event::Restarted,
+        event: seen.event,
     })
 }
 
@@ -200,8 +199,7 @@ impl Words {
             command: servo_loop.controller().command(sample.command),
             output_error: identifier.output_error(&seen),
             estimates: parts::estimates(identifier, state.identification()),
-            slowed: seen.event == Event::Slowed,
-            restarted: seen.event == Event::Restarted,
+            event: seen.event,
         })
     }
 }

@@ -6,7 +6,6 @@ use std::fmt;
 
 use drive_link::{Answer, LoopSettings, Question, Reading, Refused};
 use identifier_core::excitation::Excitation;
-use identifier_core::identifier::Event;
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
 use virtual_servo::{Encoder, Plant};
@@ -104,17 +103,12 @@ fn play<N: Number>(
             command,
             output_error,
             estimates,
-            slowed,
-            restarted,
+            event,
         } = match ask(port, &question)? {
             Answer::Command { reading, .. } => reading,
             other => return Err(unexpected(&other)),
         };
-        outcome.count(match (slowed, restarted) {
-            (_, true) => Some(Event::Restarted),
-            (true, false) => Some(Event::Slowed),
-            (false, false) => None,
-        });
+        outcome.count(Some(event));
         observe(&Sample {
             time: number as f64 * sample_time,
             reference: wanted * position_unit,

@@ -13,8 +13,12 @@ pub(super) const NO_COUNTS: &str = "encoder.counts_per_rev: a chip counts, so it
 pub(super) fn of(scenario: &Scenario) -> Result<(LoopSettings, Outcome), PilError> {
     let refused = |what: &str| Err(PilError::Scenario(what.to_owned()));
     let identifier = &scenario.identifier;
-    let Law::Gradient = &identifier.law else {
-        return refused("identifier.law: the firmware has \"gradient\"");
+    let gradient = match &identifier.law {
+        Law::Gradient => true,
+        Law::GaussNewton => false,
+        _ => {
+            return refused("identifier.law: the firmware has \"gradient\" and \"gauss-newton\"");
+        }
     };
     let format = match identifier.arithmetic {
         Arithmetic::F32 => Format::Single,
@@ -23,9 +27,12 @@ pub(super) fn of(scenario: &Scenario) -> Result<(LoopSettings, Outcome), PilErro
             return refused("identifier.arithmetic: the firmware has \"f32\" and \"fixed\"");
         }
     };
-    let friction = match scenario.model_set() {
-        ModelSet::Ab => false,
-        ModelSet::AbCoulomb if format == Format::Single => true,
+    let law = match scenario.model_set() {
+        ModelSet::Ab if gradient => LinkLaw::Gradient { friction: false },
+        ModelSet::AbCoulomb if gradient && format == Format::Single => {
+            LinkLaw::Gradient { friction: true }
+        }
+        ModelSet::AbCoulombLoad if !gradient && format == Format::Single => LinkLaw::GaussNewton,
         _ => {
             return refused(
                 "identifier.parameters: the firmware has [\"a\", \"b\"], and in f32 \
@@ -52,10 +59,6 @@ pub(super) fn of(scenario: &Scenario) -> Result<(LoopSettings, Outcome), PilErro
             return refused("identifier.gamma: the firmware has a diagonal one");
         }
     }
-    let settings = LoopSettings {
-        core,
-        law: LinkLaw::Gradient { friction },
-        format,
-    };
+    let settings = LoopSettings { core, law, format };
     Ok((settings, outcome))
 }
