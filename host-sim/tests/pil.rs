@@ -133,7 +133,7 @@ fn what_the_firmware_cannot_do_is_refused_before_anybody_is_asked() {
             "counts_per_rev",
         ),
         ("arithmetic = \"f32\"", "arithmetic = \"f64\"", "arithmetic"),
-        ("law = \"gradient\"", "law = \"gauss-newton\"", "law"),
+        ("law = \"gradient\"", "law = \"window\"", "law"),
     ];
     for (k, (from, to, key)) in cases.into_iter().enumerate() {
         let path = scenario(&format!("pil-refused-{k}"), |text| {

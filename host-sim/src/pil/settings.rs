@@ -35,8 +35,9 @@ pub(super) fn of(scenario: &Scenario) -> Result<(LoopSettings, Outcome), PilErro
         ModelSet::AbCoulombLoad if !gradient && format == Format::Single => LinkLaw::GaussNewton,
         _ => {
             return refused(
-                "identifier.parameters: the firmware has [\"a\", \"b\"], and in f32 \
-                 [\"a\", \"b\", \"coulomb\"]",
+                "identifier.parameters: the firmware has [\"a\", \"b\"], in f32 \
+                 [\"a\", \"b\", \"coulomb\"] too, and for gauss-newton \
+                 [\"a\", \"b\", \"coulomb\", \"load\"]",
             );
         }
     };
