@@ -301,7 +301,7 @@ fn humble(i: u32) -> (Ending, Servo, String) {
 
 #[test]
 fn ordinary_servos_do_not_freeze() {
-    let runs = on_all_cores(1000, humble);
+    let runs = on_all_cores(2000, humble);
     for ending in [
         Ending::Good,
         Ending::Fair,

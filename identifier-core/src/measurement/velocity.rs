@@ -1,8 +1,9 @@
 //! Velocity estimates from sampled positions.
 //!
 //! Each estimate is a linear filter over the *increments* of position, so it never sees the
-//! position itself and costs no resolution far from the origin. The real and the model loop own
-//! one state each of the same estimate: what the filter does to q it does to q_e too.
+//! position itself and loses nothing however far the servo has gone. What the filter does to the servo's
+//! position it must do to the model's and to the regressor too; as it is linear, the difference of two
+//! velocity estimates is the estimate of the difference, and one state serves.
 
 use crate::error::{Allowed, OutOfRange};
 use crate::identifier::IdentifierError;
