@@ -218,11 +218,14 @@ impl<N: Number, const P: usize> GaussNewtonState<N, P> {
     /// What the variances of P are to be multiplied by: the mean square of the error over its noise,
     /// times (1 + ρ)/(1 − ρ) for errors that go on from block to block as ρᵏ.
     fn doubted(&self) -> f64 {
-        /// The largest correlation that can be told from one.
-        const MOST_CORRELATED: f64 = 0.98;
+        /// The range of correlations that is believed. A model that is pulled to the servo leaves errors
+        /// that go to and fro: at the slow frequencies of the sensitivities they are smaller than their
+        /// mean square says.
+        const CORRELATED: (f64, f64) = (-0.5, 0.98);
         let square = self.evidence.square.to_f64();
         if square > 0.0 {
-            let correlation = (self.evidence.lag_one.to_f64() / square).clamp(0.0, MOST_CORRELATED);
+            let correlation =
+                (self.evidence.lag_one.to_f64() / square).clamp(CORRELATED.0, CORRELATED.1);
             square / f64::from(self.blocks) * (1.0 + correlation) / (1.0 - correlation)
         } else {
             1.0
