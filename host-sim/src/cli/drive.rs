@@ -248,6 +248,15 @@ fn show(status: &Status, settings: &Settings) {
         Some(estimates) => say!("knows: {}", found(estimates)),
         None => say!("knows nothing of its servo yet"),
     }
+    let noticed = &status.noticed;
+    say!(
+        "first fits {}, steps of the load {}, samples not followed {}, friction lowered {}, model restarted {}",
+        noticed.started,
+        noticed.load_steps,
+        noticed.not_following,
+        noticed.friction_lowered,
+        noticed.restarted
+    );
     say!("{}", status.kept);
     say!(
         "late samples {}, samples not shown {}, frames not understood {}",
