@@ -86,7 +86,7 @@ fn run<N: Number>(
         steps,
         last_step,
         lowered,
-        bandwidth: identifier.bandwidth(&state),
+        bandwidth: identifier.bandwidth(&state).unwrap_or(0.0),
     }
 }
 
@@ -293,7 +293,7 @@ fn humble(i: u32) -> (Ending, Servo, String) {
             found.coulomb,
             truth.load,
             found.load,
-            identifier.bandwidth(&state),
+            identifier.bandwidth(&state).unwrap_or(0.0),
             run.saturation()
         ),
     )

@@ -117,7 +117,7 @@ fn distances(log: &[(f64, f64)], resolution: f64) -> [f64; 4] {
                 values[2],
                 values[3],
                 1e6 * (square / log.len() as f64).sqrt(),
-                identifier.bandwidth(&state),
+                identifier.bandwidth(&state).unwrap_or(0.0),
                 identifier.standard_errors(&state)
             );
         }

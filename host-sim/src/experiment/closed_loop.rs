@@ -108,6 +108,7 @@ impl<N: Number, O: FnMut(&Sample)> WithVelocity<N> for Loop<'_, N, O> {
             });
             plant.advance(command);
         }
+        outcome.bandwidth = learner.bandwidth();
         outcome
     }
 }

@@ -23,6 +23,11 @@ pub(crate) trait Learner<N> {
         None
     }
 
+    /// Bandwidth of the model's correction, rad/s, where the law chooses it as it goes.
+    fn bandwidth(&self) -> Option<f64> {
+        None
+    }
+
     /// Which estimates stand at a bound.
     fn at_bounds(&self) -> PerParameter<bool> {
         PerParameter::default()
@@ -67,6 +72,10 @@ impl<N: Copy, I: Identify<N>> Learner<N> for Beside<I, I::State> {
 
     fn standard_errors(&self) -> Option<ServoParameters> {
         self.identifier.standard_errors(&self.state)
+    }
+
+    fn bandwidth(&self) -> Option<f64> {
+        self.identifier.bandwidth(&self.state)
     }
 
     fn at_bounds(&self) -> PerParameter<bool> {

@@ -40,6 +40,8 @@ pub struct Outcome {
     pub certified: bool,
     /// The gain margin of the sampled loop over that box.
     pub gain_margin: Option<f64>,
+    /// Bandwidth of the model's correction at the end, rad/s, where the law chooses it as it goes.
+    pub bandwidth: Option<f64>,
     /// Why a method that closes its own loop has no estimates at the end, if it has none.
     pub failure: Option<&'static str>,
     /// Why it ended early, if it did.

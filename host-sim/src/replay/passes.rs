@@ -187,6 +187,7 @@ impl<N: Number> WithVelocity<N> for Passes<'_> {
                 });
             }
         }
+        outcome.bandwidth = learner.bandwidth();
         Ok(Replayed { outcome, agreement })
     }
 }

@@ -54,7 +54,7 @@ impl fmt::Display for Cause {
 
 impl Report {
     /// Output error beyond this many times the encoder's is not the encoder's.
-    const BEYOND_ENCODER: f64 = 2.0;
+    const BEYOND_ENCODER: f64 = 1.5;
 
     /// A cause that explains less of the output error's variance than this is not named.
     pub const TELLING: f64 = 0.1;
@@ -84,7 +84,8 @@ impl Report {
                 load: summary.load.last,
             };
             let velocity = smooth_velocity(trace, scenario.sample_time());
-            let shapes = Shapes::new(scenario, &servo, &velocity);
+            let bandwidth = summary.outcome.bandwidth;
+            let shapes = Shapes::new(scenario, &servo, &velocity, bandwidth);
             let own: Vec<Vec<f64>> = shapes
                 .of_the_model(servo.coulomb > 0.0)
                 .iter()
@@ -207,6 +208,8 @@ struct Shapes<'a> {
     servo: &'a ServoParameters,
     velocity: &'a [f64],
     rms: f64,
+    /// Of the model's correction, where the law chose it as it went.
+    bandwidth: Option<f64>,
 }
 
 /// What pulls the model to the servo: acceleration per output error, per its rate and per its
@@ -218,11 +221,17 @@ struct Pull {
 }
 
 impl<'a> Shapes<'a> {
-    fn new(scenario: &'a Scenario, servo: &'a ServoParameters, velocity: &'a [f64]) -> Self {
+    fn new(
+        scenario: &'a Scenario,
+        servo: &'a ServoParameters,
+        velocity: &'a [f64],
+        bandwidth: Option<f64>,
+    ) -> Self {
         Self {
             scenario,
             servo,
             velocity,
+            bandwidth,
             rms: mean(velocity.iter().map(|v| v * v)).sqrt(),
         }
     }
@@ -248,7 +257,7 @@ impl<'a> Shapes<'a> {
                 let of_motion =
                     || mean(self.accelerations().iter().map(|a| a * a)).sqrt() / self.rms;
                 let stated = self.scenario.stated.identifier.bandwidth;
-                let bandwidth = stated.unwrap_or_else(of_motion);
+                let bandwidth = self.bandwidth.or(stated).unwrap_or_else(of_motion);
                 Pull {
                     stiffness: bandwidth * bandwidth,
                     damping: 2.0 * bandwidth,

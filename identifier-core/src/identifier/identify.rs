@@ -73,6 +73,11 @@ pub trait Identify<N: Copy> {
         None
     }
 
+    /// Bandwidth of the model's correction, rad/s, where it is the identifier's own and may change.
+    fn bandwidth(&self, _: &Self::State) -> Option<f64> {
+        None
+    }
+
     /// Which estimates stand at a bound: such a value is no result.
     fn at_bounds(&self, state: &Self::State) -> PerParameter<bool>;
 

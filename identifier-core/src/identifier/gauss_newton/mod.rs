@@ -285,12 +285,6 @@ where
         !matches!(state.recursion.mode, Mode::Recording)
     }
 
-    /// The bandwidth of the correction, rad/s; zero before there is a model.
-    #[must_use]
-    pub fn bandwidth(&self, state: &GaussNewtonIdentifierState<N, P, W>) -> f64 {
-        state.recursion.omega.to_f64() / self.units.sample_time()
-    }
-
     /// The recursion from what a fit has found.
     fn recursion(&self, found: &Found<N>, velocity: N) -> Recursion<N, P> {
         /// The fit's covariance counts this many times: it was found far from the truth, and not
@@ -872,6 +866,12 @@ where
         }
         let errors = self.law.standard_errors(&state.recursion.law);
         Some(ModelParameters::of_set::<S, P>(&errors.map(N::from_f64)).to_si(&self.units))
+    }
+
+    /// None before there is a model.
+    fn bandwidth(&self, state: &Self::State) -> Option<f64> {
+        let omega = state.recursion.omega.to_f64() / self.units.sample_time();
+        (omega > 0.0).then_some(omega)
     }
 
     fn at_bounds(&self, state: &Self::State) -> PerParameter<bool> {
