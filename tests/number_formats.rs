@@ -5,14 +5,14 @@ use host_sim::drift::{self, Compared, Differences, Format};
 use host_sim::report::{Summary, drift as report};
 use host_sim::scenario::{Arithmetic, Reference, Scenario};
 use identifier_core::control::{ControlState, Controller, position_error};
-use identifier_core::error::{Allowed, StepError};
+use identifier_core::error::StepError;
 use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::{FixedController, FixedLowPass, FixedServoLoop};
-use identifier_core::identifier::{IdentifierError, Identify};
+use identifier_core::identifier::Identify;
 use identifier_core::measurement::velocity::LowPass;
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::AbCoulomb;
-use identifier_core::settings::{BoxSettings, RangeSettings};
+use identifier_core::settings::BoxSettings;
 use identifier_core::{ControllerSettings, Settings};
 use integration_tests::{in_parallel, parse, run, servo};
 use proptest::prelude::*;
@@ -309,91 +309,6 @@ fn gamma(diagonal: [f64; 3]) -> [[f64; 4]; 4] {
 }
 
 type Words = FixedServoLoop<FixedLowPass, AbCoulomb, 3>;
-
-fn refusal(change: impl FnOnce(&mut Settings)) -> String {
-    let mut settings = settings(1e-3);
-    change(&mut settings);
-    let built: Result<Words, IdentifierError> = settings.build();
-    built.expect_err("it does not fit").to_string()
-}
-
-#[test]
-fn what_does_not_fit_is_refused_with_what_would() {
-    let fits = RangeSettings::of(&settings(1e-3)).expect("they follow from the controller");
-    let with = |change: fn(&mut RangeSettings)| {
-        refusal(|settings| {
-            let mut ranges = fits;
-            change(&mut ranges);
-            settings.identifier.ranges = Some(ranges);
-        })
-    };
-    let error = with(|ranges| ranges.error = 1e6);
-    assert!(
-        error.contains("ranges.error = 1000000") && error.contains("at most 42165"),
-        "{error}"
-    );
-    let command = with(|ranges| ranges.command = 5.0);
-    assert!(
-        command.contains("ranges.command = 5") && command.contains("at least 10"),
-        "{command}"
-    );
-    let large = refusal(|settings| {
-        settings.identifier.gamma = Some(gamma([20.0, 1e12, 100.0]));
-    });
-    assert!(
-        large.contains("gamma = 1000000000000") && large.contains("at most"),
-        "{large}"
-    );
-    let integral = refusal(|settings| {
-        settings.controller = Some(ControllerSettings::pid(9.0, 0.19, 1e-7).limited(10.0));
-        settings.identifier.plant_box = None;
-    });
-    assert!(
-        integral.contains("sample_time = 0.001") && integral.contains("at least"),
-        "{integral}"
-    );
-}
-
-/// The numbers that refusals name work.
-#[test]
-fn what_a_refusal_names_would_do() {
-    for (error, velocity) in [(1e6, 200.0), (4.0, 1e-9), (1e-9, 1e-9)] {
-        let mut settings = settings(1e-3);
-        let mut ranges = RangeSettings {
-            error,
-            velocity,
-            command: 1.0,
-        };
-        let mut diagonal = [20.0_f64, 1000.0, 100.0];
-        let built = (0..6).any(|_| {
-            settings.identifier.ranges = Some(ranges);
-            settings.identifier.gamma = Some(gamma(diagonal));
-            let built: Result<Words, IdentifierError> = settings.build();
-            let Err(IdentifierError::Range(refused)) = built else {
-                return built.is_ok();
-            };
-            let (Allowed::AtMost(named) | Allowed::AtLeast(named) | Allowed::PositiveUpTo(named)) =
-                refused.allowed
-            else {
-                panic!("{refused}");
-            };
-            match refused.parameter {
-                "ranges.error" => ranges.error = named,
-                "ranges.velocity" => ranges.velocity = named,
-                "ranges.command" => ranges.command = named,
-                "gamma" => {
-                    let struck = diagonal
-                        .iter_mut()
-                        .find(|entry| entry.to_bits() == refused.value.to_bits());
-                    *struck.expect("an entry of gamma") = named;
-                }
-                other => panic!("{other}"),
-            }
-            false
-        });
-        assert!(built, "{ranges:?} {diagonal:?}");
-    }
-}
 
 proptest! {
     /// Whatever the sensors say: nothing wraps (the tests check every sum for it), no estimate

@@ -3,11 +3,11 @@
 mod support;
 
 use identifier_core::Settings;
-use identifier_core::identifier::{Event, GaussNewtonIdentifier, Identify};
+use identifier_core::identifier::{Event, GaussNewtonIdentifier, Identify, WindowIdentifier};
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
 use identifier_core::parameters::AbCoulombLoad;
-use identifier_core::settings::PerParameter;
+use identifier_core::settings::{FromSettings, PerParameter};
 use support::{Kind, Loop, Servo, amplitude_for, on_all_cores, ordinary_servo, per_cent, quantile};
 
 type Identifier<N> = GaussNewtonIdentifier<N, AbCoulombLoad, 4>;
@@ -220,7 +220,7 @@ enum Ending {
     Frozen,
 }
 
-fn humble(i: u32) -> (Ending, Servo, String) {
+fn humble<I: Identify<f32> + FromSettings>(i: u32) -> (Ending, Servo, String) {
     const TIME: f64 = 20.0;
     let servo = support::humble_servo(i);
     let mut draw = support::Draw::new(i + 4242);
@@ -228,9 +228,7 @@ fn humble(i: u32) -> (Ending, Servo, String) {
     // From a wiggle of some counts to full use of the limit.
     let natural = servo.authority() / (servo.bandwidth * servo.bandwidth);
     let amplitude = draw.between(10.0 * servo.count(), 20.0 * servo.count() + natural);
-    let identifier = settings(&servo)
-        .build::<Identifier<f32>>()
-        .expect("settings");
+    let identifier = settings(&servo).build::<I>().expect("settings");
     let mut state = identifier.start();
     let mut run = Loop::new(kind, &servo, amplitude);
     let samples = (TIME / servo.sample_time) as u64;
@@ -260,7 +258,7 @@ fn humble(i: u32) -> (Ending, Servo, String) {
         .standard_errors(&state)
         .map_or(f64::INFINITY, |e| e.b / truth.b);
     let still = before.is_some_and(|before| (before.b / found.b - 1.0).abs() < 1e-3);
-    let ending = if !identifier.is_running(&state) {
+    let ending = if identifier.standard_errors(&state).is_none() {
         if path < 30.0 * 0.25 * TIME {
             Ending::NoMotion
         } else {
@@ -299,9 +297,9 @@ fn humble(i: u32) -> (Ending, Servo, String) {
     )
 }
 
-#[test]
-fn ordinary_servos_do_not_freeze() {
-    let runs = on_all_cores(2000, humble);
+/// Counts how runs over ordinary servos ended, prints the counts and some of what went wrong.
+fn endings<I: Identify<f32> + FromSettings>(servos: u32) -> Vec<(Ending, Servo, String)> {
+    let runs = on_all_cores(servos, humble::<I>);
     for ending in [
         Ending::Good,
         Ending::Fair,
@@ -326,10 +324,38 @@ fn ordinary_servos_do_not_freeze() {
             }
         }
     }
-    let of = |ending| runs.iter().filter(|(e, _, _)| *e == ending).count();
-    assert_eq!(of(Ending::Frozen), 0);
+    runs
+}
+
+fn frozen(runs: &[(Ending, Servo, String)]) -> usize {
+    runs.iter()
+        .filter(|(ending, _, _)| *ending == Ending::Frozen)
+        .count()
+}
+
+#[test]
+fn ordinary_servos_do_not_freeze() {
+    let runs = endings::<Identifier<f32>>(2000);
+    assert_eq!(frozen(&runs), 0);
     assert!(per_cent(&runs, |(e, _, _)| *e == Ending::Wrong) <= 0.5);
     assert!(per_cent(&runs, |(e, _, _)| *e <= Ending::NoMotion) >= 99.0);
+}
+
+fn do_not_freeze_in_a_window(servos: u32) {
+    let runs = endings::<WindowIdentifier<f32, AbCoulombLoad, 4, 512>>(servos);
+    assert_eq!(frozen(&runs), 0);
+    assert!(per_cent(&runs, |(e, _, _)| *e <= Ending::Fair) >= 90.0);
+}
+
+#[test]
+fn ordinary_servos_do_not_freeze_in_a_window() {
+    do_not_freeze_in_a_window(100);
+}
+
+#[test]
+#[ignore = "five minutes: on demand"]
+fn two_thousand_ordinary_servos_do_not_freeze_in_a_window() {
+    do_not_freeze_in_a_window(2000);
 }
 
 struct LoadStep {

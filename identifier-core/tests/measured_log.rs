@@ -4,39 +4,48 @@
 use identifier_core::Settings;
 use identifier_core::identifier::{Event, GaussNewtonIdentifier, Identify};
 use identifier_core::parameters::AbCoulombLoad;
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 const SAMPLE_TIME: f64 = 1e-3;
 const FORCE_PER_VOLT: f64 = 35.150_651_882_485_47;
 /// M kg, Fv N/(m/s), Fc N, OF N: the published off-line values.
 const PUBLISHED: [f64; 4] = [95.11, 203.5, 20.39, -3.16];
 
-/// Position (m) and command (V) of every sample; none where the log is not at hand.
+/// Position (m) and command (V) of every sample; none where the log is not at hand. A log that
+/// `EMPS_LOG` names must be there, and one that is there must be sound.
 fn log() -> Option<Vec<(f64, f64)>> {
     // It is not part of this project: see the head of `tests/emps.rs` of the workspace.
     let beside = concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/../../shared/data/emps/emps_train.csv.gz"
     );
-    let path = std::env::var("EMPS_LOG").unwrap_or_else(|_| beside.into());
-    std::path::Path::new(&path).exists().then_some(())?;
+    let named = std::env::var("EMPS_LOG").ok();
+    let path = named.as_deref().unwrap_or(beside);
+    if named.is_none() && !std::path::Path::new(path).exists() {
+        return None;
+    }
     let unpacked = Command::new("gzip")
-        .args(["-dc", &path])
-        .stderr(Stdio::null())
+        .args(["-dc", path])
         .output()
-        .ok()?;
-    let text = String::from_utf8(unpacked.stdout).ok()?;
+        .expect("gzip runs");
+    let complaint = String::from_utf8_lossy(&unpacked.stderr);
+    assert!(unpacked.status.success(), "{complaint}");
+    let text = String::from_utf8(unpacked.stdout).expect("text");
+    let rows = rows(&text).expect("q_m and vir_V in every line");
+    assert!(rows.len() > 10_000, "{path}: {} samples", rows.len());
+    Some(rows)
+}
+
+fn rows(text: &str) -> Option<Vec<(f64, f64)>> {
     let mut lines = text.lines();
     let names: Vec<&str> = lines.next()?.split(',').collect();
     let column = |name: &str| names.iter().position(|&n| n.trim() == name);
     let (position, command) = (column("q_m")?, column("vir_V")?);
     lines
         .map(|line| {
-            let mut values = line
-                .split(',')
-                .map(|value| value.trim().parse::<f64>().ok());
-            let values: Vec<f64> = values.by_ref().collect::<Option<_>>()?;
-            Some((*values.get(position)?, *values.get(command)?))
+            let values: Vec<&str> = line.split(',').map(str::trim).collect();
+            let value = |at: usize| values.get(at)?.parse().ok();
+            Some((value(position)?, value(command)?))
         })
         .collect()
 }
