@@ -17,14 +17,17 @@ pub enum Fault {
     EncoderFailed,
     EncoderSilent,
     FollowingError,
+    TravelExceeded,
+    Overspeed,
     Overrun,
     ActuatorFailed,
     OutOfReach,
+    LinkSilent,
 }
 
 impl Fault {
     /// Every fault.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 15] = [
         Self::ClockNotStable,
         Self::WrongAnswer,
         Self::ResetByWatchdog,
@@ -34,9 +37,12 @@ impl Fault {
         Self::EncoderFailed,
         Self::EncoderSilent,
         Self::FollowingError,
+        Self::TravelExceeded,
+        Self::Overspeed,
         Self::Overrun,
         Self::ActuatorFailed,
         Self::OutOfReach,
+        Self::LinkSilent,
     ];
 
     /// Its number, as a display or a manual shows it.
@@ -52,9 +58,12 @@ impl Fault {
             Self::EncoderFailed => 20,
             Self::EncoderSilent => 21,
             Self::FollowingError => 22,
+            Self::TravelExceeded => 23,
+            Self::Overspeed => 24,
             Self::Overrun => 30,
             Self::ActuatorFailed => 31,
             Self::OutOfReach => 32,
+            Self::LinkSilent => 40,
         }
     }
 
@@ -71,9 +80,12 @@ impl Fault {
             Self::EncoderFailed => "the encoder gave no valid reading",
             Self::EncoderSilent => "the servo is driven and the encoder counts nothing",
             Self::FollowingError => "the position is too far from the reference",
+            Self::TravelExceeded => "the servo is further from where it started than it may go",
+            Self::Overspeed => "the servo is faster than it may be",
             Self::Overrun => "several samples running took longer than the sample time",
             Self::ActuatorFailed => "the output stage took no command",
             Self::OutOfReach => "the position jumped beyond what the number format counts",
+            Self::LinkSilent => "the host was silent for too long: the run came to rest and ended",
         }
     }
 
@@ -88,13 +100,18 @@ impl Fault {
             Self::LimitSwitch => "move the axis off the switch by hand, then clear",
             Self::LimitSwitchesStuck => "free the switch or mend its wire (closed is healthy)",
             Self::EncoderFailed => "check the encoder's supply, wires and magnet, then clear",
-            Self::EncoderSilent => "connect the encoder, or free the axis, then clear",
+            Self::EncoderSilent => {
+                "connect the encoder, free the axis, or allow a larger breakaway, then clear"
+            }
             Self::FollowingError => {
                 "check the encoder's direction and the gains, or allow a larger error, then clear"
             }
+            Self::TravelExceeded => "move the axis back by hand, or allow more travel, then clear",
+            Self::Overspeed => "check gains, load and encoder, or allow more speed, then clear",
             Self::Overrun => "lower the sample rate or choose a cheaper law, then clear",
             Self::ActuatorFailed => "check the output stage's wires, then clear",
             Self::OutOfReach => "check the encoder for disturbances, then clear",
+            Self::LinkSilent => "check the line and the host, then clear",
         }
     }
 }

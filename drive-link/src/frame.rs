@@ -5,6 +5,8 @@ use heapless::Vec;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::message::{Command, Request};
+
 /// Bytes of the longest message before framing, its check included: settings with nothing left out
 /// take some 530.
 pub const LONGEST_MESSAGE: usize = 600;
@@ -110,6 +112,49 @@ impl Receiver {
         self.bytes.clear();
         self.overflowed = false;
         read
+    }
+}
+
+/// Hears stops and nothing else, byte by byte as they come: so a stop need not wait for the answers to
+/// what came before it.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct StopListener {
+    bytes: [u8; STOP],
+    length: usize,
+}
+
+/// Bytes of the frame of a stop, without the zero at its end: number, command and check, and one for
+/// COBS.
+const STOP: usize = 2 + CHECK_BYTES + 1;
+
+impl StopListener {
+    /// Waits for the beginning of a frame.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            bytes: [0; STOP],
+            length: 0,
+        }
+    }
+
+    /// Takes a byte; true at the end of a whole stop.
+    pub fn take(&mut self, byte: u8) -> bool {
+        if byte != 0 {
+            if let Some(place) = self.bytes.get_mut(self.length) {
+                *place = byte;
+            }
+            self.length = self.length.saturating_add(1);
+            return false;
+        }
+        let is_as_long = core::mem::take(&mut self.length) == STOP;
+        is_as_long
+            && matches!(
+                unframed::<Request>(&self.bytes),
+                Ok(Request {
+                    command: Command::Stop,
+                    ..
+                })
+            )
     }
 }
 

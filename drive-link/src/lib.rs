@@ -16,10 +16,11 @@ mod message;
 mod settings;
 
 pub use fault::Fault;
-pub use frame::{FrameError, LONGEST_FRAME, LONGEST_MESSAGE, Receiver, frame};
+pub use frame::{FrameError, LONGEST_FRAME, LONGEST_MESSAGE, Receiver, StopListener, frame};
 pub use lock_step::{Answer, Question, Reading, Refused};
 pub use message::{
-    Command, Estimates, Kept, Noticed, PROTOCOL, Refusal, Report, Request, Snapshot, State, Status,
+    Command, Ended, Estimates, Kept, Noticed, PROTOCOL, Refusal, Report, Request, Snapshot, State,
+    Status,
 };
 pub use settings::{
     Dither, Format, Law, LoopSettings, Name, NotAllowed, Protection, Settings, Why,

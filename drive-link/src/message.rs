@@ -7,7 +7,7 @@ use crate::fault::Fault;
 use crate::settings::{NotAllowed, Settings};
 
 /// The version of these messages: a host and a drive of different versions do not talk.
-pub const PROTOCOL: u8 = 3;
+pub const PROTOCOL: u8 = 4;
 
 /// What the host says: a command, and the number that the answer will carry.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -35,7 +35,7 @@ pub enum Command {
     Start,
     /// Send the servo to a target, rad from where it started.
     Target(f64),
-    /// Let the servo go.
+    /// Let the servo go, at once: nothing that was asked before it still moves the servo.
     Stop,
     /// Forget a fault, and let the self-test decide.
     Clear,
@@ -93,6 +93,13 @@ pub struct Status {
     pub state: State,
     /// What the store holds.
     pub kept: Kept,
+    /// Whether somebody has said what the servo is, now or before the last save. Without that the
+    /// drive does not start.
+    pub configured: bool,
+    /// How the last run ended since the drive was switched on.
+    pub ended: Option<Ended>,
+    /// From the reading of the encoder to the change of the output, s.
+    pub command_delay: f32,
     /// What the last run found, or the one that was kept.
     pub estimates: Option<Estimates>,
     /// What the identifier noticed since the start, as last told.
@@ -162,9 +169,35 @@ pub enum State {
     Faulted(Fault),
 }
 
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Ended {
+    /// Somebody asked for it.
+    Stopped,
+    /// Its time was over: it came to rest and was let go.
+    Over,
+    /// By a fault.
+    Faulted(Fault),
+}
+
+impl fmt::Display for Ended {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Stopped => f.write_str("the last run was stopped"),
+            Self::Over => f.write_str("the last run ended when its time was over"),
+            Self::Faulted(fault) => write!(f, "the last run ended by fault {}", fault.number()),
+        }
+    }
+}
+
 /// Why a request was not done.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Refusal {
+    /// Nobody has said yet what the servo is: configure first.
+    NotConfigured,
+    /// A stop came after it, and before it was done.
+    Overtaken,
     /// It needs the servo let go: stop first.
     Running,
     /// It needs the loop closed: start first.
@@ -187,6 +220,10 @@ pub enum Refusal {
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::NotConfigured => {
+                f.write_str("nobody has told the drive yet what its servo is: configure it first")
+            }
+            Self::Overtaken => f.write_str("a stop came right after it: ask again"),
             Self::Running => f.write_str("the servo must be let go first: stop"),
             Self::NotRunning => f.write_str("the loop must be closed first: start"),
             Self::Faulted(fault) => fault.fmt(f),

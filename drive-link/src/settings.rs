@@ -61,20 +61,32 @@ pub struct Dither {
     pub hold: f64,
 }
 
-/// What lets the servo go.
+/// What ends a run and lets the servo go. All of it is watched in every sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Protection {
-    /// Largest position error, rad.
+    /// Largest position error, rad; at least three amplitudes of the dither.
     pub following_error: f64,
-    /// How far from where it started the servo may be sent, rad.
+    /// Largest distance from where the servo started, rad. It is sent no further than two amplitudes
+    /// of the dither less.
     pub travel: f64,
-    /// How fast it is sent there, rad/s.
+    /// How fast it is sent to a target, rad/s.
+    pub pace: f64,
+    /// Largest speed, rad/s, averaged over 5 ms.
     pub speed: f64,
-    /// How long the servo may be driven (a command at its limit, or a twentieth of the largest position
-    /// error) without moving, s.
+    /// The change of the command that friction and a hand on the shaft cannot withstand, command
+    /// units. A change that is larger, or as large as the dither asks for, must move the servo.
+    pub breakaway: f64,
+    /// How long such a command may act without moving the servo, s.
     pub stall_time: f64,
     /// Samples running that may end too late.
     pub overruns: u8,
+    /// The longest run, s; 0 for one without end.
+    pub duration: f64,
+    /// How long the host may be silent while the servo is driven, s; 0 for ever.
+    pub link_timeout: f64,
+    /// The longest time that a run may take to come to rest at its end, s: then the servo is let go,
+    /// at rest or not.
+    pub stop_time: f64,
 }
 
 impl fmt::Display for Law {
@@ -192,16 +204,43 @@ impl fmt::Display for Settings {
             "dither of {} rad, every {} s",
             dither.amplitude, dither.hold
         )?;
-        write!(
+        protection.fmt(f)
+    }
+}
+
+impl fmt::Display for Protection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            following_error,
+            travel,
+            pace,
+            speed,
+            breakaway,
+            stall_time,
+            overruns,
+            duration,
+            link_timeout,
+            stop_time,
+        } = self;
+        writeln!(
             f,
-            "let go beyond {} rad of error, after {} s of stalling, after {} late samples; sent up to \
-             {} rad away, at {} rad/s",
-            protection.following_error,
-            protection.stall_time,
-            protection.overruns,
-            protection.travel,
-            protection.speed
-        )
+            "sent to a target at {pace} rad/s; let go beyond {following_error} rad of error, {travel} \
+             rad from the start, {speed} rad/s,"
+        )?;
+        writeln!(
+            f,
+            "after {stall_time} s without motion although the command changed by {breakaway}, after {overruns} late \
+             samples"
+        )?;
+        match duration {
+            0.0 => f.write_str("a run has no end of its own")?,
+            _ => write!(f, "a run ends after {duration} s")?,
+        }
+        match link_timeout {
+            0.0 => f.write_str(", goes on when the line is silent")?,
+            _ => write!(f, ", or when the line is silent for {link_timeout} s")?,
+        }
+        write!(f, ", and comes to rest within {stop_time} s")
     }
 }
 
@@ -215,7 +254,7 @@ pub struct NotAllowed {
 }
 
 /// Why a setting is not allowed, SI.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Why {
     /// It is out of its range.
     OutOfRange {
@@ -225,6 +264,22 @@ pub enum Why {
         least: f64,
         /// The most that would do; infinite if that end is open.
         most: f64,
+    },
+    /// It contradicts another setting.
+    TooSmallFor {
+        /// What was given.
+        given: f64,
+        /// The least that would do.
+        least: f64,
+        /// The other setting.
+        other: Name,
+    },
+    /// The samples must be a whole number of the output stage's periods apart.
+    NotWhole {
+        /// What was given, s.
+        given: f64,
+        /// The period, s.
+        period: f64,
     },
     /// With it the sampled loop is unstable for some servo of the box.
     Unstable {
@@ -245,6 +300,24 @@ impl fmt::Display for NotAllowed {
                 f,
                 "{name} = {given} is not allowed: it must be from {least} to {most}"
             ),
+            Why::TooSmallFor {
+                given,
+                least,
+                other,
+            } => write!(
+                f,
+                "{name} = {given} is too small beside the {other}: it must be at least {least}"
+            ),
+            Why::NotWhole { given, period } => {
+                // A cast saturates.
+                let whole = ((given / period + 0.5) as u32).max(1);
+                let nearest = f64::from(whole) * period;
+                write!(
+                    f,
+                    "{name} = {given} is not allowed: it must be a multiple of {period} s, the nearest \
+                     is {nearest}"
+                )
+            }
             Why::Unstable { given } => write!(
                 f,
                 "with {name} = {given} the sampled loop is unstable for some servo of the box: sample \

@@ -2,7 +2,7 @@
 
 use drive_link::{
     Answer, Command, Dither, Estimates, Format, FrameError, LONGEST_FRAME, Law, LoopSettings,
-    Protection, Question, Reading, Receiver, Report, Request, Settings, frame,
+    Protection, Question, Reading, Receiver, Report, Request, Settings, StopListener, frame,
 };
 use identifier_core::ControllerSettings;
 use identifier_core::identifier::Event;
@@ -83,9 +83,14 @@ fn filled(next: &mut impl FnMut() -> f64, mut given: u32, overruns: u8) -> Setti
         protection: Protection {
             following_error: next(),
             travel: next(),
+            pace: next(),
             speed: next(),
+            breakaway: next(),
             stall_time: next(),
             overruns,
+            duration: next(),
+            link_timeout: next(),
+            stop_time: next(),
         },
     }
 }
@@ -184,6 +189,27 @@ proptest! {
         prop_assert_eq!(heard.last(), Some(&Ok(next)));
         let misheard = heard[..heard.len() - 1].iter().filter(|heard| heard.is_ok()).count();
         prop_assert_eq!(misheard, 0, "{:?} became {:?}", spoilt, heard);
+    }
+
+    #[test]
+    fn a_stop_is_heard_among_anything_and_nothing_else_is_taken_for_one(
+        before in prop::collection::vec(any::<u8>(), 0..3 * LONGEST_FRAME),
+        other in request(),
+        id: u8,
+        place: prop::sample::Index,
+        bit in 0_u8..8,
+    ) {
+        let mut listener = StopListener::new();
+        let mut stops = |bytes: &[u8]| bytes.iter().filter(|&&byte| listener.take(byte)).count();
+        prop_assert_eq!(stops(&before) + stops(&[0]), 0);
+        prop_assert_eq!(stops(&frame(&other).expect("it fits")), 0);
+        let stop = frame(&Request { id, command: Command::Stop }).expect("it fits");
+        prop_assert_eq!(stops(&stop), 1);
+        prop_assert_eq!(stops(&stop), 1);
+        let mut spoilt = stop.to_vec();
+        spoilt[place.index(stop.len() - 1)] ^= 1 << bit;
+        prop_assert_eq!(stops(&spoilt) + stops(&[0]), 0);
+        prop_assert_eq!(stops(&stop), 1);
     }
 
     #[test]

@@ -25,7 +25,7 @@ const BLOCKS: usize = 64;
 
 /// Controller and identifier of a servo, with their states. Gauss–Newton's start record has W blocks.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ClosedLoop<const W: usize = BLOCKS>(Laws<W>);
+pub(crate) struct ClosedLoop<const W: usize = BLOCKS>(Laws<W>);
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Laws<const W: usize> {
@@ -40,7 +40,7 @@ type GaussNewton<const W: usize> = GaussNewtonIdentifier<f32, AbCoulombLoad, 4, 
 
 /// What a loop has learnt: [`ClosedLoop::estimates`] says it in SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Learnt(States);
+pub(crate) struct Learnt(States);
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum States {
@@ -109,7 +109,7 @@ impl<const W: usize> ClosedLoop<W> {
     ///
     /// # Errors
     /// The setting that is not allowed.
-    pub fn new(settings: &LoopSettings) -> Result<Self, NotAllowed> {
+    pub(crate) fn new(settings: &LoopSettings) -> Result<Self, NotAllowed> {
         let LoopSettings { core, law, format } = settings;
         if *format != Format::Single {
             return Err(parts::refusal("format", Why::NotHere));
@@ -123,13 +123,13 @@ impl<const W: usize> ClosedLoop<W> {
     }
 
     /// Puts the loop at rest at a count.
-    pub fn start(&mut self, count: i32) {
+    pub(crate) fn start(&mut self, count: i32) {
         whatever_law!(&mut self.0, own => own.state = own.servo_loop.start(count));
     }
 
     /// The count of the last sample.
     #[must_use]
-    pub fn count(&self) -> i32 {
+    pub(crate) fn count(&self) -> i32 {
         whatever_law!(&self.0, own => own.state.count())
     }
 
@@ -138,7 +138,7 @@ impl<const W: usize> ClosedLoop<W> {
     /// # Errors
     /// [`ControlStepError`]; the actuator was released.
     #[inline]
-    pub fn control<S: PositionSensor, A: Actuator<f32>>(
+    pub(crate) fn control<S: PositionSensor, A: Actuator<f32>>(
         &mut self,
         setpoint: Setpoint<f32>,
         sensor: &mut S,
@@ -151,7 +151,7 @@ impl<const W: usize> ClosedLoop<W> {
 
     /// The second half: learn, while the command acts.
     #[inline]
-    pub fn learn(&mut self, sample: &ControlSample<f32>) -> Seen<f32> {
+    pub(crate) fn learn(&mut self, sample: &ControlSample<f32>) -> Seen<f32> {
         match &mut self.0 {
             Laws::Gradient(own) => own.servo_loop.learn(&mut own.state, sample),
             Laws::GradientWithFriction(own) => own.servo_loop.learn(&mut own.state, sample),
@@ -162,7 +162,7 @@ impl<const W: usize> ClosedLoop<W> {
     /// Work that is not of this sample, when its command is out and it was learnt from: at most `budget`
     /// blocks of Gauss–Newton's first fit, as long as it records.
     #[inline]
-    pub fn work(&mut self, budget: u32) {
+    pub(crate) fn work(&mut self, budget: u32) {
         if let Laws::GaussNewton(own) = &mut self.0 {
             own.work_on_first_fit(budget);
         }
@@ -171,7 +171,7 @@ impl<const W: usize> ClosedLoop<W> {
     /// What it has learnt so far.
     #[inline]
     #[must_use]
-    pub fn learnt(&self) -> Learnt {
+    pub(crate) fn learnt(&self) -> Learnt {
         Learnt(match &self.0 {
             Laws::Gradient(own) => States::Gradient(*own.state.identification()),
             Laws::GradientWithFriction(own) => {
@@ -183,7 +183,7 @@ impl<const W: usize> ClosedLoop<W> {
 
     /// What was learnt as estimates, SI; none of a loop of another law.
     #[must_use]
-    pub fn estimates(&self, learnt: &Learnt) -> Option<Estimates> {
+    pub(crate) fn estimates(&self, learnt: &Learnt) -> Option<Estimates> {
         match (&self.0, &learnt.0) {
             (Laws::Gradient(own), States::Gradient(state)) => Some(own.estimates(state)),
             (Laws::GradientWithFriction(own), States::GradientWithFriction(state)) => {

@@ -15,7 +15,10 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+mod channel;
 mod closed_loop;
+mod conversation;
+mod ending;
 mod lock_step;
 mod parts;
 mod protection;
@@ -24,10 +27,12 @@ mod sampler;
 mod self_test;
 mod store;
 mod supervisor;
+mod time;
 
-pub use closed_loop::{ClosedLoop, Learnt};
+pub use channel::{BackgroundEnd, Channel, InterruptEnd};
+pub use conversation::{Conversation, Line};
 pub use lock_step::LockStep;
-pub use sampler::{Counts, Event, Events, Lines, Order, Orders, Run, Sampler, Shown};
+pub use sampler::{Chip, Lines, Run, Sampler, Stage};
 pub use self_test::self_test;
 pub use store::{Store, StoreError};
 pub use supervisor::Supervisor;

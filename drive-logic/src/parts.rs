@@ -4,6 +4,7 @@ use drive_link::{Estimates, Name, NotAllowed, Why};
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::identifier::{IdentifierError, Identify};
 use identifier_core::model::ServoParameters;
+use identifier_core::settings::IdentifierSettings;
 use identifier_core::stability::CertificateError;
 
 /// What an identifier has found as a message.
@@ -20,6 +21,29 @@ pub(crate) fn estimates<N: Copy, I: Identify<N>>(identifier: &I, state: &I::Stat
         coulomb,
         load,
         at_bounds: identifier.at_bounds(state),
+    }
+}
+
+/// Lets an identifier begin with what is known of its servo, but for what is known to be none: an
+/// estimate at a bound.
+pub(crate) fn begin_with(known: &Estimates, identifier: &mut IdentifierSettings) {
+    let Estimates {
+        a,
+        b,
+        coulomb,
+        load,
+        at_bounds,
+    } = known;
+    let initial = &mut identifier.initial;
+    for (place, value, at_bound) in [
+        (&mut initial.a, a, at_bounds.a),
+        (&mut initial.b, b, at_bounds.b),
+        (&mut initial.coulomb, coulomb, at_bounds.coulomb),
+        (&mut initial.load, load, at_bounds.load),
+    ] {
+        if !at_bound {
+            *place = Some(*value);
+        }
     }
 }
 
@@ -57,6 +81,37 @@ pub(crate) fn not_allowed(error: IdentifierError) -> NotAllowed {
 /// A setting out of its range as a message.
 pub(crate) fn out_of_range(name: &str, given: f64, (least, most): (f64, f64)) -> NotAllowed {
     refusal(name, Why::OutOfRange { given, least, most })
+}
+
+/// A setting that contradicts another as a message.
+pub(crate) fn too_small(name: &str, given: f64, least: f64, other: &str) -> NotAllowed {
+    let other = Name::try_from(other).unwrap_or_default();
+    refusal(
+        name,
+        Why::TooSmallFor {
+            given,
+            least,
+            other,
+        },
+    )
+}
+
+/// Whether a sample time is a whole number of the output stage's periods.
+pub(crate) fn whole_periods(sample_time: f64, period: f64) -> Result<(), NotAllowed> {
+    /// Part of a period that decimal fractions leave.
+    const ROUNDING: f64 = 1e-6;
+    let periods = sample_time / period;
+    // A cast saturates.
+    let whole = f64::from((periods + 0.5) as u32);
+    if whole >= 1.0 && (periods - whole).abs() <= ROUNDING {
+        Ok(())
+    } else {
+        let why = Why::NotWhole {
+            given: sample_time,
+            period,
+        };
+        Err(refusal("sample_time", why))
+    }
 }
 
 /// A setting that is refused as a message.

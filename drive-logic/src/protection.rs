@@ -1,96 +1,219 @@
 //! What lets the servo go while the loop runs.
 
-use drive_link::{Fault, NotAllowed, Settings};
+use drive_link::{Dither, Fault, NotAllowed, Settings};
 use identifier_core::control::ControlSample;
+use identifier_core::settings::ControllerSettings;
 use identifier_core::units::Units;
 
-use crate::parts::out_of_range;
+use crate::parts::{out_of_range, too_small};
 use crate::reference::FARTHEST;
+use crate::sampler::Lines;
+use crate::time::samples;
 
-/// Part of the command limit from which on a servo counts as being driven.
-const AT_THE_LIMIT: f64 = 0.9;
+/// Amplitudes of the dither that the largest position error must leave room for: a step of two, and
+/// the overshoot that the step before may have left.
+const AMPLITUDES_OF_ERROR: f64 = 3.0;
 
-/// Part of the largest position error from which on it does.
-const IN_ERROR: f64 = 0.05;
+/// Amplitudes of the dither by which targets stay within the travel.
+const AMPLITUDES_OF_TRAVEL: f64 = 2.0;
+
+/// Part of the command that the dither asks for, which must move the servo: otherwise there is nothing
+/// to identify from, or no encoder.
+const OF_DITHER: f64 = 0.9;
 
 /// Counts within which a servo has not moved: one line of an encoder that is broken still flickers.
 const FLICKER: f32 = 4.0;
+
+/// The time over which the speed is averaged, s.
+const SPEED_TIME: f64 = 5e-3;
+
+/// Counts by which a distance is uncertain: each of its ends by one.
+const ROUNDING: f64 = 2.0;
+
+/// Part by which a product of decimal fractions may be off.
+const ROUNDING_OF_DECIMALS: f64 = 1e-9;
+
+/// The time for which a limit switch must be open, s: contacts bounce, and lines catch disturbances.
+const DEBOUNCE: f64 = 2e-3;
 
 /// The watch over one run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Protection {
     following_error: f32,
-    in_error: f32,
-    strong: f32,
-    stalled_most: u32,
-    /// Samples running in which the servo was driven and did not move, and how far it moved in them.
-    stalled: u32,
-    moved: f32,
+    travel: i32,
+    started_at: i32,
+    speed: SpeedWatch,
+    stall: StallWatch,
+    switch_open: u32,
+    switch_open_most: u32,
     late_most: u32,
     late: u32,
 }
 
+/// Whether the servo goes further in a while than its speed allows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct SpeedWatch {
+    /// Samples of a while, and those that are left of it.
+    while_long: u32,
+    left: u32,
+    most: i32,
+    from: i32,
+}
+
+/// Whether the servo moves when it must: when the command has changed by as much since it last moved.
+/// What holds a load at rest is not such a command.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct StallWatch {
+    change: f32,
+    most: u32,
+    /// Samples since the last motion in which the servo was driven, how far it moved in them, and the
+    /// command at which it came to rest.
+    stalled: u32,
+    moved: f32,
+    at_rest: f32,
+}
+
+/// How far a target may be from where the servo started, rad.
+pub(crate) fn reach(settings: &Settings) -> f64 {
+    settings.protection.travel - AMPLITUDES_OF_TRAVEL * settings.dither.amplitude
+}
+
 impl Protection {
-    /// With the lowest and the highest command.
+    /// Of a run with this controller.
     ///
     /// # Errors
-    /// The setting that is not allowed.
+    /// The setting that is not allowed, or that contradicts another.
     pub(crate) fn new(
         settings: &Settings,
-        [low, high]: [f64; 2],
+        controller: &ControllerSettings,
         units: &Units,
     ) -> Result<Self, NotAllowed> {
         let given = &settings.protection;
         for (name, value) in [
             ("following_error", given.following_error),
             ("travel", given.travel),
+            ("pace", given.pace),
             ("speed", given.speed),
+            ("breakaway", given.breakaway),
             ("stall_time", given.stall_time),
+            ("stop_time", given.stop_time),
         ] {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(out_of_range(name, value, (f64::MIN_POSITIVE, f64::MAX)));
             }
+        }
+        for (name, value) in [
+            ("duration", given.duration),
+            ("link_timeout", given.link_timeout),
+        ] {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(out_of_range(name, value, (0.0, f64::MAX)));
+            }
+        }
+        if given.overruns == 0 {
+            return Err(out_of_range("overruns", 0.0, (1.0, 255.0)));
         }
         let farthest = FARTHEST * units.position_unit();
         if given.travel > farthest {
             let within = (f64::MIN_POSITIVE, farthest);
             return Err(out_of_range("travel", given.travel, within));
         }
-        if given.overruns == 0 {
-            return Err(out_of_range("overruns", 0.0, (1.0, 255.0)));
-        }
+        let [low, high] = controller.limit;
         let limit = high.min(-low);
+        if given.breakaway > limit {
+            let within = (f64::MIN_POSITIVE, limit);
+            return Err(out_of_range("breakaway", given.breakaway, within));
+        }
+        let Dither { amplitude, .. } = settings.dither;
+        for (name, value, least, other) in [
+            (
+                "following_error",
+                given.following_error,
+                AMPLITUDES_OF_ERROR * amplitude,
+                "dither's amplitude",
+            ),
+            (
+                "travel",
+                given.travel,
+                AMPLITUDES_OF_TRAVEL * amplitude,
+                "dither's amplitude",
+            ),
+            ("speed", given.speed, given.pace, "pace"),
+        ] {
+            if value < least * (1.0 - ROUNDING_OF_DECIMALS) {
+                return Err(too_small(name, value, least, other));
+            }
+        }
+        let of_dither = OF_DITHER * controller.kp * amplitude;
+        let stalls_at = if of_dither > 0.0 {
+            given.breakaway.min(of_dither)
+        } else {
+            given.breakaway
+        };
+        let while_long = samples(SPEED_TIME, units);
+        let counts_in_a_while = given.speed * units.velocity() * f64::from(while_long);
         Ok(Self {
             following_error: (given.following_error * units.position()) as f32,
-            in_error: (IN_ERROR * given.following_error * units.position()) as f32,
-            strong: (AT_THE_LIMIT * limit) as f32,
-            stalled_most: (given.stall_time / units.sample_time()) as u32,
-            stalled: 0,
-            moved: 0.0,
+            // Within 2³⁰ counts.
+            travel: (given.travel * units.position() + ROUNDING) as i32,
+            started_at: 0,
+            speed: SpeedWatch {
+                while_long,
+                left: while_long,
+                // A cast saturates.
+                most: (counts_in_a_while + ROUNDING) as i32,
+                from: 0,
+            },
+            stall: StallWatch {
+                change: stalls_at as f32,
+                most: samples(given.stall_time, units),
+                stalled: 0,
+                moved: 0.0,
+                at_rest: 0.0,
+            },
+            switch_open: 0,
+            switch_open_most: samples(DEBOUNCE, units),
             late_most: u32::from(given.overruns),
             late: 0,
         })
     }
 
-    /// Looks at a sample.
+    /// From where the servo stands.
+    pub(crate) fn start(&mut self, count: i32) {
+        self.started_at = count;
+        self.speed.from = count;
+    }
+
+    /// Looks at the lines, before the servo is moved.
     #[inline]
-    pub(crate) fn check(&mut self, sample: &ControlSample<f32>) -> Result<(), Fault> {
-        if sample.error.abs() > self.following_error {
-            return Err(Fault::FollowingError);
+    pub(crate) fn check_lines(&mut self, lines: Lines) -> Result<(), Fault> {
+        if !lines.amplifier {
+            return Err(Fault::AmplifierFault);
         }
-        let driven = sample.error.abs() > self.in_error || sample.command.abs() >= self.strong;
-        self.moved += sample.increment;
-        if driven && self.moved.abs() <= FLICKER {
-            self.stalled = self.stalled.saturating_add(1);
-        } else {
-            self.stalled = 0;
-            self.moved = 0.0;
+        if lines.low_switch && lines.high_switch {
+            self.switch_open = 0;
+            return Ok(());
         }
-        if self.stalled > self.stalled_most {
-            Err(Fault::EncoderSilent)
+        self.switch_open += 1;
+        if self.switch_open >= self.switch_open_most {
+            Err(Fault::LimitSwitch)
         } else {
             Ok(())
         }
+    }
+
+    /// Looks at a sample that ended at a count.
+    #[inline]
+    pub(crate) fn check(&mut self, sample: &ControlSample<f32>, count: i32) -> Result<(), Fault> {
+        if sample.error.abs() > self.following_error {
+            return Err(Fault::FollowingError);
+        }
+        let gone = count.wrapping_sub(self.started_at);
+        if !is_within(gone, self.travel) {
+            return Err(Fault::TravelExceeded);
+        }
+        self.speed.check(count)?;
+        self.stall.check(sample)
     }
 
     /// Takes in whether a sample ended too late.
@@ -103,4 +226,43 @@ impl Protection {
             Ok(())
         }
     }
+}
+
+impl SpeedWatch {
+    #[inline]
+    fn check(&mut self, count: i32) -> Result<(), Fault> {
+        if !is_within(count.wrapping_sub(self.from), self.most) {
+            return Err(Fault::Overspeed);
+        }
+        self.left -= 1;
+        if self.left == 0 {
+            self.left = self.while_long;
+            self.from = count;
+        }
+        Ok(())
+    }
+}
+
+impl StallWatch {
+    #[inline]
+    fn check(&mut self, sample: &ControlSample<f32>) -> Result<(), Fault> {
+        self.moved += sample.increment;
+        if self.moved.abs() > FLICKER {
+            self.stalled = 0;
+            self.moved = 0.0;
+            self.at_rest = sample.command;
+        } else if (sample.command - self.at_rest).abs() >= self.change {
+            self.stalled = self.stalled.saturating_add(1);
+        }
+        if self.stalled > self.most {
+            Err(Fault::EncoderSilent)
+        } else {
+            Ok(())
+        }
+    }
+}
+
+#[inline]
+fn is_within(counts: i32, most: i32) -> bool {
+    counts.unsigned_abs() <= most.unsigned_abs()
 }

@@ -41,7 +41,7 @@ impl Reference {
         };
         Ok(Self {
             dither,
-            pace: (settings.protection.speed * units.velocity()) as f32,
+            pace: (settings.protection.pace * units.velocity()) as f32,
             target: 0,
             at: Setpoint {
                 count: 0,
@@ -59,6 +59,12 @@ impl Reference {
     /// Sends the servo elsewhere.
     pub(crate) fn send(&mut self, target: i32) {
         self.target = target;
+    }
+
+    /// Stays where it is, without dither.
+    pub(crate) fn stay(&mut self) {
+        self.dither = None;
+        self.target = self.at.count;
     }
 
     /// The setpoint of this sample.

@@ -1,18 +1,18 @@
 //! The interrupt's half: one call a sample, and nothing in it waits.
 
-use core::fmt;
-
-use drive_link::{Fault, Law, NotAllowed, Noticed, Settings};
-use heapless::spsc::{Consumer, Producer, Queue};
+use drive_link::{Ended, Fault, Law, NotAllowed, Noticed, Settings};
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::error::OutOfRange;
 use identifier_core::identifier::{self, Seen};
 
+use crate::channel::InterruptEnd;
 use crate::closed_loop::{ClosedLoop, Learnt};
+use crate::ending::{Course, Ending};
 use crate::parts;
 use crate::protection::Protection;
 use crate::reference::Reference;
+use crate::time::samples;
 
 /// The sample times that a drive runs at, s: 20 kHz to 1 kHz; with Gauss–Newton 8 kHz to 1 kHz.
 ///
@@ -20,40 +20,30 @@ use crate::reference::Reference;
 /// (`gauss-newton-recording-most` of the firmware's budget), which at one and a half cycles each is
 /// 109 µs at 168 MHz.
 fn sample_times(law: Law) -> (f64, f64) {
-    let least = match law {
-        Law::Gradient { .. } => 5e-5,
-        Law::GaussNewton => 1.25e-4,
-    };
-    (least, 1e-3)
+    let (least, most) = SAMPLE_TIMES;
+    match law {
+        Law::Gradient { .. } => (least, most),
+        Law::GaussNewton => (1.5e-4, most),
+    }
 }
+
+const SAMPLE_TIMES: (f64, f64) = (5e-5, 1e-3);
 
 /// Blocks of the first fit that a sample goes through.
 const SLICE: u32 = 1;
 
-/// Orders and events that may be on their way at once, and one more; powers of two, so that a queue
-/// masks where it would divide.
-pub(crate) const ORDERS: usize = 4;
-pub(crate) const EVENTS: usize = 8;
-
-/// Orders on their way.
-pub type Orders = Queue<Order, ORDERS>;
-
-/// Events on their way.
-pub type Events = Queue<Event, EVENTS>;
+/// How long the background may not be seen to go round before the watchdog is left to reset the chip,
+/// s: while the servo is driven, and while it is let go (building a loop and erasing flash take their
+/// time).
+const BACKGROUND_PATIENCE: [f64; 2] = [0.1, 5.0];
 
 /// What the supervisor orders.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "a run is handed over once, and there is no heap to put it on"
-)]
-pub enum Order {
+#[derive(Debug)]
+pub(crate) enum Order {
     /// Close this loop where the servo stands.
-    Run(Run),
+    Run(&'static mut Run),
     /// Send the servo to a target, counts from where it started.
     Target(i32),
-    /// Let the servo go.
-    Release,
     /// Forget a fault, if its cause is gone.
     Clear,
     /// Show a sample every so often; 0 for never.
@@ -61,46 +51,57 @@ pub enum Order {
 }
 
 /// What the interrupt tells.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Event {
-    /// The servo was let go as ordered; what the loop had learnt.
-    Released(Option<Learnt>, Counts),
-    /// The servo was let go because of a fault.
-    Faulted(Fault, Counts),
-    /// A fault was forgotten.
-    Cleared,
+#[derive(Debug)]
+pub(crate) enum Event {
+    /// How things stand: after every change, and after every order that asks for one.
+    Standing(Standing),
     /// A sample.
     Shown(Shown),
 }
 
+/// How things stand in the interrupt.
+#[derive(Debug)]
+pub(crate) struct Standing {
+    /// The fault that holds.
+    pub(crate) fault: Option<Fault>,
+    /// How the last run ended.
+    pub(crate) ended: Option<Ended>,
+    /// The run that has ended, or was not begun.
+    pub(crate) returned: Option<&'static mut Run>,
+    /// The stops that were obeyed.
+    pub(crate) stops: u32,
+    /// What happened without being a fault.
+    pub(crate) counts: Counts,
+}
+
 /// What happened without being a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Counts {
+pub(crate) struct Counts {
     /// What the identifier noticed since the start.
-    pub noticed: Noticed,
+    pub(crate) noticed: Noticed,
     /// Samples that ended too late since the start.
-    pub overruns: u32,
+    pub(crate) overruns: u32,
     /// Events that found no room since the drive was switched on.
-    pub dropped: u32,
+    pub(crate) dropped: u32,
 }
 
 /// A sample as the interrupt knows it, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Shown {
+pub(crate) struct Shown {
     /// Samples since the start.
-    pub sample: u32,
+    pub(crate) sample: u32,
     /// What the loop has learnt.
-    pub learnt: Learnt,
+    pub(crate) learnt: Learnt,
     /// Position error, counts.
-    pub error: f32,
+    pub(crate) error: f32,
     /// Counts from where the servo started.
-    pub count: i32,
+    pub(crate) count: i32,
     /// Command, command units.
-    pub command: f32,
+    pub(crate) command: f32,
     /// Output error, counts.
-    pub output_error: f32,
+    pub(crate) output_error: f32,
     /// What happened without being a fault.
-    pub counts: Counts,
+    pub(crate) counts: Counts,
 }
 
 impl Counts {
@@ -146,22 +147,35 @@ pub struct Lines {
 }
 
 impl Lines {
-    fn in_motion(self) -> Result<(), Fault> {
+    fn before_motion(self) -> Result<(), Fault> {
         if !self.amplifier {
             Err(Fault::AmplifierFault)
         } else if self.low_switch && self.high_switch {
             Ok(())
         } else {
-            Err(Fault::LimitSwitch)
+            Err(Fault::LimitSwitchesStuck)
         }
     }
+}
 
-    fn before_motion(self) -> Result<(), Fault> {
-        self.in_motion().map_err(|fault| match fault {
-            Fault::LimitSwitch => Fault::LimitSwitchesStuck,
-            other => other,
-        })
-    }
+/// What the sample interrupt finds on a chip.
+pub trait Chip {
+    /// The encoder.
+    type Sensor: PositionSensor;
+    /// The output stage.
+    type Output: Actuator<f32>;
+
+    /// What the lines say now.
+    fn lines(&self) -> Lines;
+
+    /// Encoder and output stage.
+    fn servo(&mut self) -> (&mut Self::Sensor, &mut Self::Output);
+
+    /// Whether the time of the next sample has come.
+    fn next_is_due(&self) -> bool;
+
+    /// Keeps the watchdog from resetting the chip.
+    fn feed_watchdog(&mut self);
 }
 
 /// A loop that is ready to be closed, with its reference and its watch.
@@ -170,42 +184,63 @@ pub struct Run {
     closed_loop: ClosedLoop,
     reference: Reference,
     protection: Protection,
+    ending: Ending,
+    background: Patience,
     sample: u32,
     started_at: i32,
+}
+
+/// What the output stage of a drive can do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stage {
+    /// The command that asks for all it has, command units: no limit may be beyond it.
+    pub full_scale: f64,
+    /// The samples are a whole number of these apart, s: the period of its PWM.
+    pub period: f64,
+    /// From the reading of the encoder to the change of the output, s.
+    pub command_delay: f64,
 }
 
 impl Run {
     /// # Errors
     /// The setting that is not allowed.
-    pub(crate) fn new(settings: &Settings, full_scale: f64) -> Result<Self, NotAllowed> {
+    pub(crate) fn new(settings: &Settings, stage: &Stage) -> Result<Self, NotAllowed> {
         let core = &settings.closed_loop.core;
         let within @ (least, most) = sample_times(settings.closed_loop.law);
-        if !(least..=most).contains(&core.sample_time) {
-            return Err(parts::out_of_range("sample_time", core.sample_time, within));
+        let given = core.sample_time;
+        if !(least..=most).contains(&given) {
+            return Err(parts::out_of_range("sample_time", given, within));
         }
+        parts::whole_periods(given, stage.period)?;
         let controller = core.own_controller().map_err(parts::not_allowed)?;
+        let range = |error: OutOfRange| parts::not_allowed(error.into());
+        controller.command_limit().map_err(range)?;
         let [low, high] = controller.limit;
         for (name, limit) in [("limit_high", high), ("limit_low", -low)] {
-            if limit > full_scale {
-                return Err(parts::out_of_range(name, limit, (0.0, full_scale)));
+            if limit > stage.full_scale {
+                return Err(parts::out_of_range(name, limit, (0.0, stage.full_scale)));
             }
         }
-        let closed_loop = ClosedLoop::new(&settings.closed_loop)?;
-        let range = |error: OutOfRange| parts::not_allowed(error.into());
         let units = core.units().map_err(range)?;
+        let [driven, _] = BACKGROUND_PATIENCE;
         Ok(Self {
-            closed_loop,
+            // What contradicts costs nothing to find; the certificate of a box does.
             reference: Reference::new(settings, &units).map_err(range)?,
-            protection: Protection::new(settings, controller.limit, &units)?,
+            protection: Protection::new(settings, &controller, &units)?,
+            ending: Ending::new(&settings.protection, &units),
+            background: Patience::of(samples(driven, &units)),
+            closed_loop: ClosedLoop::new(&settings.closed_loop)?,
             sample: 0,
             started_at: 0,
         })
     }
 
-    /// From where the servo stands.
-    fn start(&mut self, count: i32) {
+    /// From where the servo stands, having heard the host so often.
+    fn start(&mut self, count: i32, heard: u32) {
         self.closed_loop.start(count);
         self.reference.start(count);
+        self.protection.start(count);
+        self.ending.start(heard);
         self.started_at = count;
     }
 
@@ -213,62 +248,82 @@ impl Run {
     pub(crate) fn closed_loop(&self) -> &ClosedLoop {
         &self.closed_loop
     }
+
+    /// Whether the loop was ever closed.
+    pub(crate) fn has_run(&self) -> bool {
+        self.sample > 0
+    }
 }
 
 /// The interrupt's half of a drive.
+#[derive(Debug)]
 pub struct Sampler<'a> {
-    orders: Consumer<'a, Order, ORDERS>,
-    events: Producer<'a, Event, EVENTS>,
-    run: Option<Run>,
+    channel: InterruptEnd<'a>,
+    run: Option<&'static mut Run>,
     fault: Option<Fault>,
-    /// A fault, a release or its forgetting that found no room yet: it must not be lost.
-    untold: Option<Event>,
+    ended: Option<Ended>,
+    /// A run on its way back.
+    returned: Option<&'static mut Run>,
+    /// The stops that were obeyed.
+    stops: u32,
+    /// How things stand has changed and has found no room yet.
+    untold: bool,
     watch: Watch,
     counts: Counts,
-}
-
-impl fmt::Debug for Sampler<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Sampler")
-            .field("run", &self.run)
-            .field("fault", &self.fault)
-            .finish_non_exhaustive()
-    }
+    background: Patience,
 }
 
 impl<'a> Sampler<'a> {
-    /// Released, with its ends of the queues and with what the boot found wrong.
+    /// Released, with what the boot found wrong.
     #[must_use]
-    pub fn new(
-        orders: Consumer<'a, Order, ORDERS>,
-        events: Producer<'a, Event, EVENTS>,
-        found_at_boot: Result<(), Fault>,
-    ) -> Self {
-        let fault = found_at_boot.err();
+    pub fn new(channel: InterruptEnd<'a>, found_at_boot: Result<(), Fault>) -> Self {
+        let [_, released] = BACKGROUND_PATIENCE;
+        let (_, longest) = SAMPLE_TIMES;
         Self {
-            orders,
-            events,
+            stops: channel.stops(),
+            channel,
             run: None,
-            fault,
-            untold: fault.map(|fault| Event::Faulted(fault, Counts::default())),
+            fault: found_at_boot.err(),
+            ended: None,
+            returned: None,
+            untold: found_at_boot.is_err(),
             watch: Watch::default(),
             counts: Counts::default(),
+            // At shorter sample times it is less.
+            background: Patience::of((released / longest) as u32),
         }
     }
 
-    /// One sample.
+    /// All that the sample interrupt does.
     #[inline]
-    pub fn sample<S: PositionSensor, A: Actuator<f32>>(
+    pub fn interrupt<C: Chip>(&mut self, chip: &mut C) {
+        let lines = chip.lines();
+        let (sensor, output) = chip.servo();
+        self.sample(lines, sensor, output);
+        let late = chip.next_is_due();
+        let (_, output) = chip.servo();
+        self.ended(late, output);
+        if self.background_is_alive() {
+            chip.feed_watchdog();
+        }
+    }
+
+    #[inline]
+    fn sample<S: PositionSensor, A: Actuator<f32>>(
         &mut self,
         lines: Lines,
         sensor: &mut S,
         actuator: &mut A,
     ) {
-        if let Some(event) = self.untold.take() {
-            self.must_tell(event);
+        let stops = self.channel.stops();
+        if stops != self.stops {
+            self.stop(stops, actuator);
         }
-        if self.untold.is_none()
-            && let Some(order) = self.orders.dequeue()
+        if self.untold {
+            self.tell();
+        }
+        if !self.untold
+            && let Some(order) = self.channel.order()
         {
             self.obey(order, lines, sensor, actuator);
         }
@@ -278,14 +333,21 @@ impl<'a> Sampler<'a> {
             let _ = actuator.release();
             return;
         };
-        let (control, seen) = match run.step(lines, sensor, actuator) {
-            Ok(step) => step,
-            Err(fault) => return self.fail(fault, actuator),
-        };
-        self.counts.notice(seen.event);
-        if !self.watch.is_due() {
-            return;
+        match run.step(lines, self.channel.times_heard(), sensor, actuator) {
+            Ok((control, seen)) => {
+                self.counts.notice(seen.event);
+                if self.watch.is_due() {
+                    self.show(&control, &seen);
+                }
+            }
+            Err(ended) => self.end(ended, actuator),
         }
+    }
+
+    /// Tells a sample, if there is room for it.
+    #[inline(never)]
+    fn show(&mut self, control: &ControlSample<f32>, seen: &Seen<f32>) {
+        let Some(run) = &self.run else { return };
         let shown = Event::Shown(Shown {
             sample: run.sample,
             learnt: run.closed_loop.learnt(),
@@ -295,85 +357,125 @@ impl<'a> Sampler<'a> {
             output_error: seen.output_error,
             counts: self.counts,
         });
-        if self.events.enqueue(shown).is_err() {
+        if self.channel.tell(shown).is_err() {
             self.counts.dropped = self.counts.dropped.saturating_add(1);
         }
     }
 
-    /// What the firmware finds at the end of a sample: whether the next one was due already.
+    /// Takes in whether the next sample was due before this one had ended.
     #[inline]
-    pub fn ended<A: Actuator<f32>>(&mut self, late: bool, actuator: &mut A) {
+    fn ended<A: Actuator<f32>>(&mut self, late: bool, actuator: &mut A) {
         let Some(run) = &mut self.run else {
             return;
         };
         self.counts.overruns = self.counts.overruns.saturating_add(late.into());
         if let Err(fault) = run.protection.ended(late) {
-            self.fail(fault, actuator);
+            self.end(Ended::Faulted(fault), actuator);
         }
     }
 
+    /// Whether the background has been seen to go round lately.
+    #[inline]
+    fn background_is_alive(&mut self) -> bool {
+        let times = self.channel.times_alive();
+        match &mut self.run {
+            Some(run) => run.background.lasts(times),
+            None => self.background.lasts(times),
+        }
+    }
+
+    #[cold]
     fn obey<S: PositionSensor, A: Actuator<f32>>(
         &mut self,
-        order: Order,
+        order: Result<Order, Order>,
         lines: Lines,
         sensor: &mut S,
         actuator: &mut A,
     ) {
         match order {
-            // A fault that struck while the order was on its way stands.
-            Order::Run(_) if self.fault.is_some() => {}
-            Order::Run(run) => match lines.before_motion() {
-                Ok(()) => match sensor.count() {
+            // A stop has overtaken it; a fault that struck while it was on its way stands.
+            Err(Order::Run(run)) => self.give_back(run),
+            Ok(Order::Run(run)) if self.fault.is_some() => self.give_back(run),
+            Ok(Order::Run(run)) => {
+                let stands = lines
+                    .before_motion()
+                    .and_then(|()| sensor.count().map_err(|_| Fault::EncoderFailed));
+                match stands {
                     Ok(count) => {
                         self.counts.start();
-                        self.run.insert(run).start(count);
+                        run.start(count, self.channel.times_heard());
+                        run.background.begin(self.channel.times_alive());
+                        self.run = Some(run);
                     }
-                    Err(_) => self.fail(Fault::EncoderFailed, actuator),
-                },
-                Err(fault) => self.fail(fault, actuator),
-            },
-            Order::Target(counts) => {
+                    Err(fault) => {
+                        self.returned = Some(run);
+                        self.end(Ended::Faulted(fault), actuator);
+                    }
+                }
+            }
+            Ok(Order::Target(counts)) => {
                 if let Some(run) = &mut self.run {
                     run.reference.send(run.started_at.wrapping_add(counts));
                 }
             }
-            Order::Release => {
-                let _ = actuator.release();
-                let learnt = self.run.as_ref().map(|run| run.closed_loop.learnt());
-                self.run = None;
-                self.must_tell(Event::Released(learnt, self.counts));
+            Ok(Order::Clear) => self.clear(lines),
+            Ok(Order::Watch(every)) | Err(Order::Watch(every)) => {
+                self.watch = Watch { every, left: 0 };
             }
-            Order::Clear if self.fault.is_none() => {}
-            // These need a reset, which tests again.
-            Order::Clear
-                if matches!(self.fault, Some(Fault::ClockNotStable | Fault::WrongAnswer)) =>
-            {
-                if let Some(fault) = self.fault {
-                    self.must_tell(Event::Faulted(fault, self.counts));
-                }
-            }
-            Order::Clear => match lines.before_motion() {
-                Ok(()) => {
-                    self.fault = None;
-                    self.must_tell(Event::Cleared);
-                }
-                Err(fault) => self.fail(fault, actuator),
-            },
-            Order::Watch(every) => self.watch = Watch { every, left: 0 },
+            Err(Order::Target(_) | Order::Clear) => {}
         }
     }
 
-    #[cold]
-    fn fail<A: Actuator<f32>>(&mut self, fault: Fault, actuator: &mut A) {
-        let _ = actuator.release();
-        self.run = None;
-        self.fault = Some(fault);
-        self.must_tell(Event::Faulted(fault, self.counts));
+    fn clear(&mut self, lines: Lines) {
+        // These need a reset, which tests again.
+        let stays = matches!(self.fault, Some(Fault::ClockNotStable | Fault::WrongAnswer));
+        if !stays && self.fault.is_some() {
+            self.fault = lines.before_motion().err();
+        }
+        self.untold = true;
+        self.tell();
     }
 
-    fn must_tell(&mut self, event: Event) {
-        if let Err(event) = self.events.enqueue(event) {
-            self.untold = Some(event);
+    fn give_back(&mut self, run: &'static mut Run) {
+        self.returned = Some(run);
+        self.untold = true;
+        self.tell();
+    }
+
+    #[cold]
+    fn stop<A: Actuator<f32>>(&mut self, stops: u32, actuator: &mut A) {
+        self.stops = stops;
+        self.end(Ended::Stopped, actuator);
+    }
+
+    /// Lets the servo go.
+    #[cold]
+    fn end<A: Actuator<f32>>(&mut self, ended: Ended, actuator: &mut A) {
+        let _ = actuator.release();
+        if let Ended::Faulted(fault) = ended {
+            self.fault = Some(fault);
+        }
+        if let Some(run) = self.run.take() {
+            self.returned = Some(run);
+            self.ended = Some(ended);
+        }
+        self.untold = true;
+        self.tell();
+    }
+
+    #[cold]
+    fn tell(&mut self) {
+        let standing = Standing {
+            fault: self.fault,
+            ended: self.ended,
+            returned: self.returned.take(),
+            stops: self.stops,
+            counts: self.counts,
+        };
+        match self.channel.tell(Event::Standing(standing)) {
+            Ok(()) => self.untold = false,
+            Err(Event::Standing(standing)) => self.returned = standing.returned,
+            Err(Event::Shown(_)) => {}
         }
     }
 }
@@ -399,26 +501,70 @@ impl Watch {
     }
 }
 
+/// How long a counter has stood still.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Patience {
+    most: u32,
+    still: u32,
+    times: u32,
+}
+
+impl Patience {
+    fn of(most: u32) -> Self {
+        Self {
+            most,
+            still: 0,
+            times: 0,
+        }
+    }
+
+    fn begin(&mut self, times: u32) {
+        self.times = times;
+        self.still = 0;
+    }
+
+    #[inline]
+    fn lasts(&mut self, times: u32) -> bool {
+        if times != self.times {
+            self.begin(times);
+        } else {
+            self.still = self.still.saturating_add(1);
+        }
+        self.still < self.most
+    }
+}
+
 impl Run {
     /// One sample. The command goes out before anything is learnt, and what can wait comes last.
     #[inline]
     fn step<S: PositionSensor, A: Actuator<f32>>(
         &mut self,
         lines: Lines,
+        heard: u32,
         sensor: &mut S,
         actuator: &mut A,
-    ) -> Result<(ControlSample<f32>, Seen<f32>), Fault> {
-        lines.in_motion()?;
+    ) -> Result<(ControlSample<f32>, Seen<f32>), Ended> {
+        self.protection.check_lines(lines).map_err(Ended::Faulted)?;
         let setpoint = self.reference.next();
         let control = self
             .closed_loop
             .control(setpoint, sensor, actuator)
-            .map_err(|error| match error {
-                ControlStepError::Sensor(_) => Fault::EncoderFailed,
-                ControlStepError::Actuator(_) => Fault::ActuatorFailed,
-                _ => Fault::OutOfReach,
+            .map_err(|error| {
+                Ended::Faulted(match error {
+                    ControlStepError::Sensor(_) => Fault::EncoderFailed,
+                    ControlStepError::Actuator(_) => Fault::ActuatorFailed,
+                    _ => Fault::OutOfReach,
+                })
             })?;
-        self.protection.check(&control)?;
+        let count = self.closed_loop.count();
+        self.protection
+            .check(&control, count)
+            .map_err(Ended::Faulted)?;
+        match self.ending.check(count, heard) {
+            Course::On => {}
+            Course::Rest => self.reference.stay(),
+            Course::Ended(ended) => return Err(ended),
+        }
         let seen = self.closed_loop.learn(&control);
         self.closed_loop.work(SLICE);
         self.sample = self.sample.wrapping_add(1);

@@ -3,18 +3,21 @@
 use core::fmt;
 
 use drive_link::{
-    Command, Estimates, Kept, PROTOCOL, Refusal, Report, Request, Settings, Snapshot, State, Status,
+    Command, Ended, Estimates, Fault, Kept, NotAllowed, PROTOCOL, Refusal, Report, Request,
+    Settings, Snapshot, State, Status,
 };
 use embedded_storage::nor_flash::NorFlash;
-use heapless::spsc::{Consumer, Producer};
 use serde::{Deserialize, Serialize};
 
+use crate::channel::BackgroundEnd;
 use crate::closed_loop::{ClosedLoop, Learnt};
-use crate::sampler::{Counts, EVENTS, Event, ORDERS, Order, Run, Shown};
+use crate::parts;
+use crate::protection::reach;
+use crate::sampler::{Counts, Event, Order, Run, Shown, Stage};
 use crate::store::Store;
 
 /// The version of the [`Record`]: another one is another meaning of the bytes.
-const VERSION: u16 = 2;
+const VERSION: u16 = 3;
 
 /// What survives a loss of power.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -26,62 +29,90 @@ struct Record {
 
 /// The background's half of a drive.
 pub struct Supervisor<'a, F> {
-    orders: Producer<'a, Order, ORDERS>,
-    events: Consumer<'a, Event, EVENTS>,
+    channel: BackgroundEnd<'a>,
     store: Store<F>,
     kept: Kept,
-    full_scale: f64,
+    stage: Stage,
     settings: Settings,
+    configured: bool,
+    /// Where a run is built, unless the interrupt has it.
+    spare: Option<Spare>,
     /// The loop that was started last: it says in SI what the interrupt tells in its own units.
     closed_loop: Option<ClosedLoop>,
     estimates: Option<Estimates>,
-    state: State,
-    /// The interrupt has been told to let the servo go and has not said yet that it did.
-    releasing: bool,
+    fault: Option<Fault>,
+    ended: Option<Ended>,
+    /// The stops that the interrupt has obeyed.
+    stops: u32,
     counts: Counts,
+    /// Samples that were told, but not said for want of room on the line.
+    unsaid: u32,
     garbled: u32,
+}
+
+/// Memory of a run.
+enum Spare {
+    /// Never used.
+    Blank(&'static mut Option<Run>),
+    Used(&'static mut Run),
+}
+
+impl Spare {
+    fn filled(self, run: Run) -> &'static mut Run {
+        match self {
+            Self::Blank(slot) => slot.insert(run),
+            Self::Used(slot) => {
+                *slot = run;
+                slot
+            }
+        }
+    }
 }
 
 impl<F> fmt::Debug for Supervisor<'_, F> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Supervisor")
-            .field("state", &self.state)
+            .field("fault", &self.fault)
             .field("settings", &self.settings)
             .finish_non_exhaustive()
     }
 }
 
 impl<'a, F: NorFlash> Supervisor<'a, F> {
-    /// With the record in the store, or else the built-in settings. `full_scale` is the command that
-    /// asks for all that the output stage has, command units.
+    /// With the record in the store, or else unconfigured, with settings to begin from. What the boot
+    /// found wrong holds from the beginning.
     pub fn new(
-        orders: Producer<'a, Order, ORDERS>,
-        events: Consumer<'a, Event, EVENTS>,
+        channel: BackgroundEnd<'a>,
+        memory: &'static mut Option<Run>,
         (flash, start): (F, u32),
         built_in: &Settings,
-        full_scale: f64,
+        stage: Stage,
+        found_at_boot: Result<(), Fault>,
     ) -> Self {
         let (store, record, kept) = Store::open::<Record>(flash, start, VERSION);
         // A record that this firmware would refuse is of no use, however whole it is.
         let read = record.is_some();
-        let record = record.filter(|record| Run::new(&record.settings, full_scale).is_ok());
+        let record = record.filter(|record| Run::new(&record.settings, &stage).is_ok());
         let kept = if read && record.is_none() {
             Kept::OtherVersion
         } else {
             kept
         };
         Self {
-            orders,
-            events,
+            stops: channel.stops(),
+            channel,
             store,
             kept,
-            full_scale,
+            stage,
+            configured: record.is_some(),
             settings: record.map_or(*built_in, |record| record.settings),
+            spare: Some(Spare::Blank(memory)),
             closed_loop: None,
             estimates: record.and_then(|record| record.estimates),
-            state: State::Released,
-            releasing: false,
+            fault: found_at_boot.err(),
+            ended: None,
             counts: Counts::default(),
+            unsaid: 0,
             garbled: 0,
         }
     }
@@ -95,13 +126,37 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     /// What the drive does.
     #[must_use]
     pub fn state(&self) -> State {
-        self.state
+        match self.fault {
+            Some(fault) => State::Faulted(fault),
+            None if self.is_out() => State::Running,
+            None => State::Released,
+        }
+    }
+
+    /// Whether the interrupt has a run, as far as it has told.
+    fn is_out(&self) -> bool {
+        self.spare.is_none()
+    }
+
+    /// Whether the interrupt has been told to stop and has not said yet that it did.
+    fn is_stopping(&self) -> bool {
+        self.stops != self.channel.stops()
     }
 
     /// What the last run found, or the one that was kept.
     #[must_use]
     pub fn estimates(&self) -> Option<Estimates> {
         self.estimates
+    }
+
+    /// The background goes round: say so in each of its turns.
+    pub fn is_alive(&self) {
+        self.channel.is_alive();
+    }
+
+    /// Takes note of a sample that was told and found no room on the line.
+    pub fn unsaid(&mut self) {
+        self.unsaid = self.unsaid.saturating_add(1);
     }
 
     /// Takes note of a frame that was not understood.
@@ -111,34 +166,35 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
 
     /// The next thing that the interrupt tells, as a report.
     pub fn news(&mut self) -> Option<Report> {
-        Some(match self.events.dequeue()? {
+        Some(match self.channel.event()? {
             Event::Shown(shown) => Report::Snapshot(self.snapshot(&shown)),
-            Event::Faulted(fault, counts) => {
-                self.counts = counts;
-                self.releasing = false;
-                self.state = State::Faulted(fault);
-                Report::Fault(fault)
-            }
-            Event::Cleared => {
-                self.state = State::Released;
-                self.status(None)
-            }
-            Event::Released(learnt, counts) => {
-                self.counts = counts;
-                self.releasing = false;
-                if self.state == State::Running {
-                    self.state = State::Released;
+            Event::Standing(standing) => {
+                self.counts = standing.counts;
+                self.fault = standing.fault;
+                self.ended = standing.ended;
+                self.stops = standing.stops;
+                if let Some(run) = standing.returned {
+                    if run.has_run() {
+                        self.take_in(&run.closed_loop().learnt());
+                    }
+                    self.spare = Some(Spare::Used(run));
                 }
-                if let Some(learnt) = learnt {
-                    self.take_in(&learnt);
+                match standing.fault {
+                    Some(fault) => Report::Fault(fault),
+                    None => self.status(None),
                 }
-                self.status(None)
             }
         })
     }
 
+    /// Lets the servo go, at once, whatever is asked or told besides.
+    pub fn stop(&self) {
+        self.channel.stop();
+    }
+
     /// Does what is asked for, and answers.
     pub fn answer(&mut self, request: &Request) -> Report {
+        self.channel.heard();
         let id = request.id;
         match self.obey(&request.command) {
             Ok(()) => match request.command {
@@ -158,34 +214,31 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             Command::Hello | Command::Show => {}
             Command::Configure(settings) => {
                 self.must_be_let_go()?;
-                Run::new(&settings, self.full_scale).map_err(Refusal::Setting)?;
+                Run::new(&settings, &self.stage).map_err(Refusal::Setting)?;
+                // What is said of a servo now holds more than what was learnt of another.
+                if settings.closed_loop != self.settings.closed_loop {
+                    self.estimates = None;
+                }
                 self.settings = settings;
+                self.configured = true;
             }
             Command::Start => {
                 // Said again, it is done already.
-                if self.state == State::Running && !self.releasing {
+                if self.state() == State::Running && !self.is_stopping() {
                     return Ok(());
                 }
-                self.must_be_released()?;
-                let run = Run::new(&self.settings, self.full_scale).map_err(Refusal::Setting)?;
-                self.order(Order::Run(run))?;
-                self.closed_loop = Some(*run.closed_loop());
-                self.state = State::Running;
+                self.start()?;
             }
             Command::Target(radians) => {
-                if self.state != State::Running {
+                if self.state() != State::Running {
                     return Err(Refusal::NotRunning);
                 }
-                self.order(Order::Target(self.counts(radians)?))?;
+                let target = Order::Target(self.counts(radians)?);
+                self.order(target)?;
             }
-            // One release at a time: the end of a second one would be taken for that of a later run.
-            Command::Stop if self.releasing => {}
-            Command::Stop => {
-                self.order(Order::Release)?;
-                self.releasing = true;
-            }
+            Command::Stop => self.channel.stop(),
             Command::Clear => {
-                if let State::Faulted(_) = self.state {
+                if let State::Faulted(_) = self.state() {
                     self.order(Order::Clear)?;
                 }
             }
@@ -204,29 +257,62 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         Ok(())
     }
 
+    fn start(&mut self) -> Result<(), Refusal> {
+        if let State::Faulted(fault) = self.state() {
+            return Err(Refusal::Faulted(fault));
+        }
+        if !self.configured {
+            return Err(Refusal::NotConfigured);
+        }
+        self.must_be_let_go()?;
+        let run = self.prepared().map_err(Refusal::Setting)?;
+        let Some(spare) = self.spare.take() else {
+            return Err(Refusal::Busy);
+        };
+        let run = spare.filled(run);
+        let closed_loop = *run.closed_loop();
+        match self.channel.order(Order::Run(run)) {
+            Ok(()) => {
+                self.closed_loop = Some(closed_loop);
+                Ok(())
+            }
+            Err(order) => {
+                if let Order::Run(run) = order {
+                    self.spare = Some(Spare::Used(run));
+                }
+                Err(Refusal::Busy)
+            }
+        }
+    }
+
+    /// A run that begins with what is known of the servo; with what was configured, where that would
+    /// not do.
+    fn prepared(&self) -> Result<Run, NotAllowed> {
+        if let Some(known) = &self.estimates {
+            let mut settings = self.settings;
+            parts::begin_with(known, &mut settings.closed_loop.core.identifier);
+            if let Ok(run) = Run::new(&settings, &self.stage) {
+                return Ok(run);
+            }
+        }
+        Run::new(&self.settings, &self.stage)
+    }
+
     /// Released or faulted, and the interrupt has said so.
     fn must_be_let_go(&self) -> Result<(), Refusal> {
-        if self.state == State::Running || self.releasing {
+        if self.is_out() || self.is_stopping() {
             Err(Refusal::Running)
         } else {
             Ok(())
         }
     }
 
-    fn must_be_released(&self) -> Result<(), Refusal> {
-        match self.state {
-            State::Released if !self.releasing => Ok(()),
-            State::Released | State::Running => Err(Refusal::Running),
-            State::Faulted(fault) => Err(Refusal::Faulted(fault)),
-        }
-    }
-
     fn order(&mut self, order: Order) -> Result<(), Refusal> {
-        self.orders.enqueue(order).map_err(|_| Refusal::Busy)
+        self.channel.order(order).map_err(|_| Refusal::Busy)
     }
 
     fn counts(&self, radians: f64) -> Result<i32, Refusal> {
-        let most = self.settings.protection.travel;
+        let most = reach(&self.settings);
         if !radians.is_finite() || radians.abs() > most {
             return Err(Refusal::TooFar { most });
         }
@@ -237,12 +323,15 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     fn status(&self, id: Option<u8>) -> Report {
         let status = Status {
             protocol: PROTOCOL,
-            state: self.state,
+            state: self.state(),
             kept: self.kept,
+            configured: self.configured,
+            ended: self.ended,
+            command_delay: self.stage.command_delay as f32,
             estimates: self.estimates,
             noticed: self.counts.noticed,
             overruns: self.counts.overruns,
-            dropped: self.counts.dropped,
+            dropped: self.counts.dropped.saturating_add(self.unsaid),
             garbled: self.garbled,
         };
         Report::Status { id, status }

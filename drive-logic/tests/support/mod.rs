@@ -1,10 +1,14 @@
 //! What the tests of a drive share: settings, a flash that can lose its power, a servo.
 #![allow(dead_code)]
 
+#[macro_use]
+pub(crate) mod drive;
+
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings};
+use drive_logic::{Chip, Lines, Stage};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
@@ -44,10 +48,15 @@ pub(crate) fn settings() -> Settings {
         },
         protection: Protection {
             following_error: 3.0,
-            travel: 50.0,
-            speed: 5.0,
+            travel: 51.0,
+            pace: 5.0,
+            speed: 100.0,
+            breakaway: 3.0,
             stall_time: 0.1,
             overruns: 3,
+            duration: 0.0,
+            link_timeout: 0.0,
+            stop_time: 0.5,
         },
     }
 }
@@ -148,6 +157,20 @@ impl NorFlash for Flash {
     }
 }
 
+/// What the output stage of the bench can do.
+pub(crate) const STAGE: Stage = Stage {
+    full_scale: 10.0,
+    period: 5e-5,
+    command_delay: 1.25e-5,
+};
+
+/// What the pins of a bench say when all is well.
+pub(crate) const HEALTHY: Lines = Lines {
+    amplifier: true,
+    low_switch: true,
+    high_switch: true,
+};
+
 /// A servo on the bench: what holds it, and what its encoder and output stage do.
 pub(crate) struct Bench {
     pub(crate) plant: RefCell<Plant>,
@@ -160,6 +183,10 @@ pub(crate) struct Bench {
     pub(crate) sensor_works: Cell<bool>,
     pub(crate) stage_works: Cell<bool>,
     pub(crate) held: Cell<Option<f32>>,
+    pub(crate) lines: Cell<Lines>,
+    pub(crate) late: Cell<bool>,
+    /// How often the watchdog was fed.
+    pub(crate) fed: Cell<u32>,
 }
 
 impl Bench {
@@ -177,6 +204,9 @@ impl Bench {
             sensor_works: Cell::new(true),
             stage_works: Cell::new(true),
             held: Cell::new(None),
+            lines: Cell::new(HEALTHY),
+            late: Cell::new(false),
+            fed: Cell::new(0),
         }
     }
 
@@ -192,6 +222,44 @@ impl Bench {
     pub(crate) fn pass(&self) {
         let command = self.held.get().unwrap_or(0.0);
         self.plant.borrow_mut().advance(f64::from(command));
+    }
+}
+
+/// The bench as the sample interrupt finds it.
+pub(crate) struct Pins<'a> {
+    bench: &'a Bench,
+    sensor: &'a Bench,
+    actuator: &'a Bench,
+}
+
+impl Bench {
+    pub(crate) fn pins(&self) -> Pins<'_> {
+        Pins {
+            bench: self,
+            sensor: self,
+            actuator: self,
+        }
+    }
+}
+
+impl<'a> Chip for Pins<'a> {
+    type Sensor = &'a Bench;
+    type Output = &'a Bench;
+
+    fn lines(&self) -> Lines {
+        self.bench.lines.get()
+    }
+
+    fn servo(&mut self) -> (&mut Self::Sensor, &mut Self::Output) {
+        (&mut self.sensor, &mut self.actuator)
+    }
+
+    fn next_is_due(&self) -> bool {
+        self.bench.late.get()
+    }
+
+    fn feed_watchdog(&mut self) {
+        self.bench.fed.set(self.bench.fed.get() + 1);
     }
 }
 

@@ -1,0 +1,183 @@
+//! What goes between the two halves: orders one way, events the other, and beside the queues what
+//! must never wait for room.
+
+use core::fmt;
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use heapless::spsc::{Consumer, Producer, Queue};
+
+use crate::sampler::{Event, Order};
+
+/// Orders and events that may be on their way at once, and one more; powers of two, so that a queue
+/// masks where it would divide.
+const ORDERS: usize = 4;
+const EVENTS: usize = 8;
+
+/// Everything between the two halves of a drive.
+#[derive(Debug)]
+pub struct Channel {
+    orders: Queue<Stamped, ORDERS>,
+    events: Queue<Event, EVENTS>,
+    signals: Signals,
+}
+
+/// An order, and how many stops had been asked for before it: one that a stop overtook is void.
+#[derive(Debug)]
+struct Stamped {
+    stops: u32,
+    order: Order,
+}
+
+/// Counters that the background raises and the interrupt reads: nothing can fill them.
+#[derive(Debug)]
+struct Signals {
+    stops: AtomicU32,
+    heard: AtomicU32,
+    alive: AtomicU32,
+}
+
+/// The background's end of a [`Channel`].
+pub struct BackgroundEnd<'a> {
+    orders: Producer<'a, Stamped, ORDERS>,
+    events: Consumer<'a, Event, EVENTS>,
+    signals: &'a Signals,
+}
+
+/// The interrupt's end of a [`Channel`].
+pub struct InterruptEnd<'a> {
+    orders: Consumer<'a, Stamped, ORDERS>,
+    events: Producer<'a, Event, EVENTS>,
+    signals: &'a Signals,
+}
+
+impl fmt::Debug for BackgroundEnd<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("BackgroundEnd").finish_non_exhaustive()
+    }
+}
+
+impl fmt::Debug for InterruptEnd<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("InterruptEnd").finish_non_exhaustive()
+    }
+}
+
+impl Channel {
+    /// Empty.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            orders: Queue::new(),
+            events: Queue::new(),
+            signals: Signals {
+                stops: AtomicU32::new(0),
+                heard: AtomicU32::new(0),
+                alive: AtomicU32::new(0),
+            },
+        }
+    }
+
+    /// Both ends.
+    pub fn split(&mut self) -> (BackgroundEnd<'_>, InterruptEnd<'_>) {
+        let Self {
+            orders,
+            events,
+            signals,
+        } = self;
+        let (give, take) = orders.split();
+        let (tell, hear) = events.split();
+        let background = BackgroundEnd {
+            orders: give,
+            events: hear,
+            signals,
+        };
+        let interrupt = InterruptEnd {
+            orders: take,
+            events: tell,
+            signals,
+        };
+        (background, interrupt)
+    }
+}
+
+impl Default for Channel {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Raises a counter that nobody else writes. Cores without an atomic addition have this too.
+fn raise(counter: &AtomicU32) {
+    let next = counter.load(Ordering::Relaxed).wrapping_add(1);
+    counter.store(next, Ordering::Release);
+}
+
+impl BackgroundEnd<'_> {
+    /// Gives an order, or gives it back if the interrupt has not done the ones before it.
+    pub(crate) fn order(&mut self, order: Order) -> Result<(), Order> {
+        let stops = self.stops();
+        self.orders
+            .enqueue(Stamped { stops, order })
+            .map_err(|back| back.order)
+    }
+
+    /// The next event.
+    pub(crate) fn event(&mut self) -> Option<Event> {
+        self.events.dequeue()
+    }
+
+    /// Stops whatever runs and makes void every order that was not done yet.
+    pub(crate) fn stop(&self) {
+        raise(&self.signals.stops);
+    }
+
+    /// How often that was asked for.
+    pub(crate) fn stops(&self) -> u32 {
+        self.signals.stops.load(Ordering::Relaxed)
+    }
+
+    /// Somebody was heard on the line who speaks our language.
+    pub(crate) fn heard(&self) {
+        raise(&self.signals.heard);
+    }
+
+    /// The background goes round.
+    pub(crate) fn is_alive(&self) {
+        raise(&self.signals.alive);
+    }
+}
+
+impl InterruptEnd<'_> {
+    /// The next order that no stop has overtaken since it was given, and those that one has overtaken
+    /// as errors.
+    #[inline]
+    pub(crate) fn order(&mut self) -> Option<Result<Order, Order>> {
+        let Stamped { stops, order } = self.orders.dequeue()?;
+        Some(if stops == self.stops() {
+            Ok(order)
+        } else {
+            Err(order)
+        })
+    }
+
+    /// Tells, or gives back what finds no room.
+    #[inline]
+    pub(crate) fn tell(&mut self, event: Event) -> Result<(), Event> {
+        self.events.enqueue(event)
+    }
+
+    #[inline]
+    pub(crate) fn stops(&self) -> u32 {
+        self.signals.stops.load(Ordering::Acquire)
+    }
+
+    #[inline]
+    pub(crate) fn times_heard(&self) -> u32 {
+        self.signals.heard.load(Ordering::Relaxed)
+    }
+
+    #[inline]
+    pub(crate) fn times_alive(&self) -> u32 {
+        self.signals.alive.load(Ordering::Relaxed)
+    }
+}

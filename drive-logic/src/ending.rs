@@ -1,0 +1,187 @@
+//! How a run ends when nobody stops it and nothing is wrong with the servo: its time is over, or the
+//! host is silent. The servo comes to rest under control, and only then is let go.
+
+use drive_link::{Ended, Fault, Protection};
+use identifier_core::units::Units;
+
+use crate::time::samples;
+
+/// Counts within which the servo is at rest, and for how long, s.
+const AT_REST: u32 = 4;
+const REST_TIME: f64 = 0.02;
+
+/// The watch over the end of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Ending {
+    phase: Phase,
+    /// Samples that the phase has left.
+    left: u32,
+    has_end: bool,
+    /// Samples for which the host may be silent, if there is such a bound.
+    silent_most: u32,
+    silent: u32,
+    heard: u32,
+    stop_time: u32,
+    rest_time: u32,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Phase {
+    Driving,
+    /// The reference stands. The servo has stayed within a few counts of a place for some samples.
+    ComingToRest {
+        why: Ended,
+        at: i32,
+        still: u32,
+    },
+}
+
+/// What a sample means for the run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Course {
+    /// It goes on.
+    On,
+    /// The reference is to stand from now on.
+    Rest,
+    /// It has ended.
+    Ended(Ended),
+}
+
+impl Ending {
+    /// The silence that is allowed where there is no bound.
+    const FOR_EVER: u32 = u32::MAX;
+
+    pub(crate) fn new(given: &Protection, units: &Units) -> Self {
+        Self {
+            phase: Phase::Driving,
+            left: samples(given.duration, units),
+            has_end: given.duration > 0.0,
+            silent_most: if given.link_timeout > 0.0 {
+                samples(given.link_timeout, units)
+            } else {
+                Self::FOR_EVER
+            },
+            silent: 0,
+            heard: 0,
+            stop_time: samples(given.stop_time, units),
+            rest_time: samples(REST_TIME, units),
+        }
+    }
+
+    /// From now on, having heard the host so often.
+    pub(crate) fn start(&mut self, heard: u32) {
+        self.heard = heard;
+        self.silent = 0;
+    }
+
+    /// Looks at a sample: the servo's count, and how often the host was heard.
+    #[inline]
+    pub(crate) fn check(&mut self, count: i32, heard: u32) -> Course {
+        if let Phase::ComingToRest { .. } = self.phase {
+            return self.rest(count);
+        }
+        if heard != self.heard {
+            self.heard = heard;
+            self.silent = 0;
+        } else {
+            self.silent = self.silent.saturating_add(1);
+        }
+        if self.has_end {
+            self.left -= 1;
+            if self.left == 0 {
+                return self.begin_rest(Ended::Over, count);
+            }
+        }
+        if self.silent >= self.silent_most && self.silent_most != Self::FOR_EVER {
+            return self.begin_rest(Ended::Faulted(Fault::LinkSilent), count);
+        }
+        Course::On
+    }
+
+    #[cold]
+    fn begin_rest(&mut self, why: Ended, at: i32) -> Course {
+        self.phase = Phase::ComingToRest { why, at, still: 0 };
+        self.left = self.stop_time;
+        Course::Rest
+    }
+
+    #[cold]
+    fn rest(&mut self, count: i32) -> Course {
+        let Phase::ComingToRest { why, at, still } = &mut self.phase else {
+            return Course::On;
+        };
+        if count.wrapping_sub(*at).unsigned_abs() > AT_REST {
+            (*at, *still) = (count, 0);
+        } else {
+            *still += 1;
+        }
+        self.left -= 1;
+        if *still >= self.rest_time || self.left == 0 {
+            Course::Ended(*why)
+        } else {
+            Course::On
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ending(duration: f64, link_timeout: f64) -> Ending {
+        let given = Protection {
+            following_error: 1.0,
+            travel: 1.0,
+            pace: 1.0,
+            speed: 1.0,
+            breakaway: 1.0,
+            stall_time: 1.0,
+            overruns: 1,
+            duration,
+            link_timeout,
+            stop_time: 0.05,
+        };
+        let units = Units::new(1e-3, 1e-3).expect("allowed");
+        let mut ending = Ending::new(&given, &units);
+        ending.start(7);
+        ending
+    }
+
+    /// Samples until the first answer that is not "on".
+    fn until(ending: &mut Ending, mut count: impl FnMut(u32) -> i32) -> (u32, Course) {
+        (1..100_000)
+            .map(|k| (k, ending.check(count(k), 7)))
+            .find(|(_, course)| *course != Course::On)
+            .expect("it ends")
+    }
+
+    #[test]
+    fn a_run_ends_when_its_time_is_over_and_the_servo_stands() {
+        let mut ending = ending(2.0, 0.0);
+        assert_eq!(until(&mut ending, |k| k as i32), (2000, Course::Rest));
+        // It stands at once: 20 samples show that.
+        let end = until(&mut ending, |_| 2000);
+        assert_eq!(end, (20, Course::Ended(Ended::Over)));
+    }
+
+    #[test]
+    fn a_servo_that_does_not_come_to_rest_is_let_go_when_the_time_for_that_is_over() {
+        let mut ending = ending(0.0, 0.3);
+        assert_eq!(until(&mut ending, |k| 9 * k as i32), (300, Course::Rest));
+        let end = until(&mut ending, |k| 9 * k as i32);
+        let silent = Ended::Faulted(Fault::LinkSilent);
+        assert_eq!(end, (50, Course::Ended(silent)));
+    }
+
+    #[test]
+    fn whoever_is_heard_keeps_the_run_alive_and_without_a_bound_nobody_needs_to_be() {
+        let mut bounded = ending(0.0, 0.3);
+        for k in 0..10_000 {
+            assert_eq!(bounded.check(0, 7 + k / 299), Course::On);
+        }
+        let mut free = ending(0.0, 0.0);
+        for _ in 0..1_000_000 {
+            assert_eq!(free.check(0, 7), Course::On);
+        }
+    }
+}

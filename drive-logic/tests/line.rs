@@ -1,0 +1,332 @@
+//! The drive at the end of a real line: bytes take their time, in both directions, and so does the
+//! background. What matters is how soon a stop is obeyed, and what a broken line does.
+
+#[macro_use]
+mod support;
+
+use std::collections::VecDeque;
+
+use drive_link::{Command, Fault, Law, Receiver, Refusal, Report, Request, Settings, State, frame};
+use drive_logic::{Conversation, Line};
+use support::drive::{Drive, SERVO};
+use support::{Bench, Flash, settings};
+
+/// Time of a byte at 921 600 baud, ns.
+const BYTE: u64 = 10_851;
+
+/// Time between samples, ns: 4 kHz.
+const SAMPLE: u64 = 250_000;
+
+/// What a turn of the background takes, ns, above what the emulator counts for it
+/// (`cargo xtask budget`: `turn-…`) at two cycles for an instruction: without anything to do; for each
+/// byte that is looked at; if anything is said, for a request with its answer; for a piece of news, in
+/// every turn.
+const TURN: [u64; 4] = [5_000, 2_000, 700_000, 300_000];
+
+/// Bytes that the firmware's queues hold.
+const ROOM: usize = 2047;
+
+/// The wires, and what waits at both ends of them.
+#[derive(Default)]
+struct Wires {
+    to_drive: VecDeque<u8>,
+    heard: VecDeque<u8>,
+    to_say: VecDeque<u8>,
+    /// Bytes heard in this turn, and frames said.
+    bytes: u64,
+    frames: u64,
+}
+
+impl Line for Wires {
+    fn hear(&mut self) -> Option<u8> {
+        let byte = self.heard.pop_front();
+        self.bytes += u64::from(byte.is_some());
+        byte
+    }
+
+    fn room(&self) -> usize {
+        ROOM - self.to_say.len()
+    }
+
+    fn say(&mut self, bytes: &[u8]) {
+        assert!(bytes.len() <= self.room());
+        self.to_say.extend(bytes);
+        self.frames += 1;
+    }
+}
+
+/// A drive, its line and its time.
+struct OnLine<'a> {
+    drive: Drive<'a>,
+    conversation: Conversation,
+    wires: Wires,
+    receiver: Receiver,
+    reports: Vec<Report>,
+    /// ns.
+    now: u64,
+    next_sample: u64,
+    free_at: u64,
+    id: u8,
+}
+
+impl<'a> OnLine<'a> {
+    fn new(drive: Drive<'a>) -> Self {
+        Self {
+            drive,
+            conversation: Conversation::new(),
+            wires: Wires::default(),
+            receiver: Receiver::new(),
+            reports: Vec::new(),
+            now: 0,
+            next_sample: 0,
+            free_at: 0,
+            id: 0,
+        }
+    }
+
+    /// Lets the time of a byte pass.
+    fn step(&mut self) {
+        self.now += BYTE;
+        if let Some(byte) = self.wires.to_drive.pop_front()
+            && self.wires.heard.len() < ROOM
+        {
+            self.wires.heard.push_back(byte);
+        }
+        if let Some(byte) = self.wires.to_say.pop_front()
+            && let Some(Ok(report)) = self.receiver.take::<Report>(byte)
+        {
+            self.reports.push(report);
+        }
+        if self.now >= self.next_sample {
+            self.next_sample += SAMPLE;
+            self.drive.sampler.interrupt(&mut self.drive.bench.pins());
+            self.drive.bench.pass();
+        }
+        if self.now >= self.free_at {
+            (self.wires.bytes, self.wires.frames) = (0, 0);
+            self.conversation
+                .turn(&mut self.wires, &mut self.drive.supervisor);
+            let [turn, byte, answer, news] = TURN;
+            let answered = if self.wires.frames > 0 { answer } else { 0 };
+            self.free_at = self.now + turn + byte * self.wires.bytes.min(160) + answered + news;
+        }
+    }
+
+    fn pass(&mut self, time: f64) {
+        let until = self.now + (1e9 * time) as u64;
+        while self.now < until {
+            self.step();
+        }
+    }
+
+    fn send(&mut self, bytes: &[u8]) {
+        self.wires.to_drive.extend(bytes);
+    }
+
+    /// Says a request as a host does: after a zero, so that whatever was on the line before ends.
+    fn say(&mut self, command: Command) -> u8 {
+        self.id = self.id.wrapping_add(1);
+        let framed = frame(&Request {
+            id: self.id,
+            command,
+        });
+        self.send(&[0]);
+        self.send(&framed.expect("it fits"));
+        self.id
+    }
+
+    /// Asks until it is done.
+    fn ask(&mut self, command: Command) {
+        for _ in 0..50 {
+            let id = self.say(command);
+            self.reports.clear();
+            for _ in 0..200 {
+                self.pass(2e-4);
+                for report in &self.reports {
+                    match report {
+                        Report::Done { id: same } if *same == id => return,
+                        Report::Refused { id: same, refusal } if *same == id => {
+                            assert!(
+                                matches!(refusal, Refusal::Busy | Refusal::Running),
+                                "{refusal}"
+                            );
+                        }
+                        _ => {}
+                    }
+                }
+            }
+        }
+        panic!("{command:?} is not done");
+    }
+
+    fn is_driven(&self) -> bool {
+        self.drive.bench.held.get().is_some()
+    }
+}
+
+/// Numbers that look random, the same in every run.
+struct Random(u32);
+
+impl Random {
+    fn next(&mut self) -> u32 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 17;
+        self.0 ^= self.0 << 5;
+        self.0
+    }
+
+    fn below(&mut self, most: u32) -> u32 {
+        self.next() % most
+    }
+}
+
+/// 4 kHz, everything shown.
+fn fast() -> Settings {
+    let mut fast = settings();
+    fast.closed_loop.core.sample_time = 2.5e-4;
+    fast.closed_loop.law = Law::Gradient { friction: true };
+    // The bench's servo moves by a millisecond in each sample: four times as fast.
+    fast.protection.speed = 1e3;
+    fast.protection.following_error = 50.0;
+    fast
+}
+
+#[test]
+fn ten_thousand_stops_are_obeyed_within_two_milliseconds_whatever_is_on_the_line() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    drive.done(Command::Configure(fast()));
+    let mut line = OnLine::new(drive);
+    line.ask(Command::Watch(1));
+    let mut random = Random(0x2545_f491);
+    let mut worst = 0;
+    for _ in 0..10_000 {
+        line.ask(Command::Start);
+        line.pass(5e-4 + 1e-6 * f64::from(random.below(1000)));
+        assert!(line.is_driven());
+        // Garbage, pieces of frames, requests with long answers, and more orders than there is room
+        // for.
+        for _ in 0..random.below(60) {
+            line.send(&[random.next() as u8]);
+        }
+        for _ in 0..random.below(6) {
+            let command = match random.below(4) {
+                0 => Command::Show,
+                1 => Command::Hello,
+                2 => Command::Watch(1),
+                _ => Command::Target(0.1),
+            };
+            line.say(command);
+        }
+        let cut = frame(&Request {
+            id: 0,
+            command: Command::Configure(settings()),
+        });
+        let cut = cut.expect("it fits");
+        line.send(&cut[..random.below(20) as usize]);
+        line.pass(1e-6 * f64::from(random.below(1000)));
+        // What the host's driver still holds goes out first: the clock starts when the stop is on the
+        // wire.
+        while !line.wires.to_drive.is_empty() {
+            line.step();
+        }
+        let said = line.now;
+        line.say(Command::Stop);
+        for _ in 0..random.below(60) {
+            line.send(&[random.next() as u8]);
+        }
+        while line.is_driven() {
+            line.step();
+            assert!(line.now < said + 100_000_000, "never obeyed");
+        }
+        worst = worst.max(line.now - said);
+        line.send(&[0]);
+        line.pass(0.01);
+        assert!(!line.is_driven());
+    }
+    println!("worst of 10 000 stops: {:.3} ms", worst as f64 * 1e-6);
+    assert!(worst < 2_000_000, "{worst} ns");
+    let status = line.drive.status();
+    assert_eq!(status.state, State::Released);
+    assert!(status.dropped > 0, "the line was full of what was shown");
+}
+
+#[test]
+fn a_line_that_is_cut_anywhere_ends_the_run_in_time() {
+    let mut random = Random(7);
+    for _ in 0..200 {
+        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        boot!(drive, &bench, &flash);
+        let mut wanted = fast();
+        wanted.protection.link_timeout = 0.05;
+        wanted.protection.stop_time = 0.05;
+        drive.done(Command::Configure(wanted));
+        let mut line = OnLine::new(drive);
+        line.ask(Command::Watch(1));
+        line.ask(Command::Start);
+        line.pass(0.001);
+        for _ in 0..random.below(5) {
+            line.say(Command::Hello);
+            line.pass(0.02);
+        }
+        assert!(line.is_driven());
+        // In the middle of a request, and from then on noise.
+        let framed = frame(&Request {
+            id: 1,
+            command: Command::Target(1.0),
+        });
+        let framed = framed.expect("it fits");
+        line.send(&framed[..random.below(framed.len() as u32) as usize]);
+        let cut = line.now;
+        while line.is_driven() {
+            if random.below(100) == 0 {
+                line.send(&[random.next() as u8]);
+            }
+            line.step();
+            assert!(line.now < cut + 1_000_000_000, "still driven");
+        }
+        let late = (line.now - cut) as f64 * 1e-9;
+        assert!(late < 0.05 + 0.05 + 0.002, "{late} s");
+        line.pass(0.01);
+        assert_eq!(
+            line.drive.supervisor.state(),
+            State::Faulted(Fault::LinkSilent)
+        );
+    }
+}
+
+#[test]
+fn bytes_that_are_lost_doubled_or_changed_move_nothing_that_nobody_ordered() {
+    let mut random = Random(99);
+    for _ in 0..100 {
+        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        boot!(drive, &bench, &flash);
+        drive.done(Command::Configure(fast()));
+        let mut line = OnLine::new(drive);
+        for _ in 0..40 {
+            let command = match random.below(6) {
+                0 => Command::Show,
+                1 => Command::Stop,
+                2 => Command::Watch(1),
+                3 => Command::Clear,
+                4 => Command::Configure(fast()),
+                _ => Command::Target(1.0),
+            };
+            let framed = frame(&Request { id: 3, command });
+            for &byte in framed.expect("it fits").iter() {
+                match random.below(50) {
+                    0 => {}
+                    1 => line.send(&[byte, byte]),
+                    2 => line.send(&[byte ^ (1 << random.below(8))]),
+                    _ => line.send(&[byte]),
+                }
+            }
+            line.pass(2e-3);
+            assert!(!line.is_driven(), "nobody said start");
+        }
+        line.pass(0.1);
+        line.send(&[0]);
+        line.ask(Command::Stop);
+        assert_eq!(line.drive.supervisor.state(), State::Released);
+    }
+}

@@ -1,0 +1,434 @@
+//! What keeps a machine with a spindle on it whole, beside the faults: who may start it, what ends a
+//! run, and what may be asked of it.
+
+#[macro_use]
+mod support;
+
+use drive_link::{Command, Ended, Fault, Law, Refusal, Report, Settings, State, Why};
+use drive_logic::Channel;
+use identifier_core::model::ServoParameters;
+use support::drive::{Drive, SERVO, snapshots};
+use support::{Bench, Flash, HEALTHY, SAMPLE_TIME, settings};
+
+/// Settings without dither.
+fn still() -> Settings {
+    let mut still = settings();
+    still.dither.amplitude = 0.0;
+    still
+}
+
+/// A drive that runs with these settings.
+macro_rules! running {
+    ($drive:ident, $bench:ident, $servo:expr, $settings:expr) => {
+        let ($bench, flash) = (Bench::new($servo), Flash::blank());
+        boot!($drive, &$bench, &flash);
+        $drive.done(Command::Configure($settings));
+        $drive.done(Command::Start);
+    };
+}
+
+/// Samples until the servo is let go, at most so many.
+fn samples_until_let_go(drive: &mut Drive<'_>, most: u32) -> Option<u32> {
+    (1..=most).find(|_| {
+        drive.pass(1);
+        drive.bench.held.get().is_none()
+    })
+}
+
+#[test]
+fn nothing_moves_before_somebody_said_what_the_servo_is() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    {
+        let mut channel = Channel::new();
+        let mut drive = Drive::as_it_comes(&mut channel, &bench, &flash, Ok(()));
+        assert!(!drive.status().configured);
+        assert_eq!(drive.refusal(Command::Start), Refusal::NotConfigured);
+        drive.pass(100);
+        assert_eq!(bench.held.get(), None);
+        drive.done(Command::Configure(settings()));
+        assert!(drive.status().configured);
+        drive.done(Command::Save);
+    }
+    // What was saved was said.
+    let mut channel = Channel::new();
+    let mut drive = Drive::as_it_comes(&mut channel, &bench, &flash, Ok(()));
+    assert!(drive.status().configured);
+    drive.done(Command::Start);
+    drive.pass(10);
+    assert!(bench.held.get().is_some());
+}
+
+#[test]
+fn what_the_boot_found_wrong_is_known_before_the_first_sample() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash, Err(Fault::WrongAnswer));
+    assert_eq!(drive.status().state, State::Faulted(Fault::WrongAnswer));
+    assert_eq!(
+        drive.refusal(Command::Start),
+        Refusal::Faulted(Fault::WrongAnswer)
+    );
+}
+
+#[test]
+fn a_stop_needs_no_room_and_overtakes_what_was_ordered_before_it() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    drive.done(Command::Start);
+    // The queue of orders is full now.
+    drive.done(Command::Watch(1));
+    drive.done(Command::Target(1.0));
+    assert_eq!(drive.refusal(Command::Watch(1)), Refusal::Busy);
+    drive.done(Command::Stop);
+    for _ in 0..20 {
+        drive.pass(1);
+        assert_eq!(
+            bench.held.get(),
+            None,
+            "a start that a stop overtook moves nothing"
+        );
+    }
+    assert_eq!(drive.supervisor.state(), State::Released);
+
+    // A running one, with a full queue and nobody who hears what is told.
+    drive.done(Command::Start);
+    drive.pass(50);
+    assert!(bench.held.get().is_some());
+    for _ in 0..100 {
+        drive.sample();
+    }
+    while let Report::Done { .. } = drive.ask(Command::Target(0.5)) {}
+    drive.done(Command::Stop);
+    drive.sample();
+    assert_eq!(bench.held.get(), None);
+    drive.pass(3);
+    assert_eq!(drive.supervisor.state(), State::Released);
+    assert_eq!(drive.status().ended, Some(Ended::Stopped));
+}
+
+#[test]
+fn a_stop_and_a_start_at_once_leave_the_servo_running_and_the_other_way_round_let_go() {
+    running!(drive, bench, &SERVO, settings());
+    drive.pass(10);
+    drive.done(Command::Stop);
+    assert_eq!(drive.refusal(Command::Start), Refusal::Running);
+    drive.pass(2);
+    drive.done(Command::Start);
+    drive.done(Command::Stop);
+    drive.pass(3);
+    assert_eq!(bench.held.get(), None);
+    drive.done(Command::Start);
+    drive.pass(3);
+    assert!(bench.held.get().is_some());
+}
+
+#[test]
+fn a_host_that_falls_silent_ends_the_run_at_rest_within_the_stated_time() {
+    for moving in [false, true] {
+        let mut wanted = still();
+        wanted.protection.link_timeout = 0.3;
+        wanted.protection.stop_time = 0.2;
+        running!(drive, bench, &SERVO, wanted);
+        if moving {
+            drive.done(Command::Target(40.0));
+        }
+        // Whoever says anything keeps it running.
+        for _ in 0..20 {
+            drive.pass(290);
+            drive.status();
+        }
+        assert_eq!(drive.supervisor.state(), State::Running);
+        let speed_before = bench.plant.borrow().velocity.abs();
+        assert_eq!(speed_before > 4.0, moving);
+        // 0.3 s and 0.2 s, and the sample in which each of them is over.
+        let samples = samples_until_let_go(&mut drive, 503).expect("in time");
+        assert!(samples >= 300, "{samples}");
+        assert!(bench.plant.borrow().velocity.abs() < 0.1, "at rest");
+        drive.pass(3);
+        assert_eq!(drive.supervisor.state(), State::Faulted(Fault::LinkSilent));
+        assert_eq!(
+            drive.status().ended,
+            Some(Ended::Faulted(Fault::LinkSilent))
+        );
+    }
+}
+
+#[test]
+fn silence_means_nothing_where_the_settings_say_so() {
+    let mut wanted = still();
+    wanted.protection.link_timeout = 0.0;
+    running!(drive, bench, &SERVO, wanted);
+    drive.pass(100_000);
+    assert_eq!(drive.supervisor.state(), State::Running);
+    assert!(bench.held.get().is_some());
+}
+
+#[test]
+fn a_run_ends_by_itself_when_its_time_is_over() {
+    let mut wanted = settings();
+    wanted.protection.duration = 2.0;
+    running!(drive, bench, &SERVO, wanted);
+    drive.pass(1999);
+    assert_eq!(drive.supervisor.state(), State::Running);
+    let samples = samples_until_let_go(&mut drive, 502).expect("within the stop time");
+    assert!(samples < 400, "it is at rest before the stop time is over");
+    assert!(bench.plant.borrow().velocity.abs() < 0.5);
+    drive.pass(2);
+    assert_eq!(drive.supervisor.state(), State::Released);
+    assert_eq!(drive.status().ended, Some(Ended::Over));
+    assert!(drive.supervisor.estimates().is_some());
+}
+
+#[test]
+fn travel_and_speed_are_watched_in_every_sample() {
+    // Somebody turns the axis away, slowly enough for the loop's error to stay small: the reference
+    // would have to run away with it, so the error's bound is out of the way here.
+    let mut wanted = still();
+    wanted.protection.following_error = 1e3;
+    wanted.protection.travel = 1.0;
+    wanted.protection.speed = 1e4;
+    running!(drive, bench, &SERVO, wanted);
+    drive.pass(10);
+    bench.plant.borrow_mut().position = 0.99;
+    drive.pass(1);
+    bench.plant.borrow_mut().position = 1.01;
+    drive.pass(2);
+    assert_eq!(
+        drive.supervisor.state(),
+        State::Faulted(Fault::TravelExceeded)
+    );
+
+    for (speed, fault) in [(9.0, None), (11.0, Some(Fault::Overspeed))] {
+        let mut wanted = still();
+        wanted.protection.speed = 10.0;
+        running!(drive, bench, &SERVO, wanted);
+        drive.pass(10);
+        let mut at = 0.0;
+        for _ in 0..20 {
+            at += speed * SAMPLE_TIME;
+            let mut plant = bench.plant.borrow_mut();
+            (plant.position, plant.velocity) = (at, 0.0);
+            drop(plant);
+            drive.pass(1);
+        }
+        let expected = fault.map_or(State::Running, State::Faulted);
+        assert_eq!(drive.supervisor.state(), expected, "{speed} rad/s");
+    }
+}
+
+#[test]
+fn an_axis_held_by_hand_is_no_silent_encoder_until_it_is_too_far_away() {
+    // The first power-on of the manual: the amplifier has no supply, a hand turns the axis.
+    let mut wanted = still();
+    wanted.protection.following_error = 0.2;
+    wanted.protection.travel = 0.5;
+    running!(drive, bench, &SERVO, wanted);
+    let hand = |drive: &mut Drive<'_>, to: f64, samples: u32| {
+        for _ in 0..samples {
+            let mut plant = bench.plant.borrow_mut();
+            (plant.position, plant.velocity) = (to, 0.0);
+            drop(plant);
+            drive.pass(1);
+        }
+    };
+    for k in 1..=19 {
+        hand(&mut drive, 0.01 * f64::from(k), 100);
+        assert_eq!(drive.supervisor.state(), State::Running, "{k}");
+    }
+    hand(&mut drive, 0.21, 2);
+    assert_eq!(
+        drive.supervisor.state(),
+        State::Faulted(Fault::FollowingError)
+    );
+}
+
+#[test]
+fn an_axis_that_friction_holds_is_no_silent_encoder() {
+    for dither in [0.0, 0.05] {
+        let servo = ServoParameters {
+            coulomb: 60.0,
+            load: 0.0,
+            ..SERVO
+        };
+        let mut wanted = settings();
+        wanted.dither.amplitude = dither;
+        wanted.protection.following_error = 0.2;
+        wanted.protection.travel = 1.0;
+        running!(drive, bench, &servo, wanted);
+        drive.pass(20_000);
+        assert_eq!(drive.supervisor.state(), State::Running, "{dither} rad");
+        assert!(bench.held.get().is_some());
+    }
+}
+
+#[test]
+fn settings_that_contradict_each_other_are_refused_before_anything_moves() {
+    type Change = fn(&mut Settings);
+    let changes: [(&str, &str, f64, Change); 4] = [
+        ("following_error", "dither's amplitude", 0.9, |s| {
+            s.protection.following_error = 0.89;
+        }),
+        ("travel", "dither's amplitude", 0.6, |s| {
+            s.protection.travel = 0.59;
+        }),
+        ("speed", "pace", 5.0, |s| s.protection.speed = 4.9),
+        // The two that a reader of the manual would write.
+        ("following_error", "dither's amplitude", 0.3, |s| {
+            s.dither.amplitude = 0.1;
+            s.protection.following_error = 0.2;
+        }),
+    ];
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    for (name, beside, wanted_least, change) in changes {
+        let mut wanted = settings();
+        change(&mut wanted);
+        match drive.refusal(Command::Configure(wanted)) {
+            Refusal::Setting(refused) => {
+                assert_eq!(refused.name, name);
+                let Why::TooSmallFor { least, other, .. } = &refused.why else {
+                    panic!("{refused}");
+                };
+                assert!((least - wanted_least).abs() < 1e-9, "{refused}");
+                assert_eq!(other, beside);
+            }
+            other => panic!("{name}: {other:?}"),
+        }
+    }
+    for sample_time in [1.1e-4, 9.99e-4, 7.5e-5] {
+        let mut wanted = still();
+        wanted.closed_loop.core.sample_time = sample_time;
+        let refused = drive.refusal(Command::Configure(wanted)).to_string();
+        assert!(refused.contains("a multiple of 0.00005 s"), "{refused}");
+    }
+}
+
+#[test]
+fn the_largest_dither_that_is_allowed_does_not_fault() {
+    let mut wanted = settings();
+    wanted.dither.amplitude = 0.1;
+    wanted.protection.following_error = 0.3;
+    wanted.protection.travel = 0.2;
+    running!(drive, bench, &SERVO, wanted);
+    drive.pass(60_000);
+    assert_eq!(drive.supervisor.state(), State::Running);
+    assert!(bench.held.get().is_some());
+}
+
+#[test]
+fn a_fault_keeps_what_was_learnt_and_the_next_run_begins_with_it() {
+    running!(drive, bench, &SERVO, settings());
+    drive.pass(20_000);
+    bench.plant.borrow_mut().position += 6.3;
+    drive.pass(2);
+    assert_eq!(
+        drive.supervisor.state(),
+        State::Faulted(Fault::FollowingError)
+    );
+    let learnt = drive.supervisor.estimates().expect("learnt");
+    assert!((learnt.b / SERVO.b - 1.0).abs() < 0.01, "{learnt:?}");
+    drive.done(Command::Save);
+
+    let saved = drive.supervisor.estimates();
+    drive.done(Command::Clear);
+    drive.pass(1);
+    drive.done(Command::Watch(1));
+    drive.done(Command::Start);
+    let first = *snapshots(&drive.pass(2)).first().expect("shown");
+    assert!(
+        (first.estimates.b / learnt.b - 1.0).abs() < 1e-3,
+        "{first:?}"
+    );
+    drive.done(Command::Stop);
+    drive.pass(2);
+
+    // Said to be another servo, it is another.
+    drive.done(Command::Configure(settings()));
+    assert!(
+        drive.supervisor.estimates().is_some(),
+        "nothing new was said"
+    );
+    let mut other = settings();
+    other.closed_loop.core.identifier.initial.b = Some(200.0);
+    drive.done(Command::Configure(other));
+    assert_eq!(drive.supervisor.estimates(), None);
+    assert!(saved.is_some());
+}
+
+#[test]
+fn what_was_kept_is_what_the_first_run_after_a_loss_of_power_begins_with() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    let learnt = {
+        boot!(drive, &bench, &flash);
+        drive.done(Command::Start);
+        drive.pass(20_000);
+        drive.done(Command::Stop);
+        drive.pass(1);
+        drive.done(Command::Save);
+        drive.supervisor.estimates().expect("learnt")
+    };
+    let bench = Bench::new(&SERVO);
+    boot!(drive, &bench, &Flash::with(flash.bytes.borrow().clone()));
+    drive.done(Command::Watch(1));
+    drive.done(Command::Start);
+    let first = *snapshots(&drive.pass(2)).first().expect("shown");
+    assert!(
+        (first.estimates.b / learnt.b - 1.0).abs() < 1e-3,
+        "{first:?}"
+    );
+}
+
+#[test]
+fn a_limit_switch_that_bounces_for_a_sample_is_no_fault_and_one_that_opens_is() {
+    for (open, fault) in [(1, None), (2, Some(Fault::LimitSwitch))] {
+        running!(drive, bench, &SERVO, settings());
+        drive.pass(100);
+        for _ in 0..5 {
+            drive.lines(|lines| lines.low_switch = false);
+            drive.pass(open);
+            bench.lines.set(HEALTHY);
+            drive.pass(1);
+        }
+        let expected = fault.map_or(State::Running, State::Faulted);
+        assert_eq!(drive.supervisor.state(), expected);
+    }
+}
+
+#[test]
+fn a_background_that_hangs_is_left_to_the_watchdog() {
+    running!(drive, bench, &SERVO, settings());
+    drive.pass(100);
+    let fed = |drive: &mut Drive<'_>, samples: u32| {
+        let before = drive.bench.fed.get();
+        for _ in 0..samples {
+            drive.sampler.interrupt(&mut drive.bench.pins());
+            drive.bench.pass();
+        }
+        drive.bench.fed.get() - before
+    };
+    // Driven, for a tenth of a second; let go, for five.
+    assert_eq!(fed(&mut drive, 1000), 100);
+    drive.done(Command::Stop);
+    drive.pass(5);
+    assert_eq!(fed(&mut drive, 20_000), 5000);
+    // As soon as it goes round again, the watchdog is fed again.
+    drive.pass(1);
+    assert_eq!(fed(&mut drive, 100), 100);
+}
+
+#[test]
+fn the_law_that_needs_no_guess_takes_one_that_was_learnt() {
+    let mut wanted = settings();
+    wanted.closed_loop.law = Law::GaussNewton;
+    wanted.closed_loop.core.identifier = identifier_core::settings::IdentifierSettings::UNSTATED;
+    running!(drive, bench, &SERVO, wanted);
+    drive.pass(5000);
+    for _ in 0..2 {
+        drive.done(Command::Stop);
+        drive.pass(2);
+        let learnt = drive.supervisor.estimates().expect("learnt");
+        assert!((learnt.b / SERVO.b - 1.0).abs() < 0.01, "{learnt:?}");
+        drive.done(Command::Start);
+        drive.pass(5000);
+    }
+    assert!(bench.held.get().is_some());
+}

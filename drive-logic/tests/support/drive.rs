@@ -1,0 +1,163 @@
+//! A whole drive on a bench.
+
+use drive_link::{Command, Fault, Refusal, Report, Request, Settings, Snapshot, State, Status};
+use drive_logic::{Channel, Lines, Sampler, Supervisor};
+use identifier_core::model::ServoParameters;
+
+use super::{Bench, Flash, STAGE, settings};
+
+pub(crate) const SERVO: ServoParameters = ServoParameters {
+    a: 0.2174,
+    b: 257.7,
+    coulomb: 0.0,
+    load: 20.0,
+};
+
+/// A drive on a bench.
+pub(crate) struct Drive<'a> {
+    pub(crate) sampler: Sampler<'a>,
+    pub(crate) supervisor: Supervisor<'a, Flash>,
+    pub(crate) bench: &'a Bench,
+    id: u8,
+}
+
+impl<'a> Drive<'a> {
+    /// A drive as it comes: nobody has told it what its servo is, unless the flash says so.
+    pub(crate) fn as_it_comes(
+        channel: &'a mut Channel,
+        bench: &'a Bench,
+        flash: &Flash,
+        found: Result<(), Fault>,
+    ) -> Self {
+        let (background, interrupt) = channel.split();
+        let memory = Box::leak(Box::new(None));
+        Self {
+            sampler: Sampler::new(interrupt, found),
+            supervisor: Supervisor::new(
+                background,
+                memory,
+                (flash.clone(), 0),
+                &settings(),
+                STAGE,
+                found,
+            ),
+            bench,
+            id: 0,
+        }
+    }
+
+    /// The same, and told.
+    pub(crate) fn boot(
+        channel: &'a mut Channel,
+        bench: &'a Bench,
+        flash: &Flash,
+        found: Result<(), Fault>,
+    ) -> Self {
+        let mut drive = Self::as_it_comes(channel, bench, flash, found);
+        if !drive.status().configured {
+            drive.done(Command::Configure(settings()));
+        }
+        drive
+    }
+
+    pub(crate) fn status(&mut self) -> Status {
+        match self.ask(Command::Hello) {
+            Report::Status { status, .. } => status,
+            other => panic!("{other:?} is no status"),
+        }
+    }
+
+    pub(crate) fn ask(&mut self, command: Command) -> Report {
+        self.id = self.id.wrapping_add(1);
+        let id = self.id;
+        let answer = self.supervisor.answer(&Request { id, command });
+        if let Report::Done { id: same } | Report::Refused { id: same, .. } = &answer {
+            assert_eq!(*same, id);
+        }
+        answer
+    }
+
+    pub(crate) fn shown(&mut self) -> Settings {
+        match self.ask(Command::Show) {
+            Report::Settings { settings, .. } => settings,
+            other => panic!("{other:?} are no settings"),
+        }
+    }
+
+    pub(crate) fn done(&mut self, command: Command) {
+        let answer = self.ask(command);
+        assert!(matches!(answer, Report::Done { .. }), "{answer:?}");
+    }
+
+    pub(crate) fn refusal(&mut self, command: Command) -> Refusal {
+        match self.ask(command) {
+            Report::Refused { refusal, .. } => refusal,
+            other => panic!("{command:?} was not refused but answered with {other:?}"),
+        }
+    }
+
+    /// Lets a sample pass that nobody listens to.
+    pub(crate) fn sample(&mut self) {
+        self.sampler.interrupt(&mut self.bench.pins());
+        self.supervisor.is_alive();
+        self.bench.pass();
+    }
+
+    /// Changes what the lines say.
+    pub(crate) fn lines(&self, change: impl FnOnce(&mut Lines)) {
+        let mut lines = self.bench.lines.get();
+        change(&mut lines);
+        self.bench.lines.set(lines);
+    }
+
+    /// Lets samples pass and gathers what is told.
+    pub(crate) fn pass(&mut self, samples: u32) -> Vec<Report> {
+        let mut told = Vec::new();
+        for _ in 0..samples {
+            self.sample();
+            told.extend(std::iter::from_fn(|| self.supervisor.news()));
+        }
+        told
+    }
+
+    /// Starts, lets the loop run for a while, then does something to it: what fault follows?
+    pub(crate) fn fault_after(&mut self, harm: impl FnOnce(&mut Self)) -> Option<Fault> {
+        self.done(Command::Start);
+        self.pass(300);
+        assert_eq!(self.supervisor.state(), State::Running);
+        assert!(self.bench.held.get().is_some());
+        harm(self);
+        let told = self.pass(3000);
+        let fault = told.iter().find_map(|report| match report {
+            Report::Fault(fault) => Some(*fault),
+            _ => None,
+        });
+        if let Some(fault) = fault {
+            assert_eq!(self.supervisor.state(), State::Faulted(fault));
+            assert_eq!(self.bench.held.get(), None, "the servo is let go");
+            assert_eq!(self.refusal(Command::Start), Refusal::Faulted(fault));
+        }
+        fault
+    }
+}
+
+pub(crate) fn snapshots(told: &[Report]) -> Vec<Snapshot> {
+    told.iter()
+        .filter_map(|report| match report {
+            Report::Snapshot(snapshot) => Some(*snapshot),
+            _ => None,
+        })
+        .collect()
+}
+
+/// Boots a drive as a variable of this name.
+#[allow(unused_macros)]
+macro_rules! boot {
+    ($drive:ident, $bench:expr, $flash:expr) => {
+        boot!($drive, $bench, $flash, Ok(()));
+    };
+    ($drive:ident, $bench:expr, $flash:expr, $found:expr) => {
+        let mut channel = drive_logic::Channel::new();
+        let mut $drive = $crate::support::drive::Drive::boot(&mut channel, $bench, $flash, $found);
+    };
+}
