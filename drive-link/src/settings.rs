@@ -73,8 +73,9 @@ pub struct Protection {
     pub pace: f64,
     /// Largest speed, rad/s, averaged over 5 ms.
     pub speed: f64,
-    /// The change of the command that friction and a hand on the shaft cannot withstand, command
-    /// units. A change that is larger, or as large as the dither asks for, must move the servo.
+    /// The change of the command that friction and a hand on the shaft cannot withstand, as a part of
+    /// the command's limit. A change that is larger, or as large as the dither asks for, must move the
+    /// servo.
     pub breakaway: f64,
     /// How long such a command may act without moving the servo, s.
     pub stall_time: f64,
@@ -229,7 +230,7 @@ impl fmt::Display for Protection {
         )?;
         writeln!(
             f,
-            "after {stall_time} s without motion although the command changed by {breakaway}, after {overruns} late \
+            "after {stall_time} s without motion although the command changed by {breakaway} of its limit, after {overruns} late \
              samples"
         )?;
         match duration {

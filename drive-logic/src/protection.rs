@@ -120,10 +120,11 @@ impl Protection {
         }
         let [low, high] = controller.limit;
         let limit = high.min(-low);
-        if given.breakaway > limit {
-            let within = (f64::MIN_POSITIVE, limit);
+        if given.breakaway > 1.0 {
+            let within = (f64::MIN_POSITIVE, 1.0);
             return Err(out_of_range("breakaway", given.breakaway, within));
         }
+        let breakaway = given.breakaway * limit;
         let Dither { amplitude, .. } = settings.dither;
         for (name, value, least, other) in [
             (
@@ -146,9 +147,9 @@ impl Protection {
         }
         let of_dither = OF_DITHER * controller.kp * amplitude;
         let stalls_at = if of_dither > 0.0 {
-            given.breakaway.min(of_dither)
+            breakaway.min(of_dither)
         } else {
-            given.breakaway
+            breakaway
         };
         let while_long = samples(SPEED_TIME, units);
         let counts_in_a_while = given.speed * units.velocity() * f64::from(while_long);

@@ -226,7 +226,7 @@ impl Run {
         Ok(Self {
             // What contradicts costs nothing to find; the certificate of a box does.
             reference: Reference::new(settings, &units).map_err(range)?,
-            protection: Protection::new(settings, &controller, &units)?,
+            protection: Protection::new(settings, controller, &units)?,
             ending: Ending::new(&settings.protection, &units),
             background: Patience::of(samples(driven, &units)),
             closed_loop: ClosedLoop::new(&settings.closed_loop)?,

@@ -62,20 +62,16 @@ pub fn line<'a>(
     (Line { heard, to_say }, port)
 }
 
-impl Line<'_> {
-    /// The next byte that came.
-    pub fn hear(&mut self) -> Option<u8> {
+impl drive_logic::Line for Line<'_> {
+    fn hear(&mut self) -> Option<u8> {
         self.heard.dequeue()
     }
 
-    /// Whether so many bytes can be said at once.
-    #[must_use]
-    pub fn has_room(&self, bytes: usize) -> bool {
-        self.to_say.capacity() - self.to_say.len() >= bytes
+    fn room(&self) -> usize {
+        self.to_say.capacity() - self.to_say.len()
     }
 
-    /// Says bytes; those for which there is no room are lost, so ask first.
-    pub fn say(&mut self, bytes: &[u8]) {
+    fn say(&mut self, bytes: &[u8]) {
         for &byte in bytes {
             let _ = self.to_say.enqueue(byte);
         }

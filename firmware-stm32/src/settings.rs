@@ -1,4 +1,5 @@
-//! What a drive without a record starts from: the paper's loop, with protections for a bare motor.
+//! What a drive without a record shows as an example: the paper's loop, with protections for a bare
+//! motor. It does not start with them: they are not of its servo.
 
 use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings};
 use identifier_core::settings::diagonal;
@@ -23,10 +24,15 @@ pub fn built_in() -> Settings {
         },
         protection: Protection {
             following_error: 1.5,
-            travel: 6.3,
-            speed: 6.3,
+            travel: 6.9,
+            pace: 6.3,
+            speed: 100.0,
+            breakaway: 0.3,
             stall_time: 0.1,
             overruns: 3,
+            duration: 0.0,
+            link_timeout: 1.0,
+            stop_time: 0.5,
         },
     }
 }

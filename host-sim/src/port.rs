@@ -18,6 +18,9 @@ const PATIENCE: Duration = Duration::from_millis(1000);
 /// How often a question is asked.
 const TRIES: u32 = 5;
 
+/// How long a read waits for a byte.
+const TICK: Duration = Duration::from_millis(5);
+
 /// What an address of an emulator begins with.
 const TCP: &str = "tcp:";
 
@@ -63,7 +66,7 @@ impl Port {
         let line = match name.strip_prefix(TCP) {
             Some(address) => connect(address),
             None => serialport::new(name, BAUD)
-                .timeout(PATIENCE)
+                .timeout(TICK)
                 .open()
                 .map(|port| Box::new(port) as Box<dyn Line>)
                 .map_err(io::Error::from),
@@ -93,19 +96,28 @@ impl Port {
         question: &Q,
         fits: impl Fn(&A) -> bool,
     ) -> Result<A, PortError> {
-        let framed = frame(question).map_err(|error| self.fault(error))?;
         for _ in 0..TRIES {
-            self.line
-                .write_all(&framed)
-                .and_then(|()| self.line.flush())
-                .map_err(|error| self.fault(error))?;
-            if let Some(answer) = self.listen(&fits)? {
+            self.send(question)?;
+            if let Some(answer) = self.listen(&fits, PATIENCE)? {
                 return Ok(answer);
             }
         }
         Err(self.fault(format_args!(
             "nobody answers: is the right firmware running there, at {BAUD} baud?"
         )))
+    }
+
+    /// Sends a message, after a zero: what was on the line before it cannot spoil it.
+    ///
+    /// # Errors
+    /// If the line breaks.
+    pub fn send<Q: Serialize>(&mut self, message: &Q) -> Result<(), PortError> {
+        let framed = frame(message).map_err(|error| self.fault(error))?;
+        self.line
+            .write_all(&[0])
+            .and_then(|()| self.line.write_all(&framed))
+            .and_then(|()| self.line.flush())
+            .map_err(|error| self.fault(error))
     }
 
     /// Says bytes, whatever they are.
@@ -118,22 +130,23 @@ impl Port {
             .map_err(|error| self.fault(error))
     }
 
-    /// The first message that fits, unless patience ends before it comes.
+    /// The first message that fits, if it comes before patience ends.
     ///
     /// # Errors
     /// If the line breaks.
     pub fn listen<A: DeserializeOwned>(
         &mut self,
         fits: &impl Fn(&A) -> bool,
+        patience: Duration,
     ) -> Result<Option<A>, PortError> {
-        let until = Instant::now() + PATIENCE;
+        let until = Instant::now() + patience;
         let mut byte = [0];
         // One byte at a time: what follows the message belongs to the next.
         while Instant::now() < until {
             match self.line.read(&mut byte) {
                 Ok(0) => return Err(self.fault("the other end has gone")),
                 Ok(_) => {}
-                Err(error) if is_silence(&error) => return Ok(None),
+                Err(error) if is_silence(&error) => continue,
                 Err(error) => return Err(self.fault(error)),
             }
             let [byte] = byte;
@@ -179,7 +192,7 @@ impl Write for Stream {
 fn connect(address: &str) -> io::Result<Box<dyn Line>> {
     let stream = TcpStream::connect(address)?;
     stream.set_nodelay(true)?;
-    stream.set_read_timeout(Some(PATIENCE))?;
+    stream.set_read_timeout(Some(TICK))?;
     Ok(Box::new(Stream {
         incoming: io::BufReader::new(stream),
     }))

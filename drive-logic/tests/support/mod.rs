@@ -51,7 +51,7 @@ pub(crate) fn settings() -> Settings {
             travel: 51.0,
             pace: 5.0,
             speed: 100.0,
-            breakaway: 3.0,
+            breakaway: 0.3,
             stall_time: 0.1,
             overruns: 3,
             duration: 0.0,

@@ -1,39 +1,65 @@
 //! The drive: controls and identifies a real servo.
 //!
 //! Three things happen, each at its own pace. TIM5 interrupts at every sample, above everything else,
-//! and runs the sampler. USART2 interrupts at every byte. In between, the background reads requests,
-//! reports, keeps records and feeds the watchdog, as long as the samples are seen to run.
+//! runs the sampler and feeds the watchdog, as long as the background is seen to go round. USART2
+//! interrupts at every byte. In between, the background obeys, answers, reports and keeps records.
 #![no_std]
 #![no_main]
 
-use core::sync::atomic::{AtomicBool, Ordering};
-
 use cortex_m::peripheral::NVIC;
 use cortex_m_rt::{ExceptionFrame, entry, exception};
-use drive_link::{LONGEST_FRAME, Receiver, Report, Request, State, frame};
-use drive_logic::{Events, Orders, Sampler, Supervisor, self_test};
+use drive_link::State;
+use drive_logic::{Channel, Chip, Conversation, Lines, Run, Sampler, Supervisor, self_test};
 use firmware_stm32::board::{self, Encoder, Inputs, Output, Wired};
 use firmware_stm32::handed::Handed;
-use firmware_stm32::internal_flash::InternalFlash;
-use firmware_stm32::serial::{Line, Port};
+use firmware_stm32::serial::Port;
 use firmware_stm32::settings;
 use firmware_stm32::timer::SampleTimer;
 use stm32f4xx_hal::pac::{Interrupt, interrupt};
 use stm32f4xx_hal::prelude::*;
+use stm32f4xx_hal::watchdog::IndependentWatchdog;
 
 /// What belongs to the sample interrupt.
 struct Control {
     sampler: Sampler<'static>,
+    chip: Wiring,
+}
+
+/// The pins that a sample uses.
+struct Wiring {
     encoder: Encoder,
     output: Output,
     inputs: Inputs,
+    watchdog: IndependentWatchdog,
+}
+
+impl Chip for Wiring {
+    type Sensor = Encoder;
+    type Output = Output;
+
+    #[inline]
+    fn lines(&self) -> Lines {
+        self.inputs.read()
+    }
+
+    #[inline]
+    fn servo(&mut self) -> (&mut Encoder, &mut Output) {
+        (&mut self.encoder, &mut self.output)
+    }
+
+    #[inline]
+    fn next_is_due(&self) -> bool {
+        SampleTimer::is_due()
+    }
+
+    #[inline]
+    fn feed_watchdog(&mut self) {
+        self.watchdog.feed();
+    }
 }
 
 static CONTROL: Handed<Control> = Handed::new();
 static PORT: Handed<Port<'static>> = Handed::new();
-
-/// Set at every sample, cleared when the watchdog is fed.
-static ALIVE: AtomicBool = AtomicBool::new(false);
 
 #[interrupt]
 fn TIM5() {
@@ -42,18 +68,9 @@ fn TIM5() {
     if OWN.is_none() {
         *OWN = CONTROL.take();
     }
-    let Some(Control {
-        sampler,
-        encoder,
-        output,
-        inputs,
-    }) = OWN
-    else {
-        return;
-    };
-    sampler.sample(inputs.read(), encoder, output);
-    sampler.ended(SampleTimer::is_due(), output);
-    ALIVE.store(true, Ordering::Relaxed);
+    if let Some(Control { sampler, chip }) = OWN {
+        sampler.interrupt(chip);
+    }
 }
 
 #[interrupt]
@@ -93,8 +110,8 @@ unsafe fn NonMaskableInt() {
 
 #[entry]
 fn main() -> ! {
-    if let Some((wired, orders, events)) = parts() {
-        run(wired, orders, events);
+    if let Some((wired, channel, run)) = parts() {
+        background(wired, channel, run);
     }
     // Only a second start without a reset ends here.
     loop {
@@ -102,15 +119,15 @@ fn main() -> ! {
     }
 }
 
-fn parts() -> Option<(Wired, &'static mut Orders, &'static mut Events)> {
+fn parts() -> Option<(Wired, &'static mut Channel, &'static mut Option<Run>)> {
     Some((
         board::wire()?,
-        cortex_m::singleton!(: Orders = Orders::new())?,
-        cortex_m::singleton!(: Events = Events::new())?,
+        cortex_m::singleton!(: Channel = Channel::new())?,
+        cortex_m::singleton!(: Option<Run> = None)?,
     ))
 }
 
-fn run(wired: Wired, orders: &'static mut Orders, events: &'static mut Events) {
+fn background(wired: Wired, channel: &'static mut Channel, run: &'static mut Option<Run>) {
     let Wired {
         encoder,
         output,
@@ -122,44 +139,38 @@ fn run(wired: Wired, orders: &'static mut Orders, events: &'static mut Events) {
         mut watchdog,
         found,
     } = wired;
-    let (give_orders, take_orders) = orders.split();
-    let (tell, hear) = events.split();
-    let mut supervisor = Supervisor::new(
-        give_orders,
-        hear,
-        (flash, 0),
-        &settings::built_in(),
-        board::FULL_SCALE,
-    );
+    let found = self_test().and(found);
+    let (back, interrupt) = channel.split();
+    let built_in = settings::built_in();
+    let mut supervisor = Supervisor::new(back, run, (flash, 0), &built_in, board::STAGE, found);
+    watchdog.start(WATCHDOG.millis());
     CONTROL.give(Control {
-        sampler: Sampler::new(take_orders, tell, self_test().and(found)),
-        encoder,
-        output,
-        inputs,
+        sampler: Sampler::new(interrupt, found),
+        chip: Wiring {
+            encoder,
+            output,
+            inputs,
+            watchdog,
+        },
     });
     PORT.give(port);
     let mut sample_time = supervisor.sample_time();
     timer.start(sample_time);
     begin_interrupts();
 
-    let mut receiver = Receiver::new();
+    let mut conversation = Conversation::new();
     let mut state = supervisor.state();
     log(state);
-    watchdog.start(patience(state).millis());
     loop {
-        let more = converse(&mut line, &mut receiver, &mut supervisor);
+        let more = conversation.turn(&mut line, &mut supervisor);
         if supervisor.state() != state {
             state = supervisor.state();
             log(state);
-            watchdog.start(patience(state).millis());
         }
         let wanted = supervisor.sample_time();
         if wanted.to_bits() != sample_time.to_bits() {
             sample_time = wanted;
             timer.start(sample_time);
-        }
-        if ALIVE.swap(false, Ordering::Relaxed) {
-            watchdog.feed();
         }
         if !more {
             cortex_m::asm::wfi();
@@ -167,47 +178,9 @@ fn run(wired: Wired, orders: &'static mut Orders, events: &'static mut Events) {
     }
 }
 
-/// How long samples may be missed, ms. A servo that is let go can wait while the flash erases, which
-/// stops the processor for two seconds at most; one that moves cannot.
-fn patience(state: State) -> u32 {
-    match state {
-        State::Running => 10,
-        State::Released | State::Faulted(_) => 10_000,
-    }
-}
-
-/// Reports what is new and answers one request, as far as the line has room; true if there may be
-/// more.
-fn converse(
-    line: &mut Line<'_>,
-    receiver: &mut Receiver,
-    supervisor: &mut Supervisor<'_, InternalFlash>,
-) -> bool {
-    while line.has_room(LONGEST_FRAME)
-        && let Some(report) = supervisor.news()
-    {
-        say(line, &report);
-    }
-    while line.has_room(LONGEST_FRAME)
-        && let Some(byte) = line.hear()
-    {
-        match receiver.take::<Request>(byte) {
-            Some(Ok(request)) => {
-                say(line, &supervisor.answer(&request));
-                return true;
-            }
-            Some(Err(_)) => supervisor.garbled(),
-            None => {}
-        }
-    }
-    false
-}
-
-fn say(line: &mut Line<'_>, report: &Report) {
-    if let Ok(framed) = frame(report) {
-        line.say(&framed);
-    }
-}
+/// How long samples may be missed, ms, whatever the drive does: what the flash takes longer for feeds
+/// the watchdog itself.
+const WATCHDOG: u32 = 10;
 
 #[cfg(feature = "defmt")]
 fn log(state: State) {

@@ -8,7 +8,7 @@
 #[cfg(feature = "olimex-stm32-h405")]
 mod olimex_stm32_h405;
 #[cfg(feature = "olimex-stm32-h405")]
-pub use olimex_stm32_h405::{CRYSTAL, Encoder, FULL_SCALE, Inputs, Output, let_go, wire};
+pub use olimex_stm32_h405::{CRYSTAL, Encoder, Inputs, Output, STAGE, let_go, wire};
 
 use stm32f4xx_hal::watchdog::IndependentWatchdog;
 

@@ -37,7 +37,14 @@ pub const CRYSTAL: u32 = 8_000_000;
 
 /// The command that asks for the whole duty, or for 10 V, command units: no limit of a drive may be
 /// beyond it.
-pub const FULL_SCALE: f64 = 10.0;
+const FULL_SCALE: f64 = 10.0;
+
+/// What the output stage can do.
+pub const STAGE: drive_logic::Stage = drive_logic::Stage {
+    full_scale: FULL_SCALE,
+    period: 5e-5,
+    command_delay: 5e-5,
+};
 
 /// The encoder.
 pub type Encoder = Quadrature<Qei<TIM3>>;

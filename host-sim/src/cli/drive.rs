@@ -1,10 +1,11 @@
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use clap::Subcommand;
 use drive_link::{
-    Command, Estimates, Format, PROTOCOL, Refusal, Report, Settings, Snapshot, State, Status,
+    Command, Estimates, PROTOCOL, Refusal, Report, Settings, Snapshot, State, Status,
 };
 
 use super::fault::Fault;
@@ -28,8 +29,8 @@ enum Verb {
     Status,
     /// Give the drive the loop of a scenario; the servo must be let go.
     Configure(Configure),
-    /// Close the loop where the servo stands, and identify.
-    Start,
+    /// Close the loop where the servo stands, identify, and look on until the run ends.
+    Start(Start),
     /// Send the servo to a place, rad from where it started.
     #[command(allow_negative_numbers = true, alias = "aim")]
     Target {
@@ -47,22 +48,48 @@ enum Verb {
 }
 
 #[derive(Debug, clap::Args)]
+struct Start {
+    /// Stop after so long, s; without it the run goes on until it ends by itself or this program is
+    /// interrupted: the drive then comes to rest as soon as the line was silent for its link timeout.
+    #[arg(long = "for", value_name = "S", value_parser = positive, conflicts_with = "leave")]
+    time: Option<f64>,
+    /// Leave the drive running without anybody who looks on; only where its link timeout is 0.
+    #[arg(long)]
+    leave: bool,
+}
+
+#[derive(Debug, clap::Args)]
 struct Configure {
     /// The scenario: controller, amplifier, encoder and identifier; a `prbs` excitation is its
-    /// dither, with `none` it has none, and any other leaves the drive's as it is.
+    /// dither, with `none` it has none, and any other is refused.
     scenario: PathBuf,
-    /// Largest position error, rad.
+    /// Largest position error, rad: at least three amplitudes of the dither.
     #[arg(long, value_name = "RAD")]
     following_error: Option<f64>,
-    /// How far from where it started the servo may be sent, rad.
+    /// Largest distance from where the servo started, rad: at least two amplitudes of the dither.
     #[arg(long, value_name = "RAD")]
     travel: Option<f64>,
-    /// How fast it is sent there, rad/s.
+    /// How fast it is sent to a target, rad/s.
+    #[arg(long, value_name = "RAD/S")]
+    pace: Option<f64>,
+    /// Largest speed, rad/s.
     #[arg(long, value_name = "RAD/S")]
     speed: Option<f64>,
-    /// How long the servo may be driven without moving, s.
+    /// The change of the command that must move the servo, as a part of its limit.
+    #[arg(long, value_name = "PART")]
+    breakaway: Option<f64>,
+    /// How long such a command may act without moving the servo, s.
     #[arg(long, value_name = "S", alias = "silence")]
     stall_time: Option<f64>,
+    /// The longest run, s; 0 for one without end.
+    #[arg(long, value_name = "S")]
+    duration: Option<f64>,
+    /// How long the line may be silent in a run, s; 0 for ever.
+    #[arg(long, value_name = "S")]
+    link_timeout: Option<f64>,
+    /// How long a run may take to come to rest at its end, s.
+    #[arg(long, value_name = "S")]
+    stop_time: Option<f64>,
 }
 
 #[derive(Debug, clap::Args)]
@@ -99,7 +126,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
             let settings = wanted.settings(client.settings().map_err(fault)?)?;
             client.ask(Command::Configure(settings)).map_err(fault)
         }
-        Verb::Start => client.ask(Command::Start).map_err(fault),
+        Verb::Start(start) => start.run(&mut client),
         Verb::Target { radians } => client.ask(Command::Target(*radians)).map_err(fault),
         Verb::Stop => client.ask(Command::Stop).map_err(fault),
         Verb::Clear => client.ask(Command::Clear).map_err(fault),
@@ -114,12 +141,6 @@ impl Configure {
         let scenario = Scenario::load(&self.scenario, Purpose::Run)?;
         let closed_loop = pil::loop_settings(&scenario)
             .map_err(|error| Fault::Input(format!("{}: {error}", self.scenario.display())))?;
-        if closed_loop.format != Format::Single {
-            return Err(Fault::Input(format!(
-                "{}: identifier.arithmetic: the drive has \"f32\"",
-                self.scenario.display()
-            )));
-        }
         let mut settings = Settings { closed_loop, ..now };
         match scenario.excitation {
             ExcitationSettings::Prbs {
@@ -129,14 +150,24 @@ impl Configure {
                 settings.dither.hold = hold;
             }
             ExcitationSettings::None => settings.dither.amplitude = 0.0,
-            _ => {}
+            _ => {
+                return Err(Fault::Input(format!(
+                    "{}: excitation.kind: the drive has \"prbs\" and \"none\"",
+                    self.scenario.display()
+                )));
+            }
         }
         let protection = &mut settings.protection;
         for (place, given) in [
             (&mut protection.following_error, self.following_error),
             (&mut protection.travel, self.travel),
+            (&mut protection.pace, self.pace),
             (&mut protection.speed, self.speed),
+            (&mut protection.breakaway, self.breakaway),
             (&mut protection.stall_time, self.stall_time),
+            (&mut protection.duration, self.duration),
+            (&mut protection.link_timeout, self.link_timeout),
+            (&mut protection.stop_time, self.stop_time),
         ] {
             *place = given.unwrap_or(*place);
         }
@@ -144,8 +175,91 @@ impl Configure {
     }
 }
 
+impl Start {
+    /// Time between two lines that are printed, s.
+    const OFTEN: f64 = 0.5;
+
+    fn run(&self, client: &mut Client) -> Result<(), Fault> {
+        let Settings {
+            closed_loop,
+            protection,
+            ..
+        } = client.settings().map_err(fault)?;
+        let silence = protection.link_timeout;
+        if self.leave {
+            if silence > 0.0 {
+                return Err(Fault::Input(format!(
+                    "--leave: the drive stops when its line is silent for {silence} s; configure it \
+                     with --link-timeout 0 first, if that is what you want"
+                )));
+            }
+            return client.ask(Command::Start).map_err(fault);
+        }
+        let every = (Self::OFTEN / closed_loop.core.sample_time).clamp(1.0, f64::from(u16::MAX));
+        client.ask(Command::Watch(every as u16)).map_err(fault)?;
+        client.ask(Command::Start).map_err(fault)?;
+        client.keep_alive(silence);
+        if silence > 0.0 {
+            say!("running; it comes to rest when this program has ended for {silence} s");
+        } else {
+            say!("running, also when this program has ended: the link timeout is 0");
+        }
+        let begun = Instant::now();
+        loop {
+            let left = self
+                .time
+                .map_or(f64::INFINITY, |time| time - begun.elapsed().as_secs_f64());
+            if left <= 0.0 {
+                client.ask(Command::Stop).map_err(fault)?;
+                break;
+            }
+            let patience = Duration::from_secs_f64(left.min(1.0));
+            match client.next_within(patience, seen).map_err(fault)? {
+                Some(Seen::Sample(snapshot)) => say!("{}", line(&snapshot)),
+                Some(Seen::Fault(fault)) => return Err(Fault::Other(fault.to_string())),
+                Some(Seen::Ended) => break,
+                None => {}
+            }
+        }
+        client.ask(Command::Watch(0)).map_err(fault)?;
+        let status = client.status().map_err(fault)?;
+        if let Some(ended) = &status.ended {
+            say!("{ended}");
+        }
+        if let Some(estimates) = &status.estimates {
+            say!("knows: {}", found(estimates));
+        }
+        Ok(())
+    }
+}
+
+/// What a report says to somebody who looks on.
+enum Seen {
+    Sample(Snapshot),
+    Fault(drive_link::Fault),
+    Ended,
+}
+
+fn seen(report: &Report) -> Option<Seen> {
+    match report {
+        Report::Snapshot(snapshot) => Some(Seen::Sample(*snapshot)),
+        Report::Fault(fault) => Some(Seen::Fault(*fault)),
+        Report::Status { status, .. } if status.state != State::Running => Some(Seen::Ended),
+        _ => None,
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|&time: &f64| time > 0.0 && time.is_finite())
+        .ok_or_else(|| "it must be a number above zero".to_owned())
+}
+
 impl Watch {
     fn run(&self, client: &mut Client) -> Result<(), Fault> {
+        let protection = client.settings().map_err(fault)?.protection;
+        client.keep_alive(protection.link_timeout);
         let mut file = self.csv.as_deref().map(Table::create).transpose()?;
         client.ask(Command::Watch(self.every)).map_err(fault)?;
         for _ in 0..self.reports {
@@ -248,6 +362,12 @@ fn show(status: &Status, settings: &Settings) {
         Some(estimates) => say!("knows: {}", found(estimates)),
         None => say!("knows nothing of its servo yet"),
     }
+    if !status.configured {
+        say!("not configured: it does not start; what follows is an example");
+    }
+    if let Some(ended) = &status.ended {
+        say!("{ended}");
+    }
     let noticed = &status.noticed;
     say!(
         "first fits {}, steps of the load {}, samples not followed {}, friction lowered {}, model restarted {}",
@@ -263,6 +383,10 @@ fn show(status: &Status, settings: &Settings) {
         status.overruns,
         status.dropped,
         status.garbled
+    );
+    say!(
+        "{:.1} µs from the reading of the encoder to the change of the output",
+        1e6 * status.command_delay
     );
     say!("{settings}");
 }

@@ -1,7 +1,7 @@
 //! The host's end of the conversation with a drive.
 
 use std::fmt;
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use drive_link::{Command, Refusal, Report, Request, Settings, Status};
 
@@ -12,6 +12,9 @@ use crate::port::{Port, PortError};
 pub struct Client {
     port: Port,
     id: u8,
+    /// How often the drive hears of us while we only listen, and when it last did.
+    keep_alive: Option<Duration>,
+    spoke: Instant,
 }
 
 /// Why a drive did not do what it was asked.
@@ -47,8 +50,11 @@ impl From<PortError> for DriveError {
 }
 
 impl Client {
-    /// How often a report is waited for, in patiences of the port.
-    const PATIENCE: u32 = 20;
+    /// How long a report is waited for.
+    const PATIENCE: Duration = Duration::from_secs(20);
+
+    /// The drive hears of us several times within the silence that it allows.
+    const OFTEN: f64 = 4.0;
 
     /// Talks over a port.
     #[must_use]
@@ -56,7 +62,18 @@ impl Client {
         // Not where the program before this one began: its last answer may still be on the line.
         let now = SystemTime::now().duration_since(UNIX_EPOCH);
         let id = now.map_or(0, |now| (now.subsec_micros() >> 4) as u8);
-        Self { port, id }
+        Self {
+            port,
+            id,
+            keep_alive: None,
+            spoke: Instant::now(),
+        }
+    }
+
+    /// From now on, lets a drive that allows so much silence (s; 0 for any) hear of us while we listen.
+    pub fn keep_alive(&mut self, link_timeout: f64) {
+        self.keep_alive =
+            (link_timeout > 0.0).then(|| Duration::from_secs_f64(link_timeout / Self::OFTEN));
     }
 
     /// The port, for whoever says something else than requests.
@@ -99,15 +116,42 @@ impl Client {
     /// # Errors
     /// If none comes, or the line breaks.
     pub fn next<T>(&mut self, says: impl Fn(&Report) -> Option<T>) -> Result<T, DriveError> {
-        for _ in 0..Self::PATIENCE {
+        self.next_within(Self::PATIENCE, says)?
+            .ok_or(DriveError::Silent)
+    }
+
+    /// The same, if it comes within a time.
+    ///
+    /// # Errors
+    /// If the line breaks.
+    pub fn next_within<T>(
+        &mut self,
+        time: Duration,
+        says: impl Fn(&Report) -> Option<T>,
+    ) -> Result<Option<T>, DriveError> {
+        let until = Instant::now() + time;
+        loop {
+            let now = Instant::now();
+            let mut patience = until.saturating_duration_since(now);
+            if patience.is_zero() {
+                return Ok(None);
+            }
+            if let Some(often) = self.keep_alive {
+                if now.duration_since(self.spoke) >= often {
+                    self.id = self.id.wrapping_add(1);
+                    let (id, command) = (self.id, Command::Hello);
+                    self.port.send(&Request { id, command })?;
+                    self.spoke = now;
+                }
+                patience = patience.min(often);
+            }
             let heard = self
                 .port
-                .listen(&|report: &Report| says(report).is_some())?;
+                .listen(&|report: &Report| says(report).is_some(), patience)?;
             if let Some(said) = heard.as_ref().and_then(&says) {
-                return Ok(said);
+                return Ok(Some(said));
             }
         }
-        Err(DriveError::Silent)
     }
 
     fn report(&mut self, command: Command) -> Result<Report, DriveError> {
@@ -120,6 +164,7 @@ impl Client {
             | Report::Refused { id: same, .. } => *same == id,
             Report::Snapshot(_) | Report::Fault(_) => false,
         };
+        self.spoke = Instant::now();
         match self.port.ask(&Request { id, command }, fits)? {
             Report::Refused { refusal, .. } => Err(DriveError::Refused(refusal)),
             report => Ok(report),
