@@ -1,0 +1,296 @@
+//! The first power-on of the firmware's manual, step by step, on a simulated axis with a hand on its
+//! shaft, and everything else that a person does to a drive from the command line.
+
+#[path = "support/simulated_drive.rs"]
+mod simulated_drive;
+mod support;
+
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings};
+use host_sim::drive::Client;
+use host_sim::port::Port;
+use identifier_core::ControllerSettings;
+use identifier_core::model::ServoParameters;
+use identifier_core::settings::diagonal;
+use simulated_drive::{Hand, SimulatedDrive};
+use support::{folder, host_sim, standard_error};
+
+const SERVO: ServoParameters = ServoParameters {
+    a: 0.2174,
+    b: 257.7,
+    coulomb: 5.0,
+    load: 0.0,
+};
+
+/// What a drive shows before anybody has told it anything.
+fn example() -> Settings {
+    let mut core = identifier_core::Settings {
+        cutoff: 500.0,
+        controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
+        ..identifier_core::Settings::new(1e-3, 10_000.0)
+    };
+    core.identifier.gamma = Some(diagonal([20.0, 3000.0, 100.0, 0.0]));
+    core.identifier.initial.b = Some(150.0);
+    Settings {
+        closed_loop: LoopSettings {
+            core,
+            law: Law::Gradient { friction: true },
+            format: Format::Single,
+        },
+        dither: Dither {
+            amplitude: 0.3,
+            hold: 0.05,
+        },
+        protection: Protection {
+            following_error: 1.5,
+            travel: 6.9,
+            pace: 6.3,
+            speed: 100.0,
+            breakaway: 0.3,
+            stall_time: 0.1,
+            overruns: 3,
+            duration: 0.0,
+            link_timeout: 1.0,
+            stop_time: 0.5,
+        },
+    }
+}
+
+/// A person at the drive's command line.
+struct Person {
+    drive: SimulatedDrive,
+    scenario: String,
+}
+
+impl Person {
+    fn before_a_drive(test: &str) -> Self {
+        let scenario = folder(test).join("my-servo.toml").display().to_string();
+        let person = Self {
+            drive: SimulatedDrive::start(SERVO, example()),
+            scenario,
+        };
+        person.write(10.0, "kind = \"none\"");
+        person
+    }
+
+    /// Writes the scenario.
+    fn write(&self, limit: f64, excitation: &str) {
+        let text = format!(
+            "[plant]\na = 0.2\nb = 250.0\n[encoder]\ncounts_per_rev = 10000\n\
+             [amplifier]\nlimit = {limit}\n\
+             [controller]\nkp = 9.0\nkd = 0.19\nki = 4.0\nsample_time = 0.001\n\
+             velocity_filter = {{ kind = \"low-pass\", cutoff = 500.0 }}\n\
+             [excitation]\n{excitation}\n\
+             [identifier]\nlaw = \"gauss-newton\"\n\
+             parameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n\
+             [run]\nduration = 10.0\n"
+        );
+        std::fs::write(&self.scenario, text).expect("the scenario is written");
+    }
+
+    fn arguments<'a>(&'a self, words: &'a str) -> Vec<&'a str> {
+        let mut arguments = vec!["drive", "--port", &self.drive.port];
+        arguments.extend(words.split_whitespace().map(|word| {
+            if word == "my-servo.toml" {
+                self.scenario.as_str()
+            } else {
+                word
+            }
+        }));
+        arguments
+    }
+
+    /// Types a command that must succeed, and reads what it says.
+    fn does(&self, words: &str) -> String {
+        let output = host_sim(&self.arguments(words));
+        assert!(
+            output.status.success(),
+            "{words}: {}",
+            standard_error(&output)
+        );
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    }
+
+    /// Types a command that must fail with this status, and reads why.
+    fn fails(&self, status: i32, words: &str) -> String {
+        let output = host_sim(&self.arguments(words));
+        assert_eq!(output.status.code(), Some(status), "{words}");
+        standard_error(&output)
+    }
+
+    /// Types a command that goes on.
+    fn begins(&self, words: &str) -> Child {
+        Command::new(env!("CARGO_BIN_EXE_host-sim"))
+            .args(self.arguments(words))
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts")
+    }
+
+    /// Waits for what goes on: its status, what it said and why it failed.
+    fn ends(child: Child) -> (Option<i32>, String, String) {
+        let output = child.wait_with_output().expect("it ends");
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        (output.status.code(), said, standard_error(&output))
+    }
+}
+
+#[test]
+fn the_first_power_on_of_the_manual_works_step_by_step() {
+    let person = Person::before_a_drive("first_power_on");
+    let drive = &person.drive;
+
+    // 1. Who is there?
+    let said = person.does("status");
+    assert!(said.contains("released: the servo is let go"), "{said}");
+    assert!(said.contains("not configured: it does not start"), "{said}");
+    let refused = person.fails(1, "start");
+    assert!(refused.contains("configure it first"), "{refused}");
+
+    // 2. Say what the servo is, with tight protections.
+    let tight = "configure my-servo.toml --following-error 0.2 --travel 0.5 --pace 0.5 --speed 20";
+    person.does(tight);
+    assert!(!person.does("status").contains("not configured"));
+
+    // 3. The encoder: no supply, a hand turns the axis by up to 0.1 rad, then beyond 0.2.
+    let start = person.begins("start");
+    drive.pass(0.5);
+    for position in [0.02, 0.05, 0.1] {
+        drive.with(|around| around.hand = Hand::Holds(position));
+        drive.pass(1.0);
+    }
+    drive.with(|around| around.hand = Hand::Holds(0.21));
+    let (status, said, why) = Person::ends(start);
+    assert!(said.contains("position 0.1"), "it counts upwards: {said}");
+    assert_eq!(status, Some(1));
+    assert!(why.contains("fault 22:"), "not {why}");
+    assert_eq!(drive.with(|around| around.held), None);
+    person.does("clear");
+    drive.with(|around| around.hand = Hand::Off);
+
+    // 4. A tenth of the command.
+    person.write(1.0, "kind = \"none\"");
+    person.does(tight);
+
+    // 5. Supply on, but with the motor's leads swapped: it runs away, by 0.2 rad and no further.
+    drive.with(|around| (around.supply, around.leads) = (true, -1.0));
+    let from = drive.with(|around| around.position);
+    let start = person.begins("start");
+    drive.pass(0.5);
+    // A touch is enough to make it run.
+    drive.with(|around| around.hand = Hand::Holds(from + 0.01));
+    drive.pass(0.05);
+    drive.with(|around| around.hand = Hand::Off);
+    let (status, _, why) = Person::ends(start);
+    assert_eq!(status, Some(1));
+    assert!(why.contains("fault 22:"), "not {why}");
+    person.does("clear");
+    drive.pass(3.0);
+
+    // Leads right: it holds its place against the hand.
+    drive.with(|around| around.leads = 1.0);
+    let from = drive.with(|around| around.position);
+    let start = person.begins("start --for 1.5");
+    drive.pass(1.0);
+    drive.with(|around| around.hand = Hand::Holds(from + 0.1));
+    drive.pass(1.0);
+    let pushes_back = drive.with(|around| around.held).expect("it is driven");
+    assert!(pushes_back < -0.5, "{pushes_back}");
+    drive.with(|around| around.hand = Hand::Off);
+    drive.pass(2.0);
+    let back = drive.with(|around| around.position);
+    assert!((back - from).abs() < 0.01, "{back} from {from}");
+    let (status, said, why) = Person::ends(start);
+    assert_eq!(status, Some(0), "{why}");
+    assert!(said.contains("the last run was stopped"), "{said}");
+
+    // 6. The whole command, and a dither: too large a one for the protections is refused.
+    person.write(10.0, "kind = \"prbs\"\namplitude = 0.1\nhold = 0.05");
+    let refused = person.fails(2, tight);
+    assert!(
+        refused.contains("following_error = 0.2 is too small beside the dither's amplitude"),
+        "{refused}"
+    );
+    person.write(10.0, "kind = \"prbs\"\namplitude = 0.05\nhold = 0.05");
+    person.does(tight);
+    let said = person.does("start --for 3");
+    let known = said.lines().last().expect("it says what it knows");
+    let b: f64 = known
+        .split("b ")
+        .nth(1)
+        .and_then(|rest| rest.split_whitespace().next())
+        .and_then(|number| number.parse().ok())
+        .expect("a number");
+    assert!((b / SERVO.b - 1.0).abs() < 0.05, "{known}");
+
+    // 7. Kept through a loss of power.
+    person.does("save");
+    drive.with(|around| around.power = false);
+    drive.pass(0.1);
+    drive.with(|around| around.power = true);
+    drive.pass(0.2);
+    let said = person.does("status");
+    assert!(said.contains("a record is kept"), "{said}");
+    assert!(said.contains(known.trim_start_matches("knows: ")), "{said}");
+}
+
+#[test]
+fn an_excitation_that_the_drive_does_not_know_is_refused_by_name() {
+    let person = Person::before_a_drive("unknown_excitation");
+    person.write(10.0, "kind = \"square\"\namplitude = 0.1\nperiod = 1.0");
+    let refused = person.fails(2, "configure my-servo.toml");
+    assert!(
+        refused.contains("excitation.kind: the drive has \"prbs\" and \"none\""),
+        "{refused}"
+    );
+    assert!(person.does("status").contains("not configured"));
+}
+
+#[test]
+fn a_program_that_is_killed_leaves_an_axis_that_comes_to_rest() {
+    let person = Person::before_a_drive("killed");
+    let drive = &person.drive;
+    drive.with(|around| around.supply = true);
+    person.write(10.0, "kind = \"prbs\"\namplitude = 0.05\nhold = 0.05");
+    person.does("configure my-servo.toml --link-timeout 0.8");
+    let mut start = person.begins("start");
+    // Alive as long as somebody looks on, several times the timeout.
+    drive.pass(6.0);
+    assert!(drive.with(|around| around.held).is_some());
+    start.kill().expect("it runs");
+    start.wait().expect("it has ended");
+    drive.pass(2.5);
+    assert_eq!(drive.with(|around| around.held), None);
+    let said = person.does("status");
+    assert!(said.contains("fault 40:"), "{said}");
+
+    // Leaving it alone takes a setting that says so.
+    let refused = person.fails(2, "start --leave");
+    assert!(refused.contains("--link-timeout 0"), "{refused}");
+    person.does("clear");
+    person.does("configure my-servo.toml --link-timeout 0 --duration 4");
+    person.does("start --leave");
+    drive.pass(2.0);
+    assert!(drive.with(|around| around.held).is_some());
+    drive.pass(4.0);
+    assert_eq!(drive.with(|around| around.held), None);
+    let said = person.does("status");
+    assert!(said.contains("ended when its time was over"), "{said}");
+}
+
+#[test]
+fn who_only_looks_on_keeps_a_run_alive_too() {
+    let person = Person::before_a_drive("looking_on");
+    let drive = &person.drive;
+    drive.with(|around| around.supply = true);
+    person.does("configure my-servo.toml --link-timeout 2");
+    let mut client = Client::new(Port::open(&drive.port).expect("it listens"));
+    client.ask(drive_link::Command::Start).expect("started");
+    client.keep_alive(2.0 / 4.0);
+    let none = client.next_within(Duration::from_secs(2), |_| None::<()>);
+    assert!(none.expect("the line is whole").is_none());
+    assert!(drive.with(|around| around.held).is_some());
+}
