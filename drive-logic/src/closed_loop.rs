@@ -1,4 +1,4 @@
-//! The loop in single precision, with one law or another: the choice is made once, when it is built,
+//! The loop of a drive, with one law or another, in single precision or fixed point: the choice is made once, when it is built,
 //! and costs a branch or two a sample.
 //!
 //! Gauss–Newton begins with a fit, whose work is for the background. But what the fit reads is what the
@@ -8,6 +8,7 @@
 use drive_link::{Estimates, Format, Law, LoopSettings, NotAllowed, Why};
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor, Setpoint, control_step};
+use identifier_core::fixed_point::Word;
 use identifier_core::identifier::{
     DiagonalGradientIdentifier, GaussNewtonIdentifier, IdentifierError, Identify, Seen, ServoLoop,
     ServoLoopState,
@@ -16,6 +17,7 @@ use identifier_core::measurement::velocity::{LowPass, LowPassState};
 use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad};
 use identifier_core::settings::{FromSettings, Settings};
 
+use crate::fixed_loop::{self, FixedLoop};
 use crate::parts;
 
 type Velocity = LowPass<f32>;
@@ -32,6 +34,7 @@ enum Laws<const W: usize> {
     Gradient(With<Gradient>),
     GradientWithFriction(With<GradientWithFriction>),
     GaussNewton(With<GaussNewton<W>>),
+    Fixed(FixedLoop),
 }
 
 type Gradient = DiagonalGradientIdentifier<f32, Velocity, Ab, 2>;
@@ -48,6 +51,7 @@ enum States {
     GradientWithFriction(<GradientWithFriction as Identify<f32>>::State),
     /// In SI already: the state with its record is too long to be handed on.
     GaussNewton(Estimates),
+    Fixed(<fixed_loop::Identifier as Identify<Word>>::State),
 }
 
 /// A loop with one identifier.
@@ -95,11 +99,12 @@ impl<const W: usize> With<GaussNewton<W>> {
 
 /// Does the same with the loop, whatever its law.
 macro_rules! whatever_law {
-    ($laws:expr, $own:pat => $done:expr) => {
+    ($laws:expr, $own:pat => $done:expr, $fixed:pat => $fixed_done:expr) => {
         match $laws {
             Laws::Gradient($own) => $done,
             Laws::GradientWithFriction($own) => $done,
             Laws::GaussNewton($own) => $done,
+            Laws::Fixed($fixed) => $fixed_done,
         }
     };
 }
@@ -111,26 +116,35 @@ impl<const W: usize> ClosedLoop<W> {
     /// The setting that is not allowed.
     pub(crate) fn new(settings: &LoopSettings) -> Result<Self, NotAllowed> {
         let LoopSettings { core, law, format } = settings;
-        if *format != Format::Single {
-            return Err(parts::refusal("format", Why::NotHere));
-        }
-        let laws = match law {
-            Law::Gradient { friction: false } => With::build(core).map(Laws::Gradient),
-            Law::Gradient { friction: true } => With::build(core).map(Laws::GradientWithFriction),
-            Law::GaussNewton => With::build(core).map(Laws::GaussNewton),
+        let laws = match (format, law) {
+            (Format::Single, Law::Gradient { friction: false }) => {
+                With::build(core).map(Laws::Gradient)
+            }
+            (Format::Single, Law::Gradient { friction: true }) => {
+                With::build(core).map(Laws::GradientWithFriction)
+            }
+            (Format::Single, Law::GaussNewton) => With::build(core).map(Laws::GaussNewton),
+            (Format::Fixed, Law::Gradient { friction: false }) => {
+                FixedLoop::new(core).map(Laws::Fixed)
+            }
+            (Format::Fixed, _) => return Err(parts::refusal("law", Why::NotHere)),
         };
         laws.map(Self).map_err(parts::not_allowed)
     }
 
     /// Puts the loop at rest at a count.
     pub(crate) fn start(&mut self, count: i32) {
-        whatever_law!(&mut self.0, own => own.state = own.servo_loop.start(count));
+        whatever_law!(
+            &mut self.0,
+            own => own.state = own.servo_loop.start(count),
+            fixed => fixed.start(count)
+        );
     }
 
     /// The count of the last sample.
     #[must_use]
     pub(crate) fn count(&self) -> i32 {
-        whatever_law!(&self.0, own => own.state.count())
+        whatever_law!(&self.0, own => own.state.count(), fixed => fixed.count())
     }
 
     /// The first half of a sample: measure, control, act.
@@ -144,9 +158,11 @@ impl<const W: usize> ClosedLoop<W> {
         sensor: &mut S,
         actuator: &mut A,
     ) -> Result<ControlSample<f32>, ControlStepError<S::Error, A::Error>> {
-        whatever_law!(&mut self.0, own => {
-            control_step(&own.servo_loop, &mut own.state, setpoint, sensor, actuator)
-        })
+        whatever_law!(
+            &mut self.0,
+            own => control_step(&own.servo_loop, &mut own.state, setpoint, sensor, actuator),
+            fixed => fixed.control(setpoint, sensor, actuator)
+        )
     }
 
     /// The second half: learn, while the command acts.
@@ -156,6 +172,7 @@ impl<const W: usize> ClosedLoop<W> {
             Laws::Gradient(own) => own.servo_loop.learn(&mut own.state, sample),
             Laws::GradientWithFriction(own) => own.servo_loop.learn(&mut own.state, sample),
             Laws::GaussNewton(own) => own.learn_or_begin(sample),
+            Laws::Fixed(fixed) => fixed.learn(),
         }
     }
 
@@ -178,6 +195,7 @@ impl<const W: usize> ClosedLoop<W> {
                 States::GradientWithFriction(*own.state.identification())
             }
             Laws::GaussNewton(own) => States::GaussNewton(own.found_in_si()),
+            Laws::Fixed(fixed) => States::Fixed(fixed.learnt()),
         })
     }
 
@@ -190,6 +208,7 @@ impl<const W: usize> ClosedLoop<W> {
                 Some(own.estimates(state))
             }
             (Laws::GaussNewton(_), States::GaussNewton(found)) => Some(*found),
+            (Laws::Fixed(fixed), States::Fixed(state)) => Some(fixed.estimates(state)),
             _ => None,
         }
     }
