@@ -20,8 +20,9 @@ pub use error::IdentifierError;
 pub use fit::{Block, Blocking, Record};
 pub use gauss_newton::{GaussNewtonIdentifier, GaussNewtonIdentifierState, Start};
 pub use gradient::{
-    DiagonalGradientIdentifier, GradientIdentifier, GradientIdentifierState, GradientIdentifierWith,
+    DiagonalGradientIdentifier, GradientEstimates, GradientIdentifier, GradientIdentifierState,
+    GradientIdentifierWith,
 };
 pub use identify::{Event, Identify, Seen};
 pub use servo_loop::{LoopStep, ServoLoop, ServoLoopState};
-pub use window::{WindowIdentifier, WindowState};
+pub use window::{WindowEstimates, WindowIdentifier, WindowState};

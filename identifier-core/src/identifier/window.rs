@@ -30,6 +30,13 @@ pub struct WindowIdentifier<N, S, const P: usize, const W: usize = 256> {
     set: PhantomData<S>,
 }
 
+/// The estimates of a sample, machine units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WindowEstimates<N, const P: usize> {
+    parameters: [N; P],
+    at_bounds: [bool; P],
+}
+
 /// What the identifier remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WindowState<N: Number, const W: usize = 256> {
@@ -122,6 +129,7 @@ where
     S: ParameterSet<P>,
 {
     type State = WindowState<N, W>;
+    type Shown = WindowEstimates<N, P>;
 
     fn start(&self) -> Self::State {
         WindowState {
@@ -157,12 +165,21 @@ where
         }
     }
 
-    fn estimates(&self, state: &Self::State) -> ServoParameters {
-        let values = match &state.found {
-            Some(found) => Self::of_set(&found.parameters),
-            None => self.initial.map(N::from_f64),
-        };
-        ModelParameters::of_set::<S, P>(&values).to_si(&self.units)
+    fn show(&self, state: &Self::State) -> Self::Shown {
+        match &state.found {
+            Some(found) => WindowEstimates {
+                parameters: Self::of_set(&found.parameters),
+                at_bounds: S::PARAMETERS.map(|parameter| found.at_bound[place(parameter)]),
+            },
+            None => WindowEstimates {
+                parameters: self.initial.map(N::from_f64),
+                at_bounds: [false; P],
+            },
+        }
+    }
+
+    fn estimates_of(&self, shown: &Self::Shown) -> ServoParameters {
+        ModelParameters::of_set::<S, P>(&shown.parameters).to_si(&self.units)
     }
 
     fn standard_errors(&self, state: &Self::State) -> Option<ServoParameters> {
@@ -172,9 +189,11 @@ where
         Some(ModelParameters::of_set::<S, P>(&Self::of_set(&deviations)).to_si(&self.units))
     }
 
-    fn at_bounds(&self, state: &Self::State) -> PerParameter<bool> {
-        let at = state.found.map_or([false; 4], |found| found.at_bound);
-        PerParameter::from_fn(|wanted| S::PARAMETERS.contains(&wanted) && at[place(wanted)])
+    fn at_bounds_of(&self, shown: &Self::Shown) -> PerParameter<bool> {
+        PerParameter::from_fn(|wanted| {
+            let mut own = S::PARAMETERS.iter().zip(shown.at_bounds);
+            own.any(|(&own, at)| own == wanted && at)
+        })
     }
 
     fn join(&self, state: &mut Self::State, _: N) {

@@ -351,10 +351,9 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         }
     }
 
-    /// Whether each estimate stands at one of its bounds.
+    /// Which of some estimates stand at a bound.
     #[must_use]
-    pub fn at_bound(&self, state: &GaussNewtonState<N, P>) -> [bool; P] {
-        let estimates = state.estimates();
+    pub fn at_bounds(&self, estimates: &[N; P]) -> [bool; P] {
         core::array::from_fn(|i| {
             self.low[i] < self.high[i]
                 && (estimates[i] <= self.low[i] || estimates[i] >= self.high[i])

@@ -160,6 +160,8 @@ where
     S: ParameterSet<P>,
 {
     type State = GaussNewtonIdentifierState<N, P, W>;
+    /// Machine units.
+    type Shown = [N; P];
 
     fn start(&self) -> Self::State {
         GaussNewtonIdentifierState {
@@ -214,8 +216,13 @@ where
         seen
     }
 
-    fn estimates(&self, state: &Self::State) -> ServoParameters {
-        ModelParameters::of_set::<S, P>(&state.recursion.law.estimates()).to_si(&self.units)
+    #[inline]
+    fn show(&self, state: &Self::State) -> Self::Shown {
+        state.recursion.law.estimates()
+    }
+
+    fn estimates_of(&self, shown: &Self::Shown) -> ServoParameters {
+        ModelParameters::of_set::<S, P>(shown).to_si(&self.units)
     }
 
     fn standard_errors(&self, state: &Self::State) -> Option<ServoParameters> {
@@ -232,8 +239,8 @@ where
         (omega > 0.0).then_some(omega)
     }
 
-    fn at_bounds(&self, state: &Self::State) -> PerParameter<bool> {
-        let at = self.law.at_bound(&state.recursion.law);
+    fn at_bounds_of(&self, shown: &Self::Shown) -> PerParameter<bool> {
+        let at = self.law.at_bounds(shown);
         PerParameter::from_fn(|wanted| {
             let own = S::PARAMETERS.iter().position(|&own| own == wanted);
             own.is_some_and(|i| at[i] && self.free[i])
