@@ -60,7 +60,7 @@ pub(crate) struct Prior<N> {
 
 /// A fit under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Fit<N> {
+pub(super) struct Fit<N> {
     pub(super) prior: Prior<N>,
     pub(super) blocks: usize,
     pub(super) next: usize,
@@ -153,7 +153,7 @@ impl<N: Number> Fitter<N> {
     }
 
     /// Begins a fit over what the record holds.
-    pub(crate) fn begin(&self, blocks: usize, prior: Prior<N>) -> Fit<N> {
+    pub(super) fn begin(&self, blocks: usize, prior: Prior<N>) -> Fit<N> {
         Fit {
             prior,
             blocks,
@@ -175,7 +175,7 @@ impl<N: Number> Fitter<N> {
 
     /// Goes on with a fit by one block of the record, or by what is between two passes. Answers
     /// once it has ended: with what it found, or none if the servo has not moved.
-    pub(crate) fn work<const W: usize>(
+    pub(super) fn work<const W: usize>(
         &self,
         fit: &mut Fit<N>,
         record: &Record<N, W>,

@@ -1,16 +1,26 @@
 //! Fits of the servo's parameters to a record of what it did and what was asked of it.
+//!
+//! The work is shared between an interrupt and the background, and neither waits for the other: the
+//! interrupt's [`Recorder`] condenses samples to [`NumberedBlock`]s, which go through a queue, and the
+//! background's [`Fits`] collect them in a record of their own and fit to it.
 
+mod block;
+mod fits;
 mod fitter;
 mod found;
 mod pass;
 mod record;
+mod recorder;
 mod start;
 mod survey;
 mod trial;
 
-pub(crate) use fitter::{Fit, Fitter, FitterConfig, Prior};
+pub use block::NumberedBlock;
+pub(crate) use block::Blocking;
+pub(crate) use fits::{Ended, Fits};
+pub(crate) use fitter::{Fitter, FitterConfig, Prior};
 pub(crate) use found::Found;
-pub use record::{Block, Blocking, Record};
+pub(crate) use recorder::Recorder;
 
 /// The unknowns of a fit: a, b, c, d, then the model's position and velocity at the start.
 const UNKNOWNS: usize = 6;

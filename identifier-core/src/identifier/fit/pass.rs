@@ -1,5 +1,6 @@
+use super::block::Block;
 use super::fitter::{Fit, Fitter};
-use super::record::{Block, Record};
+use super::record::Record;
 use super::{A, B, POSITION, UNKNOWNS, VELOCITY};
 use crate::adaptation::NormalEquations;
 use crate::model::{ListeningModel, Tangents};

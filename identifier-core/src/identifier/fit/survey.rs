@@ -1,4 +1,4 @@
-use super::record::Block;
+use super::block::Block;
 use crate::number::Number;
 
 /// The shortest way, counts, from which anything can be learnt.

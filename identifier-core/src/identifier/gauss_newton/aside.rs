@@ -1,11 +1,11 @@
 use super::super::identify::Event;
+use super::GaussNewtonRecursion;
 use super::recursion::{Mode, Recursion};
-use super::{GaussNewtonIdentifier, last};
 use crate::model::{Innovation, ListeningModel, Phase, Tangents};
 use crate::number::Number;
 use crate::parameters::ParameterSet;
 
-impl<N, S, const P: usize, const W: usize> GaussNewtonIdentifier<N, S, P, W>
+impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
     S: ParameterSet<P>,
@@ -121,4 +121,8 @@ where
         state.law.drop_block();
         state.suspicion.clear();
     }
+}
+
+fn last<N: Number, const P: usize>(values: &[N; P]) -> N {
+    values.last().copied().unwrap_or(N::ZERO)
 }

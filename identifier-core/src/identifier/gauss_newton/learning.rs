@@ -1,12 +1,12 @@
 use super::super::identify::{Event, Seen};
-use super::GaussNewtonIdentifier;
+use super::GaussNewtonRecursion;
 use super::recursion::{Mode, Recursion};
 use crate::adaptation::GaussNewtonStep;
 use crate::model::{Innovation, ListeningModel, Phase, Tangents};
 use crate::number::Number;
 use crate::parameters::{ModelParameters, Parameter, ParameterSet};
 
-impl<N, S, const P: usize, const W: usize> GaussNewtonIdentifier<N, S, P, W>
+impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
     S: ParameterSet<P>,

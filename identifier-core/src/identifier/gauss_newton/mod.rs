@@ -1,35 +1,48 @@
 mod aside;
 mod beginning;
+mod first_fit;
+mod interrupt;
 mod learning;
 mod load_step;
 mod recursion;
 mod settings;
 mod standing;
-mod start;
 
-pub use start::Start;
+pub use beginning::GaussNewtonFitted;
+pub use first_fit::{GaussNewtonFitter, GaussNewtonFitterState};
+pub use interrupt::GaussNewtonRecursionState;
 
 use core::marker::PhantomData;
 
 use load_step::LoadStepTest;
-use recursion::{Mode, Recursion};
+use recursion::Recursion;
 
-use super::fit::{Blocking, Fitter};
-use super::identify::{Event, Identify, Seen, check};
+use super::combined::{Combined, CombinedState};
+use super::fit::Blocking;
 use crate::adaptation::GaussNewton;
-use crate::error::StepError;
-use crate::model::{FrictionStep, ListeningModel, ServoParameters, Tangents};
+use crate::model::FrictionStep;
 use crate::number::Number;
-use crate::parameters::{ModelParameters, ParameterSet};
-use crate::settings::PerParameter;
+use crate::parameters::ParameterSet;
 use crate::units::Units;
 
 /// The fast identifier: recursive Gauss–Newton on a model driven by the command that acted, for the
 /// parameter set S. Its first fit uses a record of W blocks.
 ///
 /// It begins by recording. Once the record tells enough, a fit in the background
-/// ([`Identify::work`]) finds the servo without a first guess, and the recursion goes
-/// on from there.
+/// ([`Identify::work`](super::Identify::work)) finds the servo without a first guess, and the recursion
+/// goes on from there.
+///
+/// It is its two halves in one: a chip whose interrupt records while its background fits has
+/// [`GaussNewtonRecursion`] and [`GaussNewtonFitter`] apart.
+pub type GaussNewtonIdentifier<N, S, const P: usize, const W: usize = 256> =
+    Combined<GaussNewtonRecursion<N, S, P, W>, GaussNewtonFitter<N, S, P, W>>;
+
+/// What the identifier remembers between samples.
+pub type GaussNewtonIdentifierState<N, const P: usize, const W: usize = 256> =
+    CombinedState<GaussNewtonRecursionState<N, P>, GaussNewtonFitterState<N, W>>;
+
+/// The interrupt's half of the fast identifier: the recursion, and what it takes to record for a fit
+/// over W blocks, which the [`GaussNewtonFitter`] makes.
 ///
 /// When an estimate moves, the model's state moves with it to where it would have been, to first
 /// order, had the estimate always been the new one. The output error then is what the *present*
@@ -39,9 +52,8 @@ use crate::units::Units;
 /// the model itself, with an integral and a correction that is fast at first, finds the load; the
 /// other estimates are not disturbed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GaussNewtonIdentifier<N, S, const P: usize, const W: usize = 256> {
+pub struct GaussNewtonRecursion<N, S, const P: usize, const W: usize = 256> {
     law: GaussNewton<N, P>,
-    fitter: Fitter<N>,
     blocking: Blocking<N>,
     step: FrictionStep<N>,
     load_step: LoadStepTest<N>,
@@ -75,18 +87,7 @@ pub struct GaussNewtonIdentifier<N, S, const P: usize, const W: usize = 256> {
     set: PhantomData<S>,
 }
 
-/// What the identifier remembers between samples.
-///
-/// What every sample needs comes first: a Cortex-M4F loads a float from within a kilobyte of a base
-/// in one instruction, and from beyond it in two.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(C)]
-pub struct GaussNewtonIdentifierState<N: Number, const P: usize, const W: usize = 256> {
-    recursion: Recursion<N, P>,
-    start: Start<N, W>,
-}
-
-impl<N, S, const P: usize, const W: usize> GaussNewtonIdentifier<N, S, P, W>
+impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
     S: ParameterSet<P>,
@@ -142,7 +143,13 @@ where
 
     /// The time to wait before a servo that did not follow is believed again, s.
     pub const WAITING: f64 = 0.5;
+}
 
+impl<N, S, const P: usize, const W: usize> GaussNewtonIdentifier<N, S, P, W>
+where
+    N: Number,
+    S: ParameterSet<P>,
+{
     /// Bytes that the recursion itself keeps; the rest of the state is the record of the first fit
     /// and that fit.
     pub const RECURSION_BYTES: usize = size_of::<Recursion<N, P>>();
@@ -150,119 +157,6 @@ where
     /// Whether the recursion runs: a first fit has been found.
     #[must_use]
     pub fn is_running(&self, state: &GaussNewtonIdentifierState<N, P, W>) -> bool {
-        !matches!(state.recursion.mode, Mode::Recording)
+        self.recorder().is_running(&state.recorder)
     }
-}
-
-impl<N, S, const P: usize, const W: usize> Identify<N> for GaussNewtonIdentifier<N, S, P, W>
-where
-    N: Number,
-    S: ParameterSet<P>,
-{
-    type State = GaussNewtonIdentifierState<N, P, W>;
-    /// Machine units.
-    type Shown = [N; P];
-
-    fn start(&self) -> Self::State {
-        GaussNewtonIdentifierState {
-            recursion: Recursion {
-                model: ListeningModel::alongside(N::ZERO),
-                tangents: Tangents::NONE,
-                law: self
-                    .law
-                    .start(&self.initial.map(N::from_f64), &[[0.0; P]; P]),
-                response: self.step.step.response(N::ZERO),
-                omega: N::ZERO,
-                measured: N::ZERO,
-                quick: N::ZERO,
-                scale: N::ZERO,
-                suspicion: self.load_step.start(N::ZERO),
-                mean_square: N::ZERO,
-                trusted_load: N::ZERO,
-                last_move: N::ZERO,
-                slid: N::ZERO,
-                held: 0,
-                still: 0,
-                alarm: 0,
-                left: 0,
-                straight: 0,
-                mode: Mode::Recording,
-                lacking: false,
-                ambiguous: false,
-            },
-            start: Start::new(),
-        }
-    }
-
-    #[inline]
-    fn increment(&self, moved: i32) -> N {
-        N::from_count(moved)
-    }
-
-    #[inline]
-    fn check(&self, increment: N, command: N) -> Result<(), StepError> {
-        check(increment, command, self.longest)
-    }
-
-    #[inline]
-    fn follow(&self, state: &mut Self::State, increment: N, command: N) -> Seen<N> {
-        if state.start.is_recording() {
-            return self.record(state, increment, command);
-        }
-        let seen = self.run(&mut state.recursion, increment, command);
-        if seen.event == Event::Restarted {
-            state.start.clear();
-        }
-        seen
-    }
-
-    #[inline]
-    fn show(&self, state: &Self::State) -> Self::Shown {
-        state.recursion.law.estimates()
-    }
-
-    fn estimates_of(&self, shown: &Self::Shown) -> ServoParameters {
-        ModelParameters::of_set::<S, P>(shown).to_si(&self.units)
-    }
-
-    fn standard_errors(&self, state: &Self::State) -> Option<ServoParameters> {
-        if matches!(state.recursion.mode, Mode::Recording) && state.recursion.omega == N::ZERO {
-            return None;
-        }
-        let errors = self.law.standard_errors(&state.recursion.law);
-        Some(ModelParameters::of_set::<S, P>(&errors.map(N::from_f64)).to_si(&self.units))
-    }
-
-    /// None before there is a model.
-    fn bandwidth(&self, state: &Self::State) -> Option<f64> {
-        let omega = state.recursion.omega.to_f64() / self.units.sample_time();
-        (omega > 0.0).then_some(omega)
-    }
-
-    fn at_bounds_of(&self, shown: &Self::Shown) -> PerParameter<bool> {
-        let at = self.law.at_bounds(shown);
-        PerParameter::from_fn(|wanted| {
-            let own = S::PARAMETERS.iter().position(|&own| own == wanted);
-            own.is_some_and(|i| at[i] && self.free[i])
-        })
-    }
-
-    fn join(&self, state: &mut Self::State, increment: N) {
-        if state.start.is_recording() {
-            state.start.clear();
-        }
-        if !matches!(state.recursion.mode, Mode::Recording) {
-            self.rejoin(&mut state.recursion, increment);
-        }
-    }
-
-    fn work(&self, state: &mut Self::State, budget: u32) {
-        if state.start.is_recording() {
-            state.start.work(&self.fitter, budget);
-        }
-    }
-}
-
-fn last<N: Number, const P: usize>(values: &[N; P]) -> N {
-    values.last().copied().unwrap_or(N::ZERO)
 }

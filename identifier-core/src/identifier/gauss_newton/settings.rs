@@ -1,9 +1,9 @@
 use core::marker::PhantomData;
 
 use super::super::IdentifierError;
-use super::super::fit::{Blocking, Fitter};
+use super::super::fit::Blocking;
 use super::super::settings::{Listening, MOST_PER_SAMPLE, place};
-use super::GaussNewtonIdentifier;
+use super::GaussNewtonRecursion;
 use super::load_step::LoadStepTest;
 use crate::adaptation::{GaussNewton, GaussNewtonConfig};
 use crate::model::FrictionStep;
@@ -11,7 +11,7 @@ use crate::number::Number;
 use crate::parameters::{Parameter, ParameterSet};
 use crate::settings::{FromSettings, Settings};
 
-impl<N, S, const P: usize, const W: usize> FromSettings for GaussNewtonIdentifier<N, S, P, W>
+impl<N, S, const P: usize, const W: usize> FromSettings for GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
     S: ParameterSet<P>,
@@ -19,7 +19,6 @@ where
     /// # Errors
     /// See [`IdentifierError`]; every value out of range is named.
     fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
-        const { assert!(W >= 32, "a record of fewer blocks tells too little") };
         let config = Listening::new(settings)?;
         let units = config.units;
         let sample_time = units.sample_time();
@@ -54,7 +53,6 @@ where
         Ok(Self {
             law,
             blocking: Blocking::of(fitter.block),
-            fitter: Fitter::new(&fitter),
             step: FrictionStep::new(),
             load_step: LoadStepTest::new(sample_time, fitter.noise),
             units,

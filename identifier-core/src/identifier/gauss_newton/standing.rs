@@ -1,11 +1,11 @@
 use super::super::identify::Event;
-use super::GaussNewtonIdentifier;
+use super::GaussNewtonRecursion;
 use super::recursion::Recursion;
 use crate::model::{Innovation, ListeningModel, Phase, Tangents};
 use crate::number::Number;
 use crate::parameters::{ModelParameters, Parameter, ParameterSet};
 
-impl<N, S, const P: usize, const W: usize> GaussNewtonIdentifier<N, S, P, W>
+impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
     S: ParameterSet<P>,
