@@ -121,10 +121,10 @@ impl<N: Number, const P: usize, G: Gain<N, P>> GradientWith<N, P, G> {
         })
     }
 
-    /// Which estimates stand at a bound.
+    /// Which of some estimates stand at a bound.
     #[must_use]
-    pub fn at_bounds(&self, state: &GradientState<N, P>) -> [bool; P] {
-        self.projection.at_bounds(&state.estimates())
+    pub fn at_bounds(&self, estimates: &[N; P]) -> [bool; P] {
+        self.projection.at_bounds(estimates)
     }
 
     /// The update from the regressor ψ = −φ, the output error ε and its rate ε̇, for the estimate b̂ of the

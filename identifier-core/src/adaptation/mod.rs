@@ -12,6 +12,7 @@ mod projection;
 pub use automatic_gain::AutomaticGain;
 pub use covariance::{Covariance, Innovation};
 pub use gain::{DiagonalGain, FullGain, Gain};
+pub(crate) use gauss_newton::Factors;
 pub use gauss_newton::{GaussNewton, GaussNewtonConfig, GaussNewtonState, GaussNewtonStep};
 pub use gradient::{Gradient, GradientConfig, GradientState, GradientWith, Update};
 pub use matrix::{MatrixError, PositiveDefinite};

@@ -51,6 +51,14 @@ pub struct FixedGradientState<F, const P: usize> {
     rest: FixedRestState,
 }
 
+/// The estimates of a sample, fractions of their full scales.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FixedGradientEstimates<const P: usize> {
+    parameters: [Sum; P],
+    /// The part of the load that the correction's integral carries, of the command's full scale.
+    load_command: Word,
+}
+
 /// The settings with every bound that fixed point needs for a parameter set.
 fn bounded<S: ParameterSet<P>, const P: usize>(
     settings: &Settings,
@@ -196,6 +204,7 @@ where
     S: ParameterSet<P>,
 {
     type State = FixedGradientState<V::State, P>;
+    type Shown = FixedGradientEstimates<P>;
 
     fn start(&self) -> Self::State {
         FixedGradientState {
@@ -273,12 +282,20 @@ where
         }
     }
 
+    #[inline]
+    fn show(&self, state: &Self::State) -> Self::Shown {
+        FixedGradientEstimates {
+            parameters: state.estimates,
+            load_command: self.model.load_command(&state.model),
+        }
+    }
+
     /// The load is the part found as a parameter plus b̂ k_i ∫ε.
-    fn estimates(&self, state: &Self::State) -> ServoParameters {
+    fn estimates_of(&self, shown: &Self::Shown) -> ServoParameters {
         let of = |wanted: Parameter| {
             S::PARAMETERS
                 .iter()
-                .zip(&state.estimates)
+                .zip(&shown.parameters)
                 .find(|(parameter, _)| **parameter == wanted)
                 .map_or(0.0, |(_, estimate)| {
                     let machine = estimate.value(self.scales.estimate(wanted));
@@ -291,11 +308,11 @@ where
             coulomb: of(Parameter::Coulomb),
             load: of(Parameter::Load),
         }
-        .with_load_of(self.command(self.model.load_command(&state.model)))
+        .with_load_of(self.command(shown.load_command))
     }
 
-    fn at_bounds(&self, state: &Self::State) -> PerParameter<bool> {
-        let at = self.law.at_bounds(&state.estimates);
+    fn at_bounds_of(&self, shown: &Self::Shown) -> PerParameter<bool> {
+        let at = self.law.at_bounds(&shown.parameters);
         PerParameter::from_fn(|wanted| {
             let place = S::PARAMETERS.iter().position(|&own| own == wanted);
             place.is_some_and(|place| at[place])

@@ -78,6 +78,6 @@ mod velocity;
 
 pub use arithmetic::{Accumulator, Word};
 pub use controller::{FixedControlSample, FixedControlState, FixedController, split_setpoint};
-pub use identifier::{FixedGradientIdentifier, FixedGradientState};
+pub use identifier::{FixedGradientEstimates, FixedGradientIdentifier, FixedGradientState};
 pub use servo_loop::{FixedLoopStep, FixedServoLoop, FixedServoLoopState};
 pub use velocity::{FixedAveragedDifference, FixedLowPass, FixedVelocity};

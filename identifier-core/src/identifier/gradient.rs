@@ -58,6 +58,14 @@ pub struct GradientIdentifierState<N: Number, F, const P: usize> {
     rest: Rest<N>,
 }
 
+/// The estimates of a sample, machine units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GradientEstimates<N, const P: usize> {
+    parameters: [N; P],
+    /// The part of the load that the correction's integral carries, command units.
+    load_command: N,
+}
+
 impl<N, V, S, const P: usize, G> FromSettings for GradientIdentifierWith<N, V, S, P, G>
 where
     N: Number,
@@ -276,6 +284,7 @@ where
     G: Gain<N, P>,
 {
     type State = GradientIdentifierState<N, V::State, P>;
+    type Shown = GradientEstimates<N, P>;
 
     fn start(&self) -> Self::State {
         GradientIdentifierState {
@@ -309,16 +318,23 @@ where
         self.learn_from(state, observed, sample.increment, sample.command)
     }
 
-    /// The load is the part found as a parameter plus b̂ k_i ∫ε.
-    fn estimates(&self, state: &Self::State) -> ServoParameters {
-        let parameters = ModelParameters::of_set::<S, P>(&state.law.estimates());
-        parameters
-            .to_si(&self.units)
-            .with_load_of(self.model.load_command(&state.model).to_f64())
+    #[inline]
+    fn show(&self, state: &Self::State) -> Self::Shown {
+        GradientEstimates {
+            parameters: state.law.estimates(),
+            load_command: self.model.load_command(&state.model),
+        }
     }
 
-    fn at_bounds(&self, state: &Self::State) -> PerParameter<bool> {
-        let at = self.law.at_bounds(&state.law);
+    /// The load is the part found as a parameter plus b̂ k_i ∫ε.
+    fn estimates_of(&self, shown: &Self::Shown) -> ServoParameters {
+        ModelParameters::of_set::<S, P>(&shown.parameters)
+            .to_si(&self.units)
+            .with_load_of(shown.load_command.to_f64())
+    }
+
+    fn at_bounds_of(&self, shown: &Self::Shown) -> PerParameter<bool> {
+        let at = self.law.at_bounds(&shown.parameters);
         PerParameter::from_fn(|wanted| {
             let place = S::PARAMETERS.iter().position(|&own| own == wanted);
             place.is_some_and(|place| at[place])

@@ -12,6 +12,10 @@ pub trait Identify<N: Copy> {
     /// What it remembers between samples.
     type State: Clone + core::fmt::Debug;
 
+    /// The estimates as it computes with them: a few words, which an interrupt copies and the
+    /// background makes SI of.
+    type Shown: Copy + core::fmt::Debug;
+
     /// The state at the start: the model at rest where the servo is.
     fn start(&self) -> Self::State;
 
@@ -65,8 +69,24 @@ pub trait Identify<N: Copy> {
         self.follow(state, sample.increment, sample.command)
     }
 
+    /// The estimates of the moment, as they are.
+    fn show(&self, state: &Self::State) -> Self::Shown;
+
+    /// Estimates that were shown, SI.
+    fn estimates_of(&self, shown: &Self::Shown) -> ServoParameters;
+
+    /// Which of the estimates that were shown stand at a bound: such a value is no result.
+    fn at_bounds_of(&self, shown: &Self::Shown) -> PerParameter<bool>;
+
     /// The estimates, SI.
-    fn estimates(&self, state: &Self::State) -> ServoParameters;
+    fn estimates(&self, state: &Self::State) -> ServoParameters {
+        self.estimates_of(&self.show(state))
+    }
+
+    /// Which estimates stand at a bound.
+    fn at_bounds(&self, state: &Self::State) -> PerParameter<bool> {
+        self.at_bounds_of(&self.show(state))
+    }
 
     /// Their standard errors, SI, for laws that have them.
     fn standard_errors(&self, _: &Self::State) -> Option<ServoParameters> {
@@ -77,9 +97,6 @@ pub trait Identify<N: Copy> {
     fn bandwidth(&self, _: &Self::State) -> Option<f64> {
         None
     }
-
-    /// Which estimates stand at a bound: such a value is no result.
-    fn at_bounds(&self, state: &Self::State) -> PerParameter<bool>;
 
     /// Work in the background, at most `budget` steps of it: fits. Call it whenever there is time, on a
     /// PC after every sample; what there is nothing to do for returns at once.

@@ -6,22 +6,33 @@
 //! [`WindowIdentifier`] fits the last samples again and again in the background; both begin without any
 //! guess. [`ServoLoop`] is our controller with one of them.
 
+mod combined;
 pub(crate) mod config;
 mod error;
 mod fit;
 mod gauss_newton;
 mod gradient;
+mod halves;
 mod identify;
 mod servo_loop;
 mod settings;
 mod window;
 
+pub use combined::{Combined, CombinedState};
 pub use error::IdentifierError;
-pub use fit::{Block, Blocking, Record};
-pub use gauss_newton::{GaussNewtonIdentifier, GaussNewtonIdentifierState, Start};
-pub use gradient::{
-    DiagonalGradientIdentifier, GradientIdentifier, GradientIdentifierState, GradientIdentifierWith,
+pub use fit::NumberedBlock;
+pub use gauss_newton::{
+    GaussNewtonFitted, GaussNewtonFitter, GaussNewtonFitterState, GaussNewtonIdentifier,
+    GaussNewtonIdentifierState, GaussNewtonRecursion, GaussNewtonRecursionState,
 };
+pub use gradient::{
+    DiagonalGradientIdentifier, GradientEstimates, GradientIdentifier, GradientIdentifierState,
+    GradientIdentifierWith,
+};
+pub use halves::{FitBlocks, RecordBlocks};
 pub use identify::{Event, Identify, Seen};
 pub use servo_loop::{LoopStep, ServoLoop, ServoLoopState};
-pub use window::{WindowIdentifier, WindowState};
+pub use window::{
+    WindowEstimates, WindowFitted, WindowFitter, WindowFitterState, WindowIdentifier,
+    WindowRecorder, WindowRecorderState, WindowState,
+};

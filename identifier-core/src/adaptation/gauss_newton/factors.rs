@@ -7,7 +7,7 @@ use crate::number::Number;
 /// parameters in reverse order, so that the variance of the *last* parameter alone can be raised
 /// by raising the last entry of D.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Factors<N, const P: usize> {
+pub(crate) struct Factors<N, const P: usize> {
     /// L below its diagonal, row by row; the first P (P − 1)/2 are used.
     lower: [N; 6],
     /// D.
@@ -50,7 +50,7 @@ impl<N: Number, const P: usize> Measurement<N, P> {
 impl<N: Number, const P: usize> Factors<N, P> {
     /// The factors of a symmetric positive semidefinite matrix. A direction in which rounding leaves
     /// it less than nothing counts as known.
-    pub(super) fn of(matrix: &[[f64; P]; P]) -> Self {
+    pub(crate) fn of(matrix: &[[f64; P]; P]) -> Self {
         let mut left = *matrix;
         let mut lower = [N::ZERO; 6];
         let mut diagonal = [N::ZERO; P];

@@ -1,6 +1,8 @@
 mod factors;
 
-use factors::{Factors, Measurement};
+pub(crate) use factors::Factors;
+
+use factors::Measurement;
 
 use crate::error::{Allowed, OutOfRange};
 use crate::number::{Number, RunningSum};
@@ -330,13 +332,22 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     /// The state from estimates and their covariance.
     #[must_use]
     pub fn start(&self, estimates: &[N; P], covariance: &[[f64; P]; P]) -> GaussNewtonState<N, P> {
+        self.start_from(estimates, Factors::of(covariance))
+    }
+
+    /// The same where the covariance is in factors already: it divides nothing.
+    pub(crate) fn start_from(
+        &self,
+        estimates: &[N; P],
+        covariance: Factors<N, P>,
+    ) -> GaussNewtonState<N, P> {
         GaussNewtonState {
             error: N::ZERO,
             sensitivity: [N::ZERO; P],
             estimates: core::array::from_fn(|i| {
                 N::Sum::new(estimates[i].limited(self.low[i], self.high[i]))
             }),
-            factors: Factors::of(covariance),
+            factors: covariance,
             measurement: Measurement::NONE,
             mean_error: N::ZERO,
             lost_memory: self.first_lost,
@@ -351,10 +362,9 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         }
     }
 
-    /// Whether each estimate stands at one of its bounds.
+    /// Which of some estimates stand at a bound.
     #[must_use]
-    pub fn at_bound(&self, state: &GaussNewtonState<N, P>) -> [bool; P] {
-        let estimates = state.estimates();
+    pub fn at_bounds(&self, estimates: &[N; P]) -> [bool; P] {
         core::array::from_fn(|i| {
             self.low[i] < self.high[i]
                 && (estimates[i] <= self.low[i] || estimates[i] >= self.high[i])

@@ -1,0 +1,142 @@
+use super::IdentifierError;
+use super::halves::{FitBlocks, RecordBlocks};
+use super::identify::{Identify, Seen};
+use crate::control::ControlSample;
+use crate::error::StepError;
+use crate::model::ServoParameters;
+use crate::settings::{FromSettings, PerParameter, Settings};
+
+/// Both halves of an identifier that fits in one, for a PC and for firmwares that have the time: what
+/// one half has for the other is handed over at once, and [`Identify::work`] is the fitter's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Combined<R, F> {
+    recorder: R,
+    fitter: F,
+}
+
+/// What both halves remember.
+///
+/// What every sample needs comes first: a Cortex-M4F loads a float from within a kilobyte of a base
+/// in one instruction, and from beyond it in two.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct CombinedState<A, B> {
+    pub(super) recorder: A,
+    pub(super) fitter: B,
+}
+
+impl<R, F> Combined<R, F> {
+    /// The half that records.
+    #[must_use]
+    pub fn recorder(&self) -> &R {
+        &self.recorder
+    }
+
+    /// The half that fits.
+    #[must_use]
+    pub fn fitter(&self) -> &F {
+        &self.fitter
+    }
+}
+
+impl<R: FromSettings, F: FromSettings> FromSettings for Combined<R, F> {
+    /// # Errors
+    /// See [`IdentifierError`]; every value out of range is named.
+    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+        Ok(Self {
+            recorder: settings.build()?,
+            fitter: settings.build()?,
+        })
+    }
+}
+
+impl<R, F> Combined<R, F> {
+    /// Hands the block that a sample completed to the fitter.
+    #[inline]
+    fn pass_on<N: Copy>(&self, state: &mut CombinedState<R::State, F::State>)
+    where
+        R: RecordBlocks<N>,
+        F: FitBlocks<N>,
+    {
+        if let Some(block) = self.recorder.take_block(&mut state.recorder) {
+            self.fitter.take(&mut state.fitter, &block);
+        }
+    }
+}
+
+impl<N, R, F> Identify<N> for Combined<R, F>
+where
+    N: Copy,
+    R: RecordBlocks<N>,
+    F: FitBlocks<N, Fitted = R::Fitted>,
+{
+    type State = CombinedState<R::State, F::State>;
+    type Shown = R::Shown;
+
+    fn start(&self) -> Self::State {
+        CombinedState {
+            recorder: self.recorder.start(),
+            fitter: self.fitter.start(),
+        }
+    }
+
+    #[inline]
+    fn increment(&self, moved: i32) -> N {
+        self.recorder.increment(moved)
+    }
+
+    #[inline]
+    fn check(&self, increment: N, command: N) -> Result<(), StepError> {
+        self.recorder.check(increment, command)
+    }
+
+    #[inline]
+    fn follow(&self, state: &mut Self::State, increment: N, command: N) -> Seen<N> {
+        let seen = self
+            .recorder
+            .follow(&mut state.recorder, increment, command);
+        self.pass_on(state);
+        seen
+    }
+
+    #[inline]
+    fn follow_beside(&self, state: &mut Self::State, sample: &ControlSample<N>) -> Seen<N> {
+        let seen = self.recorder.follow_beside(&mut state.recorder, sample);
+        self.pass_on(state);
+        seen
+    }
+
+    #[inline]
+    fn show(&self, state: &Self::State) -> Self::Shown {
+        self.recorder.show(&state.recorder)
+    }
+
+    fn estimates_of(&self, shown: &Self::Shown) -> ServoParameters {
+        self.recorder.estimates_of(shown)
+    }
+
+    fn at_bounds_of(&self, shown: &Self::Shown) -> PerParameter<bool> {
+        self.recorder.at_bounds_of(shown)
+    }
+
+    fn standard_errors(&self, state: &Self::State) -> Option<ServoParameters> {
+        self.recorder.standard_errors(&state.recorder)
+    }
+
+    fn bandwidth(&self, state: &Self::State) -> Option<f64> {
+        self.recorder.bandwidth(&state.recorder)
+    }
+
+    fn join(&self, state: &mut Self::State, increment: N) {
+        self.recorder.join(&mut state.recorder, increment);
+        self.fitter.begin_anew(&mut state.fitter);
+    }
+
+    /// Goes on with a fit by at most `budget` blocks. On a PC call it after every sample, on a chip in
+    /// the background.
+    fn work(&self, state: &mut Self::State, budget: u32) {
+        if let Some(fitted) = self.fitter.work(&mut state.fitter, budget) {
+            self.recorder.take_over(&mut state.recorder, &fitted);
+        }
+    }
+}

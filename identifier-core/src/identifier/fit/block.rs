@@ -1,0 +1,42 @@
+use crate::number::Number;
+
+/// A few successive samples condensed: enough to move a model over all of them at once.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Block<N> {
+    /// How far the servo moved, counts.
+    pub(crate) travel: N,
+    /// Mean command, command units.
+    pub(crate) command: N,
+    /// How much further a unit of gain goes within the block because the command came earlier than
+    /// evenly spread: ∑ⱼ (m − j − ½) uⱼ/m² − ū/2 for m samples, command units.
+    pub(crate) lead: N,
+}
+
+/// A few successive samples condensed, on their way from the interrupt that recorded them to the
+/// background that fits to them: four words in `f32`.
+///
+/// Blocks between which nothing is missing have successive numbers. Where one was lost, or recording
+/// began anew, a number is left out, and that is all that a fitter needs to be told.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NumberedBlock<N> {
+    pub(super) number: u32,
+    pub(super) block: Block<N>,
+}
+
+/// How many samples make a block.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Blocking<N> {
+    pub(super) samples: u32,
+    pub(super) per_sample: N,
+}
+
+impl<N: Number> Blocking<N> {
+    /// Blocks of `samples`, at least one.
+    pub(crate) fn of(samples: u32) -> Self {
+        let samples = samples.max(1);
+        Self {
+            samples,
+            per_sample: N::from_f64(1.0 / f64::from(samples)),
+        }
+    }
+}

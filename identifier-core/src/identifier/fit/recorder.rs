@@ -1,0 +1,114 @@
+use super::block::{Block, Blocking, NumberedBlock};
+use crate::number::Number;
+
+/// Condenses samples to blocks: the interrupt's share of a record. A sample is a few sums, the last
+/// of a block a few products.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Recorder<N> {
+    open: Open<N>,
+    /// The last block, until it is taken or the next takes its place.
+    complete: Option<NumberedBlock<N>>,
+    /// Velocity over the last block, counts per sample.
+    velocity: N,
+    /// The number of the next block.
+    next: u32,
+    /// The number with which recording last began.
+    first: u32,
+}
+
+/// The block that is being gathered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Open<N> {
+    travel: N,
+    sum: N,
+    weighted: N,
+    samples: u32,
+    /// The command that acts now; its effect comes with the next increment.
+    acting: Option<N>,
+}
+
+impl<N: Number> Open<N> {
+    const EMPTY: Self = Self {
+        travel: N::ZERO,
+        sum: N::ZERO,
+        weighted: N::ZERO,
+        samples: 0,
+        acting: None,
+    };
+}
+
+impl<N: Number> Recorder<N> {
+    /// No sample yet.
+    pub(crate) const EMPTY: Self = Self {
+        open: Open::EMPTY,
+        complete: None,
+        velocity: N::ZERO,
+        next: 0,
+        first: 0,
+    };
+
+    /// Begins anew, where samples are missing: a number is left out.
+    pub(crate) fn begin_anew(&mut self) {
+        let first = self.next.wrapping_add(1);
+        *self = Self {
+            next: first,
+            first,
+            ..Self::EMPTY
+        };
+    }
+
+    /// Takes in a sample.
+    #[inline]
+    pub(crate) fn push(&mut self, blocking: &Blocking<N>, increment: N, command: N) {
+        let open = &mut self.open;
+        let Some(acted) = open.acting.replace(command) else {
+            return;
+        };
+        open.travel += increment;
+        // ∑ⱼ (m − j − ½) uⱼ is the sum of the running sums, less half the last.
+        open.sum += acted;
+        open.weighted += open.sum;
+        open.samples += 1;
+        if open.samples >= blocking.samples {
+            self.close(blocking);
+        }
+    }
+
+    fn close(&mut self, blocking: &Blocking<N>) {
+        let half = N::from_f64(0.5);
+        let per_sample = blocking.per_sample;
+        let open = &self.open;
+        let command = open.sum * per_sample;
+        let moment = (open.weighted - half * open.sum) * per_sample * per_sample;
+        self.velocity = open.travel * per_sample;
+        self.complete = Some(NumberedBlock {
+            number: self.next,
+            block: Block {
+                travel: open.travel,
+                command,
+                lead: moment - half * command,
+            },
+        });
+        self.next = self.next.wrapping_add(1);
+        self.open = Open {
+            acting: open.acting,
+            ..Open::EMPTY
+        };
+    }
+
+    /// The block that was completed since the last one was taken.
+    #[inline]
+    pub(crate) fn take(&mut self) -> Option<NumberedBlock<N>> {
+        self.complete.take()
+    }
+
+    /// Velocity over the last block, counts per sample; zero before the first.
+    pub(crate) fn velocity(&self) -> N {
+        self.velocity
+    }
+
+    /// Whether the block of a number was recorded since recording last began.
+    pub(crate) fn has_recorded(&self, number: u32) -> bool {
+        number.wrapping_sub(self.first) < self.next.wrapping_sub(self.first)
+    }
+}

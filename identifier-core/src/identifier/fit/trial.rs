@@ -1,0 +1,94 @@
+use super::UNKNOWNS;
+use super::fitter::{Fit, Fitter};
+use super::pass::Pass;
+use crate::adaptation::NormalEquations;
+use crate::number::Number;
+
+/// The unknowns that explain the motion best so far, and the pass that showed it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Best<N> {
+    pub(super) unknowns: [N; UNKNOWNS],
+    pub(super) pass: Pass<N>,
+}
+
+impl<N: Number> Fitter<N> {
+    /// A pass that lowers the cost by less than this fraction is the last.
+    const ENOUGH: f64 = 1e-4;
+
+    /// The factor by which a pass that helps, or does not, changes the damping.
+    const CHANGE: f64 = 10.0;
+
+    /// Judges the pass; true if it was the last from this start.
+    pub(super) fn end_pass(&self, fit: &mut Fit<N>) -> bool {
+        if fit.passes >= Self::PASSES {
+            return true;
+        }
+        let cost = fit.pass.equations.cost();
+        let mut little = false;
+        let mut helped = cost.is_finite();
+        if let Some(best) = &fit.this {
+            let least = best.pass.equations.cost();
+            little = (least - cost).magnitude() <= N::from_f64(Self::ENOUGH) * least;
+            helped = helped && cost < least;
+        }
+        if helped {
+            fit.this = Some(Best {
+                unknowns: fit.trial,
+                pass: fit.pass,
+            });
+        }
+        let factor = if helped {
+            1.0 / Self::CHANGE
+        } else {
+            Self::CHANGE
+        };
+        fit.damping = fit.damping * N::from_f64(factor);
+        fit.passes += 1;
+        let Some(best) = &fit.this else {
+            return true;
+        };
+        if little || fit.passes >= Self::PASSES {
+            return true;
+        }
+        fit.trial = self.next_trial(&best.unknowns, &best.pass.equations, fit.damping);
+        false
+    }
+
+    /// A trial and a step from it. A parameter that stands at a bound and would leave it is kept
+    /// there and the step taken without it: the others must not make up for what it may not do.
+    fn next_trial(
+        &self,
+        unknowns: &[N; UNKNOWNS],
+        equations: &NormalEquations<N, UNKNOWNS>,
+        damping: N,
+    ) -> [N; UNKNOWNS] {
+        let mut free = self.free_unknowns();
+        let mut step = equations.solve(damping, &free);
+        for _ in 0..4 {
+            let mut held = false;
+            for i in 0..4 {
+                let at = unknowns[i];
+                let outward = (at <= self.low[i] && step[i] < N::ZERO)
+                    || (at >= self.high[i] && step[i] > N::ZERO);
+                if free[i] && outward {
+                    free[i] = false;
+                    held = true;
+                }
+            }
+            if !held {
+                break;
+            }
+            step = equations.solve(damping, &free);
+        }
+        core::array::from_fn(|i| {
+            let moved = unknowns[i] + step[i];
+            if i < 4 && moved.is_finite() {
+                moved.limited(self.low[i], self.high[i])
+            } else if moved.is_finite() {
+                moved
+            } else {
+                unknowns[i]
+            }
+        })
+    }
+}

@@ -1,0 +1,128 @@
+use super::super::identify::Event;
+use super::GaussNewtonRecursion;
+use super::recursion::{Mode, Recursion};
+use crate::model::{Innovation, ListeningModel, Phase, Tangents};
+use crate::number::Number;
+use crate::parameters::ParameterSet;
+
+impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
+where
+    N: Number,
+    S: ParameterSet<P>,
+{
+    /// A sample in which nothing is learnt, but perhaps the load.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn run_aside(&self, state: &mut Recursion<N, P>, increment: N, command: N) -> Event {
+        state.watch(increment);
+        let mut event = Event::None;
+        let correction = match state.mode {
+            Mode::Searching if state.left == 1 && state.still >= self.stood => {
+                // The load of a servo that stands cannot be known.
+                event = self.wait(state);
+                Innovation::critically_damped(state.quick)
+            }
+            Mode::Searching => self.seek(state),
+            Mode::Waiting => self.stay(state),
+            _ => self.approach(state),
+        };
+        match self.advance(state, command, &correction) {
+            Phase::Stuck if self.stand(state, increment) => event = Event::FrictionLowered,
+            Phase::Stuck => {}
+            _ => state.move_on(),
+        }
+        match self.keep_in_reach(state) {
+            Event::None => event,
+            restarted => restarted,
+        }
+    }
+
+    /// The load has changed in a step. Where it does so again and again it is no load: the servo
+    /// does not follow the command.
+    #[cold]
+    pub(super) fn search(&self, state: &mut Recursion<N, P>) -> Event {
+        if state.alarm == 0 {
+            state.trusted_load = last(&state.law.estimates());
+        }
+        state.alarm = state.alarm.saturating_add(self.alarm);
+        if state.alarm > 4 * self.alarm {
+            return self.wait(state);
+        }
+        // Right after a reversal too large or too small a friction looks like a step of the load.
+        state.ambiguous = self.has_friction && state.straight < self.reversal;
+        state.mode = Mode::Searching;
+        state.left = self.search;
+        state.still = 0;
+        state.quick = self.first;
+        state.suspicion.sought_from = last(&state.law.estimates());
+        state.law.drop_block();
+        state.law.forgive();
+        Event::LoadStep
+    }
+
+    #[cold]
+    fn wait(&self, state: &mut Recursion<N, P>) -> Event {
+        state.law.replace_last(state.trusted_load, N::ZERO);
+        state.law.drop_block();
+        state.mode = Mode::Waiting;
+        state.left = self.waiting;
+        state.still = 0;
+        state.quick = self.first;
+        Event::NotFollowing
+    }
+
+    /// A sample of waiting: until the servo moves, and then for a while.
+    fn stay(&self, state: &mut Recursion<N, P>) -> Innovation<N> {
+        if state.still >= self.standing {
+            state.model = ListeningModel::alongside(N::ZERO);
+        } else if state.is_over() {
+            state.mode = Mode::Joining;
+            state.left = self.alongside;
+        }
+        Innovation::critically_damped(state.quick)
+    }
+
+    /// A sample of the search for the load: 2ω, 2ω², ω³ on position, velocity and load, all three
+    /// poles at ω, which narrows from sample to sample as a growing memory does.
+    fn seek(&self, state: &mut Recursion<N, P>) -> Innovation<N> {
+        let omega = state.quick;
+        let square = omega * omega;
+        state.law.add_to_last(square * omega * state.model.error);
+        state.quick = state.narrowed(self.narrowing);
+        if state.is_over() {
+            let load = last(&state.law.estimates());
+            let moved = (load - state.suspicion.sought_from) * N::from_f64(0.25);
+            state.law.replace_last(load, moved * moved);
+            if state.ambiguous {
+                // Where the load is a parameter, friction stands before it.
+                state.law.raise(P - 2, moved * moved);
+            }
+            self.resume(state);
+        }
+        Innovation {
+            position: omega + omega,
+            velocity: square + square,
+        }
+    }
+
+    /// A sample in which the model joins the servo's motion.
+    fn approach(&self, state: &mut Recursion<N, P>) -> Innovation<N> {
+        let omega = state.quick;
+        state.quick = state.narrowed(self.narrowing);
+        if state.is_over() {
+            self.resume(state);
+        }
+        Innovation::critically_damped(omega)
+    }
+
+    fn resume(&self, state: &mut Recursion<N, P>) {
+        state.mode = Mode::Learning;
+        state.tangents = Tangents::NONE;
+        state.law.drop_block();
+        state.suspicion.clear();
+    }
+}
+
+fn last<N: Number, const P: usize>(values: &[N; P]) -> N {
+    values.last().copied().unwrap_or(N::ZERO)
+}

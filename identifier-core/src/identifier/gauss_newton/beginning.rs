@@ -1,0 +1,143 @@
+use super::super::identify::{Event, Seen};
+use super::GaussNewtonRecursion;
+use super::interrupt::GaussNewtonRecursionState;
+use super::recursion::{Mode, Recursion};
+use crate::adaptation::Factors;
+use crate::model::{ListeningModel, Tangents};
+use crate::number::Number;
+use crate::parameters::{ModelParameters, ParameterSet};
+
+/// What a fit found, prepared for the recursion: 22 words in `f32` with four parameters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GaussNewtonFitted<N, const P: usize> {
+    /// The number of the last block that it looked at.
+    pub(super) last: u32,
+    /// None where the motion could not be explained.
+    pub(super) explained: Option<Explained<N, P>>,
+}
+
+/// What a fit that explains the motion found, machine units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Explained<N, const P: usize> {
+    pub(super) estimates: [N; P],
+    pub(super) covariance: Factors<N, P>,
+    /// Variance of what is left unexplained, counts².
+    pub(super) unexplained: N,
+    /// Root mean square of acceleration over that of velocity, 1/sample.
+    pub(super) bandwidth: N,
+    /// Root mean square of the acceleration that the command gives, counts per sample².
+    pub(super) acceleration: N,
+    /// Whether the motion never reversed.
+    pub(super) one_way: bool,
+}
+
+impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
+where
+    N: Number,
+    S: ParameterSet<P>,
+{
+    /// The recursion from what a fit has found.
+    fn recursion(&self, found: &Explained<N, P>, velocity: N) -> Recursion<N, P> {
+        let omega = self.bandwidth_of(found);
+        let x = ModelParameters::of_set::<S, P>(&found.estimates).x;
+        Recursion {
+            model: ListeningModel::alongside(velocity),
+            tangents: Tangents::NONE,
+            law: self.law.start_from(&found.estimates, found.covariance),
+            response: self.step.step.response(x),
+            omega: if self.bandwidth.is_none() && found.unexplained > self.bounded {
+                self.widest
+            } else {
+                omega
+            },
+            measured: omega,
+            quick: self.first,
+            scale: found.acceleration,
+            suspicion: self.load_step.start(found.unexplained),
+            mean_square: N::ZERO,
+            trusted_load: N::ZERO,
+            last_move: N::ZERO,
+            slid: N::ZERO,
+            held: 0,
+            still: 0,
+            alarm: 0,
+            left: self.alongside,
+            straight: 0,
+            mode: Mode::Joining,
+            lacking: false,
+            ambiguous: false,
+        }
+    }
+
+    fn bandwidth_of(&self, found: &Explained<N, P>) -> N {
+        self.bandwidth.unwrap_or_else(|| {
+            (N::from_f64(Self::BANDWIDTH) * found.bandwidth).limited(self.slowest, self.fastest)
+        })
+    }
+
+    /// A sample that is recorded too, for a fit.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn record(
+        &self,
+        state: &mut GaussNewtonRecursionState<N, P>,
+        increment: N,
+        command: N,
+    ) -> Seen<N> {
+        state.recorder.push(&self.blocking, increment, command);
+        let mut event = Event::None;
+        if let Some(fitted) = state.fitted.take() {
+            match &fitted.explained {
+                Some(found) if self.is_due(state, found) => {
+                    state.recursion = self.recursion(found, state.recorder.velocity());
+                    state.usual = found.unexplained;
+                    state.recording = false;
+                    let _ = self.run(&mut state.recursion, N::ZERO, command);
+                    return Seen {
+                        output_error: N::ZERO,
+                        event: Event::Started,
+                    };
+                }
+                Some(_) => {
+                    state.recursion.lacking = true;
+                    state.recording = false;
+                }
+                None => event = Event::NotFollowing,
+            }
+        }
+        if state.recursion.mode == Mode::Recording {
+            return Seen {
+                output_error: N::ZERO,
+                event,
+            };
+        }
+        let seen = self.run(&mut state.recursion, increment, command);
+        Seen {
+            output_error: seen.output_error,
+            event: match seen.event {
+                Event::Restarted => Event::None,
+                event => event,
+            },
+        }
+    }
+
+    /// Whether the recursion is to begin from what a fit found: there is none yet, or it has gone
+    /// astray.
+    fn is_due(&self, state: &GaussNewtonRecursionState<N, P>, found: &Explained<N, P>) -> bool {
+        state.recursion.mode == Mode::Recording || self.corrects(state, found)
+    }
+
+    /// Whether a new fit shows that the estimates have gone astray: it explains the servo, or at least
+    /// twice as much as the fit before. One over a motion one way sees half of the friction, and always
+    /// explains that better than the estimates explain all that they have seen: it must find another b.
+    fn corrects(&self, state: &GaussNewtonRecursionState<N, P>, found: &Explained<N, P>) -> bool {
+        /// The part of b by which it is another.
+        const APART: f64 = 0.2;
+        let gain_of = |estimates: &[N; P]| ModelParameters::of_set::<S, P>(estimates).gain;
+        let better = found.unexplained < self.unexplained
+            || found.unexplained + found.unexplained < state.usual;
+        let gain = gain_of(&state.recursion.law.estimates());
+        let apart = (gain_of(&found.estimates) - gain).magnitude() > N::from_f64(APART) * gain;
+        better && (apart || !found.one_way)
+    }
+}

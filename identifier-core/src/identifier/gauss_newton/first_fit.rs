@@ -1,0 +1,152 @@
+use core::marker::PhantomData;
+
+use super::super::IdentifierError;
+use super::super::fit::{Ended, Fits, Fitter, Found, NumberedBlock};
+use super::super::halves::FitBlocks;
+use super::super::settings::{Listening, place};
+use super::GaussNewtonRecursion;
+use super::beginning::{Explained, GaussNewtonFitted};
+use crate::adaptation::Factors;
+use crate::number::Number;
+use crate::parameters::{Parameter, ParameterSet};
+use crate::settings::{FromSettings, Settings};
+
+/// The background's half of the fast identifier: it collects the blocks that a
+/// [`GaussNewtonRecursion`] of the same settings has recorded, at most W of them, and finds the servo
+/// that the recursion begins with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GaussNewtonFitter<N, S, const P: usize, const W: usize = 256> {
+    fitter: Fitter<N>,
+    free: [bool; P],
+    set: PhantomData<S>,
+}
+
+/// What the background's half remembers: the record and the fit under way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GaussNewtonFitterState<N, const W: usize = 256> {
+    fits: Fits<N, W>,
+    /// Fits to a full record that explained nothing.
+    failures: u32,
+}
+
+impl<N, S, const P: usize, const W: usize> FromSettings for GaussNewtonFitter<N, S, P, W>
+where
+    N: Number,
+    S: ParameterSet<P>,
+{
+    /// # Errors
+    /// See [`IdentifierError`]; every value out of range is named.
+    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+        const { assert!(W >= 32, "a record of fewer blocks tells too little") };
+        let time = GaussNewtonRecursion::<N, S, P, W>::START_TIME;
+        let config = Listening::new(settings)?.fitter::<S, P>(W, time)?;
+        Ok(Self {
+            fitter: Fitter::new(&config),
+            free: S::PARAMETERS.map(|parameter| config.free[place(parameter)]),
+            set: PhantomData,
+        })
+    }
+}
+
+impl<N, S, const P: usize, const W: usize> GaussNewtonFitter<N, S, P, W>
+where
+    N: Number,
+    S: ParameterSet<P>,
+{
+    /// Whether a recursion can begin with what a fit found. A motion to and fro is worth waiting for: it
+    /// tells friction from load.
+    fn is_good(found: &Found<N>, full: bool) -> bool {
+        if full {
+            found.is_good(0.2)
+        } else {
+            found.is_good(0.03) && found.only_direction == N::ZERO
+        }
+    }
+
+    /// What a fit found, with its covariance in factors.
+    fn explained(&self, found: &Found<N>) -> Explained<N, P> {
+        /// The fit's covariance counts this many times: it was found far from the truth, and not
+        /// from white noise.
+        const DOUBT: f64 = 4.0;
+        let places = S::PARAMETERS.map(place);
+        let scale = found.acceleration.to_f64();
+        // Of a motion in one direction only d − c sign(q̇) is known, not which of the two it is.
+        let ambiguity = |i: usize| match S::PARAMETERS[i] {
+            Parameter::Coulomb => scale * 0.5,
+            Parameter::Load => scale * 0.5 * found.only_direction.to_f64(),
+            Parameter::A | Parameter::B => 0.0,
+        };
+        let one_way = found.only_direction != N::ZERO;
+        let covariance: [[f64; P]; P] = core::array::from_fn(|i| {
+            core::array::from_fn(|j| {
+                let known = DOUBT * found.covariance[places[i]][places[j]].to_f64();
+                if S::HAS_COULOMB && one_way && self.free[i] && self.free[j] {
+                    known + ambiguity(i) * ambiguity(j)
+                } else {
+                    known
+                }
+            })
+        });
+        Explained {
+            estimates: places.map(|i| found.parameters[i]),
+            covariance: Factors::of(&covariance),
+            unexplained: found.unexplained,
+            bandwidth: found.bandwidth,
+            acceleration: found.acceleration,
+            one_way,
+        }
+    }
+}
+
+impl<N, S, const P: usize, const W: usize> FitBlocks<N> for GaussNewtonFitter<N, S, P, W>
+where
+    N: Number,
+    S: ParameterSet<P>,
+{
+    type State = GaussNewtonFitterState<N, W>;
+    type Fitted = GaussNewtonFitted<N, P>;
+
+    fn start(&self) -> Self::State {
+        GaussNewtonFitterState {
+            fits: Fits::none(),
+            failures: 0,
+        }
+    }
+
+    fn take(&self, state: &mut Self::State, block: &NumberedBlock<N>) {
+        if !state.fits.is_next(block) {
+            self.begin_anew(state);
+        }
+        state.fits.take(block);
+    }
+
+    fn begin_anew(&self, state: &mut Self::State) {
+        state.fits.begin_anew();
+        state.failures = 0;
+    }
+
+    /// Begins a fit when half of the record is there, and again whenever a quarter is new. With what
+    /// a recursion can begin with the record ends; a servo that a full record does not explain is told
+    /// of now and then.
+    fn work(&self, state: &mut Self::State, budget: u32) -> Option<Self::Fitted> {
+        if !state.fits.is_under_way() {
+            if state.fits.blocks() < W / 2 || state.fits.fresh() < W / 4 {
+                return None;
+            }
+            state.fits.begin(&self.fitter, self.fitter.given());
+        }
+        let Ended { found, last, full } = state.fits.go_on(&self.fitter, budget)?;
+        if let Some(found) = found.filter(|found| Self::is_good(found, full)) {
+            self.begin_anew(state);
+            return Some(GaussNewtonFitted {
+                last,
+                explained: Some(self.explained(&found)),
+            });
+        }
+        state.failures = state.failures.saturating_add(u32::from(full));
+        (full && state.failures % 4 == 2).then_some(GaussNewtonFitted {
+            last,
+            explained: None,
+        })
+    }
+}

@@ -1,0 +1,173 @@
+use super::super::fit::{NumberedBlock, Recorder};
+use super::super::halves::RecordBlocks;
+use super::super::identify::{Event, Identify, Seen, check};
+use super::GaussNewtonRecursion;
+use super::beginning::GaussNewtonFitted;
+use super::recursion::{Mode, Recursion};
+use crate::error::StepError;
+use crate::model::{ListeningModel, ServoParameters, Tangents};
+use crate::number::Number;
+use crate::parameters::{ModelParameters, ParameterSet};
+use crate::settings::PerParameter;
+
+/// What the interrupt's half remembers between samples; what every sample needs comes first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct GaussNewtonRecursionState<N: Number, const P: usize> {
+    pub(super) recursion: Recursion<N, P>,
+    /// Whether samples are recorded for a fit.
+    pub(super) recording: bool,
+    pub(super) recorder: Recorder<N>,
+    /// What the next sample is to go on from.
+    pub(super) fitted: Option<GaussNewtonFitted<N, P>>,
+    /// What the fit that the recursion goes on from left unexplained.
+    pub(super) usual: N,
+}
+
+impl<N: Number, const P: usize> GaussNewtonRecursionState<N, P> {
+    /// Begins anew to record.
+    fn record_anew(&mut self) {
+        self.recorder.begin_anew();
+        self.fitted = None;
+        self.recording = true;
+    }
+}
+
+impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
+where
+    N: Number,
+    S: ParameterSet<P>,
+{
+    /// Whether the recursion runs: a first fit has been found.
+    #[must_use]
+    pub fn is_running(&self, state: &GaussNewtonRecursionState<N, P>) -> bool {
+        !matches!(state.recursion.mode, Mode::Recording)
+    }
+}
+
+impl<N, S, const P: usize, const W: usize> Identify<N> for GaussNewtonRecursion<N, S, P, W>
+where
+    N: Number,
+    S: ParameterSet<P>,
+{
+    type State = GaussNewtonRecursionState<N, P>;
+    /// Machine units.
+    type Shown = [N; P];
+
+    fn start(&self) -> Self::State {
+        GaussNewtonRecursionState {
+            recursion: Recursion {
+                model: ListeningModel::alongside(N::ZERO),
+                tangents: Tangents::NONE,
+                law: self
+                    .law
+                    .start(&self.initial.map(N::from_f64), &[[0.0; P]; P]),
+                response: self.step.step.response(N::ZERO),
+                omega: N::ZERO,
+                measured: N::ZERO,
+                quick: N::ZERO,
+                scale: N::ZERO,
+                suspicion: self.load_step.start(N::ZERO),
+                mean_square: N::ZERO,
+                trusted_load: N::ZERO,
+                last_move: N::ZERO,
+                slid: N::ZERO,
+                held: 0,
+                still: 0,
+                alarm: 0,
+                left: 0,
+                straight: 0,
+                mode: Mode::Recording,
+                lacking: false,
+                ambiguous: false,
+            },
+            recorder: Recorder::EMPTY,
+            fitted: None,
+            usual: N::ZERO,
+            recording: true,
+        }
+    }
+
+    #[inline]
+    fn increment(&self, moved: i32) -> N {
+        N::from_count(moved)
+    }
+
+    #[inline]
+    fn check(&self, increment: N, command: N) -> Result<(), StepError> {
+        check(increment, command, self.longest)
+    }
+
+    #[inline]
+    fn follow(&self, state: &mut Self::State, increment: N, command: N) -> Seen<N> {
+        if state.recording {
+            return self.record(state, increment, command);
+        }
+        let seen = self.run(&mut state.recursion, increment, command);
+        if seen.event == Event::Restarted {
+            state.record_anew();
+        }
+        seen
+    }
+
+    #[inline]
+    fn show(&self, state: &Self::State) -> Self::Shown {
+        state.recursion.law.estimates()
+    }
+
+    fn estimates_of(&self, shown: &Self::Shown) -> ServoParameters {
+        ModelParameters::of_set::<S, P>(shown).to_si(&self.units)
+    }
+
+    fn standard_errors(&self, state: &Self::State) -> Option<ServoParameters> {
+        if matches!(state.recursion.mode, Mode::Recording) && state.recursion.omega == N::ZERO {
+            return None;
+        }
+        let errors = self.law.standard_errors(&state.recursion.law);
+        Some(ModelParameters::of_set::<S, P>(&errors.map(N::from_f64)).to_si(&self.units))
+    }
+
+    /// None before there is a model.
+    fn bandwidth(&self, state: &Self::State) -> Option<f64> {
+        let omega = state.recursion.omega.to_f64() / self.units.sample_time();
+        (omega > 0.0).then_some(omega)
+    }
+
+    fn at_bounds_of(&self, shown: &Self::Shown) -> PerParameter<bool> {
+        let at = self.law.at_bounds(shown);
+        PerParameter::from_fn(|wanted| {
+            let own = S::PARAMETERS.iter().position(|&own| own == wanted);
+            own.is_some_and(|i| at[i] && self.free[i])
+        })
+    }
+
+    fn join(&self, state: &mut Self::State, increment: N) {
+        if state.recording {
+            state.record_anew();
+        }
+        if !matches!(state.recursion.mode, Mode::Recording) {
+            self.rejoin(&mut state.recursion, increment);
+        }
+    }
+}
+
+impl<N, S, const P: usize, const W: usize> RecordBlocks<N> for GaussNewtonRecursion<N, S, P, W>
+where
+    N: Number,
+    S: ParameterSet<P>,
+{
+    type Fitted = GaussNewtonFitted<N, P>;
+
+    #[inline]
+    fn take_block(&self, state: &mut Self::State) -> Option<NumberedBlock<N>> {
+        state.recorder.take()
+    }
+
+    /// With the next sample, which says [`Event::Started`].
+    #[inline]
+    fn take_over(&self, state: &mut Self::State, fitted: &Self::Fitted) {
+        if state.recording && state.recorder.has_recorded(fitted.last) {
+            state.fitted = Some(*fitted);
+        }
+    }
+}

@@ -1,0 +1,88 @@
+use core::marker::PhantomData;
+
+use super::super::IdentifierError;
+use super::super::fit::Blocking;
+use super::super::settings::{Listening, MOST_PER_SAMPLE, place};
+use super::GaussNewtonRecursion;
+use super::load_step::LoadStepTest;
+use crate::adaptation::{GaussNewton, GaussNewtonConfig};
+use crate::model::FrictionStep;
+use crate::number::Number;
+use crate::parameters::{Parameter, ParameterSet};
+use crate::settings::{FromSettings, Settings};
+
+impl<N, S, const P: usize, const W: usize> FromSettings for GaussNewtonRecursion<N, S, P, W>
+where
+    N: Number,
+    S: ParameterSet<P>,
+{
+    /// # Errors
+    /// See [`IdentifierError`]; every value out of range is named.
+    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+        let config = Listening::new(settings)?;
+        let units = config.units;
+        let sample_time = units.sample_time();
+        let fitter = config.fitter::<S, P>(W, Self::START_TIME)?;
+        let places = S::PARAMETERS.map(place);
+        let samples = |time: f64| libm::ceil(time / sample_time).max(2.0) as u16;
+        let block_time = f64::from(GaussNewton::<N, P>::BLOCK) * sample_time;
+        let blocks = |time: f64| libm::ceil(time / block_time);
+        let low = places.map(|i| {
+            if fitter.free[i] {
+                fitter.low[i]
+            } else {
+                fitter.initial[i].unwrap_or(0.0)
+            }
+        });
+        let high = places.map(|i| {
+            if fitter.free[i] {
+                fitter.high[i]
+            } else {
+                fitter.initial[i].unwrap_or(0.0)
+            }
+        });
+        let law = GaussNewton::new(&GaussNewtonConfig {
+            sample_time,
+            noise: fitter.noise,
+            dead_zone: Self::DEAD_ZONE,
+            memory: config.memory(),
+            low,
+            high,
+        })?;
+        let per_sample = |omega: f64, most: f64| N::from_f64((omega * sample_time).min(most));
+        Ok(Self {
+            law,
+            blocking: Blocking::of(fitter.block),
+            step: FrictionStep::new(),
+            load_step: LoadStepTest::new(sample_time, fitter.noise),
+            units,
+            longest: config.longest_increment()?,
+            bandwidth: fitter.bandwidth.map(N::from_f64),
+            slowest: per_sample(Self::SLOWEST, Self::WIDEST),
+            fastest: N::from_f64(Self::WIDEST),
+            first: per_sample(Self::FASTEST, MOST_PER_SAMPLE),
+            narrowing: N::from_f64(Self::NARROWING),
+            block_narrowing: N::from_f64(f64::from(GaussNewton::<N, P>::BLOCK) * Self::NARROWING),
+            alongside: samples(Self::JOINING),
+            search: samples(Self::SEARCH),
+            standing: samples(Self::STANDING),
+            stood: samples(0.7 * Self::SEARCH),
+            release: samples(Self::HELD),
+            alarm: blocks(Self::ALARM) as u16,
+            waiting: samples(Self::WAITING),
+            reversal: blocks(Self::REVERSAL) as u8,
+            widening: N::from_f64(block_time / Self::WIDENING),
+            unexplained: N::from_f64(4.0 * fitter.noise),
+            explained: N::from_f64(1.5 * fitter.noise),
+            bounded: N::from_f64(12.0 * fitter.noise),
+            widest: N::from_f64(Self::UNEXPLAINED_WIDEST),
+            second: N::from_f64(block_time.min(0.1)),
+            has_friction: S::HAS_COULOMB && fitter.free[place(Parameter::Coulomb)],
+            has_load: S::PARAMETERS.last() == Some(&Parameter::Load)
+                && fitter.free[place(Parameter::Load)],
+            free: places.map(|i| fitter.free[i]),
+            initial: places.map(|i| fitter.initial[i].unwrap_or(0.0)),
+            set: PhantomData,
+        })
+    }
+}

@@ -1,0 +1,84 @@
+use super::super::identify::Event;
+use super::GaussNewtonRecursion;
+use super::recursion::Recursion;
+use crate::model::{Innovation, ListeningModel, Phase, Tangents};
+use crate::number::Number;
+use crate::parameters::{ModelParameters, Parameter, ParameterSet};
+
+impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
+where
+    N: Number,
+    S: ParameterSet<P>,
+{
+    /// The model's part of a sample in which it may stand, stop or turn. One in which it stops or
+    /// turns teaches nothing, and the law's work waits for the next: then what happened.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn run_through_rest(
+        &self,
+        state: &mut Recursion<N, P>,
+        increment: N,
+        command: N,
+    ) -> Option<Event> {
+        let correction = Innovation::critically_damped(state.quick);
+        let parameters = ModelParameters::of_set::<S, P>(&state.law.estimates());
+        if state.model.rest::<S, P>(&parameters, command, &correction) {
+            state.tangents.rest(&correction);
+            state.watch(increment);
+            return self
+                .stand(state, increment)
+                .then_some(Event::FrictionLowered);
+        }
+        state.move_on();
+        match self.advance(state, command, &correction) {
+            Phase::Slid { .. } | Phase::Stuck => None,
+            Phase::Stopped { .. } | Phase::Turned { .. } => {
+                state.straight = 0;
+                state.still = 0;
+                Some(Event::None)
+            }
+        }
+    }
+
+    /// A sample in which friction held the model. Standing is decided by the servo's own counts:
+    /// where the servo stands too, the model is put beside it. Where the servo moves on, the friction
+    /// is too large; it is lowered, since from a model that stands nothing could be learnt. Answers
+    /// whether it was.
+    #[inline]
+    pub(super) fn stand(&self, state: &mut Recursion<N, P>, increment: N) -> bool {
+        if state.still >= self.standing {
+            state.model.error = N::ZERO;
+            state.tangents = Tangents::NONE;
+            state.move_on();
+            return false;
+        }
+        state.held += 1;
+        state.slid += increment;
+        state.held >= self.release && self.release_model(state)
+    }
+
+    #[cold]
+    fn release_model(&self, state: &mut Recursion<N, P>) -> bool {
+        /// Counts that the servo must have gone meanwhile.
+        const GONE: f64 = 4.0;
+        /// What is left of the friction.
+        const LEFT: f64 = 0.7;
+        let slid = state.slid;
+        let held = core::mem::take(&mut state.held);
+        state.slid = N::ZERO;
+        if slid.magnitude() < N::from_f64(GONE) {
+            return false;
+        }
+        for (i, parameter) in S::PARAMETERS.iter().enumerate() {
+            if *parameter == Parameter::Coulomb {
+                let lowered = state.law.estimates()[i] * N::from_f64(LEFT);
+                state.law.replace(i, lowered);
+            }
+        }
+        let most = Self::most(state.measured, state.scale, &state.law.estimates());
+        state.law.doubt(N::from_f64(4.0), &most);
+        state.model = ListeningModel::alongside(slid * N::from_count(i32::from(held)).reciprocal());
+        state.tangents = Tangents::NONE;
+        true
+    }
+}

@@ -1,0 +1,60 @@
+use super::fit::NumberedBlock;
+use super::identify::Identify;
+
+/// The interrupt's half of an identifier that fits: it records, and goes on from what was found.
+///
+/// A fit takes many samples' time, so on a chip it is made in the background while the interrupt records
+/// on. The halves share no memory. Between them are two queues of one producer and one consumer each,
+/// which are the caller's, and neither half waits for the other:
+///
+/// ```text
+///   interrupt: RecordBlocks ──► blocks ──► background: FitBlocks
+///                           ◄── fitted ◄──
+/// ```
+///
+/// After a sample the interrupt queues the block that it may have completed,
+/// [`RecordBlocks::take_block`]; before a sample it hands over what has come back,
+/// [`RecordBlocks::take_over`]. The background calls [`FitBlocks::take`] for every block that has come,
+/// and [`FitBlocks::work`] whenever it has time.
+///
+/// **What may go wrong does no harm.** A block that finds no room is lost; the fitter sees that a number
+/// is missing and records anew. What was found of a recording that has ended is not taken over. What was
+/// found and got lost is found again. A queue of blocks needs room for those that come while the
+/// background does something else.
+///
+/// Both halves are built from the same settings. Where there is no interrupt to be kept short,
+/// [`Combined`](super::Combined) is both in one.
+pub trait RecordBlocks<N: Copy>: Identify<N> {
+    /// What a fit found, prepared so that taking it over divides nothing.
+    type Fitted: Copy + core::fmt::Debug;
+
+    /// The block that the last sample completed, if it did. One that is not taken before the next is
+    /// complete is lost.
+    fn take_block(&self, state: &mut Self::State) -> Option<NumberedBlock<N>>;
+
+    /// Hands over what a fit found: the next sample goes on from it.
+    fn take_over(&self, state: &mut Self::State, fitted: &Self::Fitted);
+}
+
+/// The background's half of an identifier that fits: see [`RecordBlocks`].
+pub trait FitBlocks<N: Copy> {
+    /// The record and the fit under way.
+    type State: Clone + core::fmt::Debug;
+
+    /// What a fit found, for [`RecordBlocks::take_over`].
+    type Fitted: Copy + core::fmt::Debug;
+
+    /// The state at the start: an empty record.
+    fn start(&self) -> Self::State;
+
+    /// Takes in a block, in the order in which they were recorded. One that does not follow the last
+    /// begins the record anew and ends the fit under way.
+    fn take(&self, state: &mut Self::State, block: &NumberedBlock<N>);
+
+    /// Forgets the record, and the fit under way.
+    fn begin_anew(&self, state: &mut Self::State);
+
+    /// Goes on with the fit under way by at most `budget` blocks, or begins one if it is time. Answers
+    /// when there is something to be taken over.
+    fn work(&self, state: &mut Self::State, budget: u32) -> Option<Self::Fitted>;
+}

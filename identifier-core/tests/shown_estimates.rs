@@ -1,0 +1,114 @@
+//! What an interrupt copies of a sample is a few words, and the background makes of them later what the
+//! sample's estimates were.
+
+mod support;
+
+use identifier_core::Settings;
+use identifier_core::identifier::{
+    DiagonalGradientIdentifier, GaussNewtonIdentifier, Identify, WindowIdentifier,
+};
+use identifier_core::measurement::velocity::LowPass;
+use identifier_core::model::ServoParameters;
+use identifier_core::parameters::{Ab, AbCoulombLoad};
+use identifier_core::settings::{BoxSettings, FromSettings, diagonal};
+use support::{Kind, Loop, Servo};
+
+const SERVO: Servo = Servo {
+    parameters: ServoParameters {
+        a: 0.5,
+        b: 250.0,
+        coulomb: 0.0,
+        load: 20.0,
+    },
+    counts_per_rev: 10_000.0,
+    sample_time: 1e-3,
+    limit: 10.0,
+    bandwidth: 40.0,
+    offset: 0.0,
+    seed: 5,
+};
+
+fn settings() -> Settings {
+    let mut settings = Settings::new(SERVO.sample_time, SERVO.counts_per_rev);
+    let identifier = &mut settings.identifier;
+    identifier.plant_box = Some(BoxSettings {
+        a: [0.0, 50.0],
+        b: [110.0, 1000.0],
+    });
+    identifier.initial.a = Some(5.0);
+    identifier.initial.b = Some(150.0);
+    // More than the servo has.
+    identifier.bounds.a = Some([5.0, 100.0]);
+    identifier.correction = Some([9.0, 0.19, 4.0]);
+    identifier.gamma = Some(diagonal([200.0, 1000.0, 100.0, 100.0]));
+    settings
+}
+
+/// Six seconds beside a relay. Every so often the estimates are shown, and looked at only when the
+/// servo has gone on for half a second.
+fn shown_later<N: Copy, I: Identify<N>>(identifier: &I, command_of: impl Fn(f64) -> N) {
+    let mut state = identifier.start();
+    let mut run = Loop::new(Kind::Relay, &SERVO, 0.5);
+    let mut waiting = None;
+    let (mut moved, mut at_bound) = (0, 0);
+    for k in 0..6000 {
+        let (increment, command) = run.sample();
+        identifier
+            .process(&mut state, increment as i32, command_of(command))
+            .expect("within reach");
+        identifier.work(&mut state, u32::MAX);
+        if k % 500 != 499 {
+            continue;
+        }
+        let now = (identifier.estimates(&state), identifier.at_bounds(&state));
+        if let Some((shown, then)) = waiting.replace((identifier.show(&state), now)) {
+            let told = (
+                identifier.estimates_of(&shown),
+                identifier.at_bounds_of(&shown),
+            );
+            assert_eq!(told, then);
+            moved += u32::from(told.0 != now.0);
+            at_bound += u32::from(told.1.a);
+        }
+    }
+    assert!(moved > 3, "the estimates moved on {moved} times");
+    assert!(at_bound > 2, "â stood at its bound {at_bound} times");
+}
+
+fn of_numbers<I: Identify<f32> + FromSettings>() {
+    assert!(size_of::<I::Shown>() <= 6 * size_of::<u32>());
+    let identifier: I = settings().build().expect("valid");
+    shown_later(&identifier, |command| command as f32);
+}
+
+#[test]
+fn a_gradient_shows_what_it_had() {
+    of_numbers::<DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>>();
+}
+
+#[test]
+fn gauss_newton_shows_what_it_had() {
+    of_numbers::<GaussNewtonIdentifier<f32, AbCoulombLoad, 4>>();
+}
+
+#[test]
+fn a_window_shows_what_it_had() {
+    of_numbers::<WindowIdentifier<f32, AbCoulombLoad, 4>>();
+}
+
+#[cfg(feature = "fixed")]
+#[test]
+fn words_show_what_they_had() {
+    use identifier_core::fixed_point::{FixedGradientIdentifier, FixedLowPass};
+    use identifier_core::settings::RangeSettings;
+    type Identifier = FixedGradientIdentifier<FixedLowPass, Ab, 2>;
+    assert!(size_of::<<Identifier as Identify<_>>::Shown>() <= 6 * size_of::<u32>());
+    let mut settings = settings();
+    settings.identifier.ranges = Some(RangeSettings {
+        error: 10.0,
+        velocity: 200.0,
+        command: 12.0,
+    });
+    let identifier: Identifier = settings.build().expect("it fits");
+    shown_later(&identifier, |command| identifier.command_word(command));
+}
