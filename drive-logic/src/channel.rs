@@ -1,11 +1,13 @@
-//! What goes between the two halves: orders one way, events the other, and beside the queues what
-//! must never wait for room.
+//! What goes between the two halves: orders one way, events the other; what is recorded for a first fit,
+//! and what it found; and beside the queues what must never wait for room.
 
 use core::fmt;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use heapless::spsc::{Consumer, Producer, Queue};
+use identifier_core::identifier::NumberedBlock;
 
+use crate::first_fit::Fitted;
 use crate::sampler::{Event, Order};
 
 /// Orders and events that may be on their way at once, and one more; powers of two, so that a queue
@@ -13,11 +15,21 @@ use crate::sampler::{Event, Order};
 const ORDERS: usize = 4;
 const EVENTS: usize = 8;
 
+/// Blocks of a record that may be on their way: each is some 16 ms long.
+const BLOCKS_UNDER_WAY: usize = 8;
+
+/// Fits on their way back, and one more.
+const FITS: usize = 2;
+
+type Block = NumberedBlock<f32>;
+
 /// Everything between the two halves of a drive.
 #[derive(Debug)]
 pub struct Channel {
     orders: Queue<Stamped, ORDERS>,
     events: Queue<Event, EVENTS>,
+    blocks: Queue<Block, BLOCKS_UNDER_WAY>,
+    fits: Queue<Fitted, FITS>,
     signals: Signals,
 }
 
@@ -40,6 +52,8 @@ struct Signals {
 pub struct BackgroundEnd<'a> {
     orders: Producer<'a, Stamped, ORDERS>,
     events: Consumer<'a, Event, EVENTS>,
+    blocks: Consumer<'a, Block, BLOCKS_UNDER_WAY>,
+    fits: Producer<'a, Fitted, FITS>,
     signals: &'a Signals,
 }
 
@@ -47,6 +61,8 @@ pub struct BackgroundEnd<'a> {
 pub struct InterruptEnd<'a> {
     orders: Consumer<'a, Stamped, ORDERS>,
     events: Producer<'a, Event, EVENTS>,
+    blocks: Producer<'a, Block, BLOCKS_UNDER_WAY>,
+    fits: Consumer<'a, Fitted, FITS>,
     signals: &'a Signals,
 }
 
@@ -69,6 +85,8 @@ impl Channel {
         Self {
             orders: Queue::new(),
             events: Queue::new(),
+            blocks: Queue::new(),
+            fits: Queue::new(),
             signals: Signals {
                 stops: AtomicU32::new(0),
                 heard: AtomicU32::new(0),
@@ -82,18 +100,26 @@ impl Channel {
         let Self {
             orders,
             events,
+            blocks,
+            fits,
             signals,
         } = self;
         let (give, take) = orders.split();
         let (tell, hear) = events.split();
+        let (record, fit_to) = blocks.split();
+        let (hand_over, go_on_from) = fits.split();
         let background = BackgroundEnd {
             orders: give,
             events: hear,
+            blocks: fit_to,
+            fits: hand_over,
             signals,
         };
         let interrupt = InterruptEnd {
             orders: take,
             events: tell,
+            blocks: record,
+            fits: go_on_from,
             signals,
         };
         (background, interrupt)
@@ -124,6 +150,16 @@ impl BackgroundEnd<'_> {
     /// The next event.
     pub(crate) fn event(&mut self) -> Option<Event> {
         self.events.dequeue()
+    }
+
+    /// The next block of a record.
+    pub(crate) fn block(&mut self) -> Option<Block> {
+        self.blocks.dequeue()
+    }
+
+    /// Hands a fit over, or gives it back.
+    pub(crate) fn fitted(&mut self, fitted: Fitted) -> Result<(), Fitted> {
+        self.fits.enqueue(fitted)
     }
 
     /// Stops whatever runs and makes void every order that was not done yet.
@@ -164,6 +200,18 @@ impl InterruptEnd<'_> {
     #[inline]
     pub(crate) fn tell(&mut self, event: Event) -> Result<(), Event> {
         self.events.enqueue(event)
+    }
+
+    /// Hands on a block of a record. One that finds no room is lost, which the fit will see.
+    #[inline]
+    pub(crate) fn block(&mut self, block: Block) {
+        let _ = self.blocks.enqueue(block);
+    }
+
+    /// A fit to go on from.
+    #[inline]
+    pub(crate) fn fitted(&mut self) -> Option<Fitted> {
+        self.fits.dequeue()
     }
 
     #[inline]

@@ -1,17 +1,13 @@
-//! The loop of a drive, with one law or another, in single precision or fixed point: the choice is made once, when it is built,
-//! and costs a branch or two a sample.
-//!
-//! Gauss–Newton begins with a fit, whose work is for the background. But what the fit reads is what the
-//! interrupt writes, so here it is done in the interrupt too, after everything else of the sample, a
-//! block of the record at a time: [`ClosedLoop::work`].
+//! The loop of a drive, with one law or another, in single precision or fixed point: the choice is made
+//! once, when it is built, and costs a branch or two a sample.
 
 use drive_link::{Estimates, Format, Law, LoopSettings, NotAllowed, Why};
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor, Setpoint, control_step};
 use identifier_core::fixed_point::Word;
 use identifier_core::identifier::{
-    DiagonalGradientIdentifier, GaussNewtonIdentifier, IdentifierError, Identify, Seen, ServoLoop,
-    ServoLoopState,
+    DiagonalGradientIdentifier, GaussNewtonFitted, GaussNewtonIdentifier, GaussNewtonRecursion,
+    IdentifierError, Identify, NumberedBlock, RecordBlocks, Seen, ServoLoop, ServoLoopState,
 };
 use identifier_core::measurement::velocity::{LowPass, LowPassState};
 use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad};
@@ -23,35 +19,41 @@ use crate::parts;
 type Velocity = LowPass<f32>;
 
 /// Blocks of Gauss–Newton's start record on the chip.
-const BLOCKS: usize = 64;
+pub(crate) const BLOCKS: usize = 64;
 
-/// Controller and identifier of a servo, with their states. Gauss–Newton's start record has W blocks.
+/// Gauss–Newton in the sample interrupt; its first fit is made elsewhere.
+pub(crate) type Recursion = GaussNewtonRecursion<f32, AbCoulombLoad, 4, BLOCKS>;
+
+/// Gauss–Newton with its first fit, over a record of W blocks.
+pub(crate) type WithFirstFit<const W: usize> = GaussNewtonIdentifier<f32, AbCoulombLoad, 4, W>;
+
+/// Controller and identifier of a servo, with their states; G is how Gauss–Newton runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ClosedLoop<const W: usize = BLOCKS>(Laws<W>);
+pub(crate) struct ClosedLoop<G = Recursion>(Laws<G>)
+where
+    G: Identify<f32, State: Copy + PartialEq>;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Laws<const W: usize> {
+enum Laws<G>
+where
+    G: Identify<f32, State: Copy + PartialEq>,
+{
     Gradient(With<Gradient>),
     GradientWithFriction(With<GradientWithFriction>),
-    GaussNewton(With<GaussNewton<W>>),
+    GaussNewton(With<G>),
     Fixed(FixedLoop),
 }
 
 type Gradient = DiagonalGradientIdentifier<f32, Velocity, Ab, 2>;
 type GradientWithFriction = DiagonalGradientIdentifier<f32, Velocity, AbCoulomb, 3>;
-type GaussNewton<const W: usize> = GaussNewtonIdentifier<f32, AbCoulombLoad, 4, W>;
 
-/// What a loop has learnt: [`ClosedLoop::estimates`] says it in SI.
+/// What a loop has learnt, in a few words: [`ClosedLoop::estimates`] says it in SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Learnt(States);
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum States {
-    Gradient(<Gradient as Identify<f32>>::State),
-    GradientWithFriction(<GradientWithFriction as Identify<f32>>::State),
-    /// In SI already: the state with its record is too long to be handed on.
-    GaussNewton(Estimates),
-    Fixed(<fixed_loop::Identifier as Identify<Word>>::State),
+pub(crate) enum Learnt {
+    Gradient(<Gradient as Identify<f32>>::Shown),
+    GradientWithFriction(<GradientWithFriction as Identify<f32>>::Shown),
+    GaussNewton(<Recursion as Identify<f32>>::Shown),
+    Fixed(<fixed_loop::Identifier as Identify<Word>>::Shown),
 }
 
 /// A loop with one identifier.
@@ -69,31 +71,17 @@ impl<I: Identify<f32> + FromSettings> With<I> {
             servo_loop,
         })
     }
-
-    fn estimates(&self, state: &I::State) -> Estimates {
-        parts::estimates(self.servo_loop.identifier(), state)
-    }
 }
 
-/// Functions of their own, so that what divides in them can be told from what every sample does.
-impl<const W: usize> With<GaussNewton<W>> {
-    /// A sample; in the one after a first fit the recursion begins, which divides.
-    #[inline(never)]
-    fn learn_or_begin(&mut self, sample: &ControlSample<f32>) -> Seen<f32> {
-        self.servo_loop.learn(&mut self.state, sample)
-    }
-
-    /// The estimates in SI, of a sample that is shown.
-    #[inline(never)]
-    fn found_in_si(&self) -> Estimates {
-        self.estimates(self.state.identification())
-    }
-
-    /// At most `budget` blocks of a first fit.
-    #[inline(never)]
-    fn work_on_first_fit(&mut self, budget: u32) {
+impl<I: Identify<f32>> With<I> {
+    #[inline]
+    fn learnt(&self) -> I::Shown {
         let identifier = self.servo_loop.identifier();
-        identifier.work(self.state.identification_mut(), budget);
+        identifier.show(self.state.identification())
+    }
+
+    fn estimates(&self, learnt: &I::Shown) -> Estimates {
+        parts::estimates(self.servo_loop.identifier(), learnt)
     }
 }
 
@@ -109,7 +97,11 @@ macro_rules! whatever_law {
     };
 }
 
-impl<const W: usize> ClosedLoop<W> {
+impl<G> ClosedLoop<G>
+where
+    G: Identify<f32, Shown = <Recursion as Identify<f32>>::Shown, State: Copy + PartialEq>
+        + FromSettings,
+{
     /// A loop at rest at count zero.
     ///
     /// # Errors
@@ -142,7 +134,7 @@ impl<const W: usize> ClosedLoop<W> {
     }
 
     /// The count of the last sample.
-    #[must_use]
+    #[inline]
     pub(crate) fn count(&self) -> i32 {
         whatever_law!(&self.0, own => own.state.count(), fixed => fixed.count())
     }
@@ -168,48 +160,68 @@ impl<const W: usize> ClosedLoop<W> {
     /// The second half: learn, while the command acts.
     #[inline]
     pub(crate) fn learn(&mut self, sample: &ControlSample<f32>) -> Seen<f32> {
-        match &mut self.0 {
-            Laws::Gradient(own) => own.servo_loop.learn(&mut own.state, sample),
-            Laws::GradientWithFriction(own) => own.servo_loop.learn(&mut own.state, sample),
-            Laws::GaussNewton(own) => own.learn_or_begin(sample),
-            Laws::Fixed(fixed) => fixed.learn(),
-        }
-    }
-
-    /// Work that is not of this sample, when its command is out and it was learnt from: at most `budget`
-    /// blocks of Gauss–Newton's first fit, as long as it records.
-    #[inline]
-    pub(crate) fn work(&mut self, budget: u32) {
-        if let Laws::GaussNewton(own) = &mut self.0 {
-            own.work_on_first_fit(budget);
-        }
+        whatever_law!(
+            &mut self.0,
+            own => own.servo_loop.learn(&mut own.state, sample),
+            fixed => fixed.learn()
+        )
     }
 
     /// What it has learnt so far.
     #[inline]
-    #[must_use]
     pub(crate) fn learnt(&self) -> Learnt {
-        Learnt(match &self.0 {
-            Laws::Gradient(own) => States::Gradient(*own.state.identification()),
-            Laws::GradientWithFriction(own) => {
-                States::GradientWithFriction(*own.state.identification())
-            }
-            Laws::GaussNewton(own) => States::GaussNewton(own.found_in_si()),
-            Laws::Fixed(fixed) => States::Fixed(fixed.learnt()),
-        })
+        match &self.0 {
+            Laws::Gradient(own) => Learnt::Gradient(own.learnt()),
+            Laws::GradientWithFriction(own) => Learnt::GradientWithFriction(own.learnt()),
+            Laws::GaussNewton(own) => Learnt::GaussNewton(own.learnt()),
+            Laws::Fixed(fixed) => Learnt::Fixed(fixed.learnt()),
+        }
     }
 
-    /// What was learnt as estimates, SI; none of a loop of another law.
-    #[must_use]
+    /// What was learnt as estimates, SI; none before the first fit, and of a loop of another law.
     pub(crate) fn estimates(&self, learnt: &Learnt) -> Option<Estimates> {
-        match (&self.0, &learnt.0) {
-            (Laws::Gradient(own), States::Gradient(state)) => Some(own.estimates(state)),
-            (Laws::GradientWithFriction(own), States::GradientWithFriction(state)) => {
-                Some(own.estimates(state))
+        match (&self.0, learnt) {
+            (Laws::Gradient(own), Learnt::Gradient(found)) => Some(own.estimates(found)),
+            (Laws::GradientWithFriction(own), Learnt::GradientWithFriction(found)) => {
+                Some(own.estimates(found))
             }
-            (Laws::GaussNewton(_), States::GaussNewton(found)) => Some(*found),
-            (Laws::Fixed(fixed), States::Fixed(state)) => Some(fixed.estimates(state)),
+            (Laws::GaussNewton(own), Learnt::GaussNewton(found)) => {
+                Some(own.estimates(found)).filter(|found| found.b > 0.0)
+            }
+            (Laws::Fixed(fixed), Learnt::Fixed(found)) => Some(fixed.estimates(found)),
             _ => None,
+        }
+    }
+}
+
+impl ClosedLoop {
+    /// The block of Gauss–Newton's record that the sample completed, if it did.
+    #[inline]
+    pub(crate) fn take_block(&mut self) -> Option<NumberedBlock<f32>> {
+        match &mut self.0 {
+            Laws::GaussNewton(own) => {
+                let identifier = own.servo_loop.identifier();
+                identifier.take_block(own.state.identification_mut())
+            }
+            _ => None,
+        }
+    }
+
+    /// Goes on from a first fit.
+    pub(crate) fn take_over(&mut self, fitted: &GaussNewtonFitted<f32, 4>) {
+        if let Laws::GaussNewton(own) = &mut self.0 {
+            let identifier = own.servo_loop.identifier();
+            identifier.take_over(own.state.identification_mut(), fitted);
+        }
+    }
+}
+
+impl<const W: usize> ClosedLoop<WithFirstFit<W>> {
+    /// At most `budget` blocks of Gauss–Newton's first fit.
+    pub(crate) fn work(&mut self, budget: u32) {
+        if let Laws::GaussNewton(own) = &mut self.0 {
+            let identifier = own.servo_loop.identifier();
+            identifier.work(own.state.identification_mut(), budget);
         }
     }
 }

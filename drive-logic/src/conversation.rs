@@ -1,4 +1,4 @@
-//! The background's turns: stops first, then requests, then news, as far as the line has room.
+//! The background's turns: stops first, then requests, then news as far as the line has room, then work.
 
 use drive_link::{Command, LONGEST_FRAME, Receiver, Refusal, Report, Request, StopListener, frame};
 use embedded_storage::nor_flash::NorFlash;
@@ -65,6 +65,7 @@ impl Conversation {
         self.listen(line, supervisor);
         let answered = self.answer(line, supervisor);
         let told = self.tell(line, supervisor);
+        supervisor.work();
         answered || told
     }
 

@@ -101,11 +101,13 @@ impl FixedLoop {
         }
     }
 
-    pub(crate) fn learnt(&self) -> <Identifier as Identify<Word>>::State {
-        *self.state.identification()
+    #[inline]
+    pub(crate) fn learnt(&self) -> <Identifier as Identify<Word>>::Shown {
+        let identifier = self.servo_loop.identifier();
+        identifier.show(self.state.identification())
     }
 
-    pub(crate) fn estimates(&self, learnt: &<Identifier as Identify<Word>>::State) -> Estimates {
+    pub(crate) fn estimates(&self, learnt: &<Identifier as Identify<Word>>::Shown) -> Estimates {
         parts::estimates(self.servo_loop.identifier(), learnt)
     }
 }

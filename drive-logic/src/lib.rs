@@ -19,6 +19,7 @@ mod channel;
 mod closed_loop;
 mod conversation;
 mod ending;
+mod first_fit;
 mod fixed_loop;
 mod lock_step;
 mod parts;

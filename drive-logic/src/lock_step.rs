@@ -7,11 +7,11 @@ use identifier_core::drive::{Actuator, PositionSensor, Setpoint};
 use identifier_core::fixed_point::{
     FixedLowPass, FixedServoLoop, FixedServoLoopState, FixedVelocity, split_setpoint,
 };
-use identifier_core::identifier::IdentifierError;
+use identifier_core::identifier::{IdentifierError, Identify};
 use identifier_core::parameters::Ab;
 use identifier_core::settings::Settings;
 
-use crate::closed_loop::ClosedLoop;
+use crate::closed_loop::{ClosedLoop, WithFirstFit};
 use crate::parts;
 
 /// Blocks of Gauss–Newton's start record: as many as the simulator's.
@@ -36,7 +36,7 @@ pub struct LockStep {
 )]
 enum Loops {
     None,
-    Single(ClosedLoop<BLOCKS>),
+    Single(ClosedLoop<WithFirstFit<BLOCKS>>),
     Fixed(Words),
 }
 
@@ -114,7 +114,7 @@ fn build(settings: &LoopSettings) -> Result<Loops, NotAllowed> {
 }
 
 fn single(
-    closed_loop: &mut ClosedLoop<BLOCKS>,
+    closed_loop: &mut ClosedLoop<WithFirstFit<BLOCKS>>,
     setpoint: i32,
     offset: f64,
     count: i32,
@@ -198,7 +198,7 @@ impl Words {
         Ok(Reading {
             command: servo_loop.controller().command(sample.command),
             output_error: identifier.output_error(&seen),
-            estimates: parts::estimates(identifier, state.identification()),
+            estimates: parts::estimates(identifier, &identifier.show(state.identification())),
             event: seen.event,
         })
     }

@@ -8,19 +8,19 @@ use identifier_core::settings::IdentifierSettings;
 use identifier_core::stability::CertificateError;
 
 /// What an identifier has found as a message.
-pub(crate) fn estimates<N: Copy, I: Identify<N>>(identifier: &I, state: &I::State) -> Estimates {
+pub(crate) fn estimates<N: Copy, I: Identify<N>>(identifier: &I, shown: &I::Shown) -> Estimates {
     let ServoParameters {
         a,
         b,
         coulomb,
         load,
-    } = identifier.estimates(state);
+    } = identifier.estimates_of(shown);
     Estimates {
         a,
         b,
         coulomb,
         load,
-        at_bounds: identifier.at_bounds(state),
+        at_bounds: identifier.at_bounds_of(shown),
     }
 }
 

@@ -1,6 +1,6 @@
 //! The interrupt's half: one call a sample, and nothing in it waits.
 
-use drive_link::{Ended, Fault, Law, NotAllowed, Noticed, Settings};
+use drive_link::{Ended, Fault, NotAllowed, Noticed, Settings};
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::error::OutOfRange;
@@ -14,23 +14,8 @@ use crate::protection::Protection;
 use crate::reference::Reference;
 use crate::time::samples;
 
-/// The sample times that a drive runs at, s: 20 kHz to 1 kHz; with Gauss–Newton 8 kHz to 1 kHz.
-///
-/// A sample in which the first fit goes on takes 12 200 instructions at most
-/// (`gauss-newton-recording-most` of the firmware's budget), which at one and a half cycles each is
-/// 109 µs at 168 MHz.
-fn sample_times(law: Law) -> (f64, f64) {
-    let (least, most) = SAMPLE_TIMES;
-    match law {
-        Law::Gradient { .. } => (least, most),
-        Law::GaussNewton => (1.5e-4, most),
-    }
-}
-
+/// The sample times that a drive runs at, s: 20 kHz to 1 kHz.
 const SAMPLE_TIMES: (f64, f64) = (5e-5, 1e-3);
-
-/// Blocks of the first fit that a sample goes through.
-const SLICE: u32 = 1;
 
 /// How long the background may not be seen to go round before the watchdog is left to reset the chip,
 /// s: while the servo is driven, and while it is let go (building a loop and erasing flash take their
@@ -206,7 +191,7 @@ impl Run {
     /// The setting that is not allowed.
     pub(crate) fn new(settings: &Settings, stage: &Stage) -> Result<Self, NotAllowed> {
         let core = &settings.closed_loop.core;
-        let within @ (least, most) = sample_times(settings.closed_loop.law);
+        let within @ (least, most) = SAMPLE_TIMES;
         let given = core.sample_time;
         if !(least..=most).contains(&given) {
             return Err(parts::out_of_range("sample_time", given, within));
@@ -335,6 +320,12 @@ impl<'a> Sampler<'a> {
         };
         match run.step(lines, self.channel.times_heard(), sensor, actuator) {
             Ok((control, seen)) => {
+                if let Some(block) = run.closed_loop.take_block() {
+                    self.channel.block(block);
+                    if let Some(fitted) = self.channel.fitted() {
+                        run.closed_loop.take_over(&fitted);
+                    }
+                }
                 self.counts.notice(seen.event);
                 if self.watch.is_due() {
                     self.show(&control, &seen);
@@ -403,6 +394,8 @@ impl<'a> Sampler<'a> {
                 match stands {
                     Ok(count) => {
                         self.counts.start();
+                        // Of a run before.
+                        while self.channel.fitted().is_some() {}
                         run.start(count, self.channel.times_heard());
                         run.background.begin(self.channel.times_alive());
                         self.run = Some(run);
@@ -566,7 +559,6 @@ impl Run {
             Course::Ended(ended) => return Err(ended),
         }
         let seen = self.closed_loop.learn(&control);
-        self.closed_loop.work(SLICE);
         self.sample = self.sample.wrapping_add(1);
         Ok((control, seen))
     }

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::channel::BackgroundEnd;
 use crate::closed_loop::{ClosedLoop, Learnt};
+use crate::first_fit::FirstFit;
 use crate::parts;
 use crate::protection::reach;
 use crate::sampler::{Counts, Event, Order, Run, Shown, Stage};
@@ -39,6 +40,7 @@ pub struct Supervisor<'a, F> {
     spare: Option<Spare>,
     /// The loop that was started last: it says in SI what the interrupt tells in its own units.
     closed_loop: Option<ClosedLoop>,
+    first_fit: Option<FirstFit>,
     estimates: Option<Estimates>,
     fault: Option<Fault>,
     ended: Option<Ended>,
@@ -108,6 +110,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             settings: record.map_or(*built_in, |record| record.settings),
             spare: Some(Spare::Blank(memory)),
             closed_loop: None,
+            first_fit: None,
             estimates: record.and_then(|record| record.estimates),
             fault: found_at_boot.err(),
             ended: None,
@@ -152,6 +155,13 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     /// The background goes round: say so in each of its turns.
     pub fn is_alive(&self) {
         self.channel.is_alive();
+    }
+
+    /// Goes on with what the interrupt leaves to the background.
+    pub fn work(&mut self) {
+        if let Some(first_fit) = &mut self.first_fit {
+            first_fit.work(&mut self.channel);
+        }
     }
 
     /// Takes note of a sample that was told and found no room on the line.
@@ -271,6 +281,9 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         };
         let run = spare.filled(run);
         let closed_loop = *run.closed_loop();
+        // Nothing records now: what is still there is of a run before.
+        while self.channel.block().is_some() {}
+        self.first_fit = FirstFit::of(&self.settings.closed_loop);
         match self.channel.order(Order::Run(run)) {
             Ok(()) => {
                 self.closed_loop = Some(closed_loop);

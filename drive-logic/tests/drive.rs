@@ -156,17 +156,22 @@ fn a_servo_that_nothing_is_known_of_is_learnt_in_seconds_and_its_load_watched() 
 }
 
 #[test]
-fn a_sample_too_short_for_a_first_fit_is_refused_for_the_law_that_makes_one() {
+fn every_law_runs_at_every_sample_time_and_none_beyond() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
-    let mut short = first_contact();
-    short.closed_loop.core.sample_time = 5e-5;
-    match drive.refusal(Command::Configure(short)) {
-        Refusal::Setting(refused) => assert_eq!(refused.name, "sample_time"),
-        other => panic!("{other:?}"),
+    for mut wanted in [first_contact(), settings()] {
+        for sample_time in [4.99e-5, 1.05e-3, 0.0, f64::NAN] {
+            wanted.closed_loop.core.sample_time = sample_time;
+            match drive.refusal(Command::Configure(wanted)) {
+                Refusal::Setting(refused) => assert_eq!(refused.name, "sample_time"),
+                other => panic!("{other:?}"),
+            }
+        }
+        for sample_time in [5e-5, 1e-3] {
+            wanted.closed_loop.core.sample_time = sample_time;
+            drive.done(Command::Configure(wanted));
+        }
     }
-    short.closed_loop.core.sample_time = 2e-4;
-    drive.done(Command::Configure(short));
 }
 
 #[test]

@@ -1,0 +1,55 @@
+//! Gauss–Newton's first fit, in the background while the interrupt records on.
+
+use drive_link::{Law, LoopSettings};
+use identifier_core::identifier::{
+    FitBlocks, GaussNewtonFitted, GaussNewtonFitter, GaussNewtonFitterState,
+};
+use identifier_core::parameters::AbCoulombLoad;
+
+use crate::channel::BackgroundEnd;
+use crate::closed_loop::BLOCKS;
+
+type Fitter = GaussNewtonFitter<f32, AbCoulombLoad, 4, BLOCKS>;
+
+/// Blocks of the record that one turn of the background goes through.
+const SLICE: u32 = 8;
+
+/// What goes back to the interrupt.
+pub(crate) type Fitted = GaussNewtonFitted<f32, 4>;
+
+/// The background's half of Gauss–Newton.
+#[derive(Debug)]
+pub(crate) struct FirstFit {
+    fitter: Fitter,
+    state: GaussNewtonFitterState<f32, BLOCKS>,
+    /// What was found and found no room yet.
+    fitted: Option<Fitted>,
+}
+
+impl FirstFit {
+    /// For a run with these settings; none for a law that needs no fit.
+    pub(crate) fn of(settings: &LoopSettings) -> Option<Self> {
+        if settings.law != Law::GaussNewton {
+            return None;
+        }
+        let fitter: Fitter = settings.core.build().ok()?;
+        Some(Self {
+            state: fitter.start(),
+            fitter,
+            fitted: None,
+        })
+    }
+
+    /// Takes in what was recorded and goes on with the fit, if there is one to make.
+    pub(crate) fn work(&mut self, channel: &mut BackgroundEnd<'_>) {
+        while let Some(block) = channel.block() {
+            self.fitter.take(&mut self.state, &block);
+        }
+        if self.fitted.is_none() {
+            self.fitted = self.fitter.work(&mut self.state, SLICE);
+        }
+        if let Some(fitted) = self.fitted.take() {
+            self.fitted = channel.fitted(fitted).err();
+        }
+    }
+}
