@@ -8,18 +8,14 @@
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use cortex_m::peripheral::NVIC;
 use cortex_m_rt::{ExceptionFrame, entry, exception};
+use drive_chip::{Mmio, interrupts, sample_timer};
 use drive_link::{LONGEST_FRAME, Receiver, Report, Request, State, frame};
 use drive_logic::{Events, Orders, Sampler, Supervisor, self_test};
-use firmware_stm32::board::{self, Encoder, Inputs, Output, Wired};
+use firmware_stm32::board::{self, Encoder, Inputs, Line, Output, Port, RecordFlash, Wired};
 use firmware_stm32::handed::Handed;
-use firmware_stm32::internal_flash::InternalFlash;
-use firmware_stm32::serial::{Line, Port};
 use firmware_stm32::settings;
-use firmware_stm32::timer::SampleTimer;
-use stm32f4xx_hal::pac::{Interrupt, interrupt};
-use stm32f4xx_hal::prelude::*;
+use stm32f4xx_hal::pac::interrupt;
 
 /// What belongs to the sample interrupt.
 struct Control {
@@ -30,7 +26,7 @@ struct Control {
 }
 
 static CONTROL: Handed<Control> = Handed::new();
-static PORT: Handed<Port<'static>> = Handed::new();
+static PORT: Handed<Port> = Handed::new();
 
 /// Set at every sample, cleared when the watchdog is fed.
 static ALIVE: AtomicBool = AtomicBool::new(false);
@@ -38,7 +34,7 @@ static ALIVE: AtomicBool = AtomicBool::new(false);
 #[interrupt]
 fn TIM5() {
     static mut OWN: Option<Control> = None;
-    SampleTimer::acknowledge();
+    sample_timer::acknowledge(Mmio);
     if OWN.is_none() {
         *OWN = CONTROL.take();
     }
@@ -52,13 +48,13 @@ fn TIM5() {
         return;
     };
     sampler.sample(inputs.read(), encoder, output);
-    sampler.ended(SampleTimer::is_due(), output);
+    sampler.ended(sample_timer::is_due(Mmio), output);
     ALIVE.store(true, Ordering::Relaxed);
 }
 
 #[interrupt]
 fn USART2() {
-    static mut OWN: Option<Port<'static>> = None;
+    static mut OWN: Option<Port> = None;
     if OWN.is_none() {
         *OWN = PORT.take();
     }
@@ -115,11 +111,11 @@ fn run(wired: Wired, orders: &'static mut Orders, events: &'static mut Events) {
         encoder,
         output,
         inputs,
-        mut timer,
+        timer,
         mut line,
         port,
         flash,
-        mut watchdog,
+        watchdog,
         found,
     } = wired;
     let (give_orders, take_orders) = orders.split();
@@ -140,18 +136,17 @@ fn run(wired: Wired, orders: &'static mut Orders, events: &'static mut Events) {
     PORT.give(port);
     let mut sample_time = supervisor.sample_time();
     timer.start(sample_time);
-    begin_interrupts();
+    interrupts::begin(Mmio);
 
     let mut receiver = Receiver::new();
     let mut state = supervisor.state();
     log(state);
-    watchdog.start(patience(state).millis());
+    watchdog.start();
     loop {
         let more = converse(&mut line, &mut receiver, &mut supervisor);
         if supervisor.state() != state {
             state = supervisor.state();
             log(state);
-            watchdog.start(patience(state).millis());
         }
         let wanted = supervisor.sample_time();
         if wanted.to_bits() != sample_time.to_bits() {
@@ -167,21 +162,12 @@ fn run(wired: Wired, orders: &'static mut Orders, events: &'static mut Events) {
     }
 }
 
-/// How long samples may be missed, ms. A servo that is let go can wait while the flash erases, which
-/// stops the processor for two seconds at most; one that moves cannot.
-fn patience(state: State) -> u32 {
-    match state {
-        State::Running => 10,
-        State::Released | State::Faulted(_) => 10_000,
-    }
-}
-
 /// Reports what is new and answers one request, as far as the line has room; true if there may be
 /// more.
 fn converse(
-    line: &mut Line<'_>,
+    line: &mut Line,
     receiver: &mut Receiver,
-    supervisor: &mut Supervisor<'_, InternalFlash>,
+    supervisor: &mut Supervisor<'_, RecordFlash>,
 ) -> bool {
     while line.has_room(LONGEST_FRAME)
         && let Some(report) = supervisor.news()
@@ -203,7 +189,7 @@ fn converse(
     false
 }
 
-fn say(line: &mut Line<'_>, report: &Report) {
+fn say(line: &mut Line, report: &Report) {
     if let Ok(framed) = frame(report) {
         line.say(&framed);
     }
@@ -224,17 +210,3 @@ fn log(state: State) {
 
 #[cfg(not(feature = "defmt"))]
 fn log(_: State) {}
-
-fn begin_interrupts() {
-    /// Below every sample.
-    const LATER: u8 = 0x80;
-    if let Some(mut core) = cortex_m::Peripherals::take() {
-        // SAFETY: no critical section depends on priorities.
-        unsafe { core.NVIC.set_priority(Interrupt::USART2, LATER) };
-    }
-    // SAFETY: what they need was handed over.
-    unsafe {
-        NVIC::unmask(Interrupt::USART2);
-        NVIC::unmask(Interrupt::TIM5);
-    }
-}

@@ -1,11 +1,14 @@
 //! A serial line that nobody waits for: an interrupt moves bytes between USART2 and two queues.
 
+use core::fmt;
+
 use drive_link::LONGEST_FRAME;
 use heapless::spsc::{Consumer, Producer, Queue};
-use stm32f4xx_hal::pac::{Interrupt, NVIC, USART2};
-use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 
+use crate::bus::Bus;
 use crate::clock::Clocks;
+use crate::interrupts;
+use crate::registers::usart;
 
 /// Bits a second.
 pub const BAUD: u32 = 921_600;
@@ -19,50 +22,57 @@ const _: () = assert!(ROOM > 2 * LONGEST_FRAME);
 pub type Bytes = Queue<u8, ROOM>;
 
 /// The background's end.
-pub struct Line<'a> {
+pub struct Line<'a, B> {
+    bus: B,
     heard: Consumer<'a, u8, ROOM>,
     to_say: Producer<'a, u8, ROOM>,
 }
 
 /// The interrupt's end.
-pub struct Port<'a> {
-    registers: USART2,
+pub struct Port<'a, B> {
+    bus: B,
     heard: Producer<'a, u8, ROOM>,
     to_say: Consumer<'a, u8, ROOM>,
 }
 
-/// Both ends of a line of 8 bits without parity.
-#[must_use]
-pub fn line<'a>(
-    registers: USART2,
+impl<B> fmt::Debug for Line<'_, B> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Line").finish_non_exhaustive()
+    }
+}
+
+impl<B> fmt::Debug for Port<'_, B> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Port").finish_non_exhaustive()
+    }
+}
+
+/// Both ends of a line of 8 bits without parity, of a USART that is as after reset.
+pub(crate) fn line<'a, B: Bus>(
+    bus: B,
     clocks: &Clocks,
-    rcc: &mut Rcc,
     heard: &'a mut Bytes,
     to_say: &'a mut Bytes,
-) -> (Line<'a>, Port<'a>) {
+) -> (Line<'a, B>, Port<'a, B>) {
     let (put_heard, heard) = heard.split();
     let (to_say, take_to_say) = to_say.split();
-    USART2::enable(rcc);
-    USART2::reset(rcc);
-    // Sixteenfold sampling: the divider's four fraction bits are the low ones (RM0090, 30.3.4).
-    let divider = ((clocks.low_bus + BAUD / 2) / BAUD) as u16;
-    // SAFETY: any divider from 1 on.
-    registers
-        .brr()
-        .write(|write| unsafe { write.bits(divider) });
-    registers.cr1().write(|write| {
-        let write = write.ue().set_bit().te().set_bit();
-        write.re().set_bit().rxneie().set_bit()
-    });
+    // With sixteenfold sampling the divider's four fraction bits are the low ones. Eightfold sampling
+    // has one fraction bit less and the same steps, one tick of the bus a bit, and bears less of the
+    // other end's error (RM0090, 30.3.4 and 30.3.5).
+    bus.write(usart::BRR, (clocks.low_bus + BAUD / 2) / BAUD);
+    bus.write(
+        usart::CR1,
+        usart::CR1_UE | usart::CR1_TE | usart::CR1_RE | usart::CR1_RXNEIE,
+    );
     let port = Port {
-        registers,
+        bus,
         heard: put_heard,
         to_say: take_to_say,
     };
-    (Line { heard, to_say }, port)
+    (Line { bus, heard, to_say }, port)
 }
 
-impl Line<'_> {
+impl<B: Bus> Line<'_, B> {
     /// The next byte that came.
     pub fn hear(&mut self) -> Option<u8> {
         self.heard.dequeue()
@@ -80,34 +90,26 @@ impl Line<'_> {
             let _ = self.to_say.enqueue(byte);
         }
         // The interrupt finds something to say.
-        NVIC::pend(Interrupt::USART2);
+        interrupts::pend_serial(self.bus);
     }
 }
 
-impl Port<'_> {
+impl<B: Bus> Port<'_, B> {
     /// What the interrupt does.
     pub fn serve(&mut self) {
-        let status = self.registers.sr().read();
+        let bus = self.bus;
+        let status = bus.read(usart::SR);
         // Reading clears an overrun too; a byte that found no room spoils its frame, which says so.
-        if status.rxne().bit_is_set() || status.ore().bit_is_set() {
-            let byte = self.registers.dr().read().dr().bits() as u8;
-            let _ = self.heard.enqueue(byte);
+        if status & (usart::SR_RXNE | usart::SR_ORE) != 0 {
+            let _ = self.heard.enqueue(bus.read(usart::DR) as u8);
         }
-        if status.txe().bit_is_set() {
+        if status & usart::SR_TXE != 0 {
             match self.to_say.dequeue() {
                 Some(byte) => {
-                    self.registers
-                        .dr()
-                        .write(|write| write.dr().set(byte.into()));
-                    self.registers
-                        .cr1()
-                        .modify(|_, write| write.txeie().set_bit());
+                    bus.write(usart::DR, u32::from(byte));
+                    bus.modify(usart::CR1, 0, usart::CR1_TXEIE);
                 }
-                None => {
-                    self.registers
-                        .cr1()
-                        .modify(|_, write| write.txeie().clear_bit());
-                }
+                None => bus.modify(usart::CR1, usart::CR1_TXEIE, 0),
             }
         }
     }
