@@ -11,12 +11,14 @@
 
 mod fault;
 mod frame;
+mod line;
 mod lock_step;
 mod message;
 mod settings;
 
 pub use fault::Fault;
 pub use frame::{FrameError, LONGEST_FRAME, LONGEST_MESSAGE, Receiver, StopListener, frame};
+pub use line::Line;
 pub use lock_step::{Answer, Question, Reading, Refused};
 pub use message::{
     Command, Ended, Estimates, Kept, Noticed, PROTOCOL, Refusal, Report, Request, Snapshot, State,

@@ -1,22 +1,12 @@
 //! The background's turns: stops first, then requests, then news as far as the line has room, then work.
 
-use drive_link::{Command, LONGEST_FRAME, Receiver, Refusal, Report, Request, StopListener, frame};
+use drive_link::{
+    Command, LONGEST_FRAME, Line, Receiver, Refusal, Report, Request, StopListener, frame,
+};
 use embedded_storage::nor_flash::NorFlash;
 use heapless::Deque;
 
 use crate::supervisor::Supervisor;
-
-/// A line that nobody waits for.
-pub trait Line {
-    /// The next byte that came.
-    fn hear(&mut self) -> Option<u8>;
-
-    /// Bytes that can be said now.
-    fn room(&self) -> usize;
-
-    /// Says bytes for which there is room.
-    fn say(&mut self, bytes: &[u8]);
-}
 
 /// What the background of a drive does over and over.
 ///

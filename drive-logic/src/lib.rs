@@ -32,7 +32,7 @@ mod supervisor;
 mod time;
 
 pub use channel::{BackgroundEnd, Channel, InterruptEnd};
-pub use conversation::{Conversation, Line};
+pub use conversation::Conversation;
 pub use lock_step::LockStep;
 pub use sampler::{Chip, Lines, Run, Sampler, Stage};
 pub use self_test::self_test;

@@ -7,7 +7,7 @@ mod support;
 use std::collections::VecDeque;
 
 use drive_link::{Command, Fault, Law, Receiver, Refusal, Report, Request, Settings, State, frame};
-use drive_logic::{Conversation, Line};
+use drive_logic::Conversation;
 use support::drive::{Drive, SERVO};
 use support::{Bench, Flash, settings};
 

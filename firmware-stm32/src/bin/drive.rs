@@ -6,18 +6,14 @@
 #![no_std]
 #![no_main]
 
-use cortex_m::peripheral::NVIC;
 use cortex_m_rt::{ExceptionFrame, entry, exception};
+use drive_chip::{Mmio, interrupts, sample_timer};
 use drive_link::State;
 use drive_logic::{Channel, Chip, Conversation, Lines, Run, Sampler, Supervisor, self_test};
-use firmware_stm32::board::{self, Encoder, Inputs, Output, Wired};
+use firmware_stm32::board::{self, Encoder, Inputs, Output, Port, Watchdog, Wired};
 use firmware_stm32::handed::Handed;
-use firmware_stm32::serial::Port;
 use firmware_stm32::settings;
-use firmware_stm32::timer::SampleTimer;
-use stm32f4xx_hal::pac::{Interrupt, interrupt};
-use stm32f4xx_hal::prelude::*;
-use stm32f4xx_hal::watchdog::IndependentWatchdog;
+use stm32f4xx_hal::pac::interrupt;
 
 /// What belongs to the sample interrupt.
 struct Control {
@@ -30,7 +26,7 @@ struct Wiring {
     encoder: Encoder,
     output: Output,
     inputs: Inputs,
-    watchdog: IndependentWatchdog,
+    watchdog: Watchdog,
 }
 
 impl Chip for Wiring {
@@ -49,7 +45,7 @@ impl Chip for Wiring {
 
     #[inline]
     fn next_is_due(&self) -> bool {
-        SampleTimer::is_due()
+        sample_timer::is_due(Mmio)
     }
 
     #[inline]
@@ -59,12 +55,12 @@ impl Chip for Wiring {
 }
 
 static CONTROL: Handed<Control> = Handed::new();
-static PORT: Handed<Port<'static>> = Handed::new();
+static PORT: Handed<Port> = Handed::new();
 
 #[interrupt]
 fn TIM5() {
     static mut OWN: Option<Control> = None;
-    SampleTimer::acknowledge();
+    sample_timer::acknowledge(Mmio);
     if OWN.is_none() {
         *OWN = CONTROL.take();
     }
@@ -75,7 +71,7 @@ fn TIM5() {
 
 #[interrupt]
 fn USART2() {
-    static mut OWN: Option<Port<'static>> = None;
+    static mut OWN: Option<Port> = None;
     if OWN.is_none() {
         *OWN = PORT.take();
     }
@@ -132,18 +128,18 @@ fn background(wired: Wired, channel: &'static mut Channel, run: &'static mut Opt
         encoder,
         output,
         inputs,
-        mut timer,
+        timer,
         mut line,
         port,
         flash,
-        mut watchdog,
+        watchdog,
         found,
     } = wired;
     let found = self_test().and(found);
     let (back, interrupt) = channel.split();
     let built_in = settings::built_in();
     let mut supervisor = Supervisor::new(back, run, (flash, 0), &built_in, board::STAGE, found);
-    watchdog.start(WATCHDOG.millis());
+    watchdog.start();
     CONTROL.give(Control {
         sampler: Sampler::new(interrupt, found),
         chip: Wiring {
@@ -156,7 +152,7 @@ fn background(wired: Wired, channel: &'static mut Channel, run: &'static mut Opt
     PORT.give(port);
     let mut sample_time = supervisor.sample_time();
     timer.start(sample_time);
-    begin_interrupts();
+    interrupts::begin(Mmio);
 
     let mut conversation = Conversation::new();
     let mut state = supervisor.state();
@@ -178,10 +174,6 @@ fn background(wired: Wired, channel: &'static mut Channel, run: &'static mut Opt
     }
 }
 
-/// How long samples may be missed, ms, whatever the drive does: what the flash takes longer for feeds
-/// the watchdog itself.
-const WATCHDOG: u32 = 10;
-
 #[cfg(feature = "defmt")]
 fn log(state: State) {
     match state {
@@ -197,17 +189,3 @@ fn log(state: State) {
 
 #[cfg(not(feature = "defmt"))]
 fn log(_: State) {}
-
-fn begin_interrupts() {
-    /// Below every sample.
-    const LATER: u8 = 0x80;
-    if let Some(mut core) = cortex_m::Peripherals::take() {
-        // SAFETY: no critical section depends on priorities.
-        unsafe { core.NVIC.set_priority(Interrupt::USART2, LATER) };
-    }
-    // SAFETY: what they need was handed over.
-    unsafe {
-        NVIC::unmask(Interrupt::USART2);
-        NVIC::unmask(Interrupt::TIM5);
-    }
-}

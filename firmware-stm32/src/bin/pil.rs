@@ -3,20 +3,19 @@
 #![no_std]
 #![no_main]
 
-use cortex_m::peripheral::NVIC;
 use cortex_m_rt::entry;
-use drive_link::{LONGEST_FRAME, Question, Receiver, frame};
+use drive_chip::{Mmio, interrupts};
+use drive_link::{LONGEST_FRAME, Line, Question, Receiver, frame};
 use drive_logic::LockStep;
-use firmware_stm32::board::{self, Wired};
+use firmware_stm32::board::{self, Port, Wired};
 use firmware_stm32::handed::Handed;
-use firmware_stm32::serial::Port;
-use stm32f4xx_hal::pac::{Interrupt, interrupt};
+use stm32f4xx_hal::pac::interrupt;
 
-static PORT: Handed<Port<'static>> = Handed::new();
+static PORT: Handed<Port> = Handed::new();
 
 #[interrupt]
 fn USART2() {
-    static mut OWN: Option<Port<'static>> = None;
+    static mut OWN: Option<Port> = None;
     if OWN.is_none() {
         *OWN = PORT.take();
     }
@@ -38,13 +37,12 @@ fn main() -> ! {
 fn run(wired: Wired) -> ! {
     let Wired { mut line, port, .. } = wired;
     PORT.give(port);
-    // SAFETY: what it needs was handed over.
-    unsafe { NVIC::unmask(Interrupt::USART2) };
+    interrupts::begin_serial(Mmio);
     let mut receiver = Receiver::new();
     let mut lock_step = LockStep::new();
     // Without sleep between the bytes: an emulator takes long to wake.
     loop {
-        while line.has_room(LONGEST_FRAME)
+        while line.room() >= LONGEST_FRAME
             && let Some(byte) = line.hear()
         {
             // What was not understood is asked again.

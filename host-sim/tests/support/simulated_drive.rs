@@ -8,8 +8,8 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use drive_link::Settings;
-use drive_logic::{Channel, Chip, Conversation, Line, Lines, Sampler, Stage, Supervisor};
+use drive_link::{Line, Settings};
+use drive_logic::{Channel, Chip, Conversation, Lines, Sampler, Stage, Supervisor};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::model::ServoParameters;

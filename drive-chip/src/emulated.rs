@@ -1,0 +1,152 @@
+//! Memory in place of the registers that an emulated chip lacks, and what moves them from outside.
+//!
+//! QEMU's STM32F405 has no pins, TIM1, watchdog and flash control, keeps RCC as plain storage, and
+//! lets its encoder's timer count the clock. Those words are here; everything else is the
+//! emulator's.
+
+use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
+use crate::bus::Register;
+use crate::flash::SECTOR;
+use crate::registers::timer::{self, TIM1, TIM3};
+use crate::registers::{flash, gpio, rcc};
+
+/// Words kept of each peripheral.
+const WORDS: usize = 36;
+
+/// The peripherals, by the addresses of their first registers: RCC, FLASH, the ports A to C, TIM1,
+/// TIM3 and IWDG.
+const PERIPHERALS: [u32; 8] = [
+    0x4002_3800,
+    0x4002_3c00,
+    0x4002_0000,
+    0x4002_0400,
+    0x4002_0800,
+    0x4001_0000,
+    0x4000_0400,
+    0x4000_3000,
+];
+
+/// Where the records are, in two shorter sectors.
+const RECORDS: u32 = 0x080c_0000;
+const RECORD_WORDS: usize = 2 * SECTOR as usize / 4;
+
+static REGISTERS: [AtomicU32; PERIPHERALS.len() * WORDS] =
+    [const { AtomicU32::new(0) }; PERIPHERALS.len() * WORDS];
+static SECTORS: [AtomicU32; RECORD_WORDS] = [const { AtomicU32::new(u32::MAX) }; RECORD_WORDS];
+
+/// Where a word is kept; with a constant address a constant.
+#[inline(always)]
+fn kept(register: Register) -> Option<&'static AtomicU32> {
+    let mut number = 0;
+    while number < PERIPHERALS.len() {
+        let word = register.address().wrapping_sub(PERIPHERALS[number]) / 4;
+        if (word as usize) < WORDS {
+            return REGISTERS.get(number * WORDS + word as usize);
+        }
+        number += 1;
+    }
+    recorded(register)
+}
+
+#[inline(always)]
+fn recorded(register: Register) -> Option<&'static AtomicU32> {
+    SECTORS.get((register.address().wrapping_sub(RECORDS) / 4) as usize)
+}
+
+#[inline(always)]
+pub(crate) fn read(register: Register) -> Option<u32> {
+    let word = kept(register)?.load(Relaxed);
+    Some(if register == rcc::CR {
+        // Everything is ready at once.
+        word | rcc::CR_HSERDY | rcc::CR_PLLRDY
+    } else if register == rcc::CFGR {
+        word & !rcc::CFGR_SWS | (word & rcc::CFGR_SW) << 2
+    } else {
+        word
+    })
+}
+
+/// False if it is none of those words.
+#[inline(always)]
+pub(crate) fn write(register: Register, word: u32) -> bool {
+    let Some(place) = kept(register) else {
+        return false;
+    };
+    if let Some(byte) = set_or_reset(register) {
+        byte.store(byte.load(Relaxed) & !(word >> 16) | word & 0xffff, Relaxed);
+    } else if recorded(register).is_some() {
+        place.store(place.load(Relaxed) & word, Relaxed);
+    } else {
+        place.store(word, Relaxed);
+        if register == flash::CR && word & flash::CR_STRT != 0 {
+            erase(word >> flash::CR_SNB & 1);
+        }
+    }
+    true
+}
+
+/// The output register of a port whose BSRR this is.
+#[inline(always)]
+fn set_or_reset(register: Register) -> Option<&'static AtomicU32> {
+    let offset = register.address().wrapping_sub(gpio::BASE);
+    (offset < 3 * gpio::STRIDE && offset % gpio::STRIDE == gpio::BSRR)
+        .then(|| kept(Register::at(register.address() - gpio::BSRR + gpio::ODR)))
+        .flatten()
+}
+
+#[inline(never)]
+fn erase(sector: u32) {
+    let (first, second) = SECTORS.split_at(RECORD_WORDS / 2);
+    for word in if sector == 0 { first } else { second } {
+        word.store(u32::MAX, Relaxed);
+    }
+}
+
+/// Sets the encoder's counter.
+pub fn set_count(count: u16) {
+    set(TIM3.cnt(), count.into());
+}
+
+/// Sets the lines of ports A to C, a bit a pin; all are low, which is healthy, from the start.
+pub fn set_inputs(levels: [u16; 3]) {
+    for (port, levels) in (0..).zip(levels) {
+        set(port_register(port, gpio::IDR), levels.into());
+    }
+}
+
+/// What the drive puts out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Outputs {
+    /// What the pins of ports A to C are set to, a bit a pin.
+    pub levels: [u16; 3],
+    /// Steps of a PWM period that the output is high for; none while it is switched off.
+    pub duty: Option<u16>,
+    /// Steps of a PWM period.
+    pub steps: u16,
+}
+
+/// What the drive puts out now.
+#[must_use]
+pub fn outputs() -> Outputs {
+    let on = get(TIM1.bdtr()) & timer::BDTR_MOE != 0;
+    Outputs {
+        levels: [0, 1, 2].map(|port| get(port_register(port, gpio::ODR)) as u16),
+        duty: on.then(|| get(TIM1.ccr1()) as u16),
+        steps: get(TIM1.arr()).wrapping_add(1) as u16,
+    }
+}
+
+fn port_register(port: u32, offset: u32) -> Register {
+    Register::at(gpio::BASE + gpio::STRIDE * port + offset)
+}
+
+fn get(register: Register) -> u32 {
+    kept(register).map_or(0, |word| word.load(Relaxed))
+}
+
+fn set(register: Register, word: u32) {
+    if let Some(place) = kept(register) {
+        place.store(word, Relaxed);
+    }
+}

@@ -1,0 +1,53 @@
+//! What may interrupt what (PM0214, 4.3): a sample everything, a byte only the background.
+
+use crate::bus::Bus;
+use crate::registers::nvic;
+
+/// Positions in the vector table (RM0090, table 61).
+const TIM5: u32 = 50;
+const USART2: u32 = 38;
+
+/// Above everything else.
+const SAMPLE: u32 = 0x00;
+
+/// Below every sample.
+const BYTE: u32 = 0x80;
+
+/// Lets the sample timer and the serial line interrupt, once what they need was handed over.
+pub fn begin(bus: impl Bus) {
+    set_priority(bus, TIM5, SAMPLE);
+    set_priority(bus, USART2, BYTE);
+    unmask(bus, TIM5);
+    unmask(bus, USART2);
+}
+
+/// Lets only the serial line interrupt.
+pub fn begin_serial(bus: impl Bus) {
+    set_priority(bus, USART2, BYTE);
+    unmask(bus, USART2);
+}
+
+/// Calls the serial line's interrupt.
+pub(crate) fn pend_serial(bus: impl Bus) {
+    bus.write(nvic::ISPR.offset(word(USART2)), bit(USART2));
+}
+
+fn set_priority(bus: impl Bus, interrupt: u32, priority: u32) {
+    let shift = 8 * (interrupt & 0b11);
+    let register = nvic::IPR.offset(interrupt & !0b11);
+    bus.modify(register, 0xff << shift, priority << shift);
+}
+
+/// Zeros leave the others as they are.
+fn unmask(bus: impl Bus, interrupt: u32) {
+    bus.write(nvic::ISER.offset(word(interrupt)), bit(interrupt));
+}
+
+/// Bytes to the word of an interrupt's bit.
+const fn word(interrupt: u32) -> u32 {
+    4 * (interrupt / 32)
+}
+
+const fn bit(interrupt: u32) -> u32 {
+    1 << (interrupt % 32)
+}

@@ -1,0 +1,47 @@
+//! Everything of a drive that touches a register of an STM32F4.
+//!
+//! Every driver is generic over a [`Bus`]: on the chip that is `Mmio`, in the tests a model of the
+//! registers. [`wire`] makes all of it from a [`Board`], in the order that is safe.
+//!
+//! | driver | over | what for |
+//! |---|---|---|
+//! | [`clock`] | RCC, FLASH | 168 MHz from the board's oscillator |
+//! | [`pins`] | GPIO | modes, levels |
+//! | [`pwm`] | TIM1 | the output, and the break that takes it away |
+//! | [`sample_timer`] | TIM5, TIM1 | samples in step with the PWM |
+//! | [`quadrature`] | TIM3 | the encoder |
+//! | [`inputs`] | GPIO, TIM1 | fault line and limit switches |
+//! | [`serial`] | USART2 | the line to the host |
+//! | [`watchdog`] | IWDG | resets the chip unless it is fed |
+//! | [`flash`] | FLASH | where records are kept |
+//! | [`interrupts`] | NVIC | what may interrupt what |
+//!
+//! References are to the manual RM0090 of the STM32F405; what is used here of the STM32F446 (RM0390)
+//! is the same.
+#![no_std]
+#![deny(missing_docs)]
+
+pub mod board;
+pub mod bus;
+pub mod clock;
+#[cfg(all(feature = "emulator", target_os = "none"))]
+pub mod emulated;
+pub mod flash;
+pub mod inputs;
+pub mod interrupts;
+#[cfg(target_os = "none")]
+mod mmio;
+pub mod pins;
+pub mod pwm;
+pub mod quadrature;
+mod registers;
+pub mod sample_timer;
+pub mod serial;
+pub mod watchdog;
+mod wiring;
+
+pub use board::Board;
+pub use bus::Bus;
+#[cfg(target_os = "none")]
+pub use mmio::Mmio;
+pub use wiring::{Wired, let_go, wire};

@@ -1,0 +1,150 @@
+//! General-purpose pins (RM0090, 8.3).
+
+use core::convert::Infallible;
+
+use embedded_hal::digital::{ErrorType, OutputPin};
+
+use crate::bus::{Bus, Register};
+use crate::registers::{gpio, rcc};
+
+/// A port of sixteen pins: those that the packages of 64 pins bring out whole.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[expect(missing_docs, reason = "its letter is its name")]
+pub enum Port {
+    A,
+    B,
+    C,
+}
+
+/// A pin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Pin {
+    port: Port,
+    number: u32,
+}
+
+impl Pin {
+    /// Of a port, by its number.
+    ///
+    /// # Panics
+    /// Numbers from 0 to 15; made as a constant, anything else does not compile.
+    #[must_use]
+    pub const fn new(port: Port, number: u32) -> Self {
+        assert!(number < 16, "a port has the pins 0 to 15");
+        Self { port, number }
+    }
+
+    const fn register(self, offset: u32) -> Register {
+        Register::at(gpio::BASE + gpio::STRIDE * self.port as u32 + offset)
+    }
+
+    const fn mask(self) -> u32 {
+        1 << self.number
+    }
+
+    /// Writes a field of two bits a pin.
+    fn set_pair(self, bus: impl Bus, offset: u32, bits: u32) {
+        let shift = 2 * self.number;
+        bus.modify(self.register(offset), 0b11 << shift, bits << shift);
+    }
+
+    fn set_mode(self, bus: impl Bus, mode: Mode) {
+        self.set_pair(bus, gpio::MODER, mode as u32);
+    }
+
+    fn set_pull(self, bus: impl Bus, pull: Pull) {
+        self.set_pair(bus, gpio::PUPDR, pull as u32);
+    }
+
+    /// Switches the port's clock on.
+    pub(crate) fn power(self, bus: impl Bus) {
+        bus.modify(rcc::AHB1ENR, 0, 1 << self.port as u32);
+        // A peripheral answers two ticks after its clock is on (RM0090, 7.2.13): a read takes them.
+        let _ = bus.read(rcc::AHB1ENR);
+    }
+
+    /// An output that pushes and pulls, low from the start.
+    pub(crate) fn output(self, bus: impl Bus) {
+        self.set_low(bus);
+        bus.modify(self.register(gpio::OTYPER), self.mask(), 0);
+        self.set_mode(bus, Mode::Output);
+    }
+
+    /// An input that is pulled up.
+    pub(crate) fn input(self, bus: impl Bus) {
+        self.set_pull(bus, Pull::Up);
+        self.set_mode(bus, Mode::Input);
+    }
+
+    /// A pin of a peripheral, by the number of the function (RM0090, figure 26).
+    pub(crate) fn alternate(self, bus: impl Bus, function: u32, pull: Pull) {
+        let shift = 4 * (self.number & 0b111);
+        let register = self.register(gpio::AFRL + 4 * (self.number >> 3));
+        bus.modify(register, 0xf << shift, function << shift);
+        self.set_pull(bus, pull);
+        bus.modify(self.register(gpio::OTYPER), self.mask(), 0);
+        self.set_mode(bus, Mode::Alternate);
+    }
+
+    /// In one write, which an interrupt cannot come between.
+    #[inline]
+    pub(crate) fn set_low(self, bus: impl Bus) {
+        bus.write(self.register(gpio::BSRR), self.mask() << 16);
+    }
+
+    #[inline]
+    fn set_high(self, bus: impl Bus) {
+        bus.write(self.register(gpio::BSRR), self.mask());
+    }
+
+    #[inline]
+    pub(crate) fn is_low(self, bus: impl Bus) -> bool {
+        bus.read(self.register(gpio::IDR)) & self.mask() == 0
+    }
+}
+
+#[derive(Clone, Copy)]
+enum Mode {
+    Input = 0b00,
+    Output = 0b01,
+    Alternate = 0b10,
+}
+
+/// What holds a pin that nobody drives.
+#[derive(Clone, Copy)]
+pub(crate) enum Pull {
+    None = 0b00,
+    Up = 0b01,
+}
+
+/// A pin that is an output.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Output<B> {
+    bus: B,
+    pin: Pin,
+}
+
+impl<B: Bus> Output<B> {
+    /// Of a pin that was made an output.
+    pub(crate) fn new(bus: B, pin: Pin) -> Self {
+        Self { bus, pin }
+    }
+}
+
+impl<B> ErrorType for Output<B> {
+    type Error = Infallible;
+}
+
+impl<B: Bus> OutputPin for Output<B> {
+    #[inline]
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        self.pin.set_low(self.bus);
+        Ok(())
+    }
+
+    #[inline]
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        self.pin.set_high(self.bus);
+        Ok(())
+    }
+}

@@ -1,0 +1,223 @@
+//! Addresses of the registers that the drivers use, and their fields (RM0090; the section stands
+//! with each peripheral).
+
+use crate::bus::Register;
+
+/// Reset and clock control (7.3).
+pub(crate) mod rcc {
+    use super::Register;
+
+    const BASE: Register = Register::at(0x4002_3800);
+    pub(crate) const CR: Register = BASE;
+    pub(crate) const PLLCFGR: Register = BASE.offset(0x04);
+    pub(crate) const CFGR: Register = BASE.offset(0x08);
+    pub(crate) const APB1RSTR: Register = BASE.offset(0x20);
+    pub(crate) const APB2RSTR: Register = BASE.offset(0x24);
+    pub(crate) const AHB1ENR: Register = BASE.offset(0x30);
+    pub(crate) const APB1ENR: Register = BASE.offset(0x40);
+    pub(crate) const APB2ENR: Register = BASE.offset(0x44);
+    pub(crate) const CSR: Register = BASE.offset(0x74);
+
+    pub(crate) const CR_HSEON: u32 = 1 << 16;
+    pub(crate) const CR_HSERDY: u32 = 1 << 17;
+    pub(crate) const CR_HSEBYP: u32 = 1 << 18;
+    pub(crate) const CR_CSSON: u32 = 1 << 19;
+    pub(crate) const CR_PLLON: u32 = 1 << 24;
+    pub(crate) const CR_PLLRDY: u32 = 1 << 25;
+
+    /// M, N, P, the source and Q: the other bits keep their reset value.
+    pub(crate) const PLLCFGR_FACTORS: u32 = 0x3f | 0x1ff << 6 | 0b11 << 16 | 1 << 22 | 0xf << 24;
+    pub(crate) const PLLCFGR_N: u32 = 6;
+    pub(crate) const PLLCFGR_P_2: u32 = 0b00 << 16;
+    pub(crate) const PLLCFGR_HSE: u32 = 1 << 22;
+    pub(crate) const PLLCFGR_Q: u32 = 24;
+
+    pub(crate) const CFGR_SW: u32 = 0b11;
+    pub(crate) const CFGR_SW_PLL: u32 = 0b10;
+    pub(crate) const CFGR_SWS: u32 = 0b11 << 2;
+    pub(crate) const CFGR_SWS_HSI: u32 = 0b00 << 2;
+    pub(crate) const CFGR_SWS_PLL: u32 = 0b10 << 2;
+    pub(crate) const CFGR_PRESCALERS: u32 = 0xf << 4 | 0b111 << 10 | 0b111 << 13;
+    pub(crate) const CFGR_PPRE1_4: u32 = 0b101 << 10;
+    pub(crate) const CFGR_PPRE2_2: u32 = 0b100 << 13;
+
+    pub(crate) const APB1_TIM3: u32 = 1 << 1;
+    pub(crate) const APB1_TIM5: u32 = 1 << 3;
+    pub(crate) const APB1_USART2: u32 = 1 << 17;
+    pub(crate) const APB2_TIM1: u32 = 1 << 0;
+
+    pub(crate) const CSR_RMVF: u32 = 1 << 24;
+    pub(crate) const CSR_IWDGRSTF: u32 = 1 << 29;
+}
+
+/// The flash's interface (3.9).
+pub(crate) mod flash {
+    use super::Register;
+
+    const BASE: Register = Register::at(0x4002_3c00);
+    pub(crate) const ACR: Register = BASE;
+    pub(crate) const KEYR: Register = BASE.offset(0x04);
+    pub(crate) const SR: Register = BASE.offset(0x0c);
+    pub(crate) const CR: Register = BASE.offset(0x10);
+
+    pub(crate) const ACR_LATENCY: u32 = 0b111;
+    pub(crate) const ACR_PRFTEN: u32 = 1 << 8;
+    pub(crate) const ACR_ICEN: u32 = 1 << 9;
+    pub(crate) const ACR_DCEN: u32 = 1 << 10;
+    pub(crate) const ACR_ICRST: u32 = 1 << 11;
+    pub(crate) const ACR_DCRST: u32 = 1 << 12;
+
+    /// The keys, in this order (3.6.1).
+    pub(crate) const KEYS: [u32; 2] = [0x4567_0123, 0xcdef_89ab];
+
+    /// End of operation and every error, the reading protection's included.
+    pub(crate) const SR_ENDED: u32 = 0b1_1111_0011;
+    pub(crate) const SR_ERRORS: u32 = 0b1_1111_0010;
+    pub(crate) const SR_BSY: u32 = 1 << 16;
+
+    pub(crate) const CR_PG: u32 = 1 << 0;
+    pub(crate) const CR_SER: u32 = 1 << 1;
+    pub(crate) const CR_SNB: u32 = 3;
+    pub(crate) const CR_PSIZE_32: u32 = 0b10 << 8;
+    pub(crate) const CR_STRT: u32 = 1 << 16;
+    pub(crate) const CR_LOCK: u32 = 1 << 31;
+}
+
+/// General-purpose pins (8.4), as offsets from a port's base.
+pub(crate) mod gpio {
+    /// Port A; the next port is [`STRIDE`] further on.
+    pub(crate) const BASE: u32 = 0x4002_0000;
+    pub(crate) const STRIDE: u32 = 0x400;
+    pub(crate) const MODER: u32 = 0x00;
+    pub(crate) const OTYPER: u32 = 0x04;
+    pub(crate) const PUPDR: u32 = 0x0c;
+    pub(crate) const IDR: u32 = 0x10;
+    #[cfg(feature = "emulator")]
+    pub(crate) const ODR: u32 = 0x14;
+    pub(crate) const BSRR: u32 = 0x18;
+    pub(crate) const AFRL: u32 = 0x20;
+}
+
+/// Timers (17.4 and 18.4).
+pub(crate) mod timer {
+    use super::Register;
+
+    /// The registers of one timer.
+    #[derive(Debug, Clone, Copy)]
+    pub(crate) struct Timer(u32);
+
+    pub(crate) const TIM1: Timer = Timer(0x4001_0000);
+    pub(crate) const TIM3: Timer = Timer(0x4000_0400);
+    pub(crate) const TIM5: Timer = Timer(0x4000_0c00);
+
+    impl Timer {
+        const fn at(self, offset: u32) -> Register {
+            Register::at(self.0).offset(offset)
+        }
+        pub(crate) const fn cr1(self) -> Register {
+            self.at(0x00)
+        }
+        pub(crate) const fn cr2(self) -> Register {
+            self.at(0x04)
+        }
+        pub(crate) const fn smcr(self) -> Register {
+            self.at(0x08)
+        }
+        pub(crate) const fn dier(self) -> Register {
+            self.at(0x0c)
+        }
+        pub(crate) const fn sr(self) -> Register {
+            self.at(0x10)
+        }
+        pub(crate) const fn egr(self) -> Register {
+            self.at(0x14)
+        }
+        pub(crate) const fn ccmr1(self) -> Register {
+            self.at(0x18)
+        }
+        pub(crate) const fn ccer(self) -> Register {
+            self.at(0x20)
+        }
+        pub(crate) const fn cnt(self) -> Register {
+            self.at(0x24)
+        }
+        pub(crate) const fn arr(self) -> Register {
+            self.at(0x2c)
+        }
+        pub(crate) const fn ccr1(self) -> Register {
+            self.at(0x34)
+        }
+        pub(crate) const fn bdtr(self) -> Register {
+            self.at(0x44)
+        }
+    }
+
+    pub(crate) const CR1_CEN: u32 = 1 << 0;
+    pub(crate) const CR1_URS: u32 = 1 << 2;
+    pub(crate) const CR1_ARPE: u32 = 1 << 7;
+    pub(crate) const CR2_MMS_ENABLE: u32 = 0b001 << 4;
+    pub(crate) const SMCR_ENCODER_3: u32 = 0b011;
+    pub(crate) const SMCR_TRIGGER: u32 = 0b110;
+    pub(crate) const SMCR_TS_ITR0: u32 = 0b000 << 4;
+    pub(crate) const DIER_UIE: u32 = 1 << 0;
+    pub(crate) const SR_UIF: u32 = 1 << 0;
+    pub(crate) const SR_BIF: u32 = 1 << 7;
+    pub(crate) const EGR_UG: u32 = 1 << 0;
+    pub(crate) const CCMR1_OC1PE: u32 = 1 << 3;
+    pub(crate) const CCMR1_OC1M_PWM_1: u32 = 0b110 << 4;
+    pub(crate) const CCMR1_CC1S_TI1: u32 = 0b01;
+    pub(crate) const CCMR1_IC1F: u32 = 4;
+    pub(crate) const CCMR1_CC2S_TI2: u32 = 0b01 << 8;
+    pub(crate) const CCMR1_IC2F: u32 = 12;
+    pub(crate) const CCER_CC1E: u32 = 1 << 0;
+    pub(crate) const BDTR_OSSI: u32 = 1 << 10;
+    pub(crate) const BDTR_OSSR: u32 = 1 << 11;
+    pub(crate) const BDTR_BKE: u32 = 1 << 12;
+    pub(crate) const BDTR_BKP: u32 = 1 << 13;
+    pub(crate) const BDTR_MOE: u32 = 1 << 15;
+}
+
+/// USART2 (30.6).
+pub(crate) mod usart {
+    use super::Register;
+
+    const BASE: Register = Register::at(0x4000_4400);
+    pub(crate) const SR: Register = BASE;
+    pub(crate) const DR: Register = BASE.offset(0x04);
+    pub(crate) const BRR: Register = BASE.offset(0x08);
+    pub(crate) const CR1: Register = BASE.offset(0x0c);
+
+    pub(crate) const SR_ORE: u32 = 1 << 3;
+    pub(crate) const SR_RXNE: u32 = 1 << 5;
+    pub(crate) const SR_TXE: u32 = 1 << 7;
+    pub(crate) const CR1_RE: u32 = 1 << 2;
+    pub(crate) const CR1_TE: u32 = 1 << 3;
+    pub(crate) const CR1_RXNEIE: u32 = 1 << 5;
+    pub(crate) const CR1_TXEIE: u32 = 1 << 7;
+    pub(crate) const CR1_UE: u32 = 1 << 13;
+}
+
+/// The independent watchdog (21.4).
+pub(crate) mod iwdg {
+    use super::Register;
+
+    const BASE: Register = Register::at(0x4000_3000);
+    pub(crate) const KR: Register = BASE;
+    pub(crate) const PR: Register = BASE.offset(0x04);
+    pub(crate) const RLR: Register = BASE.offset(0x08);
+    pub(crate) const SR: Register = BASE.offset(0x0c);
+
+    pub(crate) const KEY_START: u32 = 0xcccc;
+    pub(crate) const KEY_ACCESS: u32 = 0x5555;
+    pub(crate) const KEY_FEED: u32 = 0xaaaa;
+    pub(crate) const PR_4: u32 = 0b000;
+}
+
+/// The processor's interrupt controller (PM0214, 4.3), as offsets of word 0.
+pub(crate) mod nvic {
+    use super::Register;
+
+    pub(crate) const ISER: Register = Register::at(0xe000_e100);
+    pub(crate) const ISPR: Register = Register::at(0xe000_e200);
+    pub(crate) const IPR: Register = Register::at(0xe000_e400);
+}

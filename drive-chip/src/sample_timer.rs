@@ -1,0 +1,88 @@
+//! The timer whose update is a sample, in step with the PWM.
+//!
+//! A sample takes a whole number of PWM periods, and begins [`LEAD`] before one of them does: a
+//! command that is written within that time holds from there on. So the time from a sample to its
+//! output is always the same.
+
+use crate::bus::Bus;
+use crate::clock::Clocks;
+use crate::pwm;
+use crate::registers::timer::{self, TIM1, TIM5};
+
+/// From the beginning of a sample to the PWM period in which its command holds, s: a quarter of a
+/// period, 2100 of the processor's ticks.
+pub const LEAD: f64 = 1.0 / (LEADS_A_PERIOD * pwm::FREQUENCY) as f64;
+
+const LEADS_A_PERIOD: u32 = 4;
+
+/// The PWM periods of a sample time, s; none if they are no whole number from 1 on.
+#[must_use]
+pub fn whole_periods(sample_time: f64) -> Option<u32> {
+    /// Of a period: beyond any rounding of a sample time in seconds, below any tick of the timer.
+    const TOLERANCE: f64 = 1e-6;
+    let periods = nearest(sample_time);
+    let missing = sample_time * f64::from(pwm::FREQUENCY) - f64::from(periods);
+    (missing.abs() <= TOLERANCE).then_some(periods)
+}
+
+/// The nearest whole number of periods, from 1 on.
+fn nearest(sample_time: f64) -> u32 {
+    // A cast saturates.
+    ((sample_time * f64::from(pwm::FREQUENCY) + 0.5) as u32).max(1)
+}
+
+/// TIM5, 32 bits, interrupting at every sample; it starts TIM1 too.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SampleTimer<B> {
+    bus: B,
+    /// Ticks of TIM5 in a PWM period.
+    period: u32,
+    /// Where TIM1 stands when a sample begins, ticks.
+    phase: u32,
+}
+
+impl<B: Bus> SampleTimer<B> {
+    /// Stands still, of a timer that is as after reset.
+    pub(crate) fn new(bus: B, clocks: &Clocks) -> Self {
+        let pwm_period = clocks.high_timers / pwm::FREQUENCY;
+        Self {
+            bus,
+            period: clocks.low_timers / pwm::FREQUENCY,
+            phase: pwm_period - pwm_period / LEADS_A_PERIOD,
+        }
+    }
+
+    /// Runs with a sample time, s; one that is no whole number of PWM periods becomes the nearest
+    /// that is. The servo must be let go meanwhile: the PWM begins anew.
+    pub fn start(&self, sample_time: f64) {
+        let Self { bus, period, phase } = *self;
+        // Only a counter that runs over is a sample, not one that is set.
+        bus.write(TIM5.cr1(), timer::CR1_URS);
+        bus.modify(TIM1.cr1(), timer::CR1_CEN, 0);
+        let ticks = nearest(sample_time).saturating_mul(period);
+        bus.write(TIM5.arr(), ticks - 1);
+        bus.write(TIM5.egr(), timer::EGR_UG);
+        bus.write(TIM1.cnt(), phase);
+        // TIM5's enable is trigger 0 of TIM1 (RM0090, table 94): both start at once, whatever
+        // interrupts this.
+        bus.write(TIM5.cr2(), timer::CR2_MMS_ENABLE);
+        bus.write(TIM1.smcr(), timer::SMCR_TS_ITR0 | timer::SMCR_TRIGGER);
+        acknowledge(bus);
+        bus.write(TIM5.dier(), timer::DIER_UIE);
+        bus.write(TIM5.cr1(), timer::CR1_URS | timer::CR1_CEN);
+    }
+}
+
+/// Begins a sample; the next one is then due only once its time has come.
+#[inline]
+pub fn acknowledge(bus: impl Bus) {
+    // Ones leave the other flags.
+    bus.write(TIM5.sr(), !timer::SR_UIF);
+}
+
+/// Whether the time of the next sample has come.
+#[inline]
+#[must_use]
+pub fn is_due(bus: impl Bus) -> bool {
+    bus.read(TIM5.sr()) & timer::SR_UIF != 0
+}

@@ -1,0 +1,129 @@
+//! Everything of a board, made in the order that is safe.
+
+use drive_link::Fault;
+
+use crate::board::Board;
+use crate::bus::{Bus, Register};
+use crate::clock;
+use crate::flash::RecordFlash;
+use crate::inputs::Inputs;
+use crate::pins::{Output, Pull};
+use crate::pwm::{self, Pwm};
+use crate::quadrature::Quadrature;
+use crate::registers::rcc;
+use crate::sample_timer::SampleTimer;
+use crate::serial::{self, Bytes, Line, Port};
+use crate::watchdog::Watchdog;
+
+/// The functions of the peripherals' pins (STM32F405 data sheet, table 9; those of the STM32F446 are
+/// the same).
+const TIM1_FUNCTION: u32 = 1;
+const TIM3_FUNCTION: u32 = 2;
+const USART2_FUNCTION: u32 = 7;
+
+/// Everything of a board that a drive uses.
+#[derive(Debug)]
+pub struct Wired<'a, B> {
+    /// Where the position is counted.
+    pub encoder: Quadrature<B>,
+    /// How much the amplifier is to push.
+    pub pwm: Pwm<B>,
+    /// Which way, high for positive.
+    pub direction: Output<B>,
+    /// Switches the amplifier on, high, and off.
+    pub enable: Output<B>,
+    /// The amplifier's fault line and the limit switches.
+    pub inputs: Inputs<B>,
+    /// Beats at every sample.
+    pub timer: SampleTimer<B>,
+    /// The background's end of the serial line.
+    pub line: Line<'a, B>,
+    /// The interrupt's end of the serial line.
+    pub port: Port<'a, B>,
+    /// Where records are kept.
+    pub flash: RecordFlash<B>,
+    /// Resets the chip unless it is fed.
+    pub watchdog: Watchdog<B>,
+    /// What was found wrong on the way: the clock, or that the watchdog was what reset the chip.
+    pub found: Result<(), Fault>,
+}
+
+/// Wires a board. The outputs are low before anything else happens, and the timers and interrupts
+/// stand still at the end.
+pub fn wire<'a, B: Bus>(
+    bus: B,
+    board: &Board,
+    heard: &'a mut Bytes,
+    to_say: &'a mut Bytes,
+) -> Wired<'a, B> {
+    for output in [board.enable, board.pwm, board.direction] {
+        output.power(bus);
+        output.output(bus);
+    }
+    let by_watchdog = bus.read(rcc::CSR) & rcc::CSR_IWDGRSTF != 0;
+    bus.modify(rcc::CSR, 0, rcc::CSR_RMVF);
+    let (clocks, clock) = clock::start(bus, board.oscillator);
+    power_peripherals(bus);
+
+    let pwm = Pwm::new(bus, &clocks);
+    for (pin, function, pull) in [
+        // The timer drives it low already.
+        (board.pwm, TIM1_FUNCTION, Pull::None),
+        (board.fault, TIM1_FUNCTION, Pull::Up),
+        (board.encoder[0], TIM3_FUNCTION, Pull::Up),
+        (board.encoder[1], TIM3_FUNCTION, Pull::Up),
+        (board.serial[0], USART2_FUNCTION, Pull::None),
+        // Held up, a line that nobody is at says nothing.
+        (board.serial[1], USART2_FUNCTION, Pull::Up),
+    ] {
+        pin.power(bus);
+        pin.alternate(bus, function, pull);
+    }
+    for switch in [board.low_switch, board.high_switch] {
+        switch.power(bus);
+        switch.input(bus);
+    }
+    let (line, port) = serial::line(bus, &clocks, heard, to_say);
+    Wired {
+        encoder: Quadrature::new(bus),
+        pwm,
+        direction: Output::new(bus, board.direction),
+        enable: Output::new(bus, board.enable),
+        inputs: Inputs::new(bus, board),
+        timer: SampleTimer::new(bus, &clocks),
+        line,
+        port,
+        flash: RecordFlash::new(bus, board.records),
+        watchdog: Watchdog::new(bus),
+        found: clock.and(if by_watchdog {
+            Err(Fault::ResetByWatchdog)
+        } else {
+            Ok(())
+        }),
+    }
+}
+
+/// Switches the peripherals' clocks on and puts them in the state after reset, which they are not in
+/// if a debugger started the program anew.
+fn power_peripherals(bus: impl Bus) {
+    let power = |enable: Register, reset: Register, peripherals: u32| {
+        bus.modify(enable, 0, peripherals);
+        // A peripheral answers two ticks after its clock is on (RM0090, 7.2.13): a read takes them.
+        let _ = bus.read(enable);
+        bus.modify(reset, 0, peripherals);
+        bus.modify(reset, peripherals, 0);
+    };
+    power(rcc::APB2ENR, rcc::APB2RSTR, rcc::APB2_TIM1);
+    power(
+        rcc::APB1ENR,
+        rcc::APB1RSTR,
+        rcc::APB1_TIM3 | rcc::APB1_TIM5 | rcc::APB1_USART2,
+    );
+}
+
+/// Lets the servo go whatever else happens, for when the program cannot go on: the PWM is driven low,
+/// in place of floating, and the amplifier is off.
+pub fn let_go(bus: impl Bus, board: &Board) {
+    board.enable.set_low(bus);
+    pwm::off(bus);
+}

@@ -1,0 +1,59 @@
+//! The drivers against a model of the chip.
+
+mod clock;
+mod flash;
+mod inputs;
+mod interrupts;
+mod model;
+mod pins;
+mod pwm;
+mod quadrature;
+mod sample_timer;
+mod serial;
+mod watchdog;
+mod wiring;
+
+use drive_chip::board::{Board, Oscillator};
+use drive_chip::flash::Sectors;
+use drive_chip::pins::{Pin, Port};
+use drive_chip::serial::Bytes;
+use drive_chip::{Wired, wire};
+use model::{Chip, Line, Source};
+
+/// A board with a crystal of 8 MHz, wired as those of the firmware are.
+pub(crate) const BOARD: Board = Board {
+    oscillator: Oscillator::crystal(8_000_000),
+    encoder: [Pin::new(Port::C, 6), Pin::new(Port::C, 7)],
+    pwm: Pin::new(Port::A, 8),
+    direction: Pin::new(Port::B, 14),
+    enable: Pin::new(Port::B, 15),
+    fault: Pin::new(Port::B, 12),
+    low_switch: Pin::new(Port::C, 0),
+    high_switch: Pin::new(Port::C, 1),
+    serial: [Pin::new(Port::A, 2), Pin::new(Port::A, 3)],
+    records: Sectors::from(10),
+};
+
+/// The chip of such a board, everything outside healthy.
+pub(crate) fn healthy() -> Chip {
+    with(Source::Crystal(8e6))
+}
+
+/// The chip of a board whose crystal does not work: it runs at 16 MHz.
+pub(crate) fn slow() -> Chip {
+    with(Source::Nothing)
+}
+
+fn with(source: Source) -> Chip {
+    let chip = Chip::new(source);
+    for (port, number) in [(1, 12), (2, 0), (2, 1)] {
+        chip.drive(port, number, Line::Ground);
+    }
+    chip
+}
+
+/// Wires a board.
+pub(crate) fn wired(chip: &Chip) -> Wired<'static, &Chip> {
+    let queue = || Box::leak(Box::new(Bytes::new()));
+    wire(chip, &BOARD, queue(), queue())
+}

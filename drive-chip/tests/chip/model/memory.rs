@@ -1,0 +1,268 @@
+//! The flash and its interface (RM0090, 3).
+
+use std::cell::{Cell, RefCell};
+use std::collections::HashMap;
+
+use stm32f4::stm32f405::{FLASH, flash};
+
+use super::block::Block;
+use super::clocks::Frequencies;
+
+/// Where the sectors of 128 KiB begin, with number 5 (table 5), and where they end.
+const BASE: u32 = 0x0802_0000;
+const END: u32 = 0x0810_0000;
+const SECTOR: u32 = 0x2_0000;
+
+/// What the data sheet gives it at most, ns: 2 s for a sector, 100 µs for a word.
+const ERASURE: u64 = 2_000_000_000;
+const WORD: u64 = 100_000;
+
+pub(crate) struct Memory {
+    flash: Block<flash::RegisterBlock>,
+    bytes: RefCell<Vec<u8>>,
+    /// Lines of the data cache, sixteen bytes each, by their address.
+    data_cache: RefCell<HashMap<u32, [u8; 16]>>,
+    /// The instruction cache holds something from before the last step.
+    stale_instructions: Cell<bool>,
+    keys: Cell<Keys>,
+    busy_until: Cell<u64>,
+    /// Errors of the next step, as bits of the status.
+    pub(crate) fails: Cell<u32>,
+    /// A step never ends.
+    pub(crate) hangs: Cell<bool>,
+    /// Sectors that were erased.
+    pub(crate) erased: RefCell<Vec<u8>>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Keys {
+    None,
+    First,
+    /// A wrong one: nothing helps before a reset (3.6.1).
+    Wrong,
+}
+
+impl Memory {
+    pub(crate) fn new() -> Self {
+        let flash = Block::at(FLASH::ptr());
+        flash.set(flash.cr(), 0x8000_0000);
+        Self {
+            flash,
+            bytes: RefCell::new(vec![0xff; (END - BASE) as usize]),
+            data_cache: RefCell::default(),
+            stale_instructions: Cell::new(false),
+            keys: Cell::new(Keys::None),
+            busy_until: Cell::new(0),
+            fails: Cell::new(0),
+            hangs: Cell::new(false),
+            erased: RefCell::default(),
+        }
+    }
+
+    /// What the flash itself holds, whatever a cache says.
+    pub(crate) fn bytes(&self, address: u32, length: usize) -> Vec<u8> {
+        let first = (address - BASE) as usize;
+        self.bytes.borrow()[first..first + length].to_vec()
+    }
+
+    /// Puts bytes there, as an earlier program did.
+    pub(crate) fn put(&self, address: u32, bytes: &[u8]) {
+        let first = (address - BASE) as usize;
+        self.bytes.borrow_mut()[first..first + bytes.len()].copy_from_slice(bytes);
+    }
+
+    pub(crate) fn is_locked(&self) -> bool {
+        self.flash.cr().read().lock().is_locked()
+    }
+
+    /// Whether both caches are on, as is the prefetch.
+    pub(crate) fn is_cached(&self) -> bool {
+        let access = self.flash.acr().read();
+        access.dcen().is_enabled() && access.icen().is_enabled() && access.prften().is_enabled()
+    }
+
+    pub(crate) fn has_stale_instructions(&self) -> bool {
+        self.stale_instructions.get()
+    }
+
+    pub(crate) fn control(&self) -> u32 {
+        self.flash.address(self.flash.cr())
+    }
+
+    /// Errors that an earlier program left.
+    pub(crate) fn leave_errors(&self) {
+        self.flash.set(self.flash.sr(), 0xf2);
+        assert!(self.flash.sr().read().wrperr().bit());
+    }
+
+    /// Unlocked, as an earlier program may have left it.
+    pub(crate) fn leave_unlocked(&self) {
+        self.flash.set(self.flash.cr(), 0);
+        assert!(!self.is_locked());
+    }
+
+    /// At 2.7 V and more, a wait state for each 30 MHz begun (table 10).
+    pub(crate) fn check_wait_states(&self, frequencies: Frequencies) {
+        let states = f64::from(self.flash.acr().read().latency().bits());
+        assert!(
+            frequencies.processor <= 30e6 * (states + 1.0),
+            "{states} wait states at {} Hz",
+            frequencies.processor
+        );
+    }
+
+    fn status(&self, now: u64) -> u32 {
+        let flash = &self.flash;
+        let busy = now < self.busy_until.get();
+        if !busy {
+            // The start clears itself with the end (3.9.6).
+            flash.set(flash.cr(), flash.get(flash.cr()) & !(1 << 16));
+        }
+        flash.get(flash.sr()) | u32::from(busy) << 16
+    }
+
+    pub(crate) fn read(&self, address: u32, now: u64) -> Option<u32> {
+        let flash = &self.flash;
+        if address == flash.address(flash.sr()) {
+            return Some(self.status(now));
+        }
+        if (BASE..END).contains(&address) {
+            assert!(now >= self.busy_until.get(), "the flash is busy (3.6)");
+            return Some(self.fetch(address));
+        }
+        flash.word(address).map(Cell::get)
+    }
+
+    /// Through the data cache where that is on.
+    fn fetch(&self, address: u32) -> u32 {
+        let line = address & !15;
+        let fresh = || <[u8; 16]>::try_from(self.bytes(line, 16)).expect("sixteen");
+        let line = if self.flash.acr().read().dcen().is_enabled() {
+            *self
+                .data_cache
+                .borrow_mut()
+                .entry(line)
+                .or_insert_with(fresh)
+        } else {
+            fresh()
+        };
+        let first = (address & 15) as usize;
+        u32::from_le_bytes(line[first..first + 4].try_into().expect("four"))
+    }
+
+    pub(crate) fn write(&self, address: u32, word: u32, now: u64, alone: bool) -> bool {
+        let flash = &self.flash;
+        if (BASE..END).contains(&address) {
+            self.program(address, word, now, alone);
+            return true;
+        }
+        let Some(place) = flash.word(address) else {
+            return false;
+        };
+        if address == flash.address(flash.keyr()) {
+            self.key(word);
+        } else if address == flash.address(flash.sr()) {
+            // Ones clear.
+            place.set(place.get() & !word);
+        } else if address == flash.address(flash.cr()) {
+            self.write_control(word, now, alone);
+        } else if address == flash.address(flash.acr()) {
+            self.write_access(word);
+        } else {
+            place.set(word);
+        }
+        true
+    }
+
+    fn key(&self, word: u32) {
+        assert!(self.is_locked(), "keys are for a locked flash (3.6.1)");
+        let next = match (self.keys.get(), word) {
+            (Keys::None, 0x4567_0123) => Keys::First,
+            (Keys::First, 0xcdef_89ab) => {
+                let control = self.flash.get(self.flash.cr());
+                self.flash.set(self.flash.cr(), control & !(1 << 31));
+                assert!(!self.is_locked());
+                Keys::None
+            }
+            _ => Keys::Wrong,
+        };
+        self.keys.set(next);
+    }
+
+    fn write_access(&self, word: u32) {
+        let before = self.flash.acr().read();
+        self.flash.set(self.flash.acr(), word);
+        let after = self.flash.acr().read();
+        if after.dcrst().is_reset() {
+            assert!(before.dcen().is_disabled(), "the data cache is on (3.9.1)");
+            self.data_cache.borrow_mut().clear();
+        }
+        // The vendor's description leaves out bit 11, ICRST.
+        if word & 1 << 11 != 0 {
+            assert!(before.icen().is_disabled(), "the cache is on (3.9.1)");
+            self.stale_instructions.set(false);
+        }
+        let on = after.dcen().is_enabled() || after.icen().is_enabled();
+        let resets = after.dcrst().is_reset() || word & 1 << 11 != 0;
+        assert!(!on || !resets, "a cache is on and reset at once (3.9.1)");
+    }
+
+    fn begin(&self, now: u64, takes: u64, alone: bool) {
+        assert!(now >= self.busy_until.get(), "the flash is busy (3.6)");
+        assert!(alone, "an interrupt would stand still while it is served");
+        let end = if self.hangs.get() {
+            u64::MAX
+        } else {
+            now + takes
+        };
+        self.busy_until.set(end);
+        self.stale_instructions.set(true);
+        let flash = &self.flash;
+        let failed = self.fails.take();
+        flash.set(flash.sr(), flash.get(flash.sr()) | failed);
+    }
+
+    fn write_control(&self, word: u32, now: u64, alone: bool) {
+        let flash = &self.flash;
+        if self.is_locked() {
+            return;
+        }
+        assert!(now >= self.busy_until.get(), "the flash is busy (3.6)");
+        let before = flash.cr().read();
+        flash.set(flash.cr(), word);
+        let after = flash.cr().read();
+        if after.strt().is_start() {
+            assert!(
+                after.ser().is_sector_erase()
+                    && before.ser().is_sector_erase()
+                    && before.snb().bits() == after.snb().bits(),
+                "the sector is chosen before the start (3.6.3)"
+            );
+            assert!(after.psize().is_psize32(), "32 bits at 2.7 V (table 7)");
+            assert!(!after.mer().is_mass_erase(), "the program is erased too");
+            self.begin(now, ERASURE, alone);
+            let number = after.snb().bits();
+            self.erased.borrow_mut().push(number);
+            let first = ((u32::from(number) - 5) * SECTOR) as usize;
+            self.bytes.borrow_mut()[first..first + SECTOR as usize].fill(0xff);
+        }
+    }
+
+    fn program(&self, address: u32, word: u32, now: u64, alone: bool) {
+        let flash = &self.flash;
+        let control = flash.cr().read();
+        if control.lock().is_locked() || !control.pg().is_program() {
+            // Out of order (3.9.5).
+            flash.set(flash.sr(), flash.get(flash.sr()) | 1 << 7);
+            assert!(flash.sr().read().pgserr().bit());
+            return;
+        }
+        assert!(control.psize().is_psize32(), "not as wide as said (3.6.2)");
+        self.begin(now, WORD, alone);
+        let first = (address - BASE) as usize;
+        let mut bytes = self.bytes.borrow_mut();
+        for (byte, new) in bytes[first..first + 4].iter_mut().zip(word.to_le_bytes()) {
+            *byte &= new;
+        }
+    }
+}

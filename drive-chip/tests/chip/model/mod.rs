@@ -1,0 +1,258 @@
+//! A model of the chip's registers: what they hold, and as much of what they do as a drive depends
+//! on.
+//!
+//! Words come and go by address; what their bits mean is read through the vendor's description
+//! (`stm32f4`), never through the constants of the drivers. What would damage a chip or hang it
+//! panics here, with the section of RM0090 that says so.
+
+mod block;
+mod clocks;
+mod memory;
+mod pins;
+mod timers;
+mod usart;
+mod watchdog;
+
+use std::cell::{Cell, RefCell};
+
+use drive_chip::bus::{Bus, Register};
+use stm32f4::stm32f405::Interrupt;
+
+pub(crate) use clocks::Source;
+pub(crate) use pins::{Level, Line, Mode, Pull};
+pub(crate) use timers::Output;
+
+/// What an access takes, ns.
+const ACCESS: u64 = 1_000;
+
+/// A chip after reset.
+pub(crate) struct Chip {
+    pub(crate) clocks: clocks::Clocks,
+    pub(crate) pins: pins::Pins,
+    pub(crate) timers: timers::Timers,
+    pub(crate) usart: usart::Usart,
+    pub(crate) watchdog: watchdog::Watchdog,
+    pub(crate) memory: memory::Memory,
+    nvic: Nvic,
+    /// Every word written in order, but for the watchdog's food.
+    written: RefCell<Vec<(u32, u32)>>,
+    /// What was on the PWM's pin after every write.
+    outputs: RefCell<Vec<Output>>,
+    alone: Cell<bool>,
+    now: Cell<u64>,
+}
+
+struct Nvic {
+    priorities: RefCell<[u8; 96]>,
+    /// Interrupts with the priorities that they had when they were unmasked.
+    unmasked: RefCell<Vec<(u16, u8)>>,
+    pending: RefCell<Vec<u16>>,
+}
+
+impl Chip {
+    /// With what is at its oscillator pins.
+    pub(crate) fn new(source: Source) -> Self {
+        Self {
+            clocks: clocks::Clocks::new(source),
+            pins: pins::Pins::new(),
+            timers: timers::Timers::new(),
+            usart: usart::Usart::new(),
+            watchdog: watchdog::Watchdog::new(),
+            memory: memory::Memory::new(),
+            nvic: Nvic {
+                priorities: RefCell::new([0; 96]),
+                unmasked: RefCell::default(),
+                pending: RefCell::default(),
+            },
+            written: RefCell::default(),
+            outputs: RefCell::default(),
+            alone: Cell::new(false),
+            now: Cell::new(0),
+        }
+    }
+
+    /// Lets time pass, s.
+    pub(crate) fn elapse(&self, seconds: f64) {
+        self.pass((seconds * 1e9).round() as u64);
+        self.timers.elapse(seconds, &self.clocks);
+    }
+
+    fn pass(&self, nanoseconds: u64) {
+        self.now.set(self.now.get() + nanoseconds);
+        self.watchdog.look(self.now.get());
+    }
+
+    /// Every word written to an address, in order.
+    pub(crate) fn written_to(&self, address: u32) -> Vec<u32> {
+        let written = self.written.borrow();
+        let there = written.iter().filter(|(place, _)| *place == address);
+        there.map(|(_, word)| *word).collect()
+    }
+
+    /// Where in the order of all writes the first one to an address is that a condition holds for.
+    pub(crate) fn first_write(&self, address: u32, holds: impl Fn(u32) -> bool) -> Option<usize> {
+        let written = self.written.borrow();
+        written
+            .iter()
+            .position(|&(place, word)| place == address && holds(word))
+    }
+
+    /// What the timer and the pin's mode make of the PWM's pin (RM0090, 8.3).
+    pub(crate) fn output(&self) -> Output {
+        match self.pins.mode(0, 8) {
+            pins::Mode::Output => match self.pins.driven(0, 8) {
+                Level::Low => Output::Low,
+                Level::High => Output::High,
+            },
+            pins::Mode::Alternate(1) => self.timers.output(),
+            _ => Output::Floating,
+        }
+    }
+
+    /// Sets what drives a pin from outside.
+    pub(crate) fn drive(&self, port: usize, number: usize, line: Line) {
+        self.pins.outside(port, number, line);
+        self.look_at_break();
+    }
+
+    /// The break input is pin B12 where that is the timer's (function 1).
+    fn look_at_break(&self) {
+        let wired = self.pins.mode(1, 12) == pins::Mode::Alternate(1);
+        let level = if wired {
+            self.pins.level(1, 12)
+        } else {
+            Level::Low
+        };
+        self.timers.break_input(level == Level::High);
+    }
+
+    /// What was on the PWM's pin after every write.
+    pub(crate) fn outputs(&self) -> Vec<Output> {
+        self.outputs.borrow().clone()
+    }
+
+    /// Gives every interrupt a priority.
+    pub(crate) fn set_priorities(&self, priority: u8) {
+        self.nvic.priorities.borrow_mut().fill(priority);
+    }
+
+    /// An interrupt's priority by the vector table; 0 is the highest.
+    pub(crate) fn priority(&self, interrupt: Interrupt) -> u8 {
+        self.nvic.priorities.borrow()[interrupt as usize]
+    }
+
+    /// The priority that an interrupt had when it was unmasked.
+    pub(crate) fn unmasked(&self, interrupt: Interrupt) -> Option<u8> {
+        let unmasked = self.nvic.unmasked.borrow();
+        let found = unmasked
+            .iter()
+            .find(|(number, _)| *number == interrupt as u16);
+        found.map(|(_, priority)| *priority)
+    }
+
+    /// How many interrupts are unmasked.
+    pub(crate) fn unmasked_count(&self) -> usize {
+        self.nvic.unmasked.borrow().len()
+    }
+
+    /// Whether an interrupt was called by the program.
+    pub(crate) fn pending(&self, interrupt: Interrupt) -> bool {
+        self.nvic.pending.borrow().contains(&(interrupt as u16))
+    }
+}
+
+impl Nvic {
+    /// The interrupts whose bits are set in a word of a bit each.
+    fn interrupts(address: u32, base: u32, word: u32) -> impl Iterator<Item = u16> {
+        let first = (address - base) * 8;
+        (0..32_u32)
+            .filter(move |bit| word >> bit & 1 != 0)
+            .map(move |bit| (first + bit) as u16)
+    }
+
+    /// Writes a word (PM0214, 4.3); false if it is none of these.
+    fn write(&self, address: u32, word: u32) -> bool {
+        match address {
+            0xe000_e100..0xe000_e120 => {
+                for number in Self::interrupts(address, 0xe000_e100, word) {
+                    let priority = self.priorities.borrow()[usize::from(number)];
+                    self.unmasked.borrow_mut().push((number, priority));
+                }
+            }
+            0xe000_e200..0xe000_e220 => {
+                let called = Self::interrupts(address, 0xe000_e200, word);
+                self.pending.borrow_mut().extend(called);
+            }
+            0xe000_e400..0xe000_e460 => {
+                let first = (address - 0xe000_e400) as usize;
+                // Four bits of each are there (PM0214, 4.3.7).
+                let bytes = (word & 0xf0f0_f0f0).to_le_bytes();
+                self.priorities.borrow_mut()[first..first + 4].copy_from_slice(&bytes);
+            }
+            _ => return false,
+        }
+        true
+    }
+
+    fn read(&self, address: u32) -> Option<u32> {
+        let first = address.checked_sub(0xe000_e400)? as usize;
+        let priorities = self.priorities.borrow();
+        let bytes = priorities.get(first..first + 4)?;
+        Some(u32::from_le_bytes(bytes.try_into().ok()?))
+    }
+}
+
+impl Bus for &Chip {
+    fn read(self, register: Register) -> u32 {
+        let address = register.address();
+        assert_eq!(address % 4, 0, "no word is at {address:#x}");
+        self.pass(ACCESS);
+        if let Some(word) = self.memory.read(address, self.now.get()) {
+            return word;
+        }
+        if let Some(word) = self.clocks.read(address) {
+            self.memory.check_wait_states(self.clocks.frequencies());
+            return word;
+        }
+        let found = self
+            .watchdog
+            .read(address, self.now.get())
+            .or_else(|| self.pins.read(address, &self.clocks))
+            .or_else(|| self.timers.read(address, &self.clocks))
+            .or_else(|| self.usart.read(address, &self.clocks))
+            .or_else(|| self.nvic.read(address));
+        found.unwrap_or_else(|| panic!("nothing is at {address:#x}"))
+    }
+
+    fn write(self, register: Register, word: u32) {
+        let address = register.address();
+        assert_eq!(address % 4, 0, "no word is at {address:#x}");
+        self.pass(ACCESS);
+        if self.watchdog.feed(address, word, self.now.get()) {
+            return;
+        }
+        self.written.borrow_mut().push((address, word));
+        let taken = self
+            .memory
+            .write(address, word, self.now.get(), self.alone.get())
+            || self.clocks.write(address, word)
+            || self.watchdog.write(address, word, self.now.get())
+            || self.pins.write(address, word, &self.clocks)
+            || self.timers.write(address, word, &self.clocks)
+            || self.usart.write(address, word, &self.clocks)
+            || self.nvic.write(address, word);
+        assert!(taken, "nothing is at {address:#x}");
+        self.clocks.reset_peripherals(self);
+        self.memory.check_wait_states(self.clocks.frequencies());
+        self.look_at_break();
+        let output = self.output();
+        self.outputs.borrow_mut().push(output);
+    }
+
+    fn alone<R>(self, work: impl FnOnce() -> R) -> R {
+        assert!(!self.alone.replace(true), "alone already");
+        let result = work();
+        self.alone.set(false);
+        result
+    }
+}

@@ -1,0 +1,317 @@
+//! TIM1, TIM3 and TIM5 (RM0090, 17 and 18).
+
+use std::cell::Cell;
+
+use stm32f4::stm32f405::{TIM1, TIM3, TIM5, tim1, tim3, tim5};
+
+use super::block::Block;
+use super::clocks::{Clocks, Peripheral};
+
+/// What is on the PWM's pin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Output {
+    Low,
+    High,
+    /// High for a part of every period of so many ticks, from its beginning.
+    Pwm {
+        high: u32,
+        period: u32,
+    },
+    /// Nobody drives it.
+    Floating,
+}
+
+pub(crate) struct Timers {
+    tim1: Block<tim1::RegisterBlock>,
+    tim3: Block<tim3::RegisterBlock>,
+    tim5: Block<tim5::RegisterBlock>,
+    /// What holds now, where the registers hold what will from the next update on.
+    top_1: Cell<u32>,
+    compare_1: Cell<u32>,
+    top_5: Cell<u32>,
+    break_is_high: Cell<bool>,
+}
+
+impl Timers {
+    pub(crate) fn new() -> Self {
+        let timers = Self {
+            tim1: Block::at(TIM1::ptr()),
+            tim3: Block::at(TIM3::ptr()),
+            tim5: Block::at(TIM5::ptr()),
+            top_1: Cell::new(0),
+            compare_1: Cell::new(0),
+            top_5: Cell::new(0),
+            break_is_high: Cell::new(false),
+        };
+        timers.reset(Peripheral::Tim5);
+        timers
+    }
+
+    pub(crate) fn reset(&self, peripheral: Peripheral) {
+        match peripheral {
+            Peripheral::Tim1 => {
+                self.tim1.clear();
+                self.compare_1.set(0);
+                self.top_1.set(0);
+            }
+            Peripheral::Tim3 => self.tim3.clear(),
+            _ => {
+                self.tim5.clear();
+                self.tim5.set(self.tim5.arr(), u32::MAX);
+                self.top_5.set(u32::MAX);
+            }
+        }
+    }
+
+    /// Whether TIM1 and TIM5 count.
+    pub(crate) fn counting(&self) -> [bool; 2] {
+        [
+            self.tim1.cr1().read().cen().is_enabled(),
+            self.tim5.cr1().read().cen().is_enabled(),
+        ]
+    }
+
+    /// Where TIM1 and TIM5 stand, ticks.
+    pub(crate) fn stand(&self) -> [u32; 2] {
+        [
+            self.tim1.get(self.tim1.cnt()),
+            self.tim5.get(self.tim5.cnt()),
+        ]
+    }
+
+    /// From now to the next update of TIM1 and of TIM5, s.
+    pub(crate) fn until_update(&self, clocks: &Clocks) -> [f64; 2] {
+        let frequencies = clocks.frequencies();
+        let [at_1, at_5] = self.stand();
+        [
+            f64::from(self.top_1.get() + 1 - at_1) / frequencies.high_timers,
+            (f64::from(self.top_5.get()) + 1.0 - f64::from(at_5)) / frequencies.low_timers,
+        ]
+    }
+
+    /// Whether an update of TIM5 is to be served.
+    pub(crate) fn interrupts(&self) -> bool {
+        self.tim5.dier().read().uie().is_enabled()
+            && self.tim5.sr().read().uif().is_update_pending()
+    }
+
+    pub(crate) fn control_5(&self) -> u32 {
+        self.tim5.address(self.tim5.cr1())
+    }
+
+    pub(crate) fn control_1(&self) -> u32 {
+        self.tim1.address(self.tim1.cr1())
+    }
+
+    pub(crate) fn break_control(&self) -> u32 {
+        self.tim1.address(self.tim1.bdtr())
+    }
+
+    /// Whether the break flag is up.
+    pub(crate) fn broke(&self) -> bool {
+        self.tim1.sr().read().bif().is_trigger()
+    }
+
+    /// Raises every flag of the status of TIM1 and of TIM5.
+    pub(crate) fn raise_flags(&self) {
+        self.tim1.set(self.tim1.sr(), 0xffff);
+        self.tim5.set(self.tim5.sr(), 0xffff);
+    }
+
+    /// The flags of TIM1 and of TIM5.
+    pub(crate) fn flags(&self) -> [u32; 2] {
+        [self.tim1.get(self.tim1.sr()), self.tim5.get(self.tim5.sr())]
+    }
+
+    /// Leaves the output's timer in a state that a program never makes.
+    pub(crate) fn disturb(&self, break_control: u32) {
+        self.tim1.set(self.tim1.bdtr(), break_control);
+    }
+
+    /// Lets both count, s.
+    pub(crate) fn elapse(&self, seconds: f64, clocks: &Clocks) {
+        let frequencies = clocks.frequencies();
+        let counted = |count: u32, top: u32, frequency: f64| {
+            let all = u64::from(count) + (seconds * frequency).round() as u64;
+            let period = u64::from(top) + 1;
+            ((all % period) as u32, all >= period)
+        };
+        let [at_1, at_5] = self.stand();
+        let [on_1, on_5] = self.counting();
+        if on_1 {
+            let (count, updated) = counted(at_1, self.top_1.get(), frequencies.high_timers);
+            self.tim1.set(self.tim1.cnt(), count);
+            if updated {
+                self.update_1();
+            }
+        }
+        if on_5 {
+            let (count, updated) = counted(at_5, self.top_5.get(), frequencies.low_timers);
+            self.tim5.set(self.tim5.cnt(), count);
+            if updated {
+                self.raise_5();
+                self.top_5.set(self.tim5.get(self.tim5.arr()));
+            }
+        }
+    }
+
+    fn update_1(&self) {
+        self.top_1.set(self.tim1.get(self.tim1.arr()));
+        self.compare_1.set(self.tim1.get(self.tim1.ccr1()));
+    }
+
+    fn raise_5(&self) {
+        self.tim5
+            .set(self.tim5.sr(), self.tim5.get(self.tim5.sr()) | 1);
+        assert!(self.tim5.sr().read().uif().is_update_pending());
+    }
+
+    /// What drives the break input (17.3.12).
+    pub(crate) fn break_input(&self, high: bool) {
+        self.break_is_high.set(high);
+        let control = self.tim1.bdtr().read();
+        if control.bke().is_enabled() && high == control.bkp().is_active_high() {
+            let (off, flag) = (
+                self.tim1.get(self.tim1.bdtr()) & !(1 << 15),
+                self.tim1.get(self.tim1.sr()) | 1 << 7,
+            );
+            self.tim1.set(self.tim1.bdtr(), off);
+            self.tim1.set(self.tim1.sr(), flag);
+            assert!(self.tim1.bdtr().read().moe().is_disabled_idle());
+            assert!(self.broke());
+        }
+    }
+
+    /// What TIM1 makes of its channel 1 (table 98).
+    pub(crate) fn output(&self) -> Output {
+        let (control, channel) = (self.tim1.bdtr().read(), self.tim1.ccer().read());
+        if channel.cc1e().is_disabled() {
+            return Output::Floating;
+        }
+        if control.moe().is_disabled_idle() {
+            return if control.ossi().is_hi_z() {
+                Output::Floating
+            } else if self.tim1.cr2().read().ois1().bit() {
+                Output::High
+            } else {
+                Output::Low
+            };
+        }
+        let mode = self.tim1.ccmr1_output().read().oc1m();
+        let period = self.top_1.get() + 1;
+        let high = if mode.is_pwm_mode1() {
+            self.compare_1.get().min(period)
+        } else if mode.is_pwm_mode2() {
+            period - self.compare_1.get().min(period)
+        } else {
+            0
+        };
+        let high = if channel.cc1p().bit() {
+            period - high
+        } else {
+            high
+        };
+        if high == 0 {
+            Output::Low
+        } else if high == period {
+            Output::High
+        } else if self.counting()[0] {
+            Output::Pwm { high, period }
+        } else {
+            Output::Floating
+        }
+    }
+
+    /// Whether TIM1 counts up, so that a period begins with its update.
+    pub(crate) fn is_edge_aligned(&self) -> bool {
+        let control = self.tim1.cr1().read();
+        control.cms().is_edge_aligned() && control.dir().is_up()
+    }
+
+    /// Turns the encoder by so many edges.
+    pub(crate) fn turn(&self, edges: i32) {
+        let tim3 = &self.tim3;
+        let lines = tim3.ccmr1_input().read();
+        let counts = tim3.cr1().read().cen().is_enabled()
+            && tim3.smcr().read().sms().is_encoder_mode_3()
+            && lines.cc1s().is_ti1()
+            && lines.cc2s().is_ti2()
+            && tim3.get(tim3.ccer()) == 0;
+        if counts {
+            let top = i64::from(tim3.get(tim3.arr()));
+            let count = (i64::from(tim3.get(tim3.cnt())) + i64::from(edges)).rem_euclid(top + 1);
+            tim3.set(tim3.cnt(), count as u32);
+        }
+    }
+
+    /// For how long a level of the encoder's lines must stand to be counted, s (18.4.7).
+    pub(crate) fn encoder_filters(&self, clocks: &Clocks) -> [f64; 2] {
+        let lines = self.tim3.ccmr1_input().read();
+        [lines.ic1f().bits(), lines.ic2f().bits()].map(|filter| {
+            const SAMPLES: [u32; 16] = [1, 2, 4, 8, 6, 8, 6, 8, 6, 8, 5, 6, 8, 5, 6, 8];
+            const DIVIDER: [u32; 16] = [1, 1, 1, 1, 2, 2, 4, 4, 8, 8, 16, 16, 16, 32, 32, 32];
+            let filter = usize::from(filter);
+            f64::from(SAMPLES[filter] * DIVIDER[filter]) / clocks.frequencies().low_timers
+        })
+    }
+
+    fn peripheral(&self, address: u32) -> Option<(Peripheral, &Cell<u32>)> {
+        let word = |peripheral| move |word| (peripheral, word);
+        let first = self.tim1.word(address).map(word(Peripheral::Tim1));
+        first
+            .or_else(|| self.tim3.word(address).map(word(Peripheral::Tim3)))
+            .or_else(|| self.tim5.word(address).map(word(Peripheral::Tim5)))
+    }
+
+    pub(crate) fn read(&self, address: u32, clocks: &Clocks) -> Option<u32> {
+        let (peripheral, word) = self.peripheral(address)?;
+        Some(if clocks.is_on(peripheral) {
+            word.get()
+        } else {
+            0
+        })
+    }
+
+    pub(crate) fn write(&self, address: u32, new: u32, clocks: &Clocks) -> bool {
+        let Some((peripheral, word)) = self.peripheral(address) else {
+            return false;
+        };
+        if !clocks.reaches(peripheral) {
+            return true;
+        }
+        let (tim1, tim5) = (&self.tim1, &self.tim5);
+        if address == tim1.address(tim1.sr()) || address == tim5.address(tim5.sr()) {
+            // Zeros clear.
+            word.set(word.get() & new);
+            return true;
+        }
+        let was_counting = tim5.cr1().read().cen().is_enabled();
+        word.set(new);
+        if address == tim1.address(tim1.egr()) && new & 1 != 0 {
+            tim1.set(tim1.cnt(), 0);
+            self.update_1();
+        } else if address == tim5.address(tim5.egr()) && new & 1 != 0 {
+            tim5.set(tim5.cnt(), 0);
+            self.top_5.set(tim5.get(tim5.arr()));
+            if !tim5.cr1().read().urs().bit() {
+                self.raise_5();
+            }
+        } else if address == tim1.address(tim1.arr()) && !tim1.cr1().read().arpe().bit() {
+            self.top_1.set(new);
+        } else if address == tim1.address(tim1.ccr1()) && !tim1.ccmr1_output().read().oc1pe().bit()
+        {
+            self.compare_1.set(new);
+        } else if address == tim5.address(tim5.arr()) && !tim5.cr1().read().arpe().bit() {
+            self.top_5.set(new);
+        } else if address == tim5.address(tim5.cr1()) {
+            let starts = !was_counting && tim5.cr1().read().cen().is_enabled();
+            let master = tim5.cr2().read().mms().is_enable();
+            let slave = tim1.smcr().read();
+            if starts && master && slave.sms().is_trigger_mode() && slave.ts().is_itr0() {
+                tim1.set(tim1.cr1(), tim1.get(tim1.cr1()) | 1);
+            }
+        }
+        self.break_input(self.break_is_high.get());
+        true
+    }
+}

@@ -1,0 +1,61 @@
+use drive_chip::flash::Sectors;
+use drive_chip::pins::{Pin, Port};
+use embedded_hal::digital::OutputPin;
+
+use crate::model::{Level, Mode, Pull};
+use crate::{healthy, wired};
+
+#[test]
+fn every_pin_is_what_its_board_says() {
+    let chip = healthy();
+    let _wired = wired(&chip);
+    let pins = [
+        ((0, 2), Mode::Alternate(7), Pull::None),
+        ((0, 3), Mode::Alternate(7), Pull::Up),
+        ((0, 8), Mode::Alternate(1), Pull::None),
+        ((1, 12), Mode::Alternate(1), Pull::Up),
+        ((1, 14), Mode::Output, Pull::None),
+        ((1, 15), Mode::Output, Pull::None),
+        ((2, 0), Mode::Input, Pull::Up),
+        ((2, 1), Mode::Input, Pull::Up),
+        ((2, 6), Mode::Alternate(2), Pull::Up),
+        ((2, 7), Mode::Alternate(2), Pull::Up),
+    ];
+    for ((port, number), mode, pull) in pins {
+        assert_eq!(chip.pins.mode(port, number), mode, "{port} {number}");
+        assert_eq!(chip.pins.pull(port, number), pull, "{port} {number}");
+        assert!(chip.pins.is_push_pull(port, number));
+    }
+    // A debugger's pins stay its own.
+    for (port, number) in [(0, 13), (0, 14), (0, 15), (1, 3), (1, 4)] {
+        assert_eq!(chip.pins.mode(port, number), Mode::Alternate(0));
+    }
+    for (port, number) in [(0, 0), (0, 7), (1, 11), (1, 13), (2, 5), (2, 8)] {
+        assert_eq!(chip.pins.mode(port, number), Mode::Input);
+        assert_eq!(chip.pins.pull(port, number), Pull::None);
+    }
+}
+
+#[test]
+fn outputs_are_of_their_own() {
+    let chip = healthy();
+    let mut wired = wired(&chip);
+    assert_eq!(chip.pins.level(1, 15), Level::Low);
+    assert_eq!(wired.enable.set_high(), Ok(()));
+    assert_eq!(chip.pins.level(1, 15), Level::High);
+    assert_eq!(chip.pins.level(1, 14), Level::Low);
+    assert_eq!(wired.direction.set_high(), Ok(()));
+    assert_eq!(wired.enable.set_low(), Ok(()));
+    assert_eq!(chip.pins.level(1, 15), Level::Low);
+    assert_eq!(chip.pins.level(1, 14), Level::High);
+}
+
+#[test]
+fn there_are_sixteen_pins_and_two_sectors() {
+    assert!(std::panic::catch_unwind(|| Pin::new(Port::A, 16)).is_err());
+    assert_ne!(Pin::new(Port::A, 15), Pin::new(Port::B, 15));
+    for first in [5, 11] {
+        assert!(std::panic::catch_unwind(move || Sectors::from(first)).is_err());
+    }
+    assert_ne!(Sectors::from(6), Sectors::from(10));
+}

@@ -1,0 +1,125 @@
+use drive_chip::let_go;
+use embedded_hal::pwm::SetDutyCycle;
+
+use crate::model::{Line, Output};
+use crate::{BOARD, healthy, slow, wired};
+
+/// The outputs of every kind of bridge between two samples: what a duty makes of the pin.
+const DUTIES: [(u16, Output); 5] = [
+    (0, Output::Low),
+    (1, pwm(1)),
+    (4200, pwm(4200)),
+    (8400, Output::High),
+    (u16::MAX, Output::High),
+];
+
+const fn pwm(high: u32) -> Output {
+    Output::Pwm { high, period: 8400 }
+}
+
+#[test]
+fn a_duty_is_the_high_part_of_twenty_kilohertz() {
+    let chip = healthy();
+    let mut wired = wired(&chip);
+    wired.timer.start(1e-3);
+    assert_eq!(wired.pwm.max_duty_cycle(), 8400);
+    assert!(chip.timers.is_edge_aligned());
+    for (duty, output) in DUTIES {
+        assert_eq!(wired.pwm.set_duty_cycle(duty), Ok(()));
+        chip.elapse(50e-6);
+        assert_eq!(chip.output(), output, "duty {duty}");
+    }
+    let processor = chip.clocks.frequencies().high_timers;
+    assert!((processor / 8400.0 - 20e3).abs() < 1e-6);
+}
+
+#[test]
+fn without_a_crystal_it_has_fewer_steps_and_the_same_frequency() {
+    let chip = slow();
+    let wired = wired(&chip);
+    assert_eq!(wired.pwm.max_duty_cycle(), 800);
+}
+
+#[test]
+fn off_is_low_from_the_wiring_on_and_never_floats() {
+    let chip = healthy();
+    let mut wired = wired(&chip);
+    assert_eq!(chip.output(), Output::Low);
+    wired.timer.start(1e-3);
+    assert_eq!(chip.output(), Output::Low);
+    let _ = wired.pwm.set_duty_cycle(8400);
+    chip.elapse(50e-6);
+    assert_eq!(chip.output(), Output::High);
+    // At once, not with the next period.
+    assert_eq!(wired.pwm.set_duty_cycle_fully_off(), Ok(()));
+    assert_eq!(chip.output(), Output::Low);
+    // The duty before does not come back with the next one.
+    chip.elapse(50e-6);
+    let _ = wired.pwm.set_duty_cycle(100);
+    assert_eq!(chip.output(), Output::Low);
+    chip.elapse(50e-6);
+    assert_eq!(chip.output(), pwm(100));
+}
+
+#[test]
+fn a_break_takes_the_output_away_without_the_processor() {
+    let chip = healthy();
+    let mut wired = wired(&chip);
+    wired.timer.start(1e-3);
+    let _ = wired.pwm.set_duty_cycle_fully_off();
+    let _ = wired.pwm.set_duty_cycle(8400);
+    chip.elapse(50e-6);
+    assert_eq!(chip.output(), Output::High);
+    assert!(wired.inputs.read().amplifier);
+
+    // A broken wire is a break too.
+    chip.drive(1, 12, Line::Open);
+    assert_eq!(chip.output(), Output::Low);
+    assert!(!wired.inputs.read().amplifier);
+    // As long as it lasts no duty comes through.
+    let _ = wired.pwm.set_duty_cycle(8400);
+    assert_eq!(chip.output(), Output::Low);
+
+    // Once it is over it is still to be seen, until the output is let go.
+    chip.drive(1, 12, Line::Ground);
+    assert_eq!(chip.output(), Output::Low);
+    assert!(!wired.inputs.read().amplifier);
+    let _ = wired.pwm.set_duty_cycle_fully_off();
+    assert!(wired.inputs.read().amplifier);
+}
+
+#[test]
+fn letting_go_leaves_the_other_flags() {
+    let chip = healthy();
+    let mut wired = wired(&chip);
+    chip.timers.raise_flags();
+    let _ = wired.pwm.set_duty_cycle_fully_off();
+    assert_eq!(chip.timers.flags()[0], 0xff7f);
+}
+
+#[test]
+fn letting_go_works_from_any_state() {
+    use embedded_hal::digital::OutputPin;
+
+    for disturbance in [None, Some(0), Some(0x8000), Some(0xffff & !0x0300)] {
+        let chip = healthy();
+        let mut wired = wired(&chip);
+        wired.timer.start(1e-3);
+        let _ = wired.pwm.set_duty_cycle(8400);
+        let _ = wired.enable.set_high();
+        chip.elapse(50e-6);
+        if let Some(control) = disturbance {
+            chip.timers.disturb(control);
+        }
+        let_go(&chip, &BOARD);
+        assert_eq!(chip.output(), Output::Low, "after {disturbance:?}");
+        assert_eq!(chip.pins.level(1, 15), crate::model::Level::Low);
+        // The break input still holds.
+        let _ = wired.pwm.set_duty_cycle(8400);
+        assert_eq!(chip.output(), Output::High);
+        chip.drive(1, 12, Line::Supply);
+        assert_eq!(chip.output(), Output::Low);
+    }
+    // Before anything was wired there is nothing to let go, and nothing happens.
+    let_go(&healthy(), &BOARD);
+}

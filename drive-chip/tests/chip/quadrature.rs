@@ -1,0 +1,34 @@
+use drive_chip::quadrature::MOST_COUNTS;
+use identifier_core::drive::PositionSensor;
+
+use crate::{healthy, slow, wired};
+
+#[test]
+fn every_edge_counts_through_any_wrap() {
+    let chip = healthy();
+    let mut encoder = wired(&chip).encoder;
+    assert_eq!(encoder.count(), Ok(0));
+    let mut count = 0;
+    for edges in [1, 1, -3, 32_000, 32_000, 32_000, -30_000, -32_000, -20_000] {
+        chip.timers.turn(edges);
+        count += edges;
+        assert_eq!(encoder.count(), Ok(count));
+    }
+}
+
+#[test]
+fn a_level_must_stand_and_as_many_counts_as_said_get_through() {
+    let chip = healthy();
+    let _wired = wired(&chip);
+    let filters = chip.timers.encoder_filters(&chip.clocks);
+    for filter in filters {
+        assert!((filter - 24.0 / 84e6).abs() < 1e-12, "{filter} s");
+    }
+    let most: f64 = filters.iter().map(|filter| 1.0 / filter).sum();
+    assert!((MOST_COUNTS - most).abs() < 1.0);
+    // More than the 1 MHz of an encoder of 10 000 counts at 6000 revolutions a minute.
+    assert!(MOST_COUNTS > 1e6);
+    let slow = slow();
+    let _wired = wired(&slow);
+    assert!(slow.timers.encoder_filters(&slow.clocks)[0] > 1e-6);
+}

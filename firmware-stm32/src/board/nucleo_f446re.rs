@@ -1,0 +1,33 @@
+//! ST NUCLEO-F446RE, with an STM32F446RE; the debug probe on it gives the clock and is the host's end
+//! of the serial line (UM1724, 6.7.1 and 6.8).
+//!
+//! | pin | at | what | towards |
+//! |---|---|---|---|
+//! | PC6, PC7 | CN10 4, CN10 19 | encoder A and B (TIM3), pulled up | encoder |
+//! | PA8 | CN10 23, D7 | PWM, 20 kHz (TIM1 channel 1) | amplifier |
+//! | PB14 | CN10 28 | direction, high is positive | amplifier |
+//! | PB15 | CN10 26 | enable, high is on; pull it down outside | amplifier, brake |
+//! | PB12 | CN10 16 | fault (TIM1 break), pulled up: low is healthy | amplifier |
+//! | PC0, PC1 | CN7 38, CN7 36 (A5, A4) | limit switches, lower and upper end, pulled up: closed to ground is healthy | switches |
+//! | PA2, PA3 | on the board | serial line, out and in (USART2), 921 600 baud, over the probe's USB | host |
+//! | PA5, PA7, PA4 | CN10 11, CN10 15, CN7 32 | with the feature `dac`: clock, data and select of an AD5761 (SPI1) | DAC |
+//!
+//! PA5 is the green LED too, which then flickers.
+
+use drive_chip::board::{Board, Oscillator};
+use drive_chip::flash::Sectors;
+use drive_chip::pins::{Pin, Port};
+
+/// The board. Its last two sectors of 8 keep the records.
+pub const BOARD: Board = Board {
+    oscillator: Oscillator::clock(8_000_000),
+    encoder: [Pin::new(Port::C, 6), Pin::new(Port::C, 7)],
+    pwm: Pin::new(Port::A, 8),
+    direction: Pin::new(Port::B, 14),
+    enable: Pin::new(Port::B, 15),
+    fault: Pin::new(Port::B, 12),
+    low_switch: Pin::new(Port::C, 0),
+    high_switch: Pin::new(Port::C, 1),
+    serial: [Pin::new(Port::A, 2), Pin::new(Port::A, 3)],
+    records: Sectors::from(6),
+};
