@@ -1,5 +1,6 @@
 //! Instructions per whole sample (on the chip: cycles), per law and number format: from the register
-//! of the encoder's counter, with a setpoint and an offset, to the command and the estimates.
+//! of the encoder's counter, with a setpoint and an offset, to the command and the estimates. And
+//! instructions of building the loops of a box, whose stability is proved before the first sample.
 #![no_std]
 #![no_main]
 
@@ -23,10 +24,14 @@ use identifier_core::measurement::counter::Counter;
 use identifier_core::measurement::velocity::{LowPass, LowPassState};
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad};
-use identifier_core::settings::{FromSettings, IdentifierSettings};
+use identifier_core::settings::{BoxSettings, FromSettings, IdentifierSettings};
 use virtual_servo::{Encoder, Plant};
 
 type Filter = LowPass<f32>;
+type Gradient = DiagonalGradientIdentifier<f32, Filter, Ab, 2>;
+type GradientWithFriction = DiagonalGradientIdentifier<f32, Filter, AbCoulomb, 3>;
+type Loop<I> = ServoLoop<f32, Filter, I>;
+type Fixed = FixedServoLoop<FixedLowPass, Ab, 2>;
 type GaussNewton = GaussNewtonIdentifier<f32, AbCoulombLoad, 4, 64>;
 
 /// Samples before the count begins and samples that are counted.
@@ -44,13 +49,11 @@ fn main() -> ! {
 }
 
 fn run(instructions: &Instructions) -> Result<(), IdentifierError> {
-    single::<DiagonalGradientIdentifier<f32, Filter, Ab, 2>>(instructions, "gradient-f32-2")?;
-    single::<DiagonalGradientIdentifier<f32, Filter, AbCoulomb, 3>>(
-        instructions,
-        "gradient-f32-friction",
-    )?;
+    single::<Gradient>(instructions, "gradient-f32-2")?;
+    single::<GradientWithFriction>(instructions, "gradient-f32-friction")?;
     gauss_newton(instructions)?;
-    words(instructions)
+    words(instructions)?;
+    builds(instructions)
 }
 
 /// The paper's motion, sample by sample.
@@ -141,13 +144,13 @@ fn counted<T>(instructions: &Instructions, work: impl FnOnce() -> T) -> (T, u32)
 /// A loop in single precision with its counter and its state, as a drive keeps them.
 struct Single<I: Identify<f32>> {
     counter: Counter<u16>,
-    servo_loop: ServoLoop<f32, Filter, I>,
+    servo_loop: Loop<I>,
     state: ServoLoopState<f32, LowPassState<f32>, I::State>,
 }
 
 impl<I: Identify<f32> + FromSettings> Single<I> {
     fn build(settings: &Settings) -> Result<Self, IdentifierError> {
-        let servo_loop: ServoLoop<f32, Filter, I> = settings.build()?;
+        let servo_loop: Loop<I> = settings.build()?;
         Ok(Self {
             counter: Counter::new(0),
             state: servo_loop.start(0),
@@ -257,7 +260,7 @@ impl Single<GaussNewton> {
 /// The loop in fixed point with its counter and its state.
 struct Words {
     counter: Counter<u16>,
-    servo_loop: FixedServoLoop<FixedLowPass, Ab, 2>,
+    servo_loop: Fixed,
     state: FixedServoLoopState<<FixedLowPass as FixedVelocity>::State, 2>,
 }
 
@@ -276,7 +279,7 @@ impl Words {
 }
 
 fn words(instructions: &Instructions) -> Result<(), IdentifierError> {
-    let servo_loop: FixedServoLoop<FixedLowPass, Ab, 2> = paper::settings().build()?;
+    let servo_loop: Fixed = paper::settings().build()?;
     let mut parts = Words {
         counter: Counter::new(0),
         state: servo_loop.start(0),
@@ -289,4 +292,48 @@ fn words(instructions: &Instructions) -> Result<(), IdentifierError> {
         let (command, taken) = counted(instructions, || parts.sample(whole, offset, register));
         (parts.servo_loop.controller().command(command), taken)
     })
+}
+
+/// Building the gradient's loops: the paper's, and for three wide boxes from 250 Hz to 20 kHz, whose
+/// estimates nobody bounds.
+fn builds(instructions: &Instructions) -> Result<(), IdentifierError> {
+    let mut tally = Tally::default();
+    for settings in [
+        paper::settings(),
+        boxed(4e-3, [0.0, 20.0], [30.0, 300.0]),
+        boxed(2.5e-4, [0.0, 100.0], [20.0, 2000.0]),
+        boxed(5e-5, [0.0, 10.0], [10.0, 10_000.0]),
+    ] {
+        build::<Loop<Gradient>>(instructions, &settings, &mut tally)?;
+        build::<Loop<GradientWithFriction>>(instructions, &settings, &mut tally)?;
+        build::<Fixed>(instructions, &settings, &mut tally)?;
+    }
+    tally.say("gradient-build", size_of::<Loop<GradientWithFriction>>());
+    Ok(())
+}
+
+fn build<L: FromSettings>(
+    instructions: &Instructions,
+    settings: &Settings,
+    tally: &mut Tally,
+) -> Result<(), IdentifierError> {
+    let (built, taken) = counted(instructions, || black_box(settings).build::<L>());
+    tally.add(taken);
+    built.map(|_| ())
+}
+
+/// The paper's gains and limit at a sample time (s) with a box, a in 1/s and b in rad/s² per command
+/// unit; everything else follows from these.
+fn boxed(sample_time: f64, a: [f64; 2], b: [f64; 2]) -> Settings {
+    let paper = paper::settings();
+    Settings {
+        controller: paper.controller,
+        identifier: IdentifierSettings {
+            plant_box: Some(BoxSettings { a, b }),
+            gamma: paper.identifier.gamma,
+            ..IdentifierSettings::UNSTATED
+        },
+        resolution: paper.resolution,
+        ..Settings::new(sample_time, 1.0)
+    }
 }

@@ -124,7 +124,7 @@ impl<const P: usize> GradientPlan<P> {
         let mut initial = [0.0; P];
         for (i, parameter) in S::PARAMETERS.into_iter().enumerate() {
             let (allowed, bounds_name, initial_name) = allowed(parameter, &units);
-            let widest = match parameter {
+            let widest = || match parameter {
                 Parameter::A => [0.0, HeldStep::<f64>::LARGEST_RATE / units.rate()],
                 Parameter::B => {
                     let most = sampled_loop::most_gain(&units, &gains, velocity, nominal.b().max());
@@ -133,7 +133,7 @@ impl<const P: usize> GradientPlan<P> {
                 Parameter::Coulomb => [0.0, LARGEST],
                 Parameter::Load => [-LARGEST, LARGEST],
             };
-            let [low, high] = given.bounds.of(parameter).unwrap_or(widest);
+            let [low, high] = given.bounds.of(parameter).unwrap_or_else(widest);
             allowed.check(bounds_name, low)?;
             allowed.check(bounds_name, high)?;
             bounds[i] = Interval::new(bounds_name, low, high)?;

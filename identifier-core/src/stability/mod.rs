@@ -4,6 +4,8 @@
 //! [`sampled_loop`] checks what sampling, hold and velocity filter leave of it.
 
 pub mod certificate;
+mod characteristic;
+mod hurwitz;
 mod plant_box;
 pub mod sampled_loop;
 

@@ -3,17 +3,20 @@
 //! The certificate is about continuous time. The loop that runs holds its command for a sample,
 //! filters its velocity and sums its integral; too long a sample or too slow a filter makes it
 //! unstable however well (14) holds. Here its characteristic polynomial, exact for the sampled
-//! loop, is tested for roots inside the unit circle on a grid over the box, ends included. A grid
-//! is not a proof between its points; the roots move continuously, and the grid is fine (geometric
+//! loop, is tested for roots inside the unit circle on a grid over the box, ends included (geometric
 //! in b, as the gain acts).
 //!
-//! The polynomial is written in δ = z − 1: at high rates its roots crowd at z = 1, and only their
-//! distance from there carries digits. Tustin's w, with δ = 2w/(1 − w), then maps the unit circle
-//! onto the left half plane, where Routh's array decides.
+//! The polynomial is linear in b. Along a line of one a one proof covers a stretch of the grid, all
+//! values between its points included; only where it does not go through is the stretch halved,
+//! and at last the point itself looked at. The verdict is that of the whole grid, but for rounding:
+//! where the two differ, b is within 10⁻¹¹ of itself of where the loop becomes unstable
+//! (`cargo test -p identifier-core --test sampled_loop`). From one a to the next nothing is proved; the
+//! roots move continuously, and the grid is fine.
 
 use core::fmt;
 
 use super::PlantBox;
+use super::characteristic::{Controller, Family};
 use crate::control::Gains;
 use crate::interval::Interval;
 use crate::measurement::velocity::Transfer;
@@ -53,30 +56,33 @@ pub const AMPLE_GAIN_MARGIN: f64 = 4.0;
 /// Checks the sampled loop of every servo on a grid over the box.
 ///
 /// # Errors
-/// The first servo whose loop has a root on or outside the unit circle.
+/// The servo of the smallest b, and among these of the smallest a, whose loop has a root on or outside
+/// the unit circle.
 pub fn check(
     units: &Units,
     gains: &Gains,
     velocity: &Transfer,
     plant_box: &PlantBox,
 ) -> Result<(), SampledLoopError> {
-    let (a, b) = (plant_box.a(), plant_box.b());
-    let ratio = libm::pow(b.max() / b.min(), 1.0 / f64::from(GRID - 1));
-    let mut gain = b.min();
-    for _ in 0..GRID {
-        for i in 0..GRID {
-            let rate = on_grid(a, i);
-            if !is_stable(units, gains, velocity, rate, gain) {
-                return Err(SampledLoopError {
-                    a: rate,
-                    b: gain,
-                    sample_time: units.sample_time(),
-                });
-            }
+    let controller = Controller::new(units, gains, velocity);
+    let line = Line::between(plant_box.b().min(), plant_box.b().max());
+    let mut points = GRID;
+    let mut unstable = None;
+    for a in grid(plant_box.a()) {
+        let stable = line.stable_points(&controller.around(a), points);
+        if stable < points {
+            points = stable;
+            unstable = Some(a);
         }
-        gain *= ratio;
     }
-    Ok(())
+    match unstable {
+        None => Ok(()),
+        Some(a) => Err(SampledLoopError {
+            a,
+            b: line.point(points),
+            sample_time: units.sample_time(),
+        }),
+    }
 }
 
 /// The factor by which b_max could grow before the sampled loop of some servo on the grid becomes
@@ -90,17 +96,17 @@ pub fn check(
 pub fn gain_margin(units: &Units, gains: &Gains, velocity: &Transfer, plant_box: &PlantBox) -> f64 {
     /// Ratio of successive factors.
     const STEP: f64 = 1.05;
-    let stable = |factor: f64| {
-        (0..GRID).all(|i| {
-            let a = on_grid(plant_box.a(), i);
-            is_stable(units, gains, velocity, a, factor * plant_box.b().max())
-        })
+    /// Factors that are tried: with the last it is twice the ample margin.
+    const MOST: u32 = 43;
+    let controller = Controller::new(units, gains, velocity);
+    let line = Line {
+        first: STEP * plant_box.b().max(),
+        ratio: STEP,
     };
-    let mut margin = 1.0;
-    while margin < 2.0 * AMPLE_GAIN_MARGIN && stable(margin * STEP) {
-        margin *= STEP;
-    }
-    margin
+    let steps = grid(plant_box.a()).fold(MOST, |most, a| {
+        line.stable_points(&controller.around(a), most)
+    });
+    raised(1.0, STEP, steps)
 }
 
 /// The largest b̂ that the correction in command form is given where nobody bounds it: a
@@ -112,15 +118,12 @@ pub fn most_gain(units: &Units, gains: &Gains, velocity: &Transfer, nominal: f64
     const STEP: f64 = 1.1;
     /// Values that are tried: a range of 10⁸.
     const MOST: u32 = 200;
-    let mut most = nominal;
-    for _ in 0..MOST {
-        let next = most * STEP;
-        if !is_stable(units, gains, velocity, 0.0, AMPLE_GAIN_MARGIN * next) {
-            break;
-        }
-        most = next;
-    }
-    most
+    let line = Line {
+        first: AMPLE_GAIN_MARGIN * (nominal * STEP),
+        ratio: STEP,
+    };
+    let undamped = Controller::new(units, gains, velocity).around(0.0);
+    raised(nominal, STEP, line.stable_points(&undamped, MOST))
 }
 
 /// Checks the sampled correction in command form for the largest estimates b̂, from `from` to `to`.
@@ -139,21 +142,17 @@ pub fn check_estimates(
     from: f64,
     to: f64,
 ) -> Result<(), EstimateError> {
-    let ratio = libm::pow(to / from, 1.0 / f64::from(GRID - 1));
-    let mut gain = from;
-    let mut stable = 0.0;
-    for _ in 0..GRID {
-        if !is_stable(units, gains, velocity, 0.0, gain) {
-            return Err(EstimateError {
-                b: to,
-                stable,
-                sample_time: units.sample_time(),
-            });
-        }
-        stable = gain;
-        gain *= ratio;
+    let line = Line::between(from, to);
+    let undamped = Controller::new(units, gains, velocity).around(0.0);
+    let stable = line.stable_points(&undamped, GRID);
+    if stable == GRID {
+        return Ok(());
     }
-    Ok(())
+    Err(EstimateError {
+        b: to,
+        stable: stable.checked_sub(1).map_or(0.0, |last| line.point(last)),
+        sample_time: units.sample_time(),
+    })
 }
 
 /// A bound of the estimates at which the sampled correction is not stable.
@@ -181,125 +180,76 @@ impl fmt::Display for EstimateError {
 
 impl core::error::Error for EstimateError {}
 
-/// The i-th value of the grid over an interval.
-fn on_grid(interval: Interval, i: u32) -> f64 {
-    interval.min() + (interval.max() - interval.min()) * f64::from(i) / f64::from(GRID - 1)
-}
-
 /// Whether the sampled loop around one servo (a in 1/s, b in rad/s² per command unit) is stable.
 #[must_use]
 pub fn is_stable(units: &Units, gains: &Gains, velocity: &Transfer, a: f64, b: f64) -> bool {
-    is_schur(characteristic_polynomial(units, gains, velocity, a, b))
+    Controller::new(units, gains, velocity)
+        .around(a)
+        .at(b)
+        .is_hurwitz()
 }
 
-/// Degree of the characteristic polynomial: position, velocity, integral, filter pole and the
-/// filter's last increment.
-const DEGREE: usize = 5;
-
-/// Coefficients, lowest power first.
-type Polynomial = [f64; DEGREE + 1];
-
-/// The closed loop's characteristic polynomial in δ and its degree.
-///
-/// The servo held over a sample is b T² (h₁ + h₂ δ)/(δ (δ + x h₁)) with x = a T, h₁ and h₂ as in
-/// [`HeldStep`](crate::model::HeldStep); the velocity filter on the increment is
-/// n(z) δ/(z (z − p)); the integral is 1/δ. Without integral action that last factor cancels.
-fn characteristic_polynomial(
-    units: &Units,
-    gains: &Gains,
-    velocity: &Transfer,
-    a: f64,
-    b: f64,
-) -> (Polynomial, usize) {
-    let x = a * units.rate();
-    let h2 = if libm::fabs(x) < 1e-4 {
-        0.5 - x / 6.0
-    } else {
-        (x + libm::expm1(-x)) / (x * x)
-    };
-    let h1 = 1.0 - x * h2;
-    let gain = b * units.rate() * units.rate();
-    let kd = gains.kd() / units.rate();
-    let ki = gains.ki() * units.rate();
-
-    let z = [1.0, 1.0];
-    let delta = [0.0, 1.0];
-    let servo = [gain * h1, gain * h2];
-    let filter = [1.0 - velocity.pole, 1.0];
-    let [constant, linear] = velocity.numerator;
-    let derivative = [constant + linear, linear];
-
-    let open = product(&[z, delta, [x * h1, 1.0], filter]);
-    let proportional = scaled(gains.kp(), product(&[z, filter, servo]));
-    let damping = scaled(kd, product(&[delta, derivative, servo]));
-    let without_integral = sum(open, sum(proportional, damping));
-    if ki > 0.0 {
-        let integral = scaled(ki, product(&[z, filter, servo]));
-        (sum(times(without_integral, delta), integral), DEGREE)
-    } else {
-        (without_integral, DEGREE - 1)
-    }
+/// The grid over a range of a.
+fn grid(a: Interval) -> impl Iterator<Item = f64> {
+    let step = move |i| a.min() + (a.max() - a.min()) * f64::from(i) / f64::from(GRID - 1);
+    (0..GRID).map(step)
 }
 
-fn times(polynomial: Polynomial, [constant, linear]: [f64; 2]) -> Polynomial {
-    core::array::from_fn(|k| {
-        let lower = if k == 0 { 0.0 } else { polynomial[k - 1] };
-        constant * polynomial[k] + linear * lower
-    })
+/// `value` times `ratio`, so many times: the powers are made in steps, so that a result does not depend
+/// on the way that it was searched.
+fn raised(value: f64, ratio: f64, steps: u32) -> f64 {
+    (0..steps).fold(value, |value, _| value * ratio)
 }
 
-fn product(factors: &[[f64; 2]]) -> Polynomial {
-    let mut one = [0.0; DEGREE + 1];
-    one[0] = 1.0;
-    factors.iter().fold(one, |sum, &factor| times(sum, factor))
+/// Values of b, each by the same ratio above the last.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Line {
+    first: f64,
+    ratio: f64,
 }
 
-fn scaled(factor: f64, polynomial: Polynomial) -> Polynomial {
-    polynomial.map(|coefficient| factor * coefficient)
-}
-
-fn sum(x: Polynomial, y: Polynomial) -> Polynomial {
-    core::array::from_fn(|k| x[k] + y[k])
-}
-
-/// Whether all roots in δ lie inside |1 + δ| < 1.
-fn is_schur((p, degree): (Polynomial, usize)) -> bool {
-    let mut mapped = [0.0; DEGREE + 1];
-    for (k, &coefficient) in p.iter().enumerate().take(degree + 1) {
-        // c δᵏ becomes c (2w)ᵏ (1 − w)ⁿ⁻ᵏ once multiplied by (1 − w)ⁿ.
-        let mut factors = [[1.0, 0.0]; DEGREE];
-        for (i, factor) in factors.iter_mut().enumerate().take(degree) {
-            *factor = if i < k { [0.0, 2.0] } else { [1.0, -1.0] };
+impl Line {
+    /// From one value to another, in the steps of the grid.
+    fn between(from: f64, to: f64) -> Self {
+        Self {
+            first: from,
+            ratio: libm::pow(to / from, 1.0 / f64::from(GRID - 1)),
         }
-        mapped = sum(mapped, scaled(coefficient, product(&factors)));
     }
-    is_hurwitz(&mapped, degree)
-}
 
-/// Routh's criterion: all roots lie in the left half plane exactly when the first column of the
-/// array is positive (leading coefficient positive).
-fn is_hurwitz(p: &Polynomial, degree: usize) -> bool {
-    let row = |first: usize| -> Polynomial {
-        core::array::from_fn(|k| match (degree + 1).checked_sub(first + 2 * k + 1) {
-            Some(power) => p[power],
-            None => 0.0,
-        })
-    };
-    let (mut upper, mut lower) = (row(0), row(1));
-    for _ in 0..degree {
-        let positive = upper[0] > 0.0 && lower[0] > 0.0;
-        if !positive {
-            return false;
+    fn point(&self, index: u32) -> f64 {
+        raised(self.first, self.ratio, index)
+    }
+
+    /// How many points from the first on, at most so many, are stable before the first that is not.
+    fn stable_points(&self, family: &Family, most: u32) -> u32 {
+        let mut b = self.first;
+        let mut here = family.at(b);
+        if most == 0 || !here.is_hurwitz() {
+            return 0;
         }
-        let ratio = upper[0] / lower[0];
-        let next = core::array::from_fn(|k| {
-            if k < DEGREE {
-                upper[k + 1] - ratio * lower[k + 1]
+        let (mut stable, mut most) = (1, most);
+        let mut stride = most;
+        while stable < most {
+            stride = stride.min(most - stable);
+            let further = raised(b, self.ratio, stride);
+            let there = family.at(further);
+            if here.stays_hurwitz_up_to(&there) {
+                stable += stride;
+                (b, here) = (further, there);
+                stride *= 2;
+            } else if !there.is_hurwitz() {
+                // The first that is not is this one or one before.
+                most = stable + stride - 1;
+                stride = (stride / 2).max(1);
+            } else if stride > 1 {
+                stride /= 2;
             } else {
-                0.0
+                // Two neighbours of the grid, with no proof for what lies between them.
+                stable += 1;
+                (b, here) = (further, there);
             }
-        });
-        (upper, lower) = (lower, next);
+        }
+        stable
     }
-    upper[0] > 0.0
 }

@@ -5,6 +5,8 @@
     reason = "every test uses its own part of it"
 )]
 
+pub mod dense_search;
+
 use core::f64::consts::{PI, TAU};
 use identifier_core::excitation::NormalSource;
 use identifier_core::model::ServoParameters;
