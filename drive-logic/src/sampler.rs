@@ -202,7 +202,8 @@ impl Run {
         })
     }
 
-    /// From where the servo stands.
+    /// From where the servo stands. Not inlined for the same reason as [`Sampler::show`].
+    #[inline(never)]
     fn start(&mut self, count: i32) {
         self.closed_loop.start(count);
         self.reference.start(count);
@@ -283,9 +284,18 @@ impl<'a> Sampler<'a> {
             Err(fault) => return self.fail(fault, actuator),
         };
         self.counts.notice(seen.event);
-        if !self.watch.is_due() {
-            return;
+        if self.watch.is_due() {
+            self.show(&control, &seen);
         }
+    }
+
+    /// Tells of the sample that has just run. A function of its own, so that it can be seen in the
+    /// machine code which samples are shown (`cargo xtask interrupt`).
+    #[inline(never)]
+    fn show(&mut self, control: &ControlSample<f32>, seen: &Seen<f32>) {
+        let Some(run) = &self.run else {
+            return;
+        };
         let shown = Event::Shown(Shown {
             sample: run.sample,
             learnt: run.closed_loop.learnt(),
