@@ -8,6 +8,7 @@ use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use crate::bus::Register;
 use crate::flash::SECTOR;
+use crate::pins::Pin;
 use crate::registers::timer::{self, TIM1, TIM3};
 use crate::registers::{flash, gpio, rcc};
 
@@ -124,6 +125,15 @@ pub struct Outputs {
     pub duty: Option<u16>,
     /// Steps of a PWM period.
     pub steps: u16,
+}
+
+impl Outputs {
+    /// Whether a pin is set high.
+    #[must_use]
+    pub fn is_high(&self, pin: Pin) -> bool {
+        let levels = self.levels.get(pin.port_number());
+        levels.is_some_and(|levels| u32::from(*levels) & pin.mask() != 0)
+    }
 }
 
 /// What the drive puts out now.

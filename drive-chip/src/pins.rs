@@ -38,7 +38,12 @@ impl Pin {
         Register::at(gpio::BASE + gpio::STRIDE * self.port as u32 + offset)
     }
 
-    const fn mask(self) -> u32 {
+    #[cfg(all(feature = "emulator", target_os = "none"))]
+    pub(crate) const fn port_number(self) -> usize {
+        self.port as usize
+    }
+
+    pub(crate) const fn mask(self) -> u32 {
         1 << self.number
     }
 

@@ -220,7 +220,9 @@ impl Run {
         })
     }
 
-    /// From where the servo stands, having heard the host so often.
+    /// From where the servo stands, having heard the host so often. Not inlined, to be seen in the
+    /// machine code.
+    #[inline(never)]
     fn start(&mut self, count: i32, heard: u32) {
         self.closed_loop.start(count);
         self.reference.start(count);
@@ -335,7 +337,7 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// Tells a sample, if there is room for it.
+    /// Tells a sample, if there is room for it. Not inlined, to be seen in the machine code.
     #[inline(never)]
     fn show(&mut self, control: &ControlSample<f32>, seen: &Seen<f32>) {
         let Some(run) = &self.run else { return };
@@ -441,8 +443,9 @@ impl<'a> Sampler<'a> {
         self.end(Ended::Stopped, actuator);
     }
 
-    /// Lets the servo go.
+    /// Lets the servo go. Not inlined, to be seen in the machine code.
     #[cold]
+    #[inline(never)]
     fn end<A: Actuator<f32>>(&mut self, ended: Ended, actuator: &mut A) {
         let _ = actuator.release();
         if let Ended::Faulted(fault) = ended {

@@ -11,6 +11,8 @@
 )]
 
 pub mod board;
+#[cfg(all(feature = "emulator", target_os = "none"))]
+pub mod emulated_servo;
 pub mod handed;
 pub mod host;
 pub mod instructions;

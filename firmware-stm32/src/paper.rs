@@ -66,14 +66,19 @@ pub fn servo() -> (Plant, Encoder) {
 /// The same with Coulomb friction, rad/s².
 #[must_use]
 pub fn servo_with(coulomb: f64) -> (Plant, Encoder) {
-    let servo = ServoParameters {
+    (
+        Plant::at_rest(&parameters(coulomb), SAMPLE_TIME),
+        Encoder::new(COUNTS_PER_REV),
+    )
+}
+
+/// The true servo's parameters, with Coulomb friction, rad/s².
+#[must_use]
+pub fn parameters(coulomb: f64) -> ServoParameters {
+    ServoParameters {
         a: A,
         b: B,
         coulomb,
         load: LOAD,
-    };
-    (
-        Plant::at_rest(&servo, SAMPLE_TIME),
-        Encoder::new(COUNTS_PER_REV),
-    )
+    }
 }

@@ -77,6 +77,7 @@ fn the_loop_elsewhere_gives_the_same_bits_in_spite_of_a_bad_line() {
         let outcome = host_sim::pil::run(&scenario, &mut port, &mut |sample| there.push(*sample))
             .expect("it answers");
         assert_eq!(outcome.samples, 5000);
+        assert_eq!(there.len(), 5000);
         assert!(here == there, "{arithmetic}: bit for bit");
     }
 }
@@ -105,6 +106,17 @@ fn bounds_that_follow_from_the_box_are_sent() {
         .expect("it answers");
     assert_eq!(there.len(), 2000);
     assert!(here == there, "bit for bit");
+}
+
+#[test]
+fn a_run_without_a_sample_is_an_error() {
+    let path = scenario("pil-empty", |text| text);
+    let mut scenario = Scenario::load(Path::new(&path), Purpose::Run).expect("valid");
+    scenario.duration = 0.0;
+    let mut port = host_sim::port::Port::open(&chip(&[])).expect("it listens");
+    let fault = host_sim::pil::run(&scenario, &mut port, &mut |_| panic!("a sample"))
+        .expect_err("nothing to run");
+    assert!(fault.to_string().contains("run.duration"), "{fault}");
 }
 
 #[test]

@@ -44,6 +44,11 @@ pub(crate) struct Running(Child);
 impl Running {
     /// Starts a binary and opens its port.
     pub(crate) fn start(binary: &Path) -> Result<(Self, Port), String> {
+        Self::start_with(binary, &[])
+    }
+
+    /// The same with more arguments for the emulator.
+    pub(crate) fn start_with(binary: &Path, more: &[String]) -> Result<(Self, Port), String> {
         let number = free_port()?;
         // The second serial line of the emulator is USART2.
         let child = emulator(BOARD)
@@ -51,6 +56,7 @@ impl Running {
             .arg(format!(
                 "tcp:127.0.0.1:{number},server=on,wait=off,nodelay=on"
             ))
+            .args(more)
             .arg("-kernel")
             .arg(binary)
             .stdout(Stdio::null())

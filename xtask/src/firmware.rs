@@ -1,9 +1,11 @@
 //! The firmware's binaries.
 
+use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use object::{Object, ObjectSection, SectionFlags, elf};
+use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SymbolKind, elf};
 
 use crate::listing::Listing;
 
@@ -22,26 +24,48 @@ pub(crate) fn root() -> &'static Path {
 
 /// Builds the release with some features. It only links if no panic is left in it.
 pub(crate) fn build(features: &[&str]) -> Result<(), String> {
+    let features = format!("--features={}", features.join(","));
+    cargo(&["-p", "firmware-stm32", "--target", TARGET, &features])
+}
+
+/// The same for one binary, which is built sooner than all of them.
+pub(crate) fn build_one(binary: &str, features: &[&str]) -> Result<(), String> {
+    let features = format!("--features={}", features.join(","));
+    let what = ["-p", "firmware-stm32", "--bin", binary];
+    cargo(&[&what[..], &["--target", TARGET, &features]].concat())
+}
+
+/// Builds the emulator's plugin for this machine and answers with its file.
+pub(crate) fn build_interrupt_meter() -> Result<PathBuf, String> {
+    cargo(&["-p", "interrupt-meter"])?;
+    let name = format!("{DLL_PREFIX}interrupt_meter{DLL_SUFFIX}");
+    Ok(built().join("release").join(name))
+}
+
+/// Builds a release.
+fn cargo(what: &[&str]) -> Result<(), String> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = Command::new(cargo)
         .current_dir(root())
-        .args(["build", "--release", "--locked", "-p", "firmware-stm32"])
-        .args(["--target", TARGET])
-        .arg(format!("--features={}", features.join(",")))
+        .args(["build", "--release", "--locked"])
+        .args(what)
         .status()
         .map_err(|error| format!("cargo does not start: {error}"))?;
     if status.success() {
         Ok(())
     } else {
-        Err("the firmware does not build".to_owned())
+        Err(format!("cargo build {} fails", what.join(" ")))
     }
+}
+
+/// Where cargo puts what it builds.
+fn built() -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from)
 }
 
 /// The file of a binary.
 pub(crate) fn path(binary: &str) -> PathBuf {
-    let target =
-        std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
-    target.join(TARGET).join("release").join(binary)
+    built().join(TARGET).join("release").join(binary)
 }
 
 /// What the drive's paths take.
@@ -77,6 +101,34 @@ pub(crate) fn paths(drive: &Path) -> Result<Paths, String> {
         stack: background.stack + byte.stack + sample.stack + 2 * EXCEPTION,
         loops: sample.loops.into(),
     })
+}
+
+/// Where those functions of a binary are whose symbols fit, their ends not included; none is an error.
+pub(crate) fn functions(
+    path: &Path,
+    name: &str,
+    fits: impl Fn(&str) -> bool,
+) -> Result<Vec<Range<u64>>, String> {
+    let fault = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
+    let data = std::fs::read(path).map_err(|error| fault(&error))?;
+    let file = object::File::parse(&*data).map_err(|error| fault(&error))?;
+    let found: Vec<_> = file
+        .symbols()
+        .filter(|symbol| symbol.kind() == SymbolKind::Text && symbol.size() > 0)
+        .filter(|symbol| symbol.name().is_ok_and(&fits))
+        .map(|symbol| {
+            // The lowest bit says Thumb.
+            let start = symbol.address() & !1;
+            start..start + symbol.size()
+        })
+        .collect();
+    if found.is_empty() {
+        return Err(format!(
+            "{} has no function {name}: was it renamed or inlined?",
+            path.display()
+        ));
+    }
+    Ok(found)
 }
 
 /// Bytes of flash and of static memory that a binary takes.

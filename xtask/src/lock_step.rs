@@ -1,5 +1,7 @@
 //! The loop on the chip and the plant on the PC against both on the PC: the same bits.
 
+use std::fmt::Debug;
+
 use host_sim::experiment::{self, Sample};
 use host_sim::pil;
 use host_sim::scenario::{Arithmetic, Purpose, Scenario};
@@ -32,23 +34,61 @@ pub(crate) fn check() -> Result<(), String> {
                 ..*sample
             });
         });
-        let mut differing = None;
-        let mut count = 0;
-        pil::run(&scenario, &mut port, &mut |sample| {
-            if differing.is_none() && expected.get(count) != Some(sample) {
-                differing = Some((expected.get(count).copied(), *sample));
-            }
-            count += 1;
-        })
-        .map_err(|error| error.to_string())?;
+        let mut found = Vec::with_capacity(expected.len());
+        pil::run(&scenario, &mut port, &mut |sample| found.push(*sample))
+            .map_err(|error| error.to_string())?;
         let name = arithmetic.name();
-        if let Some((expected, found)) = differing {
-            return Err(format!(
-                "{file} in {name}: the loop on the chip first differs with\n  {found:?}\nfrom\n  \
-                 {expected:?}"
-            ));
-        }
-        println!("{file} in {name}: {count} samples on the chip are the simulator's, bit for bit");
+        same(&expected, &found).map_err(|error| format!("{file} in {name}: {error}"))?;
+        println!(
+            "{file} in {name}: {} samples on the chip are the simulator's, bit for bit",
+            found.len()
+        );
     }
     Ok(())
+}
+
+/// An error if the chip's samples are not the simulator's, all of them, or if there are none.
+fn same<S: PartialEq + Debug>(expected: &[S], found: &[S]) -> Result<(), String> {
+    if expected.is_empty() {
+        return Err("the simulator ran no sample, so nothing was compared".to_owned());
+    }
+    if let Some((expected, found)) = expected.iter().zip(found).find(|(e, f)| e != f) {
+        return Err(format!(
+            "the loop on the chip first differs with\n  {found:?}\nfrom\n  {expected:?}"
+        ));
+    }
+    if expected.len() == found.len() {
+        Ok(())
+    } else {
+        Err(format!(
+            "the simulator ran {} samples and the chip {}",
+            expected.len(),
+            found.len()
+        ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_same_samples_are_the_same() {
+        assert_eq!(same(&[1.0, 2.0], &[1.0, 2.0]), Ok(()));
+    }
+
+    #[test]
+    fn no_samples_are_not_the_same() {
+        assert!(same::<f64>(&[], &[]).is_err());
+        assert!(same(&[], &[1.0]).is_err());
+        assert!(same(&[1.0], &[]).is_err());
+    }
+
+    #[test]
+    fn a_sample_too_many_or_too_few_or_another_is_noticed() {
+        assert!(same(&[1.0, 2.0], &[1.0]).is_err());
+        assert!(same(&[1.0], &[1.0, 2.0]).is_err());
+        let fault = same(&[1.0, 2.0, 3.0], &[1.0, 2.5, 3.5]).expect_err("the second differs");
+        assert!(fault.contains("2.5") && !fault.contains("3.5"), "{fault}");
+    }
 }

@@ -5,6 +5,7 @@ mod drive;
 mod elsewhere;
 mod emulator;
 mod firmware;
+mod interrupt;
 mod listing;
 mod lock_step;
 mod same_bits;
@@ -34,6 +35,9 @@ enum Verb {
         #[arg(long)]
         accept: bool,
     },
+    /// Count the whole sample interrupt of the drive on the emulated chip: instructions as they are
+    /// executed, and cycles by the model of docs/cycles.md.
+    Interrupt,
     /// Build two firmwares of somebody else for three cores, run them on two emulated boards, and
     /// count a sample.
     Elsewhere,
@@ -49,6 +53,7 @@ fn main() -> ExitCode {
         Verb::Same => same_bits::check(),
         Verb::Pil => lock_step::check(),
         Verb::Drive => drive::check(),
+        Verb::Interrupt => interrupt::print(),
         Verb::Elsewhere => elsewhere::check(),
         Verb::Budget { accept } => budget::check(accept),
         Verb::Qemu { binary } => firmware::build(&[])

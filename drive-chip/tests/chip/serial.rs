@@ -70,11 +70,9 @@ fn bytes_are_said_one_an_interrupt_until_there_are_none() {
 fn the_line_knows_its_room() {
     let chip = healthy();
     let mut wired = wired(&chip);
-    assert!(wired.line.has_room(2047));
-    assert!(!wired.line.has_room(2048));
+    assert_eq!(wired.line.room(), 2047);
     wired.line.say(&[0; 47]);
-    assert!(wired.line.has_room(2000));
-    assert!(!wired.line.has_room(2001));
+    assert_eq!(wired.line.room(), 2000);
 }
 
 #[test]

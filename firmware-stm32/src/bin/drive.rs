@@ -10,7 +10,9 @@ use cortex_m_rt::{ExceptionFrame, entry, exception};
 use drive_chip::{Mmio, interrupts, sample_timer};
 use drive_link::State;
 use drive_logic::{Channel, Chip, Conversation, Lines, Run, Sampler, Supervisor, self_test};
-use firmware_stm32::board::{self, Encoder, Inputs, Output, Port, Watchdog, Wired};
+use firmware_stm32::board::{self, Encoder, Inputs, Output, Port, SampleTimer, Watchdog, Wired};
+#[cfg(feature = "emulator")]
+use firmware_stm32::emulated_servo::EmulatedServo;
 use firmware_stm32::handed::Handed;
 use firmware_stm32::settings;
 use stm32f4xx_hal::pac::interrupt;
@@ -60,6 +62,8 @@ static PORT: Handed<Port> = Handed::new();
 #[interrupt]
 fn TIM5() {
     static mut OWN: Option<Control> = None;
+    #[cfg(feature = "emulator")]
+    static mut SERVO: Option<EmulatedServo> = None;
     sample_timer::acknowledge(Mmio);
     if OWN.is_none() {
         *OWN = CONTROL.take();
@@ -67,6 +71,8 @@ fn TIM5() {
     if let Some(Control { sampler, chip }) = OWN {
         sampler.interrupt(chip);
     }
+    #[cfg(feature = "emulator")]
+    SERVO.get_or_insert_default().advance();
 }
 
 #[interrupt]
@@ -151,7 +157,7 @@ fn background(wired: Wired, channel: &'static mut Channel, run: &'static mut Opt
     });
     PORT.give(port);
     let mut sample_time = supervisor.sample_time();
-    timer.start(sample_time);
+    start(&timer, sample_time);
     interrupts::begin(Mmio);
 
     let mut conversation = Conversation::new();
@@ -166,12 +172,19 @@ fn background(wired: Wired, channel: &'static mut Channel, run: &'static mut Opt
         let wanted = supervisor.sample_time();
         if wanted.to_bits() != sample_time.to_bits() {
             sample_time = wanted;
-            timer.start(sample_time);
+            start(&timer, sample_time);
         }
         if !more {
             cortex_m::asm::wfi();
         }
     }
+}
+
+/// Lets the samples run, and where the servo is emulated too, the servo.
+fn start(timer: &SampleTimer, sample_time: f64) {
+    timer.start(sample_time);
+    #[cfg(feature = "emulator")]
+    firmware_stm32::emulated_servo::set_sample_time(sample_time);
 }
 
 #[cfg(feature = "defmt")]

@@ -57,6 +57,10 @@ pub fn run(
     observe: &mut impl FnMut(&Sample),
 ) -> Result<Outcome, PilError> {
     let (settings, outcome) = settings::of(scenario)?;
+    if scenario.samples() == 0 {
+        let fault = "run.duration: it is shorter than a sample, so there is nothing to compare";
+        return Err(PilError::Scenario(fault.to_owned()));
+    }
     match ask(port, &Question::Begin(settings))? {
         Answer::Ready => {}
         other => return Err(unexpected(&other)),

@@ -1,0 +1,337 @@
+//! Where an interrupt begins and ends, and what of it counts.
+
+use crate::processor::{ENTRY, EXIT, FLOATS, Processor};
+use crate::request::Watched;
+use crate::thumb::{Flow, Instruction, Unit};
+
+/// What an interrupt took.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Cost {
+    /// Marks that it passed, the first of the request in the lowest bit.
+    pub(crate) marks: u32,
+    pub(crate) instructions: u64,
+    pub(crate) cycles: u64,
+}
+
+/// Follows every instruction that is executed.
+///
+/// A handler begins with the instruction at its entry and ends with the return for which no call was
+/// made since. What a branch does is known once the next instruction is: one whose condition does not
+/// hold goes on to its neighbour.
+#[derive(Debug)]
+pub(crate) struct Meter {
+    watched: Watched,
+    processor: Processor,
+    handler: Option<Handler>,
+}
+
+/// The handler that runs.
+#[derive(Debug)]
+struct Handler {
+    /// When it began, on the processor's clock.
+    began: u64,
+    instructions: u64,
+    marks: u32,
+    /// Calls that have not returned.
+    depth: u32,
+    /// The depth of the code that does not count, while it runs.
+    left_out: Option<u32>,
+    /// Whether it has used the FPU, whose registers are then stacked.
+    uses_floats: bool,
+    /// The last instruction, for where it leads.
+    last: Option<Instruction>,
+}
+
+/// The handler was entered before it had returned: the meter has lost its way.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct Lost;
+
+impl Meter {
+    pub(crate) fn new(watched: Watched) -> Self {
+        Self {
+            watched,
+            processor: Processor::new(),
+            handler: None,
+        }
+    }
+
+    /// Takes the next instruction; answers when with it an interrupt is seen to have ended.
+    pub(crate) fn execute(&mut self, instruction: &Instruction) -> Result<Option<Cost>, Lost> {
+        let address = instruction.address;
+        let ended = self
+            .handler
+            .as_mut()
+            .is_some_and(|handler| handler.leads_out(address))
+            .then(|| self.end())
+            .flatten();
+        if address == self.watched.handler {
+            if self.handler.is_some() {
+                return Err(Lost);
+            }
+            self.processor.part();
+            self.handler = Some(Handler::begin(self.processor.clock()));
+        }
+        let Some(handler) = &mut self.handler else {
+            self.processor.execute(instruction);
+            return Ok(ended);
+        };
+        handler.last = Some(*instruction);
+        if handler.left_out.is_none() && self.watched.leaves_out(address) {
+            handler.left_out = Some(handler.depth);
+            self.processor.part();
+        }
+        if handler.left_out.is_some() {
+            return Ok(ended);
+        }
+        handler.instructions += 1;
+        handler.marks |= self.watched.mark_at(address);
+        if instruction.effect.unit == Unit::Float && !handler.uses_floats {
+            handler.uses_floats = true;
+            self.processor.wait(FLOATS);
+        }
+        self.processor.execute(instruction);
+        Ok(ended)
+    }
+
+    /// Takes a read of memory by the last instruction.
+    pub(crate) fn load(&mut self, address: u32) {
+        let counts = self
+            .handler
+            .as_ref()
+            .is_none_or(|handler| handler.left_out.is_none());
+        if counts {
+            self.processor.load(address);
+        }
+    }
+
+    fn end(&mut self) -> Option<Cost> {
+        let handler = self.handler.take()?;
+        let floats = if handler.uses_floats { FLOATS } else { 0 };
+        let cost = Cost {
+            marks: handler.marks,
+            instructions: handler.instructions,
+            cycles: ENTRY + self.processor.clock() - handler.began + floats + EXIT,
+        };
+        self.processor.part();
+        Some(cost)
+    }
+}
+
+impl Handler {
+    fn begin(began: u64) -> Self {
+        Self {
+            began,
+            instructions: 0,
+            marks: 0,
+            depth: 0,
+            left_out: None,
+            uses_floats: false,
+            last: None,
+        }
+    }
+
+    /// Where the last instruction has led, now that the next is known; whether out of the handler.
+    fn leads_out(&mut self, next: u32) -> bool {
+        let Some(last) = self.last.filter(|last| last.end() != next) else {
+            return false;
+        };
+        match last.effect.flow {
+            Flow::On | Flow::Jump => false,
+            Flow::Call => {
+                self.depth += 1;
+                false
+            }
+            Flow::Return if self.depth == 0 => true,
+            Flow::Return => {
+                if self.left_out == Some(self.depth) {
+                    self.left_out = None;
+                }
+                self.depth -= 1;
+                false
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of the program that is interrupted, the handler, two functions, all of them in memory, where
+    /// nothing waits for the flash.
+    const BACKGROUND: u32 = 0x2000_0000;
+    const HANDLER: u32 = 0x2000_0100;
+    const FUNCTION: u32 = 0x2000_0200;
+    const EMULATED: u32 = 0x2000_0300;
+    const ITS_END: u32 = 0x2000_0400;
+
+    const NOP: &[u16] = &[0xbf00];
+    const PUSH_LR: &[u16] = &[0xb500];
+    const POP_PC: &[u16] = &[0xbd00];
+    const BX_LR: &[u16] = &[0x4770];
+    const BL: &[u16] = &[0xf000, 0xf800];
+    const VADD: &[u16] = &[0xee30, 0x0a81];
+
+    fn watched() -> Watched {
+        Watched {
+            handler: HANDLER,
+            left_out: std::iter::once(EMULATED..ITS_END).collect(),
+            marks: vec![FUNCTION, BACKGROUND],
+        }
+    }
+
+    /// What the interrupts of a program take, each instruction with its address.
+    fn costs(program: &[(u32, &[u16])]) -> Vec<Cost> {
+        let mut meter = Meter::new(watched());
+        program
+            .iter()
+            .filter_map(|&(address, code)| {
+                let second = code.get(1).copied().unwrap_or(0);
+                let instruction = Instruction::decode(address, code[0], second);
+                meter.execute(&instruction).expect("the way is found")
+            })
+            .collect()
+    }
+
+    #[test]
+    fn an_interrupt_is_counted_from_its_entry_to_its_return() {
+        let program = [
+            (BACKGROUND, NOP),
+            (HANDLER, PUSH_LR),
+            (HANDLER + 2, NOP),
+            (HANDLER + 4, POP_PC),
+            (BACKGROUND + 2, NOP),
+        ];
+        let expected = Cost {
+            marks: 0,
+            instructions: 3,
+            cycles: ENTRY + 2 + 1 + 2 + EXIT,
+        };
+        assert_eq!(costs(&program), [expected]);
+    }
+
+    #[test]
+    fn what_it_calls_counts_and_leaves_its_mark() {
+        let program = [
+            (HANDLER, PUSH_LR),
+            (HANDLER + 2, BL),
+            (FUNCTION, NOP),
+            (FUNCTION + 2, BX_LR),
+            (HANDLER + 6, POP_PC),
+            (BACKGROUND, NOP),
+        ];
+        let expected = Cost {
+            marks: 0b01,
+            instructions: 5,
+            // The call and the return refill the pipeline.
+            cycles: ENTRY + 2 + (1 + 2) + 1 + (1 + 2) + 2 + EXIT,
+        };
+        assert_eq!(costs(&program), [expected]);
+    }
+
+    #[test]
+    fn a_return_whose_condition_does_not_hold_is_none() {
+        let program = [
+            (HANDLER, NOP),
+            // bxeq lr, after an IT, once not and once done.
+            (HANDLER + 2, BX_LR),
+            (HANDLER + 4, NOP),
+            (HANDLER + 6, BX_LR),
+            (BACKGROUND, NOP),
+        ];
+        let [cost] = costs(&program)[..] else {
+            panic!("one interrupt");
+        };
+        assert_eq!(cost.instructions, 4);
+    }
+
+    #[test]
+    fn interrupts_may_follow_each_other_without_a_program_between() {
+        let program = [
+            (HANDLER, NOP),
+            (HANDLER + 2, BX_LR),
+            (HANDLER, NOP),
+            (HANDLER + 2, BX_LR),
+            (BACKGROUND, NOP),
+        ];
+        let found = costs(&program);
+        assert_eq!(found.len(), 2);
+        assert_eq!(found[0], found[1]);
+    }
+
+    #[test]
+    fn what_only_the_emulator_has_costs_its_call_alone() {
+        let with = [
+            (HANDLER, PUSH_LR),
+            (HANDLER + 2, BL),
+            (EMULATED, PUSH_LR),
+            (EMULATED + 2, BL),
+            (FUNCTION, VADD),
+            (FUNCTION + 4, BX_LR),
+            (EMULATED + 6, POP_PC),
+            (HANDLER + 6, POP_PC),
+            (BACKGROUND, NOP),
+        ];
+        let expected = Cost {
+            marks: 0,
+            instructions: 3,
+            cycles: ENTRY + 2 + 1 + 2 + EXIT,
+        };
+        assert_eq!(costs(&with), [expected]);
+    }
+
+    #[test]
+    fn what_is_left_out_ends_where_it_returns_though_another_function_follows() {
+        let program = [
+            (HANDLER, BL),
+            (EMULATED, BX_LR),
+            (HANDLER + 4, BL),
+            (FUNCTION, BX_LR),
+            (HANDLER + 8, BX_LR),
+            (BACKGROUND, NOP),
+        ];
+        let [cost] = costs(&program)[..] else {
+            panic!("one interrupt");
+        };
+        assert_eq!((cost.marks, cost.instructions), (0b01, 4));
+    }
+
+    #[test]
+    fn floats_are_stacked_once_and_taken_back() {
+        let program = [
+            (HANDLER, VADD),
+            (HANDLER + 4, VADD),
+            (HANDLER + 8, BX_LR),
+            (BACKGROUND, NOP),
+        ];
+        let [cost] = costs(&program)[..] else {
+            panic!("one interrupt");
+        };
+        assert_eq!(cost.cycles, ENTRY + FLOATS + 1 + 1 + 1 + FLOATS + EXIT);
+    }
+
+    #[test]
+    fn loads_count_unless_they_are_left_out() {
+        let peripheral = 0x4000_0424;
+        let run = |at: u32| {
+            let mut meter = Meter::new(watched());
+            for (address, code) in [(HANDLER, BL[0]), (at, 0x6808)] {
+                let instruction = Instruction::decode(address, code, 0xf800);
+                meter.execute(&instruction).expect("the way is found");
+            }
+            let before = meter.processor.clock();
+            meter.load(peripheral);
+            meter.processor.clock() - before
+        };
+        assert_eq!(run(FUNCTION), 12);
+        assert_eq!(run(EMULATED), 0);
+    }
+
+    #[test]
+    fn an_entry_before_the_return_is_noticed() {
+        let mut meter = Meter::new(watched());
+        let entry = Instruction::decode(HANDLER, 0xbf00, 0);
+        assert_eq!(meter.execute(&entry), Ok(None));
+        assert_eq!(meter.execute(&entry), Err(Lost));
+    }
+}

@@ -1,0 +1,367 @@
+//! The whole sample interrupt of the linked drive, counted on an emulated chip: instructions as they
+//! are executed, and cycles by the model of `docs/cycles.md`.
+//!
+//! The emulator runs an instruction a nanosecond of its own time, so that its clock and with it every
+//! sample is the same from run to run, except for when the host's requests arrive.
+
+use std::error::Error;
+use std::io::{BufRead, BufReader};
+use std::net::{Ipv4Addr, TcpListener};
+use std::path::Path;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use drive_link::{Command, Law, Report};
+use host_sim::drive::Client;
+
+use crate::{emulator, firmware};
+
+/// The laws, by the names that their figures have.
+const LAWS: [(&str, Law); 3] = [
+    ("gradient-friction", Law::Gradient { friction: true }),
+    ("gradient", Law::Gradient { friction: false }),
+    ("gauss-newton", Law::GaussNewton),
+];
+
+/// The interrupt's handler.
+const HANDLER: &str = "TIM5";
+
+/// Functions that tell what an interrupt does, in the order of the meter's marks: it begins a run, it
+/// shows a sample, it ends the run.
+const MARKS: [&str; 3] = ["Run::start", "Sampler::show", "Sampler::end"];
+const FIRST: u32 = 0b001;
+const SHOWN: u32 = 0b010;
+const FAILED: u32 = 0b100;
+
+/// Functions that a drive has only in the emulator: neither they nor what they call counts.
+const ONLY_EMULATED: [&str; 1] = ["EmulatedServo::advance"];
+
+/// Interrupts that are counted, from the one that begins the run.
+const COUNTED: usize = 100_000;
+
+/// Samples from one that is shown to the next.
+const WATCHED: u16 = 20;
+
+/// How long the emulator may take for them.
+const PATIENCE: Duration = Duration::from_secs(300);
+
+/// How long the host listens at a time.
+const LISTEN: Duration = Duration::from_millis(100);
+
+/// The core's clock, MHz.
+const CLOCK: f64 = 168.0;
+
+/// What an interrupt took.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Cost {
+    marks: u32,
+    taken: Taken,
+}
+
+/// Instructions and cycles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Taken {
+    pub(crate) instructions: u64,
+    pub(crate) cycles: u64,
+}
+
+/// What the interrupts of a run took.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Summary {
+    /// Medians of those that show nothing.
+    pub(crate) typical: Taken,
+    /// Medians of those that show a sample.
+    pub(crate) shown: Taken,
+    /// The one that begins the run.
+    pub(crate) first: Taken,
+    /// The most of all, of instructions and of cycles.
+    pub(crate) worst: Taken,
+}
+
+/// Prints what every law takes.
+pub(crate) fn print() -> Result<(), String> {
+    println!(
+        "{:<18} {:<8} {:>12} {:>8} {:>8}",
+        "law", "", "instructions", "cycles", "µs"
+    );
+    for (law, summary) in count()? {
+        for (
+            name,
+            Taken {
+                instructions,
+                cycles,
+            },
+        ) in summary.named()
+        {
+            let time = cycles as f64 / CLOCK;
+            println!("{law:<18} {name:<8} {instructions:>12} {cycles:>8} {time:>8.1}");
+        }
+    }
+    println!("{COUNTED} interrupts of each law; µs at {CLOCK} MHz; the cycles are a model's");
+    Ok(())
+}
+
+/// Builds the drive for the emulator and counts every law.
+pub(crate) fn count() -> Result<Vec<(&'static str, Summary)>, String> {
+    firmware::build_one("drive", &["emulator"])?;
+    let drive = firmware::path("drive");
+    LAWS.into_iter()
+        .map(|(name, law)| {
+            let costs = measure(&drive, COUNTED, |client| start(client, law))?;
+            let summary = Summary::of(&costs).map_err(|fault| format!("{name}: {fault}"))?;
+            Ok((name, summary))
+        })
+        .collect()
+}
+
+/// Starts a law and has samples shown.
+fn start(drive: &mut Client, law: Law) -> Result<(), Box<dyn Error>> {
+    let mut settings = drive.settings()?;
+    settings.closed_loop.law = law;
+    // The emulator's time is not the host's.
+    settings.protection.link_timeout = 0.0;
+    drive.ask(Command::Configure(settings))?;
+    drive.ask(Command::Watch(WATCHED))?;
+    drive.ask(Command::Start)?;
+    Ok(())
+}
+
+/// Runs a drive in the emulator, has the conversation with it, and answers with what so many
+/// interrupts took from the one that began its run.
+pub(crate) fn measure(
+    drive: &Path,
+    interrupts: usize,
+    conversation: impl FnOnce(&mut Client) -> Result<(), Box<dyn Error>>,
+) -> Result<Vec<Cost>, String> {
+    let plugin = firmware::build_interrupt_meter()?;
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0))
+        .map_err(|error| format!("no port is free on this machine: {error}"))?;
+    let address = listener.local_addr().map_err(|error| error.to_string())?;
+    // The emulator takes a comma for the end of an argument, and two for one.
+    let file = plugin.display().to_string().replace(',', ",,");
+    let request = format!("file={file},listener={address},{}", watched(drive)?);
+    let more = ["-icount", "shift=0,sleep=off", "-plugin", &request].map(str::to_owned);
+    let (_running, port) = emulator::Running::start_with(drive, &more)?;
+    let reader = thread::spawn(move || read(&listener, interrupts));
+
+    let mut client = Client::new(port);
+    conversation(&mut client).map_err(|error| error.to_string())?;
+    let mut struck = None;
+    let until = Instant::now() + PATIENCE;
+    while !reader.is_finished() {
+        if Instant::now() > until {
+            return Err(format!(
+                "the emulator has not run {interrupts} samples in {} s: does the drive run?",
+                PATIENCE.as_secs()
+            ));
+        }
+        // What the drive reports must be heard, or it would have no room for more.
+        let heard = client
+            .port()
+            .listen(
+                &|report: &Report| matches!(report, Report::Fault(_)),
+                LISTEN,
+            )
+            .map_err(|error| error.to_string())?;
+        if let Some(Report::Fault(fault)) = heard {
+            struck = Some(fault);
+        }
+    }
+    let costs = reader
+        .join()
+        .map_err(|_| "reading what the interrupts took has failed".to_owned())?;
+    costs.map_err(|error| match struck {
+        Some(fault) => format!("{error}; it was {fault}"),
+        None => error,
+    })
+}
+
+/// What the meter is asked for of a drive.
+fn watched(drive: &Path) -> Result<String, String> {
+    let handler = firmware::functions(drive, HANDLER, |symbol| symbol == HANDLER)?;
+    let mut words: Vec<String> = handler
+        .iter()
+        .map(|function| format!("handler={:x}", function.start))
+        .collect();
+    for path in MARKS {
+        let [function] = &functions(drive, path)?[..] else {
+            return Err(format!("{} has more than one {path}", drive.display()));
+        };
+        words.push(format!("mark={:x}", function.start));
+    }
+    for path in ONLY_EMULATED {
+        for function in functions(drive, path)? {
+            words.push(format!("leave-out={:x}-{:x}", function.start, function.end));
+        }
+    }
+    Ok(words.join(","))
+}
+
+fn functions(drive: &Path, path: &str) -> Result<Vec<std::ops::Range<u64>>, String> {
+    let part = mangled(path);
+    firmware::functions(drive, path, |symbol| symbol.contains(&part))
+}
+
+/// The end of a path as it stands in a symbol: every name after its length.
+fn mangled(path: &str) -> String {
+    path.split("::")
+        .map(|name| format!("{}{name}", name.len()))
+        .collect()
+}
+
+/// Reads what the meter says, from the interrupt that begins the run on.
+fn read(listener: &TcpListener, interrupts: usize) -> Result<Vec<Cost>, String> {
+    let (stream, _) = listener.accept().map_err(|error| error.to_string())?;
+    let mut costs = Vec::with_capacity(interrupts);
+    for line in BufReader::new(stream).lines() {
+        let cost = Cost::read(&line.map_err(|error| error.to_string())?)?;
+        if costs.is_empty() && cost.marks & FIRST == 0 {
+            continue;
+        }
+        if cost.has(FAILED) {
+            return Err(format!(
+                "the drive ends its run with a fault after {} samples: those that are counted \
+                 must all be of a run",
+                costs.len()
+            ));
+        }
+        costs.push(cost);
+        if costs.len() == interrupts {
+            return Ok(costs);
+        }
+    }
+    Err(format!(
+        "the emulator ended after {} of {interrupts} interrupts",
+        costs.len()
+    ))
+}
+
+impl Cost {
+    /// From a line of the meter: marks, instructions and cycles.
+    fn read(line: &str) -> Result<Self, String> {
+        let numbers: Result<Vec<u64>, _> = line.split_whitespace().map(str::parse).collect();
+        match numbers.as_deref() {
+            Ok(&[marks, instructions, cycles]) if let Ok(marks) = marks.try_into() => Ok(Self {
+                marks,
+                taken: Taken {
+                    instructions,
+                    cycles,
+                },
+            }),
+            _ => Err(format!(
+                "the meter says {line:?}: it has lost where the interrupt ends, or its report \
+                 does not fit this program"
+            )),
+        }
+    }
+
+    fn has(self, mark: u32) -> bool {
+        self.marks & mark != 0
+    }
+}
+
+impl Summary {
+    /// Of the interrupts of a run, the first of which begins it.
+    fn of(costs: &[Cost]) -> Result<Self, String> {
+        let (first, others) = costs.split_first().ok_or("no interrupt was seen")?;
+        let (shown, typical): (Vec<_>, Vec<_>) =
+            others.iter().copied().partition(|cost| cost.has(SHOWN));
+        Ok(Self {
+            typical: middle(&typical).ok_or("no interrupt without a sample shown was seen")?,
+            shown: middle(&shown).ok_or("no interrupt with a sample shown was seen")?,
+            first: first.taken,
+            worst: Taken {
+                instructions: most(costs, |taken| taken.instructions),
+                cycles: most(costs, |taken| taken.cycles),
+            },
+        })
+    }
+
+    /// The figures by their names.
+    pub(crate) fn named(&self) -> [(&'static str, Taken); 4] {
+        [
+            ("typical", self.typical),
+            ("shown", self.shown),
+            ("first", self.first),
+            ("worst", self.worst),
+        ]
+    }
+}
+
+/// The medians.
+fn middle(costs: &[Cost]) -> Option<Taken> {
+    let median = |figure: fn(Taken) -> u64| {
+        let mut figures: Vec<u64> = costs.iter().map(|cost| figure(cost.taken)).collect();
+        figures.sort_unstable();
+        figures.get(figures.len() / 2).copied()
+    };
+    Some(Taken {
+        instructions: median(|taken| taken.instructions)?,
+        cycles: median(|taken| taken.cycles)?,
+    })
+}
+
+fn most(costs: &[Cost], figure: fn(Taken) -> u64) -> u64 {
+    costs
+        .iter()
+        .map(|cost| figure(cost.taken))
+        .max()
+        .unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cost(marks: u32, instructions: u64, cycles: u64) -> Cost {
+        Cost {
+            marks,
+            taken: Taken {
+                instructions,
+                cycles,
+            },
+        }
+    }
+
+    #[test]
+    fn a_line_of_the_meter_is_read_and_nothing_else() {
+        assert_eq!(Cost::read("2 340 610"), Ok(cost(SHOWN, 340, 610)));
+        for wrong in ["lost", "", "1 2", "1 2 3 4", "4294967296 1 1", "-1 2 3"] {
+            assert!(Cost::read(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn the_classes_are_told_apart() {
+        let costs = [
+            cost(FIRST | SHOWN, 900, 2000),
+            cost(0, 100, 250),
+            cost(0, 110, 210),
+            cost(0, 5000, 900),
+            cost(SHOWN, 300, 400),
+        ];
+        let summary = Summary::of(&costs).expect("all classes are there");
+        let taken = |instructions, cycles| Taken {
+            instructions,
+            cycles,
+        };
+        assert_eq!(summary.typical, taken(110, 250));
+        assert_eq!(summary.shown, taken(300, 400));
+        assert_eq!(summary.first, taken(900, 2000));
+        assert_eq!(summary.worst, taken(5000, 2000));
+    }
+
+    #[test]
+    fn a_class_that_was_not_seen_is_an_error() {
+        let first = cost(FIRST, 900, 2000);
+        assert!(Summary::of(&[]).is_err());
+        assert!(Summary::of(&[first]).is_err());
+        assert!(Summary::of(&[first, cost(0, 1, 1)]).is_err());
+        assert!(Summary::of(&[first, cost(SHOWN, 1, 1)]).is_err());
+    }
+
+    #[test]
+    fn a_path_is_mangled() {
+        assert_eq!(mangled("Sampler::show"), "7Sampler4show");
+    }
+}
