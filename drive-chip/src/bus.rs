@@ -39,6 +39,33 @@ pub trait Bus: Copy {
         self.write(register, self.read(register) & !clear | set);
     }
 
+    /// The word that holds the levels of a port, from its IDR.
+    ///
+    /// What a sample reads and writes of pins goes by these three, because a place that is found once
+    /// costs a sample nothing.
+    #[inline(always)]
+    fn levels(self, idr: Register) -> Register {
+        idr
+    }
+
+    /// The word that sets and resets a pin, from its port's BSRR.
+    #[inline(always)]
+    fn switch(self, bsrr: Register, _pin: u32) -> Register {
+        bsrr
+    }
+
+    /// Reads one of these.
+    #[inline(always)]
+    fn read_pin(self, levels: Register) -> u32 {
+        self.read(levels)
+    }
+
+    /// Writes one of these.
+    #[inline(always)]
+    fn write_pin(self, switch: Register, word: u32) {
+        self.write(switch, word);
+    }
+
     /// Does something without any interrupt.
     fn alone<R>(self, work: impl FnOnce() -> R) -> R;
 

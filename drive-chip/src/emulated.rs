@@ -74,9 +74,7 @@ pub(crate) fn write(register: Register, word: u32) -> bool {
     let Some(place) = kept(register) else {
         return false;
     };
-    if let Some(byte) = set_or_reset(register) {
-        byte.store(byte.load(Relaxed) & !(word >> 16) | word & 0xffff, Relaxed);
-    } else if recorded(register).is_some() {
+    if recorded(register).is_some() {
         place.store(place.load(Relaxed) & word, Relaxed);
     } else {
         place.store(word, Relaxed);
@@ -87,13 +85,35 @@ pub(crate) fn write(register: Register, word: u32) -> bool {
     true
 }
 
-/// The output register of a port whose BSRR this is.
-#[inline(always)]
-fn set_or_reset(register: Register) -> Option<&'static AtomicU32> {
-    let offset = register.address().wrapping_sub(gpio::BASE);
-    (offset < 3 * gpio::STRIDE && offset % gpio::STRIDE == gpio::BSRR)
-        .then(|| kept(Register::at(register.address() - gpio::BSRR + gpio::ODR)))
-        .flatten()
+/// Pins of a port.
+const PINS: usize = 16;
+
+/// Ports that have pins here: A to C.
+const PORTS: usize = 3;
+
+/// The levels of each port, and the last word that switched each pin: two pins of a port are switched
+/// one after the other, and one word would hold only the second.
+static LEVELS: [AtomicU32; PORTS] = [const { AtomicU32::new(0) }; PORTS];
+static SWITCHES: [AtomicU32; PORTS * PINS] = [const { AtomicU32::new(0) }; PORTS * PINS];
+
+/// The number of the port that a register belongs to.
+fn port_of(register: Register) -> usize {
+    (register.address().wrapping_sub(gpio::BASE) / gpio::STRIDE) as usize
+}
+
+/// Where the levels of a port are kept.
+pub(crate) fn levels(idr: Register) -> Register {
+    LEVELS.get(port_of(idr)).map_or(idr, place)
+}
+
+/// Where a pin is switched.
+pub(crate) fn switch(bsrr: Register, pin: u32) -> Register {
+    let number = port_of(bsrr) * PINS + pin as usize;
+    SWITCHES.get(number).map_or(bsrr, place)
+}
+
+fn place(word: &'static AtomicU32) -> Register {
+    Register::at(word.as_ptr() as u32)
 }
 
 #[inline(never)]
@@ -110,30 +130,19 @@ pub fn set_count(count: u16) {
 }
 
 /// Sets the lines of ports A to C, a bit a pin; all are low, which is healthy, from the start.
-pub fn set_inputs(levels: [u16; 3]) {
-    for (port, levels) in (0..).zip(levels) {
-        set(port_register(port, gpio::IDR), levels.into());
+pub fn set_inputs(levels: [u16; PORTS]) {
+    for (word, levels) in LEVELS.iter().zip(levels) {
+        word.store(levels.into(), Relaxed);
     }
 }
 
 /// What the drive puts out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Outputs {
-    /// What the pins of ports A to C are set to, a bit a pin.
-    pub levels: [u16; 3],
     /// Steps of a PWM period that the output is high for; none while it is switched off.
     pub duty: Option<u16>,
     /// Steps of a PWM period.
     pub steps: u16,
-}
-
-impl Outputs {
-    /// Whether a pin is set high.
-    #[must_use]
-    pub fn is_high(&self, pin: Pin) -> bool {
-        let levels = self.levels.get(pin.port_number());
-        levels.is_some_and(|levels| u32::from(*levels) & pin.mask() != 0)
-    }
 }
 
 /// What the drive puts out now.
@@ -141,14 +150,18 @@ impl Outputs {
 pub fn outputs() -> Outputs {
     let on = get(TIM1.bdtr()) & timer::BDTR_MOE != 0;
     Outputs {
-        levels: [0, 1, 2].map(|port| get(port_register(port, gpio::ODR)) as u16),
         duty: on.then(|| get(TIM1.ccr1()) as u16),
         steps: get(TIM1.arr()).wrapping_add(1) as u16,
     }
 }
 
-fn port_register(port: u32, offset: u32) -> Register {
-    Register::at(gpio::BASE + gpio::STRIDE * port + offset)
+/// Whether an output was last switched high.
+#[must_use]
+pub fn is_high(pin: Pin) -> bool {
+    let bsrr = pin.register(gpio::BSRR);
+    let number = port_of(bsrr) * PINS + pin.mask().trailing_zeros() as usize;
+    let switched = SWITCHES.get(number).map_or(0, |word| word.load(Relaxed));
+    switched & pin.mask() != 0
 }
 
 fn get(register: Register) -> u32 {

@@ -2,16 +2,16 @@
 
 use crate::board::Board;
 use crate::bus::Bus;
-use crate::pins::Pin;
+use crate::pins::Input;
 use crate::pwm;
 
 /// The amplifier's fault line and the limit switches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Inputs<B> {
     bus: B,
-    fault: Pin,
-    low_switch: Pin,
-    high_switch: Pin,
+    fault: Input<B>,
+    low_switch: Input<B>,
+    high_switch: Input<B>,
 }
 
 /// Which of them are healthy.
@@ -29,9 +29,9 @@ impl<B: Bus> Inputs<B> {
     pub(crate) fn new(bus: B, board: &Board) -> Self {
         Self {
             bus,
-            fault: board.fault,
-            low_switch: board.low_switch,
-            high_switch: board.high_switch,
+            fault: Input::new(bus, board.fault),
+            low_switch: Input::new(bus, board.low_switch),
+            high_switch: Input::new(bus, board.high_switch),
         }
     }
 
@@ -39,11 +39,10 @@ impl<B: Bus> Inputs<B> {
     #[inline]
     #[must_use]
     pub fn read(&self) -> Healthy {
-        let bus = self.bus;
         Healthy {
-            amplifier: self.fault.is_low(bus) && !pwm::broke(bus),
-            low_switch: self.low_switch.is_low(bus),
-            high_switch: self.high_switch.is_low(bus),
+            amplifier: self.fault.is_low() && !pwm::broke(self.bus),
+            low_switch: self.low_switch.is_low(),
+            high_switch: self.high_switch.is_low(),
         }
     }
 }

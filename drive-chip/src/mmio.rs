@@ -31,6 +31,28 @@ impl Bus for Mmio {
         unsafe { place.write_volatile(word) }
     }
 
+    #[cfg(feature = "emulator")]
+    fn levels(self, idr: Register) -> Register {
+        emulated::levels(idr)
+    }
+
+    #[cfg(feature = "emulator")]
+    fn switch(self, bsrr: Register, pin: u32) -> Register {
+        emulated::switch(bsrr, pin)
+    }
+
+    #[inline(always)]
+    fn read_pin(self, levels: Register) -> u32 {
+        // SAFETY: as above; where the pins are emulated, a word of memory that is kept for them.
+        unsafe { (levels.address() as *const u32).read_volatile() }
+    }
+
+    #[inline(always)]
+    fn write_pin(self, switch: Register, word: u32) {
+        // SAFETY: as above.
+        unsafe { (switch.address() as *mut u32).write_volatile(word) }
+    }
+
     #[inline]
     fn alone<R>(self, work: impl FnOnce() -> R) -> R {
         cortex_m::interrupt::free(|_| work())

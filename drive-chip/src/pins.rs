@@ -34,13 +34,8 @@ impl Pin {
         Self { port, number }
     }
 
-    const fn register(self, offset: u32) -> Register {
+    pub(crate) const fn register(self, offset: u32) -> Register {
         Register::at(gpio::BASE + gpio::STRIDE * self.port as u32 + offset)
-    }
-
-    #[cfg(all(feature = "emulator", target_os = "none"))]
-    pub(crate) const fn port_number(self) -> usize {
-        self.port as usize
     }
 
     pub(crate) const fn mask(self) -> u32 {
@@ -91,20 +86,13 @@ impl Pin {
         self.set_mode(bus, Mode::Alternate);
     }
 
-    /// In one write, which an interrupt cannot come between.
-    #[inline]
+    /// Where its level is set, in one write, which an interrupt cannot come between.
+    fn switch(self, bus: impl Bus) -> Register {
+        bus.switch(self.register(gpio::BSRR), self.number)
+    }
+
     pub(crate) fn set_low(self, bus: impl Bus) {
-        bus.write(self.register(gpio::BSRR), self.mask() << 16);
-    }
-
-    #[inline]
-    fn set_high(self, bus: impl Bus) {
-        bus.write(self.register(gpio::BSRR), self.mask());
-    }
-
-    #[inline]
-    pub(crate) fn is_low(self, bus: impl Bus) -> bool {
-        bus.read(self.register(gpio::IDR)) & self.mask() == 0
+        bus.write_pin(self.switch(bus), self.mask() << 16);
     }
 }
 
@@ -122,17 +110,46 @@ pub(crate) enum Pull {
     Up = 0b01,
 }
 
+/// A pin that is an input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Input<B> {
+    bus: B,
+    levels: Register,
+    mask: u32,
+}
+
+impl<B: Bus> Input<B> {
+    /// Of a pin that was made an input, or one of a peripheral.
+    pub(crate) fn new(bus: B, pin: Pin) -> Self {
+        Self {
+            bus,
+            levels: bus.levels(pin.register(gpio::IDR)),
+            mask: pin.mask(),
+        }
+    }
+
+    #[inline]
+    pub(crate) fn is_low(&self) -> bool {
+        self.bus.read_pin(self.levels) & self.mask == 0
+    }
+}
+
 /// A pin that is an output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Output<B> {
     bus: B,
-    pin: Pin,
+    switch: Register,
+    mask: u32,
 }
 
 impl<B: Bus> Output<B> {
     /// Of a pin that was made an output.
     pub(crate) fn new(bus: B, pin: Pin) -> Self {
-        Self { bus, pin }
+        Self {
+            bus,
+            switch: pin.switch(bus),
+            mask: pin.mask(),
+        }
     }
 }
 
@@ -143,13 +160,13 @@ impl<B> ErrorType for Output<B> {
 impl<B: Bus> OutputPin for Output<B> {
     #[inline]
     fn set_low(&mut self) -> Result<(), Infallible> {
-        self.pin.set_low(self.bus);
+        self.bus.write_pin(self.switch, self.mask << 16);
         Ok(())
     }
 
     #[inline]
     fn set_high(&mut self) -> Result<(), Infallible> {
-        self.pin.set_high(self.bus);
+        self.bus.write_pin(self.switch, self.mask);
         Ok(())
     }
 }

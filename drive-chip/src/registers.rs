@@ -92,8 +92,6 @@ pub(crate) mod gpio {
     pub(crate) const OTYPER: u32 = 0x04;
     pub(crate) const PUPDR: u32 = 0x0c;
     pub(crate) const IDR: u32 = 0x10;
-    #[cfg(feature = "emulator")]
-    pub(crate) const ODR: u32 = 0x14;
     pub(crate) const BSRR: u32 = 0x18;
     pub(crate) const AFRL: u32 = 0x20;
 }

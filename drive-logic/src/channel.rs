@@ -43,6 +43,8 @@ struct Stamped {
 /// Counters that the background raises and the interrupt reads: nothing can fill them.
 #[derive(Debug)]
 struct Signals {
+    /// Raised with every stop and every order: while it stands still, there is nothing to obey.
+    asked: AtomicU32,
     stops: AtomicU32,
     heard: AtomicU32,
     alive: AtomicU32,
@@ -88,6 +90,7 @@ impl Channel {
             blocks: Queue::new(),
             fits: Queue::new(),
             signals: Signals {
+                asked: AtomicU32::new(0),
                 stops: AtomicU32::new(0),
                 heard: AtomicU32::new(0),
                 alive: AtomicU32::new(0),
@@ -142,9 +145,12 @@ impl BackgroundEnd<'_> {
     /// Gives an order, or gives it back if the interrupt has not done the ones before it.
     pub(crate) fn order(&mut self, order: Order) -> Result<(), Order> {
         let stops = self.stops();
-        self.orders
+        let given = self
+            .orders
             .enqueue(Stamped { stops, order })
-            .map_err(|back| back.order)
+            .map_err(|back| back.order);
+        raise(&self.signals.asked);
+        given
     }
 
     /// The next event.
@@ -165,6 +171,7 @@ impl BackgroundEnd<'_> {
     /// Stops whatever runs and makes void every order that was not done yet.
     pub(crate) fn stop(&self) {
         raise(&self.signals.stops);
+        raise(&self.signals.asked);
     }
 
     /// How often that was asked for.
@@ -184,9 +191,14 @@ impl BackgroundEnd<'_> {
 }
 
 impl InterruptEnd<'_> {
+    /// How often a stop or an order was asked for.
+    #[inline]
+    pub(crate) fn times_asked(&self) -> u32 {
+        self.signals.asked.load(Ordering::Acquire)
+    }
+
     /// The next order that no stop has overtaken since it was given, and those that one has overtaken
     /// as errors.
-    #[inline]
     pub(crate) fn order(&mut self) -> Option<Result<Order, Order>> {
         let Stamped { stops, order } = self.orders.dequeue()?;
         Some(if stops == self.stops() {

@@ -56,6 +56,9 @@ pub(crate) enum Learnt {
     Fixed(<fixed_loop::Identifier as Identify<Word>>::Shown),
 }
 
+/// A sample and its count.
+pub(crate) type Counted = (ControlSample<f32>, i32);
+
 /// A loop with one identifier.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct With<I: Identify<f32>> {
@@ -133,13 +136,7 @@ where
         );
     }
 
-    /// The count of the last sample.
-    #[inline]
-    pub(crate) fn count(&self) -> i32 {
-        whatever_law!(&self.0, own => own.state.count(), fixed => fixed.count())
-    }
-
-    /// The first half of a sample: measure, control, act.
+    /// The first half of a sample: measure, control, act. Answers with the sample and its count.
     ///
     /// # Errors
     /// [`ControlStepError`]; the actuator was released.
@@ -149,11 +146,18 @@ where
         setpoint: Setpoint<f32>,
         sensor: &mut S,
         actuator: &mut A,
-    ) -> Result<ControlSample<f32>, ControlStepError<S::Error, A::Error>> {
+    ) -> Result<Counted, ControlStepError<S::Error, A::Error>> {
         whatever_law!(
             &mut self.0,
-            own => control_step(&own.servo_loop, &mut own.state, setpoint, sensor, actuator),
-            fixed => fixed.control(setpoint, sensor, actuator)
+            own => {
+                control_step(&own.servo_loop, &mut own.state, setpoint, sensor, actuator)
+                    .map(|sample| (sample, own.state.count()))
+            },
+            fixed => {
+                fixed
+                    .control(setpoint, sensor, actuator)
+                    .map(|sample| (sample, fixed.count()))
+            }
         )
     }
 

@@ -11,16 +11,22 @@ const AT_REST: u32 = 4;
 const REST_TIME: f64 = 0.02;
 
 /// The watch over the end of a run.
+///
+/// One count runs down in every sample, to the next thing that may happen; only when it has run out, or
+/// the host was heard, is anything looked at.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Ending {
-    phase: Phase,
-    /// Samples that the phase has left.
+    /// Samples to the next look, and those that it was begun with.
     left: u32,
-    has_end: bool,
-    /// Samples for which the host may be silent, if there is such a bound.
-    silent_most: u32,
-    silent: u32,
+    begun_with: u32,
     heard: u32,
+    phase: Phase,
+    /// Samples that the run has left at the last look, if it has an end.
+    run_left: Option<u32>,
+    /// Samples for which the host may be silent, if there is such a bound; those that it was at the
+    /// last look.
+    silent_most: Option<u32>,
+    silent: u32,
     stop_time: u32,
     rest_time: u32,
 }
@@ -33,6 +39,7 @@ enum Phase {
         why: Ended,
         at: i32,
         still: u32,
+        left: u32,
     },
 }
 
@@ -48,21 +55,16 @@ pub(crate) enum Course {
 }
 
 impl Ending {
-    /// The silence that is allowed where there is no bound.
-    const FOR_EVER: u32 = u32::MAX;
-
     pub(crate) fn new(given: &Protection, units: &Units) -> Self {
+        let bound = |time: f64| (time > 0.0).then(|| samples(time, units));
         Self {
-            phase: Phase::Driving,
-            left: samples(given.duration, units),
-            has_end: given.duration > 0.0,
-            silent_most: if given.link_timeout > 0.0 {
-                samples(given.link_timeout, units)
-            } else {
-                Self::FOR_EVER
-            },
-            silent: 0,
+            left: 1,
+            begun_with: 1,
             heard: 0,
+            phase: Phase::Driving,
+            run_left: bound(given.duration),
+            silent_most: bound(given.link_timeout),
+            silent: 0,
             stop_time: samples(given.stop_time, units),
             rest_time: samples(REST_TIME, units),
         }
@@ -72,42 +74,74 @@ impl Ending {
     pub(crate) fn start(&mut self, heard: u32) {
         self.heard = heard;
         self.silent = 0;
+        self.begin();
+    }
+
+    /// Begins to count down to the next thing that may happen.
+    fn begin(&mut self) {
+        let silence = self.silent_most.map(|most| most - self.silent);
+        let next = silence.into_iter().chain(self.run_left).min();
+        self.left = next.unwrap_or(u32::MAX).max(1);
+        self.begun_with = self.left;
     }
 
     /// Looks at a sample: the servo's count, and how often the host was heard.
     #[inline]
     pub(crate) fn check(&mut self, count: i32, heard: u32) -> Course {
-        if let Phase::ComingToRest { .. } = self.phase {
-            return self.rest(count);
-        }
-        if heard != self.heard {
-            self.heard = heard;
-            self.silent = 0;
+        self.left -= 1;
+        if self.left == 0 || heard != self.heard {
+            self.look(count, heard)
         } else {
-            self.silent = self.silent.saturating_add(1);
+            Course::On
         }
-        if self.has_end {
-            self.left -= 1;
-            if self.left == 0 {
-                return self.begin_rest(Ended::Over, count);
-            }
-        }
-        if self.silent >= self.silent_most && self.silent_most != Self::FOR_EVER {
-            return self.begin_rest(Ended::Faulted(Fault::LinkSilent), count);
-        }
-        Course::On
     }
 
     #[cold]
+    #[inline(never)]
+    fn look(&mut self, count: i32, heard: u32) -> Course {
+        if let Phase::ComingToRest { .. } = self.phase {
+            self.heard = heard;
+            self.left = 1;
+            return self.rest(count);
+        }
+        let passed = self.begun_with - self.left;
+        self.silent = if heard == self.heard {
+            self.silent.saturating_add(passed)
+        } else {
+            0
+        };
+        self.heard = heard;
+        self.run_left = self.run_left.map(|left| left.saturating_sub(passed));
+        self.begin();
+        if self.run_left == Some(0) {
+            self.begin_rest(Ended::Over, count)
+        } else if self.silent_most.is_some_and(|most| self.silent >= most) {
+            self.begin_rest(Ended::Faulted(Fault::LinkSilent), count)
+        } else {
+            Course::On
+        }
+    }
+
     fn begin_rest(&mut self, why: Ended, at: i32) -> Course {
-        self.phase = Phase::ComingToRest { why, at, still: 0 };
-        self.left = self.stop_time;
+        self.phase = Phase::ComingToRest {
+            why,
+            at,
+            still: 0,
+            left: self.stop_time,
+        };
+        // From now on every sample is looked at.
+        self.left = 1;
         Course::Rest
     }
 
-    #[cold]
     fn rest(&mut self, count: i32) -> Course {
-        let Phase::ComingToRest { why, at, still } = &mut self.phase else {
+        let Phase::ComingToRest {
+            why,
+            at,
+            still,
+            left,
+        } = &mut self.phase
+        else {
             return Course::On;
         };
         if count.wrapping_sub(*at).unsigned_abs() > AT_REST {
@@ -115,8 +149,8 @@ impl Ending {
         } else {
             *still += 1;
         }
-        self.left -= 1;
-        if *still >= self.rest_time || self.left == 0 {
+        *left = left.saturating_sub(1);
+        if *still >= self.rest_time || *left == 0 {
             Course::Ended(*why)
         } else {
             Course::On

@@ -124,7 +124,7 @@ fn single(
         count: setpoint,
         offset: offset as f32,
     };
-    let sample = closed_loop
+    let (sample, _) = closed_loop
         .control(setpoint, &mut Counted(count), &mut far)
         .map_err(|_| Refused::OutOfReach)?;
     let seen = closed_loop.learn(&sample);

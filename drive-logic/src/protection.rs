@@ -33,6 +33,9 @@ const ROUNDING: f64 = 2.0;
 /// Part by which a product of decimal fractions may be off.
 const ROUNDING_OF_DECIMALS: f64 = 1e-9;
 
+/// The largest distance that is told from its opposite.
+const MOST: u32 = i32::MAX.unsigned_abs();
+
 /// The time for which a limit switch must be open, s: contacts bounce, and lines catch disturbances.
 const DEBOUNCE: f64 = 2e-3;
 
@@ -40,7 +43,7 @@ const DEBOUNCE: f64 = 2e-3;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Protection {
     following_error: f32,
-    travel: i32,
+    travel: u32,
     started_at: i32,
     speed: SpeedWatch,
     stall: StallWatch,
@@ -56,7 +59,7 @@ struct SpeedWatch {
     /// Samples of a while, and those that are left of it.
     while_long: u32,
     left: u32,
-    most: i32,
+    most: u32,
     from: i32,
 }
 
@@ -156,13 +159,13 @@ impl Protection {
         Ok(Self {
             following_error: (given.following_error * units.position()) as f32,
             // Within 2³⁰ counts.
-            travel: (given.travel * units.position() + ROUNDING) as i32,
+            travel: (given.travel * units.position() + ROUNDING) as u32,
             started_at: 0,
             speed: SpeedWatch {
                 while_long,
                 left: while_long,
                 // A cast saturates.
-                most: (counts_in_a_while + ROUNDING) as i32,
+                most: ((counts_in_a_while + ROUNDING) as u32).min(MOST),
                 from: 0,
             },
             stall: StallWatch {
@@ -217,10 +220,16 @@ impl Protection {
         self.stall.check(sample)
     }
 
-    /// Takes in whether a sample ended too late.
+    /// Takes in that a sample ended in time.
     #[inline]
-    pub(crate) fn ended(&mut self, late: bool) -> Result<(), Fault> {
-        self.late = if late { self.late.saturating_add(1) } else { 0 };
+    pub(crate) fn ended_in_time(&mut self) {
+        self.late = 0;
+    }
+
+    /// Takes in that a sample ended too late.
+    #[cold]
+    pub(crate) fn ended_late(&mut self) -> Result<(), Fault> {
+        self.late = self.late.saturating_add(1);
         if self.late >= self.late_most {
             Err(Fault::Overrun)
         } else {
@@ -263,7 +272,8 @@ impl StallWatch {
     }
 }
 
+/// Whether a distance is within so many counts either way: at most 2³¹ − 1.
 #[inline]
-fn is_within(counts: i32, most: i32) -> bool {
-    counts.unsigned_abs() <= most.unsigned_abs()
+fn is_within(counts: i32, most: u32) -> bool {
+    counts.cast_unsigned().wrapping_add(most) <= most + most
 }

@@ -172,6 +172,8 @@ pub struct Run {
     ending: Ending,
     background: Patience,
     sample: u32,
+    /// The count of the last sample, and of the first.
+    count: i32,
     started_at: i32,
 }
 
@@ -216,6 +218,7 @@ impl Run {
             background: Patience::of(samples(driven, &units)),
             closed_loop: ClosedLoop::new(&settings.closed_loop)?,
             sample: 0,
+            count: 0,
             started_at: 0,
         })
     }
@@ -251,6 +254,8 @@ pub struct Sampler<'a> {
     ended: Option<Ended>,
     /// A run on its way back.
     returned: Option<&'static mut Run>,
+    /// How often was asked when there was nothing left to obey.
+    asked: u32,
     /// The stops that were obeyed.
     stops: u32,
     /// How things stand has changed and has found no room yet.
@@ -267,6 +272,7 @@ impl<'a> Sampler<'a> {
         let [_, released] = BACKGROUND_PATIENCE;
         let (_, longest) = SAMPLE_TIMES;
         Self {
+            asked: channel.times_asked().wrapping_sub(1),
             stops: channel.stops(),
             channel,
             run: None,
@@ -274,7 +280,7 @@ impl<'a> Sampler<'a> {
             ended: None,
             returned: None,
             untold: found_at_boot.is_err(),
-            watch: Watch::default(),
+            watch: Watch::NONE,
             counts: Counts::default(),
             // At shorter sample times it is less.
             background: Patience::of((released / longest) as u32),
@@ -302,17 +308,8 @@ impl<'a> Sampler<'a> {
         sensor: &mut S,
         actuator: &mut A,
     ) {
-        let stops = self.channel.stops();
-        if stops != self.stops {
-            self.stop(stops, actuator);
-        }
-        if self.untold {
-            self.tell();
-        }
-        if !self.untold
-            && let Some(order) = self.channel.order()
-        {
-            self.obey(order, lines, sensor, actuator);
+        if self.channel.times_asked() != self.asked {
+            self.obey(lines, sensor, actuator);
         }
         let Some(run) = &mut self.run else {
             // Read even so: a counter of few bits that wraps unread loses its turns.
@@ -345,7 +342,7 @@ impl<'a> Sampler<'a> {
             sample: run.sample,
             learnt: run.closed_loop.learnt(),
             error: control.error,
-            count: run.closed_loop.count().wrapping_sub(run.started_at),
+            count: run.count.wrapping_sub(run.started_at),
             command: control.command,
             output_error: seen.output_error,
             counts: self.counts,
@@ -361,8 +358,12 @@ impl<'a> Sampler<'a> {
         let Some(run) = &mut self.run else {
             return;
         };
-        self.counts.overruns = self.counts.overruns.saturating_add(late.into());
-        if let Err(fault) = run.protection.ended(late) {
+        if !late {
+            run.protection.ended_in_time();
+            return;
+        }
+        self.counts.overruns = self.counts.overruns.saturating_add(1);
+        if let Err(fault) = run.protection.ended_late() {
             self.end(Ended::Faulted(fault), actuator);
         }
     }
@@ -377,8 +378,35 @@ impl<'a> Sampler<'a> {
         }
     }
 
+    /// Obeys a stop, tells what was not told yet, and does the next order, until there is nothing left
+    /// of all that.
     #[cold]
+    #[inline(never)]
     fn obey<S: PositionSensor, A: Actuator<f32>>(
+        &mut self,
+        lines: Lines,
+        sensor: &mut S,
+        actuator: &mut A,
+    ) {
+        let asked = self.channel.times_asked();
+        let stops = self.channel.stops();
+        if stops != self.stops {
+            self.stops = stops;
+            self.end(Ended::Stopped, actuator);
+        }
+        if self.untold {
+            self.tell();
+        }
+        if self.untold {
+            return;
+        }
+        match self.channel.order() {
+            Some(order) => self.carry_out(order, lines, sensor, actuator),
+            None => self.asked = asked,
+        }
+    }
+
+    fn carry_out<S: PositionSensor, A: Actuator<f32>>(
         &mut self,
         order: Result<Order, Order>,
         lines: Lines,
@@ -415,7 +443,7 @@ impl<'a> Sampler<'a> {
             }
             Ok(Order::Clear) => self.clear(lines),
             Ok(Order::Watch(every)) | Err(Order::Watch(every)) => {
-                self.watch = Watch { every, left: 0 };
+                self.watch = Watch::every(every);
             }
             Err(Order::Target(_) | Order::Clear) => {}
         }
@@ -435,12 +463,6 @@ impl<'a> Sampler<'a> {
         self.returned = Some(run);
         self.untold = true;
         self.tell();
-    }
-
-    #[cold]
-    fn stop<A: Actuator<f32>>(&mut self, stops: u32, actuator: &mut A) {
-        self.stops = stops;
-        self.end(Ended::Stopped, actuator);
     }
 
     /// Lets the servo go. Not inlined, to be seen in the machine code.
@@ -470,30 +492,51 @@ impl<'a> Sampler<'a> {
         };
         match self.channel.tell(Event::Standing(standing)) {
             Ok(()) => self.untold = false,
-            Err(Event::Standing(standing)) => self.returned = standing.returned,
+            Err(Event::Standing(standing)) => {
+                self.returned = standing.returned;
+                self.come_back();
+            }
             Err(Event::Shown(_)) => {}
         }
+    }
+
+    /// There is something left to do in the next sample.
+    fn come_back(&mut self) {
+        self.asked = self.channel.times_asked().wrapping_sub(1);
     }
 }
 
 /// Which samples are shown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Watch {
     /// Samples from one to the next; 0 for none.
     every: u16,
-    left: u16,
+    left: u32,
 }
 
 impl Watch {
+    const NONE: Self = Self::every(0);
+
+    /// The next sample, and then every so many.
+    const fn every(every: u16) -> Self {
+        Self {
+            every,
+            left: if every == 0 { u32::MAX } else { 1 },
+        }
+    }
+
     /// Whether this sample is to be shown.
     #[inline]
     fn is_due(&mut self) -> bool {
-        if self.every == 0 {
-            return false;
-        }
-        let due = self.left == 0;
-        self.left = if due { self.every } else { self.left } - 1;
-        due
+        self.left -= 1;
+        self.left == 0 && self.begin_anew()
+    }
+
+    #[cold]
+    fn begin_anew(&mut self) -> bool {
+        let is_due = self.every > 0;
+        self.left = if is_due { self.every.into() } else { u32::MAX };
+        is_due
     }
 }
 
@@ -523,9 +566,9 @@ impl Patience {
     fn lasts(&mut self, times: u32) -> bool {
         if times != self.times {
             self.begin(times);
-        } else {
-            self.still = self.still.saturating_add(1);
+            return true;
         }
+        self.still = self.still.saturating_add(1);
         self.still < self.most
     }
 }
@@ -542,7 +585,7 @@ impl Run {
     ) -> Result<(ControlSample<f32>, Seen<f32>), Ended> {
         self.protection.check_lines(lines).map_err(Ended::Faulted)?;
         let setpoint = self.reference.next();
-        let control = self
+        let (control, count) = self
             .closed_loop
             .control(setpoint, sensor, actuator)
             .map_err(|error| {
@@ -552,7 +595,7 @@ impl Run {
                     _ => Fault::OutOfReach,
                 })
             })?;
-        let count = self.closed_loop.count();
+        self.count = count;
         self.protection
             .check(&control, count)
             .map_err(Ended::Faulted)?;

@@ -6,6 +6,7 @@ mod support;
 
 use std::collections::VecDeque;
 
+use drive_link::Line;
 use drive_link::{Command, Fault, Law, Receiver, Refusal, Report, Request, Settings, State, frame};
 use drive_logic::Conversation;
 use support::drive::{Drive, SERVO};

@@ -1,8 +1,10 @@
 //! A servo for a chip that is emulated: what the drive puts out moves it, and the encoder's counter
 //! follows. It is no part of the drive: what it takes is not counted.
 
+use core::cell::RefCell;
 use core::sync::atomic::{AtomicU32, Ordering};
 
+use cortex_m::interrupt::{Mutex, free};
 use drive_chip::emulated::{self, Outputs};
 use virtual_servo::{Encoder, Plant};
 
@@ -20,8 +22,21 @@ pub fn set_sample_time(sample_time: f64) {
     SAMPLE_TIME.store((sample_time as f32).to_bits(), Ordering::Relaxed);
 }
 
+/// The servo, once it has moved.
+static SERVO: Mutex<RefCell<Option<EmulatedServo>>> = Mutex::new(RefCell::new(None));
+
+/// Lets a sample pass.
+#[inline(never)]
+pub fn advance() {
+    free(|section| {
+        if let Ok(mut servo) = SERVO.borrow(section).try_borrow_mut() {
+            servo.get_or_insert_default().advance();
+        }
+    });
+}
+
 /// The servo with its encoder.
-pub struct EmulatedServo {
+struct EmulatedServo {
     plant: Plant,
     sample_time: u32,
     encoder: Encoder,
@@ -39,9 +54,7 @@ impl Default for EmulatedServo {
 }
 
 impl EmulatedServo {
-    /// Lets a sample pass.
-    #[inline(never)]
-    pub fn advance(&mut self) {
+    fn advance(&mut self) {
         let wanted = SAMPLE_TIME.load(Ordering::Relaxed);
         if wanted != self.sample_time && wanted != 0 {
             let sample_time = f64::from(f32::from_bits(wanted));
@@ -58,11 +71,11 @@ impl EmulatedServo {
 
 /// What acts on the servo, command units: nothing unless the amplifier is enabled.
 fn command(outputs: &Outputs) -> f64 {
-    let Some(duty) = outputs.duty.filter(|_| outputs.is_high(BOARD.enable)) else {
+    let Some(duty) = outputs.duty.filter(|_| emulated::is_high(BOARD.enable)) else {
         return 0.0;
     };
     let size = STAGE.full_scale * f64::from(duty) / f64::from(outputs.steps.max(1));
-    if outputs.is_high(BOARD.direction) {
+    if emulated::is_high(BOARD.direction) {
         size
     } else {
         -size

@@ -10,8 +10,7 @@ use crate::paper;
 #[must_use]
 pub fn built_in() -> Settings {
     let mut core = paper::settings();
-    // Ten times the paper's: chosen for its motor, they are slow far from it.
-    core.identifier.gamma = Some(diagonal([20.0, 3000.0, 100.0, 0.0]));
+    core.identifier.gamma = Some(diagonal([2.0, 300.0, 10.0, 0.0]));
     Settings {
         closed_loop: LoopSettings {
             core,

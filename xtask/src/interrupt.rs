@@ -34,7 +34,7 @@ const SHOWN: u32 = 0b010;
 const FAILED: u32 = 0b100;
 
 /// Functions that a drive has only in the emulator: neither they nor what they call counts.
-const ONLY_EMULATED: [&str; 1] = ["EmulatedServo::advance"];
+const ONLY_EMULATED: [&str; 1] = ["emulated_servo::advance"];
 
 /// Interrupts that are counted, from the one that begins the run.
 const COUNTED: usize = 100_000;

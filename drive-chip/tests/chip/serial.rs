@@ -1,6 +1,7 @@
 use std::collections::VecDeque;
 
 use drive_chip::serial::BAUD;
+use drive_link::Line;
 use stm32f4::stm32f405::Interrupt;
 
 use crate::{healthy, slow, wired};

@@ -11,8 +11,6 @@ use drive_chip::{Mmio, interrupts, sample_timer};
 use drive_link::State;
 use drive_logic::{Channel, Chip, Conversation, Lines, Run, Sampler, Supervisor, self_test};
 use firmware_stm32::board::{self, Encoder, Inputs, Output, Port, SampleTimer, Watchdog, Wired};
-#[cfg(feature = "emulator")]
-use firmware_stm32::emulated_servo::EmulatedServo;
 use firmware_stm32::handed::Handed;
 use firmware_stm32::settings;
 use stm32f4xx_hal::pac::interrupt;
@@ -62,8 +60,6 @@ static PORT: Handed<Port> = Handed::new();
 #[interrupt]
 fn TIM5() {
     static mut OWN: Option<Control> = None;
-    #[cfg(feature = "emulator")]
-    static mut SERVO: Option<EmulatedServo> = None;
     sample_timer::acknowledge(Mmio);
     if OWN.is_none() {
         *OWN = CONTROL.take();
@@ -72,7 +68,7 @@ fn TIM5() {
         sampler.interrupt(chip);
     }
     #[cfg(feature = "emulator")]
-    SERVO.get_or_insert_default().advance();
+    firmware_stm32::emulated_servo::advance();
 }
 
 #[interrupt]

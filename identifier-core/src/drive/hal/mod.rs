@@ -62,14 +62,20 @@ fn reciprocal(full_scale: f32) -> Result<f32, crate::error::OutOfRange> {
 #[inline]
 fn fraction(command: f32, per_unit: f32) -> f32 {
     let fraction = command * per_unit;
-    if fraction >= 1.0 {
-        1.0
-    } else if fraction <= -1.0 {
-        -1.0
-    } else if fraction.is_nan() {
+    if fraction.abs() < 1.0 {
+        fraction
+    } else {
+        limited(fraction)
+    }
+}
+
+/// A fraction that is not within ±1.
+#[cold]
+fn limited(fraction: f32) -> f32 {
+    if fraction.is_nan() {
         0.0
     } else {
-        fraction
+        fraction.signum()
     }
 }
 
