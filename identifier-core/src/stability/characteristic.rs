@@ -30,10 +30,10 @@ pub(super) struct Controller {
 /// The polynomials of all servos of one a, as a function of b.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Family {
-    open: Whole,
+    pub(super) open: Whole,
     /// Per b, rad/s² per command unit.
-    per_gain: Whole,
-    degree: usize,
+    pub(super) per_gain: Whole,
+    pub(super) degree: usize,
 }
 
 /// Coefficients, lowest power of w first.

@@ -253,3 +253,37 @@ impl Line {
         stable
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Both ends are Hurwitz, and what lies between them is not all: no loop around a servo is known
+    /// that is so, and the search must not depend on it.
+    #[test]
+    fn an_island_is_found_as_point_by_point() {
+        let from = [1.0, 0.25, 2.51, 0.2, 1.0, 0.0];
+        let to = [0.05, 1.05, 4.6, 8.5, 1.0, 0.0];
+        let family = Family {
+            open: from,
+            per_gain: core::array::from_fn(|k| to[k] - from[k]),
+            degree: 4,
+        };
+        assert!(family.at(0.0).is_hurwitz() && family.at(1.0).is_hurwitz());
+        let (mut before, mut beyond) = (0, 0);
+        for points in 2..60 {
+            for first in [1e-3, 1e-2, 0.1, 0.2] {
+                let line = Line {
+                    first,
+                    ratio: libm::pow(1.0 / first, 1.0 / f64::from(points - 1)),
+                };
+                let stable = |i: &u32| family.at(line.point(*i)).is_hurwitz();
+                let expected = (0..points).take_while(stable).count() as u32;
+                assert_eq!(line.stable_points(&family, points), expected);
+                before += u32::from((1..points).contains(&expected));
+                beyond += u32::from(expected == points);
+            }
+        }
+        assert!(before > 50 && beyond > 0, "{before}, {beyond}");
+    }
+}
