@@ -80,11 +80,12 @@ pub(crate) struct Summary {
 
 /// Prints what every law takes.
 pub(crate) fn print() -> Result<(), String> {
+    let counted = count()?;
     println!(
         "{:<18} {:<8} {:>12} {:>8} {:>8}",
         "law", "", "instructions", "cycles", "µs"
     );
-    for (law, summary) in count()? {
+    for (law, summary) in counted {
         for (
             name,
             Taken {
@@ -141,7 +142,9 @@ pub(crate) fn measure(
     let file = plugin.display().to_string().replace(',', ",,");
     let request = format!("file={file},listener={address},{}", watched(drive)?);
     let more = ["-icount", "shift=0,sleep=off", "-plugin", &request].map(str::to_owned);
-    let (_running, port) = emulator::Running::start_with(drive, &more)?;
+    let (_running, port) = emulator::Running::start_with(drive, &more).map_err(|error| {
+        format!("{error}; the emulator must be QEMU 9.1 or later, and be built with plugins")
+    })?;
     let reader = thread::spawn(move || read(&listener, interrupts));
 
     let mut client = Client::new(port);
