@@ -43,7 +43,8 @@ struct Stamped {
 /// Counters that the background raises and the interrupt reads: nothing can fill them.
 #[derive(Debug)]
 struct Signals {
-    /// Raised with every stop and every order: while it stands still, there is nothing to obey.
+    /// Raised with everything below but the last, and with every order: while it stands still, there is
+    /// nothing to obey.
     asked: AtomicU32,
     stops: AtomicU32,
     heard: AtomicU32,
@@ -182,6 +183,7 @@ impl BackgroundEnd<'_> {
     /// Somebody was heard on the line who speaks our language.
     pub(crate) fn heard(&self) {
         raise(&self.signals.heard);
+        raise(&self.signals.asked);
     }
 
     /// The background goes round.
@@ -191,7 +193,7 @@ impl BackgroundEnd<'_> {
 }
 
 impl InterruptEnd<'_> {
-    /// How often a stop or an order was asked for.
+    /// How often a stop or an order was asked for, or the host heard.
     #[inline]
     pub(crate) fn times_asked(&self) -> u32 {
         self.signals.asked.load(Ordering::Acquire)
@@ -226,12 +228,10 @@ impl InterruptEnd<'_> {
         self.fits.dequeue()
     }
 
-    #[inline]
     pub(crate) fn stops(&self) -> u32 {
         self.signals.stops.load(Ordering::Acquire)
     }
 
-    #[inline]
     pub(crate) fn times_heard(&self) -> u32 {
         self.signals.heard.load(Ordering::Relaxed)
     }

@@ -56,8 +56,11 @@ pub(crate) enum Learnt {
     Fixed(<fixed_loop::Identifier as Identify<Word>>::Shown),
 }
 
-/// A sample and its count.
-pub(crate) type Counted = (ControlSample<f32>, i32);
+/// A control step with its count, or why it was not taken.
+pub(crate) type Looked<S, A> = Result<
+    (ControlSample<f32>, i32),
+    ControlStepError<<S as PositionSensor>::Error, <A as Actuator<f32>>::Error>,
+>;
 
 /// A loop with one identifier.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -127,47 +130,40 @@ where
         laws.map(Self).map_err(parts::not_allowed)
     }
 
-    /// Puts the loop at rest at a count.
+    /// Puts a loop that has done no sample yet at another count.
     pub(crate) fn start(&mut self, count: i32) {
         whatever_law!(
             &mut self.0,
-            own => own.state = own.servo_loop.start(count),
+            own => own.state.begin_at(count),
             fixed => fixed.start(count)
         );
     }
 
-    /// The first half of a sample: measure, control, act. Answers with the sample and its count.
+    /// A sample: measure, control, act; have it looked at, with its count; then learn, while the command
+    /// acts. What looks at it may end it.
     ///
     /// # Errors
-    /// [`ControlStepError`]; the actuator was released.
+    /// [`ControlStepError`], the actuator was released; or why what looks at it ended it.
     #[inline]
-    pub(crate) fn control<S: PositionSensor, A: Actuator<f32>>(
+    pub(crate) fn sample<S: PositionSensor, A: Actuator<f32>, E>(
         &mut self,
         setpoint: Setpoint<f32>,
         sensor: &mut S,
         actuator: &mut A,
-    ) -> Result<Counted, ControlStepError<S::Error, A::Error>> {
+        look: impl FnOnce(Looked<S, A>) -> Result<ControlSample<f32>, E>,
+    ) -> Result<(ControlSample<f32>, Seen<f32>), E> {
         whatever_law!(
             &mut self.0,
             own => {
-                control_step(&own.servo_loop, &mut own.state, setpoint, sensor, actuator)
-                    .map(|sample| (sample, own.state.count()))
+                let taken = control_step(&own.servo_loop, &mut own.state, setpoint, sensor, actuator);
+                let sample = look(taken.map(|sample| (sample, own.state.count())))?;
+                Ok((sample, own.servo_loop.learn(&mut own.state, &sample)))
             },
             fixed => {
-                fixed
-                    .control(setpoint, sensor, actuator)
-                    .map(|sample| (sample, fixed.count()))
+                let taken = fixed.control(setpoint, sensor, actuator);
+                let sample = look(taken.map(|sample| (sample, fixed.count())))?;
+                Ok((sample, fixed.learn()))
             }
-        )
-    }
-
-    /// The second half: learn, while the command acts.
-    #[inline]
-    pub(crate) fn learn(&mut self, sample: &ControlSample<f32>) -> Seen<f32> {
-        whatever_law!(
-            &mut self.0,
-            own => own.servo_loop.learn(&mut own.state, sample),
-            fixed => fixed.learn()
         )
     }
 
@@ -199,23 +195,22 @@ where
 }
 
 impl ClosedLoop {
-    /// The block of Gauss–Newton's record that the sample completed, if it did.
+    /// Hands on the block of Gauss–Newton's record that the sample completed, if it did, and goes on
+    /// from a first fit that has come back.
     #[inline]
-    pub(crate) fn take_block(&mut self) -> Option<NumberedBlock<f32>> {
-        match &mut self.0 {
-            Laws::GaussNewton(own) => {
-                let identifier = own.servo_loop.identifier();
-                identifier.take_block(own.state.identification_mut())
-            }
-            _ => None,
-        }
-    }
-
-    /// Goes on from a first fit.
-    pub(crate) fn take_over(&mut self, fitted: &GaussNewtonFitted<f32, 4>) {
-        if let Laws::GaussNewton(own) = &mut self.0 {
-            let identifier = own.servo_loop.identifier();
-            identifier.take_over(own.state.identification_mut(), fitted);
+    pub(crate) fn exchange(
+        &mut self,
+        hand_on: impl FnOnce(NumberedBlock<f32>) -> Option<GaussNewtonFitted<f32, 4>>,
+    ) {
+        let Laws::GaussNewton(own) = &mut self.0 else {
+            return;
+        };
+        let identifier = own.servo_loop.identifier();
+        let state = own.state.identification_mut();
+        if let Some(block) = identifier.take_block(state)
+            && let Some(fitted) = hand_on(block)
+        {
+            identifier.take_over(state, &fitted);
         }
     }
 }

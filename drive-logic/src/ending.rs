@@ -19,7 +19,6 @@ pub(crate) struct Ending {
     /// Samples to the next look, and those that it was begun with.
     left: u32,
     begun_with: u32,
-    heard: u32,
     phase: Phase,
     /// Samples that the run has left at the last look, if it has an end.
     run_left: Option<u32>,
@@ -60,7 +59,6 @@ impl Ending {
         Self {
             left: 1,
             begun_with: 1,
-            heard: 0,
             phase: Phase::Driving,
             run_left: bound(given.duration),
             silent_most: bound(given.link_timeout),
@@ -70,27 +68,44 @@ impl Ending {
         }
     }
 
-    /// From now on, having heard the host so often.
-    pub(crate) fn start(&mut self, heard: u32) {
-        self.heard = heard;
-        self.silent = 0;
+    /// From now on.
+    pub(crate) fn start(&mut self) {
         self.begin();
+    }
+
+    /// The host was heard.
+    pub(crate) fn heard(&mut self) {
+        if let Phase::Driving = self.phase {
+            self.take_in_time();
+            self.silent = 0;
+            self.begin();
+        }
+    }
+
+    /// Takes in the samples since it was last looked.
+    fn take_in_time(&mut self) {
+        let passed = self.begun_with - self.left;
+        self.silent = self.silent.saturating_add(passed);
+        self.run_left = self.run_left.map(|left| left.saturating_sub(passed));
+        self.begun_with = self.left;
     }
 
     /// Begins to count down to the next thing that may happen.
     fn begin(&mut self) {
-        let silence = self.silent_most.map(|most| most - self.silent);
+        let silence = self
+            .silent_most
+            .map(|most| most.saturating_sub(self.silent));
         let next = silence.into_iter().chain(self.run_left).min();
         self.left = next.unwrap_or(u32::MAX).max(1);
         self.begun_with = self.left;
     }
 
-    /// Looks at a sample: the servo's count, and how often the host was heard.
+    /// Looks at a sample that ended at a count.
     #[inline]
-    pub(crate) fn check(&mut self, count: i32, heard: u32) -> Course {
+    pub(crate) fn check(&mut self, count: i32) -> Course {
         self.left -= 1;
-        if self.left == 0 || heard != self.heard {
-            self.look(count, heard)
+        if self.left == 0 {
+            self.look(count)
         } else {
             Course::On
         }
@@ -98,26 +113,18 @@ impl Ending {
 
     #[cold]
     #[inline(never)]
-    fn look(&mut self, count: i32, heard: u32) -> Course {
+    fn look(&mut self, count: i32) -> Course {
         if let Phase::ComingToRest { .. } = self.phase {
-            self.heard = heard;
             self.left = 1;
             return self.rest(count);
         }
-        let passed = self.begun_with - self.left;
-        self.silent = if heard == self.heard {
-            self.silent.saturating_add(passed)
-        } else {
-            0
-        };
-        self.heard = heard;
-        self.run_left = self.run_left.map(|left| left.saturating_sub(passed));
-        self.begin();
+        self.take_in_time();
         if self.run_left == Some(0) {
             self.begin_rest(Ended::Over, count)
         } else if self.silent_most.is_some_and(|most| self.silent >= most) {
             self.begin_rest(Ended::Faulted(Fault::LinkSilent), count)
         } else {
+            self.begin();
             Course::On
         }
     }
@@ -177,14 +184,14 @@ mod tests {
         };
         let units = Units::new(1e-3, 1e-3).expect("allowed");
         let mut ending = Ending::new(&given, &units);
-        ending.start(7);
+        ending.start();
         ending
     }
 
     /// Samples until the first answer that is not "on".
     fn until(ending: &mut Ending, mut count: impl FnMut(u32) -> i32) -> (u32, Course) {
         (1..100_000)
-            .map(|k| (k, ending.check(count(k), 7)))
+            .map(|k| (k, ending.check(count(k))))
             .find(|(_, course)| *course != Course::On)
             .expect("it ends")
     }
@@ -211,11 +218,14 @@ mod tests {
     fn whoever_is_heard_keeps_the_run_alive_and_without_a_bound_nobody_needs_to_be() {
         let mut bounded = ending(0.0, 0.3);
         for k in 0..10_000 {
-            assert_eq!(bounded.check(0, 7 + k / 299), Course::On);
+            if k % 299 == 0 {
+                bounded.heard();
+            }
+            assert_eq!(bounded.check(0), Course::On);
         }
         let mut free = ending(0.0, 0.0);
         for _ in 0..1_000_000 {
-            assert_eq!(free.check(0, 7), Course::On);
+            assert_eq!(free.check(0), Course::On);
         }
     }
 }

@@ -54,7 +54,7 @@ impl FixedLoop {
     }
 
     pub(crate) fn start(&mut self, count: i32) {
-        self.state = self.servo_loop.start(count);
+        self.state.begin_at(count);
     }
 
     pub(crate) fn count(&self) -> i32 {

@@ -124,10 +124,11 @@ fn single(
         count: setpoint,
         offset: offset as f32,
     };
-    let (sample, _) = closed_loop
-        .control(setpoint, &mut Counted(count), &mut far)
+    let (_, seen) = closed_loop
+        .sample(setpoint, &mut Counted(count), &mut far, |taken| {
+            taken.map(|(sample, _)| sample)
+        })
         .map_err(|_| Refused::OutOfReach)?;
-    let seen = closed_loop.learn(&sample);
     closed_loop.work(u32::MAX);
     Ok(Reading {
         command: f64::from(far.command),

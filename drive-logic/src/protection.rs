@@ -22,7 +22,7 @@ const AMPLITUDES_OF_TRAVEL: f64 = 2.0;
 const OF_DITHER: f64 = 0.9;
 
 /// Counts within which a servo has not moved: one line of an encoder that is broken still flickers.
-const FLICKER: f32 = 4.0;
+const FLICKER: u32 = 4;
 
 /// The time over which the speed is averaged, s.
 const SPEED_TIME: f64 = 5e-3;
@@ -69,10 +69,10 @@ struct SpeedWatch {
 struct StallWatch {
     change: f32,
     most: u32,
-    /// Samples since the last motion in which the servo was driven, how far it moved in them, and the
-    /// command at which it came to rest.
+    /// Samples since the last motion in which the servo was driven; where it came to rest, and at which
+    /// command.
     stalled: u32,
-    moved: f32,
+    from: i32,
     at_rest: f32,
 }
 
@@ -172,7 +172,7 @@ impl Protection {
                 change: stalls_at as f32,
                 most: samples(given.stall_time, units),
                 stalled: 0,
-                moved: 0.0,
+                from: 0,
                 at_rest: 0.0,
             },
             switch_open: 0,
@@ -186,6 +186,7 @@ impl Protection {
     pub(crate) fn start(&mut self, count: i32) {
         self.started_at = count;
         self.speed.from = count;
+        self.stall.from = count;
     }
 
     /// Looks at the lines, before the servo is moved.
@@ -217,7 +218,7 @@ impl Protection {
             return Err(Fault::TravelExceeded);
         }
         self.speed.check(count)?;
-        self.stall.check(sample)
+        self.stall.check(sample, count)
     }
 
     /// Takes in that a sample ended in time.
@@ -255,11 +256,10 @@ impl SpeedWatch {
 
 impl StallWatch {
     #[inline]
-    fn check(&mut self, sample: &ControlSample<f32>) -> Result<(), Fault> {
-        self.moved += sample.increment;
-        if self.moved.abs() > FLICKER {
+    fn check(&mut self, sample: &ControlSample<f32>, count: i32) -> Result<(), Fault> {
+        if !is_within(count.wrapping_sub(self.from), FLICKER) {
             self.stalled = 0;
-            self.moved = 0.0;
+            self.from = count;
             self.at_rest = sample.command;
         } else if (sample.command - self.at_rest).abs() >= self.change {
             self.stalled = self.stalled.saturating_add(1);

@@ -24,6 +24,7 @@ pub(crate) struct Reference {
     target: i32,
     /// The way to the target: whole counts, and less than one count on top.
     at: Setpoint<f32>,
+    arrived: bool,
 }
 
 impl Reference {
@@ -47,6 +48,7 @@ impl Reference {
                 count: 0,
                 offset: 0.0,
             },
+            arrived: true,
         })
     }
 
@@ -54,22 +56,40 @@ impl Reference {
     pub(crate) fn start(&mut self, count: i32) {
         self.target = count;
         self.at = Setpoint { count, offset: 0.0 };
+        self.arrived = true;
     }
 
     /// Sends the servo elsewhere.
     pub(crate) fn send(&mut self, target: i32) {
         self.target = target;
+        self.arrived = false;
     }
 
     /// Stays where it is, without dither.
     pub(crate) fn stay(&mut self) {
         self.dither = None;
-        self.target = self.at.count;
+        self.send(self.at.count);
     }
 
     /// The setpoint of this sample.
     #[inline]
     pub(crate) fn next(&mut self) -> Setpoint<f32> {
+        if !self.arrived {
+            self.go_on();
+        }
+        let dither = match &mut self.dither {
+            Some((prbs, state)) => prbs.process(state),
+            None => 0.0,
+        };
+        Setpoint {
+            count: self.at.count,
+            offset: self.at.offset + dither,
+        }
+    }
+
+    /// A sample's way towards the target.
+    #[inline(never)]
+    fn go_on(&mut self) {
         let at = &mut self.at;
         let left = position_error(self.target, -at.offset, at.count);
         at.offset += left.limited(-self.pace, self.pace);
@@ -77,14 +97,7 @@ impl Reference {
         let whole = at.offset as i32;
         at.count = at.count.wrapping_add(whole);
         at.offset -= whole as f32;
-        let dither = match &mut self.dither {
-            Some((prbs, state)) => prbs.process(state),
-            None => 0.0,
-        };
-        Setpoint {
-            count: at.count,
-            offset: at.offset + dither,
-        }
+        self.arrived = at.count == self.target && at.offset == 0.0;
     }
 }
 
@@ -106,6 +119,7 @@ mod tests {
                 pace,
                 target: 0,
                 at: Setpoint { count: 0, offset: 0.0 },
+                arrived: true,
             };
             reference.start(start);
             let target = start.wrapping_add(away);

@@ -7,7 +7,7 @@ use identifier_core::error::OutOfRange;
 use identifier_core::identifier::{self, Seen};
 
 use crate::channel::InterruptEnd;
-use crate::closed_loop::{ClosedLoop, Learnt};
+use crate::closed_loop::{ClosedLoop, Learnt, Looked};
 use crate::ending::{Course, Ending};
 use crate::parts;
 use crate::protection::Protection;
@@ -223,14 +223,13 @@ impl Run {
         })
     }
 
-    /// From where the servo stands, having heard the host so often. Not inlined, to be seen in the
-    /// machine code.
+    /// From where the servo stands. Not inlined, to be seen in the machine code.
     #[inline(never)]
-    fn start(&mut self, count: i32, heard: u32) {
+    fn start(&mut self, count: i32) {
         self.closed_loop.start(count);
         self.reference.start(count);
         self.protection.start(count);
-        self.ending.start(heard);
+        self.ending.start();
         self.started_at = count;
     }
 
@@ -256,6 +255,8 @@ pub struct Sampler<'a> {
     returned: Option<&'static mut Run>,
     /// How often was asked when there was nothing left to obey.
     asked: u32,
+    /// How often the host had been heard then.
+    heard: u32,
     /// The stops that were obeyed.
     stops: u32,
     /// How things stand has changed and has found no room yet.
@@ -273,6 +274,7 @@ impl<'a> Sampler<'a> {
         let (_, longest) = SAMPLE_TIMES;
         Self {
             asked: channel.times_asked().wrapping_sub(1),
+            heard: channel.times_heard(),
             stops: channel.stops(),
             channel,
             run: None,
@@ -291,95 +293,55 @@ impl<'a> Sampler<'a> {
     #[inline]
     pub fn interrupt<C: Chip>(&mut self, chip: &mut C) {
         let lines = chip.lines();
+        if self.channel.times_asked() != self.asked {
+            let (sensor, output) = chip.servo();
+            self.obey(lines, sensor, output);
+        }
+        let Some(run) = &mut self.run else {
+            return self.rest(chip);
+        };
         let (sensor, output) = chip.servo();
-        self.sample(lines, sensor, output);
-        let late = chip.next_is_due();
-        let (_, output) = chip.servo();
-        self.ended(late, output);
-        if self.background_is_alive() {
+        match run.step(lines, sensor, output) {
+            Ok((control, seen)) => {
+                run.closed_loop.exchange(|block| {
+                    self.channel.block(block);
+                    self.channel.fitted()
+                });
+                self.counts.notice(seen.event);
+                if self.watch.is_due() {
+                    show(run, &mut self.channel, &mut self.counts, &control, &seen);
+                }
+            }
+            Err(ended) => return self.end(ended, output),
+        }
+        if chip.next_is_due() {
+            self.counts.overruns = self.counts.overruns.saturating_add(1);
+            if let Err(fault) = run.protection.ended_late() {
+                let (_, output) = chip.servo();
+                return self.end(Ended::Faulted(fault), output);
+            }
+        } else {
+            run.protection.ended_in_time();
+        }
+        if run.background.lasts(&self.channel) {
             chip.feed_watchdog();
         }
     }
 
-    #[inline]
-    fn sample<S: PositionSensor, A: Actuator<f32>>(
-        &mut self,
-        lines: Lines,
-        sensor: &mut S,
-        actuator: &mut A,
-    ) {
-        if self.channel.times_asked() != self.asked {
-            self.obey(lines, sensor, actuator);
-        }
-        let Some(run) = &mut self.run else {
-            // Read even so: a counter of few bits that wraps unread loses its turns.
-            let _ = sensor.count();
-            let _ = actuator.release();
-            return;
-        };
-        match run.step(lines, self.channel.times_heard(), sensor, actuator) {
-            Ok((control, seen)) => {
-                if let Some(block) = run.closed_loop.take_block() {
-                    self.channel.block(block);
-                    if let Some(fitted) = self.channel.fitted() {
-                        run.closed_loop.take_over(&fitted);
-                    }
-                }
-                self.counts.notice(seen.event);
-                if self.watch.is_due() {
-                    self.show(&control, &seen);
-                }
-            }
-            Err(ended) => self.end(ended, actuator),
+    /// A sample of a servo that is let go.
+    #[cold]
+    fn rest<C: Chip>(&mut self, chip: &mut C) {
+        let (sensor, output) = chip.servo();
+        // Read even so: a counter of few bits that wraps unread loses its turns.
+        let _ = sensor.count();
+        let _ = output.release();
+        if self.background.lasts(&self.channel) {
+            chip.feed_watchdog();
         }
     }
 
-    /// Tells a sample, if there is room for it. Not inlined, to be seen in the machine code.
-    #[inline(never)]
-    fn show(&mut self, control: &ControlSample<f32>, seen: &Seen<f32>) {
-        let Some(run) = &self.run else { return };
-        let shown = Event::Shown(Shown {
-            sample: run.sample,
-            learnt: run.closed_loop.learnt(),
-            error: control.error,
-            count: run.count.wrapping_sub(run.started_at),
-            command: control.command,
-            output_error: seen.output_error,
-            counts: self.counts,
-        });
-        if self.channel.tell(shown).is_err() {
-            self.counts.dropped = self.counts.dropped.saturating_add(1);
-        }
-    }
-
-    /// Takes in whether the next sample was due before this one had ended.
-    #[inline]
-    fn ended<A: Actuator<f32>>(&mut self, late: bool, actuator: &mut A) {
-        let Some(run) = &mut self.run else {
-            return;
-        };
-        if !late {
-            run.protection.ended_in_time();
-            return;
-        }
-        self.counts.overruns = self.counts.overruns.saturating_add(1);
-        if let Err(fault) = run.protection.ended_late() {
-            self.end(Ended::Faulted(fault), actuator);
-        }
-    }
-
-    /// Whether the background has been seen to go round lately.
-    #[inline]
-    fn background_is_alive(&mut self) -> bool {
-        let times = self.channel.times_alive();
-        match &mut self.run {
-            Some(run) => run.background.lasts(times),
-            None => self.background.lasts(times),
-        }
-    }
-
-    /// Obeys a stop, tells what was not told yet, and does the next order, until there is nothing left
-    /// of all that.
+    /// Takes note that the host was heard, obeys a stop, tells what was not told yet, and does the next
+    /// order, a sample each, until there is nothing left of all that.
     #[cold]
     #[inline(never)]
     fn obey<S: PositionSensor, A: Actuator<f32>>(
@@ -389,6 +351,13 @@ impl<'a> Sampler<'a> {
         actuator: &mut A,
     ) {
         let asked = self.channel.times_asked();
+        let heard = self.channel.times_heard();
+        if heard != self.heard {
+            self.heard = heard;
+            if let Some(run) = &mut self.run {
+                run.ending.heard();
+            }
+        }
         let stops = self.channel.stops();
         if stops != self.stops {
             self.stops = stops;
@@ -426,8 +395,8 @@ impl<'a> Sampler<'a> {
                         self.counts.start();
                         // Of a run before.
                         while self.channel.fitted().is_some() {}
-                        run.start(count, self.channel.times_heard());
-                        run.background.begin(self.channel.times_alive());
+                        run.start(count);
+                        run.background.begin(&self.channel);
                         self.run = Some(run);
                     }
                     Err(fault) => {
@@ -540,36 +509,49 @@ impl Watch {
     }
 }
 
-/// How long a counter has stood still.
+/// How long the background may not be seen to go round.
+///
+/// A count runs down in every sample; only when it has run out is the background looked at, and then it
+/// has gone round since, or not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Patience {
     most: u32,
-    still: u32,
+    left: u32,
     times: u32,
 }
 
 impl Patience {
-    fn of(most: u32) -> Self {
+    /// It lasts from half of so many samples to all of them.
+    fn of(samples: u32) -> Self {
+        let most = (samples / 2).max(1);
         Self {
             most,
-            still: 0,
+            left: most,
             times: 0,
         }
     }
 
-    fn begin(&mut self, times: u32) {
-        self.times = times;
-        self.still = 0;
+    fn begin(&mut self, channel: &InterruptEnd<'_>) {
+        self.times = channel.times_alive();
+        self.left = self.most;
     }
 
     #[inline]
-    fn lasts(&mut self, times: u32) -> bool {
-        if times != self.times {
-            self.begin(times);
-            return true;
+    fn lasts(&mut self, channel: &InterruptEnd<'_>) -> bool {
+        self.left -= 1;
+        self.left > 0 || self.is_renewed(channel)
+    }
+
+    #[cold]
+    fn is_renewed(&mut self, channel: &InterruptEnd<'_>) -> bool {
+        let is_alive = channel.times_alive() != self.times;
+        if is_alive {
+            self.begin(channel);
+        } else {
+            // Until it is seen again.
+            self.left = 1;
         }
-        self.still = self.still.saturating_add(1);
-        self.still < self.most
+        is_alive
     }
 }
 
@@ -579,33 +561,63 @@ impl Run {
     fn step<S: PositionSensor, A: Actuator<f32>>(
         &mut self,
         lines: Lines,
-        heard: u32,
         sensor: &mut S,
         actuator: &mut A,
     ) -> Result<(ControlSample<f32>, Seen<f32>), Ended> {
-        self.protection.check_lines(lines).map_err(Ended::Faulted)?;
-        let setpoint = self.reference.next();
-        let (control, count) = self
-            .closed_loop
-            .control(setpoint, sensor, actuator)
-            .map_err(|error| {
-                Ended::Faulted(match error {
-                    ControlStepError::Sensor(_) => Fault::EncoderFailed,
-                    ControlStepError::Actuator(_) => Fault::ActuatorFailed,
-                    _ => Fault::OutOfReach,
-                })
-            })?;
-        self.count = count;
-        self.protection
-            .check(&control, count)
-            .map_err(Ended::Faulted)?;
-        match self.ending.check(count, heard) {
-            Course::On => {}
-            Course::Rest => self.reference.stay(),
-            Course::Ended(ended) => return Err(ended),
-        }
-        let seen = self.closed_loop.learn(&control);
-        self.sample = self.sample.wrapping_add(1);
-        Ok((control, seen))
+        let Self {
+            closed_loop,
+            reference,
+            protection,
+            ending,
+            sample,
+            count: last_count,
+            ..
+        } = self;
+        protection.check_lines(lines).map_err(Ended::Faulted)?;
+        let setpoint = reference.next();
+        let done = closed_loop.sample(setpoint, sensor, actuator, |taken: Looked<S, A>| {
+            let (control, count) = taken.map_err(|error| Ended::Faulted(fault_of(&error)))?;
+            *last_count = count;
+            protection.check(&control, count).map_err(Ended::Faulted)?;
+            match ending.check(count) {
+                Course::On => {}
+                Course::Rest => reference.stay(),
+                Course::Ended(ended) => return Err(ended),
+            }
+            Ok(control)
+        })?;
+        *sample = sample.wrapping_add(1);
+        Ok(done)
+    }
+}
+
+fn fault_of<S, A>(error: &ControlStepError<S, A>) -> Fault {
+    match error {
+        ControlStepError::Sensor(_) => Fault::EncoderFailed,
+        ControlStepError::Actuator(_) => Fault::ActuatorFailed,
+        _ => Fault::OutOfReach,
+    }
+}
+
+/// Tells a sample, if there is room for it. Not inlined, to be seen in the machine code.
+#[inline(never)]
+fn show(
+    run: &Run,
+    channel: &mut InterruptEnd<'_>,
+    counts: &mut Counts,
+    control: &ControlSample<f32>,
+    seen: &Seen<f32>,
+) {
+    let shown = Event::Shown(Shown {
+        sample: run.sample,
+        learnt: run.closed_loop.learnt(),
+        error: control.error,
+        count: run.count.wrapping_sub(run.started_at),
+        command: control.command,
+        output_error: seen.output_error,
+        counts: *counts,
+    });
+    if channel.tell(shown).is_err() {
+        counts.dropped = counts.dropped.saturating_add(1);
     }
 }

@@ -28,7 +28,7 @@ const HANDLER: &str = "TIM5";
 
 /// Functions that tell what an interrupt does, in the order of the meter's marks: it begins a run, it
 /// shows a sample, it ends the run.
-const MARKS: [&str; 3] = ["Run::start", "Sampler::show", "Sampler::end"];
+const MARKS: [&str; 3] = ["Run::start", "sampler::show", "Sampler::end"];
 const FIRST: u32 = 0b001;
 const SHOWN: u32 = 0b010;
 const FAILED: u32 = 0b100;
@@ -365,6 +365,6 @@ mod tests {
 
     #[test]
     fn a_path_is_mangled() {
-        assert_eq!(mangled("Sampler::show"), "7Sampler4show");
+        assert_eq!(mangled("sampler::show"), "7Sampler4show");
     }
 }

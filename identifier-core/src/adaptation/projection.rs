@@ -12,9 +12,6 @@ use crate::number::{Number, RunningSum};
 pub struct Projection<N, const P: usize> {
     low: [N; P],
     high: [N; P],
-    /// Middle and half width: one comparison a parameter says whether all is well.
-    middle: [N; P],
-    half: [N; P],
     direction: [[N; P]; P],
 }
 
@@ -26,11 +23,6 @@ impl<N: Number, const P: usize> Projection<N, P> {
         Self {
             low: low.map(N::from_f64),
             high: high.map(N::from_f64),
-            middle: core::array::from_fn(|i| N::from_f64(0.5 * (low[i] + high[i]))),
-            half: core::array::from_fn(|i| {
-                // Never wider than the box by a rounding.
-                N::from_f64(0.5 * (high[i] - low[i]) * (1.0 - 2.0 * N::EPSILON))
-            }),
             direction: core::array::from_fn(|i| {
                 core::array::from_fn(|j| N::from_f64(entries[i][j] / entries[i][i]))
             }),
@@ -46,9 +38,11 @@ impl<N: Number, const P: usize> Projection<N, P> {
     /// Moves the estimates back into the box if they have left it.
     #[inline]
     pub fn apply(&self, estimates: &mut [N::Sum; P]) {
-        let near_the_edge =
-            |i: usize| (estimates[i].value() - self.middle[i]).magnitude() > self.half[i];
-        if (0..P).any(near_the_edge) {
+        let is_outside = |i: usize| {
+            let value = estimates[i].value();
+            value < self.low[i] || value > self.high[i]
+        };
+        if (0..P).any(is_outside) {
             self.enter_all(estimates);
         }
     }

@@ -57,6 +57,12 @@ impl<F, const P: usize> FixedServoLoopState<F, P> {
         self.count
     }
 
+    /// Puts a loop that has done no sample yet at another count.
+    #[inline]
+    pub fn begin_at(&mut self, count: i32) {
+        self.count = count;
+    }
+
     /// What the identifier remembers.
     #[must_use]
     pub fn identification(&self) -> &FixedGradientState<F, P> {

@@ -64,6 +64,13 @@ impl<N: Number, F: Copy, T> ServoLoopState<N, F, T> {
         self.count
     }
 
+    /// Puts a loop that has done no sample yet at another count: [`ServoLoop::start`] for whoever has no
+    /// time to make a state.
+    #[inline]
+    pub fn begin_at(&mut self, count: i32) {
+        self.count = count;
+    }
+
     /// What the identifier remembers.
     #[must_use]
     pub fn identification(&self) -> &T {

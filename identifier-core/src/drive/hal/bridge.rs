@@ -19,9 +19,8 @@ pub enum BridgeError<P, D> {
 /// The duty of a magnitude from 0 to 1, to the nearest step.
 #[inline]
 fn duty(magnitude: f32, most: u16) -> u16 {
-    // A cast to 32 bits saturates in one instruction.
-    let steps = (magnitude * f32::from(most) + 0.5) as u32;
-    steps.min(most.into()) as u16
+    // A cast to 32 bits saturates in one instruction, and what is at most `most` needs no other.
+    (magnitude * f32::from(most) + 0.5) as u32 as u16
 }
 
 /// A bridge with a PWM for how much and a pin for which way, high for positive.
