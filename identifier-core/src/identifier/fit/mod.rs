@@ -15,8 +15,8 @@ mod start;
 mod survey;
 mod trial;
 
-pub use block::NumberedBlock;
 pub(crate) use block::Blocking;
+pub use block::NumberedBlock;
 pub(crate) use fits::{Ended, Fits};
 pub(crate) use fitter::{Fitter, FitterConfig, Prior};
 pub(crate) use found::Found;
