@@ -157,9 +157,14 @@ impl<I: Identify<f32> + FromSettings> Single<I> {
         })
     }
 
-    /// As in a drive, which acts between control and learning.
     #[inline(never)]
     fn sample(&mut self, setpoint: i32, offset: f32, register: u16) -> f32 {
+        self.step(setpoint, offset, register)
+    }
+
+    /// As in a drive, which acts between control and learning.
+    #[inline(always)]
+    fn step(&mut self, setpoint: i32, offset: f32, register: u16) -> f32 {
         let count = self.counter.read(register);
         let control = self
             .servo_loop
@@ -233,7 +238,7 @@ impl Halves {
             let identifier = interrupt.servo_loop.identifier();
             identifier.take_over(interrupt.state.identification_mut(), &fitted);
         }
-        let command = interrupt.sample(setpoint, offset, register);
+        let command = interrupt.step(setpoint, offset, register);
         let identifier = interrupt.servo_loop.identifier();
         *block = identifier.take_block(interrupt.state.identification_mut());
         command
