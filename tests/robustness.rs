@@ -137,7 +137,9 @@ where
         let before = state.clone();
         let (increment, command) = (N::from_f64(increment), N::from_f64(command));
         if identifier.learn(&mut state, increment, command).is_err() {
-            prop_assert!(state == before, "a refused sample leaves the state alone");
+            // A trial of a fit may have run away to what is no number, which equals nothing.
+            let untouched = state == before || format!("{state:?}") == format!("{before:?}");
+            prop_assert!(untouched, "a refused sample leaves the state alone");
         }
         identifier.work(&mut state, 100);
         let finite = |found: ServoParameters| {

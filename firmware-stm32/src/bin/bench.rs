@@ -17,8 +17,9 @@ use identifier_core::fixed_point::{
     FixedLowPass, FixedServoLoop, FixedServoLoopState, FixedVelocity, Word, split_setpoint,
 };
 use identifier_core::identifier::{
-    DiagonalGradientIdentifier, GaussNewtonIdentifier, IdentifierError, Identify, ServoLoop,
-    ServoLoopState,
+    DiagonalGradientIdentifier, FitBlocks, GaussNewtonFitted, GaussNewtonFitter,
+    GaussNewtonFitterState, GaussNewtonRecursion, GaussNewtonRecursionState, IdentifierError,
+    Identify, NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState,
 };
 use identifier_core::measurement::counter::Counter;
 use identifier_core::measurement::velocity::{LowPass, LowPassState};
@@ -32,7 +33,8 @@ type Gradient = DiagonalGradientIdentifier<f32, Filter, Ab, 2>;
 type GradientWithFriction = DiagonalGradientIdentifier<f32, Filter, AbCoulomb, 3>;
 type Loop<I> = ServoLoop<f32, Filter, I>;
 type Fixed = FixedServoLoop<FixedLowPass, Ab, 2>;
-type GaussNewton = GaussNewtonIdentifier<f32, AbCoulombLoad, 4, 64>;
+type GaussNewton = GaussNewtonRecursion<f32, AbCoulombLoad, 4, 64>;
+type Fitter = GaussNewtonFitter<f32, AbCoulombLoad, 4, 64>;
 
 /// Samples before the count begins and samples that are counted.
 const STARTING: u32 = 500;
@@ -158,9 +160,14 @@ impl<I: Identify<f32> + FromSettings> Single<I> {
         })
     }
 
-    /// As in a drive, which acts between control and learning.
     #[inline(never)]
     fn sample(&mut self, setpoint: i32, offset: f32, register: u16) -> f32 {
+        self.step(setpoint, offset, register)
+    }
+
+    /// As in a drive, which acts between control and learning.
+    #[inline(always)]
+    fn step(&mut self, setpoint: i32, offset: f32, register: u16) -> f32 {
         let count = self.counter.read(register);
         let control = self
             .servo_loop
@@ -171,28 +178,23 @@ impl<I: Identify<f32> + FromSettings> Single<I> {
         })
     }
 
-    /// The same with a block of the first fit, as long as there is one.
-    #[inline(never)]
-    fn sample_with_fit(&mut self, setpoint: i32, offset: f32, register: u16) -> f32 {
-        let command = self.sample(setpoint, offset, register);
-        let identifier = self.servo_loop.identifier();
-        identifier.work(self.state.identification_mut(), 1);
-        command
-    }
-
     /// Runs a sample and counts its instructions.
     fn counted(
         &mut self,
         instructions: &Instructions,
-        (reference, register): (f64, u16),
+        given: (f64, u16),
         sample: impl FnOnce(&mut Self, i32, f32, u16) -> f32,
     ) -> (f64, u32) {
-        let whole = reference as i32;
-        let offset = (reference - f64::from(whole)) as f32;
-        let (whole, offset, register) = black_box((whole, offset, register));
+        let (whole, offset, register) = black_box(split(given));
         let (command, taken) = counted(instructions, || sample(self, whole, offset, register));
         (f64::from(command), taken)
     }
+}
+
+/// A reference as whole counts and an offset, with the register as it is.
+fn split((reference, register): (f64, u16)) -> (i32, f32, u16) {
+    let whole = reference as i32;
+    (whole, (reference - f64::from(whole)) as f32, register)
 }
 
 fn single<I: Identify<f32> + FromSettings>(
@@ -205,8 +207,77 @@ fn single<I: Identify<f32> + FromSettings>(
     })
 }
 
-/// Gauss–Newton on a servo with friction, without any guess: once while it records and makes its
-/// first fit, a block a sample, and once while the recursion runs.
+/// Gauss–Newton's halves, as a drive keeps them: what is to be handed over is on its way in between.
+struct Halves {
+    interrupt: Single<GaussNewton>,
+    fitter: Fitter,
+    fitting: GaussNewtonFitterState<f32, 64>,
+    fitted: Option<GaussNewtonFitted<f32, 4>>,
+    block: Option<NumberedBlock<f32>>,
+}
+
+impl Halves {
+    fn build(settings: &Settings) -> Result<Self, IdentifierError> {
+        let fitter: Fitter = settings.build()?;
+        Ok(Self {
+            interrupt: Single::build(settings)?,
+            fitting: fitter.start(),
+            fitter,
+            fitted: None,
+            block: None,
+        })
+    }
+
+    /// The interrupt's share: a sample, with what is handed over before and after.
+    #[inline(never)]
+    fn sample(&mut self, setpoint: i32, offset: f32, register: u16) -> f32 {
+        let Self {
+            interrupt,
+            fitted,
+            block,
+            ..
+        } = self;
+        if let Some(fitted) = fitted.take() {
+            let identifier = interrupt.servo_loop.identifier();
+            identifier.take_over(interrupt.state.identification_mut(), &fitted);
+        }
+        let command = interrupt.step(setpoint, offset, register);
+        let identifier = interrupt.servo_loop.identifier();
+        *block = identifier.take_block(interrupt.state.identification_mut());
+        command
+    }
+
+    /// The background's share: a block of the first fit.
+    #[inline(never)]
+    fn work(&mut self) {
+        if let Some(block) = self.block.take() {
+            self.fitter.take(&mut self.fitting, &block);
+        }
+        self.fitted = self.fitter.work(&mut self.fitting, 1);
+    }
+
+    fn is_running(&self) -> bool {
+        let identifier = self.interrupt.servo_loop.identifier();
+        identifier.is_running(self.interrupt.state.identification())
+    }
+
+    /// Runs a sample and counts the interrupt's instructions, and the background's apart.
+    fn counted(
+        &mut self,
+        instructions: &Instructions,
+        given: (f64, u16),
+        background: &mut Tally,
+    ) -> (f64, u32) {
+        let (whole, offset, register) = black_box(split(given));
+        let (command, taken) = counted(instructions, || self.sample(whole, offset, register));
+        let ((), worked) = counted(instructions, || self.work());
+        background.add(worked);
+        (f64::from(command), taken)
+    }
+}
+
+/// Gauss–Newton on a servo with friction, without any guess: once while it records and the background
+/// makes its first fit, a block a sample, and once while the recursion runs.
 fn gauss_newton(instructions: &Instructions) -> Result<(), IdentifierError> {
     /// Friction, rad/s², which reverses with the servo.
     const COULOMB: f64 = 10.0;
@@ -216,45 +287,55 @@ fn gauss_newton(instructions: &Instructions) -> Result<(), IdentifierError> {
         identifier: IdentifierSettings::UNSTATED,
         ..paper::settings()
     };
-    let mut parts = Single::<GaussNewton>::build(&settings)?;
+    let mut halves = Halves::build(&settings)?;
     let mut experiment = Experiment::start(COULOMB)?;
-    let mut recording = Tally::default();
-    while !parts.is_running() {
+    let (mut recording, mut fitting) = (Tally::default(), Tally::default());
+    let mut beginning = Tally::default();
+    while !halves.is_running() {
         if recording.samples == PATIENCE {
             return Err(IdentifierError::NotGiven { setting: "motion" });
         }
         let one = experiment.count(1, &mut |reference, register| {
-            let given = (reference, register);
-            parts.counted(instructions, given, Single::sample_with_fit)
+            halves.counted(instructions, (reference, register), &mut fitting)
         });
-        recording.add(one.total);
+        let tally = if halves.is_running() {
+            &mut beginning
+        } else {
+            &mut recording
+        };
+        tally.add(one.total);
     }
-    recording.say(
-        "gauss-newton-recording",
-        size_of::<<GaussNewton as Identify<f32>>::State>(),
+    let state = size_of::<GaussNewtonRecursionState<f32, 4>>();
+    recording.say("gauss-newton-recording", state);
+    beginning.say(
+        "gauss-newton-beginning",
+        size_of::<GaussNewtonFitted<f32, 4>>(),
     );
-    let mut sample = |reference, register| {
-        let given = (reference, register);
-        parts.counted(instructions, given, Single::sample_with_fit)
-    };
+    fitting.say(
+        "gauss-newton-fitting",
+        size_of::<GaussNewtonFitterState<f32, 64>>(),
+    );
+    let mut sample =
+        |reference, register| halves.counted(instructions, (reference, register), &mut fitting);
     experiment.count(STARTING, &mut sample);
     let tally = experiment.count(COUNTED, &mut sample);
-    tally.say("gauss-newton-f32-4", GaussNewton::RECURSION_BYTES);
+    tally.say("gauss-newton-f32-4", state);
     // What is told of a sample that is shown.
-    let identifier = parts.servo_loop.identifier();
-    let state = parts.state.identification();
-    let (_, taken) = counted(instructions, || identifier.estimates(black_box(state)));
-    let mut once = Tally::default();
-    once.add(taken);
-    once.say("gauss-newton-in-si", size_of::<ServoParameters>());
+    let interrupt = &halves.interrupt;
+    let identifier = interrupt.servo_loop.identifier();
+    let state = interrupt.state.identification();
+    let (shown, taken) = counted(instructions, || identifier.show(black_box(state)));
+    once("gauss-newton-shown", taken, size_of_val(&shown));
+    let (_, taken) = counted(instructions, || identifier.estimates_of(black_box(&shown)));
+    once("gauss-newton-in-si", taken, size_of::<ServoParameters>());
     Ok(())
 }
 
-impl Single<GaussNewton> {
-    fn is_running(&self) -> bool {
-        let identifier = self.servo_loop.identifier();
-        identifier.is_running(self.state.identification())
-    }
+/// What was counted once.
+fn once(name: &str, taken: u32, bytes: usize) {
+    let mut tally = Tally::default();
+    tally.add(taken);
+    tally.say(name, bytes);
 }
 
 /// The loop in fixed point with its counter and its state.

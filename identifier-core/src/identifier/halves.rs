@@ -12,17 +12,51 @@ use super::identify::Identify;
 ///                           ◄── fitted ◄──
 /// ```
 ///
-/// After a sample the interrupt queues the block that it may have completed,
-/// [`RecordBlocks::take_block`]; before a sample it hands over what has come back,
-/// [`RecordBlocks::take_over`]. The background calls [`FitBlocks::take`] for every block that has come,
-/// and [`FitBlocks::work`] whenever it has time.
+/// With Gauss–Newton, and queues whose ends are called what they do:
+///
+/// ```
+/// # use heapless::spsc::Queue;
+/// # use identifier_core::Settings;
+/// use identifier_core::identifier::{
+///     FitBlocks, GaussNewtonFitter, GaussNewtonRecursion, Identify, RecordBlocks,
+/// };
+/// use identifier_core::parameters::AbCoulombLoad;
+///
+/// # let settings = Settings::new(1e-3, 10_000.0);
+/// # let (moved, command) = (0, 0.0);
+/// let identifier: GaussNewtonRecursion<f32, AbCoulombLoad, 4, 64> = settings.build()?;
+/// let fitter: GaussNewtonFitter<f32, AbCoulombLoad, 4, 64> = settings.build()?;
+/// let (mut state, mut fitting) = (identifier.start(), fitter.start());
+/// # let (mut there, mut back) = (Queue::<_, 8>::new(), Queue::<_, 2>::new());
+/// # let (mut send_block, mut next_block) = there.split();
+/// # let (mut send_fitted, mut next_fitted) = back.split();
+///
+/// // In the interrupt, every sample:
+/// if let Some(fitted) = next_fitted.dequeue() {
+///     identifier.take_over(&mut state, &fitted);
+/// }
+/// let seen = identifier.process(&mut state, moved, command)?;
+/// if let Some(block) = identifier.take_block(&mut state) {
+///     let _ = send_block.enqueue(block);
+/// }
+///
+/// // In the background, again and again:
+/// while let Some(block) = next_block.dequeue() {
+///     fitter.take(&mut fitting, &block);
+/// }
+/// if let Some(fitted) = fitter.work(&mut fitting, 8) {
+///     let _ = send_fitted.enqueue(fitted);
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// **What may go wrong does no harm.** A block that finds no room is lost; the fitter sees that a number
 /// is missing and records anew. What was found of a recording that has ended is not taken over. What was
 /// found and got lost is found again. A queue of blocks needs room for those that come while the
 /// background does something else.
 ///
-/// Both halves are built from the same settings. Where there is no interrupt to be kept short,
+/// Both halves are built from the same settings and start together; blocks that are still on their way
+/// from before are told by their numbers. Where there is no interrupt to be kept short,
 /// [`Combined`](super::Combined) is both in one.
 pub trait RecordBlocks<N: Copy>: Identify<N> {
     /// What a fit found, prepared so that taking it over divides nothing.

@@ -4,7 +4,8 @@
 //! nothing else. [`GradientIdentifier`] runs the paper's law ([`DiagonalGradientIdentifier`] for less
 //! work in every sample). [`GaussNewtonIdentifier`] is the fast one, with standard errors, and
 //! [`WindowIdentifier`] fits the last samples again and again in the background; both begin without any
-//! guess. [`ServoLoop`] is our controller with one of them.
+//! guess, and both can be had in halves, for an interrupt that [records](RecordBlocks) and a background
+//! that [fits](FitBlocks). [`ServoLoop`] is our controller with one of them.
 
 mod combined;
 pub(crate) mod config;

@@ -112,3 +112,39 @@ impl<N: Number> Recorder<N> {
         number.wrapping_sub(self.first) < self.next.wrapping_sub(self.first)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_wrap_and_leave_one_out_where_recording_begins_anew() {
+        let blocking = Blocking::of(1);
+        let first = u32::MAX - 1;
+        let mut recorder = Recorder::<f32> {
+            next: first,
+            first,
+            ..Recorder::EMPTY
+        };
+        let next = |recorder: &mut Recorder<f32>| {
+            recorder.push(&blocking, 1.0, 1.0);
+            recorder.take().map(|block| block.number)
+        };
+        // The first sample tells only which command acts.
+        for number in [None, Some(first), Some(u32::MAX), Some(0)] {
+            assert_eq!(next(&mut recorder), number);
+        }
+        let recorded = |recorder: &Recorder<f32>| {
+            [first - 1, first, u32::MAX, 0, 1, 2].map(|number| recorder.has_recorded(number))
+        };
+        let before = [false, true, true, true, false, false];
+        assert_eq!(recorded(&recorder), before);
+        recorder.begin_anew();
+        assert_eq!(recorded(&recorder), [false; 6]);
+        for number in [None, Some(2)] {
+            assert_eq!(next(&mut recorder), number);
+        }
+        let after = [false, false, false, false, false, true];
+        assert_eq!(recorded(&recorder), after);
+    }
+}

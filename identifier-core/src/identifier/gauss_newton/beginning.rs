@@ -7,7 +7,7 @@ use crate::model::{ListeningModel, Tangents};
 use crate::number::Number;
 use crate::parameters::{ModelParameters, ParameterSet};
 
-/// What a fit found, prepared for the recursion: 22 words in `f32` with four parameters.
+/// What a fit found, prepared for the recursion: 19 words in `f32` with four parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewtonFitted<N, const P: usize> {
     /// The number of the last block that it looked at.

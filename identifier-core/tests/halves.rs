@@ -1,0 +1,391 @@
+//! The halves of an identifier that fits: an interrupt that records and a background that fits, with a
+//! queue each way between them.
+
+mod support;
+
+use std::thread;
+use std::time::{Duration, Instant};
+
+use heapless::spsc::Queue;
+use identifier_core::Settings;
+use identifier_core::identifier::{
+    Event, FitBlocks, GaussNewtonFitter, GaussNewtonFitterState, GaussNewtonIdentifier,
+    GaussNewtonRecursion, GaussNewtonRecursionState, Identify, NumberedBlock, RecordBlocks, Seen,
+    WindowFitter, WindowIdentifier, WindowRecorder,
+};
+use identifier_core::model::ServoParameters;
+use identifier_core::parameters::AbCoulombLoad;
+use identifier_core::settings::FromSettings;
+use support::{Draw, Kind, Loop, Servo, amplitude_for};
+
+/// Blocks of a record.
+const W: usize = 64;
+
+type Recursion = GaussNewtonRecursion<f32, AbCoulombLoad, 4, W>;
+type FirstFit = GaussNewtonFitter<f32, AbCoulombLoad, 4, W>;
+type Recorder = WindowRecorder<f32, AbCoulombLoad, 4, W>;
+type Fitter = WindowFitter<f32, AbCoulombLoad, 4, W>;
+
+fn servo(seed: u32) -> Servo {
+    Servo {
+        parameters: ServoParameters {
+            a: 2.0,
+            b: 250.0,
+            coulomb: 15.0,
+            load: 20.0,
+        },
+        counts_per_rev: 10_000.0,
+        sample_time: 1e-3,
+        limit: 10.0,
+        bandwidth: 40.0,
+        offset: 0.0,
+        seed,
+    }
+}
+
+/// The servo in the motion from which it can be identified.
+fn motion(seed: u32) -> Loop {
+    let servo = servo(seed);
+    Loop::new(Kind::Pid, &servo, amplitude_for(Kind::Pid, &servo, 0.2))
+}
+
+fn sample(motion: &mut Loop) -> (f32, f32) {
+    let (increment, command) = motion.sample();
+    (increment as f32, command as f32)
+}
+
+fn settings() -> Settings {
+    let servo = servo(0);
+    Settings::new(servo.sample_time, servo.counts_per_rev)
+}
+
+fn built<T: FromSettings>() -> T {
+    settings().build().expect("valid")
+}
+
+/// How far b̂ is off, of b.
+fn off(found: &ServoParameters) -> f64 {
+    (found.b / servo(0).parameters.b - 1.0).abs()
+}
+
+/// Both halves where what one has for the other is handed over after every sample.
+struct Halves<R: RecordBlocks<f32>, F: FitBlocks<f32>> {
+    recorder: R,
+    fitter: F,
+    recording: R::State,
+    fitting: F::State,
+}
+
+impl<R, F> Halves<R, F>
+where
+    R: RecordBlocks<f32> + FromSettings,
+    F: FitBlocks<f32, Fitted = R::Fitted> + FromSettings,
+{
+    fn new() -> Self {
+        let (recorder, fitter): (R, F) = (built(), built());
+        Self {
+            recording: recorder.start(),
+            fitting: fitter.start(),
+            recorder,
+            fitter,
+        }
+    }
+
+    fn learn(&mut self, (increment, command): (f32, f32)) -> Seen<f32> {
+        let seen = self.recorder.learn(&mut self.recording, increment, command);
+        if let Some(block) = self.recorder.take_block(&mut self.recording) {
+            self.fitter.take(&mut self.fitting, &block);
+        }
+        seen.expect("ordinary samples")
+    }
+
+    /// Until there is a result, at most `samples` samples.
+    fn find(&mut self, motion: &mut Loop, samples: u32) -> Option<R::Fitted> {
+        (0..samples).find_map(|_| {
+            self.learn(sample(motion));
+            self.fitter.work(&mut self.fitting, u32::MAX)
+        })
+    }
+}
+
+/// Six seconds of both, with the motion joined twice.
+fn compare<I, R, F>(budget: u32)
+where
+    I: Identify<f32> + FromSettings,
+    R: RecordBlocks<f32> + FromSettings,
+    F: FitBlocks<f32, Fitted = R::Fitted> + FromSettings,
+{
+    let whole: I = built();
+    let mut state = whole.start();
+    let mut halves = Halves::<R, F>::new();
+    let mut motion = motion(3);
+    let mut started = 0;
+    for k in 0..6000 {
+        if k == 300 || k == 4000 {
+            whole.join(&mut state, 0.5);
+            halves.recorder.join(&mut halves.recording, 0.5);
+        }
+        let (increment, command) = sample(&mut motion);
+        let seen = whole.learn(&mut state, increment, command);
+        assert_eq!(Ok(halves.learn((increment, command))), seen, "sample {k}");
+        whole.work(&mut state, budget);
+        if let Some(fitted) = halves.fitter.work(&mut halves.fitting, budget) {
+            halves.recorder.take_over(&mut halves.recording, &fitted);
+        }
+        let Halves {
+            recorder,
+            recording,
+            ..
+        } = &halves;
+        assert_eq!(recorder.estimates(recording), whole.estimates(&state));
+        assert_eq!(recorder.at_bounds(recording), whole.at_bounds(&state));
+        assert_eq!(
+            recorder.standard_errors(recording),
+            whole.standard_errors(&state)
+        );
+        started += u32::from(seen.is_ok_and(|seen| seen.event == Event::Started));
+    }
+    assert!(started > 0);
+    assert!(off(&whole.estimates(&state)) < 0.02);
+}
+
+#[test]
+fn halves_between_which_nothing_waits_are_the_whole() {
+    for budget in [u32::MAX, 20, 1] {
+        compare::<GaussNewtonIdentifier<f32, AbCoulombLoad, 4, W>, Recursion, FirstFit>(budget);
+        compare::<WindowIdentifier<f32, AbCoulombLoad, 4, W>, Recorder, Fitter>(budget);
+    }
+}
+
+/// Blocks are lost and recording begins anew at any time. A fitter then finds, to the bit, what one finds
+/// that was started with the first block after the gap.
+#[test]
+fn no_first_fit_over_a_gap() {
+    let (recorder, fitter): (Recursion, FirstFit) = (built(), built());
+    let (mut found, mut lost, mut joined, mut interrupted) = (0, 0, 0, 0);
+    for seed in 0..40 {
+        let mut draw = Draw::new(seed);
+        let mut motion = motion(seed);
+        let mut recording = recorder.start();
+        let (mut fitting, mut started_anew) = (fitter.start(), fitter.start());
+        let mut gap = false;
+        // Blocks between gaps: fewer than a fit needs, and many more.
+        let often = draw.between(5e-4, 3e-2);
+        let budget = draw.one_of(&[1, 30, u32::MAX]);
+        for _ in 0..20_000 {
+            if draw.uniform(0.0, 1.0) < 0.1 * often {
+                recorder.join(&mut recording, 0.0);
+                (gap, joined) = (true, joined + 1);
+            }
+            let (increment, command) = sample(&mut motion);
+            recorder
+                .learn(&mut recording, increment, command)
+                .expect("ordinary samples");
+            if let Some(block) = recorder.take_block(&mut recording) {
+                if draw.uniform(0.0, 1.0) < often {
+                    (gap, lost) = (true, lost + 1);
+                } else {
+                    if std::mem::take(&mut gap) {
+                        started_anew = fitter.start();
+                        interrupted += 1;
+                    }
+                    fitter.take(&mut fitting, &block);
+                    fitter.take(&mut started_anew, &block);
+                }
+            }
+            let fitted = fitter.work(&mut fitting, budget);
+            assert!(fitted == fitter.work(&mut started_anew, budget));
+            found += u32::from(fitted.is_some());
+        }
+    }
+    assert!(
+        found > 100 && lost > 100 && joined > 100 && interrupted > 100,
+        "{found} {lost} {joined} {interrupted}"
+    );
+}
+
+#[test]
+fn what_is_found_of_a_recording_that_has_ended_is_not_taken_over() {
+    fn try_it<R, F>()
+    where
+        R: RecordBlocks<f32> + FromSettings,
+        F: FitBlocks<f32, Fitted = R::Fitted> + FromSettings,
+    {
+        let mut motion = motion(4);
+        let mut halves = Halves::<R, F>::new();
+        let fitted = halves.find(&mut motion, 4000).expect("a motion that tells");
+        let before = halves.recorder.estimates(&halves.recording);
+
+        let mut joined = halves.recording.clone();
+        halves.recorder.join(&mut joined, 0.0);
+        halves.recorder.take_over(&mut joined, &fitted);
+        let (increment, command) = sample(&mut motion);
+        let seen = halves.recorder.learn(&mut joined, increment, command);
+        assert_eq!(seen.map(|seen| seen.event), Ok(Event::None));
+        assert_eq!(halves.recorder.estimates(&joined), before);
+
+        // The same without the gap.
+        halves.recorder.take_over(&mut halves.recording, &fitted);
+        assert_eq!(halves.learn((increment, command)).event, Event::Started);
+        assert!(off(&halves.recorder.estimates(&halves.recording)) < 0.05);
+    }
+    try_it::<Recursion, FirstFit>();
+    try_it::<Recorder, Fitter>();
+}
+
+#[test]
+fn a_recursion_that_runs_begins_no_second_time() {
+    let mut motion = motion(5);
+    let mut halves = Halves::<Recursion, FirstFit>::new();
+    let fitted = halves.find(&mut motion, 4000).expect("a motion that tells");
+    for event in [Event::Started, Event::None] {
+        halves.recorder.take_over(&mut halves.recording, &fitted);
+        assert_eq!(halves.learn(sample(&mut motion)).event, event);
+    }
+}
+
+#[test]
+fn what_is_found_and_lost_is_found_again() {
+    let mut motion = motion(6);
+    let mut halves = Halves::<Recursion, FirstFit>::new();
+    for _ in 0..3 {
+        halves.find(&mut motion, 4000).expect("a motion that tells");
+    }
+    assert!(!halves.recorder.is_running(&halves.recording));
+    let fitted = halves.find(&mut motion, 4000).expect("a motion that tells");
+    halves.recorder.take_over(&mut halves.recording, &fitted);
+    assert_eq!(halves.learn(sample(&mut motion)).event, Event::Started);
+    assert!(halves.recorder.is_running(&halves.recording));
+}
+
+/// What happened between two threads.
+#[derive(Debug, Default)]
+struct Happened {
+    samples: u32,
+    blocks: u32,
+    lost: u32,
+    started: u32,
+    /// The largest error of b̂ once it was found.
+    worst: f64,
+}
+
+/// A thread that does something else now and then: for at most 2 ms.
+fn be_away(draw: &mut Draw, part: f64) {
+    if draw.uniform(0.0, 1.0) < part {
+        thread::sleep(Duration::from_micros(draw.uniform(0.0, 2000.0) as u64));
+    }
+}
+
+/// An interrupt and a background in threads of their own, with room for seven blocks on their way. The
+/// background goes on by a block at a time. The interrupt waits while there is no room, but in a `rush`,
+/// a part of all blocks, it does not. It runs until `enough` has happened.
+fn in_two_threads<R, F>(seed: u32, rush: f64, enough: impl Fn(&Happened) -> bool) -> Happened
+where
+    R: RecordBlocks<f32> + FromSettings,
+    F: FitBlocks<f32, Fitted = R::Fitted> + FromSettings + Sync,
+    R::Fitted: Send,
+{
+    /// Blocks of a rush.
+    const RUSH: u32 = 200;
+    let (recorder, fitter): (R, F) = (built(), built());
+    let mut blocks: Queue<NumberedBlock<f32>, 8> = Queue::new();
+    let mut found: Queue<R::Fitted, 2> = Queue::new();
+    let (mut send_block, mut next_block) = blocks.split();
+    let (mut send_found, mut next_found) = found.split();
+    let done = std::sync::atomic::AtomicBool::new(false);
+    let is_done = || done.load(std::sync::atomic::Ordering::Relaxed);
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            let mut draw = Draw::new(seed + 1);
+            let mut state = fitter.start();
+            while !is_done() {
+                while let Some(block) = next_block.dequeue() {
+                    fitter.take(&mut state, &block);
+                }
+                if let Some(fitted) = fitter.work(&mut state, 1) {
+                    // One that finds no room is lost.
+                    let _ = send_found.enqueue(fitted);
+                }
+                be_away(&mut draw, 1e-3);
+            }
+        });
+        let mut draw = Draw::new(seed);
+        let mut motion = motion(seed);
+        let mut state = recorder.start();
+        let mut happened = Happened::default();
+        let mut rushing = 0_u32;
+        let since = Instant::now();
+        while !enough(&happened) && since.elapsed() < Duration::from_secs(120) {
+            if let Some(fitted) = next_found.dequeue() {
+                recorder.take_over(&mut state, &fitted);
+            }
+            let (increment, command) = sample(&mut motion);
+            let seen = recorder
+                .learn(&mut state, increment, command)
+                .expect("ordinary samples");
+            happened.samples += 1;
+            happened.started += u32::from(seen.event == Event::Started);
+            if happened.started > 0 {
+                happened.worst = happened.worst.max(off(&recorder.estimates(&state)));
+            }
+            if let Some(block) = recorder.take_block(&mut state) {
+                happened.blocks += 1;
+                rushing = rushing.saturating_sub(1);
+                if draw.uniform(0.0, 1.0) < rush / f64::from(RUSH) {
+                    rushing = RUSH;
+                }
+                while rushing == 0 && !send_block.ready() {
+                    thread::yield_now();
+                }
+                happened.lost += u32::from(send_block.enqueue(block).is_err());
+                be_away(&mut draw, 1e-3);
+            }
+        }
+        done.store(true, std::sync::atomic::Ordering::Relaxed);
+        happened
+    })
+}
+
+#[test]
+fn a_window_is_right_while_two_threads_work_on_it() {
+    let enough = |happened: &Happened| happened.blocks >= 4000 && happened.started >= 50;
+    let happened = in_two_threads::<Recorder, Fitter>(7, 0.0, enough);
+    println!("{happened:?}");
+    assert!(enough(&happened) && happened.lost == 0, "{happened:?}");
+    assert!(happened.worst < 0.1, "{happened:?}");
+}
+
+#[test]
+fn a_window_is_right_between_blocks_that_are_lost() {
+    let enough = |happened: &Happened| happened.lost >= 1000 && happened.started >= 50;
+    let happened = in_two_threads::<Recorder, Fitter>(8, 0.3, enough);
+    println!("{happened:?}");
+    assert!(enough(&happened), "{happened:?}");
+    assert!(happened.worst < 0.1, "{happened:?}");
+}
+
+#[test]
+fn recursions_start_right_while_two_threads_work_on_them() {
+    for seed in 100..130 {
+        let rush = if seed % 2 == 0 { 0.0 } else { 0.5 };
+        let happened = in_two_threads::<Recursion, FirstFit>(seed, rush, |happened| {
+            happened.started > 0 && happened.samples > 5000
+        });
+        assert_eq!(happened.started, 1, "{happened:?}");
+        assert!(happened.worst < 0.1, "{happened:?}");
+    }
+}
+
+#[test]
+fn the_interrupt_keeps_neither_record_nor_fit() {
+    let interrupt = size_of::<GaussNewtonRecursionState<f32, 4>>();
+    let background = size_of::<GaussNewtonFitterState<f32, W>>();
+    println!(
+        "interrupt {interrupt}, background {background}, a block {}, what is found {} bytes",
+        size_of::<NumberedBlock<f32>>(),
+        size_of::<<Recursion as RecordBlocks<f32>>::Fitted>(),
+    );
+    let recursion = GaussNewtonIdentifier::<f32, AbCoulombLoad, 4, W>::RECURSION_BYTES;
+    assert!(interrupt <= recursion + 200, "{interrupt}");
+    assert!(background >= W * 12);
+}
