@@ -77,6 +77,9 @@ pub(crate) fn write(register: Register, word: u32) -> bool {
         byte.store(byte.load(Relaxed) & !(word >> 16) | word & 0xffff, Relaxed);
     } else if recorded(register).is_some() {
         place.store(place.load(Relaxed) & word, Relaxed);
+    } else if register == flash::SR {
+        // Ones clear.
+        place.store(place.load(Relaxed) & !word, Relaxed);
     } else {
         place.store(word, Relaxed);
         if register == flash::CR && word & flash::CR_STRT != 0 {

@@ -79,7 +79,7 @@ pub struct Step {
 
 impl Step {
     /// Turns of a loop that it may take, several seconds: an erasure takes two at most.
-    const TURNS: u32 = 100_000_000;
+    const TURNS: u32 = 40_000_000;
 
     /// Does it and answers with the flash's status at its end.
     #[inline(always)]

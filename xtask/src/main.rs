@@ -7,6 +7,7 @@ mod emulator;
 mod firmware;
 mod listing;
 mod lock_step;
+mod mutations;
 mod same_bits;
 
 use std::process::ExitCode;
@@ -34,6 +35,9 @@ enum Verb {
         #[arg(long)]
         accept: bool,
     },
+    /// Break the chip's drivers in one place after the other, in a copy, and see that their tests
+    /// notice.
+    Mutations,
     /// Build two firmwares of somebody else for three cores, run them on two emulated boards, and
     /// count a sample.
     Elsewhere,
@@ -49,6 +53,7 @@ fn main() -> ExitCode {
         Verb::Same => same_bits::check(),
         Verb::Pil => lock_step::check(),
         Verb::Drive => drive::check(),
+        Verb::Mutations => mutations::check(),
         Verb::Elsewhere => elsewhere::check(),
         Verb::Budget { accept } => budget::check(accept),
         Verb::Qemu { binary } => firmware::build(&[])
