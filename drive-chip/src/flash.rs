@@ -146,8 +146,6 @@ impl<B: Bus> RecordFlash<B> {
     fn do_step(self, register: Register, word: u32) -> Result<(), FlashError> {
         let step = Step { register, word };
         let status = self.bus.alone(|| self.bus.do_step(step));
-        // Written ones clear their flags.
-        self.bus.write(flash::SR, status & flash::SR_ENDED);
         if status & (flash::SR_BSY | flash::SR_ERRORS) == 0 {
             Ok(())
         } else {

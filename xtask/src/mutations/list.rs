@@ -148,8 +148,8 @@ pub(super) const MUTATIONS: [Mutation; 28] = [
     mutation(
         "flash.rs",
         "replace & with | in do_step",
-        "status & flash::SR_ENDED",
-        "status | flash::SR_ENDED",
+        "status & (flash::SR_BSY",
+        "status | (flash::SR_BSY",
     ),
     mutation(
         "clock.rs",

@@ -103,10 +103,6 @@ impl Timers {
         self.tim1.address(self.tim1.cr1())
     }
 
-    pub(crate) fn break_control(&self) -> u32 {
-        self.tim1.address(self.tim1.bdtr())
-    }
-
     /// Whether the break flag is up.
     pub(crate) fn broke(&self) -> bool {
         self.tim1.sr().read().bif().is_trigger()
