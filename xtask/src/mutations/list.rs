@@ -178,8 +178,8 @@ pub(super) const MUTATIONS: [Mutation; 28] = [
     mutation(
         "interrupts.rs",
         "replace / with % in word",
-        "4 * (interrupt / 32)",
-        "4 * (interrupt % 32)",
+        "(interrupt / 32) << 2",
+        "(interrupt % 32) << 2",
     ),
     mutation(
         "serial.rs",
