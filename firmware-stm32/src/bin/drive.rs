@@ -1,18 +1,20 @@
 //! The drive: controls and identifies a real servo.
 //!
 //! Three things happen, each at its own pace. TIM5 interrupts at every sample, above everything else,
-//! and runs the sampler. USART2 interrupts at every byte. In between, the background reads requests,
-//! reports, keeps records and feeds the watchdog, as long as the samples are seen to run.
+//! runs the sampler and feeds the watchdog, as long as the background is seen to run. USART2 interrupts
+//! at every byte. In between, the background reads requests, reports and keeps records.
 #![no_std]
 #![no_main]
 
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m_rt::{ExceptionFrame, entry, exception};
 use drive_chip::{Mmio, interrupts, sample_timer};
 use drive_link::{LONGEST_FRAME, Receiver, Report, Request, State, frame};
 use drive_logic::{Events, Orders, Sampler, Supervisor, self_test};
-use firmware_stm32::board::{self, Encoder, Inputs, Line, Output, Port, RecordFlash, Wired};
+use firmware_stm32::board::{
+    self, Encoder, Inputs, Line, Output, Port, RecordFlash, Watchdog, Wired,
+};
 use firmware_stm32::handed::Handed;
 use firmware_stm32::settings;
 use stm32f4xx_hal::pac::interrupt;
@@ -23,13 +25,14 @@ struct Control {
     encoder: Encoder,
     output: Output,
     inputs: Inputs,
+    watchdog: Watchdog,
 }
 
 static CONTROL: Handed<Control> = Handed::new();
 static PORT: Handed<Port> = Handed::new();
 
-/// Set at every sample, cleared when the watchdog is fed.
-static ALIVE: AtomicBool = AtomicBool::new(false);
+/// Samples until the background is missed.
+static SEEN_FOR: AtomicU32 = AtomicU32::new(0);
 
 #[interrupt]
 fn TIM5() {
@@ -43,13 +46,17 @@ fn TIM5() {
         encoder,
         output,
         inputs,
+        watchdog,
     }) = OWN
     else {
         return;
     };
     sampler.sample(inputs.read(), encoder, output);
     sampler.ended(sample_timer::is_due(Mmio), output);
-    ALIVE.store(true, Ordering::Relaxed);
+    if let Some(left) = SEEN_FOR.load(Ordering::Relaxed).checked_sub(1) {
+        SEEN_FOR.store(left, Ordering::Relaxed);
+        watchdog.feed();
+    }
 }
 
 #[interrupt]
@@ -132,6 +139,7 @@ fn run(wired: Wired, orders: &'static mut Orders, events: &'static mut Events) {
         encoder,
         output,
         inputs,
+        watchdog,
     });
     PORT.give(port);
     let mut sample_time = supervisor.sample_time();
@@ -141,6 +149,7 @@ fn run(wired: Wired, orders: &'static mut Orders, events: &'static mut Events) {
     let mut receiver = Receiver::new();
     let mut state = supervisor.state();
     log(state);
+    be_seen(state, sample_time);
     watchdog.start();
     loop {
         let more = converse(&mut line, &mut receiver, &mut supervisor);
@@ -153,13 +162,22 @@ fn run(wired: Wired, orders: &'static mut Orders, events: &'static mut Events) {
             sample_time = wanted;
             timer.start(sample_time);
         }
-        if ALIVE.swap(false, Ordering::Relaxed) {
-            watchdog.feed();
-        }
+        be_seen(state, sample_time);
         if !more {
             cortex_m::asm::wfi();
         }
     }
+}
+
+/// Lets the samples feed the watchdog for a while. A servo that is let go can wait, for the check of a
+/// configuration (46 million instructions) or for the flash; one that moves must be stopped in time.
+fn be_seen(state: State, sample_time: f64) {
+    let patience = match state {
+        State::Running => 10e-3,
+        State::Released | State::Faulted(_) => 10.0,
+    };
+    // A cast saturates.
+    SEEN_FOR.store((patience / sample_time) as u32, Ordering::Relaxed);
 }
 
 /// Reports what is new and answers one request, as far as the line has room; true if there may be

@@ -95,6 +95,16 @@ impl Memory {
         self.flash.address(self.flash.cr())
     }
 
+    /// More wait states than are needed, as an earlier program may have left them.
+    pub(crate) fn leave_wait_states(&self) {
+        self.flash.set(self.flash.acr(), 0b111);
+    }
+
+    /// The wait states that hold.
+    pub(crate) fn wait_states(&self) -> u8 {
+        self.flash.acr().read().latency().bits()
+    }
+
     /// Errors that an earlier program left.
     pub(crate) fn leave_errors(&self) {
         self.flash.set(self.flash.sr(), 0xf2);

@@ -103,6 +103,15 @@ impl Timers {
         self.tim1.address(self.tim1.cr1())
     }
 
+    /// Whether outputs that are off are driven, with the main output enabled and without.
+    pub(crate) fn drive_what_is_off(&self) -> [bool; 2] {
+        let control = self.tim1.bdtr().read();
+        [
+            control.ossr().is_idle_level(),
+            control.ossi().is_idle_level(),
+        ]
+    }
+
     /// Whether the break flag is up.
     pub(crate) fn broke(&self) -> bool {
         self.tim1.sr().read().bif().is_trigger()
