@@ -76,6 +76,9 @@ pub(crate) fn write(register: Register, word: u32) -> bool {
     };
     if recorded(register).is_some() {
         place.store(place.load(Relaxed) & word, Relaxed);
+    } else if register == flash::SR {
+        // Ones clear.
+        place.store(place.load(Relaxed) & !word, Relaxed);
     } else {
         place.store(word, Relaxed);
         if register == flash::CR && word & flash::CR_STRT != 0 {

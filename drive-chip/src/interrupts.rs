@@ -45,7 +45,7 @@ fn unmask(bus: impl Bus, interrupt: u32) {
 
 /// Bytes to the word of an interrupt's bit.
 const fn word(interrupt: u32) -> u32 {
-    4 * (interrupt / 32)
+    (interrupt / 32) << 2
 }
 
 const fn bit(interrupt: u32) -> u32 {

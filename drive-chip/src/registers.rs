@@ -28,14 +28,14 @@ pub(crate) mod rcc {
     /// M, N, P, the source and Q: the other bits keep their reset value.
     pub(crate) const PLLCFGR_FACTORS: u32 = 0x3f | 0x1ff << 6 | 0b11 << 16 | 1 << 22 | 0xf << 24;
     pub(crate) const PLLCFGR_N: u32 = 6;
-    pub(crate) const PLLCFGR_P_2: u32 = 0b00 << 16;
+    pub(crate) const PLLCFGR_P_2: u32 = 0;
     pub(crate) const PLLCFGR_HSE: u32 = 1 << 22;
     pub(crate) const PLLCFGR_Q: u32 = 24;
 
     pub(crate) const CFGR_SW: u32 = 0b11;
     pub(crate) const CFGR_SW_PLL: u32 = 0b10;
     pub(crate) const CFGR_SWS: u32 = 0b11 << 2;
-    pub(crate) const CFGR_SWS_HSI: u32 = 0b00 << 2;
+    pub(crate) const CFGR_SWS_HSI: u32 = 0;
     pub(crate) const CFGR_SWS_PLL: u32 = 0b10 << 2;
     pub(crate) const CFGR_PRESCALERS: u32 = 0xf << 4 | 0b111 << 10 | 0b111 << 13;
     pub(crate) const CFGR_PPRE1_4: u32 = 0b101 << 10;
@@ -44,7 +44,7 @@ pub(crate) mod rcc {
     pub(crate) const APB1_TIM3: u32 = 1 << 1;
     pub(crate) const APB1_TIM5: u32 = 1 << 3;
     pub(crate) const APB1_USART2: u32 = 1 << 17;
-    pub(crate) const APB2_TIM1: u32 = 1 << 0;
+    pub(crate) const APB2_TIM1: u32 = 1;
 
     pub(crate) const CSR_RMVF: u32 = 1 << 24;
     pub(crate) const CSR_IWDGRSTF: u32 = 1 << 29;
@@ -75,7 +75,7 @@ pub(crate) mod flash {
     pub(crate) const SR_ERRORS: u32 = 0b1_1111_0010;
     pub(crate) const SR_BSY: u32 = 1 << 16;
 
-    pub(crate) const CR_PG: u32 = 1 << 0;
+    pub(crate) const CR_PG: u32 = 1;
     pub(crate) const CR_SER: u32 = 1 << 1;
     pub(crate) const CR_SNB: u32 = 3;
     pub(crate) const CR_PSIZE_32: u32 = 0b10 << 8;
@@ -150,24 +150,24 @@ pub(crate) mod timer {
         }
     }
 
-    pub(crate) const CR1_CEN: u32 = 1 << 0;
+    pub(crate) const CR1_CEN: u32 = 1;
     pub(crate) const CR1_URS: u32 = 1 << 2;
     pub(crate) const CR1_ARPE: u32 = 1 << 7;
     pub(crate) const CR2_MMS_ENABLE: u32 = 0b001 << 4;
     pub(crate) const SMCR_ENCODER_3: u32 = 0b011;
     pub(crate) const SMCR_TRIGGER: u32 = 0b110;
-    pub(crate) const SMCR_TS_ITR0: u32 = 0b000 << 4;
-    pub(crate) const DIER_UIE: u32 = 1 << 0;
-    pub(crate) const SR_UIF: u32 = 1 << 0;
+    pub(crate) const SMCR_TS_ITR0: u32 = 0;
+    pub(crate) const DIER_UIE: u32 = 1;
+    pub(crate) const SR_UIF: u32 = 1;
     pub(crate) const SR_BIF: u32 = 1 << 7;
-    pub(crate) const EGR_UG: u32 = 1 << 0;
+    pub(crate) const EGR_UG: u32 = 1;
     pub(crate) const CCMR1_OC1PE: u32 = 1 << 3;
     pub(crate) const CCMR1_OC1M_PWM_1: u32 = 0b110 << 4;
     pub(crate) const CCMR1_CC1S_TI1: u32 = 0b01;
     pub(crate) const CCMR1_IC1F: u32 = 4;
     pub(crate) const CCMR1_CC2S_TI2: u32 = 0b01 << 8;
     pub(crate) const CCMR1_IC2F: u32 = 12;
-    pub(crate) const CCER_CC1E: u32 = 1 << 0;
+    pub(crate) const CCER_CC1E: u32 = 1;
     pub(crate) const BDTR_OSSI: u32 = 1 << 10;
     pub(crate) const BDTR_OSSR: u32 = 1 << 11;
     pub(crate) const BDTR_BKE: u32 = 1 << 12;

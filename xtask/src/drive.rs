@@ -1,5 +1,5 @@
-//! The drive firmware on an emulated chip, which has no pins and no flash to write, and whose encoder
-//! counts the clock: what is left is the whole way of a request and a fault.
+//! The drive firmware on an emulated chip, whose pins, encoder and flash are memory: the whole way of
+//! a request, a record and a fault, with a servo that stands still.
 
 use std::error::Error;
 use std::fmt::Debug;
@@ -20,10 +20,13 @@ fn talk(drive: &mut Client) -> Result<(), Box<dyn Error>> {
     let status = drive.status()?;
     expect("protocol", status.protocol, PROTOCOL)?;
     expect("state after the boot", status.state, State::Released)?;
-    // An emulated flash reads as zeros, which are no record, and takes nothing.
-    expect("what the store holds", status.kept, Kept::Damaged)?;
-    let refused = refusal(drive, Command::Save)?;
-    expect("a record for a worn flash", refused, Refusal::NotKept)?;
+    expect("what the store holds", status.kept, Kept::Nothing)?;
+    // More than fit into both of the emulated sectors, which are then erased in turn.
+    for _ in 0..20 {
+        drive.ask(Command::Save)?;
+    }
+    expect("what it holds then", drive.status()?.kept, Kept::Record)?;
+    println!("records are kept");
 
     // Garbage of every kind: the drive answers the next request.
     let mut garbage = 0x2545_f491_u32;
@@ -66,11 +69,12 @@ fn talk(drive: &mut Client) -> Result<(), Box<dyn Error>> {
     }
     expect("the settings after that", drive.settings()?, settings)?;
 
-    // An encoder that counts the clock runs away from any reference: let it, and look on.
+    // An encoder that stands still is left behind by any reference: let it, and look on.
     for law in [settings.closed_loop.law, Law::GaussNewton] {
         let mut wanted = settings;
         wanted.closed_loop.law = law;
         wanted.protection.following_error = 1e9;
+        wanted.protection.stall_time = 1e3;
         drive.ask(Command::Configure(wanted))?;
         drive.ask(Command::Watch(20))?;
         drive.ask(Command::Start)?;
@@ -83,10 +87,16 @@ fn talk(drive: &mut Client) -> Result<(), Box<dyn Error>> {
         println!("{law}: started, watched and stopped");
     }
 
-    drive.ask(Command::Configure(settings))?;
+    let mut strict = settings;
+    strict.protection.following_error = 1e-3;
+    drive.ask(Command::Configure(strict))?;
     drive.ask(Command::Start)?;
     let fault = drive.next(struck)?;
-    expect("the fault of a mad encoder", fault, Fault::FollowingError)?;
+    expect(
+        "the fault of an encoder that stands still",
+        fault,
+        Fault::FollowingError,
+    )?;
     expect(
         "the state then",
         drive.status()?.state,

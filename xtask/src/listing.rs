@@ -106,6 +106,12 @@ impl Listing {
                         at += 2;
                     }
                 }
+                if name.starts_with(TO_MEMORY)
+                    && let Some(target) = far_target([0, 2, 4, 6].map(|k| half(start + k)))
+                {
+                    function.indirect = 0;
+                    function.calls.insert(target);
+                }
                 functions.insert(start, function);
             }
         }
@@ -162,6 +168,24 @@ impl Listing {
         above.pop();
         Ok(function.frame + deepest)
     }
+}
+
+/// How the linker names what leads from code in flash to code in memory: MOVW, MOVT and BX of r12.
+const TO_MEMORY: &str = "__Thumbv7ABSLongThunk_";
+
+/// Where a MOVW and a MOVT of r12, as their halves, lead.
+fn far_target(halves: [Option<u32>; 4]) -> Option<u64> {
+    let [Some(low), Some(low_rest), Some(high), Some(high_rest)] = halves else {
+        return None;
+    };
+    let immediate = |first: u32, second: u32| {
+        (first & 0xf) << 12 | (first >> 10 & 1) << 11 | (second >> 12 & 7) << 8 | second & 0xff
+    };
+    let move_to_12 = |first: u32, second: u32, code: u32| {
+        (first & 0xfbf0 == code && second & 0x8f00 == 0x0c00).then(|| immediate(first, second))
+    };
+    let address = move_to_12(high, high_rest, 0xf2c0)? << 16 | move_to_12(low, low_rest, 0xf240)?;
+    Some(u64::from(address & !1))
 }
 
 /// Library functions that divide, and everything of a libm.
@@ -307,6 +331,16 @@ mod tests {
         assert_eq!(wide(0xf2ad, 0x4d6c).frame, 1132);
         // vpush {d8-d15}
         assert_eq!(wide(0xed2d, 0x8b10).frame, 64);
+    }
+
+    #[test]
+    fn the_way_to_memory_is_followed() {
+        // movw r12, #0x1001; movt r12, #0x2000
+        let halves = [0xf241, 0x0c01, 0xf2c2, 0x0c00].map(Some);
+        assert_eq!(far_target(halves), Some(0x2000_1000));
+        // To r11.
+        let halves = [0xf241, 0x0b01, 0xf2c2, 0x0b00].map(Some);
+        assert_eq!(far_target(halves), None);
     }
 
     #[test]

@@ -8,6 +8,7 @@ mod firmware;
 mod interrupt;
 mod listing;
 mod lock_step;
+mod mutations;
 mod same_bits;
 
 use std::process::ExitCode;
@@ -38,6 +39,9 @@ enum Verb {
     /// Count the whole sample interrupt of the drive on the emulated chip: instructions as they are
     /// executed, and cycles by the model of docs/cycles.md.
     Interrupt,
+    /// Break the chip's drivers in one place after the other, in a copy, and see that their tests
+    /// notice.
+    Mutations,
     /// Build two firmwares of somebody else for three cores, run them on two emulated boards, and
     /// count a sample.
     Elsewhere,
@@ -54,6 +58,7 @@ fn main() -> ExitCode {
         Verb::Pil => lock_step::check(),
         Verb::Drive => drive::check(),
         Verb::Interrupt => interrupt::print(),
+        Verb::Mutations => mutations::check(),
         Verb::Elsewhere => elsewhere::check(),
         Verb::Budget { accept } => budget::check(accept),
         Verb::Qemu { binary } => firmware::build(&[])

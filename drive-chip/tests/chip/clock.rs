@@ -29,14 +29,24 @@ fn any_oscillator_becomes_168_megahertz() {
             Source::Clock(frequency.into()),
             Oscillator::clock(frequency),
         );
-        for (source, oscillator) in [crystal, clock] {
+        for ((source, oscillator), used_before) in [
+            (crystal, false),
+            (clock, false),
+            (crystal, true),
+            (clock, true),
+        ] {
             let chip = Chip::new(source);
+            if used_before {
+                chip.clocks.leave_factors();
+                chip.memory.leave_wait_states();
+            }
             let (told, found) = start(&chip, oscillator);
             assert_eq!(found, Ok(()));
             assert!((chip.clocks.frequencies().processor - 168e6).abs() < 1e-6);
             assert_told(&chip, told);
             assert!(chip.clocks.is_watched());
             assert!(chip.memory.is_cached());
+            assert_eq!(chip.memory.wait_states(), 5);
         }
     }
 }

@@ -50,6 +50,7 @@ fn off_is_low_from_the_wiring_on_and_never_floats() {
     let _ = wired.pwm.set_duty_cycle(8400);
     chip.elapse(50e-6);
     assert_eq!(chip.output(), Output::High);
+    assert_eq!(chip.timers.drive_what_is_off(), [true, true]);
     // At once, not with the next period.
     assert_eq!(wired.pwm.set_duty_cycle_fully_off(), Ok(()));
     assert_eq!(chip.output(), Output::Low);

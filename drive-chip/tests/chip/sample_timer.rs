@@ -14,7 +14,7 @@ fn lead(chip: &Chip) -> f64 {
 }
 
 #[test]
-fn a_sample_leads_the_pwm_by_an_eighth_of_a_hundred_microseconds() {
+fn a_sample_leads_the_pwm_by_twelve_and_a_half_microseconds() {
     assert!((LEAD - 12.5e-6).abs() < 1e-15);
     for chip in [healthy(), slow()] {
         let wired = wired(&chip);

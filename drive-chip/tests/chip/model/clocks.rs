@@ -70,6 +70,13 @@ impl Clocks {
         assert!(self.blames_watchdog());
     }
 
+    /// Every factor and prescaler as large as its field, as a program before may have left them.
+    pub(crate) fn leave_factors(&self) {
+        let rcc = &self.rcc;
+        rcc.set(rcc.pllcfgr(), rcc.get(rcc.pllcfgr()) | 0x0f43_7fff);
+        rcc.set(rcc.cfgr(), rcc.get(rcc.cfgr()) | 0xfcf0);
+    }
+
     pub(crate) fn control(&self) -> u32 {
         self.rcc.address(self.rcc.cr())
     }
@@ -130,8 +137,13 @@ impl Clocks {
                 f64::from(2_u32 << (bits - none))
             }
         };
-        assert!(cfgr.hpre().bits() < 0b1100, "no factor of 32 (7.3.3)");
-        let processor = source / divided(cfgr.hpre().bits(), 0b1000);
+        // There is no factor of 32 (7.3.3).
+        let skipped = if cfgr.hpre().bits() < 0b1100 {
+            1.0
+        } else {
+            2.0
+        };
+        let processor = source / divided(cfgr.hpre().bits(), 0b1000) / skipped;
         let (low, high) = (
             divided(cfgr.ppre1().bits(), 0b100),
             divided(cfgr.ppre2().bits(), 0b100),

@@ -30,6 +30,10 @@ pub(crate) struct Memory {
     pub(crate) fails: Cell<u32>,
     /// A step never ends.
     pub(crate) hangs: Cell<bool>,
+    /// Times that the status was read since something was written.
+    asked: Cell<u64>,
+    /// The same while nothing was done.
+    idle: Cell<u32>,
     /// Sectors that were erased.
     pub(crate) erased: RefCell<Vec<u8>>,
 }
@@ -55,6 +59,8 @@ impl Memory {
             busy_until: Cell::new(0),
             fails: Cell::new(0),
             hangs: Cell::new(false),
+            asked: Cell::new(0),
+            idle: Cell::new(0),
             erased: RefCell::default(),
         }
     }
@@ -89,6 +95,16 @@ impl Memory {
         self.flash.address(self.flash.cr())
     }
 
+    /// More wait states than are needed, as an earlier program may have left them.
+    pub(crate) fn leave_wait_states(&self) {
+        self.flash.set(self.flash.acr(), 0b111);
+    }
+
+    /// The wait states that hold.
+    pub(crate) fn wait_states(&self) -> u8 {
+        self.flash.acr().read().latency().bits()
+    }
+
     /// Errors that an earlier program left.
     pub(crate) fn leave_errors(&self) {
         self.flash.set(self.flash.sr(), 0xf2);
@@ -114,7 +130,14 @@ impl Memory {
     fn status(&self, now: u64) -> u32 {
         let flash = &self.flash;
         let busy = now < self.busy_until.get();
+        let asked = self.asked.get() + 1;
+        self.asked.set(asked);
+        assert!(asked < 100_000_000, "whoever waits waits for ever");
         if !busy {
+            self.asked.set(0);
+            let idle = self.idle.get() + 1;
+            self.idle.set(idle);
+            assert!(idle < 10, "whoever waits does not see the end");
             // The start clears itself with the end (3.9.6).
             flash.set(flash.cr(), flash.get(flash.cr()) & !(1 << 16));
         }
@@ -152,6 +175,8 @@ impl Memory {
 
     pub(crate) fn write(&self, address: u32, word: u32, now: u64, alone: bool) -> bool {
         let flash = &self.flash;
+        self.asked.set(0);
+        self.idle.set(0);
         if (BASE..END).contains(&address) {
             self.program(address, word, now, alone);
             return true;

@@ -100,11 +100,11 @@ impl Chip {
     /// What the timer and the pin's mode make of the PWM's pin (RM0090, 8.3).
     pub(crate) fn output(&self) -> Output {
         match self.pins.mode(0, 8) {
-            pins::Mode::Output => match self.pins.driven(0, 8) {
+            Mode::Output => match self.pins.driven(0, 8) {
                 Level::Low => Output::Low,
                 Level::High => Output::High,
             },
-            pins::Mode::Alternate(1) => self.timers.output(),
+            Mode::Alternate(1) => self.timers.output(),
             _ => Output::Floating,
         }
     }
@@ -117,7 +117,7 @@ impl Chip {
 
     /// The break input is pin B12 where that is the timer's (function 1).
     fn look_at_break(&self) {
-        let wired = self.pins.mode(1, 12) == pins::Mode::Alternate(1);
+        let wired = self.pins.mode(1, 12) == Mode::Alternate(1);
         let level = if wired {
             self.pins.level(1, 12)
         } else {

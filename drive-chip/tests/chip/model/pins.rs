@@ -103,6 +103,19 @@ impl Pins {
         port.set(port.odr(), port.get(port.odr()) | 1 << number);
     }
 
+    /// Gives a pin function 15 and pulls it down, as a program before may have left it.
+    pub(crate) fn leave_used(&self, port: usize, number: usize) {
+        let port = &self.ports[port];
+        let (low, high) = (port.get(port.afrl()), port.get(port.afrh()));
+        if number < 8 {
+            port.set(port.afrl(), low | 0xf << (4 * number));
+        } else {
+            port.set(port.afrh(), high | 0xf << (4 * (number - 8)));
+        }
+        let pulls = port.get(port.pupdr()) & !(0b11 << (2 * number));
+        port.set(port.pupdr(), pulls | 0b10 << (2 * number));
+    }
+
     /// What a pin that is an output drives.
     pub(crate) fn driven(&self, port: usize, number: usize) -> Level {
         if self.ports[port].odr().read().odr(number as u8).is_high() {

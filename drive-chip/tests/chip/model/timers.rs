@@ -103,8 +103,13 @@ impl Timers {
         self.tim1.address(self.tim1.cr1())
     }
 
-    pub(crate) fn break_control(&self) -> u32 {
-        self.tim1.address(self.tim1.bdtr())
+    /// Whether outputs that are off are driven, with the main output enabled and without.
+    pub(crate) fn drive_what_is_off(&self) -> [bool; 2] {
+        let control = self.tim1.bdtr().read();
+        [
+            control.ossr().is_idle_level(),
+            control.ossi().is_idle_level(),
+        ]
     }
 
     /// Whether the break flag is up.

@@ -1,0 +1,196 @@
+//! The mutations: eight breaks that cost a servo or a record, and twenty of those that
+//! `cargo mutants -p drive-chip` makes, one of each kind and place.
+
+/// A text of a file that stands there once, and what stands there in its place.
+pub(super) struct Mutation {
+    /// In the folder of the sources.
+    pub(super) file: &'static str,
+    pub(super) what: &'static str,
+    pub(super) from: &'static str,
+    pub(super) to: &'static str,
+}
+
+const fn mutation(
+    file: &'static str,
+    what: &'static str,
+    from: &'static str,
+    to: &'static str,
+) -> Mutation {
+    Mutation {
+        file,
+        what,
+        from,
+        to,
+    }
+}
+
+pub(super) const MUTATIONS: [Mutation; 28] = [
+    mutation(
+        "clock.rs",
+        "another PLL factor",
+        "const VCO: u32 = 336_000_000;",
+        "const VCO: u32 = 334_000_000;",
+    ),
+    mutation(
+        "registers.rs",
+        "PWM inverted",
+        "CCMR1_OC1M_PWM_1: u32 = 0b110 << 4",
+        "CCMR1_OC1M_PWM_1: u32 = 0b111 << 4",
+    ),
+    mutation(
+        "pwm.rs",
+        "break off",
+        "const OFF: u32 = timer::BDTR_BKE | timer::BDTR_BKP",
+        "const OFF: u32 = timer::BDTR_BKP",
+    ),
+    mutation(
+        "wiring.rs",
+        "emergency does nothing",
+        "    board.enable.set_low(bus);\n    pwm::off(bus);",
+        "    let _ = (bus, board);",
+    ),
+    mutation(
+        "inputs.rs",
+        "a limit switch ignored",
+        "high_switch: self.high_switch.is_low(bus)",
+        "high_switch: true",
+    ),
+    mutation(
+        "flash.rs",
+        "no food while the flash is busy",
+        "            watchdog::feed(bus);\n            let status",
+        "            let status",
+    ),
+    mutation(
+        "interrupts.rs",
+        "samples below bytes",
+        "const SAMPLE: u32 = 0x00;",
+        "const SAMPLE: u32 = 0x90;",
+    ),
+    mutation(
+        "registers.rs",
+        "a wrong key of the flash",
+        "0xcdef_89ab",
+        "0xcdef_89aa",
+    ),
+    mutation(
+        "watchdog.rs",
+        "replace feed with ()",
+        "    bus.write(iwdg::KR, iwdg::KEY_FEED);",
+        "    let _ = bus;",
+    ),
+    mutation(
+        "watchdog.rs",
+        "replace - with + in RELOAD",
+        "/ 1000 - 1;",
+        "/ 1000 + 1;",
+    ),
+    mutation(
+        "sample_timer.rs",
+        "replace - with + in SampleTimer::new",
+        "pwm_period - pwm_period",
+        "pwm_period + pwm_period",
+    ),
+    mutation(
+        "sample_timer.rs",
+        "replace - with + in SampleTimer::start",
+        "ticks - 1",
+        "ticks + 1",
+    ),
+    mutation(
+        "sample_timer.rs",
+        "replace <= with > in whole_periods",
+        "missing.abs() <= TOLERANCE",
+        "missing.abs() > TOLERANCE",
+    ),
+    mutation(
+        "sample_timer.rs",
+        "replace != with == in is_due",
+        "& timer::SR_UIF != 0",
+        "& timer::SR_UIF == 0",
+    ),
+    mutation(
+        "pwm.rs",
+        "replace set_duty_cycle_fully_off with Ok(())",
+        "        off(self.bus);\n        self.bus.write(TIM1.ccr1(), 0);",
+        "        return Ok(());",
+    ),
+    mutation(
+        "pwm.rs",
+        "replace != with == in broke",
+        "& timer::SR_BIF != 0",
+        "& timer::SR_BIF == 0",
+    ),
+    mutation(
+        "inputs.rs",
+        "replace && with || in Inputs::read",
+        "&& !pwm::broke(bus)",
+        "|| !pwm::broke(bus)",
+    ),
+    mutation(
+        "flash.rs",
+        "replace || with && in Step::run",
+        "== 0 || turns == 0",
+        "== 0 && turns == 0",
+    ),
+    mutation(
+        "flash.rs",
+        "replace + with - in erase",
+        "self.sectors.first + sector",
+        "self.sectors.first - sector",
+    ),
+    mutation(
+        "flash.rs",
+        "replace >> with << in read",
+        "word >> (8 *",
+        "word << (8 *",
+    ),
+    mutation(
+        "flash.rs",
+        "replace & with | in do_step",
+        "status & (flash::SR_BSY",
+        "status | (flash::SR_BSY",
+    ),
+    mutation(
+        "clock.rs",
+        "replace == with != in becomes",
+        "& bits == wanted",
+        "& bits != wanted",
+    ),
+    mutation(
+        "clock.rs",
+        "replace == with != in to_full",
+        "oscillator.kind == Kind::Clock",
+        "oscillator.kind != Kind::Clock",
+    ),
+    mutation(
+        "pins.rs",
+        "replace << with >> in set_pair",
+        "0b11 << shift, bits << shift",
+        "0b11 << shift, bits >> shift",
+    ),
+    mutation(
+        "pins.rs",
+        "replace == with != in is_low",
+        "& self.mask() == 0",
+        "& self.mask() != 0",
+    ),
+    mutation(
+        "interrupts.rs",
+        "replace / with % in word",
+        "(interrupt / 32) << 2",
+        "(interrupt % 32) << 2",
+    ),
+    mutation(
+        "serial.rs",
+        "replace != with == in serve",
+        "status & usart::SR_TXE != 0",
+        "status & usart::SR_TXE == 0",
+    ),
+    mutation(
+        "quadrature.rs",
+        "replace << with >> in Quadrature::new",
+        "FILTER << timer::CCMR1_IC2F",
+        "FILTER >> timer::CCMR1_IC2F",
+    ),
+];
