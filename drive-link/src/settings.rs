@@ -315,8 +315,10 @@ impl fmt::Display for NotAllowed {
                 let nearest = f64::from(whole) * period;
                 write!(
                     f,
-                    "{name} = {given} is not allowed: it must be a multiple of {period} s, the nearest \
-                     is {nearest}"
+                    "{name} = {given} is not allowed: it must be a multiple of {:.3} ms, the nearest is \
+                     {:.3} ms",
+                    1e3 * period,
+                    1e3 * nearest
                 )
             }
             Why::Unstable { given } => write!(

@@ -298,7 +298,7 @@ fn settings_that_contradict_each_other_are_refused_before_anything_moves() {
         let mut wanted = still();
         wanted.closed_loop.core.sample_time = sample_time;
         let refused = drive.refusal(Command::Configure(wanted)).to_string();
-        assert!(refused.contains("a multiple of 0.00005 s"), "{refused}");
+        assert!(refused.contains("a multiple of 0.050 ms"), "{refused}");
     }
 }
 

@@ -1,10 +1,10 @@
-//! The drive firmware on an emulated chip, whose pins, encoder and flash are memory: the whole way of
-//! a request, a record and a fault, with a servo that stands still.
+//! The drive firmware on an emulated chip, whose pins, encoder and flash are memory, with a servo that
+//! follows its output: the whole way of a request, a run, a record and a fault.
 
 use std::error::Error;
 use std::fmt::Debug;
 
-use drive_link::{Command, Fault, Kept, Law, PROTOCOL, Refusal, Report, Snapshot, State};
+use drive_link::{Command, Ended, Fault, Kept, Law, PROTOCOL, Refusal, Report, Snapshot, State};
 use host_sim::drive::{Client, DriveError};
 
 use crate::{emulator, firmware};
@@ -12,7 +12,9 @@ use crate::{emulator, firmware};
 /// Talks to the drive as a host would, and as a broken line does.
 pub(crate) fn check() -> Result<(), String> {
     firmware::build(&["emulator"])?;
-    let (_running, port) = emulator::Running::start(&firmware::path("drive"))?;
+    // The emulator's time is that of its instructions: a slow machine is a slow drive, and nothing else.
+    let clock = ["-icount", "shift=0,sleep=off"].map(str::to_owned);
+    let (_running, port) = emulator::Running::start_with(&firmware::path("drive"), &clock)?;
     talk(&mut Client::new(port)).map_err(|error| error.to_string())
 }
 
@@ -20,6 +22,9 @@ fn talk(drive: &mut Client) -> Result<(), Box<dyn Error>> {
     let status = drive.status()?;
     expect("protocol", status.protocol, PROTOCOL)?;
     expect("state after the boot", status.state, State::Released)?;
+    expect("configured", status.configured, false)?;
+    let refused = refusal(drive, Command::Start)?;
+    expect("a start of a new drive", refused, Refusal::NotConfigured)?;
     expect("what the store holds", status.kept, Kept::Nothing)?;
     // More than fit into both of the emulated sectors, which are then erased in turn.
     for _ in 0..20 {
@@ -60,43 +65,56 @@ fn talk(drive: &mut Client) -> Result<(), Box<dyn Error>> {
         Refusal::Setting(refused) => println!("refused as it should be: {refused}"),
         other => return Err(format!("kp = 1 is refused, but because {other}").into()),
     }
-    let mut short = settings;
-    short.closed_loop.law = Law::GaussNewton;
-    short.closed_loop.core.sample_time = 5e-5;
-    match refusal(drive, Command::Configure(short))? {
+    let mut crooked = settings;
+    crooked.closed_loop.core.sample_time = 1.25e-4;
+    match refusal(drive, Command::Configure(crooked))? {
         Refusal::Setting(refused) => println!("refused as it should be: {refused}"),
-        other => return Err(format!("too short a sample is refused, but because {other}").into()),
+        other => return Err(format!("2.5 periods are refused, but because {other}").into()),
     }
     expect("the settings after that", drive.settings()?, settings)?;
 
-    // An encoder that stands still is left behind by any reference: let it, and look on.
-    for law in [settings.closed_loop.law, Law::GaussNewton] {
+    for law in [Law::Gradient { friction: true }, Law::GaussNewton] {
         let mut wanted = settings;
         wanted.closed_loop.law = law;
-        wanted.protection.following_error = 1e9;
-        wanted.protection.stall_time = 1e3;
+        wanted.protection.link_timeout = 0.0;
         drive.ask(Command::Configure(wanted))?;
-        drive.ask(Command::Watch(20))?;
+        drive.ask(Command::Watch(100))?;
         drive.ask(Command::Start)?;
         expect("the first sample shown", drive.next(shown)?.sample, 1)?;
-        expect("the next of them", drive.next(shown)?.sample, 21)?;
+        expect("the next of them", drive.next(shown)?.sample, 101)?;
         let refused = refusal(drive, Command::Save)?;
         expect("a record in motion", refused, Refusal::Running)?;
+        let learnt = drive.next(|report| shown(report).filter(|shown| shown.sample > 30_000))?;
+        let b = learnt.estimates.b;
+        if !(250.0..266.0).contains(&b) {
+            return Err(format!("{law}: b is {b} where the servo has 257.7").into());
+        }
         drive.ask(Command::Stop)?;
         until(drive, State::Released)?;
-        println!("{law}: started, watched and stopped");
+        let status = drive.status()?;
+        expect("how it ended", status.ended, Some(Ended::Stopped))?;
+        expect("late samples", status.overruns, 0)?;
+        println!("{law}: b {b:.1} after 30 s, stopped");
     }
+    drive.ask(Command::Save)?;
 
-    let mut strict = settings;
-    strict.protection.following_error = 1e-3;
-    drive.ask(Command::Configure(strict))?;
+    let mut tight = settings;
+    tight.protection.duration = 0.5;
+    tight.protection.link_timeout = 0.0;
+    drive.ask(Command::Configure(tight))?;
+    drive.ask(Command::Start)?;
+    until(drive, State::Released)?;
+    let ended = drive.status()?.ended;
+    expect("the end of a run of 0.5 s", ended, Some(Ended::Over))?;
+    println!("a run ends when its time is over");
+
+    // The drive's second is a fraction of the host's: whoever says nothing is silent for long.
+    tight.protection.duration = 0.0;
+    tight.protection.link_timeout = 0.1;
+    drive.ask(Command::Configure(tight))?;
     drive.ask(Command::Start)?;
     let fault = drive.next(struck)?;
-    expect(
-        "the fault of an encoder that stands still",
-        fault,
-        Fault::FollowingError,
-    )?;
+    expect("the fault of a silent host", fault, Fault::LinkSilent)?;
     expect(
         "the state then",
         drive.status()?.state,

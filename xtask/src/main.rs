@@ -10,6 +10,7 @@ mod listing;
 mod lock_step;
 mod mutations;
 mod same_bits;
+mod soak;
 
 use std::process::ExitCode;
 
@@ -28,6 +29,12 @@ enum Verb {
     /// Run the loop on an emulated STM32F405 and the plant here, and hold every sample against the
     /// simulator's.
     Pil,
+    /// Run the drive firmware on an emulated STM32F405 for hours of its time, every sample shown.
+    Soak {
+        /// Hours.
+        #[arg(long, default_value_t = 2.0)]
+        hours: f64,
+    },
     /// Talk to the drive firmware on an emulated STM32F405.
     Drive,
     /// Count instructions and bytes on the emulated chip and hold them against the recorded budget.
@@ -57,6 +64,7 @@ fn main() -> ExitCode {
         Verb::Same => same_bits::check(),
         Verb::Pil => lock_step::check(),
         Verb::Drive => drive::check(),
+        Verb::Soak { hours } => soak::check(hours),
         Verb::Interrupt => interrupt::print(),
         Verb::Mutations => mutations::check(),
         Verb::Elsewhere => elsewhere::check(),

@@ -81,6 +81,17 @@ impl Client {
         &mut self.port
     }
 
+    /// Says something whose answer nobody waits for.
+    ///
+    /// # Errors
+    /// If the line breaks.
+    pub fn say(&mut self, command: Command) -> Result<(), DriveError> {
+        self.id = self.id.wrapping_add(1);
+        self.spoke = Instant::now();
+        let id = self.id;
+        Ok(self.port.send(&Request { id, command })?)
+    }
+
     /// Asks for something that is answered by being done.
     ///
     /// # Errors
@@ -138,10 +149,7 @@ impl Client {
             }
             if let Some(often) = self.keep_alive {
                 if now.duration_since(self.spoke) >= often {
-                    self.id = self.id.wrapping_add(1);
-                    let (id, command) = (self.id, Command::Hello);
-                    self.port.send(&Request { id, command })?;
-                    self.spoke = now;
+                    self.say(Command::Hello)?;
                 }
                 patience = patience.min(often);
             }
