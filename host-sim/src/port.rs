@@ -87,6 +87,17 @@ impl Port {
         }
     }
 
+    /// Over anything that carries bytes both ways. A read must end after a few milliseconds without a
+    /// byte, with [`ErrorKind::WouldBlock`] or [`ErrorKind::TimedOut`].
+    #[must_use]
+    pub fn over(name: &str, stream: impl Read + Write + 'static) -> Self {
+        Self {
+            name: name.to_owned(),
+            line: buffered(stream),
+            receiver: Receiver::new(),
+        }
+    }
+
     /// Asks until an answer comes that fits the question.
     ///
     /// # Errors
@@ -169,17 +180,17 @@ impl Port {
 }
 
 /// Buffered on the way in, so that a byte at a time costs little.
-struct Stream {
-    incoming: io::BufReader<TcpStream>,
+struct Stream<S> {
+    incoming: io::BufReader<S>,
 }
 
-impl Read for Stream {
+impl<S: Read> Read for Stream<S> {
     fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
         self.incoming.read(bytes)
     }
 }
 
-impl Write for Stream {
+impl<S: Write> Write for Stream<S> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.incoming.get_mut().write(bytes)
     }
@@ -193,9 +204,13 @@ fn connect(address: &str) -> io::Result<Box<dyn Line>> {
     let stream = TcpStream::connect(address)?;
     stream.set_nodelay(true)?;
     stream.set_read_timeout(Some(TICK))?;
-    Ok(Box::new(Stream {
+    Ok(buffered(stream))
+}
+
+fn buffered(stream: impl Read + Write + 'static) -> Box<dyn Line> {
+    Box::new(Stream {
         incoming: io::BufReader::new(stream),
-    }))
+    })
 }
 
 fn is_silence(error: &io::Error) -> bool {

@@ -1,6 +1,7 @@
 //! An emulated Olimex STM32-H405, which carries the STM32F405RG.
 
 use std::net::{Ipv4Addr, TcpListener};
+use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::thread;
@@ -68,6 +69,39 @@ impl Running {
         for _ in 0..100 {
             match Port::open(&name) {
                 Ok(port) => return Ok((running, port)),
+                Err(error) => last = error.to_string(),
+            }
+            thread::sleep(Duration::from_millis(50));
+        }
+        Err(last)
+    }
+}
+
+impl Running {
+    /// The same, an instruction a tick, with its port at a socket of this machine, which takes a
+    /// fraction of the time for every byte.
+    pub(crate) fn start_near(binary: &Path) -> Result<(Self, Port), String> {
+        let socket = std::env::temp_dir().join(format!("drive-{}", std::process::id()));
+        let _ = std::fs::remove_file(&socket);
+        let child = emulator(BOARD)
+            .args(["-serial", "null", "-serial"])
+            .arg(format!("unix:{},server=on,wait=off", socket.display()))
+            .args(["-icount", "shift=0,sleep=off", "-kernel"])
+            .arg(binary)
+            .stdout(Stdio::null())
+            .spawn()
+            .map_err(missing)?;
+        let running = Self(child);
+        let mut last = String::new();
+        for _ in 0..100 {
+            match UnixStream::connect(&socket).and_then(|stream| {
+                stream.set_read_timeout(Some(Duration::from_millis(5)))?;
+                Ok(stream)
+            }) {
+                Ok(stream) => {
+                    let _ = std::fs::remove_file(&socket);
+                    return Ok((running, Port::over(&socket.display().to_string(), stream)));
+                }
                 Err(error) => last = error.to_string(),
             }
             thread::sleep(Duration::from_millis(50));

@@ -15,8 +15,7 @@ const SIGN_OF_LIFE: u32 = 5_000;
 /// in the row.
 pub(crate) fn check(hours: f64) -> Result<(), String> {
     firmware::build_one("drive", &["emulator"])?;
-    let clock = ["-icount", "shift=0,sleep=off"].map(str::to_owned);
-    let (_running, port) = emulator::Running::start_with(&firmware::path("drive"), &clock)?;
+    let (_running, port) = emulator::Running::start_near(&firmware::path("drive"))?;
     run(&mut Client::new(port), hours).map_err(|error| error.to_string())
 }
 
