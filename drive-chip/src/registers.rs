@@ -154,7 +154,6 @@ pub(crate) mod timer {
 
     pub(crate) const CR1_CEN: u32 = 1;
     pub(crate) const CR1_URS: u32 = 1 << 2;
-    pub(crate) const CR1_ARPE: u32 = 1 << 7;
     pub(crate) const CR2_MMS_ENABLE: u32 = 0b001 << 4;
     pub(crate) const SMCR_ENCODER_3: u32 = 0b011;
     pub(crate) const SMCR_TRIGGER: u32 = 0b110;
