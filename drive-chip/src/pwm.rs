@@ -35,7 +35,6 @@ impl<B: Bus> Pwm<B> {
         bus.write(TIM1.ccmr1(), timer::CCMR1_OC1PE | timer::CCMR1_OC1M_PWM_1);
         bus.write(TIM1.ccer(), timer::CCER_CC1E);
         bus.write(TIM1.bdtr(), OFF);
-        bus.write(TIM1.cr1(), timer::CR1_ARPE);
         bus.write(TIM1.egr(), timer::EGR_UG);
         Self { bus, steps }
     }

@@ -25,8 +25,8 @@ pub(crate) mod rcc {
     pub(crate) const CR_PLLON: u32 = 1 << 24;
     pub(crate) const CR_PLLRDY: u32 = 1 << 25;
 
-    /// M, N, P, the source and Q: the other bits keep their reset value.
-    pub(crate) const PLLCFGR_FACTORS: u32 = 0x3f | 0x1ff << 6 | 0b11 << 16 | 1 << 22 | 0xf << 24;
+    /// M, N, P and Q: what is none of theirs keeps its reset value.
+    pub(crate) const PLLCFGR_FACTORS: u32 = 0x3f | 0x1ff << 6 | 0b11 << 16 | 0xf << 24;
     pub(crate) const PLLCFGR_N: u32 = 6;
     pub(crate) const PLLCFGR_P_2: u32 = 0;
     pub(crate) const PLLCFGR_HSE: u32 = 1 << 22;
@@ -152,7 +152,6 @@ pub(crate) mod timer {
 
     pub(crate) const CR1_CEN: u32 = 1;
     pub(crate) const CR1_URS: u32 = 1 << 2;
-    pub(crate) const CR1_ARPE: u32 = 1 << 7;
     pub(crate) const CR2_MMS_ENABLE: u32 = 0b001 << 4;
     pub(crate) const SMCR_ENCODER_3: u32 = 0b011;
     pub(crate) const SMCR_TRIGGER: u32 = 0b110;

@@ -29,7 +29,7 @@ pub struct Conversation {
 const WAITING: usize = 2048;
 const _: () = assert!(WAITING > 2 * LONGEST_FRAME);
 
-/// Bytes that one turn looks at: as many as come in 1 ms at 921 600 baud, and two thirds more.
+/// Bytes that one turn looks at: as many as come in 1.6 ms at 1 Mbaud.
 const LOOK_AT: usize = 160;
 
 impl Conversation {

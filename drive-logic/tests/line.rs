@@ -12,8 +12,8 @@ use drive_logic::Conversation;
 use support::drive::{Drive, SERVO};
 use support::{Bench, Flash, settings};
 
-/// Time of a byte at 921 600 baud, ns.
-const BYTE: u64 = 10_851;
+/// Time of a byte at 1 Mbaud, ns.
+const BYTE: u64 = 10_000;
 
 /// Time between samples, ns: 4 kHz.
 const SAMPLE: u64 = 250_000;

@@ -10,7 +10,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// Bits a second of a serial port, as the firmware has it.
-const BAUD: u32 = 921_600;
+const BAUD: u32 = 1_000_000;
 
 /// How long an answer may take before the question is asked again.
 const PATIENCE: Duration = Duration::from_millis(1000);

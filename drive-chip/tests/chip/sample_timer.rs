@@ -69,8 +69,11 @@ fn a_new_start_is_no_sample() {
     wired.timer.start(1e-3);
     chip.elapse(1.5e-3);
     assert!(is_due(&chip));
+    assert_eq!(chip.timers.asked.get(), 1);
     wired.timer.start(1e-3);
     assert!(!is_due(&chip));
+    // Not even for a moment, which the interrupt controller would remember.
+    assert_eq!(chip.timers.asked.get(), 1);
 }
 
 #[test]

@@ -9,7 +9,7 @@
 //! | PB15 | CN10 26 | enable, high is on; pull it down outside | amplifier, brake |
 //! | PB12 | CN10 16 | fault (TIM1 break), pulled up: low is healthy | amplifier |
 //! | PC0, PC1 | CN7 38, CN7 36 (A5, A4) | limit switches, lower and upper end, pulled up: closed to ground is healthy | switches |
-//! | PA2, PA3 | on the board | serial line, out and in (USART2), 921 600 baud, over the probe's USB | host |
+//! | PA2, PA3 | on the board | serial line, out and in (USART2), 1 Mbaud, over the probe's USB | host |
 //! | PA5, PA7, PA4 | CN10 11, CN10 15, CN7 32 | with the feature `dac`: clock, data and select of an AD5761 (SPI1) | DAC |
 //!
 //! PA5 is the green LED too, which then flickers.

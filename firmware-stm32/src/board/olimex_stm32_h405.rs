@@ -8,7 +8,7 @@
 //! | PB15 | enable, high is on; pull it down outside | amplifier, brake |
 //! | PB12 | fault (TIM1 break), pulled up: low is healthy | amplifier |
 //! | PC0, PC1 | limit switches, lower and upper end, pulled up: closed to ground is healthy | switches |
-//! | PA2, PA3 | serial line, out and in (USART2), 921 600 baud, 3.3 V | host |
+//! | PA2, PA3 | serial line, out and in (USART2), 1 Mbaud, 3.3 V | host |
 //! | PA5, PA7, PA4 | with the feature `dac`: clock, data and select of an AD5761 (SPI1) | DAC |
 
 use drive_chip::board::{Board, Oscillator};

@@ -30,6 +30,8 @@ pub(crate) struct Timers {
     compare_1: Cell<u32>,
     top_5: Cell<u32>,
     break_is_high: Cell<bool>,
+    /// Interrupts that TIM5 asked for.
+    pub(crate) asked: Cell<u32>,
 }
 
 impl Timers {
@@ -42,6 +44,7 @@ impl Timers {
             compare_1: Cell::new(0),
             top_5: Cell::new(0),
             break_is_high: Cell::new(false),
+            asked: Cell::new(0),
         };
         timers.reset(Peripheral::Tim5);
         timers
@@ -169,6 +172,9 @@ impl Timers {
         self.tim5
             .set(self.tim5.sr(), self.tim5.get(self.tim5.sr()) | 1);
         assert!(self.tim5.sr().read().uif().is_update_pending());
+        if self.interrupts() {
+            self.asked.set(self.asked.get() + 1);
+        }
     }
 
     /// What drives the break input (17.3.12).
