@@ -32,6 +32,8 @@ pub struct Line<'a, B> {
 /// The interrupt's end.
 pub struct Port<'a, B> {
     bus: B,
+    /// Whether the line calls when it can take a byte.
+    is_saying: bool,
     heard: Producer<'a, u8, ROOM>,
     to_say: Consumer<'a, u8, ROOM>,
 }
@@ -67,6 +69,7 @@ pub(crate) fn line<'a, B: Bus>(
     );
     let port = Port {
         bus,
+        is_saying: false,
         heard: put_heard,
         to_say: take_to_say,
     };
@@ -104,9 +107,15 @@ impl<B: Bus> Port<'_, B> {
             match self.to_say.dequeue() {
                 Some(byte) => {
                     bus.write(usart::DR, u32::from(byte));
-                    bus.modify(usart::CR1, 0, usart::CR1_TXEIE);
+                    if !self.is_saying {
+                        self.is_saying = true;
+                        bus.modify(usart::CR1, 0, usart::CR1_TXEIE);
+                    }
                 }
-                None => bus.modify(usart::CR1, usart::CR1_TXEIE, 0),
+                None => {
+                    self.is_saying = false;
+                    bus.modify(usart::CR1, usart::CR1_TXEIE, 0);
+                }
             }
         }
     }

@@ -1,7 +1,8 @@
 //! An emulated Olimex STM32-H405, which carries the STM32F405RG.
 
+use std::fs::File;
+use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, TcpListener};
-use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::thread;
@@ -78,35 +79,64 @@ impl Running {
 }
 
 impl Running {
-    /// The same, an instruction a tick, with its port at a socket of this machine, which takes a
-    /// fraction of the time for every byte.
-    pub(crate) fn start_near(binary: &Path) -> Result<(Self, Port), String> {
-        let socket = std::env::temp_dir().join(format!("drive-{}", std::process::id()));
-        let _ = std::fs::remove_file(&socket);
+    /// The same, an instruction a tick, with a line that is a file in one direction and a pipe in the
+    /// other, of the folder that is given: a byte then costs a fraction of what it costs at a socket.
+    pub(crate) fn start_beside(binary: &Path, folder: &Path) -> Result<(Self, Port), String> {
+        let fault = |error: io::Error| format!("{}: {error}", folder.display());
+        std::fs::create_dir_all(folder).map_err(fault)?;
+        let (said, asked) = (folder.join("said"), folder.join("asked"));
+        std::fs::write(&said, []).map_err(fault)?;
+        let _ = std::fs::remove_file(&asked);
+        let made = Command::new("mkfifo").arg(&asked).status().map_err(fault)?;
+        if !made.success() {
+            return Err(format!("{} cannot be made", asked.display()));
+        }
         let child = emulator(BOARD)
-            .args(["-serial", "null", "-serial"])
-            .arg(format!("unix:{},server=on,wait=off", socket.display()))
+            .arg("-chardev")
+            .arg(format!(
+                "file,id=line,path={},input-path={}",
+                said.display(),
+                asked.display()
+            ))
+            .args(["-serial", "null", "-serial", "chardev:line"])
             .args(["-icount", "shift=0,sleep=off", "-kernel"])
             .arg(binary)
             .stdout(Stdio::null())
             .spawn()
             .map_err(missing)?;
         let running = Self(child);
-        let mut last = String::new();
-        for _ in 0..100 {
-            match UnixStream::connect(&socket).and_then(|stream| {
-                stream.set_read_timeout(Some(Duration::from_millis(5)))?;
-                Ok(stream)
-            }) {
-                Ok(stream) => {
-                    let _ = std::fs::remove_file(&socket);
-                    return Ok((running, Port::over(&socket.display().to_string(), stream)));
-                }
-                Err(error) => last = error.to_string(),
+        // Waits until the emulator has opened the other end.
+        let asked = File::options().write(true).open(&asked).map_err(fault)?;
+        let said = File::open(&said).map_err(fault)?;
+        Ok((running, Port::over("the emulator", Files { said, asked })))
+    }
+}
+
+/// A line of two files.
+struct Files {
+    said: File,
+    asked: File,
+}
+
+impl Read for Files {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        match self.said.read(bytes)? {
+            0 => {
+                thread::sleep(Duration::from_millis(5));
+                Err(ErrorKind::WouldBlock.into())
             }
-            thread::sleep(Duration::from_millis(50));
+            read => Ok(read),
         }
-        Err(last)
+    }
+}
+
+impl Write for Files {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.asked.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.asked.flush()
     }
 }
 
@@ -125,7 +155,7 @@ fn emulator(board: &str) -> Command {
     command
 }
 
-fn missing(error: std::io::Error) -> String {
+fn missing(error: io::Error) -> String {
     format!(
         "qemu-system-arm does not start ({error}): it must be version 8.1 or later, from Debian's \
          backports for instance"

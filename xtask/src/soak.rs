@@ -15,8 +15,12 @@ const SIGN_OF_LIFE: u32 = 5_000;
 /// in the row.
 pub(crate) fn check(hours: f64) -> Result<(), String> {
     firmware::build_one("drive", &["emulator"])?;
-    let (_running, port) = emulator::Running::start_near(&firmware::path("drive"))?;
-    run(&mut Client::new(port), hours).map_err(|error| error.to_string())
+    let folder = std::env::temp_dir().join(format!("drive-{}", std::process::id()));
+    let (running, port) = emulator::Running::start_beside(&firmware::path("drive"), &folder)?;
+    let done = run(&mut Client::new(port), hours).map_err(|error| error.to_string());
+    drop(running);
+    let _ = std::fs::remove_dir_all(&folder);
+    done
 }
 
 fn run(drive: &mut Client, hours: f64) -> Result<(), Box<dyn Error>> {
