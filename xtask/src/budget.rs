@@ -151,14 +151,23 @@ fn count() -> Result<Figures, String> {
             counted.insert(format!("{binary}-memory-bytes"), memory);
         }
     }
-    let Paths { stack, loops } = firmware::paths(&firmware::path("drive"))?;
+    let Paths {
+        stack,
+        sample,
+        loops,
+    } = firmware::paths(&firmware::path("drive"))?;
     counted.insert("drive-stack-bytes".to_owned(), stack);
+    counted.insert("drive-sample-stack-bytes".to_owned(), sample);
     counted.insert("drive-sample-loops".to_owned(), loops);
     // The last, as it builds the drive anew, for the emulator.
     for (law, summary) in interrupt::count()? {
         for (which, taken) in summary.named() {
             let name = format!("interrupt-{law}-{which}");
-            counted.insert(format!("{name}-cycles"), taken.cycles);
+            // One interrupt's cycles depend on what the flash's cache holds of the background; a
+            // median's do not.
+            if matches!(which, "typical" | "shown") {
+                counted.insert(format!("{name}-cycles"), taken.cycles);
+            }
             counted.insert(name, taken.instructions);
         }
     }

@@ -72,6 +72,8 @@ pub(crate) fn path(binary: &str) -> PathBuf {
 pub(crate) struct Paths {
     /// Bytes of stack at most, every interrupt on top of the background.
     pub(crate) stack: u64,
+    /// Bytes of stack at most that the sample interrupt takes, what the processor puts there included.
+    pub(crate) sample: u64,
     /// Branches backwards in what a sample may run.
     pub(crate) loops: u64,
 }
@@ -80,25 +82,21 @@ pub(crate) struct Paths {
 /// unit and alignment included (RM of ARMv7-M, B1.5.7).
 const EXCEPTION: u64 = 26 * 4 + 4;
 
-/// Functions with what a sample does rarely, and which divides: the first fit, the sample of
-/// Gauss–Newton in which its recursion begins, and the estimates in SI of a sample that is shown. The
-/// bench counts what they take.
-const RARELY: [&str; 3] = ["work_on_first_fit", "learn_or_begin", "found_in_si"];
-
 /// Bounds of the drive's paths. A division in what every sample may run is an error.
 pub(crate) fn paths(drive: &Path) -> Result<Paths, String> {
     let listing = Listing::of(drive)?;
-    let sample = listing.under("TIM5", &RARELY)?;
+    let sample = listing.under("TIM5")?;
     if !sample.divisions.is_empty() {
         return Err(format!(
             "a sample of the drive may divide, in {}",
             sample.divisions.join(", ")
         ));
     }
-    let byte = listing.under("USART2", &[])?;
-    let background = listing.under("main", &[])?;
+    let byte = listing.under("USART2")?;
+    let background = listing.under("main")?;
     Ok(Paths {
         stack: background.stack + byte.stack + sample.stack + 2 * EXCEPTION,
+        sample: sample.stack + EXCEPTION,
         loops: sample.loops.into(),
     })
 }

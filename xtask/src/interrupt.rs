@@ -11,16 +11,25 @@ use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use drive_link::{Command, Law, Report};
+use drive_link::{Command, Format, Law, Report};
 use host_sim::drive::Client;
 
 use crate::{emulator, firmware};
 
-/// The laws, by the names that their figures have.
-const LAWS: [(&str, Law); 3] = [
-    ("gradient-friction", Law::Gradient { friction: true }),
-    ("gradient", Law::Gradient { friction: false }),
-    ("gauss-newton", Law::GaussNewton),
+/// The laws and number formats, by the names that their figures have.
+const LAWS: [(&str, Law, Format); 4] = [
+    (
+        "gradient-friction",
+        Law::Gradient { friction: true },
+        Format::Single,
+    ),
+    (
+        "gradient",
+        Law::Gradient { friction: false },
+        Format::Single,
+    ),
+    ("gauss-newton", Law::GaussNewton, Format::Single),
+    ("fixed", Law::Gradient { friction: false }, Format::Fixed),
 ];
 
 /// The interrupt's handler.
@@ -107,8 +116,8 @@ pub(crate) fn count() -> Result<Vec<(&'static str, Summary)>, String> {
     firmware::build_one("drive", &["emulator"])?;
     let drive = firmware::path("drive");
     LAWS.into_iter()
-        .map(|(name, law)| {
-            let costs = measure(&drive, COUNTED, |client| start(client, law))?;
+        .map(|(name, law, format)| {
+            let costs = measure(&drive, COUNTED, |client| start(client, law, format))?;
             let summary = Summary::of(&costs).map_err(|fault| format!("{name}: {fault}"))?;
             Ok((name, summary))
         })
@@ -116,9 +125,10 @@ pub(crate) fn count() -> Result<Vec<(&'static str, Summary)>, String> {
 }
 
 /// Starts a law and has samples shown.
-fn start(drive: &mut Client, law: Law) -> Result<(), Box<dyn Error>> {
+fn start(drive: &mut Client, law: Law, format: Format) -> Result<(), Box<dyn Error>> {
     let mut settings = drive.settings()?;
     settings.closed_loop.law = law;
+    settings.closed_loop.format = format;
     // The emulator's time is not the host's.
     settings.protection.link_timeout = 0.0;
     drive.ask(Command::Configure(settings))?;
@@ -365,6 +375,6 @@ mod tests {
 
     #[test]
     fn a_path_is_mangled() {
-        assert_eq!(mangled("sampler::show"), "7Sampler4show");
+        assert_eq!(mangled("sampler::show"), "7sampler4show");
     }
 }

@@ -118,9 +118,8 @@ impl Listing {
         Ok(Self { functions })
     }
 
-    /// What can happen under a function of this name. Functions with one of the names `apart` in
-    /// theirs, and what they call, take stack and are otherwise left out.
-    pub(crate) fn under(&self, name: &str, apart: &[&str]) -> Result<Reach, String> {
+    /// What can happen under a function of this name.
+    pub(crate) fn under(&self, name: &str) -> Result<Reach, String> {
         let start = self
             .functions
             .iter()
@@ -128,18 +127,12 @@ impl Listing {
             .map(|(&start, _)| start)
             .ok_or_else(|| format!("there is no function {name}"))?;
         let mut reach = Reach::default();
-        reach.stack = self.descend(start, &mut Vec::new(), apart, Some(&mut reach))?;
+        reach.stack = self.descend(start, &mut Vec::new(), &mut reach)?;
         Ok(reach)
     }
 
     /// The stack from a function downwards; everything else goes into `reach`.
-    fn descend(
-        &self,
-        at: u64,
-        above: &mut Vec<u64>,
-        apart: &[&str],
-        reach: Option<&mut Reach>,
-    ) -> Result<u64, String> {
+    fn descend(&self, at: u64, above: &mut Vec<u64>, reach: &mut Reach) -> Result<u64, String> {
         // Library functions share tails: a call may lead into the middle of one.
         let Some((&at, function)) = self.functions.range(..=at).next_back() else {
             return Err(format!("a call leads to {at:#x}, where no function is"));
@@ -150,10 +143,7 @@ impl Listing {
         if function.indirect > 0 {
             return Err(format!("{} calls through a register", function.name));
         }
-        let mut reach = reach.filter(|_| !apart.iter().any(|name| function.name.contains(name)));
-        if let Some(reach) = &mut reach
-            && reach.functions.insert(function.name.clone())
-        {
+        if reach.functions.insert(function.name.clone()) {
             reach.loops += function.loops;
             if function.divisions > 0 || divides(&function.name) {
                 reach.divisions.push(function.name.clone());
@@ -162,7 +152,7 @@ impl Listing {
         above.push(at);
         let mut deepest = 0;
         for &called in &function.calls {
-            let stack = self.descend(called, above, apart, reach.as_deref_mut())?;
+            let stack = self.descend(called, above, reach)?;
             deepest = deepest.max(stack);
         }
         above.pop();
@@ -344,28 +334,29 @@ mod tests {
     }
 
     #[test]
-    fn what_is_apart_takes_stack_and_nothing_else() {
-        let function = |name: &str, calls: Option<u64>| Function {
+    fn the_deepest_path_and_every_division_under_a_function_are_found() {
+        let function = |name: &str, calls: &[u64]| Function {
             name: name.to_owned(),
             frame: 4,
-            calls: calls.into_iter().collect(),
-            divisions: calls.is_none().into(),
+            calls: calls.iter().copied().collect(),
+            divisions: calls.is_empty().into(),
             ..Function::default()
         };
-        let listing = Listing {
+        let mut listing = Listing {
             functions: BTreeMap::from([
-                (0x10, function("sample", Some(0x20))),
-                (0x20, function("first_fit", Some(0x30))),
-                (0x30, function("root", None)),
+                (0x10, function("sample", &[0x20, 0x30])),
+                (0x20, function("law", &[0x30])),
+                (0x30, function("root", &[])),
             ]),
         };
-        let whole = listing.under("sample", &[]).expect("there");
+        let whole = listing.under("sample").expect("there");
         assert_eq!(
             (whole.stack, whole.divisions),
             (12, vec!["root".to_owned()])
         );
-        let less = listing.under("sample", &["fit"]).expect("there");
-        assert_eq!((less.stack, less.divisions), (12, vec![]));
+        assert!(listing.under("nothing").is_err());
+        listing.functions.insert(0x30, function("root", &[0x10]));
+        assert!(listing.under("sample").is_err(), "it calls itself");
     }
 
     #[test]

@@ -1,8 +1,12 @@
 //! Instructions per whole sample (on the chip: cycles), per law and number format: from the register
 //! of the encoder's counter, with a setpoint and an offset, to the command and the estimates. And
-//! instructions of building the loops of a box, whose stability is proved before the first sample.
+//! instructions of building the loops of a box, whose stability is proved before the first sample; and of
+//! the turns of the drive's background.
 #![no_std]
 #![no_main]
+
+#[path = "bench/turns.rs"]
+mod turns;
 
 use core::hint::black_box;
 
@@ -55,6 +59,7 @@ fn run(instructions: &Instructions) -> Result<(), IdentifierError> {
     single::<GradientWithFriction>(instructions, "gradient-f32-friction")?;
     gauss_newton(instructions)?;
     words(instructions)?;
+    turns::count(instructions);
     builds(instructions)
 }
 

@@ -24,10 +24,16 @@ pub(super) const WORD_BITS: i32 = 30;
 pub(super) const ACCUMULATOR_BITS: i32 = 60;
 
 /// The exponent of the smallest power of two that is above a magnitude; the magnitude must be
-/// finite. That of zero is the lowest of all.
+/// finite. That of zero, and of what is below any normal number, is the lowest of all.
 pub(super) fn exponent_above(magnitude: f64) -> i32 {
-    let (mantissa, exponent) = libm::frexp(libm::fabs(magnitude));
-    if mantissa == 0.0 { -60 } else { exponent }
+    /// Fraction bits of a double, and the exponent that stands for one to two.
+    const FRACTION: u32 = f64::MANTISSA_DIGITS - 1;
+    const BIAS: i32 = f64::MAX_EXP - 1;
+    // Not `frexp`, which calls itself: a chip's stack would have no bound.
+    match (magnitude.to_bits() >> FRACTION & 0x7ff) as i32 {
+        0 => -60,
+        biased => biased - BIAS + 1,
+    }
 }
 
 /// 2^exponent.
@@ -314,6 +320,23 @@ const LINE_SLOPE: i64 = (32_i64 << 30) / 17;
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_power_above_is_the_smallest() {
+        for (magnitude, exponent) in [
+            (1.0, 1),
+            (-1.0, 1),
+            (0.999, 0),
+            (2.0, 2),
+            (3.9, 2),
+            (1e300, 997),
+            (f64::MIN_POSITIVE, -1021),
+            (0.0, -60),
+        ] {
+            assert_eq!(exponent_above(magnitude), exponent, "{magnitude}");
+        }
+    }
+
     use proptest::prelude::*;
 
     proptest! {

@@ -1,0 +1,213 @@
+//! Turns of the drive's background: how long a stop may have to wait for one.
+
+use core::convert::Infallible;
+
+use drive_link::{Command, Line, Request, frame};
+use drive_logic::{Channel, Chip, Conversation, Lines, Run, Sampler, Supervisor};
+use embedded_storage::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
+};
+use firmware_stm32::board::STAGE;
+use firmware_stm32::host::say;
+use firmware_stm32::instructions::Counter as Instructions;
+use firmware_stm32::settings;
+use identifier_core::drive::{Actuator, PositionSensor};
+
+use crate::Tally;
+
+/// Counts turns with nothing to do, with garbage, with the longest answer, with the longest request and
+/// with news.
+pub(crate) fn count(instructions: &Instructions) {
+    let memory = (
+        cortex_m::singleton!(: Channel = Channel::new()),
+        cortex_m::singleton!(: Option<Run> = None),
+    );
+    let (Some(channel), Some(run)) = memory else {
+        return say(&["the turns can be counted once"]);
+    };
+    let (back, interrupt) = channel.split();
+    let built_in = settings::built_in();
+    let supervisor = Supervisor::new(back, run, (NoFlash, 0), &built_in, STAGE, Ok(()));
+    let mut background = Background {
+        instructions,
+        supervisor,
+        conversation: Conversation::new(),
+    };
+    let mut sampler = Sampler::new(interrupt, Ok(()));
+    let mut servo = Servo {
+        sensor: Still,
+        output: Loose,
+    };
+
+    background.count("turn-idle", &[]);
+    background.count("turn-garbage", &[0x55; 500]);
+    background.count("turn-show", &request(Command::Show));
+    for command in [
+        Command::Configure(built_in),
+        Command::Watch(1),
+        Command::Start,
+    ] {
+        background.turns(&request(command));
+    }
+    for _ in 0..4 {
+        sampler.interrupt(&mut servo);
+    }
+    background.count(
+        "turn-refused-configure",
+        &request(Command::Configure(built_in)),
+    );
+    sampler.interrupt(&mut servo);
+    background.count("turn-news", &[]);
+}
+
+/// The background with its instructions.
+struct Background<'a> {
+    instructions: &'a Instructions,
+    supervisor: Supervisor<'a, NoFlash>,
+    conversation: Conversation,
+}
+
+impl Background<'_> {
+    /// Turns until all of these bytes were looked at and nothing is left to do.
+    fn turns(&mut self, bytes: &[u8]) -> Tally {
+        let mut wire = Wire { bytes };
+        let mut tally = Tally::default();
+        loop {
+            let before = self.instructions.now();
+            let more = self.conversation.turn(&mut wire, &mut self.supervisor);
+            tally.add(self.instructions.now().wrapping_sub(before));
+            if !more {
+                return tally;
+            }
+        }
+    }
+
+    fn count(&mut self, name: &str, bytes: &[u8]) {
+        let tally = self.turns(bytes);
+        tally.say(name, size_of::<Conversation>());
+    }
+}
+
+/// A request as it comes over a line, after a zero that ends what was there before.
+fn request(command: Command) -> heapless::Vec<u8, 1024> {
+    let mut bytes = heapless::Vec::new();
+    let _ = bytes.push(0);
+    if let Ok(framed) = frame(&Request { id: 1, command }) {
+        let _ = bytes.extend_from_slice(&framed);
+    }
+    bytes
+}
+
+/// A line that takes whatever is said.
+struct Wire<'a> {
+    bytes: &'a [u8],
+}
+
+impl Line for Wire<'_> {
+    fn hear(&mut self) -> Option<u8> {
+        let (&byte, rest) = self.bytes.split_first()?;
+        self.bytes = rest;
+        Some(byte)
+    }
+
+    fn room(&self) -> usize {
+        2047
+    }
+
+    fn say(&mut self, bytes: &[u8]) {
+        core::hint::black_box(bytes);
+    }
+}
+
+struct Servo {
+    sensor: Still,
+    output: Loose,
+}
+
+struct Still;
+
+struct Loose;
+
+impl PositionSensor for Still {
+    type Error = Infallible;
+
+    fn count(&mut self) -> Result<i32, Infallible> {
+        Ok(0)
+    }
+}
+
+impl Actuator<f32> for Loose {
+    type Error = Infallible;
+
+    fn hold(&mut self, _: f32) -> Result<(), Infallible> {
+        Ok(())
+    }
+
+    fn release(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+impl Chip for Servo {
+    type Sensor = Still;
+    type Output = Loose;
+
+    fn lines(&self) -> Lines {
+        Lines {
+            amplifier: true,
+            low_switch: true,
+            high_switch: true,
+        }
+    }
+
+    fn servo(&mut self) -> (&mut Still, &mut Loose) {
+        (&mut self.sensor, &mut self.output)
+    }
+
+    fn next_is_due(&self) -> bool {
+        false
+    }
+
+    fn feed_watchdog(&mut self) {}
+}
+
+/// A flash that does nothing.
+struct NoFlash;
+
+#[derive(Debug)]
+struct Refused;
+
+impl NorFlashError for Refused {
+    fn kind(&self) -> NorFlashErrorKind {
+        NorFlashErrorKind::Other
+    }
+}
+
+impl ErrorType for NoFlash {
+    type Error = Refused;
+}
+
+impl ReadNorFlash for NoFlash {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, _: u32, _: &mut [u8]) -> Result<(), Refused> {
+        Err(Refused)
+    }
+
+    fn capacity(&self) -> usize {
+        0
+    }
+}
+
+impl NorFlash for NoFlash {
+    const WRITE_SIZE: usize = 4;
+    const ERASE_SIZE: usize = 1024;
+
+    fn erase(&mut self, _: u32, _: u32) -> Result<(), Refused> {
+        Err(Refused)
+    }
+
+    fn write(&mut self, _: u32, _: &[u8]) -> Result<(), Refused> {
+        Err(Refused)
+    }
+}
