@@ -1,6 +1,8 @@
 //! Instructions counted by a timer: where one tick is one instruction, as in an emulator that
 //! counts them. On the chip the same timer counts cycles.
 
+use crate::host::{Text, say};
+
 const RCC_APB1ENR: *mut u32 = 0x4002_3840 as *mut u32;
 const TIM2: usize = 0x4000_0000;
 const CR1: *mut u32 = TIM2 as *mut u32;
@@ -34,5 +36,41 @@ impl Counter {
     pub fn now(&self) -> u32 {
         // SAFETY: a read of TIM2's counter has no effect.
         unsafe { CNT.read_volatile() }
+    }
+}
+
+/// What several rounds of something took.
+#[derive(Debug, Default)]
+pub struct Tally {
+    rounds: u32,
+    total: u32,
+    most: u32,
+}
+
+impl Tally {
+    /// One more round.
+    pub fn add(&mut self, taken: u32) {
+        self.rounds += 1;
+        self.total = self.total.wrapping_add(taken);
+        self.most = self.most.max(taken);
+    }
+
+    /// The rounds so far.
+    #[must_use]
+    pub fn rounds(&self) -> u32 {
+        self.rounds
+    }
+
+    /// What they took together.
+    #[must_use]
+    pub fn total(&self) -> u32 {
+        self.total
+    }
+
+    /// Says a name, the mean, the most, and how large a state is.
+    pub fn say(&self, name: &str, state_bytes: usize) {
+        let mean = self.total / self.rounds.max(1);
+        let [mean, most, bytes] = [mean, self.most, state_bytes as u32].map(Text::whole);
+        say(&[name, mean.as_str(), most.as_str(), bytes.as_str()]);
     }
 }

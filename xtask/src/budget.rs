@@ -132,7 +132,8 @@ pub(crate) fn accepted() -> Result<Figures, String> {
 /// flash, static memory and stack.
 fn count() -> Result<Figures, String> {
     firmware::build(&[])?;
-    let printed = emulator::run(&firmware::path("bench"))?;
+    let mut printed = emulator::run(&firmware::path("bench"))?;
+    printed.push_str(&emulator::run(&firmware::path("background"))?);
     let mut counted = Figures::new();
     for line in printed.lines() {
         let words: Vec<&str> = line.split_whitespace().collect();

@@ -1,18 +1,14 @@
 //! Instructions per whole sample (on the chip: cycles), per law and number format: from the register
 //! of the encoder's counter, with a setpoint and an offset, to the command and the estimates. And
-//! instructions of building the loops of a box, whose stability is proved before the first sample; and of
-//! the turns of the drive's background.
+//! instructions of building the loops of a box, whose stability is proved before the first sample.
 #![no_std]
 #![no_main]
-
-#[path = "bench/turns.rs"]
-mod turns;
 
 use core::hint::black_box;
 
 use cortex_m_rt::entry;
-use firmware_stm32::host::{Text, exit, say};
-use firmware_stm32::instructions::Counter as Instructions;
+use firmware_stm32::host::{exit, say};
+use firmware_stm32::instructions::{Counter as Instructions, Tally};
 use firmware_stm32::paper;
 use fixed::types::I16F16;
 use identifier_core::Settings;
@@ -59,7 +55,6 @@ fn run(instructions: &Instructions) -> Result<(), IdentifierError> {
     single::<GradientWithFriction>(instructions, "gradient-f32-friction")?;
     gauss_newton(instructions)?;
     words(instructions)?;
-    turns::count(instructions);
     builds(instructions)
 }
 
@@ -69,14 +64,6 @@ struct Experiment {
     wanted: BandLimitedWhiteNoiseState<f64>,
     plant: Plant,
     encoder: Encoder,
-}
-
-/// Instructions of the samples that were counted.
-#[derive(Default)]
-struct Tally {
-    samples: u32,
-    total: u32,
-    most: u32,
 }
 
 impl Experiment {
@@ -104,20 +91,6 @@ impl Experiment {
             self.plant.advance(command);
         }
         tally
-    }
-}
-
-impl Tally {
-    fn add(&mut self, taken: u32) {
-        self.samples += 1;
-        self.total = self.total.wrapping_add(taken);
-        self.most = self.most.max(taken);
-    }
-
-    fn say(&self, name: &str, state_bytes: usize) {
-        let mean = self.total / self.samples.max(1);
-        let [mean, most, bytes] = [mean, self.most, state_bytes as u32].map(Text::whole);
-        say(&[name, mean.as_str(), most.as_str(), bytes.as_str()]);
     }
 }
 
@@ -297,7 +270,7 @@ fn gauss_newton(instructions: &Instructions) -> Result<(), IdentifierError> {
     let (mut recording, mut fitting) = (Tally::default(), Tally::default());
     let mut beginning = Tally::default();
     while !halves.is_running() {
-        if recording.samples == PATIENCE {
+        if recording.rounds() == PATIENCE {
             return Err(IdentifierError::NotGiven { setting: "motion" });
         }
         let one = experiment.count(1, &mut |reference, register| {
@@ -308,7 +281,7 @@ fn gauss_newton(instructions: &Instructions) -> Result<(), IdentifierError> {
         } else {
             &mut recording
         };
-        tally.add(one.total);
+        tally.add(one.total());
     }
     let state = size_of::<GaussNewtonRecursionState<f32, 4>>();
     recording.say("gauss-newton-recording", state);

@@ -1,30 +1,31 @@
-//! Turns of the drive's background: how long a stop may have to wait for one.
+//! Turns of the drive's background, in instructions: how long a stop may have to wait for one.
+#![no_std]
+#![no_main]
 
 use core::convert::Infallible;
 
+use cortex_m_rt::entry;
 use drive_link::{Command, Line, Request, frame};
 use drive_logic::{Channel, Chip, Conversation, Lines, Run, Sampler, Supervisor};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
 use firmware_stm32::board::STAGE;
-use firmware_stm32::host::say;
-use firmware_stm32::instructions::Counter as Instructions;
+use firmware_stm32::host::exit;
+use firmware_stm32::instructions::{Counter as Instructions, Tally};
 use firmware_stm32::settings;
 use identifier_core::drive::{Actuator, PositionSensor};
 
-use crate::Tally;
+#[entry]
+fn main() -> ! {
+    exit(count(&Instructions::start()).is_some())
+}
 
 /// Counts turns with nothing to do, with garbage, with the longest answer, with the longest request and
 /// with news.
-pub(crate) fn count(instructions: &Instructions) {
-    let memory = (
-        cortex_m::singleton!(: Channel = Channel::new()),
-        cortex_m::singleton!(: Option<Run> = None),
-    );
-    let (Some(channel), Some(run)) = memory else {
-        return say(&["the turns can be counted once"]);
-    };
+fn count(instructions: &Instructions) -> Option<()> {
+    let channel = cortex_m::singleton!(: Channel = Channel::new())?;
+    let run = cortex_m::singleton!(: Option<Run> = None)?;
     let (back, interrupt) = channel.split();
     let built_in = settings::built_in();
     let supervisor = Supervisor::new(back, run, (NoFlash, 0), &built_in, STAGE, Ok(()));
@@ -58,6 +59,7 @@ pub(crate) fn count(instructions: &Instructions) {
     );
     sampler.interrupt(&mut servo);
     background.count("turn-news", &[]);
+    Some(())
 }
 
 /// The background with its instructions.
