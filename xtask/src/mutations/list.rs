@@ -52,7 +52,7 @@ pub(super) const MUTATIONS: [Mutation; 28] = [
     mutation(
         "inputs.rs",
         "a limit switch ignored",
-        "high_switch: self.high_switch.is_low(bus)",
+        "high_switch: self.high_switch.is_low()",
         "high_switch: true",
     ),
     mutation(
@@ -124,8 +124,8 @@ pub(super) const MUTATIONS: [Mutation; 28] = [
     mutation(
         "inputs.rs",
         "replace && with || in Inputs::read",
-        "&& !pwm::broke(bus)",
-        "|| !pwm::broke(bus)",
+        "&& !pwm::broke(self.bus)",
+        "|| !pwm::broke(self.bus)",
     ),
     mutation(
         "flash.rs",
@@ -172,8 +172,8 @@ pub(super) const MUTATIONS: [Mutation; 28] = [
     mutation(
         "pins.rs",
         "replace == with != in is_low",
-        "& self.mask() == 0",
-        "& self.mask() != 0",
+        "& self.mask == 0",
+        "& self.mask != 0",
     ),
     mutation(
         "interrupts.rs",

@@ -121,3 +121,20 @@ fn read(file: &Path) -> Result<String, String> {
 fn write(file: &Path, text: &str) -> Result<(), String> {
     fs::write(file, text).map_err(|error| format!("{}: {error}", file.display()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_mutation_has_its_place() {
+        assert_eq!(MUTATIONS.len(), 28);
+        for mutation in MUTATIONS {
+            let file = firmware::root().join("drive-chip/src").join(mutation.file);
+            let text = read(&file).expect("the driver is there");
+            let places = text.matches(mutation.from).count();
+            assert_eq!(places, 1, "{}: {}", mutation.file, mutation.from);
+            assert_ne!(mutation.from, mutation.to);
+        }
+    }
+}

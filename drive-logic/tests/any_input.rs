@@ -1,0 +1,244 @@
+//! Whatever comes: settings of any numbers, bytes of any value, requests in any order, a flash full of
+//! anything. The drive refuses or faults, and never moves what nobody ordered to move.
+
+#[macro_use]
+mod support;
+
+use std::collections::VecDeque;
+
+use drive_link::{Command, Format, Law, Line, Report, Request, Settings, State, frame};
+use drive_logic::Conversation;
+use proptest::prelude::*;
+use support::drive::{Drive, SERVO};
+use support::{Bench, Flash, SECTOR, settings};
+
+/// The numbers of settings that anybody may write wrongly.
+fn numbers(settings: &mut Settings) -> Vec<&mut f64> {
+    let Settings {
+        closed_loop,
+        dither,
+        protection,
+    } = settings;
+    let core = &mut closed_loop.core;
+    let mut numbers = vec![
+        &mut core.sample_time,
+        &mut core.resolution,
+        &mut core.cutoff,
+        &mut dither.amplitude,
+        &mut dither.hold,
+        &mut protection.following_error,
+        &mut protection.travel,
+        &mut protection.pace,
+        &mut protection.speed,
+        &mut protection.breakaway,
+        &mut protection.stall_time,
+        &mut protection.duration,
+        &mut protection.link_timeout,
+        &mut protection.stop_time,
+    ];
+    if let Some(controller) = &mut core.controller {
+        let [low, high] = &mut controller.limit;
+        numbers.extend([
+            &mut controller.kp,
+            &mut controller.kd,
+            &mut controller.ki,
+            low,
+            high,
+        ]);
+    }
+    let identifier = &mut core.identifier;
+    numbers.extend(identifier.initial.b.iter_mut());
+    numbers.extend(identifier.mu.iter_mut());
+    numbers.extend(identifier.bounds.a.iter_mut().flatten());
+    numbers.extend(identifier.bounds.coulomb.iter_mut().flatten());
+    if let Some(within) = &mut identifier.plant_box {
+        numbers.extend(within.a.iter_mut().chain(&mut within.b));
+    }
+    numbers.extend(identifier.gamma.iter_mut().flatten().flatten());
+    numbers
+}
+
+fn number() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        Just(0.0),
+        Just(f64::NAN),
+        Just(f64::INFINITY),
+        Just(f64::NEG_INFINITY),
+        Just(f64::MIN_POSITIVE),
+        Just(f64::MAX),
+        -1e3..1e3,
+        any::<f64>(),
+    ]
+}
+
+fn law() -> impl Strategy<Value = (Law, Format)> {
+    prop_oneof![
+        Just((Law::Gradient { friction: false }, Format::Single)),
+        Just((Law::Gradient { friction: true }, Format::Single)),
+        Just((Law::GaussNewton, Format::Single)),
+        Just((Law::Gradient { friction: false }, Format::Fixed)),
+        Just((Law::GaussNewton, Format::Fixed)),
+    ]
+}
+
+/// Settings with a few numbers that are anything, as a factor or in place of what was there.
+fn any_settings() -> impl Strategy<Value = Settings> {
+    let changes = prop::collection::vec(
+        (any::<prop::sample::Index>(), number(), any::<bool>()),
+        0..4,
+    );
+    (changes, law(), 0_u8..4).prop_map(|(changes, (law, format), overruns)| {
+        let mut wanted = settings();
+        wanted.closed_loop.law = law;
+        wanted.closed_loop.format = format;
+        wanted.protection.overruns = overruns;
+        for (place, number, as_factor) in changes {
+            let mut numbers = numbers(&mut wanted);
+            let place = place.index(numbers.len());
+            let changed = &mut *numbers[place];
+            *changed = if as_factor { *changed * number } else { number };
+        }
+        wanted
+    })
+}
+
+fn any_command() -> impl Strategy<Value = Command> {
+    prop_oneof![
+        Just(Command::Hello),
+        Just(Command::Show),
+        Just(Command::Start),
+        Just(Command::Stop),
+        Just(Command::Clear),
+        Just(Command::Save),
+        any::<u16>().prop_map(Command::Watch),
+        number().prop_map(Command::Target),
+        any_settings().prop_map(Command::Configure),
+    ]
+}
+
+/// What is held must be a command that the output stage has, and only in a run.
+fn holds_what_it_may(drive: &Drive<'_>) -> Result<(), TestCaseError> {
+    if let Some(command) = drive.bench.held.get() {
+        prop_assert!(command.abs() <= 10.0, "{}", command);
+        prop_assert_eq!(drive.supervisor.state(), State::Running);
+    }
+    Ok(())
+}
+
+#[derive(Default)]
+struct Wire {
+    heard: VecDeque<u8>,
+}
+
+impl Line for Wire {
+    fn hear(&mut self) -> Option<u8> {
+        self.heard.pop_front()
+    }
+
+    fn room(&self) -> usize {
+        2047
+    }
+
+    fn say(&mut self, bytes: &[u8]) {
+        assert!(bytes.len() <= 2047);
+    }
+}
+
+proptest! {
+    #[test]
+    fn settings_of_any_numbers_are_refused_or_run_within_their_limits(wanted in any_settings()) {
+        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        boot!(drive, &bench, &flash);
+        if let Report::Done { .. } = drive.ask(Command::Configure(wanted)) {
+            drive.done(Command::Watch(1));
+            let limit = wanted.closed_loop.core.controller.expect("taken").limit;
+            if let Report::Done { .. } = drive.ask(Command::Start) {
+                for _ in 0..300 {
+                    for report in drive.pass(1) {
+                        if let Report::Snapshot(shown) = report {
+                            let command = f64::from(shown.command);
+                            prop_assert!((limit[0] - 1e-5..=limit[1] + 1e-5).contains(&command));
+                            prop_assert!(shown.estimates.b.is_finite());
+                            prop_assert!(shown.output_error.is_finite());
+                        }
+                    }
+                    holds_what_it_may(&drive)?;
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn bytes_and_requests_in_any_order_move_nothing_that_nobody_started(
+        steps in prop::collection::vec(
+            prop_oneof![
+                prop::collection::vec(any::<u8>(), 0..200).prop_map(Err),
+                any_command().prop_map(Ok),
+            ],
+            1..30,
+        ),
+        breaks in any::<prop::sample::Index>(),
+    ) {
+        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        boot!(drive, &bench, &flash);
+        let (mut conversation, mut wire) = (Conversation::new(), Wire::default());
+        let mut started = false;
+        let breaks_at = breaks.index(steps.len());
+        for (k, step) in steps.into_iter().enumerate() {
+            match step {
+                Ok(command) => {
+                    started |= matches!(command, Command::Start);
+                    let framed = frame(&Request { id: 1, command }).expect("it fits");
+                    wire.heard.push_back(0);
+                    wire.heard.extend(framed.iter());
+                }
+                Err(bytes) => wire.heard.extend(bytes),
+            }
+            if k == breaks_at {
+                bench.sensor_works.set(false);
+            }
+            for _ in 0..5 {
+                drive.sampler.interrupt(&mut bench.pins());
+                bench.pass();
+                for _ in 0..10 {
+                    conversation.turn(&mut wire, &mut drive.supervisor);
+                }
+                holds_what_it_may(&drive)?;
+                prop_assert!(started || bench.held.get().is_none());
+            }
+        }
+    }
+
+    #[test]
+    fn a_flash_full_of_anything_gives_a_drive_that_must_be_told(
+        seed in prop::collection::vec(any::<u8>(), 64),
+        damaged in any::<bool>(),
+        place in any::<prop::sample::Index>(),
+    ) {
+        let flash = Flash::blank();
+        let bench = Bench::new(&SERVO);
+        {
+            boot!(drive, &bench, &flash);
+            drive.done(Command::Save);
+        }
+        let mut bytes = flash.bytes.borrow().clone();
+        if damaged {
+            // The record with one bit changed.
+            bytes[place.index(600)] ^= 1 << (seed[0] % 8);
+        } else {
+            for (k, byte) in bytes.iter_mut().enumerate() {
+                *byte = seed[k % seed.len()].wrapping_mul(k as u8 | 1);
+            }
+        }
+        prop_assert_eq!(bytes.len(), 2 * SECTOR);
+        let spoilt = Flash::with(bytes);
+        let mut channel = drive_logic::Channel::new();
+        let mut drive = Drive::as_it_comes(&mut channel, &bench, &spoilt, Ok(()));
+        let status = drive.status();
+        if !status.configured {
+            drive.refusal(Command::Start);
+        }
+        drive.pass(20);
+        prop_assert_eq!(bench.held.get(), None);
+    }
+}
