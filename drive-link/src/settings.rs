@@ -233,15 +233,20 @@ impl fmt::Display for Protection {
             "after {stall_time} s without motion although the command changed by {breakaway} of its limit, after {overruns} late \
              samples"
         )?;
-        match duration {
-            0.0 => f.write_str("a run has no end of its own")?,
-            _ => write!(f, "a run ends after {duration} s")?,
-        }
-        match link_timeout {
-            0.0 => f.write_str(", goes on when the line is silent")?,
-            _ => write!(f, ", or when the line is silent for {link_timeout} s")?,
-        }
-        write!(f, ", and comes to rest within {stop_time} s")
+        f.write_str("a run ")?;
+        match (*duration > 0.0, *link_timeout > 0.0) {
+            (true, true) => write!(
+                f,
+                "ends after {duration} s, or when the line is silent for {link_timeout} s"
+            ),
+            (true, false) => write!(
+                f,
+                "ends after {duration} s, and goes on when the line is silent"
+            ),
+            (false, true) => write!(f, "ends when the line is silent for {link_timeout} s"),
+            (false, false) => f.write_str("has no end, and goes on when the line is silent"),
+        }?;
+        write!(f, "; it comes to rest within {stop_time} s")
     }
 }
 
@@ -307,7 +312,7 @@ impl fmt::Display for NotAllowed {
                 other,
             } => write!(
                 f,
-                "{name} = {given} is too small beside the {other}: it must be at least {least}"
+                "{name} = {given} is too small beside the {other}: it must be at least {least:.4}"
             ),
             Why::NotWhole { given, period } => {
                 // A cast saturates.

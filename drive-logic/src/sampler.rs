@@ -17,10 +17,13 @@ use crate::time::samples;
 /// The sample times that a drive runs at, s: 20 kHz to 1 kHz.
 const SAMPLE_TIMES: (f64, f64) = (5e-5, 1e-3);
 
-/// How long the background may not be seen to go round before the watchdog is left to reset the chip,
-/// s: while the servo is driven, and while it is let go (building a loop and erasing flash take their
-/// time).
-const BACKGROUND_PATIENCE: [f64; 2] = [0.1, 5.0];
+/// How long the background may not be seen to go round, while the servo is driven, before the watchdog
+/// is left to reset the chip, s.
+const DRIVEN_PATIENCE: f64 = 0.1;
+
+/// The same while it is let go, samples: a quarter of a second at 20 kHz, where building a loop with a
+/// box takes a tenth of that. While the flash erases there are none.
+const RELEASED_PATIENCE: u32 = 5000;
 
 /// What the supervisor orders.
 #[derive(Debug)]
@@ -209,13 +212,12 @@ impl Run {
             }
         }
         let units = core.units().map_err(range)?;
-        let [driven, _] = BACKGROUND_PATIENCE;
         Ok(Self {
             // What contradicts costs nothing to find; the certificate of a box does.
             reference: Reference::new(settings, &units).map_err(range)?,
             protection: Protection::new(settings, controller, &units)?,
             ending: Ending::new(&settings.protection, &units),
-            background: Patience::of(samples(driven, &units)),
+            background: Patience::of(samples(DRIVEN_PATIENCE, &units)),
             closed_loop: ClosedLoop::new(&settings.closed_loop)?,
             sample: 0,
             count: 0,
@@ -270,8 +272,6 @@ impl<'a> Sampler<'a> {
     /// Released, with what the boot found wrong.
     #[must_use]
     pub fn new(channel: InterruptEnd<'a>, found_at_boot: Result<(), Fault>) -> Self {
-        let [_, released] = BACKGROUND_PATIENCE;
-        let (_, longest) = SAMPLE_TIMES;
         Self {
             asked: channel.times_asked().wrapping_sub(1),
             heard: channel.times_heard(),
@@ -284,8 +284,7 @@ impl<'a> Sampler<'a> {
             untold: found_at_boot.is_err(),
             watch: Watch::NONE,
             counts: Counts::default(),
-            // At shorter sample times it is less.
-            background: Patience::of((released / longest) as u32),
+            background: Patience::of(RELEASED_PATIENCE),
         }
     }
 

@@ -3,8 +3,8 @@
 use core::fmt;
 
 use drive_link::{
-    Command, Ended, Estimates, Fault, Kept, NotAllowed, PROTOCOL, Refusal, Report, Request,
-    Settings, Snapshot, State, Status,
+    Command, Ended, Estimates, Fault, Kept, LoopSettings, NotAllowed, PROTOCOL, Refusal, Report,
+    Request, Settings, Snapshot, State, Status,
 };
 use embedded_storage::nor_flash::NorFlash;
 use serde::{Deserialize, Serialize};
@@ -275,7 +275,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             return Err(Refusal::NotConfigured);
         }
         self.must_be_let_go()?;
-        let run = self.prepared().map_err(Refusal::Setting)?;
+        let (run, begun_from) = self.prepared().map_err(Refusal::Setting)?;
         let Some(spare) = self.spare.take() else {
             return Err(Refusal::Busy);
         };
@@ -283,7 +283,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         let closed_loop = *run.closed_loop();
         // Nothing records now: what is still there is of a run before.
         while self.channel.block().is_some() {}
-        self.first_fit = FirstFit::of(&self.settings.closed_loop);
+        self.first_fit = FirstFit::of(&begun_from);
         match self.channel.order(Order::Run(run)) {
             Ok(()) => {
                 self.closed_loop = Some(closed_loop);
@@ -299,16 +299,16 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     }
 
     /// A run that begins with what is known of the servo; with what was configured, where that would
-    /// not do.
-    fn prepared(&self) -> Result<Run, NotAllowed> {
+    /// not do. And what its loop was built from.
+    fn prepared(&self) -> Result<(Run, LoopSettings), NotAllowed> {
         if let Some(known) = &self.estimates {
             let mut settings = self.settings;
             parts::begin_with(known, &mut settings.closed_loop.core.identifier);
             if let Ok(run) = Run::new(&settings, &self.stage) {
-                return Ok(run);
+                return Ok((run, settings.closed_loop));
             }
         }
-        Run::new(&self.settings, &self.stage)
+        Run::new(&self.settings, &self.stage).map(|run| (run, self.settings.closed_loop))
     }
 
     /// Released or faulted, and the interrupt has said so.
