@@ -15,16 +15,6 @@ pub const LEAD: f64 = 1.0 / (LEADS_A_PERIOD * pwm::FREQUENCY) as f64;
 
 const LEADS_A_PERIOD: u32 = 4;
 
-/// The PWM periods of a sample time, s; none if they are no whole number from 1 on.
-#[must_use]
-pub fn whole_periods(sample_time: f64) -> Option<u32> {
-    /// Of a period: beyond any rounding of a sample time in seconds, below any tick of the timer.
-    const TOLERANCE: f64 = 1e-6;
-    let periods = nearest(sample_time);
-    let missing = sample_time * f64::from(pwm::FREQUENCY) - f64::from(periods);
-    (missing.abs() <= TOLERANCE).then_some(periods)
-}
-
 /// The nearest whole number of periods, from 1 on.
 fn nearest(sample_time: f64) -> u32 {
     // A cast saturates.

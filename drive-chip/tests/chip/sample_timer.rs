@@ -1,4 +1,4 @@
-use drive_chip::sample_timer::{LEAD, acknowledge, is_due, whole_periods};
+use drive_chip::sample_timer::{LEAD, acknowledge, is_due};
 use embedded_hal::pwm::SetDutyCycle;
 
 use crate::model::{Chip, Output};
@@ -109,27 +109,5 @@ fn a_command_holds_from_its_lead_on() {
         chip.elapse(1e-4 - LEAD);
         assert!(is_due(&chip));
         acknowledge(&chip);
-    }
-}
-
-#[test]
-fn sample_times_are_whole_numbers_of_pwm_periods() {
-    for (sample_time, periods) in [
-        (50e-6, Some(1)),
-        (100e-6, Some(2)),
-        (1e-3, Some(20)),
-        (1.0 / 8000.0, None),
-        (1.0 / 4000.0, Some(5)),
-        (1.0 / 3000.0, None),
-        (51e-6, None),
-        (0.0, None),
-        (-1e-3, None),
-        (f64::NAN, None),
-        (f64::INFINITY, None),
-        (50e-6 * (1.0 + 1e-9), Some(1)),
-        (50e-6 * (1.0 + 1e-4), None),
-        (50e-6 * (1.0 - 1e-4), None),
-    ] {
-        assert_eq!(whole_periods(sample_time), periods, "{sample_time}");
     }
 }

@@ -99,9 +99,9 @@ pub(super) const MUTATIONS: [Mutation; 28] = [
     ),
     mutation(
         "sample_timer.rs",
-        "replace <= with > in whole_periods",
-        "missing.abs() <= TOLERANCE",
-        "missing.abs() > TOLERANCE",
+        "replace + with - in nearest",
+        "f64::from(pwm::FREQUENCY) + 0.5",
+        "f64::from(pwm::FREQUENCY) - 0.5",
     ),
     mutation(
         "sample_timer.rs",
