@@ -3,11 +3,16 @@
 
 use std::error::Error;
 use std::fmt::Debug;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use drive_link::{Command, Ended, Fault, Kept, Law, PROTOCOL, Refusal, Report, Snapshot, State};
 use host_sim::drive::{Client, DriveError};
 
 use crate::{emulator, firmware};
+
+/// How long the emulator may take for what is the drive's half a minute.
+const PATIENCE: Duration = Duration::from_secs(300);
 
 /// Talks to the drive as a host would, and as a broken line does.
 pub(crate) fn check() -> Result<(), String> {
@@ -84,7 +89,11 @@ fn talk(drive: &mut Client) -> Result<(), Box<dyn Error>> {
         expect("the next of them", drive.next(shown)?.sample, 101)?;
         let refused = refusal(drive, Command::Save)?;
         expect("a record in motion", refused, Refusal::Running)?;
-        let learnt = drive.next(|report| shown(report).filter(|shown| shown.sample > 30_000))?;
+        let learnt = drive
+            .next_within(PATIENCE, |report| {
+                shown(report).filter(|shown| shown.sample > 30_000)
+            })?
+            .ok_or("the drive has not run for 30 s")?;
         let b = learnt.estimates.b;
         if !(250.0..266.0).contains(&b) {
             return Err(format!("{law}: b is {b} where the servo has 257.7").into());
@@ -143,12 +152,14 @@ fn struck(report: &Report) -> Option<Fault> {
     }
 }
 
-/// Waits until the drive is in a state.
+/// Waits until the drive is in a state, however slow the machine is that emulates it.
 fn until(drive: &mut Client, wanted: State) -> Result<(), Box<dyn Error>> {
-    for _ in 0..100 {
+    let begun = Instant::now();
+    while begun.elapsed() < PATIENCE {
         if drive.status()?.state == wanted {
             return Ok(());
         }
+        thread::sleep(Duration::from_millis(20));
     }
     Err(format!("the drive does not become {wanted:?}").into())
 }
