@@ -76,6 +76,14 @@ pub(crate) fn line<'a, B: Bus>(
     (Line { bus, heard, to_say }, port)
 }
 
+impl<B> Line<'_, B> {
+    /// Whether nothing came that was not heard yet.
+    #[must_use]
+    pub fn is_silent(&self) -> bool {
+        self.heard.len() == 0
+    }
+}
+
 impl<B: Bus> drive_link::Line for Line<'_, B> {
     fn hear(&mut self) -> Option<u8> {
         self.heard.dequeue()

@@ -61,9 +61,8 @@ impl Conversation {
 
     /// Takes in what came, and obeys the stops in it.
     fn listen<F: NorFlash>(&mut self, line: &mut impl Line, supervisor: &Supervisor<'_, F>) {
-        while !self.waiting.is_full()
-            && let Some(byte) = line.hear()
-        {
+        while let Some(byte) = line.hear() {
+            // One that finds no room is lost, which spoils its frame; but no stop.
             let _ = self.waiting.push_back(byte);
             if self.stops.take(byte) {
                 supervisor.stop();
@@ -85,7 +84,7 @@ impl Conversation {
             };
             match self.receiver.take::<Request>(byte) {
                 Some(Ok(request)) => {
-                    let answer = self.done(&request, supervisor);
+                    let answer = self.done(&request, line, supervisor);
                     say(line, &answer, 0);
                     return true;
                 }
@@ -100,19 +99,22 @@ impl Conversation {
     fn done<F: NorFlash>(
         &mut self,
         request: &Request,
+        line: &mut impl Line,
         supervisor: &mut Supervisor<'_, F>,
     ) -> Report {
+        let refused = Report::Refused {
+            id: request.id,
+            refusal: Refusal::Overtaken,
+        };
         match request.command {
             Command::Stop => self.stops_waiting = self.stops_waiting.saturating_sub(1),
-            Command::Start | Command::Target(_) if self.stops_waiting > 0 => {
-                return Report::Refused {
-                    id: request.id,
-                    refusal: Refusal::Overtaken,
-                };
-            }
+            Command::Start | Command::Target(_) if self.stops_waiting > 0 => return refused,
             _ => {}
         }
-        supervisor.answer(request)
+        supervisor.answer_unless(request, |supervisor| {
+            self.listen(line, supervisor);
+            self.stops_waiting > 0
+        })
     }
 
     /// Says one piece of news.

@@ -25,6 +25,8 @@ pub(crate) struct Reference {
     /// The way to the target: whole counts, and less than one count on top.
     at: Setpoint<f32>,
     arrived: bool,
+    /// Whether it is to stay where it is, whoever wants it elsewhere.
+    stays: bool,
 }
 
 impl Reference {
@@ -49,6 +51,7 @@ impl Reference {
                 offset: 0.0,
             },
             arrived: true,
+            stays: false,
         })
     }
 
@@ -61,14 +64,17 @@ impl Reference {
 
     /// Sends the servo elsewhere.
     pub(crate) fn send(&mut self, target: i32) {
-        self.target = target;
-        self.arrived = false;
+        if !self.stays {
+            self.target = target;
+            self.arrived = false;
+        }
     }
 
-    /// Stays where it is, without dither.
+    /// Stays where it is from now on, without dither.
     pub(crate) fn stay(&mut self) {
         self.dither = None;
         self.send(self.at.count);
+        self.stays = true;
     }
 
     /// The setpoint of this sample.
@@ -120,6 +126,7 @@ mod tests {
                 target: 0,
                 at: Setpoint { count: 0, offset: 0.0 },
                 arrived: true,
+                stays: false,
             };
             reference.start(start);
             let target = start.wrapping_add(away);

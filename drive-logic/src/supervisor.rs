@@ -204,9 +204,19 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
 
     /// Does what is asked for, and answers.
     pub fn answer(&mut self, request: &Request) -> Report {
+        self.answer_unless(request, |_| false)
+    }
+
+    /// The same, unless it is overtaken by a stop: that is asked before a run is ordered, because to
+    /// build its loop takes many times as long as a stop may wait.
+    pub fn answer_unless(
+        &mut self,
+        request: &Request,
+        overtaken: impl FnOnce(&Self) -> bool,
+    ) -> Report {
         self.channel.heard();
         let id = request.id;
-        match self.obey(&request.command) {
+        match self.obey(&request.command, overtaken) {
             Ok(()) => match request.command {
                 Command::Hello => self.status(Some(id)),
                 Command::Show => Report::Settings {
@@ -219,7 +229,11 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         }
     }
 
-    fn obey(&mut self, command: &Command) -> Result<(), Refusal> {
+    fn obey(
+        &mut self,
+        command: &Command,
+        overtaken: impl FnOnce(&Self) -> bool,
+    ) -> Result<(), Refusal> {
         match *command {
             Command::Hello | Command::Show => {}
             Command::Configure(settings) => {
@@ -237,10 +251,10 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                 if self.state() == State::Running && !self.is_stopping() {
                     return Ok(());
                 }
-                self.start()?;
+                self.start(overtaken)?;
             }
             Command::Target(radians) => {
-                if self.state() != State::Running {
+                if self.state() != State::Running || self.is_stopping() {
                     return Err(Refusal::NotRunning);
                 }
                 let target = Order::Target(self.counts(radians)?);
@@ -267,7 +281,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         Ok(())
     }
 
-    fn start(&mut self) -> Result<(), Refusal> {
+    fn start(&mut self, overtaken: impl FnOnce(&Self) -> bool) -> Result<(), Refusal> {
         if let State::Faulted(fault) = self.state() {
             return Err(Refusal::Faulted(fault));
         }
@@ -276,6 +290,9 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         }
         self.must_be_let_go()?;
         let (run, begun_from) = self.prepared().map_err(Refusal::Setting)?;
+        if overtaken(self) {
+            return Err(Refusal::Overtaken);
+        }
         let Some(spare) = self.spare.take() else {
             return Err(Refusal::Busy);
         };

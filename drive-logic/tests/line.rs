@@ -253,6 +253,79 @@ fn ten_thousand_stops_are_obeyed_within_two_milliseconds_whatever_is_on_the_line
 }
 
 #[test]
+fn requests_without_a_pause_do_not_hide_a_stop() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    drive.done(Command::Configure(fast()));
+    let mut line = OnLine::new(drive);
+    for flood in [100, 300, 1000, 3000] {
+        line.ask(Command::Start);
+        line.pass(0.001);
+        assert!(line.is_driven());
+        // More than all the queues hold, each with a long answer.
+        for _ in 0..flood {
+            line.say(Command::Show);
+        }
+        while !line.wires.to_drive.is_empty() {
+            line.step();
+        }
+        assert!(line.is_driven());
+        let said = line.now;
+        line.say(Command::Stop);
+        for _ in 0..100 {
+            line.say(Command::Show);
+        }
+        while line.is_driven() {
+            line.step();
+            assert!(line.now < said + 2_000_000, "{flood} requests before it");
+        }
+        line.pass(4.0);
+        assert!(!line.is_driven());
+    }
+}
+
+/// A line on which each piece comes when the one before has been looked at.
+struct Pieces(VecDeque<VecDeque<u8>>);
+
+impl Line for Pieces {
+    fn hear(&mut self) -> Option<u8> {
+        let byte = self.0.front_mut()?.pop_front();
+        if byte.is_none() {
+            self.0.pop_front();
+        }
+        byte
+    }
+
+    fn room(&self) -> usize {
+        ROOM
+    }
+
+    fn say(&mut self, _: &[u8]) {}
+}
+
+#[test]
+fn a_stop_that_comes_while_a_run_is_built_keeps_it_from_beginning() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let piece = |command| -> VecDeque<u8> {
+        let framed = frame(&Request { id: 1, command }).expect("it fits");
+        framed.iter().copied().collect()
+    };
+    let mut pieces = Pieces([piece(Command::Start), piece(Command::Stop)].into());
+    let mut conversation = Conversation::new();
+    for _ in 0..10 {
+        conversation.turn(&mut pieces, &mut drive.supervisor);
+        drive.sample();
+        assert!(drive.bench.held.get().is_none());
+    }
+    // And without one it begins.
+    let mut pieces = Pieces([piece(Command::Start), piece(Command::Hello)].into());
+    conversation.turn(&mut pieces, &mut drive.supervisor);
+    drive.sample();
+    assert!(drive.bench.held.get().is_some());
+}
+
+#[test]
 fn a_line_that_is_cut_anywhere_ends_the_run_in_time() {
     let mut random = Random(7);
     for _ in 0..200 {

@@ -153,6 +153,23 @@ fn a_host_that_falls_silent_ends_the_run_at_rest_within_the_stated_time() {
 }
 
 #[test]
+fn a_servo_that_comes_to_rest_is_sent_nowhere() {
+    let mut wanted = still();
+    wanted.protection.duration = 1.0;
+    wanted.protection.stop_time = 0.4;
+    running!(drive, bench, &SERVO, wanted);
+    drive.pass(1001);
+    for _ in 0..10 {
+        // Whatever the answer.
+        drive.ask(Command::Target(40.0));
+        drive.pass(1);
+    }
+    let samples = samples_until_let_go(&mut drive, 400).expect("it comes to rest");
+    assert!(samples < 100, "{samples}");
+    assert!(bench.plant.borrow().position.abs() < 0.1);
+}
+
+#[test]
 fn silence_means_nothing_where_the_settings_say_so() {
     let mut wanted = still();
     wanted.protection.link_timeout = 0.0;

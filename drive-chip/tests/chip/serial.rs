@@ -23,6 +23,7 @@ fn bytes_that_come_are_heard_in_order() {
     let mut wired = wired(&chip);
     assert!(chip.usart.interrupts_for_hearing());
     assert_eq!(wired.line.hear(), None);
+    assert!(wired.line.is_silent());
     *chip.usart.came.borrow_mut() = VecDeque::from([1, 2, 0xff]);
     for _ in 0..3 {
         wired.port.serve();

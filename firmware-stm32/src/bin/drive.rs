@@ -171,7 +171,13 @@ fn background(wired: Wired, channel: &'static mut Channel, run: &'static mut Opt
             start(&timer, sample_time);
         }
         if !more {
-            cortex_m::asm::wfi();
+            // A byte that comes between a look and the sleep would wait for the next sample: it must
+            // wake the processor, so it is looked at without interrupts, which wake it all the same.
+            cortex_m::interrupt::free(|_| {
+                if line.is_silent() {
+                    cortex_m::asm::wfi();
+                }
+            });
         }
     }
 }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use clap::Subcommand;
 use drive_link::{
-    Command, Estimates, PROTOCOL, Refusal, Report, Settings, Snapshot, State, Status,
+    Command, Ended, Estimates, PROTOCOL, Refusal, Report, Settings, Snapshot, State, Status,
 };
 
 use super::fault::Fault;
@@ -179,6 +179,9 @@ impl Start {
     /// Time between two lines that are printed, s.
     const OFTEN: f64 = 0.5;
 
+    /// How long a drive may say nothing at all, s: it is asked several times within that.
+    const SILENCE: f64 = 4.0;
+
     fn run(&self, client: &mut Client) -> Result<(), Fault> {
         let Settings {
             closed_loop,
@@ -193,18 +196,23 @@ impl Start {
                      with --link-timeout 0 first, if that is what you want"
                 )));
             }
-            return client.ask(Command::Start).map_err(fault);
+            return client.start().map_err(fault);
         }
         let every = (Self::OFTEN / closed_loop.core.sample_time).clamp(1.0, f64::from(u16::MAX));
         client.ask(Command::Watch(every as u16)).map_err(fault)?;
-        client.ask(Command::Start).map_err(fault)?;
-        client.keep_alive(silence);
+        client.start().map_err(fault)?;
+        client.keep_alive(if silence > 0.0 {
+            silence
+        } else {
+            Self::SILENCE
+        });
         if silence > 0.0 {
             say!("running; it comes to rest when this program has ended for {silence} s");
         } else {
             say!("running, also when this program has ended: the link timeout is 0");
         }
         let begun = Instant::now();
+        let mut heard = begun;
         loop {
             let left = self
                 .time
@@ -218,18 +226,32 @@ impl Start {
                 Some(Seen::Sample(snapshot)) => say!("{}", line(&snapshot)),
                 Some(Seen::Fault(fault)) => return Err(Fault::Other(fault.to_string())),
                 Some(Seen::Ended) => break,
-                None => {}
+                Some(Seen::Running) => {}
+                None if heard.elapsed().as_secs_f64() > Self::SILENCE => {
+                    return Err(Fault::Other(
+                        "the drive is silent: is it switched on, and its line connected?"
+                            .to_owned(),
+                    ));
+                }
+                None => continue,
             }
+            heard = Instant::now();
         }
         client.ask(Command::Watch(0)).map_err(fault)?;
         let status = client.status().map_err(fault)?;
-        if let Some(ended) = &status.ended {
-            say!("{ended}");
-        }
         if let Some(estimates) = &status.estimates {
             say!("knows: {}", found(estimates));
         }
-        Ok(())
+        match &status.ended {
+            Some(Ended::Faulted(fault)) => Err(Fault::Other(fault.to_string())),
+            Some(ended) => {
+                say!("{ended}");
+                Ok(())
+            }
+            None => Err(Fault::Other(
+                "the drive knows of no run: it was switched off or reset meanwhile".to_owned(),
+            )),
+        }
     }
 }
 
@@ -237,6 +259,7 @@ impl Start {
 enum Seen {
     Sample(Snapshot),
     Fault(drive_link::Fault),
+    Running,
     Ended,
 }
 
@@ -244,7 +267,11 @@ fn seen(report: &Report) -> Option<Seen> {
     match report {
         Report::Snapshot(snapshot) => Some(Seen::Sample(*snapshot)),
         Report::Fault(fault) => Some(Seen::Fault(*fault)),
-        Report::Status { status, .. } if status.state != State::Running => Some(Seen::Ended),
+        Report::Status { status, .. } => Some(match status.state {
+            State::Running => Seen::Running,
+            State::Released => Seen::Ended,
+            State::Faulted(fault) => Seen::Fault(fault),
+        }),
         _ => None,
     }
 }
@@ -257,24 +284,45 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 impl Watch {
+    /// How long a report may be late, s.
+    const PATIENCE: f64 = 5.0;
+
     fn run(&self, client: &mut Client) -> Result<(), Fault> {
-        let protection = client.settings().map_err(fault)?.protection;
+        let Settings {
+            closed_loop,
+            protection,
+            ..
+        } = client.settings().map_err(fault)?;
+        let step = f64::from(self.every) * closed_loop.core.sample_time;
+        let patience = Duration::from_secs_f64(Self::PATIENCE + step);
         client.keep_alive(protection.link_timeout);
         let mut file = self.csv.as_deref().map(Table::create).transpose()?;
         client.ask(Command::Watch(self.every)).map_err(fault)?;
-        for _ in 0..self.reports {
-            let seen = client
-                .next(|report| match report {
-                    Report::Snapshot(snapshot) => Some(Ok(*snapshot)),
-                    Report::Fault(fault) => Some(Err(*fault)),
-                    _ => None,
-                })
-                .map_err(fault)?;
-            let snapshot = seen.map_err(|fault| Fault::Other(fault.to_string()))?;
-            match &mut file {
-                Some(table) => table.row(&snapshot)?,
-                None => say!("{}", line(&snapshot)),
+        let mut left = self.reports;
+        let mut until = Instant::now() + patience;
+        while left > 0 {
+            let wait = until.saturating_duration_since(Instant::now());
+            match client.next_within(wait, seen).map_err(fault)? {
+                Some(Seen::Sample(snapshot)) => {
+                    left -= 1;
+                    until = Instant::now() + patience;
+                    match &mut file {
+                        Some(table) => table.row(&snapshot)?,
+                        None => say!("{}", line(&snapshot)),
+                    }
+                }
+                Some(Seen::Fault(fault)) => return Err(Fault::Other(fault.to_string())),
+                Some(Seen::Running) => {}
+                Some(Seen::Ended) => {
+                    return Err(Fault::Other(
+                        "the servo is let go: there is nothing to look at".to_owned(),
+                    ));
+                }
+                None => return Err(fault(DriveError::Silent)),
             }
+        }
+        if let Some(table) = &mut file {
+            table.finish()?;
         }
         client.ask(Command::Watch(0)).map_err(fault)
     }
@@ -316,6 +364,11 @@ impl<'a> Table<'a> {
         self.write(&format!(
             "{sample},{reference},{position},{command},{output_error},{a},{b},{coulomb},{load}"
         ))
+    }
+
+    fn finish(&mut self) -> Result<(), Fault> {
+        let flushed = self.file.flush();
+        flushed.map_err(|error| Fault::unwritable(self.path, error))
     }
 
     fn write(&mut self, line: &str) -> Result<(), Fault> {

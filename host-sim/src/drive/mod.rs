@@ -3,7 +3,7 @@
 use std::fmt;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use drive_link::{Command, Refusal, Report, Request, Settings, Status};
+use drive_link::{Command, Refusal, Report, Request, Settings, State, Status};
 
 use crate::port::{Port, PortError};
 
@@ -53,6 +53,9 @@ impl Client {
     /// How long a report is waited for.
     const PATIENCE: Duration = Duration::from_secs(20);
 
+    /// The longest time from one sign of life to the next, s.
+    const SELDOM: f64 = 1.0;
+
     /// The drive hears of us several times within the silence that it allows.
     const OFTEN: f64 = 4.0;
 
@@ -72,8 +75,8 @@ impl Client {
 
     /// From now on, lets a drive that allows so much silence (s; 0 for any) hear of us while we listen.
     pub fn keep_alive(&mut self, link_timeout: f64) {
-        self.keep_alive =
-            (link_timeout > 0.0).then(|| Duration::from_secs_f64(link_timeout / Self::OFTEN));
+        let often = (link_timeout / Self::OFTEN).min(Self::SELDOM);
+        self.keep_alive = (often > 0.0).then(|| Duration::from_secs_f64(often));
     }
 
     /// The port, for whoever says something else than requests.
@@ -98,6 +101,28 @@ impl Client {
     /// If it is refused, or the line breaks.
     pub fn ask(&mut self, command: Command) -> Result<(), DriveError> {
         self.report(command).map(|_| ())
+    }
+
+    /// Starts a run, and never two: where no answer comes, the drive is asked whether it runs.
+    ///
+    /// # Errors
+    /// If it is refused, the line breaks, or the run has already ended.
+    pub fn start(&mut self) -> Result<(), DriveError> {
+        const PATIENCE: Duration = Duration::from_millis(200);
+        self.say(Command::Start)?;
+        let id = self.id;
+        let answer = self.next_within(PATIENCE, |report| match report {
+            Report::Done { id: same } if *same == id => Some(Ok(())),
+            Report::Refused { id: same, refusal } if *same == id => Some(Err(refusal.clone())),
+            _ => None,
+        })?;
+        match answer {
+            Some(done) => done.map_err(DriveError::Refused),
+            None => match self.status()?.state {
+                State::Running => Ok(()),
+                _ => Err(DriveError::Silent),
+            },
+        }
     }
 
     /// Who is there, and how.
