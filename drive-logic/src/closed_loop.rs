@@ -62,6 +62,20 @@ pub(crate) type Looked<S, A> = Result<
     ControlStepError<<S as PositionSensor>::Error, <A as Actuator<f32>>::Error>,
 >;
 
+/// What looks at a control step before anything is learnt from it, and may end the run.
+///
+/// A trait where a closure would do, because a method can be told to be inlined into every law's sample.
+pub(crate) trait Look {
+    /// How a run ends.
+    type End;
+
+    /// The step to learn from, unless the run ends with it.
+    fn look<S: PositionSensor, A: Actuator<f32>>(
+        self,
+        taken: Looked<S, A>,
+    ) -> Result<ControlSample<f32>, Self::End>;
+}
+
 /// A loop with one identifier.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct With<I: Identify<f32>> {
@@ -145,23 +159,23 @@ where
     /// # Errors
     /// [`ControlStepError`], the actuator was released; or why what looks at it ended it.
     #[inline]
-    pub(crate) fn sample<S: PositionSensor, A: Actuator<f32>, E>(
+    pub(crate) fn sample<S: PositionSensor, A: Actuator<f32>, L: Look>(
         &mut self,
         setpoint: Setpoint<f32>,
         sensor: &mut S,
         actuator: &mut A,
-        look: impl FnOnce(Looked<S, A>) -> Result<ControlSample<f32>, E>,
-    ) -> Result<(ControlSample<f32>, Seen<f32>), E> {
+        watch: L,
+    ) -> Result<(ControlSample<f32>, Seen<f32>), L::End> {
         whatever_law!(
             &mut self.0,
             own => {
                 let taken = control_step(&own.servo_loop, &mut own.state, setpoint, sensor, actuator);
-                let sample = look(taken.map(|sample| (sample, own.state.count())))?;
+                let sample = watch.look::<S, A>(taken.map(|sample| (sample, own.state.count())))?;
                 Ok((sample, own.servo_loop.learn(&mut own.state, &sample)))
             },
             fixed => {
                 let taken = fixed.control(setpoint, sensor, actuator);
-                let sample = look(taken.map(|sample| (sample, fixed.count())))?;
+                let sample = watch.look::<S, A>(taken.map(|sample| (sample, fixed.count())))?;
                 Ok((sample, fixed.learn()))
             }
         )

@@ -3,6 +3,7 @@
 use core::convert::Infallible;
 
 use drive_link::{Answer, Format, Law, LoopSettings, NotAllowed, Question, Reading, Refused, Why};
+use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, PositionSensor, Setpoint};
 use identifier_core::fixed_point::{
     FixedLowPass, FixedServoLoop, FixedServoLoopState, FixedVelocity, split_setpoint,
@@ -11,7 +12,7 @@ use identifier_core::identifier::{IdentifierError, Identify};
 use identifier_core::parameters::Ab;
 use identifier_core::settings::Settings;
 
-use crate::closed_loop::{ClosedLoop, WithFirstFit};
+use crate::closed_loop::{ClosedLoop, Look, Looked, WithFirstFit};
 use crate::parts;
 
 /// Blocks of Gauss–Newton's start record: as many as the simulator's.
@@ -124,11 +125,7 @@ fn single(
         count: setpoint,
         offset: offset as f32,
     };
-    let (_, seen) = closed_loop
-        .sample(setpoint, &mut Counted(count), &mut far, |taken| {
-            taken.map(|(sample, _)| sample)
-        })
-        .map_err(|_| Refused::OutOfReach)?;
+    let (_, seen) = closed_loop.sample(setpoint, &mut Counted(count), &mut far, Unwatched)?;
     closed_loop.work(u32::MAX);
     Ok(Reading {
         command: f64::from(far.command),
@@ -138,6 +135,22 @@ fn single(
             .unwrap_or_default(),
         event: seen.event,
     })
+}
+
+/// Nobody watches over a plant that is simulated.
+struct Unwatched;
+
+impl Look for Unwatched {
+    type End = Refused;
+
+    fn look<S: PositionSensor, A: Actuator<f32>>(
+        self,
+        taken: Looked<S, A>,
+    ) -> Result<ControlSample<f32>, Refused> {
+        taken
+            .map(|(sample, _)| sample)
+            .map_err(|_| Refused::OutOfReach)
+    }
 }
 
 /// A count that somebody else read.

@@ -71,6 +71,8 @@ impl Reference {
     }
 
     /// Stays where it is from now on, without dither.
+    #[cold]
+    #[inline(never)]
     pub(crate) fn stay(&mut self) {
         self.dither = None;
         self.send(self.at.count);

@@ -7,7 +7,7 @@ use identifier_core::error::OutOfRange;
 use identifier_core::identifier::{self, Seen};
 
 use crate::channel::InterruptEnd;
-use crate::closed_loop::{ClosedLoop, Learnt, Looked};
+use crate::closed_loop::{ClosedLoop, Learnt, Look, Looked};
 use crate::ending::{Course, Ending};
 use crate::parts;
 use crate::protection::Protection;
@@ -574,19 +574,44 @@ impl Run {
         } = self;
         protection.check_lines(lines).map_err(Ended::Faulted)?;
         let setpoint = reference.next();
-        let done = closed_loop.sample(setpoint, sensor, actuator, |taken: Looked<S, A>| {
-            let (control, count) = taken.map_err(|error| Ended::Faulted(fault_of(&error)))?;
-            *last_count = count;
-            protection.check(&control, count).map_err(Ended::Faulted)?;
-            match ending.check(count) {
-                Course::On => {}
-                Course::Rest => reference.stay(),
-                Course::Ended(ended) => return Err(ended),
-            }
-            Ok(control)
-        })?;
+        let watch = RunWatch {
+            protection,
+            ending,
+            reference,
+            last_count,
+        };
+        let done = closed_loop.sample(setpoint, sensor, actuator, watch)?;
         *sample = sample.wrapping_add(1);
         Ok(done)
+    }
+}
+
+/// What watches over every step of a run.
+struct RunWatch<'a> {
+    protection: &'a mut Protection,
+    ending: &'a mut Ending,
+    reference: &'a mut Reference,
+    last_count: &'a mut i32,
+}
+
+impl Look for RunWatch<'_> {
+    type End = Ended;
+
+    #[inline(always)]
+    fn look<S: PositionSensor, A: Actuator<f32>>(
+        self,
+        taken: Looked<S, A>,
+    ) -> Result<ControlSample<f32>, Ended> {
+        let (control, count) = taken.map_err(|error| Ended::Faulted(fault_of(&error)))?;
+        *self.last_count = count;
+        let checked = self.protection.check(&control, count);
+        checked.map_err(Ended::Faulted)?;
+        match self.ending.check(count) {
+            Course::On => {}
+            Course::Rest => self.reference.stay(),
+            Course::Ended(ended) => return Err(ended),
+        }
+        Ok(control)
     }
 }
 
