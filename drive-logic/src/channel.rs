@@ -49,6 +49,8 @@ struct Signals {
     stops: AtomicU32,
     heard: AtomicU32,
     alive: AtomicU32,
+    /// No counter: samples for which the background may be missed while the servo is let go.
+    released_patience: AtomicU32,
 }
 
 /// The background's end of a [`Channel`].
@@ -95,6 +97,7 @@ impl Channel {
                 stops: AtomicU32::new(0),
                 heard: AtomicU32::new(0),
                 alive: AtomicU32::new(0),
+                released_patience: AtomicU32::new(1),
             },
         }
     }
@@ -186,6 +189,12 @@ impl BackgroundEnd<'_> {
         raise(&self.signals.asked);
     }
 
+    /// Says how many samples the background may be missed while the servo is let go.
+    pub(crate) fn set_released_patience(&self, samples: u32) {
+        let place = &self.signals.released_patience;
+        place.store(samples, Ordering::Relaxed);
+    }
+
     /// The background goes round.
     pub(crate) fn is_alive(&self) {
         raise(&self.signals.alive);
@@ -234,6 +243,10 @@ impl InterruptEnd<'_> {
 
     pub(crate) fn times_heard(&self) -> u32 {
         self.signals.heard.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn released_patience(&self) -> u32 {
+        self.signals.released_patience.load(Ordering::Relaxed)
     }
 
     #[inline]

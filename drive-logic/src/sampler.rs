@@ -21,10 +21,6 @@ const SAMPLE_TIMES: (f64, f64) = (5e-5, 1e-3);
 /// is left to reset the chip, s.
 const DRIVEN_PATIENCE: f64 = 0.1;
 
-/// The same while it is let go, samples: a quarter of a second at 20 kHz, where building a loop with a
-/// box takes a tenth of that. While the flash erases there are none.
-const RELEASED_PATIENCE: u32 = 5000;
-
 /// What the supervisor orders.
 #[derive(Debug)]
 pub(crate) enum Order {
@@ -284,7 +280,7 @@ impl<'a> Sampler<'a> {
             untold: found_at_boot.is_err(),
             watch: Watch::NONE,
             counts: Counts::default(),
-            background: Patience::of(RELEASED_PATIENCE),
+            background: Patience::of(1),
         }
     }
 
@@ -334,6 +330,8 @@ impl<'a> Sampler<'a> {
         // Read even so: a counter of few bits that wraps unread loses its turns.
         let _ = sensor.count();
         let _ = output.release();
+        // It follows the sample time that was configured since.
+        self.background.set(self.channel.released_patience());
         if self.background.lasts(&self.channel) {
             chip.feed_watchdog();
         }
@@ -522,12 +520,19 @@ struct Patience {
 impl Patience {
     /// It lasts from half of so many samples to all of them.
     fn of(samples: u32) -> Self {
-        let most = (samples / 2).max(1);
-        Self {
-            most,
-            left: most,
+        let mut patience = Self {
+            most: 1,
+            left: 1,
             times: 0,
-        }
+        };
+        patience.set(samples);
+        patience.left = patience.most;
+        patience
+    }
+
+    /// From the next time on that it is renewed.
+    fn set(&mut self, samples: u32) {
+        self.most = (samples / 2).max(1);
     }
 
     fn begin(&mut self, channel: &InterruptEnd<'_>) {

@@ -20,6 +20,10 @@ use crate::store::Store;
 /// The version of the [`Record`]: another one is another meaning of the bytes.
 const VERSION: u16 = 3;
 
+/// How long the background may be busy while the servo is let go, s: building a loop takes a hundredth of
+/// that, and while the flash erases there are no samples that could miss it.
+const RELEASED_PATIENCE: f64 = 5.0;
+
 /// What survives a loss of power.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Record {
@@ -100,7 +104,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         } else {
             kept
         };
-        Self {
+        let supervisor = Self {
             stops: channel.stops(),
             channel,
             store,
@@ -117,7 +121,16 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             counts: Counts::default(),
             unsaid: 0,
             garbled: 0,
-        }
+        };
+        supervisor.be_missed_for(RELEASED_PATIENCE);
+        supervisor
+    }
+
+    /// Says for how long the background may be missed while the servo is let go, s.
+    fn be_missed_for(&self, time: f64) {
+        // A cast saturates.
+        let samples = (time / self.sample_time()) as u32;
+        self.channel.set_released_patience(samples);
     }
 
     /// The sample time that holds, s: the firmware's timer follows it while the servo is released.
@@ -245,6 +258,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                 }
                 self.settings = settings;
                 self.configured = true;
+                self.be_missed_for(RELEASED_PATIENCE);
             }
             Command::Start => {
                 // Said again, it is done already.

@@ -67,6 +67,8 @@ struct OnLine<'a> {
     now: u64,
     next_sample: u64,
     free_at: u64,
+    /// What a turn takes, as [`TURN`].
+    turn: [u64; 4],
     id: u8,
 }
 
@@ -81,6 +83,7 @@ impl<'a> OnLine<'a> {
             now: 0,
             next_sample: 0,
             free_at: 0,
+            turn: TURN,
             id: 0,
         }
     }
@@ -107,7 +110,7 @@ impl<'a> OnLine<'a> {
             (self.wires.bytes, self.wires.frames) = (0, 0);
             self.conversation
                 .turn(&mut self.wires, &mut self.drive.supervisor);
-            let [turn, byte, answer, news] = TURN;
+            let [turn, byte, answer, news] = self.turn;
             let answered = if self.wires.frames > 0 { answer } else { 0 };
             self.free_at = self.now + turn + byte * self.wires.bytes.min(160) + answered + news;
         }
@@ -250,6 +253,29 @@ fn ten_thousand_stops_are_obeyed_within_two_milliseconds_whatever_is_on_the_line
     let status = line.drive.status();
     assert_eq!(status.state, State::Released);
     assert!(status.dropped > 0, "the line was full of what was shown");
+}
+
+#[test]
+fn every_request_is_answered_however_much_is_told() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    drive.done(Command::Configure(fast()));
+    let mut line = OnLine::new(drive);
+    // A background so quick that the line is what there is not enough of.
+    line.turn = TURN.map(|time| time / 10);
+    line.ask(Command::Watch(1));
+    line.ask(Command::Start);
+    for _ in 0..50 {
+        line.pass(0.05);
+        line.reports.clear();
+        let id = line.say(Command::Show);
+        // All that may wait on the line before the answer, and the answer.
+        line.pass(0.03);
+        let is_answer =
+            |report: &Report| matches!(report, Report::Settings { id: same, .. } if *same == id);
+        assert!(line.reports.iter().any(is_answer), "asked once");
+    }
+    assert!(line.drive.status().dropped > 0, "the line was full");
 }
 
 #[test]

@@ -222,9 +222,7 @@ fn travel_and_speed_are_watched_in_every_sample() {
         let mut at = 0.0;
         for _ in 0..20 {
             at += speed * SAMPLE_TIME;
-            let mut plant = bench.plant.borrow_mut();
-            (plant.position, plant.velocity) = (at, 0.0);
-            drop(plant);
+            bench.hold_at(at);
             drive.pass(1);
         }
         let expected = fault.map_or(State::Running, State::Faulted);
@@ -241,9 +239,7 @@ fn an_axis_held_by_hand_is_no_silent_encoder_until_it_is_too_far_away() {
     running!(drive, bench, &SERVO, wanted);
     let hand = |drive: &mut Drive<'_>, to: f64, samples: u32| {
         for _ in 0..samples {
-            let mut plant = bench.plant.borrow_mut();
-            (plant.position, plant.velocity) = (to, 0.0);
-            drop(plant);
+            bench.hold_at(to);
             drive.pass(1);
         }
     };
@@ -429,6 +425,14 @@ fn a_background_that_hangs_is_left_to_the_watchdog() {
     drive.pass(3000);
     let released = fed(&mut drive, 20_000);
     assert!((2499..=5000).contains(&released), "{released}");
+    // A time, not a number of samples: at twenty times the rate it is twenty times as many.
+    let mut fast = settings();
+    fast.dither.amplitude = 0.0;
+    fast.closed_loop.core.sample_time = 5e-5;
+    drive.done(Command::Configure(fast));
+    drive.pass(60_000);
+    let released = fed(&mut drive, 400_000);
+    assert!((49_999..=100_000).contains(&released), "{released}");
     // As soon as it goes round again, the watchdog is fed again.
     drive.pass(1);
     assert_eq!(fed(&mut drive, 100), 100);

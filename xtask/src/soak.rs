@@ -27,7 +27,14 @@ fn run(drive: &mut Client, hours: f64) -> Result<(), Box<dyn Error>> {
     let mut settings = drive.settings()?;
     // Seconds of the drive; the signs of life are counted in its samples.
     settings.protection.link_timeout = 60.0;
+    // A cast saturates, and makes zero of what is no number.
     let samples = (hours * 3600.0 / settings.closed_loop.core.sample_time) as u32;
+    if samples < SIGN_OF_LIFE {
+        return Err(format!(
+            "--hours {hours} is {samples} samples: less than {SIGN_OF_LIFE} show nothing"
+        )
+        .into());
+    }
     drive.ask(Command::Configure(settings))?;
     drive.ask(Command::Watch(1))?;
     drive.ask(Command::Start)?;

@@ -218,6 +218,12 @@ impl Bench {
         *plant = other;
     }
 
+    /// Puts the axis at a place, rad, at rest.
+    pub(crate) fn hold_at(&self, position: f64) {
+        let mut plant = self.plant.borrow_mut();
+        (plant.position, plant.velocity) = (position, 0.0);
+    }
+
     /// Lets a sample pass.
     pub(crate) fn pass(&self) {
         let command = self.held.get().unwrap_or(0.0);

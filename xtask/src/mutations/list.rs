@@ -1,5 +1,6 @@
-//! The mutations: eight breaks that cost a servo or a record, and twenty of those that
-//! `cargo mutants -p drive-chip` makes, one of each kind and place.
+//! The mutations. Of the drivers: eight breaks that cost a servo or a record, and twenty of those that
+//! `cargo mutants -p drive-chip` makes, one of each kind and place. Of the drive's logic: what keeps a
+//! machine whole, taken away piece by piece.
 
 /// A text of a file that stands there once, and what stands there in its place.
 pub(super) struct Mutation {
@@ -24,7 +25,8 @@ const fn mutation(
     }
 }
 
-pub(super) const MUTATIONS: [Mutation; 28] = [
+/// Of `drive-chip`.
+pub(super) const DRIVERS: [Mutation; 28] = [
     mutation(
         "clock.rs",
         "another PLL factor",
@@ -192,5 +194,129 @@ pub(super) const MUTATIONS: [Mutation; 28] = [
         "replace << with >> in Quadrature::new",
         "FILTER << timer::CCMR1_IC2F",
         "FILTER >> timer::CCMR1_IC2F",
+    ),
+];
+
+/// Of `drive-logic`.
+pub(super) const LOGIC: [Mutation; 20] = [
+    mutation(
+        "channel.rs",
+        "a stop is not counted",
+        "        raise(&self.signals.stops);\n",
+        "        let _ = &self.signals.stops;\n",
+    ),
+    mutation(
+        "channel.rs",
+        "what a stop overtook is obeyed",
+        "if stops == self.stops() {",
+        "if stops == stops {",
+    ),
+    mutation(
+        "conversation.rs",
+        "a stop waits for the requests before it",
+        "            if self.stops.take(byte) {",
+        "            if self.stops.take(byte) && self.waiting.len() < 12 {",
+    ),
+    mutation(
+        "conversation.rs",
+        "a run begins although a stop came while it was built",
+        "            self.stops_waiting > 0\n        })",
+        "            false\n        })",
+    ),
+    mutation(
+        "conversation.rs",
+        "news take the room of an answer",
+        "self.must_say.is_none() && say(line, &report, LONGEST_FRAME)",
+        "self.must_say.is_none() && say(line, &report, 0)",
+    ),
+    mutation(
+        "ending.rs",
+        "the host may be silent for ever",
+        "|most| self.silent >= most",
+        "|_| false",
+    ),
+    mutation(
+        "ending.rs",
+        "a run has no end",
+        "        if self.run_left == Some(0) {",
+        "        if self.run_left == Some(u32::MAX) {",
+    ),
+    mutation(
+        "ending.rs",
+        "a servo that does not come to rest is never let go",
+        "*still >= self.rest_time || *left == 0",
+        "*still >= self.rest_time",
+    ),
+    mutation(
+        "reference.rs",
+        "a servo coming to rest is sent away",
+        "        self.stays = true;\n",
+        "        self.stays = false;\n",
+    ),
+    mutation(
+        "protection.rs",
+        "travel is not watched",
+        "        if !is_within(gone, self.travel) {",
+        "        if !is_within(gone, MOST) {",
+    ),
+    mutation(
+        "protection.rs",
+        "speed is not watched",
+        "        self.speed.check(count)?;\n",
+        "        let _ = self.speed.check(count);\n",
+    ),
+    mutation(
+        "protection.rs",
+        "a limit switch is ignored",
+        "        if lines.low_switch && lines.high_switch {",
+        "        if lines.low_switch || lines.high_switch {",
+    ),
+    mutation(
+        "protection.rs",
+        "a hand on the shaft is a silent encoder",
+        "(sample.command - self.at_rest).abs() >= self.change",
+        "sample.error.abs() > 0.0",
+    ),
+    mutation(
+        "protection.rs",
+        "dither and following error may contradict",
+        "const AMPLITUDES_OF_ERROR: f64 = 3.0;",
+        "const AMPLITUDES_OF_ERROR: f64 = 2.0;",
+    ),
+    mutation(
+        "supervisor.rs",
+        "it starts although nobody configured it",
+        "        if !self.configured {",
+        "        if !self.configured && self.is_out() {",
+    ),
+    mutation(
+        "supervisor.rs",
+        "what the boot found is forgotten",
+        "            fault: found_at_boot.err(),",
+        "            fault: found_at_boot.err().filter(|_| false),",
+    ),
+    mutation(
+        "supervisor.rs",
+        "what was kept is not used",
+        "            if let Ok(run) = Run::new(&settings, &self.stage) {",
+        "            if let Ok(run) = Run::new(&self.settings, &self.stage) {",
+    ),
+    mutation(
+        "sampler.rs",
+        "the watchdog is not fed",
+        "        if run.background.lasts(&self.channel) {\n            chip.feed_watchdog();",
+        "        if run.background.lasts(&self.channel) {\n            let _ = &chip;",
+    ),
+    mutation(
+        "sampler.rs",
+        "the watchdog is fed whatever the background does",
+        "        if run.background.lasts(&self.channel) {",
+        "        if run.background.lasts(&self.channel) || true {",
+    ),
+    mutation(
+        "sampler.rs",
+        "a fault discards what was learnt",
+        "            self.returned = Some(run);\n            self.ended = Some(ended);",
+        "            run.sample = 0;\n            self.returned = Some(run);\n            self.ended = Some(ended);",
     ),
 ];

@@ -1,4 +1,5 @@
-//! Breaks the chip's drivers in one place after the other and sees that their tests notice.
+//! Breaks the chip's drivers and the drive's logic in one place after the other and sees that their tests
+//! notice.
 //!
 //! It takes some minutes, so CI leaves it out.
 
@@ -9,13 +10,14 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use crate::firmware;
-use list::MUTATIONS;
+use list::{DRIVERS, LOGIC, Mutation};
 
-/// Folders of the workspace that the drivers and their tests are made of; the others are left out of
+/// Folders of the workspace that both and their tests are made of; the others are left out of
 /// the copy's workspace.
-const MEMBERS: [&str; 4] = [
+const MEMBERS: [&str; 5] = [
     "drive-chip",
     "drive-link",
+    "drive-logic",
     "identifier-core",
     "virtual-servo",
 ];
@@ -24,13 +26,15 @@ const MEMBERS: [&str; 4] = [
 pub(crate) fn check() -> Result<(), String> {
     let copy = firmware::root().join("target/mutations");
     copy_workspace(&copy)?;
-    if !passes(&copy)? {
-        return Err("the tests of drive-chip fail without any mutation".to_owned());
+    for package in [CHIP_PACKAGE, LOGIC_PACKAGE] {
+        if !passes(&copy, package)? {
+            return Err(format!("the tests of {package} fail without any mutation"));
+        }
     }
     println!("| | file | mutation | caught |\n|---|---|---|---|");
     let mut missed = 0;
-    for (number, mutation) in (1..).zip(MUTATIONS) {
-        let file = copy.join("drive-chip/src").join(mutation.file);
+    for (number, (package, mutation)) in (1..).zip(all()) {
+        let file = copy.join(package).join("src").join(mutation.file);
         let original = read(&file)?;
         if original.matches(mutation.from).count() != 1 {
             return Err(format!(
@@ -39,7 +43,7 @@ pub(crate) fn check() -> Result<(), String> {
             ));
         }
         write(&file, &original.replace(mutation.from, mutation.to))?;
-        let caught = !passes(&copy)?;
+        let caught = !passes(&copy, package)?;
         write(&file, &original)?;
         missed += u32::from(!caught);
         let answer = if caught { "yes" } else { "**no**" };
@@ -54,14 +58,24 @@ pub(crate) fn check() -> Result<(), String> {
     }
 }
 
+/// The drivers' package, and that of the logic.
+const CHIP_PACKAGE: &str = "drive-chip";
+const LOGIC_PACKAGE: &str = "drive-logic";
+
+/// Every mutation with its package.
+fn all() -> impl Iterator<Item = (&'static str, Mutation)> {
+    let drivers = DRIVERS.into_iter().map(|mutation| (CHIP_PACKAGE, mutation));
+    drivers.chain(LOGIC.into_iter().map(|mutation| (LOGIC_PACKAGE, mutation)))
+}
+
 /// Whether the tests compile and pass; a mutation that does not compile is an error, for nothing
 /// caught it.
-fn passes(copy: &Path) -> Result<bool, String> {
+fn passes(copy: &Path, package: &str) -> Result<bool, String> {
     let tests = |build_only: &[&str]| {
         let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
         Command::new(cargo)
             .current_dir(copy)
-            .args(["test", "--quiet", "-p", "drive-chip", "--test", "chip"])
+            .args(["test", "--quiet", "--lib", "--tests", "-p", package])
             .args(build_only)
             .env("CARGO_TARGET_DIR", copy.join("target"))
             .stdout(Stdio::null())
@@ -128,10 +142,12 @@ mod tests {
 
     #[test]
     fn every_mutation_has_its_place() {
-        assert_eq!(MUTATIONS.len(), 28);
-        for mutation in MUTATIONS {
-            let file = firmware::root().join("drive-chip/src").join(mutation.file);
-            let text = read(&file).expect("the driver is there");
+        for (package, mutation) in all() {
+            let file = firmware::root()
+                .join(package)
+                .join("src")
+                .join(mutation.file);
+            let text = read(&file).expect("the file is there");
             let places = text.matches(mutation.from).count();
             assert_eq!(places, 1, "{}: {}", mutation.file, mutation.from);
             assert_ne!(mutation.from, mutation.to);
