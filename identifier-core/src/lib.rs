@@ -4,7 +4,6 @@
 #![deny(missing_docs)]
 
 pub mod adaptation;
-pub mod baseline;
 pub mod control;
 pub mod drive;
 pub mod error;

@@ -6,7 +6,7 @@ use drive_link::Fault;
 use embedded_hal::pwm::SetDutyCycle;
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
 use identifier_core::drive::Actuator;
-use identifier_core::drive::hal::Ad5761;
+use servo_hal::Ad5761;
 use stm32f4xx_hal::gpio::{Output, PA4, PA5, PA7};
 use stm32f4xx_hal::pac::{Peripherals, SPI1};
 use stm32f4xx_hal::prelude::*;

@@ -23,7 +23,7 @@ compile_error!("a board is needed: --features olimex-stm32-h405, for instance");
 use drive_chip::{Mmio, pins, serial};
 use drive_link::Fault;
 use drive_logic::Lines;
-use identifier_core::drive::hal::Gate;
+use servo_hal::Gate;
 
 /// The command that asks for the whole duty, or for 10 V, command units.
 const FULL_SCALE: f64 = 10.0;
@@ -51,8 +51,7 @@ pub type Encoder = drive_chip::quadrature::Quadrature<Mmio>;
 pub type Output = Gate<Stage, pins::Output<Mmio>>;
 
 #[cfg(not(feature = "dac"))]
-type Stage =
-    identifier_core::drive::hal::PwmDirection<drive_chip::pwm::Pwm<Mmio>, pins::Output<Mmio>>;
+type Stage = servo_hal::PwmDirection<drive_chip::pwm::Pwm<Mmio>, pins::Output<Mmio>>;
 #[cfg(feature = "dac")]
 type Stage = analogue::Analogue;
 

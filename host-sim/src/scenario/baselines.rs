@@ -1,11 +1,11 @@
 //! The core's parts of the methods that are there for comparison.
 
-use identifier_core::baseline::{
+use identifier_core::error::{Allowed, OutOfRange};
+use identifier_core::number::Number;
+use rivals::{
     ClosedLoopArx, FilteredLeastSquares, LeastSquaresConfig, MechanicalLeastSquares,
     MultiStepLeastSquares, Relay, StateVariableFilter,
 };
-use identifier_core::error::{Allowed, OutOfRange};
-use identifier_core::number::Number;
 
 use super::{Baseline, BaselineSettings, Law, Scenario};
 

@@ -2,8 +2,6 @@
 //! chip's peripherals, a virtual servo on the chip and a plant on a PC.
 
 mod control_step;
-#[cfg(feature = "hal")]
-pub mod hal;
 
 pub use control_step::{ControlStepError, Setpoint, control_step};
 

@@ -15,11 +15,11 @@ use list::{DRIVERS, LOGIC, Mutation};
 /// Folders of the workspace that both and their tests are made of; the others are left out of
 /// the copy's workspace.
 const MEMBERS: [&str; 5] = [
-    "drive-chip",
-    "drive-link",
-    "drive-logic",
+    "crates/drive-chip",
+    "crates/drive-link",
+    "crates/drive-logic",
+    "crates/virtual-servo",
     "identifier-core",
-    "virtual-servo",
 ];
 
 /// Applies each mutation in a copy, runs the tests, and prints what came of it as a table.
@@ -34,7 +34,11 @@ pub(crate) fn check() -> Result<(), String> {
     println!("| | file | mutation | caught |\n|---|---|---|---|");
     let mut missed = 0;
     for (number, (package, mutation)) in (1..).zip(all()) {
-        let file = copy.join(package).join("src").join(mutation.file);
+        let file = copy
+            .join("crates")
+            .join(package)
+            .join("src")
+            .join(mutation.file);
         let original = read(&file)?;
         if original.matches(mutation.from).count() != 1 {
             return Err(format!(
@@ -144,6 +148,7 @@ mod tests {
     fn every_mutation_has_its_place() {
         for (package, mutation) in all() {
             let file = firmware::root()
+                .join("crates")
                 .join(package)
                 .join("src")
                 .join(mutation.file);

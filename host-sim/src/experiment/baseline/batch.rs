@@ -1,10 +1,10 @@
 use identifier_core::adaptation::NormalEquations;
-use identifier_core::baseline::{Filtered, StateVariableFilter};
 use identifier_core::error::StepError;
 use identifier_core::identifier::Seen;
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
 use identifier_core::units::Units;
+use rivals::{Filtered, StateVariableFilter};
 
 use super::NO_ESTIMATE;
 use crate::experiment::learner::Learner;

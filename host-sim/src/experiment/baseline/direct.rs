@@ -1,8 +1,8 @@
-use identifier_core::baseline::DirectEstimator;
 use identifier_core::error::StepError;
 use identifier_core::identifier::Seen;
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
+use rivals::DirectEstimator;
 
 use super::NO_ESTIMATE;
 use crate::experiment::learner::Learner;

@@ -6,9 +6,9 @@ mod direct;
 mod relay_loop;
 mod two_degrees;
 
-use identifier_core::baseline::{ClosedLoopArx, DirectEstimator, MechanicalLeastSquares};
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
+use rivals::{ClosedLoopArx, DirectEstimator, MechanicalLeastSquares};
 
 use super::learner::Learner;
 use super::{Outcome, Sample};

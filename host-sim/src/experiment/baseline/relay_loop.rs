@@ -3,13 +3,13 @@
 //! The relay's least squares follows the scenario's reference and swings around it, as the paper
 //! has it; limit cycles are left alone around a place that stands still.
 
-use identifier_core::baseline::{
-    DirectEstimator, FilteredLeastSquares, FilteredLeastSquaresState, Relay, RelayCycle,
-    RelayCycleState, RelayState, TwoRelays, TwoRelaysState,
-};
 use identifier_core::excitation::Excitation;
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
+use rivals::{
+    DirectEstimator, FilteredLeastSquares, FilteredLeastSquaresState, Relay, RelayCycle,
+    RelayCycleState, RelayState, TwoRelays, TwoRelaysState,
+};
 
 use super::NO_ESTIMATE;
 use crate::experiment::sensor::Sensor;

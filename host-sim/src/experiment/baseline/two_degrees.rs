@@ -9,11 +9,11 @@
 //! gives the next controller.
 
 use identifier_core::adaptation::NormalEquations;
-use identifier_core::baseline::{Filtered, StateVariableFilter};
 use identifier_core::excitation::Excitation;
 use identifier_core::model::ServoParameters;
 use identifier_core::settings::PerParameter;
 use identifier_core::units::Units;
+use rivals::{Filtered, StateVariableFilter};
 
 use super::NO_ESTIMATE;
 use crate::experiment::sensor::Sensor;

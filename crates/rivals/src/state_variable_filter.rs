@@ -1,6 +1,6 @@
-use crate::error::{Allowed, OutOfRange};
-use crate::number::Number;
-use crate::units::Units;
+use identifier_core::error::{Allowed, OutOfRange};
+use identifier_core::number::Number;
+use identifier_core::units::Units;
 
 /// λ²/(s + λ)², stepped exactly for a held input, with its rate.
 ///

@@ -1,10 +1,10 @@
-use super::recursion::{Recursion, RecursionConfig, RecursionState};
-use super::{DirectEstimator, Filtered, LeastSquaresConfig, StateVariableFilter, plausible};
-use crate::error::{Allowed, OutOfRange};
-use crate::model::ServoParameters;
-use crate::number::Number;
-use crate::parameters::Parameter;
-use crate::units::Units;
+use crate::recursion::{Recursion, RecursionConfig, RecursionState};
+use crate::{DirectEstimator, Filtered, LeastSquaresConfig, StateVariableFilter, plausible};
+use identifier_core::error::{Allowed, OutOfRange};
+use identifier_core::model::ServoParameters;
+use identifier_core::number::Number;
+use identifier_core::parameters::Parameter;
+use identifier_core::units::Units;
 
 /// Recursive least squares of the mechanical equation on differentiated position, as motor-control
 /// firmware identifies the mechanics behind its current loop:

@@ -4,7 +4,7 @@ use drive_link::Fault;
 
 #[test]
 fn every_fault_stands_in_the_manual() {
-    let manual = include_str!("../../firmware-stm32/README.md");
+    let manual = include_str!("../../../firmware-stm32/README.md");
     for fault in Fault::ALL {
         let row = format!(
             "| {} | {} | {} |",

@@ -1,8 +1,8 @@
-use super::{LimitCycle, LimitCycleState};
-use crate::error::{Allowed, OutOfRange};
-use crate::model::ServoParameters;
-use crate::number::Number;
-use crate::units::Units;
+use crate::{LimitCycle, LimitCycleState};
+use identifier_core::error::{Allowed, OutOfRange};
+use identifier_core::model::ServoParameters;
+use identifier_core::number::Number;
+use identifier_core::units::Units;
 
 /// A relay with delay: ± a level by the sign that the error had some samples ago.
 ///

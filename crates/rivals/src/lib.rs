@@ -13,6 +13,10 @@
 //! and did; so they take recorded logs too. Each gives no estimate rather than one that cannot be
 //! (a pole outside the unit circle, a negative inertia).
 
+#![no_std]
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
 mod arx;
 mod filtered;
 mod limit_cycle;
@@ -31,9 +35,9 @@ pub use recursion::RecursionState;
 pub use relay::{Relay, RelayCycle, RelayCycleState, RelayState, TwoRelays, TwoRelaysState};
 pub use state_variable_filter::{Filtered, StateVariableFilter};
 
-use crate::model::ServoParameters;
-use crate::number::Number;
-use crate::parameters::Parameter;
+use identifier_core::model::ServoParameters;
+use identifier_core::number::Number;
+use identifier_core::parameters::Parameter;
 
 /// A direct method: it needs what the servo was given and did, not what closed the loop.
 pub trait DirectEstimator<N: Number> {
@@ -55,7 +59,7 @@ pub trait DirectEstimator<N: Number> {
     fn estimates(&self, state: &Self::State) -> Option<ServoParameters>;
 }
 
-/// What the recursive least squares of this room are built from, SI.
+/// What the recursive least squares are built from, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LeastSquaresConfig {
     /// Cut-off λ of the filters, rad/s: above the motion's frequencies, well below Nyquist.

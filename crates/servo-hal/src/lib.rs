@@ -12,8 +12,12 @@
 //!
 //! A command is held with as many duty steps as the PWM has; what one step is in command units is
 //! its resolution. Quadrature counters have no trait of embedded-hal: implement
-//! [`PositionSensor`](super::PositionSensor) over the chip's own and a
-//! [`Counter`](crate::measurement::counter::Counter).
+//! [`PositionSensor`](identifier_core::drive::PositionSensor) over the chip's own and a
+//! [`Counter`](identifier_core::measurement::counter::Counter).
+
+#![no_std]
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
 
 mod as504x;
 mod bridge;
@@ -27,7 +31,7 @@ pub use dac::Ad5761;
 pub use gate::{Gate, GateError};
 pub use mt6701::{Mt6701, Mt6701Error};
 
-use crate::measurement::counter::CounterRegister;
+use identifier_core::measurement::counter::CounterRegister;
 
 /// A revolution in 14 bits, as magnetic encoders give it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,9 +55,9 @@ impl CounterRegister for Angle14 {
 }
 
 /// The full scale of a command: the command that asks for everything there is.
-fn reciprocal(full_scale: f32) -> Result<f32, crate::error::OutOfRange> {
+fn reciprocal(full_scale: f32) -> Result<f32, identifier_core::error::OutOfRange> {
     let full_scale = f64::from(full_scale);
-    crate::error::Allowed::Above(0.0).check("full_scale", full_scale)?;
+    identifier_core::error::Allowed::Above(0.0).check("full_scale", full_scale)?;
     // A configuration value: divided once.
     Ok((1.0 / full_scale) as f32)
 }
@@ -82,7 +86,7 @@ fn limited(fraction: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measurement::counter::Counter;
+    use identifier_core::measurement::counter::Counter;
     use proptest::prelude::*;
 
     proptest! {

@@ -1,9 +1,9 @@
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
 
-use super::{fraction, reciprocal};
-use crate::drive::Actuator;
-use crate::error::OutOfRange;
+use crate::{fraction, reciprocal};
+use identifier_core::drive::Actuator;
+use identifier_core::error::OutOfRange;
 
 /// Why a bridge did not take a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

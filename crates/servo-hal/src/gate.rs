@@ -1,6 +1,6 @@
 use embedded_hal::digital::OutputPin;
 
-use crate::drive::Actuator;
+use identifier_core::drive::Actuator;
 
 /// An output stage with an enable or brake pin: high while a command is held, low to let the servo
 /// go.

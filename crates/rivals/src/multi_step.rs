@@ -1,11 +1,11 @@
-use super::arx::continuous;
-use super::recursion::{Recursion, RecursionConfig, RecursionState};
-use super::{DirectEstimator, LeastSquaresConfig};
-use crate::error::{Allowed, OutOfRange};
-use crate::model::ServoParameters;
-use crate::number::Number;
-use crate::parameters::Parameter;
-use crate::units::Units;
+use crate::arx::continuous;
+use crate::recursion::{Recursion, RecursionConfig, RecursionState};
+use crate::{DirectEstimator, LeastSquaresConfig};
+use identifier_core::error::{Allowed, OutOfRange};
+use identifier_core::model::ServoParameters;
+use identifier_core::number::Number;
+use identifier_core::parameters::Parameter;
+use identifier_core::units::Units;
 
 /// Recursive extended least squares of a discrete-time model, several steps a sample: the idea of
 /// Zhou, Han, Yan and Chen, "A fast method for online closed loop system identification",

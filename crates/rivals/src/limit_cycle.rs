@@ -1,8 +1,8 @@
-use super::plausible;
-use crate::model::ServoParameters;
-use crate::number::Number;
-use crate::parameters::Parameter;
-use crate::units::Units;
+use crate::plausible;
+use identifier_core::model::ServoParameters;
+use identifier_core::number::Number;
+use identifier_core::parameters::Parameter;
+use identifier_core::units::Units;
 
 /// The balances of a limit cycle: what a periodic motion of q̈ = −a q̇ + b u + d − c s, s = sign q̇,
 /// says of the servo.

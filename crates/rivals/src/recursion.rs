@@ -1,6 +1,6 @@
-use crate::adaptation::Covariance;
-use crate::error::{Allowed, OutOfRange};
-use crate::number::{Number, RunningSum};
+use identifier_core::adaptation::Covariance;
+use identifier_core::error::{Allowed, OutOfRange};
+use identifier_core::number::{Number, RunningSum};
 
 /// Recursive least squares with forgetting factor for y = θᵀφ + noise, P parameters (Nelles,
 /// Nonlinear System Identification, 2001, section 3.2), its covariance in the factors of

@@ -1,8 +1,8 @@
 use embedded_hal::spi::SpiDevice;
 
-use super::{fraction, reciprocal};
-use crate::drive::Actuator;
-use crate::error::OutOfRange;
+use crate::{fraction, reciprocal};
+use identifier_core::drive::Actuator;
+use identifier_core::error::OutOfRange;
 
 /// An AD5761 or AD5761R, a 16-bit DAC with a bipolar output (its data sheet, "Input shift register"),
 /// set to ±10 V: the input of an analogue amplifier in current mode.
