@@ -1,6 +1,6 @@
 //! Every method on one bench: what each claims, where each breaks, as a reviewed table.
 
-use host_sim::compare::{self, Found, laws, with_law};
+use host_sim::compare::{self, MethodResult, laws, with_law};
 use host_sim::report::{Status, Summary, comparison};
 use host_sim::scenario::{Baseline, Law, Scenario};
 use identifier_core::parameters::Parameter;
@@ -124,6 +124,6 @@ fn a_method_that_cannot_be_built_is_refused_and_the_others_run() {
     scenario.duration = 2.0;
     let compared = compare::compare(&scenario);
     let results = &compared.cases[0].results;
-    assert!(matches!(&results[0], Found::Refused(why) if why.contains("kp")));
-    assert!(matches!(&results[4], Found::Ran(_)));
+    assert!(matches!(&results[0], MethodResult::Refused(why) if why.contains("kp")));
+    assert!(matches!(&results[4], MethodResult::Ran(_)));
 }

@@ -24,7 +24,7 @@ enum Discretisation {
     /// Forward Euler, and the model's own velocity in its PID and output error where the real loop
     /// has a filtered one.
     Textbook,
-    /// The exact held step, the same filter, and the regressor through that filter too.
+    /// The exact zero-order-hold step, the same filter, and the regressor through that filter too.
     Matched,
 }
 

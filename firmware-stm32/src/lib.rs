@@ -13,7 +13,7 @@
 pub mod board;
 #[cfg(all(feature = "emulator", target_os = "none"))]
 pub mod emulated_servo;
-pub mod handed;
+pub mod hand_off;
 pub mod host;
 pub mod instructions;
 mod panic;

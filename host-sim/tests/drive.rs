@@ -151,7 +151,7 @@ fn the_first_power_on_of_the_manual_works_step_by_step() {
     assert!(refused.contains("configure it first"), "{refused}");
 
     // 2. Say what the servo is, with tight protections.
-    // The manual's words, and a longer silence: this machine may be busy.
+    // The manual's words, and a longer link timeout: this machine may be busy.
     let tight = "configure my-servo.toml --following-error 0.2 --travel 0.5 --pace 0.5 --speed 20 \
                  --link-timeout 20";
     person.does(tight);

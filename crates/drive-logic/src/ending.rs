@@ -92,10 +92,10 @@ impl Ending {
 
     /// Begins to count down to the next thing that may happen.
     fn begin(&mut self) {
-        let silence = self
+        let until_timeout = self
             .silent_most
             .map(|most| most.saturating_sub(self.silent));
-        let next = silence.into_iter().chain(self.run_left).min();
+        let next = until_timeout.into_iter().chain(self.run_left).min();
         self.left = next.unwrap_or(u32::MAX).max(1);
         self.begun_with = self.left;
     }

@@ -170,7 +170,7 @@ fn a_servo_that_comes_to_rest_is_sent_nowhere() {
 }
 
 #[test]
-fn silence_means_nothing_where_the_settings_say_so() {
+fn a_silent_line_means_nothing_where_the_settings_say_so() {
     let mut wanted = still();
     wanted.protection.link_timeout = 0.0;
     running!(drive, bench, &SERVO, wanted);

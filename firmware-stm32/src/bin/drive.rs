@@ -11,7 +11,7 @@ use drive_chip::{Mmio, interrupts, sample_timer};
 use drive_link::State;
 use drive_logic::{Channel, Chip, Conversation, Lines, Run, Sampler, Supervisor, self_test};
 use firmware_stm32::board::{self, Encoder, Inputs, Output, Port, SampleTimer, Watchdog, Wired};
-use firmware_stm32::handed::Handed;
+use firmware_stm32::hand_off::HandOff;
 use firmware_stm32::settings;
 use stm32f4xx_hal::pac::interrupt;
 
@@ -54,8 +54,8 @@ impl Chip for Wiring {
     }
 }
 
-static CONTROL: Handed<Control> = Handed::new();
-static PORT: Handed<Port> = Handed::new();
+static CONTROL: HandOff<Control> = HandOff::new();
+static PORT: HandOff<Port> = HandOff::new();
 
 #[interrupt]
 fn TIM5() {

@@ -8,10 +8,10 @@ use drive_chip::{Mmio, interrupts};
 use drive_link::{LONGEST_FRAME, Line, Question, Receiver, frame};
 use drive_logic::LockStep;
 use firmware_stm32::board::{self, Port, Wired};
-use firmware_stm32::handed::Handed;
+use firmware_stm32::hand_off::HandOff;
 use stm32f4xx_hal::pac::interrupt;
 
-static PORT: Handed<Port> = Handed::new();
+static PORT: HandOff<Port> = HandOff::new();
 
 #[interrupt]
 fn USART2() {

@@ -180,7 +180,7 @@ impl Start {
     const OFTEN: f64 = 0.5;
 
     /// How long a drive may say nothing at all, s: it is asked several times within that.
-    const SILENCE: f64 = 4.0;
+    const LONGEST_PAUSE: f64 = 4.0;
 
     fn run(&self, client: &mut Client) -> Result<(), Fault> {
         let Settings {
@@ -188,11 +188,11 @@ impl Start {
             protection,
             ..
         } = client.settings().map_err(fault)?;
-        let silence = protection.link_timeout;
+        let link_timeout = protection.link_timeout;
         if self.leave {
-            if silence > 0.0 {
+            if link_timeout > 0.0 {
                 return Err(Fault::Input(format!(
-                    "--leave: the drive stops when its line is silent for {silence} s; configure it \
+                    "--leave: the drive stops when its line is silent for {link_timeout} s; configure it \
                      with --link-timeout 0 first, if that is what you want"
                 )));
             }
@@ -201,13 +201,13 @@ impl Start {
         let every = (Self::OFTEN / closed_loop.core.sample_time).clamp(1.0, f64::from(u16::MAX));
         client.ask(Command::Watch(every as u16)).map_err(fault)?;
         client.start().map_err(fault)?;
-        client.keep_alive(if silence > 0.0 {
-            silence
+        client.keep_alive(if link_timeout > 0.0 {
+            link_timeout
         } else {
-            Self::SILENCE
+            Self::LONGEST_PAUSE
         });
-        if silence > 0.0 {
-            say!("running; it comes to rest when this program has ended for {silence} s");
+        if link_timeout > 0.0 {
+            say!("running; it comes to rest when this program has ended for {link_timeout} s");
         } else {
             say!("running, also when this program has ended: the link timeout is 0");
         }
@@ -227,7 +227,7 @@ impl Start {
                 Some(Seen::Fault(fault)) => return Err(Fault::Other(fault.to_string())),
                 Some(Seen::Ended) => break,
                 Some(Seen::Running) => {}
-                None if heard.elapsed().as_secs_f64() > Self::SILENCE => {
+                None if heard.elapsed().as_secs_f64() > Self::LONGEST_PAUSE => {
                     return Err(Fault::Other(
                         "the drive is silent: is it switched on, and its line connected?"
                             .to_owned(),

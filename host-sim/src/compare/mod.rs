@@ -44,12 +44,12 @@ pub struct Compared {
     /// The case.
     pub case: Case,
     /// What each method found.
-    pub results: Vec<Found>,
+    pub results: Vec<MethodResult>,
 }
 
 /// What a method found.
 #[derive(Debug, Clone)]
-pub enum Found {
+pub enum MethodResult {
     /// It ran.
     Ran(Box<Summary>),
     /// It cannot be built for this case.
@@ -118,7 +118,7 @@ pub fn compare(base: &Scenario) -> Comparison {
         .iter()
         .flat_map(|case| laws.iter().map(move |law| (case, law)))
         .collect();
-    let found: Vec<Found> = pairs
+    let found: Vec<MethodResult> = pairs
         .par_iter()
         .map(|(case, law)| run(&with_law(&case.scenario, law)))
         .collect();
@@ -154,11 +154,11 @@ pub fn compare(base: &Scenario) -> Comparison {
     }
 }
 
-fn run(scenario: &Scenario) -> Found {
+fn run(scenario: &Scenario) -> MethodResult {
     if let Err(refusal) = scenario.buildable() {
-        return Found::Refused(refusal);
+        return MethodResult::Refused(refusal);
     }
     let mut summariser = Summariser::new(scenario);
     let outcome = experiment::run(scenario, &mut |sample| summariser.add(sample));
-    Found::Ran(Box::new(summariser.finish(scenario, outcome)))
+    MethodResult::Ran(Box::new(summariser.finish(scenario, outcome)))
 }

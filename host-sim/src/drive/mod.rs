@@ -56,7 +56,7 @@ impl Client {
     /// The longest time from one sign of life to the next, s.
     const SELDOM: f64 = 1.0;
 
-    /// The drive hears of us several times within the silence that it allows.
+    /// The drive hears of us several times within its link timeout.
     const OFTEN: f64 = 4.0;
 
     /// Talks over a port.
@@ -73,7 +73,7 @@ impl Client {
         }
     }
 
-    /// From now on, lets a drive that allows so much silence (s; 0 for any) hear of us while we listen.
+    /// From now on, lets a drive with this link timeout (s; 0 for none) hear of us while we listen.
     pub fn keep_alive(&mut self, link_timeout: f64) {
         let often = (link_timeout / Self::OFTEN).min(Self::SELDOM);
         self.keep_alive = (often > 0.0).then(|| Duration::from_secs_f64(often));

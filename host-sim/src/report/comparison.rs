@@ -6,7 +6,7 @@ use identifier_core::parameters::Parameter;
 use serde::Serialize;
 
 use super::{Status, Summary};
-use crate::compare::{Compared, Comparison, Found};
+use crate::compare::{Compared, Comparison, MethodResult};
 
 /// What is said of the methods whatever the case.
 #[must_use]
@@ -53,13 +53,13 @@ pub fn case(compared: &Compared, comparison: &Comparison) -> String {
     ]);
     for (method, found) in comparison.methods.iter().zip(&compared.results) {
         match found {
-            Found::Refused(why) => {
+            MethodResult::Refused(why) => {
                 let mut row = vec![method.name.to_owned()];
                 row.extend(std::iter::repeat_n("–".to_owned(), 5));
                 row.push(format!("refused: {why}"));
                 table.add_row(row);
             }
-            Found::Ran(summary) => {
+            MethodResult::Ran(summary) => {
                 table.add_row(row(method.name, summary));
             }
         }
@@ -172,16 +172,16 @@ impl Document {
                 .zip(&compared.results)
                 .map(|(method, found)| {
                     let summary = match found {
-                        Found::Ran(summary) => Some(summary.as_ref()),
-                        Found::Refused(_) => None,
+                        MethodResult::Ran(summary) => Some(summary.as_ref()),
+                        MethodResult::Refused(_) => None,
                     };
                     let error = |parameter| error(summary?, parameter);
                     MethodDocument {
                         law: method.name,
                         status: summary.map_or("refused", |summary| summary.status.name()),
                         reason: match found {
-                            Found::Ran(summary) => summary.reason.clone(),
-                            Found::Refused(why) => why.clone(),
+                            MethodResult::Ran(summary) => summary.reason.clone(),
+                            MethodResult::Refused(why) => why.clone(),
                         },
                         error_a: error(Parameter::A),
                         error_b: error(Parameter::B),
@@ -219,10 +219,10 @@ pub fn grid(comparison: &Comparison, parameter: Parameter) -> Vec<Vec<f64>> {
                 .cases
                 .iter()
                 .map(|compared| match &compared.results[row] {
-                    Found::Ran(summary) => error(summary, parameter).map_or(NONE, |error| {
+                    MethodResult::Ran(summary) => error(summary, parameter).map_or(NONE, |error| {
                         (error.abs() / scale(summary)).max(LEAST).log10().min(NONE)
                     }),
-                    Found::Refused(_) => NONE,
+                    MethodResult::Refused(_) => NONE,
                 })
                 .collect()
         })

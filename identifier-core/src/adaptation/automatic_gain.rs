@@ -2,7 +2,7 @@ use super::{Gradient, MatrixError, PositiveDefinite};
 use crate::control::{ControlState, Controller};
 use crate::excitation::Excitation;
 use crate::measurement::velocity::VelocityEstimate;
-use crate::model::HeldStep;
+use crate::model::ZeroOrderHoldStep;
 use crate::parameters::{Parameter, ParameterSet};
 use crate::stability::PlantBox;
 use crate::units::Units;
@@ -89,7 +89,7 @@ impl AutomaticGain {
         V: VelocityEstimate<f64>,
         E: Excitation<f64>,
     {
-        let step = HeldStep::<f64>::new();
+        let step = ZeroOrderHoldStep::<f64>::new();
         let x = a * self.units.rate();
         let gain = b * self.units.acceleration();
         let mut reference = excitation.start();

@@ -9,7 +9,7 @@ use super::rest::{FixedRest, FixedRestState};
 use super::velocity::FixedVelocity;
 use crate::adaptation::{DiagonalGain, Gain};
 use crate::error::{Allowed, StepError};
-use crate::identifier::config::{GradientPlan, Promise};
+use crate::identifier::config::{GradientPlan, StabilityCheck};
 use crate::identifier::{Event, IdentifierError, Identify, Seen};
 use crate::interval::Interval;
 use crate::model::ServoParameters;
@@ -39,7 +39,7 @@ pub struct FixedGradientIdentifier<V, S, const P: usize> {
     scales: Scales,
     units: Units,
     mu: f64,
-    promise: Option<Promise>,
+    stability_check: Option<StabilityCheck>,
     set: PhantomData<S>,
 }
 
@@ -131,7 +131,7 @@ where
             scales,
             units,
             mu: plan.mu,
-            promise: plan.promise,
+            stability_check: plan.stability_check,
             set: PhantomData,
         })
     }
@@ -145,14 +145,17 @@ where
     /// The certificate of the box, where a box was given.
     #[must_use]
     pub fn certificate(&self) -> Option<&Certificate> {
-        self.promise.as_ref().map(|promise| &promise.certificate)
+        self.stability_check
+            .as_ref()
+            .map(|stability_check| &stability_check.certificate)
     }
 
     /// The gain margin of the sampled loop over the box, where a box was given: see
     /// [`sampled_loop::gain_margin`](crate::stability::sampled_loop::gain_margin).
     #[must_use]
     pub fn gain_margin(&self) -> Option<f64> {
-        self.promise.map(|promise| promise.gain_margin)
+        self.stability_check
+            .map(|stability_check| stability_check.gain_margin)
     }
 
     /// μ as it is used, 1/s: the one given, or the automatic one.

@@ -4,7 +4,7 @@ use super::arithmetic::{
 };
 
 /// The exact zero-order-hold step on words, with Coulomb friction that stops and breaks away: the
-/// equations of [`HeldStep`](crate::model::HeldStep) and [`FrictionStep`](crate::model::FrictionStep).
+/// equations of [`ZeroOrderHoldStep`](crate::model::ZeroOrderHoldStep) and [`FrictionStep`](crate::model::FrictionStep).
 ///
 /// Velocities, and accelerations per sample, are of one full scale.
 #[derive(Debug, Clone, Copy, PartialEq)]

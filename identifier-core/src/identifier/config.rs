@@ -4,7 +4,7 @@ use crate::control::Gains;
 use crate::error::{Allowed, OutOfRange};
 use crate::interval::Interval;
 use crate::measurement::velocity::Transfer;
-use crate::model::HeldStep;
+use crate::model::ZeroOrderHoldStep;
 use crate::parameters::{Parameter, ParameterSet};
 use crate::settings::Settings;
 use crate::stability::certificate;
@@ -26,7 +26,7 @@ pub(crate) struct GradientPlan<const P: usize> {
     pub(crate) initial: [f64; P],
     pub(crate) bounds: [Interval; P],
     pub(crate) largest_command: Option<f64>,
-    pub(crate) promise: Option<Promise>,
+    pub(crate) stability_check: Option<StabilityCheck>,
 }
 
 /// The smallest α that the servo may have, 1/s.
@@ -40,7 +40,7 @@ pub(crate) enum Decay {
 
 /// What the stability checks found for the box.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Promise {
+pub(crate) struct StabilityCheck {
     pub(crate) certificate: Certificate,
     pub(crate) gain_margin: f64,
 }
@@ -88,7 +88,7 @@ pub(crate) fn allowed(
     parameter: Parameter,
     units: &Units,
 ) -> (Allowed, &'static str, &'static str) {
-    let fastest = HeldStep::<f64>::LARGEST_RATE / units.rate();
+    let fastest = ZeroOrderHoldStep::<f64>::LARGEST_RATE / units.rate();
     match parameter {
         Parameter::A => (Allowed::Within(-fastest, fastest), "bounds.a", "initial.a"),
         Parameter::B => (Allowed::PositiveUpTo(LARGEST), "bounds.b", "initial.b"),
@@ -125,7 +125,7 @@ impl<const P: usize> GradientPlan<P> {
         for (i, parameter) in S::PARAMETERS.into_iter().enumerate() {
             let (allowed, bounds_name, initial_name) = allowed(parameter, &units);
             let widest = || match parameter {
-                Parameter::A => [0.0, HeldStep::<f64>::LARGEST_RATE / units.rate()],
+                Parameter::A => [0.0, ZeroOrderHoldStep::<f64>::LARGEST_RATE / units.rate()],
                 Parameter::B => {
                     let most = sampled_loop::most_gain(&units, &gains, velocity, nominal.b().max());
                     [SMALLEST_GAIN.min(nominal.b().min()), most]
@@ -143,11 +143,11 @@ impl<const P: usize> GradientPlan<P> {
             });
             initial[i] = Allowed::Within(low, high).check(initial_name, start)?;
         }
-        let promise = match &plant_box {
+        let stability_check = match &plant_box {
             Some(plant_box) => {
                 let certificate = Certificate::new(&gains, plant_box, mu)?;
                 sampled_loop::check(&units, &gains, velocity, plant_box)?;
-                Some(Promise {
+                Some(StabilityCheck {
                     certificate,
                     gain_margin: sampled_loop::gain_margin(&units, &gains, velocity, plant_box),
                 })
@@ -179,7 +179,7 @@ impl<const P: usize> GradientPlan<P> {
             initial,
             bounds,
             largest_command: settings.largest_command(),
-            promise,
+            stability_check,
         })
     }
 }

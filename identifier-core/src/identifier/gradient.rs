@@ -1,6 +1,6 @@
 use core::marker::PhantomData;
 
-use super::config::{Decay, GradientPlan, Promise};
+use super::config::{Decay, GradientPlan, StabilityCheck};
 use super::identify::check;
 use super::{Event, IdentifierError, Identify, Seen};
 use crate::adaptation::{
@@ -36,7 +36,7 @@ pub struct GradientIdentifierWith<N, V, S, const P: usize, G> {
     gamma: [[f64; P]; P],
     mu: f64,
     units: Units,
-    promise: Option<Promise>,
+    stability_check: Option<StabilityCheck>,
     set: PhantomData<S>,
 }
 
@@ -106,7 +106,7 @@ where
             gamma: *plan.gamma.entries(),
             mu: plan.mu,
             units,
-            promise: plan.promise,
+            stability_check: plan.stability_check,
             set: PhantomData,
         })
     }
@@ -122,14 +122,17 @@ where
     /// The certificate of the box, where a box was given.
     #[must_use]
     pub fn certificate(&self) -> Option<&Certificate> {
-        self.promise.as_ref().map(|promise| &promise.certificate)
+        self.stability_check
+            .as_ref()
+            .map(|stability_check| &stability_check.certificate)
     }
 
     /// The gain margin of the sampled loop over the box, where a box was given: see
     /// [`sampled_loop::gain_margin`](crate::stability::sampled_loop::gain_margin).
     #[must_use]
     pub fn gain_margin(&self) -> Option<f64> {
-        self.promise.map(|promise| promise.gain_margin)
+        self.stability_check
+            .map(|stability_check| stability_check.gain_margin)
     }
 
     /// μ as it is used, 1/s: the one given, or the automatic one.

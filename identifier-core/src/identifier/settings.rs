@@ -2,7 +2,7 @@ use super::IdentifierError;
 use super::config::{LARGEST, SMALLEST_GAIN};
 use super::fit::FitterConfig;
 use crate::error::Allowed;
-use crate::model::HeldStep;
+use crate::model::ZeroOrderHoldStep;
 use crate::number::Number;
 use crate::parameters::{Parameter, ParameterSet};
 use crate::settings::Settings;
@@ -80,7 +80,7 @@ impl<'a> Listening<'a> {
     /// are not negative), never a multiple of a guess.
     fn bounds(&self, parameter: Parameter) -> Result<[f64; 2], IdentifierError> {
         let (allowed, name, _) = super::config::allowed(parameter, &self.units);
-        let fastest = HeldStep::<f64>::LARGEST_RATE / self.units.rate();
+        let fastest = ZeroOrderHoldStep::<f64>::LARGEST_RATE / self.units.rate();
         let widest = match parameter {
             Parameter::A => [0.0, fastest],
             Parameter::B => [SMALLEST_GAIN, LARGEST],

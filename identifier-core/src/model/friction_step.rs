@@ -1,4 +1,4 @@
-use super::{HeldStep, Motion, Response};
+use super::{Motion, Response, ZeroOrderHoldStep};
 use crate::number::Number;
 
 /// The exact step of q̈ = −a q̇ + w − c sign(q̇): Coulomb friction that stops and breaks away.
@@ -11,7 +11,7 @@ use crate::number::Number;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrictionStep<N> {
     /// The step between events.
-    pub step: HeldStep<N>,
+    pub step: ZeroOrderHoldStep<N>,
     halves: [N; 3],
 }
 
@@ -74,7 +74,7 @@ impl<N: Number> FrictionStep<N> {
     #[must_use]
     pub fn new() -> Self {
         Self {
-            step: HeldStep::new(),
+            step: ZeroOrderHoldStep::new(),
             halves: [1.0 / 2.0, 1.0 / 3.0, 1.0 / 4.0].map(N::from_f64),
         }
     }
@@ -86,7 +86,7 @@ impl<N: Number> FrictionStep<N> {
         self.process_with(&self.step.response(x), x, drive, coulomb, velocity)
     }
 
-    /// [`FrictionStep::process`] with the response over a whole sample, [`HeldStep::response`] of x,
+    /// [`FrictionStep::process`] with the response over a whole sample, [`ZeroOrderHoldStep::response`] of x,
     /// that is kept while x does not change.
     #[inline]
     pub fn process_with(
@@ -227,7 +227,7 @@ mod tests {
             velocity in -1.0_f64..1.0,
         ) {
             let (motion, _) = FrictionStep::<f64>::new().process(x, drive, 0.0, velocity);
-            let plain = HeldStep::<f64>::new().process(x, drive, velocity);
+            let plain = ZeroOrderHoldStep::<f64>::new().process(x, drive, velocity);
             // What the series of the crossing leaves out, (x r)⁴/5.
             let left_out = x * x * x * x + 1e-9;
             prop_assert!((motion.increment - plain.increment).abs() < left_out);

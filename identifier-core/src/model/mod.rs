@@ -2,16 +2,16 @@
 
 mod correction;
 mod friction_step;
-mod held_step;
 mod listening_model;
 mod model_loop;
 mod servo;
+mod zero_order_hold_step;
 
 pub use correction::{
     AccelerationCorrection, CommandCorrection, Corrected, Correction, IntegralError,
 };
 pub use friction_step::{FrictionStep, Phase};
-pub use held_step::{HeldStep, Motion, Response};
 pub use listening_model::{Innovation, ListeningModel, Tangents};
 pub use model_loop::{ModelLoop, ModelState, Observed};
 pub use servo::ServoParameters;
+pub use zero_order_hold_step::{Motion, Response, ZeroOrderHoldStep};

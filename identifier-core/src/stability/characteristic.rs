@@ -1,7 +1,7 @@
 //! The characteristic polynomial of the sampled loop: exact, and linear in the servo's b.
 //!
 //! The servo held over a sample is b T² (h₁ + h₂ δ)/(δ (δ + x h₁)) with δ = z − 1, x = a T, h₁ and h₂ as
-//! in [`HeldStep`](crate::model::HeldStep); the velocity filter on the increment is n(z) δ/(z (z − p));
+//! in [`ZeroOrderHoldStep`](crate::model::ZeroOrderHoldStep); the velocity filter on the increment is n(z) δ/(z (z − p));
 //! the integral is 1/δ, and without integral action that factor cancels.
 //!
 //! Tustin's w, with z = (1 + w)/(1 − w), maps the unit circle onto the left half plane. Every factor of

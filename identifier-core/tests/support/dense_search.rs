@@ -112,7 +112,7 @@ type Polynomial = [f64; DEGREE + 1];
 /// The closed loop's characteristic polynomial in δ and its degree.
 ///
 /// The servo held over a sample is b T² (h₁ + h₂ δ)/(δ (δ + x h₁)) with x = a T, h₁ and h₂ as in
-/// `HeldStep`; the velocity filter on the increment is
+/// `ZeroOrderHoldStep`; the velocity filter on the increment is
 /// n(z) δ/(z (z − p)); the integral is 1/δ. Without integral action that last factor cancels.
 fn characteristic_polynomial(
     units: &Units,

@@ -1,6 +1,6 @@
 use super::block::NumberedBlock;
+use super::fit_result::FitResult;
 use super::fitter::{Fit, Fitter, Prior};
-use super::found::Found;
 use super::record::Record;
 use crate::number::Number;
 
@@ -19,7 +19,7 @@ pub(crate) struct Fits<N, const W: usize> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Ended<N> {
     /// What it found; none if the servo has not moved.
-    pub(crate) found: Option<Found<N>>,
+    pub(crate) result: Option<FitResult<N>>,
     /// The number of the last block of the recording that it looked at.
     pub(crate) last: u32,
     /// Whether the record had no room left.
@@ -84,11 +84,11 @@ impl<N: Number, const W: usize> Fits<N, W> {
     /// Goes on with the fit under way by at most `budget` blocks.
     pub(crate) fn go_on(&mut self, fitter: &Fitter<N>, budget: u32) -> Option<Ended<N>> {
         let fit = self.fit.as_mut()?;
-        let found = (0..budget).find_map(|_| fitter.work(fit, &self.record))?;
+        let result = (0..budget).find_map(|_| fitter.work(fit, &self.record))?;
         self.fit = None;
         self.record.release();
         Some(Ended {
-            found,
+            result,
             last: self.next.wrapping_sub(1),
             full: self.record.is_full(),
         })

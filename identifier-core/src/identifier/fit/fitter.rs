@@ -2,7 +2,7 @@ use super::pass::{Pass, direction};
 use super::record::Record;
 use super::survey::{MOVED, Survey};
 use super::trial::Best;
-use super::{A, COULOMB, Found, UNKNOWNS};
+use super::{A, COULOMB, FitResult, UNKNOWNS};
 use crate::model::{FrictionStep, Innovation};
 use crate::number::Number;
 
@@ -102,7 +102,7 @@ impl<N: Number> Fitter<N> {
         let scale = [m, m * m, m * m, m * m];
         let of = |values: &[f64; 4]| core::array::from_fn(|i| N::from_f64(values[i] * scale[i]));
         let mut high: [N; 4] = of(&config.high);
-        let most = N::from_f64(crate::model::HeldStep::<N>::LARGEST_RATE);
+        let most = N::from_f64(crate::model::ZeroOrderHoldStep::<N>::LARGEST_RATE);
         high[A] = high[A].limited(-most, most);
         let mut low: [N; 4] = of(&config.low);
         low[A] = low[A].limited(-most, most);
@@ -134,15 +134,15 @@ impl<N: Number> Fitter<N> {
 
     /// What a fit found, as known before the next: with ten times its deviations, and a fiftieth of
     /// the value on top, so that a servo may change.
-    pub(crate) fn known_from(&self, found: &Found<N>) -> Prior<N> {
+    pub(crate) fn known_from(&self, result: &FitResult<N>) -> Prior<N> {
         let noise = libm::sqrt(self.noise.to_f64());
         Prior {
             initial: core::array::from_fn(|i| {
-                Some(N::from_f64(found.parameters[i].to_f64() * self.scale[i]))
+                Some(N::from_f64(result.parameters[i].to_f64() * self.scale[i]))
             }),
             weight: core::array::from_fn(|i| {
-                let deviation = 10.0 * libm::sqrt(found.covariance[i][i].to_f64())
-                    + 0.02 * libm::fabs(found.parameters[i].to_f64());
+                let deviation = 10.0 * libm::sqrt(result.covariance[i][i].to_f64())
+                    + 0.02 * libm::fabs(result.parameters[i].to_f64());
                 if self.free[i] && deviation > 0.0 {
                     N::from_f64(noise / (deviation * self.scale[i]))
                 } else {
@@ -179,7 +179,7 @@ impl<N: Number> Fitter<N> {
         &self,
         fit: &mut Fit<N>,
         record: &Record<N, W>,
-    ) -> Option<Option<Found<N>>> {
+    ) -> Option<Option<FitResult<N>>> {
         if fit.next < fit.blocks {
             if let Some(block) = record.get(fit.next) {
                 match fit.stage {
@@ -245,7 +245,7 @@ impl<N: Number> Fitter<N> {
                 let last = guesses + Self::LADDER.len() as u32;
                 let next = start + 1;
                 if next >= last || (explained && next >= guesses) {
-                    return Some(self.found(fit));
+                    return Some(self.result(fit));
                 }
                 fit.stage = Stage::From(next);
                 self.begin_start(fit, next);

@@ -5,9 +5,9 @@
 //! background's [`Fits`] collect them in a record of their own and fit to it.
 
 mod block;
+mod fit_result;
 mod fits;
 mod fitter;
-mod found;
 mod pass;
 mod record;
 mod recorder;
@@ -17,9 +17,9 @@ mod trial;
 
 pub(crate) use block::Blocking;
 pub use block::NumberedBlock;
+pub(crate) use fit_result::FitResult;
 pub(crate) use fits::{Ended, Fits};
 pub(crate) use fitter::{Fitter, FitterConfig, Prior};
-pub(crate) use found::Found;
 pub(crate) use recorder::Recorder;
 
 /// The unknowns of a fit: a, b, c, d, then the model's position and velocity at the start.

@@ -37,23 +37,23 @@ where
     S: ParameterSet<P>,
 {
     /// The recursion from what a fit has found.
-    fn recursion(&self, found: &Explained<N, P>, velocity: N) -> Recursion<N, P> {
-        let omega = self.bandwidth_of(found);
-        let x = ModelParameters::of_set::<S, P>(&found.estimates).x;
+    fn recursion(&self, result: &Explained<N, P>, velocity: N) -> Recursion<N, P> {
+        let omega = self.bandwidth_of(result);
+        let x = ModelParameters::of_set::<S, P>(&result.estimates).x;
         Recursion {
             model: ListeningModel::alongside(velocity),
             tangents: Tangents::NONE,
-            law: self.law.start_from(&found.estimates, found.covariance),
+            law: self.law.start_from(&result.estimates, result.covariance),
             response: self.step.step.response(x),
-            omega: if self.bandwidth.is_none() && found.unexplained > self.bounded {
+            omega: if self.bandwidth.is_none() && result.unexplained > self.bounded {
                 self.widest
             } else {
                 omega
             },
             measured: omega,
             quick: self.first,
-            scale: found.acceleration,
-            suspicion: self.load_step.start(found.unexplained),
+            scale: result.acceleration,
+            suspicion: self.load_step.start(result.unexplained),
             mean_square: N::ZERO,
             trusted_load: N::ZERO,
             last_move: N::ZERO,
@@ -69,9 +69,9 @@ where
         }
     }
 
-    fn bandwidth_of(&self, found: &Explained<N, P>) -> N {
+    fn bandwidth_of(&self, result: &Explained<N, P>) -> N {
         self.bandwidth.unwrap_or_else(|| {
-            (N::from_f64(Self::BANDWIDTH) * found.bandwidth).limited(self.slowest, self.fastest)
+            (N::from_f64(Self::BANDWIDTH) * result.bandwidth).limited(self.slowest, self.fastest)
         })
     }
 
@@ -88,9 +88,9 @@ where
         let mut event = Event::None;
         if let Some(fitted) = state.fitted.take() {
             match &fitted.explained {
-                Some(found) if self.is_due(state, found) => {
-                    state.recursion = self.recursion(found, state.recorder.velocity());
-                    state.usual = found.unexplained;
+                Some(result) if self.is_due(state, result) => {
+                    state.recursion = self.recursion(result, state.recorder.velocity());
+                    state.usual = result.unexplained;
                     state.recording = false;
                     let _ = self.run(&mut state.recursion, N::ZERO, command);
                     return Seen {
@@ -123,21 +123,21 @@ where
 
     /// Whether the recursion is to begin from what a fit found: there is none yet, or it has gone
     /// astray.
-    fn is_due(&self, state: &GaussNewtonRecursionState<N, P>, found: &Explained<N, P>) -> bool {
-        state.recursion.mode == Mode::Recording || self.corrects(state, found)
+    fn is_due(&self, state: &GaussNewtonRecursionState<N, P>, result: &Explained<N, P>) -> bool {
+        state.recursion.mode == Mode::Recording || self.corrects(state, result)
     }
 
     /// Whether a new fit shows that the estimates have gone astray: it explains the servo, or at least
     /// twice as much as the fit before. One over a motion one way sees half of the friction, and always
     /// explains that better than the estimates explain all that they have seen: it must find another b.
-    fn corrects(&self, state: &GaussNewtonRecursionState<N, P>, found: &Explained<N, P>) -> bool {
+    fn corrects(&self, state: &GaussNewtonRecursionState<N, P>, result: &Explained<N, P>) -> bool {
         /// The part of b by which it is another.
         const APART: f64 = 0.2;
         let gain_of = |estimates: &[N; P]| ModelParameters::of_set::<S, P>(estimates).gain;
-        let better = found.unexplained < self.unexplained
-            || found.unexplained + found.unexplained < state.usual;
+        let better = result.unexplained < self.unexplained
+            || result.unexplained + result.unexplained < state.usual;
         let gain = gain_of(&state.recursion.law.estimates());
-        let apart = (gain_of(&found.estimates) - gain).magnitude() > N::from_f64(APART) * gain;
-        better && (apart || !found.one_way)
+        let apart = (gain_of(&result.estimates) - gain).magnitude() > N::from_f64(APART) * gain;
+        better && (apart || !result.one_way)
     }
 }

@@ -1,7 +1,7 @@
 use core::marker::PhantomData;
 
 use super::super::IdentifierError;
-use super::super::fit::{Ended, Fits, Fitter, Found, NumberedBlock};
+use super::super::fit::{Ended, FitResult, Fits, Fitter, NumberedBlock};
 use super::super::halves::FitBlocks;
 use super::super::settings::{Listening, place};
 use super::GaussNewtonRecursion;
@@ -55,31 +55,31 @@ where
 {
     /// Whether a recursion can begin with what a fit found. A motion to and fro is worth waiting for: it
     /// tells friction from load.
-    fn is_good(found: &Found<N>, full: bool) -> bool {
+    fn is_good(result: &FitResult<N>, full: bool) -> bool {
         if full {
-            found.is_good(0.2)
+            result.is_good(0.2)
         } else {
-            found.is_good(0.03) && found.only_direction == N::ZERO
+            result.is_good(0.03) && result.only_direction == N::ZERO
         }
     }
 
     /// What a fit found, with its covariance in factors.
-    fn explained(&self, found: &Found<N>) -> Explained<N, P> {
+    fn explained(&self, result: &FitResult<N>) -> Explained<N, P> {
         /// The fit's covariance counts this many times: it was found far from the truth, and not
         /// from white noise.
         const DOUBT: f64 = 4.0;
         let places = S::PARAMETERS.map(place);
-        let scale = found.acceleration.to_f64();
+        let scale = result.acceleration.to_f64();
         // Of a motion in one direction only d − c sign(q̇) is known, not which of the two it is.
         let ambiguity = |i: usize| match S::PARAMETERS[i] {
             Parameter::Coulomb => scale * 0.5,
-            Parameter::Load => scale * 0.5 * found.only_direction.to_f64(),
+            Parameter::Load => scale * 0.5 * result.only_direction.to_f64(),
             Parameter::A | Parameter::B => 0.0,
         };
-        let one_way = found.only_direction != N::ZERO;
+        let one_way = result.only_direction != N::ZERO;
         let covariance: [[f64; P]; P] = core::array::from_fn(|i| {
             core::array::from_fn(|j| {
-                let known = DOUBT * found.covariance[places[i]][places[j]].to_f64();
+                let known = DOUBT * result.covariance[places[i]][places[j]].to_f64();
                 if S::HAS_COULOMB && one_way && self.free[i] && self.free[j] {
                     known + ambiguity(i) * ambiguity(j)
                 } else {
@@ -88,11 +88,11 @@ where
             })
         });
         Explained {
-            estimates: places.map(|i| found.parameters[i]),
+            estimates: places.map(|i| result.parameters[i]),
             covariance: Factors::of(&covariance),
-            unexplained: found.unexplained,
-            bandwidth: found.bandwidth,
-            acceleration: found.acceleration,
+            unexplained: result.unexplained,
+            bandwidth: result.bandwidth,
+            acceleration: result.acceleration,
             one_way,
         }
     }
@@ -135,12 +135,12 @@ where
             }
             state.fits.begin(&self.fitter, self.fitter.given());
         }
-        let Ended { found, last, full } = state.fits.go_on(&self.fitter, budget)?;
-        if let Some(found) = found.filter(|found| Self::is_good(found, full)) {
+        let Ended { result, last, full } = state.fits.go_on(&self.fitter, budget)?;
+        if let Some(result) = result.filter(|result| Self::is_good(result, full)) {
             self.begin_anew(state);
             return Some(GaussNewtonFitted {
                 last,
-                explained: Some(self.explained(&found)),
+                explained: Some(self.explained(&result)),
             });
         }
         state.failures = state.failures.saturating_add(u32::from(full));

@@ -1,7 +1,7 @@
 use core::marker::PhantomData;
 
 use super::super::IdentifierError;
-use super::super::fit::{Fits, Fitter, Found, NumberedBlock, Prior};
+use super::super::fit::{FitResult, Fits, Fitter, NumberedBlock, Prior};
 use super::super::halves::FitBlocks;
 use super::super::settings::Listening;
 use super::recorder::{Explained, WindowFitted};
@@ -22,7 +22,7 @@ pub struct WindowFitter<N, S, const P: usize, const W: usize = 256> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WindowFitterState<N, const W: usize = 256> {
     fits: Fits<N, W>,
-    found: Option<Found<N>>,
+    result: Option<FitResult<N>>,
 }
 
 impl<N, S, const P: usize, const W: usize> FromSettings for WindowFitter<N, S, P, W>
@@ -68,23 +68,23 @@ where
     }
 
     fn prior(&self, state: &WindowFitterState<N, W>) -> Prior<N> {
-        match &state.found {
-            Some(found) => self.fitter.known_from(found),
+        match &state.result {
+            Some(result) => self.fitter.known_from(result),
             None => self.fitter.given(),
         }
     }
 }
 
 impl<N: Number> Explained<N> {
-    fn of(found: &Found<N>) -> Self {
+    fn of(result: &FitResult<N>) -> Self {
         Self {
-            parameters: found.parameters,
+            parameters: result.parameters,
             deviations: core::array::from_fn(|i| {
-                N::from_f64(libm::sqrt(found.covariance[i][i].to_f64()))
+                N::from_f64(libm::sqrt(result.covariance[i][i].to_f64()))
             }),
-            at_bound: found.at_bound,
-            unexplained: found.unexplained,
-            output_error: found.output_error,
+            at_bound: result.at_bound,
+            unexplained: result.unexplained,
+            output_error: result.output_error,
         }
     }
 }
@@ -100,7 +100,7 @@ where
     fn start(&self) -> Self::State {
         WindowFitterState {
             fits: Fits::none(),
-            found: None,
+            result: None,
         }
     }
 
@@ -123,14 +123,14 @@ where
             state.fits.begin(&self.fitter, prior);
         }
         let ended = state.fits.go_on(&self.fitter, budget)?;
-        let found = ended.found?;
-        let good = found.is_good(Self::UNCERTAIN);
+        let result = ended.result?;
+        let good = result.is_good(Self::UNCERTAIN);
         if good {
-            state.found = Some(found);
+            state.result = Some(result);
         }
         (good || ended.full).then(|| WindowFitted {
             last: ended.last,
-            explained: good.then(|| Explained::of(&found)),
+            explained: good.then(|| Explained::of(&result)),
         })
     }
 }

@@ -5,9 +5,9 @@ use core::cell::Cell;
 use cortex_m::interrupt::{Mutex, free};
 
 /// A place to hand something over once.
-pub struct Handed<T>(Mutex<Cell<Option<T>>>);
+pub struct HandOff<T>(Mutex<Cell<Option<T>>>);
 
-impl<T> Handed<T> {
+impl<T> HandOff<T> {
     /// Empty.
     #[must_use]
     pub const fn new() -> Self {
@@ -25,7 +25,7 @@ impl<T> Handed<T> {
     }
 }
 
-impl<T> Default for Handed<T> {
+impl<T> Default for HandOff<T> {
     fn default() -> Self {
         Self::new()
     }

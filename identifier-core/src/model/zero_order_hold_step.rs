@@ -13,7 +13,7 @@ use crate::number::Number;
 /// 10⁻⁸ for |xτ| ≤ 0.2 and 10⁻⁶ at the limit 0.5; in single precision after the fourth, which is below
 /// its rounding for |xτ| ≤ 0.15 and 2·10⁻⁵ at the limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HeldStep<N> {
+pub struct ZeroOrderHoldStep<N> {
     coefficients: [N; 6],
 }
 
@@ -55,7 +55,7 @@ impl<N: Number> Response<N> {
     }
 }
 
-impl<N: Number> HeldStep<N> {
+impl<N: Number> ZeroOrderHoldStep<N> {
     /// The largest |a T| that the series is meant for.
     pub const LARGEST_RATE: f64 = 0.5;
 
@@ -104,7 +104,7 @@ impl<N: Number> HeldStep<N> {
     }
 }
 
-impl<N: Number> Default for HeldStep<N> {
+impl<N: Number> Default for ZeroOrderHoldStep<N> {
     fn default() -> Self {
         Self::new()
     }
@@ -122,7 +122,7 @@ mod tests {
             drive in -10.0_f64..10.0,
             velocity in -10.0_f64..10.0,
         ) {
-            let motion = HeldStep::<f64>::new().process(x, drive, velocity);
+            let motion = ZeroOrderHoldStep::<f64>::new().process(x, drive, velocity);
             let decayed = libm::exp(-x);
             let h1 = -libm::expm1(-x) / x;
             let h2 = (1.0 - h1) / x;
@@ -138,7 +138,7 @@ mod tests {
             velocity in -1.0_f64..1.0,
             part in 0.01_f64..0.99,
         ) {
-            let step = HeldStep::<f64>::new();
+            let step = ZeroOrderHoldStep::<f64>::new();
             let advance = |velocity: f64, part: f64| {
                 let response = step.partial_response(x, part);
                 let acceleration = drive - x * velocity;
@@ -157,9 +157,9 @@ mod tests {
 
     #[test]
     fn error_at_the_largest_rate_is_as_documented() {
-        let x = HeldStep::<f64>::LARGEST_RATE;
+        let x = ZeroOrderHoldStep::<f64>::LARGEST_RATE;
         let exact = (x - 1.0 + libm::exp(-x)) / (x * x);
-        let motion = HeldStep::<f64>::new().process(x, 1.0, 0.0);
+        let motion = ZeroOrderHoldStep::<f64>::new().process(x, 1.0, 0.0);
         assert!((motion.increment / exact - 1.0).abs() < 1e-6);
     }
 }

@@ -4,7 +4,7 @@ use crate::number::Number;
 
 /// What a fit found, machine units of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Found<N> {
+pub(crate) struct FitResult<N> {
     /// a, b, c, d.
     pub(crate) parameters: [N; 4],
     pub(crate) covariance: [[N; 4]; 4],
@@ -28,7 +28,7 @@ pub(crate) struct Found<N> {
     noise: N,
 }
 
-impl<N: Number> Found<N> {
+impl<N: Number> FitResult<N> {
     /// Whether a recursion can go on from it: the motion is explained, and b is known within a part
     /// `most` of itself.
     pub(crate) fn is_good(&self, most: f64) -> bool {
@@ -46,7 +46,7 @@ impl<N: Number> Found<N> {
 }
 
 impl<N: Number> Fitter<N> {
-    pub(super) fn found(&self, fit: &Fit<N>) -> Option<Found<N>> {
+    pub(super) fn result(&self, fit: &Fit<N>) -> Option<FitResult<N>> {
         /// The largest correlation from block to block that can be told from one.
         const MOST_CORRELATED: f64 = 0.999;
         let best = fit.best.as_ref()?;
@@ -73,7 +73,7 @@ impl<N: Number> Fitter<N> {
         } else {
             0.0
         };
-        Some(Found {
+        Some(FitResult {
             parameters: core::array::from_fn(|i| N::from_f64(best.unknowns[i].to_f64() * per[i])),
             covariance: core::array::from_fn(|i| {
                 core::array::from_fn(|j| {
