@@ -1,4 +1,4 @@
-//! What a constructor or a step answers when it cannot do what it was asked.
+//! Errors of constructors and of samples.
 
 use core::fmt;
 
@@ -107,8 +107,8 @@ pub enum StepError {
     ErrorNotFinite,
     /// Setpoint and position are further apart than the number format counts exactly.
     TooFarApart,
-    /// The position has moved since the last sample by what is no number, further than the number
-    /// format counts exactly, or faster than the servo is said to be able to.
+    /// The increment since the last sample is NaN, larger than the number format counts exactly, or
+    /// faster than `max_speed`.
     CountJumped,
     /// The command that acted is NaN, infinite, or beyond what the number format computes with.
     CommandNotFinite,

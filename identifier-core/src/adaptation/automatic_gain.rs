@@ -7,15 +7,15 @@ use crate::parameters::{Parameter, ParameterSet};
 use crate::stability::PlantBox;
 use crate::units::Units;
 
-/// Γ for users who have none: from the box, the excitation and the sample time.
+/// The automatic Γ: from the box, the excitation and the sample time.
 ///
-/// The reference is played to the sampled loop around each corner servo of the box, and the second
-/// moments of the regressor (9) are taken, E q̇² and E u². From these:
+/// The sampled loop around each corner servo of the box is simulated with the reference, and the
+/// second moments of the regressor (9) are taken, E q̇² and E u². From these:
 ///
 /// - **Ratio.** (11) moves an estimate at a rate proportional to Γᵢᵢ E φᵢ². Equal rates ask for
 ///   Γ_a/Γ_b = E u²/E q̇², and Γ_c/Γ_b = E u² for friction and load; the smallest such ratio of the
-///   corners is taken, since a Γ_a too large beside Γ_b is what lets â swing (one too small for one
-///   servo only takes longer).
+///   corners is taken, since a Γ_a too large in proportion to Γ_b makes â oscillate (one too small
+///   only makes it slower).
 /// - **Size.** The guard allows T φᵀΓφ up to ρ α_min. Γ is sized so that the *mean* of T φᵀΓφ
 ///   reaches [`AutomaticGain::STRENGTH`] times that bound at the corner where it is smallest: the
 ///   guard then sets the pace in the transients, where the information is.
@@ -27,7 +27,7 @@ pub struct AutomaticGain {
     pub plant_box: PlantBox,
     /// The derivative gain k_d, for the smallest α.
     pub kd: f64,
-    /// Samples of the reference that are played at each corner.
+    /// Samples that are simulated at each corner.
     pub samples: u32,
 }
 
