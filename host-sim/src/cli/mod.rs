@@ -13,9 +13,12 @@ mod compare;
 mod drift;
 mod drive;
 mod fault;
+mod interruption;
 mod output;
+mod output_file;
 mod paper;
 mod pil;
+mod place;
 mod replay;
 mod run;
 mod sweep;
@@ -60,6 +63,7 @@ pub fn main() -> ExitCode {
     let verb = Arguments::parse()
         .verb
         .unwrap_or_else(|| Verb::Paper(paper::Arguments::default()));
+    interruption::handle();
     let done = match verb {
         Verb::Paper(arguments) => paper::run(&arguments),
         Verb::Run(arguments) => run::run(&arguments),

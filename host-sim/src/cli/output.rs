@@ -1,12 +1,12 @@
 //! Files that a verb writes.
 
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
 use super::fault::Fault;
+use super::output_file::PendingFile;
 use crate::experiment::Sample;
 use crate::replay::Agreement;
 use crate::report::json::Document;
@@ -127,11 +127,16 @@ fn text(path: &Path, document: &impl Serialize) -> Result<String, Fault> {
 /// Writes a document as JSON to a file.
 pub(super) fn json(path: &Path, document: &impl Serialize) -> Result<(), Fault> {
     let text = text(path, document)? + "\n";
-    std::fs::write(path, text).map_err(|error| Fault::unwritable(path, error))
+    let unwritable = |error| Fault::unwritable(path, error);
+    let mut file = PendingFile::create(path).map_err(unwritable)?;
+    file.write_all(text.as_bytes()).map_err(unwritable)?;
+    file.commit().map_err(unwritable)
 }
 
 /// Writes a trace as CSV.
 pub(super) fn csv(path: &Path, trace: &[Sample]) -> Result<(), Fault> {
-    let file = File::create(path).map_err(|error| Fault::unwritable(path, error))?;
-    report::csv::write(BufWriter::new(file), trace).map_err(|error| Fault::unwritable(path, error))
+    let mut file = PendingFile::create(path).map_err(|error| Fault::unwritable(path, error))?;
+    report::csv::write(&mut file, trace).map_err(|error| Fault::unwritable(path, error))?;
+    file.commit()
+        .map_err(|error| Fault::unwritable(path, error))
 }

@@ -1,13 +1,12 @@
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::fault::Fault;
-use super::output;
+use super::{interruption, output};
 use crate::report::{distribution, plot};
 use crate::scenario::{Purpose, Scenario, keys};
 use crate::sweep::{self, Distribution};
@@ -48,10 +47,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
             .build_global()
             .map_err(|error| Fault::Other(format!("no {threads} threads: {error}")))?;
     }
-    let stop = Arc::new(AtomicBool::new(false));
-    let stopper = Arc::clone(&stop);
-    ctrlc::set_handler(move || stopper.store(true, Ordering::Relaxed))
-        .map_err(|error| Fault::Other(format!("Ctrl-C cannot be caught: {error}")))?;
+    let stop = interruption::asks_first();
     // Shown on a terminal alone.
     let bar = ProgressBar::new(u64::from(arguments.runs));
     if let Ok(style) = ProgressStyle::with_template(
@@ -59,7 +55,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     ) {
         bar.set_style(style);
     }
-    let runs = sweep::sweep(&scenario, arguments.runs, arguments.seed, &stop, &|| {
+    let runs = sweep::sweep(&scenario, arguments.runs, arguments.seed, stop, &|| {
         bar.inc(1)
     })
     .map_err(Fault::Input)?;
