@@ -8,6 +8,7 @@ use tempfile::{Builder, NamedTempFile};
 
 use super::interruption;
 use super::place::Place;
+use super::standard_output::UntilClosed;
 
 /// A file that is written beside its place and renamed when it is whole. One that is dropped leaves
 /// nothing, and so does a program that is interrupted.
@@ -30,14 +31,6 @@ enum Destination {
 }
 
 impl PendingFile {
-    /// Begins a file that takes the place of any other of its name.
-    ///
-    /// # Errors
-    /// If nothing can be written there.
-    pub(super) fn create(name: &Path) -> io::Result<Self> {
-        Self::at(Place::of(name)?, true)
-    }
-
     /// Begins a file at a place. Unless it may `replace` another, one that has come to be there until
     /// [`commit`](Self::commit) is an error then.
     ///
@@ -121,26 +114,6 @@ impl Write for Destination {
             Self::StandardOutput(out) => out.flush(),
             Self::Device(out) => out.flush(),
             Self::Beside { temporary, .. } => temporary.flush(),
-        }
-    }
-}
-
-/// A writer whose reader may go away.
-#[derive(Debug)]
-pub(super) struct UntilClosed<W>(pub(super) W);
-
-impl<W: Write> Write for UntilClosed<W> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        match self.0.write(bytes) {
-            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(bytes.len()),
-            done => done,
-        }
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        match self.0.flush() {
-            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-            done => done,
         }
     }
 }

@@ -27,15 +27,19 @@ pub(super) enum Place {
 }
 
 impl Place {
+    /// Whether a name is one of standard output.
+    pub(super) fn is_standard_output(name: &Path) -> bool {
+        STANDARD_OUTPUT
+            .iter()
+            .any(|other| name.as_os_str() == *other)
+    }
+
     /// Follows a name.
     ///
     /// # Errors
     /// If it is a folder's, its folder is missing or closed, or its links go in circles.
     pub(super) fn of(name: &Path) -> io::Result<Self> {
-        if STANDARD_OUTPUT
-            .iter()
-            .any(|other| name.as_os_str() == *other)
-        {
+        if Self::is_standard_output(name) {
             return Ok(Self::StandardOutput);
         }
         match fs::metadata(name) {
