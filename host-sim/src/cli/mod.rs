@@ -13,6 +13,7 @@ mod compare;
 mod drift;
 mod drive;
 mod fault;
+mod keys;
 mod output;
 mod paper;
 mod pil;
@@ -52,6 +53,8 @@ enum Verb {
     Drive(drive::Arguments),
     /// Run many random servos: the distribution of the errors.
     Sweep(sweep::Arguments),
+    /// List the keys of a scenario: what each is, what it may hold, what holds without it.
+    Keys(keys::Arguments),
 }
 
 /// Parses the command line, does what it says and answers with the exit status.
@@ -69,6 +72,7 @@ pub fn main() -> ExitCode {
         Verb::Pil(arguments) => pil::run(&arguments),
         Verb::Drive(arguments) => drive::run(&arguments),
         Verb::Sweep(arguments) => sweep::run(&arguments),
+        Verb::Keys(arguments) => keys::run(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
