@@ -355,9 +355,13 @@ fn verdict(
     outcome: &Outcome,
 ) -> (Status, String) {
     if let Some(abort) = &outcome.abort {
+        let cause = match scenario.unstable_loop() {
+            Some(unstable) => unstable.to_string(),
+            None => abort.error.to_string(),
+        };
         return (
             Status::Aborted,
-            format!("aborted after {:.3} s: {}", abort.time, abort.error),
+            format!("aborted after {:.3} s: {cause}", abort.time),
         );
     }
     if estimates.iter().any(|estimate| !estimate.last.is_finite()) {

@@ -3,6 +3,7 @@
 use identifier_core::error::Allowed;
 
 use super::error::Fault;
+use super::key::Key;
 use super::law::Law;
 use super::{Arithmetic, Baseline, BaselineSettings, Purpose, Scenario};
 
@@ -31,7 +32,8 @@ pub(super) fn complete(mut scenario: Scenario, purpose: Purpose) -> Result<Scena
     }
     match purpose {
         Purpose::Run if scenario.plant.is_none() => {
-            Err(Fault::new("plant", "a run needs the true servo"))
+            let about = Key::of("plant").map_or("", |key| key.about);
+            Err(Fault::new("plant", format!("a run needs {about}")))
         }
         Purpose::Run => {
             let scenario = scenario.in_own_loop();

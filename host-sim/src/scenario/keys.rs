@@ -20,7 +20,7 @@ use super::key::Absent::{Begins, First, Follows, Is, Required};
 use super::key::Holds::{
     Choice as OneOf, Column, Limit, Matrix, Number, Numbers, Pair, Parameters, Table, Whole,
 };
-use super::key::Range::{BelowNyquist, EvenSamples, Fixed, HalfRadian, Samples};
+use super::key::Range::{BelowNyquist, EvenSamples, Fixed, HalfRadian, Lasting, Samples};
 use super::key::When::{Always, InRun, Stated};
 use super::key::{Choice, Key, Range};
 use super::{
@@ -204,8 +204,8 @@ keys! {
 "identifier.block": Number(POSITIVE, |s, v| rival(s, |own| own.block = v)), Is(TYPICAL.block), "s", "sample time of the model";
 
 "run": Table(Always), Follows("60 s"), "", "the simulated experiment";
-"run.duration": Number(POSITIVE, |s, v| s.duration = v), Is(60.0), "s",
-    "length of the run, at least one and at most 1e10 control samples";
+"run.duration": Number(Lasting, |s, v| s.duration = v), Is(60.0), "s",
+    "length of the run";
 
 "compare": Table(Always), Follows("as below"), "", "what the cases of a comparison are made of";
 "compare.load": Number(ANY, |s, v| s.compare.load = Some(v)), Follows("0.08 of plant.b"), "rad/s²", "the load";

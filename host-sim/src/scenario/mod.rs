@@ -17,6 +17,7 @@ mod reference;
 pub mod schema;
 mod set;
 mod source;
+mod stability;
 mod types;
 
 pub use error::ScenarioError;

@@ -30,13 +30,17 @@ fn table(path: &str) -> Value {
         }
         conditions.extend(conditions_of(key));
     }
-    json!({
+    let mut table = json!({
         "type": "object",
         "properties": properties,
         "required": required,
-        "allOf": conditions,
         "additionalProperties": false,
-    })
+    });
+    // An empty list of schemas is no schema.
+    if !conditions.is_empty() {
+        table["allOf"] = json!(conditions);
+    }
+    table
 }
 
 /// What each choice of a key asks of the keys beside it.
@@ -92,7 +96,10 @@ fn property(key: &Key) -> Value {
             list(json!({ "anyOf": [any(), list(any(), 4)] }), 4)
         }
     };
-    property["description"] = json!(key.description());
+    property["description"] = json!(match key.unit {
+        "" => key.description(),
+        unit => format!("{}, {unit}", key.description()),
+    });
     match (key.absent, key.choices()) {
         (Absent::Is(value) | Absent::Begins(value), _) => property["default"] = json!(value),
         (Absent::First, [first, ..]) => property["default"] = json!(first.name),
@@ -172,6 +179,10 @@ mod tests {
         };
         let each = |schemas: &Value| -> Vec<bool> {
             let schemas = schemas.as_array().expect("a list of schemas");
+            assert!(
+                !schemas.is_empty(),
+                "no schema: draft 2020-12 asks for one at least"
+            );
             schemas.iter().map(|schema| valid(schema, value)).collect()
         };
         let number = |word: &Value| word.as_f64().expect("a number");
