@@ -1,9 +1,10 @@
 //! Why the sampled model loop must be the sampled real loop: the textbook's discretisation beside
 //! the matched one, and the core beside an independent statement of its equations.
 
-use host_sim::experiment::{self, Sample};
+use host_sim::experiment::Sample;
 use host_sim::paper::{self, Case, Method, NOMINAL_A, NOMINAL_B};
 use host_sim::scenario::Arithmetic;
+use host_sim::simulate;
 use identifier_core::excitation::{BandLimitedWhiteNoise, Excitation};
 use identifier_core::units::Units;
 use integration_tests::{parse, servo};
@@ -129,7 +130,7 @@ fn the_core_computes_the_papers_equations() {
         scenario.identifier.arithmetic = Arithmetic::F64;
         scenario.duration = 20.0;
         let mut samples: Vec<Sample> = Vec::new();
-        experiment::run(&scenario, &mut |sample| samples.push(*sample));
+        simulate::run(&scenario, &mut |sample| samples.push(*sample)).expect("valid");
         let reference = identify(Discretisation::Matched, load, 20.0);
         assert_eq!(samples.len(), reference.len());
         for (sample, [a, b]) in samples.iter().zip(reference) {

@@ -1,8 +1,8 @@
 //! The windowed law: it knows the servo after a wiggle, its work can be cut into any slices, and the
 //! recursive law never leaves what its own first fit has found.
 
-use host_sim::experiment;
 use host_sim::scenario::{ExcitationSettings, Scenario};
+use host_sim::simulate;
 use identifier_core::control::{ControlState, Controller};
 use identifier_core::excitation::{BandLimitedWhiteNoise, BandLimitedWhiteNoiseState, Excitation};
 use identifier_core::identifier::{GaussNewtonIdentifier, Identify, WindowIdentifier};
@@ -51,14 +51,15 @@ fn scenarios(arithmetic: &str) -> Vec<Scenario> {
 fn worst_from(scenario: &Scenario, time: f64) -> (f64, f64, f64) {
     let truth = scenario.plant.expect("a run has a plant");
     let (mut b, mut load, mut a) = (0.0_f64, 0.0_f64, 0.0_f64);
-    experiment::run(scenario, &mut |sample| {
+    simulate::run(scenario, &mut |sample| {
         let found = &sample.estimates;
         if sample.time >= time {
             b = b.max((found.b / truth.b - 1.0).abs());
             load = load.max((found.load - truth.load).abs());
             a = a.max((found.a - truth.a).abs());
         }
-    });
+    })
+    .expect("a valid scenario");
     (b, load, a)
 }
 

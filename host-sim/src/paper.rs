@@ -1,9 +1,10 @@
 //! The paper's experiment (Miranda, Garrido and Bortoni, section IV): both methods, with the
 //! amplifier balanced and unbalanced.
 
-use crate::experiment::{self, Sample};
+use crate::experiment::Sample;
 use crate::report::{Summariser, Summary};
-use crate::scenario::{Purpose, Scenario};
+use crate::scenario::{Fault, Purpose, Scenario};
+use crate::simulate;
 
 /// The paper's nominal a, 1/s.
 pub const NOMINAL_A: f64 = 0.2174;
@@ -98,29 +99,30 @@ pub fn scenario(method: Method, case: Case) -> Scenario {
 }
 
 /// All four, in the order of Fig. 03.
-#[must_use]
-pub fn experiment() -> [Run; 4] {
-    [
-        (Method::Proposed, Case::Balanced),
-        (Method::LeastSquares, Case::Balanced),
-        (Method::Proposed, Case::Unbalanced),
-        (Method::LeastSquares, Case::Unbalanced),
-    ]
-    .map(|(method, case)| run(method, case))
+///
+/// # Errors
+/// As [`simulate::run`]; the tests see that there are none.
+pub fn experiment() -> Result<[Run; 4], Fault> {
+    Ok([
+        run(Method::Proposed, Case::Balanced)?,
+        run(Method::LeastSquares, Case::Balanced)?,
+        run(Method::Proposed, Case::Unbalanced)?,
+        run(Method::LeastSquares, Case::Unbalanced)?,
+    ])
 }
 
-fn run(method: Method, case: Case) -> Run {
+fn run(method: Method, case: Case) -> Result<Run, Fault> {
     let scenario = scenario(method, case);
     let mut summariser = Summariser::new(&scenario);
     let mut trace = Vec::new();
-    let outcome = experiment::run(&scenario, &mut |sample| {
+    let outcome = simulate::run(&scenario, &mut |sample| {
         summariser.add(sample);
         trace.push(*sample);
-    });
-    Run {
+    })?;
+    Ok(Run {
         method,
         case,
         summary: summariser.finish(&scenario, outcome),
         trace,
-    }
+    })
 }

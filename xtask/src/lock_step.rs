@@ -2,9 +2,10 @@
 
 use std::fmt::Debug;
 
-use host_sim::experiment::{self, Sample};
+use host_sim::experiment::Sample;
 use host_sim::pil;
 use host_sim::scenario::{Arithmetic, Purpose, Scenario};
+use host_sim::simulate;
 
 use crate::{emulator, firmware};
 
@@ -27,13 +28,14 @@ pub(crate) fn check() -> Result<(), String> {
         scenario.identifier.arithmetic = arithmetic;
         scenario.duration = duration;
         let mut expected: Vec<Sample> = Vec::new();
-        experiment::run(&scenario, &mut |sample| {
+        simulate::run(&scenario, &mut |sample| {
             expected.push(Sample {
                 // The chip tells no standard errors.
                 standard_errors: None,
                 ..*sample
             });
-        });
+        })
+        .map_err(|error| format!("{file}: {error}"))?;
         let mut found = Vec::with_capacity(expected.len());
         pil::run(&scenario, &mut port, &mut |sample| found.push(*sample))
             .map_err(|error| error.to_string())?;

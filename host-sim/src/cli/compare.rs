@@ -26,7 +26,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     if let Some(path) = &arguments.plot {
         plot::check_format(path)?;
     }
-    let compared = compare::compare(&scenario);
+    let compared = compare::compare(&scenario)
+        .map_err(|fault| Fault::Input(format!("{}: {fault}", arguments.scenario.display())))?;
     if let Some(path) = &arguments.plot {
         let methods = compared.methods.iter().map(|method| method.name);
         let cases = compared.cases.iter().map(|compared| compared.case.name);

@@ -30,7 +30,7 @@ impl Default for Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let out = &arguments.out;
     std::fs::create_dir_all(out).map_err(|error| Fault::unwritable(out, error))?;
-    let runs = paper::experiment();
+    let runs = paper::experiment().map_err(|fault| Fault::Other(fault.to_string()))?;
 
     say!(
         "{}",

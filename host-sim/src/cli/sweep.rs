@@ -62,7 +62,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let runs = sweep::sweep(&scenario, arguments.runs, arguments.seed, &stop, &|| {
         bar.inc(1)
     })
-    .map_err(Fault::Input)?;
+    .map_err(|fault| Fault::Input(format!("{}: {fault}", arguments.scenario.display())))?;
     bar.finish_and_clear();
 
     let result = Distribution::of(&runs);

@@ -49,7 +49,7 @@ impl std::error::Error for ScenarioError {}
 
 /// A fault of the contents, before it is known where in the file it stands.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Fault {
+pub struct Fault {
     pub(crate) key: String,
     pub(crate) fault: String,
 }
@@ -61,7 +61,7 @@ impl fmt::Display for Fault {
 }
 
 impl Fault {
-    pub(super) fn new(key: impl Into<String>, fault: impl fmt::Display) -> Self {
+    pub(crate) fn new(key: impl Into<String>, fault: impl fmt::Display) -> Self {
         Self {
             key: key.into(),
             fault: fault.to_string(),

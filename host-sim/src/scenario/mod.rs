@@ -7,8 +7,8 @@
 
 mod baselines;
 mod build;
+pub(crate) mod dispatch;
 mod error;
-pub(crate) mod fixed;
 pub mod keys;
 mod law;
 mod parts;
@@ -16,14 +16,12 @@ mod reference;
 mod set;
 mod source;
 pub mod tables;
-mod types;
 
-pub use error::ScenarioError;
+pub use error::{Fault, ScenarioError};
 pub use law::{Baseline, BaselineSettings, Closing, Law};
 pub(crate) use parts::place;
 pub use reference::{Reference, ReferenceState};
-pub use set::{ModelSet, WithSet};
-pub use types::{WithTypes, WithVelocity};
+pub use set::ModelSet;
 
 use std::path::Path;
 
