@@ -25,7 +25,9 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Replay)?;
-    arguments.outputs.check()?;
+    let results = arguments
+        .outputs
+        .begin(&[&arguments.scenario, &arguments.log])?;
     let Some(columns) = scenario.log.clone() else {
         return Err(Fault::Input("the scenario has no [log]".to_owned()));
     };
@@ -53,7 +55,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         }
         trace.push(*sample);
     })
-    .map_err(|error| Fault::Input(format!("{}: {error}", arguments.scenario.display())))?;
+    .map_err(|error| Fault::of_scenario(&arguments.scenario, error))?;
     let summary = summariser.finish(&scenario, replayed.outcome);
     let bridged = (log.bridged > 0).then(|| {
         format!(
@@ -65,7 +67,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         agreement: replayed.agreement,
         bridged,
     };
-    arguments
-        .outputs
-        .conclude(&scenario, summary, &trace, &notes)
+    results.conclude(&scenario, summary, &trace, &notes)
 }

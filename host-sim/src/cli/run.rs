@@ -17,7 +17,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
-    arguments.outputs.check()?;
+    let results = arguments.outputs.begin(&[&arguments.scenario])?;
 
     let mut summariser = Summariser::new(&scenario);
     let mut trace = Vec::new();
@@ -25,9 +25,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         summariser.add(sample);
         trace.push(*sample);
     })
-    .map_err(|fault| Fault::Input(format!("{}: {fault}", arguments.scenario.display())))?;
+    .map_err(|fault| Fault::of_scenario(&arguments.scenario, fault))?;
     let summary = summariser.finish(&scenario, outcome);
-    arguments
-        .outputs
-        .conclude(&scenario, summary, &trace, &Notes::default())
+    results.conclude(&scenario, summary, &trace, &Notes::default())
 }
