@@ -402,3 +402,17 @@ fn force_is_explained() {
         assert!(text.contains("--force"), "{verb}");
     }
 }
+
+#[test]
+fn a_file_that_comes_meanwhile_is_not_replaced() {
+    let folder = with_scenario("meanwhile", "1000.0");
+    let child = start(&folder, "run scenario.toml --json new");
+    wait_for_temporary(&folder);
+    fs::write(folder.join("new"), "precious").expect("written");
+    let output = child.wait_with_output().expect("it ends");
+    let told = standard_error(&output);
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert!(told.contains("a file of that name is there"), "{told}");
+    assert_eq!(fs::read(folder.join("new")).expect("there"), b"precious");
+    assert_eq!(names(&folder), ["new", "scenario.toml"]);
+}
