@@ -301,7 +301,7 @@ fn value_out_of_range_is_answered_with_line_key_value_and_range() {
             "sample_time = 0.1",
             "sample_time = 0.1005",
             "excitation.sample_time",
-            "from 0.1",
+            "a whole multiple of 0.001, such as 0.1 or 0.101",
         ),
         (
             "range-limit",

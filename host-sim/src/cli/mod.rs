@@ -6,6 +6,7 @@ mod drive;
 mod fault;
 mod files;
 mod interruption;
+mod keys;
 mod output;
 mod output_file;
 mod paper;
@@ -50,6 +51,8 @@ enum Verb {
     Drive(drive::Arguments),
     /// Run many random servos: the distribution of the errors.
     Sweep(sweep::Arguments),
+    /// List the keys of a scenario: what each is, what it may hold, what holds without it.
+    Keys(keys::Arguments),
 }
 
 /// Parses the command line, does what it says and answers with the exit status.
@@ -86,6 +89,7 @@ impl Arguments {
             Verb::Pil(arguments) => pil::run(&arguments),
             Verb::Drive(arguments) => drive::run(&arguments),
             Verb::Sweep(arguments) => sweep::run(&arguments),
+            Verb::Keys(arguments) => keys::run(&arguments),
         }
     }
 }
