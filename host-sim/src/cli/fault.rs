@@ -44,7 +44,7 @@ fn cannot_be_written(name: impl fmt::Display, error: &io::Error) -> String {
         ErrorKind::NotFound => "there is no such folder",
         ErrorKind::NotADirectory => "what should be its folder is a file",
         ErrorKind::PermissionDenied => "it is not permitted",
-        ErrorKind::AlreadyExists => "a file of that name has come to be meanwhile",
+        ErrorKind::AlreadyExists => "a file of that name is there",
         ErrorKind::StorageFull => "there is no room left",
         // Without the number that the system has for it.
         _ => told.split(" (os error").next().unwrap_or(&told),
