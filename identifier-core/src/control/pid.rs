@@ -71,12 +71,6 @@ impl<N: Number> Pid<N> {
     pub fn linear(&self, error: N, velocity: N) -> N {
         self.proportional * error - self.derivative * velocity
     }
-
-    /// The part of a command that an integral accounts for: ki ∑.
-    #[inline]
-    pub fn integral_command(&self, integral: N) -> N {
-        self.integral * integral
-    }
 }
 
 #[cfg(test)]
