@@ -7,8 +7,8 @@ use identifier_core::excitation::Excitation;
 use identifier_core::model::ServoParameters;
 use integration_tests::{in_parallel, parse, run, servo};
 
-const PAPER: &str = include_str!("../host-sim/scenarios/paper.toml");
-const RUBBING: &str = include_str!("../host-sim/scenarios/drift.toml");
+const PAPER: &str = include_str!("../../host-sim/scenarios/paper.toml");
+const RUBBING: &str = include_str!("../../host-sim/scenarios/drift.toml");
 
 /// Each format in a loop of its own.
 fn in_own_loops(text: &str) -> [Summary; 3] {
