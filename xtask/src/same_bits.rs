@@ -10,7 +10,7 @@ const SCENARIO: &str = "host-sim/scenarios/paper.toml";
 
 /// Runs the experiment on both.
 pub(crate) fn check() -> Result<(), String> {
-    firmware::build(&[])?;
+    firmware::build(&["virtual-servo"], &[])?;
     let on_chip = emulator::run(&firmware::path("virtual-servo"))?;
     for arithmetic in [Arithmetic::F32, Arithmetic::Fixed] {
         let expected = on_pc(arithmetic)?;

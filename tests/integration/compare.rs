@@ -6,7 +6,7 @@ use host_sim::scenario::{Baseline, Law, Scenario};
 use identifier_core::parameters::Parameter;
 use integration_tests::{controller, in_parallel, parse, run, servo};
 
-const BENCH: &str = include_str!("../host-sim/scenarios/compare.toml");
+const BENCH: &str = include_str!("../../host-sim/scenarios/compare.toml");
 
 /// The table of the README: a change in any method shows here.
 #[test]

@@ -1,17 +1,8 @@
-//! The windowed law: it knows the servo after a wiggle, its work can be cut into any slices, and the
-//! recursive law never leaves what its own first fit has found.
+//! The windowed law knows the servo after a wiggle.
 
 use host_sim::scenario::{ExcitationSettings, Scenario};
 use host_sim::simulate;
-use identifier_core::control::{ControlState, Controller};
-use identifier_core::excitation::{BandLimitedWhiteNoise, BandLimitedWhiteNoiseState, Excitation};
-use identifier_core::identifier::{GaussNewtonIdentifier, Identify, WindowIdentifier};
-use identifier_core::measurement::velocity::{LowPass, LowPassState};
-use identifier_core::model::ServoParameters;
-use identifier_core::parameters::AbLoad;
-use identifier_core::{ControllerSettings, Settings};
 use integration_tests::{Random, in_parallel, parse, servo};
-use virtual_servo::{Encoder, Plant};
 
 /// The paper's servo under 20 references and three loads, from b̂ far below and far above.
 fn scenarios(arithmetic: &str) -> Vec<Scenario> {
