@@ -21,7 +21,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
-    arguments.outputs.check()?;
+    let results = arguments.outputs.begin(&[&arguments.scenario])?;
     let fault = |error| match error {
         PilError::Scenario(fault) => {
             Fault::Input(format!("{}: {fault}", arguments.scenario.display()))
@@ -39,7 +39,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     })
     .map_err(fault)?;
     let summary = summariser.finish(&scenario, outcome);
-    arguments
-        .outputs
-        .conclude(&scenario, summary, &trace, &Notes::default())
+    results.conclude(&scenario, summary, &trace, &Notes::default())
 }

@@ -25,7 +25,9 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Replay)?;
-    arguments.outputs.check()?;
+    let results = arguments
+        .outputs
+        .begin(&[&arguments.scenario, &arguments.log])?;
     let Some(columns) = scenario.log.clone() else {
         return Err(Fault::Input("the scenario has no [log]".to_owned()));
     };
@@ -65,7 +67,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         agreement: replayed.agreement,
         bridged,
     };
-    arguments
-        .outputs
-        .conclude(&scenario, summary, &trace, &notes)
+    results.conclude(&scenario, summary, &trace, &notes)
 }

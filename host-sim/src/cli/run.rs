@@ -17,7 +17,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
-    arguments.outputs.check()?;
+    let results = arguments.outputs.begin(&[&arguments.scenario])?;
 
     let mut summariser = Summariser::new(&scenario);
     let mut trace = Vec::new();
@@ -26,7 +26,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         trace.push(*sample);
     });
     let summary = summariser.finish(&scenario, outcome);
-    arguments
-        .outputs
-        .conclude(&scenario, summary, &trace, &Notes::default())
+    results.conclude(&scenario, summary, &trace, &Notes::default())
 }
