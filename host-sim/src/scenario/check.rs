@@ -3,7 +3,6 @@
 use identifier_core::error::Allowed;
 
 use super::error::Fault;
-use super::key::Key;
 use super::law::Law;
 use super::{Arithmetic, Baseline, BaselineSettings, Purpose, Scenario};
 
@@ -17,8 +16,7 @@ const IDEAL_UNIT: f64 = 1e-5;
 pub(super) fn complete(mut scenario: Scenario, purpose: Purpose) -> Result<Scenario, Fault> {
     let unit = |counts| std::f64::consts::TAU / counts;
     scenario.stated.resolution = scenario.counts_per_rev.map_or(IDEAL_UNIT, unit);
-    let units = scenario.stated.units();
-    units.map_err(|error| scenario.fault(&error.into()))?;
+    scenario.checked_units()?;
     let sample_time = scenario.sample_time();
     Allowed::Within(sample_time, MOST_SAMPLES * sample_time)
         .check("duration", scenario.duration)
@@ -31,11 +29,8 @@ pub(super) fn complete(mut scenario: Scenario, purpose: Purpose) -> Result<Scena
         ));
     }
     match purpose {
-        Purpose::Run if scenario.plant.is_none() => {
-            let about = Key::of("plant").map_or("", |key| key.about);
-            Err(Fault::new("plant", format!("a run needs {about}")))
-        }
         Purpose::Run => {
+            scenario.servo()?;
             let scenario = scenario.in_own_loop();
             scenario.try_parts()?;
             Ok(scenario)

@@ -4,11 +4,11 @@ use identifier_core::Settings;
 use identifier_core::identifier::IdentifierError;
 use identifier_core::interval::Interval;
 use identifier_core::measurement::velocity::VelocityEstimate;
-use identifier_core::parameters::ParameterSet;
 use identifier_core::stability::PlantBox;
 use identifier_core::stability::sampled_loop::{self, SampledLoopError};
 
-use super::{Closing, Scenario, WithTypes};
+use super::dispatch::with_velocity;
+use super::{Closing, Scenario};
 
 impl Scenario {
     /// What is wrong with a loop that cannot hold its servo; none where it can, or where another than
@@ -20,29 +20,22 @@ impl Scenario {
         if matches!(closing, Closing::Relay | Closing::TwoDegreesOfFreedom) {
             return None;
         }
-        match self.with_types(Check(&self.stated, [servo.a, servo.b])) {
+        match with_velocity!(self, f64 => check(&self.stated, servo.a, servo.b)) {
             Err(IdentifierError::SampledLoop(error)) => Some(error),
             _ => None,
         }
     }
 }
 
-struct Check<'a>(&'a Settings, [f64; 2]);
-
-impl WithTypes<f64> for Check<'_> {
-    type Output = Result<(), IdentifierError>;
-
-    fn with<V, S, const P: usize>(self) -> Self::Output
-    where
-        V: VelocityEstimate<f64> + 'static,
-        S: ParameterSet<P> + 'static,
-    {
-        let Self(settings, [a, b]) = self;
-        let velocity: V = settings.build()?;
-        let servo = PlantBox::new(Interval::new("a", a, a)?, Interval::new("b", b, b)?)?;
-        let gains = settings.own_controller()?.gains()?;
-        let units = settings.units()?;
-        sampled_loop::check(&units, &gains, &velocity.transfer(), &servo)?;
-        Ok(())
-    }
+fn check<V: VelocityEstimate<f64>>(
+    settings: &Settings,
+    a: f64,
+    b: f64,
+) -> Result<(), IdentifierError> {
+    let velocity: V = settings.build()?;
+    let servo = PlantBox::new(Interval::new("a", a, a)?, Interval::new("b", b, b)?)?;
+    let gains = settings.own_controller()?.gains()?;
+    let units = settings.units()?;
+    sampled_loop::check(&units, &gains, &velocity.transfer(), &servo)?;
+    Ok(())
 }
