@@ -147,10 +147,8 @@ fn what_is_misspelt_is_answered_with_the_nearest_name() {
         &with(&format!("\"{long}\\u0007\" = 1")),
         &["s.toml:4: plant.xxxx"],
     );
-    assert!(
-        refusal(&with("zzzzzz = 1")).lines().count() == 2,
-        "nothing is like it"
-    );
+    let unlike = refusal(&with("zzzzzz = 1"));
+    assert!(!unlike.contains("did you mean"), "{unlike}");
 }
 
 #[test]
