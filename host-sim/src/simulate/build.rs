@@ -123,8 +123,7 @@ impl<N: Number> Method<N> {
         Ok(match self {
             Self::Listening(learner) => Simulation {
                 rig: Rig::of::<N>(scenario)?,
-                closed: with_velocity!(scenario, N => pid::<N>(settings, learner, 0))
-                    .map_err(|error| scenario.fault(&error))?,
+                closed: beside_pid(scenario, settings, learner, 0)?,
             },
             Self::Relay(method) => {
                 let mut rig = Rig::of::<N>(scenario)?;
@@ -167,6 +166,15 @@ fn listened_to<N: Number>(
     start: i32,
 ) -> Result<LocalLoop, Fault> {
     let learner = learner::<N>(scenario, settings)?;
+    beside_pid(scenario, settings, learner, start)
+}
+
+fn beside_pid<N: Number>(
+    scenario: &Scenario,
+    settings: &Settings,
+    learner: Box<dyn Learner<N>>,
+    start: i32,
+) -> Result<LocalLoop, Fault> {
     with_velocity!(scenario, N => pid::<N>(settings, learner, start))
         .map_err(|error| scenario.fault(&error))
 }
