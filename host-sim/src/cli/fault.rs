@@ -1,5 +1,6 @@
 use std::fmt;
 use std::io::{self, ErrorKind};
+use std::path::Path;
 use std::process::ExitCode;
 
 use crate::scenario::ScenarioError;
@@ -19,6 +20,11 @@ impl Fault {
             Self::Input(_) => ExitCode::from(2),
             Self::Other(_) => ExitCode::from(1),
         }
+    }
+
+    /// What cannot be built from a scenario that was read from a file.
+    pub(super) fn of_scenario(file: &Path, fault: impl fmt::Display) -> Self {
+        Self::Input(format!("{}: {fault}", file.display()))
     }
 
     /// A place that was asked for and where nothing can be written.
