@@ -81,7 +81,7 @@ fn random_scenario(random: &mut Random, excess: f64) -> Option<Scenario> {
     for entry in gamma.iter_mut().flatten() {
         *entry *= excess;
     }
-    scenario.is_buildable().then_some(scenario)
+    scenario.buildable().is_ok().then_some(scenario)
 }
 
 /// Runs `count` random scenarios with Γ excesses of a range.

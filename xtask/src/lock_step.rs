@@ -3,9 +3,10 @@
 use std::fmt::Debug;
 use std::thread;
 
-use host_sim::experiment::{self, Sample};
+use host_sim::experiment::Sample;
 use host_sim::pil;
 use host_sim::scenario::{Arithmetic, Purpose, Scenario};
+use host_sim::simulate;
 
 use crate::{emulator, firmware};
 
@@ -43,13 +44,14 @@ fn check_on_a_chip(cases: &[Case]) -> Result<(), String> {
         scenario.identifier.arithmetic = arithmetic;
         scenario.duration = duration;
         let mut expected: Vec<Sample> = Vec::new();
-        experiment::run(&scenario, &mut |sample| {
+        simulate::run(&scenario, &mut |sample| {
             expected.push(Sample {
                 // The chip tells no standard errors.
                 standard_errors: None,
                 ..*sample
             });
-        });
+        })
+        .map_err(|error| format!("{file}: {error}"))?;
         let mut found = Vec::with_capacity(expected.len());
         pil::run(&scenario, &mut port, &mut |sample| found.push(*sample))
             .map_err(|error| error.to_string())?;

@@ -55,7 +55,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         }
         trace.push(*sample);
     })
-    .map_err(|error| Fault::Input(format!("{}: {error}", arguments.scenario.display())))?;
+    .map_err(|error| Fault::of_scenario(&arguments.scenario, error))?;
     let summary = summariser.finish(&scenario, replayed.outcome);
     let bridged = (log.bridged > 0).then(|| {
         format!(

@@ -2,9 +2,9 @@ use std::path::PathBuf;
 
 use super::fault::Fault;
 use super::output::{Notes, Outputs};
-use crate::experiment;
 use crate::report::Summariser;
 use crate::scenario::{Purpose, Scenario, keys};
+use crate::simulate;
 
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
@@ -21,10 +21,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
 
     let mut summariser = Summariser::new(&scenario);
     let mut trace = Vec::new();
-    let outcome = experiment::run(&scenario, &mut |sample| {
+    let outcome = simulate::run(&scenario, &mut |sample| {
         summariser.add(sample);
         trace.push(*sample);
-    });
+    })
+    .map_err(|fault| Fault::of_scenario(&arguments.scenario, fault))?;
     let summary = summariser.finish(&scenario, outcome);
     results.conclude(&scenario, summary, &trace, &Notes::default())
 }

@@ -13,8 +13,10 @@ use super::agreement::Comparison;
 use super::log::Record;
 use super::recorded::RecordedReference;
 use super::{Agreement, Log};
-use crate::experiment::{Outcome, Sample, learner};
-use crate::scenario::{Arithmetic, Scenario, WithVelocity};
+use crate::experiment::{Outcome, Sample};
+use crate::scenario::dispatch::{with_number, with_velocity};
+use crate::scenario::{Fault, Scenario};
+use crate::simulate::learner;
 
 /// What a replay found.
 #[derive(Debug, Clone, PartialEq)]
@@ -90,16 +92,9 @@ pub fn replay(
         passes,
         observe,
     };
-    match scenario.identifier.arithmetic {
-        Arithmetic::F32 => scenario.velocity.with::<f32, _>(work),
-        Arithmetic::F64 | Arithmetic::Fixed => scenario.velocity.with::<f64, _>(work),
-    }
-    .map_err(|error| {
-        let fault = scenario.fault(&error);
-        ReplayError {
-            key: fault.key,
-            fault: fault.fault,
-        }
+    with_number!(scenario => in_number(work)).map_err(|fault| ReplayError {
+        key: fault.key,
+        fault: fault.fault,
     })
 }
 
@@ -110,30 +105,38 @@ struct Passes<'a> {
     observe: &'a mut dyn FnMut(&Sample),
 }
 
-impl<N: Number> WithVelocity<N> for Passes<'_> {
-    type Output = Result<Replayed, IdentifierError>;
+fn in_number<N: Number>(work: Passes<'_>) -> Result<Replayed, Fault> {
+    with_velocity!(work.scenario, N => run::<N>(work))
+}
 
-    fn with<V: VelocityEstimate<N> + 'static>(self) -> Self::Output {
+fn run<N: Number, V: VelocityEstimate<N>>(work: Passes<'_>) -> Result<Replayed, Fault> {
+    work.run::<N, V>()
+}
+
+impl Passes<'_> {
+    fn run<N: Number, V: VelocityEstimate<N>>(self) -> Result<Replayed, Fault> {
         let Self {
             scenario,
             log,
             passes,
             observe,
         } = self;
-        let units = scenario.stated.units()?;
+        let fault = |error: IdentifierError| scenario.fault(&error);
+        let units = scenario.checked_units()?;
         let unit = units.position_unit();
         let played = RecordedReference::new(log, units.position());
-        let settings = scenario.settings_for(played.as_ref())?;
+        let settings = scenario.settings_for(played.as_ref()).map_err(fault)?;
         let recording = Recording { log, unit };
         let declared = match (&played, settings.controller) {
-            (Some(_), Some(_)) => Some(Declared::<N, V>::new(&settings, log)?),
+            (Some(_), Some(_)) => Some(Declared::<N, V>::new(&settings, log).map_err(fault)?),
             _ => None,
         };
         let agreement = declared
             .as_ref()
             .and_then(|declared| declared.agreement(&recording));
-        let filter: V = settings.build()?;
-        let (mut learner, mut outcome) = learner::<N>(scenario, &settings)?;
+        let filter: V = settings.build().map_err(fault)?;
+        let mut learner = learner::<N>(scenario, &settings)?;
+        let mut outcome = learner.outcome();
 
         let first = log.records[0].time;
         let length = log.records.len() as f64 * units.sample_time();
@@ -187,7 +190,7 @@ impl<N: Number> WithVelocity<N> for Passes<'_> {
                 });
             }
         }
-        outcome.bandwidth = learner.bandwidth();
+        outcome.bandwidth = learner.outcome().bandwidth;
         Ok(Replayed { outcome, agreement })
     }
 }
