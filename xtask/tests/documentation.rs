@@ -13,8 +13,8 @@ struct Page {
     links: Vec<String>,
     /// Anchors of its headings.
     anchors: Vec<String>,
-    /// Words of its commands.
-    words: Vec<String>,
+    /// What it shows as code: spans, and lines of blocks.
+    commands: Vec<String>,
 }
 
 impl Page {
@@ -25,6 +25,7 @@ impl Page {
             ..Self::default()
         };
         let mut heading = None;
+        let mut in_block = false;
         for event in Parser::new_ext(&text, Options::ENABLE_TABLES) {
             match event {
                 Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) => {
@@ -34,13 +35,15 @@ impl Page {
                 Event::End(TagEnd::Heading(_)) => {
                     page.anchors.extend(heading.take().as_deref().map(anchor))
                 }
-                Event::Text(text) | Event::Code(text) => {
-                    if let Some(heading) = &mut heading {
-                        heading.push_str(&text);
-                    }
-                    page.words
-                        .extend(text.split_whitespace().map(str::to_owned));
+                Event::Start(Tag::CodeBlock(_)) => in_block = true,
+                Event::End(TagEnd::CodeBlock) => in_block = false,
+                Event::Text(text) if in_block => {
+                    page.commands.extend(text.lines().map(str::to_owned));
                 }
+                Event::Text(text) | Event::Code(text) if heading.is_some() => {
+                    heading.get_or_insert_default().push_str(&text);
+                }
+                Event::Code(text) => page.commands.push(text.into_string()),
                 _ => {}
             }
         }
@@ -117,32 +120,47 @@ fn every_command_names_a_test_and_files_that_exist() {
         .into_iter()
         .filter(|path| path.iter().any(|part| part == "tests"))
         .collect();
-    let has = |end: String| tests.iter().any(|path| path.ends_with(&end));
-    // A file of the folder itself, or the root of a folder in it.
-    let is_test =
-        |name: &str| has(format!("tests/{name}.rs")) || has(format!("tests/{name}/main.rs"));
-    let is_part = |test: &str, name: &str| has(format!("tests/{test}/{name}.rs"));
-    let is_file = |path: &str| root.join(path).exists();
+    let is_target = |name: &str| {
+        tests.iter().any(|path| {
+            path.ends_with(format!("tests/{name}.rs"))
+                || path.ends_with(format!("tests/{name}/main.rs"))
+        })
+    };
+    // What selects some tests of a target: a part of the name of a module or of a function.
+    let is_filter = |filter: &str| {
+        let module = filter.trim_end_matches("::");
+        tests.iter().any(|path| {
+            path.file_stem().is_some_and(|stem| stem == module)
+                || fs::read_to_string(path)
+                    .expect("readable")
+                    .lines()
+                    .any(|line| {
+                        let name = line.trim_start().strip_prefix("fn ");
+                        name.is_some_and(|name| name.contains(module))
+                    })
+        })
+    };
     let (mut looked_at, mut missing) = (0, Vec::new());
     for page in pages() {
-        let (mut before, mut previous) = ("", "");
-        for word in &page.words {
-            let part = word.strip_suffix("::").filter(|_| before == "--test");
-            let exists = if previous == "--test" {
-                Some(is_test(word))
-            } else if let Some(part) = part {
-                Some(is_part(previous, part))
-            } else if word.starts_with("host-sim/scenarios/") || word.starts_with("host-sim/logs/")
-            {
-                Some(is_file(word))
-            } else {
-                None
-            };
-            looked_at += u32::from(exists.is_some());
-            if exists == Some(false) {
-                missing.push(format!("{}: {previous} {word}", page.path.display()));
+        for command in &page.commands {
+            let mut words = command.split_whitespace().peekable();
+            let mut exists = Vec::new();
+            while let Some(word) = words.next() {
+                if word == "--test" {
+                    exists.push(words.next().is_some_and(is_target));
+                    let filter = words.peek().filter(|word| !word.starts_with('-'));
+                    exists.extend(filter.map(|filter| is_filter(filter)));
+                } else if ["host-sim/scenarios/", "host-sim/logs/"]
+                    .iter()
+                    .any(|folder| word.starts_with(folder))
+                {
+                    exists.push(root.join(word).exists());
+                }
             }
-            (before, previous) = (previous, word);
+            looked_at += exists.len();
+            if exists.contains(&false) {
+                missing.push(format!("{}: {command}", page.path.display()));
+            }
         }
     }
     assert!(looked_at > 40, "{looked_at} names");
