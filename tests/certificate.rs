@@ -1,8 +1,8 @@
 //! The certificate against a random search: continuous time by Lyapunov's function, sampled time by
 //! running it.
 
+use host_sim::analysis::{Status, Summary};
 use host_sim::paper::{self, Case, Method};
-use host_sim::report::{Status, Summary};
 use host_sim::scenario::{Purpose, Scenario, Velocity};
 use identifier_core::control::Gains;
 use identifier_core::interval::Interval;

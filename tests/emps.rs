@@ -6,8 +6,8 @@
 
 use std::path::PathBuf;
 
+use host_sim::analysis::Summariser;
 use host_sim::replay::{Log, fitted, replay};
-use host_sim::report::Summariser;
 use host_sim::scenario::{Purpose, Scenario};
 use integration_tests::{Random, in_parallel};
 
@@ -66,8 +66,10 @@ fn identify(log: &Log, scenario: Scenario, passes: u32) -> [f64; 4] {
     let scenario = fitted(scenario, log);
     let declared = scenario.stated.controller.is_some();
     let mut summariser = Summariser::lasting(&scenario, log.records.len() as f64 * 1e-3);
-    let replayed = replay(&scenario, log, passes, &mut |sample| summariser.add(sample))
-        .expect("it can be replayed");
+    let replayed = replay(&scenario, log, passes, &mut |_, sample| {
+        summariser.add(sample)
+    })
+    .expect("it can be replayed");
     assert_eq!(replayed.agreement.is_some(), declared);
     if let Some(agreement) = replayed.agreement {
         assert!(agreement.relative() < 0.01, "{agreement}");

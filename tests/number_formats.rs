@@ -1,8 +1,9 @@
 //! Three number formats, one answer: the same experiments in f64, f32 and fixed point.
 
 use fixed::types::I16F16;
+use host_sim::analysis::Summary;
 use host_sim::drift::{self, Compared, Differences, Format};
-use host_sim::report::{Summary, drift as report};
+use host_sim::report::drift as report;
 use host_sim::scenario::{Arithmetic, Reference, Scenario};
 use identifier_core::control::{ControlState, Controller, position_error};
 use identifier_core::error::StepError;

@@ -1,7 +1,7 @@
 //! What the integration tests share: seeded random servos and runs of a scenario.
 
+use host_sim::analysis::{Summariser, Summary};
 use host_sim::experiment;
-use host_sim::report::{Summariser, Summary};
 use host_sim::scenario::{Purpose, Scenario};
 use identifier_core::ControllerSettings;
 use identifier_core::excitation::NormalSource;

@@ -10,7 +10,7 @@ use crate::drift::{self, Differences};
 use crate::report::{drift as report, plot};
 use crate::scenario::{Arithmetic, Purpose, Reference, Scenario, keys};
 
-/// The most samples that are kept for the trace and the picture.
+/// The most samples that are kept for the trace.
 const KEPT: u64 = 100_000;
 
 #[derive(Debug, clap::Args)]
@@ -56,6 +56,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let samples = scenario.samples();
     let every = samples.div_ceil(KEPT).max(1);
     let mut trace = Vec::new();
+    let mut traces = report::Traces::default();
     let mut place = 0;
     let mut differences = Differences::lasting(scenario.duration);
     drift::run(
@@ -65,6 +66,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         &mut |_| reference.process(&mut state) * units.position_unit(),
         &mut |compared| {
             differences.add(compared);
+            traces.add(compared);
             if place % every == 0 {
                 trace.push(*compared);
             }
@@ -79,7 +81,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
             .map_err(|error| Fault::unwritable(path, error))?;
     }
     if let Some(path) = &arguments.plot {
-        plot::write(path, "", 2, &report::panels(&trace))?;
+        plot::write(path, "", 2, &report::panels(&traces))?;
     }
     if let Some(path) = &arguments.json {
         let document = report::Document::new(&differences, place, units.sample_time());

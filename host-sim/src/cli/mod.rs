@@ -16,6 +16,7 @@ mod fault;
 mod output;
 mod paper;
 mod pil;
+mod recording;
 mod replay;
 mod run;
 mod sweep;

@@ -7,11 +7,13 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::fault::Fault;
-use crate::experiment::Sample;
+use super::recording::{Recorded, Recording, Rows};
+use crate::analysis::Status;
+use crate::experiment::{Outcome, Sample};
 use crate::replay::Agreement;
 use crate::report::json::Document;
-use crate::report::residual::Report;
-use crate::report::{self, Status, Summary, panels, plot, table};
+use crate::report::panels::Traces;
+use crate::report::{self, panels, plot, table};
 use crate::scenario::Scenario;
 
 /// The name that stands for standard output.
@@ -49,19 +51,44 @@ impl Outputs {
         }
     }
 
+    /// What is kept of an experiment of so many passes while it runs, each as long as the rest of them;
+    /// `duration` is that of all, s.
+    pub(super) fn begin(
+        &self,
+        scenario: &Scenario,
+        duration: f64,
+        passes: u32,
+    ) -> Result<Recording, Fault> {
+        let rows = self.csv.as_deref().map(Rows::create).transpose()?;
+        let traces = self.plot.is_some().then(Traces::default);
+        Ok(Recording::new(scenario, duration, passes, rows, traces))
+    }
+
     /// Writes what was asked for and says what was found, after `notes` on the log; an experiment that
     /// was aborted is a fault.
     pub(super) fn conclude(
         &self,
         scenario: &Scenario,
-        summary: Summary,
-        trace: &[Sample],
+        recording: Recording,
+        outcome: Outcome,
         notes: &Notes,
     ) -> Result<(), Fault> {
-        let residual = summary
-            .output_error
-            .map(|_| Report::new(scenario, &summary, trace));
-        self.write(&summary, trace, residual.as_ref(), notes)?;
+        let Recorded {
+            summary,
+            residual,
+            traces,
+            rows,
+        } = recording.finish(scenario, outcome);
+        if let Some(rows) = rows {
+            rows.finish()?;
+        }
+        if let (Some(path), Some(traces)) = (&self.plot, &traces) {
+            plot::write(path, "", 2, &panels::experiment(&summary, traces))?;
+        }
+        if let Some(path) = &self.json {
+            let agreement = notes.agreement.as_ref();
+            document(path, &Document::new(&summary, residual.as_ref(), agreement))?;
+        }
         if !is_standard_output(self.json.as_deref()) {
             if let Some(agreement) = &notes.agreement {
                 let warning = if agreement.holds() { "" } else { "warning: " };
@@ -80,28 +107,6 @@ impl Outputs {
             Status::Aborted => Err(Fault::Other(summary.reason)),
             Status::Converged | Status::NotConverged => Ok(()),
         }
-    }
-
-    fn write(
-        &self,
-        summary: &Summary,
-        trace: &[Sample],
-        residual: Option<&Report>,
-        notes: &Notes,
-    ) -> Result<(), Fault> {
-        if let Some(path) = &self.csv {
-            csv(path, trace)?;
-        }
-        if let Some(path) = &self.plot {
-            plot::write(path, "", 2, &panels::experiment(summary, trace))?;
-        }
-        if let Some(path) = &self.json {
-            document(
-                path,
-                &Document::new(summary, residual, notes.agreement.as_ref()),
-            )?;
-        }
-        Ok(())
     }
 }
 

@@ -4,8 +4,9 @@ use super::fault::Fault;
 use super::output;
 use crate::experiment::Sample;
 use crate::paper::{self, Case, Method, Run};
+use crate::report::Envelope;
 use crate::report::json::Document;
-use crate::report::plot::{self, Curve, Panel};
+use crate::report::plot::{self, Panel};
 use crate::report::table;
 
 #[derive(Debug, clap::Args)]
@@ -111,11 +112,13 @@ fn draw(path: &Path, runs: &[Run; 4]) -> Result<(), Fault> {
                 abscissa: plot::TIME.to_owned(),
                 logarithmic: false,
                 axis: axis.to_owned(),
-                curves: vec![Curve {
-                    name: None,
-                    points: run.trace.iter().map(|s| (s.time, value(s))).collect(),
-                    band: Vec::new(),
-                }],
+                curves: vec![
+                    run.trace
+                        .iter()
+                        .map(|s| (s.time, value(s)))
+                        .collect::<Envelope>()
+                        .curve(None),
+                ],
                 nominal: Some(("nominal".to_owned(), nominal)),
                 range: Some(range),
             };

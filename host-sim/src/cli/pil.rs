@@ -4,7 +4,6 @@ use super::fault::Fault;
 use super::output::{Notes, Outputs};
 use crate::pil::{self, PilError};
 use crate::port::Port;
-use crate::report::Summariser;
 use crate::scenario::{Purpose, Scenario, keys};
 
 #[derive(Debug, clap::Args)]
@@ -31,15 +30,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     pil::loop_settings(&scenario).map_err(fault)?;
     let mut port = Port::open(&arguments.port).map_err(|error| Fault::Input(error.to_string()))?;
 
-    let mut summariser = Summariser::new(&scenario);
-    let mut trace = Vec::new();
-    let outcome = pil::run(&scenario, &mut port, &mut |sample| {
-        summariser.add(sample);
-        trace.push(*sample);
-    })
-    .map_err(fault)?;
-    let summary = summariser.finish(&scenario, outcome);
+    let mut recording = arguments.outputs.begin(&scenario, scenario.duration, 1)?;
+    let outcome =
+        pil::run(&scenario, &mut port, &mut |sample| recording.add(sample)).map_err(fault)?;
     arguments
         .outputs
-        .conclude(&scenario, summary, &trace, &Notes::default())
+        .conclude(&scenario, recording, outcome, &Notes::default())
 }

@@ -2,9 +2,7 @@ use std::path::PathBuf;
 
 use super::fault::Fault;
 use super::output::{Notes, Outputs};
-use crate::experiment::Sample;
 use crate::replay::{self, Log};
-use crate::report::Summariser;
 use crate::scenario::{Purpose, Scenario, keys};
 
 #[derive(Debug, clap::Args)]
@@ -37,24 +35,22 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     )
     .map_err(|error| Fault::Input(error.to_string()))?;
     let scenario = replay::fitted(scenario, &log);
-    let sample_time = log.sample_time;
-    let in_pass = log.records.len();
-    let duration = in_pass as f64 * sample_time * f64::from(arguments.passes);
+    let in_pass = log.records.len() as f64 * log.sample_time;
 
-    let mut summariser = Summariser::lasting(&scenario, duration);
-    let mut trace = Vec::with_capacity(in_pass);
-    let replayed = replay::replay(&scenario, &log, arguments.passes, &mut |sample| {
-        summariser.add(sample);
-        let starts_again = trace
-            .last()
-            .is_some_and(|last: &Sample| sample.time - last.time > 1.5 * sample_time);
-        if starts_again {
-            trace.clear();
+    let mut recording = arguments.outputs.begin(
+        &scenario,
+        f64::from(arguments.passes) * in_pass,
+        arguments.passes,
+    )?;
+    let mut pass_shown = 0;
+    let replayed = replay::replay(&scenario, &log, arguments.passes, &mut |pass, sample| {
+        if pass != pass_shown {
+            recording.begin_pass();
+            pass_shown = pass;
         }
-        trace.push(*sample);
+        recording.add(sample);
     })
     .map_err(|error| Fault::Input(format!("{}: {error}", arguments.scenario.display())))?;
-    let summary = summariser.finish(&scenario, replayed.outcome);
     let bridged = (log.bridged > 0).then(|| {
         format!(
             "{} missing samples were bridged by straight lines",
@@ -67,5 +63,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     };
     arguments
         .outputs
-        .conclude(&scenario, summary, &trace, &notes)
+        .conclude(&scenario, recording, replayed.outcome, &notes)
 }

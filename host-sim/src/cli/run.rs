@@ -3,7 +3,6 @@ use std::path::PathBuf;
 use super::fault::Fault;
 use super::output::{Notes, Outputs};
 use crate::experiment;
-use crate::report::Summariser;
 use crate::scenario::{Purpose, Scenario, keys};
 
 #[derive(Debug, clap::Args)]
@@ -19,14 +18,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
     arguments.outputs.check()?;
 
-    let mut summariser = Summariser::new(&scenario);
-    let mut trace = Vec::new();
-    let outcome = experiment::run(&scenario, &mut |sample| {
-        summariser.add(sample);
-        trace.push(*sample);
-    });
-    let summary = summariser.finish(&scenario, outcome);
+    let mut recording = arguments.outputs.begin(&scenario, scenario.duration, 1)?;
+    let outcome = experiment::run(&scenario, &mut |sample| recording.add(sample));
     arguments
         .outputs
-        .conclude(&scenario, summary, &trace, &Notes::default())
+        .conclude(&scenario, recording, outcome, &Notes::default())
 }

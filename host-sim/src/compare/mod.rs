@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use identifier_core::parameters::Parameter;
 use identifier_core::settings::IdentifierSettings;
 
+use crate::analysis::{Summariser, Summary};
 use crate::experiment::{self, operations};
-use crate::report::{Summariser, Summary};
 use crate::scenario::{Arithmetic, Baseline, BaselineSettings, Closing, Law, Scenario};
 
 /// A comparison.

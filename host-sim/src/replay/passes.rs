@@ -74,7 +74,7 @@ const USUAL_START: f64 = 1.0;
 const SHORTEST_START: f64 = 1e-4;
 
 /// Runs `passes` passes over a log with a scenario that is [`fitted`] to it and shows every sample to
-/// `observe`; time goes on from pass to pass.
+/// `observe`, with the number of its pass from 0; time goes on from pass to pass.
 ///
 /// # Errors
 /// See [`ReplayError`]; nothing has been observed then.
@@ -82,7 +82,7 @@ pub fn replay(
     scenario: &Scenario,
     log: &Log,
     passes: u32,
-    observe: &mut dyn FnMut(&Sample),
+    observe: &mut dyn FnMut(u32, &Sample),
 ) -> Result<Replayed, ReplayError> {
     let work = Passes {
         scenario,
@@ -107,7 +107,7 @@ struct Passes<'a> {
     scenario: &'a Scenario,
     log: &'a Log,
     passes: u32,
-    observe: &'a mut dyn FnMut(&Sample),
+    observe: &'a mut dyn FnMut(u32, &Sample),
 }
 
 impl<N: Number> WithVelocity<N> for Passes<'_> {
@@ -175,7 +175,7 @@ impl<N: Number> WithVelocity<N> for Passes<'_> {
                 };
                 learner.work();
                 outcome.count(seen.map(|seen| seen.event));
-                observe(&Sample {
+                let sample = Sample {
                     time,
                     reference: record.reference.unwrap_or(f64::NAN),
                     position: record.position,
@@ -184,7 +184,8 @@ impl<N: Number> WithVelocity<N> for Passes<'_> {
                     estimates: learner.estimates(),
                     standard_errors: learner.standard_errors(),
                     at_bounds: learner.at_bounds(),
-                });
+                };
+                observe(pass, &sample);
             }
         }
         outcome.bandwidth = learner.bandwidth();

@@ -100,6 +100,30 @@ pub struct LogSettings {
     pub bridge: u32,
 }
 
+impl LogSettings {
+    /// The columns of the tool's own traces.
+    pub const OWN_TIME: &str = "time_s";
+    /// Reference position, rad.
+    pub const OWN_REFERENCE: &str = "reference_rad";
+    /// Measured position, rad.
+    pub const OWN_POSITION: &str = "position_rad";
+    /// The command that acted.
+    pub const OWN_COMMAND: &str = "command";
+
+    /// Those of a trace that the tool itself wrote.
+    #[must_use]
+    pub fn own() -> Self {
+        Self {
+            time: Self::OWN_TIME.to_owned(),
+            reference: Some(Self::OWN_REFERENCE.to_owned()),
+            position: Self::OWN_POSITION.to_owned(),
+            command: Some(Self::OWN_COMMAND.to_owned()),
+            injection: None,
+            bridge: 0,
+        }
+    }
+}
+
 /// The velocity estimates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Velocity {

@@ -12,8 +12,8 @@ use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Parameter;
 use rayon::prelude::*;
 
+use crate::analysis::{Status, Summariser};
 use crate::experiment;
-use crate::report::{Status, Summariser};
 use crate::scenario::{CHECKED, Scenario};
 
 /// What became of one servo.
