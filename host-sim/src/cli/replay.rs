@@ -2,7 +2,7 @@ use std::path::PathBuf;
 
 use super::fault::Fault;
 use super::output::{Notes, Outputs};
-use crate::replay::{self, Log};
+use crate::replay::{self, Log, ReplayError};
 use crate::scenario::{Purpose, Scenario, keys};
 
 #[derive(Debug, clap::Args)]
@@ -24,22 +24,18 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Replay)?;
     arguments.outputs.check()?;
-    let Some(columns) = scenario.log.clone() else {
-        return Err(Fault::Input("the scenario has no [log]".to_owned()));
-    };
     let declared = scenario.stated.controller.is_some();
     let log = Log::read(
         &arguments.log,
-        &columns,
+        &scenario.log,
         declared.then_some(scenario.sample_time()),
     )
     .map_err(|error| Fault::Input(error.to_string()))?;
     let scenario = replay::fitted(scenario, &log);
-    let in_pass = log.records.len() as f64 * log.sample_time;
 
     let mut recording = arguments.outputs.begin(
         &scenario,
-        f64::from(arguments.passes) * in_pass,
+        f64::from(arguments.passes) * log.duration(),
         arguments.passes,
     )?;
     let mut pass_shown = 0;
@@ -50,7 +46,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         }
         recording.add(sample);
     })
-    .map_err(|error| Fault::Input(format!("{}: {error}", arguments.scenario.display())))?;
+    .map_err(|error| match error {
+        ReplayError::Scenario { .. } => {
+            Fault::Input(format!("{}: {error}", arguments.scenario.display()))
+        }
+        ReplayError::Log(error) => Fault::Input(error.to_string()),
+    })?;
     let bridged = (log.bridged > 0).then(|| {
         format!(
             "{} missing samples were bridged by straight lines",

@@ -2,7 +2,9 @@
 
 use identifier_core::Settings;
 use identifier_core::excitation::Excitation;
-use identifier_core::fixed_point::{FixedServoLoop, FixedVelocity, split_setpoint};
+use identifier_core::fixed_point::{
+    FixedGradientIdentifier, FixedServoLoop, FixedVelocity, split_setpoint,
+};
 use identifier_core::identifier::{IdentifierError, Identify};
 use identifier_core::parameters::ParameterSet;
 use virtual_servo::{Encoder, Plant};
@@ -42,6 +44,24 @@ pub(crate) fn check(scenario: &Scenario, settings: &Settings) -> Result<(), Iden
     scenario.with_words(Try(settings))
 }
 
+/// What is known of an identifier in fixed point before it runs.
+pub(crate) fn known_beforehand<V, S, const P: usize>(
+    settings: &Settings,
+    identifier: &FixedGradientIdentifier<V, S, P>,
+) -> Outcome
+where
+    V: FixedVelocity,
+    S: ParameterSet<P>,
+{
+    Outcome {
+        gamma: settings.identifier.gamma.map(super::build::rows::<S, P>),
+        mu: Some(identifier.mu()),
+        certified: identifier.certificate().is_some(),
+        gain_margin: identifier.gain_margin(),
+        ..Outcome::default()
+    }
+}
+
 struct Loop<'a, O> {
     scenario: &'a Scenario,
     settings: Settings,
@@ -63,13 +83,7 @@ impl<O: FnMut(&Sample)> WithWords for Loop<'_, O> {
         } = self;
         let servo_loop: FixedServoLoop<V, S, P> = settings.build().expect(CHECKED);
         let (controller, identifier) = (servo_loop.controller(), servo_loop.identifier());
-        let mut outcome = Outcome {
-            gamma: settings.identifier.gamma.map(super::build::rows::<S, P>),
-            mu: Some(identifier.mu()),
-            certified: identifier.certificate().is_some(),
-            gain_margin: identifier.gain_margin(),
-            ..Outcome::default()
-        };
+        let mut outcome = known_beforehand(&settings, identifier);
         let units = scenario.units();
         let unit = units.position_unit();
         let reference = Reference::<f64>::new(&units, &scenario.excitation).expect(CHECKED);

@@ -10,7 +10,8 @@ mod sample;
 mod sensor;
 
 pub(crate) use build::learner;
-pub(crate) use fixed_loop::check as check_words;
+pub(crate) use fixed_loop::{check as check_words, known_beforehand};
+pub(crate) use learner::Learner;
 pub use operations::operations;
 pub use sample::{Abort, Events, Outcome, Sample};
 

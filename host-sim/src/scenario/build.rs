@@ -17,8 +17,8 @@ use super::error::Fault;
 use super::parts::{identity, place};
 use super::tables::{self, ExcitationKind, LawName, NumberOrRow, Tables, VelocityKind};
 use super::{
-    Arithmetic, Baseline, BaselineSettings, CompareSettings, ExcitationSettings, Identification,
-    Law, LogSettings, Purpose, Scenario, Velocity,
+    Arithmetic, Baseline, BaselineSettings, Closing, CompareSettings, ExcitationSettings,
+    Identification, Law, LogSettings, Purpose, Scenario, Velocity,
 };
 
 /// Sines that a multisine and levels that a staircase may have.
@@ -34,16 +34,17 @@ const IDEAL_UNIT: f64 = 1e-5;
 const CUTOFF: f64 = 500.0;
 
 pub(super) fn scenario(tables: &Tables, purpose: Purpose) -> Result<Scenario, Fault> {
-    let counts_per_rev = match (&tables.encoder, purpose) {
-        (Some(encoder), _) => counts_per_rev(encoder)?,
-        (None, Purpose::Run) => counts_per_rev(&tables::Encoder::default())?,
-        (None, Purpose::Replay) => None,
+    // What a run takes for granted holds for its own log too.
+    let own = purpose == Purpose::Run || tables.plant.is_some();
+    let counts_per_rev = match &tables.encoder {
+        Some(encoder) => counts_per_rev(encoder)?,
+        None if own => counts_per_rev(&tables::Encoder::default())?,
+        None => None,
     };
     let limit = limit(&tables.amplifier)?;
-    let declared = match (&tables.controller, purpose) {
-        (Some(table), _) => Some(table.clone()),
-        (None, Purpose::Run) => Some(tables::Controller::default()),
-        (None, Purpose::Replay) => None,
+    let declared = match &tables.controller {
+        Some(table) => Some(table.clone()),
+        None => own.then(tables::Controller::default),
     };
     let position_unit = counts_per_rev.map_or(IDEAL_UNIT, |counts| std::f64::consts::TAU / counts);
     let (velocity, mut stated) = closed_loop(declared.as_ref(), limit, position_unit)?;
@@ -52,21 +53,15 @@ pub(super) fn scenario(tables: &Tables, purpose: Purpose) -> Result<Scenario, Fa
         .check("duration", tables.run.duration)
         .map_err(under("run"))?;
     let plant = tables.plant.as_ref().map(plant).transpose()?;
-    match purpose {
-        Purpose::Run if plant.is_none() => {
-            return Err(Fault::new("plant", "a run needs the true servo"));
-        }
-        Purpose::Replay if tables.log.is_none() => {
-            return Err(Fault::new(
-                "log",
-                "a replay needs to know the columns of the log",
-            ));
-        }
-        _ => {}
+    if purpose == Purpose::Run && plant.is_none() {
+        return Err(Fault::new("plant", "a run needs the true servo"));
     }
     let identifier = identification(&tables.identifier)?;
     stated.identifier = learning(&tables.identifier, &identifier)?;
-    let log = tables.log.as_ref().map(log).transpose()?;
+    let log = tables
+        .log
+        .as_ref()
+        .map_or_else(|| Ok(LogSettings::own()), log)?;
     let scenario = Scenario {
         plant,
         counts_per_rev,
@@ -78,6 +73,8 @@ pub(super) fn scenario(tables: &Tables, purpose: Purpose) -> Result<Scenario, Fa
         log,
         compare: compare(&tables.compare)?,
     };
+    let law = &scenario.identifier.law;
+    let takes_log = law.is_replayable() || own && law.closing() == Closing::Pd;
     // A replay knows its units and its reference only once the log is read.
     match purpose {
         Purpose::Run => {
@@ -85,7 +82,7 @@ pub(super) fn scenario(tables: &Tables, purpose: Purpose) -> Result<Scenario, Fa
             scenario.try_parts()?;
             Ok(scenario)
         }
-        Purpose::Replay if !scenario.identifier.law.is_replayable() => Err(Fault::new(
+        Purpose::Replay if !takes_log => Err(Fault::new(
             "identifier.law",
             format!(
                 "\"{}\" works in a loop of its own and cannot take a log: {} can",
@@ -93,10 +90,11 @@ pub(super) fn scenario(tables: &Tables, purpose: Purpose) -> Result<Scenario, Fa
                 Law::REPLAYABLE
             ),
         )),
-        Purpose::Replay if scenario.identifier.arithmetic == Arithmetic::Fixed => Err(Fault::new(
-            "identifier.arithmetic",
-            "a log is replayed in \"f32\" or \"f64\"; `drift` shows what fixed point makes of a run",
-        )),
+        Purpose::Replay if own => {
+            let scenario = scenario.in_own_loop();
+            scenario.try_parts()?;
+            Ok(scenario)
+        }
         Purpose::Replay => {
             replayable(&scenario)?;
             Ok(scenario)
@@ -106,10 +104,17 @@ pub(super) fn scenario(tables: &Tables, purpose: Purpose) -> Result<Scenario, Fa
 
 /// What a replay cannot do without, apart from the log itself.
 fn replayable(scenario: &Scenario) -> Result<(), Fault> {
+    if scenario.identifier.arithmetic == Arithmetic::Fixed && scenario.counts_per_rev.is_none() {
+        return Err(Fault::new(
+            "identifier.arithmetic",
+            "\"fixed\" counts: encoder.counts_per_rev has to say what a count of the log's position is; \
+             \"f32\" and \"f64\" do without",
+        ));
+    }
     let (given, identifier) = (&scenario.stated, &scenario.stated.identifier);
-    let log = scenario.log.as_ref();
+    let log = &scenario.log;
     if given.controller.is_none() {
-        if log.is_some_and(|log| log.command.is_none()) {
+        if log.command.is_none() {
             return Err(Fault::new(
                 "controller",
                 "without log.command the controller that ran has to be declared, so that its command \
@@ -125,8 +130,10 @@ fn replayable(scenario: &Scenario) -> Result<(), Fault> {
             ));
         }
     }
-    let without_reference = log.is_some_and(|log| log.reference.is_none());
-    if without_reference && scenario.identifier.law.is_gradient() && identifier.gamma.is_none() {
+    if log.reference.is_none()
+        && scenario.identifier.law.is_gradient()
+        && identifier.gamma.is_none()
+    {
         return Err(Fault::new(
             "identifier.gamma",
             "without log.reference no gamma can be chosen: it has to be stated",

@@ -24,7 +24,7 @@ pub const KEYS: &[Key] = &[
     key(
         "plant",
         "a table with the true servo's a and b",
-        "required to run",
+        "required to run; in a replay it says that the log is that of a run of this scenario",
     ),
     key("plant.a", "a number of at least 0, 1/s", "required"),
     key(
@@ -394,7 +394,7 @@ pub const KEYS: &[Key] = &[
     key(
         "log",
         "a table with the columns of a log",
-        "required to replay",
+        "those of the tool's own traces",
     ),
     key("log.time", "the name of a column, s", "required in log"),
     key(

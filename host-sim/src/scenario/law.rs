@@ -169,7 +169,7 @@ impl Baseline {
 impl Law {
     /// The names of the laws that a recorded log can be replayed with.
     pub const REPLAYABLE: &'static str = "\"gradient\", \"gauss-newton\", \"window\", \
-        \"closed-loop-arx\", \"mechanical-least-squares\", \"proportional-least-squares\" and \
+        \"relay-least-squares\", \"closed-loop-arx\", \"mechanical-least-squares\", \"proportional-least-squares\" and \
         \"multi-step-least-squares\"";
 
     /// The law's name in scenarios and results.
@@ -198,6 +198,7 @@ impl Law {
     #[must_use]
     pub fn is_replayable(&self) -> bool {
         matches!(self.closing(), Closing::Pid | Closing::Proportional)
+            || matches!(self, Self::Baseline(Baseline::RelayLeastSquares, _))
     }
 
     /// Whether it computes its result after the experiment, from all that was recorded.

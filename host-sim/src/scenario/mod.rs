@@ -20,7 +20,7 @@ mod types;
 
 pub use error::ScenarioError;
 pub use law::{Baseline, BaselineSettings, Closing, Law};
-pub(crate) use parts::place;
+pub(crate) use parts::{MOST_PLAYED, place};
 pub use reference::{Reference, ReferenceState};
 pub use set::{ModelSet, WithSet};
 pub use types::{WithTypes, WithVelocity};
@@ -54,8 +54,8 @@ pub struct Scenario {
     pub identifier: Identification,
     /// Length of the run, s.
     pub duration: f64,
-    /// The columns of a log to replay.
-    pub log: Option<LogSettings>,
+    /// The columns of a log to replay; the tool's own unless stated.
+    pub log: LogSettings,
     /// What the cases of a comparison are made of.
     pub compare: CompareSettings,
 }
@@ -209,6 +209,13 @@ impl Scenario {
     pub fn set_encoder(&mut self, counts_per_rev: f64) {
         self.counts_per_rev = Some(counts_per_rev);
         self.stated.resolution = std::f64::consts::TAU / counts_per_rev;
+    }
+
+    /// Whether a log that is replayed with it is that of a run of its own: it states the true servo. What
+    /// a run takes for granted then holds for the log too.
+    #[must_use]
+    pub fn is_own_log(&self) -> bool {
+        self.plant.is_some()
     }
 
     /// Sample time, s.

@@ -15,6 +15,9 @@ use super::error::Fault;
 use super::{Arithmetic, ExcitationSettings, Law, Reference, Scenario, WithTypes};
 use crate::experiment;
 
+/// The most samples of a reference that a Γ is chosen from.
+pub(crate) const MOST_PLAYED: usize = 200_000;
+
 impl Scenario {
     /// The scenario with the loop that its law closes in place of the declared one, where it has one
     /// of its own.
@@ -66,8 +69,8 @@ impl Scenario {
         settings: &Settings,
         reference: &impl Excitation<f64>,
     ) -> Result<[[f64; 4]; 4], IdentifierError> {
-        /// Time for which the reference is played, s, and the most samples of it.
-        const PLAYED: (f64, f64) = (10.0, 200_000.0);
+        /// Time for which the reference is played, s.
+        const PLAYED: f64 = 10.0;
 
         struct Choose<'a, E> {
             automatic: AutomaticGain,
@@ -100,14 +103,13 @@ impl Scenario {
 
         let units = settings.units()?;
         let gains = settings.correction_gains()?;
-        let (time, most) = PLAYED;
         let like_the_correction = ControllerSettings::pid(gains.kp(), gains.kd(), gains.ki());
         self.with_types(Choose {
             automatic: AutomaticGain {
                 units,
                 plant_box: assumed_box(settings)?,
                 kd: gains.kd(),
-                samples: (time / units.sample_time()).min(most) as u32,
+                samples: (PLAYED / units.sample_time()).min(MOST_PLAYED as f64) as u32,
             },
             loop_settings: Settings {
                 controller: settings.controller.or(Some(like_the_correction)),

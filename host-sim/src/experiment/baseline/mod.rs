@@ -8,7 +8,7 @@ mod two_degrees;
 
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
-use rivals::{ClosedLoopArx, DirectEstimator, MechanicalLeastSquares};
+use rivals::{ClosedLoopArx, DirectEstimator, FilteredLeastSquares, MechanicalLeastSquares};
 
 use super::learner::Learner;
 use super::{Outcome, Sample};
@@ -43,10 +43,12 @@ pub(super) fn learner<N: Number>(
             boxed::<N, _>(scenario.multi_step(settings).expect(CHECKED))
         }
         Baseline::ProportionalLeastSquares => Box::new(BatchLeastSquares::new(units, settings)),
-        Baseline::RelayLeastSquares
-        | Baseline::RelayCycle
-        | Baseline::TwoRelays
-        | Baseline::TwoDegreesOfFreedom => unreachable!("it closes a loop of its own"),
+        Baseline::RelayLeastSquares => {
+            boxed::<N, _>(FilteredLeastSquares::new(units, &config).expect(CHECKED))
+        }
+        Baseline::RelayCycle | Baseline::TwoRelays | Baseline::TwoDegreesOfFreedom => {
+            unreachable!("it closes a loop of its own")
+        }
     }
 }
 
