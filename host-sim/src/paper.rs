@@ -63,16 +63,24 @@ impl Run {
             (Method::LeastSquares, Case::Unbalanced) => "least squares, d ≠ 0",
         }
     }
+}
 
-    /// The experiment's name for a file.
-    #[must_use]
-    pub fn file_stem(&self) -> &'static str {
-        match (self.method, self.case) {
-            (Method::Proposed, Case::Balanced) => "proposed-balanced",
-            (Method::Proposed, Case::Unbalanced) => "proposed-unbalanced",
-            (Method::LeastSquares, Case::Balanced) => "least-squares-balanced",
-            (Method::LeastSquares, Case::Unbalanced) => "least-squares-unbalanced",
-        }
+/// All four, in the order of Fig. 03.
+pub const EXPERIMENT: [(Method, Case); 4] = [
+    (Method::Proposed, Case::Balanced),
+    (Method::LeastSquares, Case::Balanced),
+    (Method::Proposed, Case::Unbalanced),
+    (Method::LeastSquares, Case::Unbalanced),
+];
+
+/// The name of one of the experiments for a file.
+#[must_use]
+pub const fn file_stem(method: Method, case: Case) -> &'static str {
+    match (method, case) {
+        (Method::Proposed, Case::Balanced) => "proposed-balanced",
+        (Method::Proposed, Case::Unbalanced) => "proposed-unbalanced",
+        (Method::LeastSquares, Case::Balanced) => "least-squares-balanced",
+        (Method::LeastSquares, Case::Unbalanced) => "least-squares-unbalanced",
     }
 }
 
@@ -97,16 +105,10 @@ pub fn scenario(method: Method, case: Case) -> Scenario {
     scenario
 }
 
-/// All four, in the order of Fig. 03.
+/// Runs all four, in the order of [`EXPERIMENT`].
 #[must_use]
 pub fn experiment() -> [Run; 4] {
-    [
-        (Method::Proposed, Case::Balanced),
-        (Method::LeastSquares, Case::Balanced),
-        (Method::Proposed, Case::Unbalanced),
-        (Method::LeastSquares, Case::Unbalanced),
-    ]
-    .map(|(method, case)| run(method, case))
+    EXPERIMENT.map(|(method, case)| run(method, case))
 }
 
 fn run(method: Method, case: Case) -> Run {

@@ -52,7 +52,7 @@ fn run_writes_json_csv_and_pictures() {
         let [json, csv, plot] = ["result.json", "trace.csv", picture]
             .map(|name| folder.join(name).display().to_string());
         let output = host_sim(&[
-            "run", &scenario, "--json", &json, "--csv", &csv, "--plot", &plot,
+            "run", &scenario, "--json", &json, "--csv", &csv, "--plot", &plot, "--force",
         ]);
         assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
         let csv = std::fs::read_to_string(csv).expect("the trace is written");
@@ -301,7 +301,7 @@ fn value_out_of_range_is_answered_with_line_key_value_and_range() {
             "sample_time = 0.1",
             "sample_time = 0.1005",
             "excitation.sample_time",
-            "from 0.1",
+            "a whole multiple of 0.001, such as 0.1 or 0.101",
         ),
         (
             "range-limit",
@@ -474,7 +474,7 @@ fn files_that_are_not_scenarios_are_refused() {
 }
 
 #[test]
-fn files_that_cannot_be_written_are_told_apart_from_bad_input() {
+fn places_that_cannot_be_written_are_bad_input() {
     let folder = folder("unwritable");
     let scenario = scenario(&folder, &short(PROPOSED));
     let nowhere = folder
@@ -482,7 +482,7 @@ fn files_that_cannot_be_written_are_told_apart_from_bad_input() {
         .display()
         .to_string();
     let output = host_sim(&["run", &scenario, "--json", &nowhere]);
-    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(output.status.code(), Some(2));
     assert!(standard_error(&output).contains("result.json"));
 }
 

@@ -299,3 +299,70 @@ fn who_only_looks_on_keeps_a_run_alive_too() {
     assert!(none.expect("the line is whole").is_none());
     assert!(drive.with(|around| around.held).is_some());
 }
+
+#[test]
+fn a_recording_is_kept_however_it_ends() {
+    let person = Person::before_a_drive("recording");
+    let drive = &person.drive;
+    drive.with(|around| around.supply = true);
+    person.write(10.0, "kind = \"none\"");
+    person.does("configure my-servo.toml --link-timeout 0");
+    person.does("start --leave");
+    let folder = folder("recording_rows");
+    let file = folder.join("rows.csv");
+    let words = format!(
+        "watch --every 10 --reports 1000000 --csv {}",
+        file.display()
+    );
+    let recording = person.begins(&words);
+    drive.pass(2.0);
+    assert!(!file.exists(), "not before it is whole");
+    let script = format!("kill -INT {}", recording.id());
+    let sent = Command::new("sh").args(["-c", &script]).status();
+    assert!(sent.expect("a shell").success());
+    let (status, said, why) = Person::ends(recording);
+    assert_eq!((status, said.as_str()), (Some(1), ""), "{why}");
+    assert!(why.contains("of 1000000 reports"), "{why}");
+    let whole = |text: &str| text.lines().all(|row| row.split(',').count() == 9);
+    let first = std::fs::read_to_string(&file).expect("kept");
+    assert!(first.lines().count() > 10 && whole(&first), "{first}");
+
+    let refused = person.fails(2, &words);
+    assert!(refused.contains("--force"), "{refused}");
+
+    // The line breaks, here because the drive has ears for one and somebody else speaks.
+    let recording = person.begins(&format!("{words} --force"));
+    drive.pass(2.0);
+    person.does("stop");
+    let (status, _, why) = Person::ends(recording);
+    assert_eq!(status, Some(1));
+    assert!(why.contains("the other end has gone"), "{why}");
+    let second = std::fs::read_to_string(&file).expect("kept");
+    assert!(second != first && whole(&second), "{second}");
+
+    // Nothing was seen: what was seen before stays.
+    person.fails(1, &format!("{words} --force"));
+    assert_eq!(std::fs::read_to_string(&file).expect("kept"), second);
+    assert_eq!(std::fs::read_dir(&folder).expect("a folder").count(), 1);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_run_that_nobody_can_read_of_is_still_ended() {
+    let person = Person::before_a_drive("full_output");
+    let drive = &person.drive;
+    drive.with(|around| around.supply = true);
+    person.does("configure my-servo.toml --link-timeout 0");
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full");
+    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .args(person.arguments("start --for 1.5"))
+        .stdout(full.expect("there"))
+        .output()
+        .expect("the program starts");
+    assert_eq!(output.status.code(), Some(1));
+    let why = standard_error(&output);
+    assert!(why.contains("standard output cannot be written"), "{why}");
+    assert_eq!(drive.with(|around| around.held), None);
+    let said = person.does("status");
+    assert!(said.contains("the last run was stopped"), "{said}");
+}

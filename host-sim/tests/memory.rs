@@ -2,13 +2,9 @@
 
 #![cfg(target_os = "linux")]
 
-mod support;
-
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
-
-use support::folder;
 
 /// A million and a half samples, beyond what the residual is made from.
 const DURATION: &str = "duration = 1500.0";
@@ -45,7 +41,9 @@ fn text(path: &Path) -> String {
 
 #[test]
 fn a_long_run_and_its_replay_stay_small() {
-    let folder = folder("memory");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("memory");
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("a folder for the test");
     let scenario = folder.join("long.toml");
     let paper = include_str!("../scenarios/paper.toml");
     assert!(paper.contains("duration = 60.0"));

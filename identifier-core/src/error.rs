@@ -1,4 +1,4 @@
-//! What a constructor or a step answers when it cannot do what it was asked.
+//! Errors of constructors and of samples.
 
 use core::fmt;
 
@@ -35,9 +35,14 @@ pub enum Allowed {
     Within(f64, f64),
     /// Greater than zero, and the bound or less.
     PositiveUpTo(f64),
+    /// A whole, positive multiple of the step, to a relative 10⁻⁶.
+    MultipleOf(f64),
 }
 
 impl Allowed {
+    /// Relative deviation from a whole multiple that rounding explains.
+    const ROUNDING: f64 = 1e-6;
+
     /// Whether the range holds the value.
     #[must_use]
     pub fn holds(self, value: f64) -> bool {
@@ -51,6 +56,11 @@ impl Allowed {
                 Self::Between(low, high) => value > low && value < high,
                 Self::Within(low, high) => value >= low && value <= high,
                 Self::PositiveUpTo(high) => value > 0.0 && value <= high,
+                Self::MultipleOf(step) => {
+                    let exact = value / step;
+                    let whole = libm::round(exact);
+                    whole >= 1.0 && libm::fabs(exact - whole) <= Self::ROUNDING * whole
+                }
             }
     }
 
@@ -75,24 +85,69 @@ impl fmt::Display for Allowed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Finite => write!(f, "any finite number"),
-            Self::Above(low) => write!(f, "a number above {low}"),
-            Self::AtLeast(low) => write!(f, "a number of at least {low}"),
-            Self::Below(high) => write!(f, "a number below {high}"),
-            Self::AtMost(high) => write!(f, "a number of at most {high}"),
-            Self::Between(low, high) => write!(f, "a number above {low} and below {high}"),
-            Self::PositiveUpTo(high) => write!(f, "a number above 0 and at most {high:?}"),
-            Self::Within(low, high) => write!(f, "a number from {low:?} to {high:?}"),
+            Self::Above(low) => write!(f, "a number above {}", Plain(low)),
+            Self::AtLeast(low) => write!(f, "a number of at least {}", Plain(low)),
+            Self::Below(high) => write!(f, "a number below {}", Plain(high)),
+            Self::AtMost(high) => write!(f, "a number of at most {}", Plain(high)),
+            Self::Between(low, high) => {
+                write!(f, "a number above {} and below {}", Plain(low), Plain(high))
+            }
+            Self::PositiveUpTo(high) => write!(f, "a number above 0 and at most {}", Plain(high)),
+            Self::Within(low, high) => write!(f, "a number from {} to {}", Plain(low), Plain(high)),
+            Self::MultipleOf(step) => write!(f, "a whole multiple of {}", Plain(step)),
+        }
+    }
+}
+
+/// A number as people write it: of many digits only those that count.
+struct Plain(f64);
+
+impl fmt::Display for Plain {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        /// Magnitudes from the first to below the second are written without an exponent.
+        const WITHOUT: (f64, f64) = (1e-4, 1e7);
+        let size = libm::fabs(self.0);
+        if size > 0.0 && size.is_finite() && (size < WITHOUT.0 || size >= WITHOUT.1) {
+            write!(f, "{:e}", self.0)
+        } else {
+            write!(f, "{}", self.0)
         }
     }
 }
 
 impl fmt::Display for OutOfRange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            parameter,
+            value,
+            allowed,
+        } = *self;
+        let shown = Plain(value);
         write!(
             f,
-            "{} = {} is not allowed: it must be {}",
-            self.parameter, self.value, self.allowed
-        )
+            "{parameter} = {shown} is not allowed: it must be {allowed}"
+        )?;
+        match allowed {
+            Allowed::MultipleOf(step) if value > 0.0 && value.is_finite() => {
+                let below = libm::floor(value / step).max(1.0);
+                let (below, above) = (Nearest(below * step), Nearest((below + 1.0) * step));
+                write!(f, ", such as {below} or {above}")
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// A multiple without what rounding has left in its last digits.
+struct Nearest(f64);
+
+impl fmt::Display for Nearest {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        /// Digits that a multiple is rounded to: relative to its size, below those of rounding.
+        const DIGITS: i32 = 12;
+        let place = libm::floor(libm::log10(self.0)) as i32;
+        let scale = libm::pow(10.0, f64::from(DIGITS - place));
+        Plain(libm::round(self.0 * scale) / scale).fmt(f)
     }
 }
 
@@ -107,8 +162,8 @@ pub enum StepError {
     ErrorNotFinite,
     /// Setpoint and position are further apart than the number format counts exactly.
     TooFarApart,
-    /// The position has moved since the last sample by what is no number, further than the number
-    /// format counts exactly, or faster than the servo is said to be able to.
+    /// The increment since the last sample is NaN, larger than the number format counts exactly, or
+    /// faster than `max_speed`.
     CountJumped,
     /// The command that acted is NaN, infinite, or beyond what the number format computes with.
     CommandNotFinite,
@@ -131,3 +186,46 @@ impl fmt::Display for StepError {
 }
 
 impl core::error::Error for StepError {}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use std::string::ToString;
+
+    use super::Allowed;
+
+    #[test]
+    fn what_is_no_multiple_is_shown_its_neighbours() {
+        let every = Allowed::MultipleOf(0.001);
+        for whole in [0.001, 0.1, 0.3, 7.0] {
+            assert!(every.holds(whole), "{whole}");
+        }
+        for (other, neighbours) in [
+            (0.1005, "0.1 or 0.101"),
+            (0.0004, "0.001 or 0.002"),
+            (0.29999, "0.299 or 0.3"),
+        ] {
+            let refused = every
+                .check("hold", other)
+                .expect_err("no multiple")
+                .to_string();
+            assert!(refused.contains("a whole multiple of 0.001"), "{refused}");
+            assert!(refused.ends_with(neighbours), "{refused}");
+        }
+        for never in [0.0, -0.1, f64::NAN, f64::INFINITY] {
+            assert!(!every.holds(never), "{never}");
+        }
+    }
+
+    #[test]
+    fn numbers_are_short_whatever_their_size() {
+        for (value, shown) in [(1e300, "1e300"), (-2.5e-7, "-2.5e-7"), (1234.5, "1234.5")] {
+            let refused = Allowed::Between(0.0, 1.0).check("x", value);
+            let refused = refused.expect_err("out of range").to_string();
+            assert!(
+                refused.starts_with(&std::format!("x = {shown} ")),
+                "{refused}"
+            );
+        }
+    }
+}

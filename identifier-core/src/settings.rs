@@ -1,4 +1,5 @@
-//! What everything is built from: plain numbers in SI, and one fallible [`Settings::build`].
+//! The settings that every part is built from: plain numbers in SI, and one fallible
+//! [`Settings::build`].
 
 use crate::control::{CommandLimit, Gains};
 use crate::error::{Allowed, OutOfRange};
@@ -6,10 +7,10 @@ use crate::identifier::IdentifierError;
 use crate::parameters::Parameter;
 use crate::units::Units;
 
-/// Everything there is to say of a loop and its identifier, SI. For a linear axis read m for rad.
+/// The settings of a loop and its identifier, SI. For a linear axis read m for rad.
 ///
-/// What is optional has a default that is stated with it. [`Settings::new`] fills all of them in, so
-/// that a configuration names only what it knows.
+/// Optional settings have a default that is stated with them. [`Settings::new`] fills all of them in,
+/// so that a configuration names only what differs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Settings {
@@ -20,8 +21,8 @@ pub struct Settings {
     /// Cut-off of a [`LowPass`](crate::measurement::velocity::LowPass) velocity estimate, rad/s; other
     /// estimates have none.
     pub cutoff: f64,
-    /// The PID that closes the loop; none where somebody else's controller does and the identifier
-    /// only listens.
+    /// The PID that closes the loop; none where another controller does and the identifier only
+    /// listens.
     pub controller: Option<ControllerSettings>,
     /// The identifier.
     pub identifier: IdentifierSettings,
@@ -41,7 +42,7 @@ pub struct ControllerSettings {
     pub limit: [f64; 2],
 }
 
-/// What the identifiers need to know; each takes its own part. SI.
+/// The settings of the identifiers, SI; each uses its own part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct IdentifierSettings {
@@ -51,14 +52,14 @@ pub struct IdentifierSettings {
     /// Parameters that are known: they stay at their initial values.
     pub known: PerParameter<bool>,
     /// Bounds of the estimates, lowest and highest. None: as wide as the sample time and the
-    /// correction bear, whatever the initial values are.
+    /// correction permit, independent of the initial values.
     pub bounds: PerParameter<Option<[f64; 2]>>,
-    /// Standard deviations of the initial estimates, for Gauss–Newton and window. None: nothing is
-    /// known.
+    /// Standard deviations of the initial estimates, for Gauss–Newton and window. None: no initial
+    /// information.
     pub uncertainty: PerParameter<Option<f64>>,
     /// Standard deviation of the position noise, rad. None: an encoder's, a count over √12.
     pub noise: Option<f64>,
-    /// Where the true servo may lie, to be certified. None: nothing is promised beforehand.
+    /// Where the true servo may lie, to be certified. None: nothing is certified.
     pub plant_box: Option<BoxSettings>,
     /// Γ of the gradient law, symmetric positive definite over a, b, Coulomb friction and load in
     /// this order; only the rows and columns of the model's parameters count.
@@ -69,22 +70,22 @@ pub struct IdentifierSettings {
     /// the controller, which makes the model loop the paper's.
     pub correction: Option<[f64; 3]>,
     /// Bandwidth of the position loop, rad/s, for the correction in acceleration form; right within a
-    /// factor of four. None: follows from the sample time and from what the first fit finds.
+    /// factor of four. None: follows from the sample time and the first fit.
     pub bandwidth: Option<f64>,
-    /// The time over which the first fit of Gauss–Newton looks, s. None: a second; it is tried at half
-    /// of it, and goes on until it succeeds. Also the time that a window spans; none: half a second.
+    /// The time span of Gauss–Newton's first fit, s. None: a second; the fit is tried from half of it
+    /// on until it succeeds. Also the time span of a window; none: half a second.
     pub start_time: Option<f64>,
-    /// The memory of Gauss–Newton, s, for a servo that changes. None: all that ever was.
+    /// The memory of Gauss–Newton, s, for a servo that changes. None: unlimited.
     pub memory: Option<f64>,
     /// The fastest that the servo can move, rad/s; a larger jump of the count is refused. None: what
     /// the number format counts exactly in a sample.
     pub max_speed: Option<f64>,
-    /// What the signals stay within in fixed point. None: what follows from limit, gains and bounds.
+    /// The ranges of the signals in fixed point. None: they follow from limit, gains and bounds.
     pub ranges: Option<RangeSettings>,
 }
 
-/// What a loop's signals stay within in fixed point, SI: the full scales of the words are no smaller.
-/// A signal beyond is saturated there, never wrapped.
+/// The ranges of a loop's signals in fixed point, SI: the full scales of the words are no smaller. A
+/// signal beyond its range saturates, it never wraps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RangeSettings {
@@ -106,7 +107,7 @@ pub struct BoxSettings {
     pub b: [f64; 2],
 }
 
-/// Something for each of the parameters.
+/// A value for each of the parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PerParameter<T> {
@@ -121,7 +122,7 @@ pub struct PerParameter<T> {
 }
 
 impl<T: Copy> PerParameter<T> {
-    /// What there is for a parameter.
+    /// The value for a parameter.
     #[must_use]
     pub fn of(&self, parameter: Parameter) -> T {
         match parameter {
@@ -150,7 +151,7 @@ pub fn diagonal(entries: [f64; 4]) -> [[f64; 4]; 4] {
     core::array::from_fn(|i| core::array::from_fn(|j| if i == j { entries[i] } else { 0.0 }))
 }
 
-/// What [`Settings::build`] can make.
+/// A part that [`Settings::build`] can build.
 pub trait FromSettings: Sized {
     /// Builds it.
     ///
@@ -160,7 +161,7 @@ pub trait FromSettings: Sized {
 }
 
 impl IdentifierSettings {
-    /// Nothing known.
+    /// Nothing stated.
     pub const UNSTATED: Self = Self {
         initial: NONE,
         known: PerParameter {
@@ -285,10 +286,10 @@ impl Settings {
     }
 
     /// The gains of the gradient's correction in command form: those stated, or the controller's, or,
-    /// where somebody else's controller is only listened to, gains that follow from box and bandwidth.
+    /// where the identifier listens to another controller, gains that follow from box and bandwidth.
     ///
     /// # Errors
-    /// A gain out of range; [`IdentifierError::NotGiven`] if nothing is stated that they follow from.
+    /// A gain out of range; [`IdentifierError::NotGiven`] if there is nothing that they follow from.
     pub fn correction_gains(&self) -> Result<Gains, IdentifierError> {
         match (self.identifier.correction, self.controller) {
             (Some([kp, kd, ki]), _) => Ok(Gains::new(kp, kd, ki)?),
@@ -298,7 +299,7 @@ impl Settings {
     }
 
     /// For the servo in the middle of the box both fast poles of the error loop at −ω and a slow one
-    /// near −ω/20, where the integral takes the load: k_p = ω²/b, k_d = 2ω/b, k_i = k_p ω/20.
+    /// near −ω/20 for the integral, which takes the load: k_p = ω²/b, k_d = 2ω/b, k_i = k_p ω/20.
     fn chosen_correction(&self) -> Result<Gains, IdentifierError> {
         /// Part of ω at which the integral acts.
         const INTEGRAL: f64 = 0.05;
@@ -329,11 +330,11 @@ impl Settings {
             return Ok(reach);
         };
         let speed = Allowed::Above(0.0).check("max_speed", speed)?;
-        // At least a count: that is what the slowest motion shows.
+        // At least a count, the increment of the slowest motion.
         Ok((speed * units.velocity()).max(1.0).min(reach))
     }
 
-    /// The largest |u| that is known of, command units.
+    /// The largest |u| that the controller's limit allows, command units.
     pub(crate) fn largest_command(&self) -> Option<f64> {
         let [low, high] = self.controller?.limit;
         let limit = high.max(-low);

@@ -1,4 +1,4 @@
-//! The bridge between SI configuration and the machine units of the loop.
+//! Conversion between SI configuration and the machine units of the loop.
 
 use crate::error::{Allowed, OutOfRange};
 

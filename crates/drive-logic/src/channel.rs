@@ -8,7 +8,7 @@ use heapless::spsc::{Consumer, Producer, Queue};
 use identifier_core::identifier::NumberedBlock;
 
 use crate::first_fit::Fitted;
-use crate::sampler::{Event, Order};
+use crate::messages::{Event, Order};
 
 /// Orders and events that may be on their way at once, and one more; powers of two, so that a queue
 /// masks where it would divide.

@@ -15,26 +15,33 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+mod background_alive;
 mod channel;
+mod chip;
 mod closed_loop;
 mod conversation;
 mod ending;
 mod first_fit;
 mod fixed_loop;
 mod lock_step;
+mod messages;
 mod parts;
 mod protection;
 mod reference;
+mod run;
 mod sampler;
 mod self_test;
 mod store;
 mod supervisor;
 mod time;
+mod watch;
 
 pub use channel::{BackgroundEnd, Channel, InterruptEnd};
+pub use chip::{Chip, Lines, Stage};
 pub use conversation::Conversation;
 pub use lock_step::LockStep;
-pub use sampler::{Chip, Lines, Run, Sampler, Stage};
+pub use run::Run;
+pub use sampler::Sampler;
 pub use self_test::self_test;
 pub use store::{Store, StoreError};
 pub use supervisor::Supervisor;

@@ -5,9 +5,9 @@ use identifier_core::control::ControlSample;
 use identifier_core::settings::ControllerSettings;
 use identifier_core::units::Units;
 
+use crate::chip::Lines;
 use crate::parts::{out_of_range, too_small};
 use crate::reference::FARTHEST;
-use crate::sampler::Lines;
 use crate::time::samples;
 
 /// Amplitudes of the dither that the largest position error must leave room for: a step of two, and

@@ -10,11 +10,13 @@ use embedded_storage::nor_flash::NorFlash;
 use serde::{Deserialize, Serialize};
 
 use crate::channel::BackgroundEnd;
+use crate::chip::Stage;
 use crate::closed_loop::{ClosedLoop, Learnt};
 use crate::first_fit::FirstFit;
+use crate::messages::{Counts, Event, Order, Shown};
 use crate::parts;
 use crate::protection::reach;
-use crate::sampler::{Counts, Event, Order, Run, Shown, Stage};
+use crate::run::Run;
 use crate::store::Store;
 
 /// The version of the [`Record`]: another one is another meaning of the bytes.

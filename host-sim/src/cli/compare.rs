@@ -3,7 +3,8 @@ use std::path::PathBuf;
 use identifier_core::parameters::Parameter;
 
 use super::fault::Fault;
-use super::output;
+use super::files::{self, Files};
+use super::standard_output::say;
 use crate::compare;
 use crate::report::{comparison, plot};
 use crate::scenario::{Purpose, Scenario, keys};
@@ -16,18 +17,22 @@ pub(super) struct Arguments {
     /// Write the result as JSON to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Draw the errors of every method in every case into this file, .png or .svg.
+    /// Draw the errors of every method in every case into this file, .png or .svg; `-` is standard
+    /// output, as SVG.
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
+    /// Replace files that are there already.
+    #[arg(long)]
+    force: bool,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
-    if let Some(path) = &arguments.plot {
-        plot::check_format(path)?;
-    }
+    let mut files = Files::reading(&[&arguments.scenario], arguments.force);
+    let json = files.output(arguments.json.as_deref())?;
+    let picture = files.picture(arguments.plot.as_deref())?;
     let compared = compare::compare(&scenario);
-    if let Some(path) = &arguments.plot {
+    let drawn = picture.map(|picture| {
         let methods = compared.methods.iter().map(|method| method.name);
         let cases = compared.cases.iter().map(|compared| compared.case.name);
         let grid = |parameter, title: &str| plot::Grid {
@@ -36,29 +41,25 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
             columns: cases.clone().map(str::to_owned).collect(),
             values: comparison::grid(&compared, parameter),
         };
-        plot::write_grids(
-            path,
-            &[
-                grid(Parameter::A, "log₁₀ of the error of a, 1/s"),
-                grid(Parameter::B, "log₁₀ of the relative error of b"),
-            ],
-        )?;
-    }
-    if let Some(path) = &arguments.json {
-        output::document(path, &comparison::Document::new(&compared))?;
-    }
-    if !output::is_standard_output(arguments.json.as_deref()) {
-        say!("{}", comparison::methods(&compared));
+        picture.grids(&[
+            grid(Parameter::A, "log₁₀ of the error of a, 1/s"),
+            grid(Parameter::B, "log₁₀ of the relative error of b"),
+        ])
+    });
+    let document = || comparison::Document::new(&compared);
+    files::commit([drawn, json.map(|json| json.document(&document()))])?;
+    if !files.own_standard_output() {
+        say!("{}", comparison::methods(&compared))?;
         for case in &compared.cases {
-            say!("\n{}: {}", case.case.name, case.case.detail);
-            say!("{}", comparison::case(case, &compared));
+            say!("\n{}: {}", case.case.name, case.case.detail)?;
+            say!("{}", comparison::case(case, &compared))?;
         }
         say!(
             "Errors: mean over the last quarter of {} s less the truth. Settled: from when on â stays \
              within ±0.1 1/s and b̂ within 2 %.\nOperations: additions, multiplications and \
              comparisons of the law alone, in single precision with compensated sums.",
             scenario.duration
-        );
+        )?;
     }
     Ok(())
 }

@@ -1,13 +1,12 @@
-use std::fs::File;
-use std::io::BufWriter;
 use std::path::PathBuf;
 
 use identifier_core::excitation::Excitation;
 
 use super::fault::Fault;
-use super::output;
+use super::files::{self, Files};
+use super::standard_output::say;
 use crate::drift::{self, Differences};
-use crate::report::{drift as report, plot};
+use crate::report::drift as report;
 use crate::scenario::{Arithmetic, Purpose, Reference, Scenario, keys};
 
 /// The most samples that are kept for the trace.
@@ -24,12 +23,16 @@ pub(super) struct Arguments {
     /// Write the differences as JSON to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Write the signals of every format to this file, at most 100 000 rows.
+    /// Write the signals of every format to this file, at most 100 000 rows; `-` is standard
+    /// output.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Draw the differences over time into this file, .png or .svg.
+    /// Draw the differences over time into this file, .png or .svg; `-` is standard output, as SVG.
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
+    /// Replace files that are there already.
+    #[arg(long)]
+    force: bool,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
@@ -42,12 +45,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
             scenario.identifier.law.name()
         )));
     }
-    if let Some(path) = &arguments.plot {
-        plot::check_format(path)?;
-    }
     scenario.identifier.arithmetic = Arithmetic::Fixed;
     let input = |fault: String| Fault::Input(format!("{}: {fault}", arguments.scenario.display()));
     scenario.buildable().map_err(input)?;
+
+    let mut files = Files::reading(&[&arguments.scenario], arguments.force);
+    let json = files.output(arguments.json.as_deref())?;
+    let csv = files.output(arguments.csv.as_deref())?;
+    let picture = files.picture(arguments.plot.as_deref())?;
 
     let units = scenario.units();
     let reference = Reference::<f64>::new(&units, &scenario.excitation)
@@ -75,24 +80,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     )
     .map_err(|error| input(error.to_string()))?;
 
-    if let Some(path) = &arguments.csv {
-        let file = File::create(path).map_err(|error| Fault::unwritable(path, error))?;
-        report::csv(BufWriter::new(file), &trace)
-            .map_err(|error| Fault::unwritable(path, error))?;
-    }
-    if let Some(path) = &arguments.plot {
-        plot::write(path, "", 2, &report::panels(&traces))?;
-    }
-    if let Some(path) = &arguments.json {
-        let document = report::Document::new(&differences, place, units.sample_time());
-        output::document(path, &document)?;
-    }
-    if !output::is_standard_output(arguments.json.as_deref()) {
-        say!("{}", report::table(&differences));
+    let document = || report::Document::new(&differences, place, units.sample_time());
+    files::commit([
+        csv.map(|csv| csv.table(|file| report::csv(file, &trace))),
+        picture.map(|picture| picture.panels("", 2, &report::panels(&traces))),
+        json.map(|json| json.document(&document())),
+    ])?;
+    if !files.own_standard_output() {
+        say!("{}", report::table(&differences))?;
         say!(
             "Differences from f64 on the same {place} measurements: mean and root mean square over \
              the last quarter, the largest\nover the whole run."
-        );
+        )?;
     }
     if differences.all_finite() {
         Ok(())

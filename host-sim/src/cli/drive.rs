@@ -1,6 +1,5 @@
-use std::fs::File;
-use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use clap::Subcommand;
@@ -9,6 +8,9 @@ use drive_link::{
 };
 
 use super::fault::Fault;
+use super::files::{Files, Output};
+use super::interruption;
+use super::standard_output::say;
 use crate::drive::{Client, DriveError};
 use crate::pil;
 use crate::port::Port;
@@ -100,12 +102,21 @@ struct Watch {
     /// Reports to look at.
     #[arg(long, value_name = "N", default_value_t = 100)]
     reports: u32,
-    /// Write them to this file, one row each.
+    /// Write them to this file, one row each; `-` is standard output. However the watch ends, the rows
+    /// up to there are kept.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+    /// Replace a file that is there already.
+    #[arg(long)]
+    force: bool,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
+    // A file that cannot be written is told before anything is said to the drive.
+    let table = match &arguments.verb {
+        Verb::Watch(watch) => watch.begin()?,
+        _ => None,
+    };
     let port = Port::open(&arguments.port).map_err(|error| Fault::Input(error.to_string()))?;
     let mut client = Client::new(port);
     let status = client.status().map_err(fault)?;
@@ -119,8 +130,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     match &arguments.verb {
         Verb::Status => {
             let settings = client.settings().map_err(fault)?;
-            show(&status, &settings);
-            Ok(())
+            show(&status, &settings)
         }
         Verb::Configure(wanted) => {
             let settings = wanted.settings(client.settings().map_err(fault)?)?;
@@ -131,7 +141,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         Verb::Stop => client.ask(Command::Stop).map_err(fault),
         Verb::Clear => client.ask(Command::Clear).map_err(fault),
         Verb::Save => client.ask(Command::Save).map_err(fault),
-        Verb::Watch(watch) => watch.run(&mut client),
+        Verb::Watch(watch) => watch.run(&mut client, table),
     }
 }
 
@@ -206,11 +216,12 @@ impl Start {
         } else {
             Self::LONGEST_PAUSE
         });
-        if link_timeout > 0.0 {
-            say!("running; it comes to rest when this program has ended for {link_timeout} s");
+        // What cannot be said is no reason to leave a running drive alone.
+        let mut said = if link_timeout > 0.0 {
+            say!("running; it comes to rest when this program has ended for {link_timeout} s")
         } else {
-            say!("running, also when this program has ended: the link timeout is 0");
-        }
+            say!("running, also when this program has ended: the link timeout is 0")
+        };
         let begun = Instant::now();
         let mut heard = begun;
         loop {
@@ -223,7 +234,7 @@ impl Start {
             }
             let patience = Duration::from_secs_f64(left.min(1.0));
             match client.next_within(patience, seen).map_err(fault)? {
-                Some(Seen::Sample(snapshot)) => say!("{}", line(&snapshot)),
+                Some(Seen::Sample(snapshot)) => said = said.and(say!("{}", line(&snapshot))),
                 Some(Seen::Fault(fault)) => return Err(Fault::Other(fault.to_string())),
                 Some(Seen::Ended) => break,
                 Some(Seen::Running) => {}
@@ -240,14 +251,11 @@ impl Start {
         client.ask(Command::Watch(0)).map_err(fault)?;
         let status = client.status().map_err(fault)?;
         if let Some(estimates) = &status.estimates {
-            say!("knows: {}", found(estimates));
+            said = said.and(say!("knows: {}", found(estimates)));
         }
         match &status.ended {
             Some(Ended::Faulted(fault)) => Err(Fault::Other(fault.to_string())),
-            Some(ended) => {
-                say!("{ended}");
-                Ok(())
-            }
+            Some(ended) => said.and(say!("{ended}")),
             None => Err(Fault::Other(
                 "the drive knows of no run: it was switched off or reset meanwhile".to_owned(),
             )),
@@ -287,62 +295,92 @@ impl Watch {
     /// How long a report may be late, s.
     const PATIENCE: f64 = 5.0;
 
-    fn run(&self, client: &mut Client) -> Result<(), Fault> {
+    /// How long an interruption may have to wait, s.
+    const ATTENTION: Duration = Duration::from_millis(100);
+
+    /// Begins the file, if one is asked for.
+    fn begin(&self) -> Result<Option<Table>, Fault> {
+        let file = Files::reading(&[], self.force).output(self.csv.as_deref())?;
+        file.map(Table::begin).transpose()
+    }
+
+    fn run(&self, client: &mut Client, mut table: Option<Table>) -> Result<(), Fault> {
         let Settings {
             closed_loop,
             protection,
             ..
         } = client.settings().map_err(fault)?;
         let step = f64::from(self.every) * closed_loop.core.sample_time;
-        let patience = Duration::from_secs_f64(Self::PATIENCE + step);
         client.keep_alive(protection.link_timeout);
-        let mut file = self.csv.as_deref().map(Table::create).transpose()?;
         client.ask(Command::Watch(self.every)).map_err(fault)?;
+        let ended = self.look_on(client, step, table.as_mut());
+        // However it ended, the rows up to there are worth keeping.
+        let kept = table.map_or(Ok(()), Table::keep);
+        let left = ended?;
+        kept?;
+        client.ask(Command::Watch(0)).map_err(fault)?;
+        if left > 0 {
+            return Err(Fault::Other(format!(
+                "stopped after {} of {} reports",
+                self.reports - left,
+                self.reports
+            )));
+        }
+        Ok(())
+    }
+
+    /// Shows reports that come every `step` seconds, and answers with how many were still to come when
+    /// somebody asked for an end.
+    fn look_on(
+        &self,
+        client: &mut Client,
+        step: f64,
+        mut table: Option<&mut Table>,
+    ) -> Result<u32, Fault> {
+        let patience = Duration::from_secs_f64(Self::PATIENCE + step);
+        let stop = interruption::asks_first();
         let mut left = self.reports;
         let mut until = Instant::now() + patience;
-        while left > 0 {
+        while left > 0 && !stop.load(Ordering::Relaxed) {
             let wait = until.saturating_duration_since(Instant::now());
-            match client.next_within(wait, seen).map_err(fault)? {
+            if wait.is_zero() {
+                return Err(fault(DriveError::Silent));
+            }
+            match client
+                .next_within(wait.min(Self::ATTENTION), seen)
+                .map_err(fault)?
+            {
                 Some(Seen::Sample(snapshot)) => {
                     left -= 1;
                     until = Instant::now() + patience;
-                    match &mut file {
+                    match &mut table {
                         Some(table) => table.row(&snapshot)?,
-                        None => say!("{}", line(&snapshot)),
+                        None => say!("{}", line(&snapshot))?,
                     }
                 }
                 Some(Seen::Fault(fault)) => return Err(Fault::Other(fault.to_string())),
-                Some(Seen::Running) => {}
+                Some(Seen::Running) | None => {}
                 Some(Seen::Ended) => {
                     return Err(Fault::Other(
                         "the servo is let go: there is nothing to look at".to_owned(),
                     ));
                 }
-                None => return Err(fault(DriveError::Silent)),
             }
         }
-        if let Some(table) = &mut file {
-            table.finish()?;
-        }
-        client.ask(Command::Watch(0)).map_err(fault)
+        Ok(left)
     }
 }
 
 /// A table of snapshots.
-struct Table<'a> {
-    path: &'a Path,
-    file: BufWriter<File>,
+struct Table {
+    file: Output,
+    rows: u32,
 }
 
-impl<'a> Table<'a> {
-    fn create(path: &'a Path) -> Result<Self, Fault> {
-        let file = File::create(path).map_err(|error| Fault::unwritable(path, error))?;
-        let mut table = Self {
-            path,
-            file: BufWriter::new(file),
-        };
-        table.write("sample,reference,position,command,output_error,a,b,coulomb,load")?;
-        Ok(table)
+impl Table {
+    fn begin(mut file: Output) -> Result<Self, Fault> {
+        file.write(b"sample,reference,position,command,output_error,a,b,coulomb,load\n")?;
+        Ok(Self { file, rows: 0 })
     }
 
     fn row(&mut self, snapshot: &Snapshot) -> Result<(), Fault> {
@@ -361,18 +399,23 @@ impl<'a> Table<'a> {
                     ..
                 },
         } = snapshot;
-        self.write(&format!(
-            "{sample},{reference},{position},{command},{output_error},{a},{b},{coulomb},{load}"
-        ))
+        let row = format!(
+            "{sample},{reference},{position},{command},{output_error},{a},{b},{coulomb},{load}\n"
+        );
+        self.file.write(row.as_bytes())?;
+        // Somebody may look on at the other end of a pipe.
+        self.file.flush()?;
+        self.rows += 1;
+        Ok(())
     }
 
-    fn finish(&mut self) -> Result<(), Fault> {
-        let flushed = self.file.flush();
-        flushed.map_err(|error| Fault::unwritable(self.path, error))
-    }
-
-    fn write(&mut self, line: &str) -> Result<(), Fault> {
-        writeln!(self.file, "{line}").map_err(|error| Fault::unwritable(self.path, error))
+    /// A table without a row is none.
+    fn keep(self) -> Result<(), Fault> {
+        if self.rows > 0 {
+            self.file.commit()
+        } else {
+            Ok(())
+        }
     }
 }
 
@@ -405,21 +448,21 @@ fn found(estimates: &Estimates) -> String {
     )
 }
 
-fn show(status: &Status, settings: &Settings) {
+fn show(status: &Status, settings: &Settings) -> Result<(), Fault> {
     match status.state {
-        State::Released => say!("released: the servo is let go"),
-        State::Running => say!("running: the loop is closed"),
-        State::Faulted(fault) => say!("{fault}"),
+        State::Released => say!("released: the servo is let go")?,
+        State::Running => say!("running: the loop is closed")?,
+        State::Faulted(fault) => say!("{fault}")?,
     }
     match &status.estimates {
-        Some(estimates) => say!("knows: {}", found(estimates)),
-        None => say!("knows nothing of its servo yet"),
+        Some(estimates) => say!("knows: {}", found(estimates))?,
+        None => say!("knows nothing of its servo yet")?,
     }
     if !status.configured {
-        say!("not configured: it does not start; what follows is an example");
+        say!("not configured: it does not start; what follows is an example")?;
     }
     if let Some(ended) = &status.ended {
-        say!("{ended}");
+        say!("{ended}")?;
     }
     let noticed = &status.noticed;
     say!(
@@ -429,19 +472,19 @@ fn show(status: &Status, settings: &Settings) {
         noticed.not_following,
         noticed.friction_lowered,
         noticed.restarted
-    );
-    say!("{}", status.kept);
+    )?;
+    say!("{}", status.kept)?;
     say!(
         "late samples {}, samples not shown {}, frames not understood {}",
         status.overruns,
         status.dropped,
         status.garbled
-    );
+    )?;
     say!(
         "{:.1} µs from the reading of the encoder to the change of the output",
         1e6 * status.command_delay
-    );
-    say!("{settings}");
+    )?;
+    say!("{settings}")
 }
 
 fn fault(error: DriveError) -> Fault {

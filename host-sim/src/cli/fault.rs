@@ -1,8 +1,7 @@
 use std::fmt;
-use std::path::Path;
+use std::io::{self, ErrorKind};
 use std::process::ExitCode;
 
-use crate::report::plot::PlotError;
 use crate::scenario::ScenarioError;
 
 /// Why a verb did not do what it was asked.
@@ -22,10 +21,29 @@ impl Fault {
         }
     }
 
-    /// A file that could not be written.
-    pub(super) fn unwritable(path: &Path, error: impl fmt::Display) -> Self {
-        Self::Other(format!("{} cannot be written: {error}", path.display()))
+    /// A place that was asked for and where nothing can be written.
+    pub(super) fn unusable(name: impl fmt::Display, error: &io::Error) -> Self {
+        Self::Input(cannot_be_written(name, error))
     }
+
+    /// A place where not all could be written.
+    pub(super) fn unwritable(name: impl fmt::Display, error: &io::Error) -> Self {
+        Self::Other(cannot_be_written(name, error))
+    }
+}
+
+fn cannot_be_written(name: impl fmt::Display, error: &io::Error) -> String {
+    let told = error.to_string();
+    let why = match error.kind() {
+        ErrorKind::NotFound => "there is no such folder",
+        ErrorKind::NotADirectory => "what should be its folder is a file",
+        ErrorKind::PermissionDenied => "it is not permitted",
+        ErrorKind::AlreadyExists => "a file of that name has come to be meanwhile",
+        ErrorKind::StorageFull => "there is no room left",
+        // Without the number that the system has for it.
+        _ => told.split(" (os error").next().unwrap_or(&told),
+    };
+    format!("{name} cannot be written: {why}")
 }
 
 impl fmt::Display for Fault {
@@ -39,14 +57,5 @@ impl fmt::Display for Fault {
 impl From<ScenarioError> for Fault {
     fn from(error: ScenarioError) -> Self {
         Self::Input(error.to_string())
-    }
-}
-
-impl From<PlotError> for Fault {
-    fn from(error: PlotError) -> Self {
-        match error {
-            PlotError::Format => Self::Input(error.to_string()),
-            _ => Self::Other(error.to_string()),
-        }
     }
 }

@@ -1,29 +1,27 @@
 //! The command line: one verb, one file.
 
-/// `println!` to a reader that may have gone, as the head of a pipe does: it then wants no more, and
-/// that is no fault.
-macro_rules! say {
-    ($($text:tt)*) => {{
-        use std::io::Write;
-        let _ = writeln!(std::io::stdout(), $($text)*);
-    }};
-}
-
 mod compare;
 mod drift;
 mod drive;
 mod fault;
+mod files;
+mod interruption;
+mod keys;
 mod output;
+mod output_file;
 mod paper;
 mod pil;
+mod place;
 mod recording;
 mod replay;
 mod run;
+mod standard_output;
 mod sweep;
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use fault::Fault;
 
 /// Simulates the on-line identification of a servo under PID control.
 ///
@@ -53,29 +51,44 @@ enum Verb {
     Drive(drive::Arguments),
     /// Run many random servos: the distribution of the errors.
     Sweep(sweep::Arguments),
+    /// List the keys of a scenario: what each is, what it may hold, what holds without it.
+    Keys(keys::Arguments),
 }
 
 /// Parses the command line, does what it says and answers with the exit status.
 #[must_use]
 pub fn main() -> ExitCode {
-    let verb = Arguments::parse()
-        .verb
-        .unwrap_or_else(|| Verb::Paper(paper::Arguments::default()));
-    let done = match verb {
-        Verb::Paper(arguments) => paper::run(&arguments),
-        Verb::Run(arguments) => run::run(&arguments),
-        Verb::Replay(arguments) => replay::run(&arguments),
-        Verb::Compare(arguments) => compare::run(&arguments),
-        Verb::Drift(arguments) => drift::run(&arguments),
-        Verb::Pil(arguments) => pil::run(&arguments),
-        Verb::Drive(arguments) => drive::run(&arguments),
-        Verb::Sweep(arguments) => sweep::run(&arguments),
+    let done = match Arguments::try_parse() {
+        Ok(arguments) => arguments.run(),
+        // Help and version.
+        Err(asked) if !asked.use_stderr() => standard_output::written(asked.print()),
+        Err(wrong) => wrong.exit(),
     };
-    match done {
+    match done.and_then(|()| standard_output::flush()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(fault) => {
             eprintln!("error: {fault}");
             fault.exit_code()
+        }
+    }
+}
+
+impl Arguments {
+    fn run(self) -> Result<(), Fault> {
+        interruption::handle();
+        match self
+            .verb
+            .unwrap_or_else(|| Verb::Paper(paper::Arguments::default()))
+        {
+            Verb::Paper(arguments) => paper::run(&arguments),
+            Verb::Run(arguments) => run::run(&arguments),
+            Verb::Replay(arguments) => replay::run(&arguments),
+            Verb::Compare(arguments) => compare::run(&arguments),
+            Verb::Drift(arguments) => drift::run(&arguments),
+            Verb::Pil(arguments) => pil::run(&arguments),
+            Verb::Drive(arguments) => drive::run(&arguments),
+            Verb::Sweep(arguments) => sweep::run(&arguments),
+            Verb::Keys(arguments) => keys::run(&arguments),
         }
     }
 }

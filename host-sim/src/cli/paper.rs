@@ -1,42 +1,61 @@
 use std::path::{Path, PathBuf};
 
 use super::fault::Fault;
-use super::output;
+use super::files::{self, Files};
+use super::standard_output::say;
 use crate::experiment::Sample;
 use crate::paper::{self, Case, Method, Run};
-use crate::report::Envelope;
 use crate::report::json::Document;
 use crate::report::plot::{self, Panel};
-use crate::report::table;
+use crate::report::{self, Envelope, table};
 
-#[derive(Debug, clap::Args)]
+/// Where it goes unless stated. This folder is the program's own.
+const FOLDER: &str = "results/paper";
+
+/// The picture's name in the folder.
+const PICTURE: &str = "figure-03.png";
+
+#[derive(Debug, Default, clap::Args)]
 pub(super) struct Arguments {
-    /// The folder for picture, traces and results.
-    #[arg(long, value_name = "DIR", default_value = Self::DIRECTORY)]
-    out: PathBuf,
-}
-
-impl Arguments {
-    const DIRECTORY: &str = "results/paper";
-}
-
-impl Default for Arguments {
-    fn default() -> Self {
-        Self {
-            out: PathBuf::from(Self::DIRECTORY),
-        }
-    }
+    /// The folder for picture, traces and results; results/paper unless stated, where those of an
+    /// earlier run are replaced.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Replace files that are there already, in a folder of your own too.
+    #[arg(long)]
+    force: bool,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
-    let out = &arguments.out;
-    std::fs::create_dir_all(out).map_err(|error| Fault::unwritable(out, error))?;
+    let out = arguments.out.as_deref().unwrap_or(Path::new(FOLDER));
+    std::fs::create_dir_all(out).map_err(|error| Fault::unusable(out.display(), &error))?;
+    let mut files = Files::reading(&[], arguments.force || arguments.out.is_none());
+    let mut begin = |name: &str| files.output(Some(&out.join(name)));
+    let mut tables = Vec::new();
+    for (method, case) in paper::EXPERIMENT {
+        let stem = paper::file_stem(method, case);
+        tables.push((
+            begin(&format!("{stem}.csv"))?,
+            begin(&format!("{stem}.json"))?,
+        ));
+    }
+    let picture = files.picture(Some(&out.join(PICTURE)))?;
+
     let runs = paper::experiment();
+    let mut written = Vec::new();
+    for (run, (csv, json)) in runs.iter().zip(tables) {
+        let document = Document::new(&run.summary, None, None);
+        written.push(csv.map(|csv| csv.table(|file| report::csv::write(file, &run.trace))));
+        written.push(json.map(|json| json.document(&document)));
+    }
+    let title = "Fig. 03: identified parameters over time";
+    written.push(picture.map(|picture| picture.panels(title, 2, &panels(&runs))));
+    files::commit(written)?;
 
     say!(
         "{}",
         table::estimates(&runs.each_ref().map(|run| (run.name(), &run.summary)))
-    );
+    )?;
     say!(
         "Nominal: a = {} 1/s, b = {} rad/s² per command unit. Estimates: mean ± standard deviation \
          over the\nlast quarter of {} s. Settled: from when on â stays within ±0.1 1/s and b̂ within \
@@ -44,7 +63,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         paper::NOMINAL_A,
         paper::NOMINAL_B,
         paper::scenario(Method::Proposed, Case::Balanced).duration,
-    );
+    )?;
     let [
         proposed,
         least_squares,
@@ -54,7 +73,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     say!(
         "What the load of {} rad/s² does to the estimates:",
         paper::UNBALANCE
-    );
+    )?;
     for (name, without, with) in [
         ("proposed", proposed, proposed_loaded),
         ("least squares", least_squares, least_squares_loaded),
@@ -68,29 +87,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
             with.b.tail_std,
             without.a.tail_std,
             with.a.tail_std,
-        );
-    }
-
-    for run in &runs {
-        output::csv(&out.join(format!("{}.csv", run.file_stem())), &run.trace)?;
-        output::json(
-            &out.join(format!("{}.json", run.file_stem())),
-            &Document::new(&run.summary, None, None),
         )?;
     }
-    let picture = out.join("figure-03.png");
-    draw(&picture, &runs)?;
-    say!("\nPicture: {}", picture.display());
+
+    say!("\nPicture: {}", out.join(PICTURE).display())?;
     say!(
         "Traces and results: {}",
         out.join("*.csv, *.json").display()
-    );
+    )?;
     Ok(())
 }
 
 /// The eight panels of Fig. 03 in the paper's order: 1–2 proposed and 3–4 least squares without
 /// load, 5–6 and 7–8 with it; odd panels â, even panels b̂, each kind on one scale.
-fn draw(path: &Path, runs: &[Run; 4]) -> Result<(), Fault> {
+fn panels(runs: &[Run; 4]) -> Vec<Panel> {
     /// Room around the nominal value on the scales shared by the panels.
     const SCALE_A: (f64, f64) = (-0.3, 1.0);
     const SCALE_B: (f64, f64) = (0.0, 400.0);
@@ -139,6 +149,5 @@ fn draw(path: &Path, runs: &[Run; 4]) -> Result<(), Fault> {
             |s| s.estimates.b,
         ));
     }
-    plot::write(path, "Fig. 03: identified parameters over time", 2, &panels)?;
-    Ok(())
+    panels
 }

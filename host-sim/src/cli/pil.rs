@@ -20,7 +20,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
-    arguments.outputs.check()?;
+    let mut results = arguments.outputs.begin(&[&arguments.scenario])?;
     let fault = |error| match error {
         PilError::Scenario(fault) => {
             Fault::Input(format!("{}: {fault}", arguments.scenario.display()))
@@ -30,10 +30,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     pil::loop_settings(&scenario).map_err(fault)?;
     let mut port = Port::open(&arguments.port).map_err(|error| Fault::Input(error.to_string()))?;
 
-    let mut recording = arguments.outputs.begin(&scenario, scenario.duration, 1)?;
+    let mut recording = results.record(&scenario, scenario.duration, 1);
     let outcome =
         pil::run(&scenario, &mut port, &mut |sample| recording.add(sample)).map_err(fault)?;
-    arguments
-        .outputs
-        .conclude(&scenario, recording, outcome, &Notes::default())
+    results.conclude(&scenario, recording, outcome, &Notes::default())
 }

@@ -1,10 +1,9 @@
 //! What is kept of an experiment while it runs: never more than a bounded part, however long it takes.
 
-use std::fs::File;
-use std::io::BufWriter;
-use std::path::{Path, PathBuf};
+use std::io;
 
 use super::fault::Fault;
+use super::files::Output;
 use crate::analysis::residual::{self, Report};
 use crate::analysis::{Summariser, Summary};
 use crate::experiment::{Outcome, Sample};
@@ -91,36 +90,33 @@ impl Recording {
 /// The rows of a trace on their way into a file.
 #[derive(Debug)]
 pub(super) struct Rows {
-    path: PathBuf,
+    /// The file's name.
+    name: String,
     /// The first failure ends the writing.
-    writer: Result<TraceWriter<BufWriter<File>>, csv::Error>,
+    writer: Result<TraceWriter<Output>, io::Error>,
 }
 
 impl Rows {
-    /// Begins a file.
-    pub(super) fn create(path: &Path) -> Result<Self, Fault> {
-        let file = File::create(path).map_err(|error| Fault::unwritable(path, error))?;
-        Ok(Self {
-            path: path.to_owned(),
-            writer: TraceWriter::new(BufWriter::new(file)),
-        })
+    /// Begins a file with the heading.
+    pub(super) fn begin(output: Output) -> Self {
+        Self {
+            name: output.name().display().to_string(),
+            writer: TraceWriter::new(output).map_err(io::Error::from),
+        }
     }
 
     fn add(&mut self, sample: &Sample) {
         if let Ok(writer) = &mut self.writer
             && let Err(error) = writer.add(sample)
         {
-            self.writer = Err(error);
+            self.writer = Err(error.into());
         }
     }
 
     /// Ends the file; whatever went wrong with it on the way is said now.
-    pub(super) fn finish(self) -> Result<(), Fault> {
-        let Self { path, writer } = self;
-        let writer = writer.map_err(|error| Fault::unwritable(&path, error))?;
-        let mut file = writer
-            .finish()
-            .map_err(|error| Fault::unwritable(&path, error))?;
-        std::io::Write::flush(&mut file).map_err(|error| Fault::unwritable(&path, error))
+    pub(super) fn finish(self) -> Result<Output, Fault> {
+        self.writer
+            .and_then(TraceWriter::finish)
+            .map_err(|error| Fault::unwritable(&self.name, &error))
     }
 }

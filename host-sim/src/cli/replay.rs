@@ -23,21 +23,20 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Replay)?;
-    arguments.outputs.check()?;
+    let mut results = arguments
+        .outputs
+        .begin(&[&arguments.scenario, &arguments.log])?;
     let declared = scenario.stated.controller.is_some();
     let log = Log::read(
         &arguments.log,
-        &scenario.log,
+        &scenario.log_columns(),
         declared.then_some(scenario.sample_time()),
     )
     .map_err(|error| Fault::Input(error.to_string()))?;
     let scenario = replay::fitted(scenario, &log);
 
-    let mut recording = arguments.outputs.begin(
-        &scenario,
-        f64::from(arguments.passes) * log.duration(),
-        arguments.passes,
-    )?;
+    let duration = f64::from(arguments.passes) * log.duration();
+    let mut recording = results.record(&scenario, duration, arguments.passes);
     let mut pass_shown = 0;
     let replayed = replay::replay(&scenario, &log, arguments.passes, &mut |pass, sample| {
         if pass != pass_shown {
@@ -62,7 +61,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         agreement: replayed.agreement,
         bridged,
     };
-    arguments
-        .outputs
-        .conclude(&scenario, recording, replayed.outcome, &notes)
+    results.conclude(&scenario, recording, replayed.outcome, &notes)
 }

@@ -16,11 +16,9 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
-    arguments.outputs.check()?;
+    let mut results = arguments.outputs.begin(&[&arguments.scenario])?;
 
-    let mut recording = arguments.outputs.begin(&scenario, scenario.duration, 1)?;
+    let mut recording = results.record(&scenario, scenario.duration, 1);
     let outcome = experiment::run(&scenario, &mut |sample| recording.add(sample));
-    arguments
-        .outputs
-        .conclude(&scenario, recording, outcome, &Notes::default())
+    results.conclude(&scenario, recording, outcome, &Notes::default())
 }

@@ -1,14 +1,13 @@
-use std::fs::File;
-use std::io::BufWriter;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::fault::Fault;
-use super::output;
-use crate::report::{distribution, plot};
+use super::files::{self, Files};
+use super::interruption;
+use super::standard_output::say;
+use crate::report::distribution;
 use crate::scenario::{Purpose, Scenario, keys};
 use crate::sweep::{self, Distribution};
 
@@ -29,29 +28,31 @@ pub(super) struct Arguments {
     /// Write the distribution as JSON to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Write every servo with what was found to this file, one row a servo.
+    /// Write every servo with what was found to this file, one row a servo; `-` is standard
+    /// output.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Draw the distribution into this file, .png or .svg.
+    /// Draw the distribution into this file, .png or .svg; `-` is standard output, as SVG.
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
+    /// Replace files that are there already.
+    #[arg(long)]
+    force: bool,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
-    if let Some(path) = &arguments.plot {
-        plot::check_format(path)?;
-    }
+    let mut files = Files::reading(&[&arguments.scenario], arguments.force);
+    let json = files.output(arguments.json.as_deref())?;
+    let csv = files.output(arguments.csv.as_deref())?;
+    let picture = files.picture(arguments.plot.as_deref())?;
     if let Some(threads) = arguments.threads {
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads as usize)
             .build_global()
             .map_err(|error| Fault::Other(format!("no {threads} threads: {error}")))?;
     }
-    let stop = Arc::new(AtomicBool::new(false));
-    let stopper = Arc::clone(&stop);
-    ctrlc::set_handler(move || stopper.store(true, Ordering::Relaxed))
-        .map_err(|error| Fault::Other(format!("Ctrl-C cannot be caught: {error}")))?;
+    let stop = interruption::asks_first();
     // Shown on a terminal alone.
     let bar = ProgressBar::new(u64::from(arguments.runs));
     if let Ok(style) = ProgressStyle::with_template(
@@ -59,35 +60,32 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     ) {
         bar.set_style(style);
     }
-    let runs = sweep::sweep(&scenario, arguments.runs, arguments.seed, &stop, &|| {
+    let runs = sweep::sweep(&scenario, arguments.runs, arguments.seed, stop, &|| {
         bar.inc(1)
     })
     .map_err(Fault::Input)?;
     bar.finish_and_clear();
+    if runs.is_empty() {
+        return Err(Fault::Other("stopped before a servo was done".to_owned()));
+    }
 
     let result = Distribution::of(&runs);
-    if let Some(path) = &arguments.csv {
-        let file = File::create(path).map_err(|error| Fault::unwritable(path, error))?;
-        distribution::csv(BufWriter::new(file), &runs)
-            .map_err(|error| Fault::unwritable(path, error))?;
-    }
-    if let Some(path) = &arguments.plot {
-        plot::write(path, "", 2, &distribution::panels(&result))?;
-    }
     let law = scenario.identifier.law.name();
-    if let Some(path) = &arguments.json {
-        let document = distribution::Document::new(law, arguments.seed, arguments.runs, &result);
-        output::document(path, &document)?;
-    }
-    if !output::is_standard_output(arguments.json.as_deref()) {
-        say!("{}", distribution::table(&result));
+    let document = || distribution::Document::new(law, arguments.seed, arguments.runs, &result);
+    files::commit([
+        csv.map(|csv| csv.table(|file| distribution::csv(file, &runs))),
+        picture.map(|picture| picture.panels("", 2, &distribution::panels(&result))),
+        json.map(|json| json.document(&document())),
+    ])?;
+    if !files.own_standard_output() {
+        say!("{}", distribution::table(&result))?;
         say!(
             "{law}, {} servos: {} converged, {} not, {} aborted",
             result.runs,
             result.converged,
             result.not_converged,
             result.aborted
-        );
+        )?;
     }
     if stop.load(Ordering::Relaxed) && runs.len() < arguments.runs as usize {
         return Err(Fault::Other(format!(

@@ -81,9 +81,8 @@ impl<W: Write> TraceWriter<W> {
     /// # Errors
     /// Whatever the writer answers.
     pub fn finish(self) -> io::Result<W> {
-        self.rows
-            .into_inner()
-            .map_err(csv::IntoInnerError::into_error)
+        let out = self.rows.into_inner();
+        out.map_err(csv::IntoInnerError::into_error)
     }
 }
 

@@ -44,15 +44,13 @@ pub struct Curve {
     pub band: Vec<f64>,
 }
 
-/// Why a picture could not be written.
+/// Why there is no picture.
 #[derive(Debug)]
 pub enum PlotError {
     /// The name ends neither in .png nor in .svg.
     Format,
     /// The picture could not be drawn.
     Drawing(String),
-    /// The file could not be written.
-    File(std::io::Error),
 }
 
 impl std::fmt::Display for PlotError {
@@ -60,7 +58,6 @@ impl std::fmt::Display for PlotError {
         match self {
             Self::Format => f.write_str("a picture's name must end in .png or .svg"),
             Self::Drawing(error) => write!(f, "the picture could not be drawn: {error}"),
-            Self::File(error) => write!(f, "the picture could not be written: {error}"),
         }
     }
 }
@@ -81,23 +78,39 @@ const PNG_SCALE: f32 = 1.5;
 const COLOURS: [&str; 4] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7"];
 const NOMINAL: &str = "#000000";
 
-/// Whether a picture can be written under this name.
-///
-/// # Errors
-/// [`PlotError::Format`] unless it ends in .png or .svg.
-pub fn check_format(path: &Path) -> Result<(), PlotError> {
-    match extension(path) {
-        "png" | "svg" => Ok(()),
-        _ => Err(PlotError::Format),
+/// What a picture is written as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Pixels.
+    Png,
+    /// Lines.
+    Svg,
+}
+
+impl Format {
+    /// The format that a file's name ends in.
+    ///
+    /// # Errors
+    /// [`PlotError::Format`] unless it ends in .png or .svg.
+    pub fn of(path: &Path) -> Result<Self, PlotError> {
+        match path.extension().and_then(|end| end.to_str()) {
+            Some("png") => Ok(Self::Png),
+            Some("svg") => Ok(Self::Svg),
+            _ => Err(PlotError::Format),
+        }
     }
 }
 
-/// Writes panels, row by row, as one picture. The file's name says whether PNG or SVG.
+/// Draws panels, row by row, as one picture: the bytes of its file.
 ///
 /// # Errors
-/// See [`PlotError`].
-pub fn write(path: &Path, title: &str, columns: usize, panels: &[Panel]) -> Result<(), PlotError> {
-    check_format(path)?;
+/// [`PlotError::Drawing`].
+pub fn panels(
+    format: Format,
+    title: &str,
+    columns: usize,
+    panels: &[Panel],
+) -> Result<Vec<u8>, PlotError> {
     let rows = panels.len().div_ceil(columns);
     let (plots, layouts): (Vec<_>, Vec<_>) = panels.iter().map(draw).unzip();
     let scene = Figure::new(rows, columns)
@@ -106,7 +119,7 @@ pub fn write(path: &Path, title: &str, columns: usize, panels: &[Panel]) -> Resu
         .with_title(title)
         .with_cell_size(PANEL.0, PANEL.1)
         .render();
-    save(path, &scene)
+    bytes(format, &scene)
 }
 
 /// A table of values as colours.
@@ -122,12 +135,11 @@ pub struct Grid {
     pub values: Vec<Vec<f64>>,
 }
 
-/// Writes grids side by side as one picture.
+/// Draws grids side by side as one picture: the bytes of its file.
 ///
 /// # Errors
-/// See [`PlotError`].
-pub fn write_grids(path: &Path, grids: &[Grid]) -> Result<(), PlotError> {
-    check_format(path)?;
+/// [`PlotError::Drawing`].
+pub fn grids(format: Format, grids: &[Grid]) -> Result<Vec<u8>, PlotError> {
     let (plots, layouts): (Vec<_>, Vec<_>) = grids
         .iter()
         .map(|grid| {
@@ -159,25 +171,20 @@ pub fn write_grids(path: &Path, grids: &[Grid]) -> Result<(), PlotError> {
         .with_layouts(layouts)
         .with_cell_size(GRID.0, GRID.1)
         .render();
-    save(path, &scene)
+    bytes(format, &scene)
 }
 
-fn save(path: &Path, scene: &Scene) -> Result<(), PlotError> {
-    let bytes = match extension(path) {
-        "png" => PngBackend::new()
+fn bytes(format: Format, scene: &Scene) -> Result<Vec<u8>, PlotError> {
+    match format {
+        Format::Png => PngBackend::new()
             .with_scale(PNG_SCALE)
             .render_scene(scene)
-            .map_err(PlotError::Drawing)?,
-        _ => SvgBackend::new()
+            .map_err(PlotError::Drawing),
+        Format::Svg => Ok(SvgBackend::new()
             .with_embedded_font(true)
             .render_scene(scene)
-            .into_bytes(),
-    };
-    std::fs::write(path, bytes).map_err(PlotError::File)
-}
-
-fn extension(path: &Path) -> &str {
-    path.extension().and_then(|end| end.to_str()).unwrap_or("")
+            .into_bytes()),
+    }
 }
 
 fn draw(panel: &Panel) -> (Vec<Plot>, Layout) {

@@ -1,7 +1,6 @@
 use std::fmt;
-use std::path::Path;
 
-/// Where a scenario is wrong, and what is allowed there.
+/// Where a scenario is wrong, and what to do.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ScenarioError {
     /// The file.
@@ -12,20 +11,8 @@ pub struct ScenarioError {
     pub key: Option<String>,
     /// What is wrong.
     pub fault: String,
-    /// What is allowed.
-    pub allowed: Option<String>,
-}
-
-impl ScenarioError {
-    pub(super) fn unreadable(path: &Path, error: &std::io::Error) -> Self {
-        Self {
-            file: path.display().to_string(),
-            line: None,
-            key: None,
-            fault: format!("the scenario cannot be read: {error}"),
-            allowed: None,
-        }
-    }
+    /// What is allowed and what to do, line by line; may be empty.
+    pub advice: String,
 }
 
 impl fmt::Display for ScenarioError {
@@ -38,8 +25,8 @@ impl fmt::Display for ScenarioError {
             write!(f, ": {key}")?;
         }
         write!(f, ": {}", self.fault)?;
-        if let Some(allowed) = &self.allowed {
-            write!(f, "\n  allowed: {allowed}")?;
+        for line in self.advice.lines() {
+            write!(f, "\n  {line}")?;
         }
         Ok(())
     }
@@ -47,11 +34,14 @@ impl fmt::Display for ScenarioError {
 
 impl std::error::Error for ScenarioError {}
 
-/// A fault of the contents, before it is known where in the file it stands.
+/// A fault of the contents, before it is known on which line of the file it stands.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Fault {
     pub(crate) key: String,
     pub(crate) fault: String,
+    /// Byte of the file at which it stands, where that is not simply its key's.
+    pub(super) at: Option<usize>,
+    pub(super) advice: String,
 }
 
 impl fmt::Display for Fault {
@@ -65,6 +55,34 @@ impl Fault {
         Self {
             key: key.into(),
             fault: fault.to_string(),
+            at: None,
+            advice: String::new(),
         }
     }
+
+    pub(super) fn at(self, byte: usize) -> Self {
+        Self {
+            at: Some(byte),
+            ..self
+        }
+    }
+
+    pub(super) fn advising(self, advice: String) -> Self {
+        Self { advice, ..self }
+    }
+}
+
+/// A piece of the user's text as a message may show it: short, and without control characters.
+pub(super) fn shown(text: &str) -> String {
+    /// Characters that are shown.
+    const MOST: usize = 40;
+    let mut shown: String = text
+        .chars()
+        .take(MOST)
+        .map(|c| if c.is_control() { '\u{fffd}' } else { c })
+        .collect();
+    if text.chars().nth(MOST).is_some() {
+        shown.push('…');
+    }
+    shown
 }

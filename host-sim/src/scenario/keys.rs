@@ -1,429 +1,337 @@
-//! Every key of a scenario file, what it may hold and what holds when it is absent.
+//! Every key of a scenario file: a line each, in the order in which they are read.
+//!
+//! A line says where the key stands, what it holds and where that goes in the [`Scenario`], what is
+//! the case when it is absent, its unit, and what it is. Reading, messages, help and schema all
+//! follow from it.
 
-/// One key.
-#[derive(Debug, Clone, Copy)]
-pub struct Key {
-    /// Its path, table and key.
-    pub path: &'static str,
-    /// What is allowed.
-    pub allowed: &'static str,
-    /// What holds when it is absent.
-    pub default: &'static str,
+use identifier_core::ControllerSettings;
+use identifier_core::control::Gains;
+use identifier_core::error::Allowed;
+use identifier_core::excitation::Tone;
+use identifier_core::model::ServoParameters;
+use identifier_core::parameters::Parameter;
+use identifier_core::settings::{BoxSettings, IdentifierSettings, RangeSettings};
+use identifier_core::units::Units;
+
+use super::ExcitationSettings::{
+    BandLimitedWhiteNoise, Chirp, Multisine, None as Still, Prbs, Square, Steps,
+};
+use super::key::Absent::{Begins, First, Follows, Is, Required};
+use super::key::Holds::{
+    Choice as OneOf, Column, Limit, Matrix, Number, Numbers, Pair, Parameters, Table, Whole,
+};
+use super::key::Range::{BelowNyquist, EvenSamples, Fixed, HalfRadian, Samples};
+use super::key::When::{Always, InRun, Stated};
+use super::key::{Choice, Key, Range};
+use super::{
+    Arithmetic, Baseline, BaselineSettings, ExcitationSettings, Law, LogSettings, Scenario,
+    Velocity, parts,
+};
+
+/// Sines that a multisine and levels that a staircase may have.
+pub(crate) const MOST_ENTRIES: usize = 16;
+
+/// The paper's cut-off of the velocity filter, rad/s.
+const CUTOFF: f64 = 500.0;
+
+const ANY: Range = Fixed(Allowed::Finite);
+const POSITIVE: Range = Fixed(Allowed::Above(0.0));
+const NOT_NEGATIVE: Range = Fixed(Allowed::AtLeast(0.0));
+const GAIN: Range = Fixed(Allowed::Within(0.0, Gains::LARGEST));
+const POSITIVE_GAIN: Range = Fixed(Allowed::PositiveUpTo(Gains::LARGEST));
+const SAMPLE_TIME: Range = Fixed(Allowed::Within(
+    Units::SAMPLE_TIMES.0,
+    Units::SAMPLE_TIMES.1,
+));
+const TYPICAL: BaselineSettings = BaselineSettings::TYPICAL;
+
+macro_rules! keys {
+    ($($path:literal: $holds:expr, $absent:expr, $unit:literal, $about:literal;)*) => {
+        /// All keys, in the order in which they are read.
+        pub static KEYS: &[Key] = &[$(Key {
+            path: $path, holds: $holds, absent: $absent, unit: $unit, about: $about,
+        }),*];
+    };
 }
 
-const fn key(path: &'static str, allowed: &'static str, default: &'static str) -> Key {
-    Key {
-        path,
-        allowed,
-        default,
+keys! {
+"plant": Table(Stated), Follows("required for a run; where it is stated, a log to replay is that of a run of this scenario"), "",
+    "the true servo, q'' = -a q' + b u + load - coulomb sign q', with q the position in rad and u the command";
+"plant.a": Number(NOT_NEGATIVE, |s, v| plant(s).a = v), Required("0.5"), "1/s",
+    "viscous friction over inertia: after a push the speed decays as exp(-a t)";
+"plant.b": Number(POSITIVE, |s, v| plant(s).b = v), Required("200.0"), "rad/s² per command unit",
+    "acceleration for one unit of command";
+"plant.load": Number(ANY, |s, v| plant(s).load = v), Is(0.0), "rad/s²",
+    "acceleration by a constant load";
+"plant.coulomb": Number(NOT_NEGATIVE, |s, v| plant(s).coulomb = v), Is(0.0), "rad/s²",
+    "deceleration by Coulomb friction";
+
+"encoder": Table(InRun), Follows("10000 counts; in a replay without [plant], the log's own resolution"), "", "the position sensor";
+"encoder.counts_per_rev": Number(NOT_NEGATIVE, |s, v| s.counts_per_rev = (v > 0.0).then_some(v)), Is(10_000.0), "",
+    "counts of a revolution after fourfold evaluation; 0 is an ideal sensor, in a replay the log's own resolution";
+
+"amplifier": Table(Always), Follows("no limit"), "", "what drives the motor";
+"amplifier.limit": Limit(|s, v| pid(s).limit = v), Follows("no limit"), "command units",
+    "limit of the controller's command, |u| <= limit or low <= u <= high";
+
+"controller": Table(InRun), Follows("the paper's; in a replay without [plant], none"), "",
+    "the PID that closes the loop, u = kp e - kd v + ki sum of e";
+"controller.kp": Number(POSITIVE_GAIN, |s, v| pid(s).kp = v), Is(9.0), "command units per rad",
+    "proportional gain";
+"controller.kd": Number(GAIN, |s, v| pid(s).kd = v), Is(0.19), "command units per rad/s",
+    "derivative gain, on the measured velocity";
+"controller.ki": Number(GAIN, |s, v| pid(s).ki = v), Is(4.0), "command units per rad s",
+    "integral gain";
+"controller.sample_time": Number(SAMPLE_TIME, |s, v| s.stated.sample_time = v), Is(1e-3), "s",
+    "time from one control sample to the next; in a replay without a controller, the log's own";
+"controller.velocity_filter": Table(Always), Follows("low-pass, 500 rad/s; in a replay without a controller, half the sample rate"), "",
+    "how the velocity is taken from the counts, { kind = \"low-pass\", cutoff = 500.0 }";
+"controller.velocity_filter.kind": OneOf(VELOCITIES), First, "", "kind of velocity estimate";
+"controller.velocity_filter.cutoff": Number(BelowNyquist, |s, v| s.stated.cutoff = v), Is(CUTOFF), "rad/s",
+    "cut-off of the low-pass";
+
+"excitation": Table(Always), Follows("the paper's"), "", "the reference that the servo follows";
+"excitation.kind": OneOf(EXCITATIONS), First, "", "kind of reference";
+"excitation.power": Number(POSITIVE, |s, v| if let BandLimitedWhiteNoise { power, .. } = &mut s.excitation { *power = v }),
+    Is(0.005), "rad² s", "power of the noise";
+"excitation.sample_time": Number(Samples, |s, v| if let BandLimitedWhiteNoise { sample_time, .. } = &mut s.excitation { *sample_time = v }),
+    Is(0.1), "s", "time for which a value of the noise is held";
+"excitation.seed": Whole([0, u32::MAX], |s, v| if let BandLimitedWhiteNoise { seed, .. } = &mut s.excitation { *seed = v }),
+    Is(1_212_121.0), "", "seed of the noise";
+"excitation.amplitude": Number(POSITIVE, |s, v| if let Prbs { amplitude, .. } | Chirp { amplitude, .. } | Square { amplitude, .. } = &mut s.excitation { *amplitude = v }),
+    Required("0.2"), "rad", "amplitude to either side";
+"excitation.hold": Number(Samples, |s, v| if let Prbs { hold, .. } | Steps { hold, .. } = &mut s.excitation { *hold = v }),
+    Required("0.1"), "s", "time for which a bit or a level is held";
+"excitation.order": Whole([2, 24], |s, v| if let Prbs { order, .. } = &mut s.excitation { *order = v }),
+    Is(9.0), "", "bits of the shift register";
+"excitation.amplitudes": Numbers(POSITIVE, |s, v| { s.excitation = sines(v); Ok(()) }),
+    Required("[0.1, 0.05]"), "rad", "amplitude of each sine";
+"excitation.frequencies": Numbers(BelowNyquist, |s, v| tune(&mut s.excitation, &v)),
+    Required("[6.0, 20.0]"), "rad/s", "frequency of each sine, as many as amplitudes";
+"excitation.from": Number(BelowNyquist, |s, v| if let Chirp { from, .. } = &mut s.excitation { *from = v }),
+    Required("2.0"), "rad/s", "frequency at the beginning";
+"excitation.to": Number(BelowNyquist, |s, v| if let Chirp { to, .. } = &mut s.excitation { *to = v }),
+    Required("40.0"), "rad/s", "frequency at the end";
+"excitation.duration": Number(Samples, |s, v| if let Chirp { duration, .. } = &mut s.excitation { *duration = v }),
+    Required("5.0"), "s", "time of a sweep, after which it begins again";
+"excitation.period": Number(EvenSamples, |s, v| if let Square { period, .. } = &mut s.excitation { *period = v }),
+    Required("1.0"), "s", "period of the square wave";
+"excitation.levels": Numbers(ANY, |s, v| { if let Steps { levels, .. } = &mut s.excitation { *levels = v } Ok(()) }),
+    Required("[0.2, -0.2]"), "rad", "levels, one after the other";
+
+"identifier": Table(Always), Follows("the gradient law"), "", "what is identified, and how";
+"identifier.law": OneOf(LAWS), First, "", "the method";
+"identifier.parameters": Parameters(choose), Follows("[\"a\", \"b\"], or what the method finds"), "",
+    "what is estimated; the others stay at their initial values";
+"identifier.arithmetic": OneOf(ARITHMETICS), First, "",
+    "number format of the loop; \"fixed\" is there for gradient and pd-gradient";
+"identifier.gamma": Matrix(|s, v| weigh(s, &v)), Follows("automatic, from box and reference"), "",
+    "how fast each estimate moves, the matrix of (11)";
+"identifier.mu": Number(POSITIVE, |s, v| told(s).mu = Some(v)), Follows("automatic, from gains and box"), "1/s",
+    "weight of the output error beside its derivative in (11)";
+"identifier.initial": Table(Always), Follows("as below"), "", "where the estimates begin, inside bounds";
+"identifier.initial.a": Number(ANY, |s, v| told(s).initial.a = Some(v)), Begins(0.0), "1/s", "first estimate of a";
+"identifier.initial.b": Number(POSITIVE, |s, v| told(s).initial.b = Some(v)), Begins(50.0), "rad/s² per command unit",
+    "first estimate of b; a law that fits needs one only where b is not among parameters";
+"identifier.initial.coulomb": Number(ANY, |s, v| told(s).initial.coulomb = Some(v)), Begins(0.0), "rad/s²",
+    "first estimate of the Coulomb friction";
+"identifier.initial.load": Number(ANY, |s, v| told(s).initial.load = Some(v)), Begins(0.0), "rad/s²",
+    "first estimate of the load";
+"identifier.bounds": Table(Always), Follows("as below"), "", "where the estimates are kept";
+"identifier.bounds.a": Pair(ANY, |s, v| told(s).bounds.a = Some(v)), Follows("as wide as the sample time bears"), "1/s",
+    "bounds of a, both within 0.5/sample_time of 0";
+"identifier.bounds.b": Pair(POSITIVE, |s, v| told(s).bounds.b = Some(v)),
+    Follows("as wide as the sample time and the gains bear"), "rad/s² per command unit", "bounds of b";
+"identifier.bounds.coulomb": Pair(NOT_NEGATIVE, |s, v| told(s).bounds.coulomb = Some(v)),
+    Follows("from 0 to far beyond any servo; fixed, what plant_box and the command allow"), "rad/s²",
+    "bounds of the Coulomb friction";
+"identifier.bounds.load": Pair(ANY, |s, v| told(s).bounds.load = Some(v)),
+    Follows("far beyond any servo to both sides; fixed, what plant_box and the command allow"), "rad/s²",
+    "bounds of the load";
+"identifier.plant_box": Table(Stated), Follows("none, and nothing is certified"), "",
+    "where the true servo may lie: the loop is certified for all of it";
+"identifier.plant_box.a": Pair(NOT_NEGATIVE, |s, v| within(s).a = v), Required("[0.0, 50.0]"), "1/s",
+    "lowest and highest a of the servo";
+"identifier.plant_box.b": Pair(POSITIVE, |s, v| within(s).b = v), Required("[110.0, 1000.0]"), "rad/s² per command unit",
+    "lowest and highest b of the servo";
+"identifier.correction": Table(Stated),
+    Follows("the controller's gains, which make the model loop the paper's; without one, from plant_box and bandwidth"), "",
+    "the gains that pull the model to the servo";
+"identifier.correction.kp": Number(POSITIVE_GAIN, |s, v| correction(s)[0] = v), Required("9.0"), "command units per rad",
+    "proportional gain of the correction";
+"identifier.correction.kd": Number(GAIN, |s, v| correction(s)[1] = v), Required("0.19"), "command units per rad/s",
+    "derivative gain of the correction";
+"identifier.correction.ki": Number(GAIN, |s, v| correction(s)[2] = v), Required("4.0"), "command units per rad s",
+    "integral gain of the correction";
+"identifier.bandwidth": Number(HalfRadian, |s, v| told(s).bandwidth = Some(v)),
+    Follows("from what the first fit finds; gradient laws, 0.05/sample_time"), "rad/s",
+    "bandwidth of the position loop, right within a factor of four; gradient laws use it without controller and correction";
+"identifier.max_speed": Number(POSITIVE, |s, v| told(s).max_speed = Some(v)),
+    Follows("what the number format counts exactly in a sample"), "rad/s",
+    "the fastest that the servo can move; a larger jump of the position ends the run";
+"identifier.uncertainty": Table(Always), Follows("nothing is known"), "", "standard deviations of the initial estimates";
+"identifier.uncertainty.a": Number(POSITIVE, |s, v| told(s).uncertainty.a = Some(v)), Follows("nothing is known"), "1/s",
+    "standard deviation of initial.a";
+"identifier.uncertainty.b": Number(POSITIVE, |s, v| told(s).uncertainty.b = Some(v)), Follows("nothing is known"),
+    "rad/s² per command unit", "standard deviation of initial.b";
+"identifier.uncertainty.coulomb": Number(POSITIVE, |s, v| told(s).uncertainty.coulomb = Some(v)), Follows("nothing is known"),
+    "rad/s²", "standard deviation of initial.coulomb";
+"identifier.uncertainty.load": Number(POSITIVE, |s, v| told(s).uncertainty.load = Some(v)), Follows("nothing is known"),
+    "rad/s²", "standard deviation of initial.load";
+"identifier.noise": Number(POSITIVE, |s, v| told(s).noise = Some(v)), Follows("an encoder count over the square root of 12"), "rad",
+    "standard deviation of the position noise";
+"identifier.start_time": Number(Fixed(Allowed::Within(1e-4, 1e4)), |s, v| told(s).start_time = Some(v)),
+    Follows("1; in a replay, no more than the log has"), "s",
+    "gauss-newton: the time over which the first fit looks; window: its length";
+"identifier.memory": Number(Fixed(Allowed::AtLeast(2.0)), |s, v| told(s).memory = Some(v)), Follows("all that ever was"), "s",
+    "how long a sample counts, for a servo that changes";
+"identifier.ranges": Table(Stated), Follows("four times what the command limit lets the PID ask for"), "",
+    "what the signals stay within in fixed point";
+"identifier.ranges.error": Number(POSITIVE, |s, v| ranges(s).error = v), Required("1.0"), "rad", "largest position error";
+"identifier.ranges.velocity": Number(POSITIVE, |s, v| ranges(s).velocity = v), Required("100.0"), "rad/s", "largest velocity";
+"identifier.ranges.command": Number(POSITIVE, |s, v| ranges(s).command = v), Required("10.0"), "command units",
+    "largest command, no smaller than the limit";
+"identifier.relay": Number(POSITIVE, |s, v| rival(s, |own| own.relay = v)), Is(TYPICAL.relay), "command units",
+    "command of the relay to either side";
+"identifier.relay_delay": Number(Fixed(Allowed::Within(0.0, 10.0)), |s, v| rival(s, |own| own.relay_delay = v)),
+    Is(TYPICAL.relay_delay), "s", "delay of the relay";
+"identifier.forgetting": Number(Fixed(Allowed::PositiveUpTo(1.0)), |s, v| rival(s, |own| own.forgetting = v)),
+    Follows("0.999 for relay-least-squares and multi-step-least-squares, 0.9999 for the others"), "", "forgetting factor of a sample";
+"identifier.filter_cutoff": Number(BelowNyquist, |s, v| rival(s, |own| own.filter_cutoff = v)), Is(TYPICAL.filter_cutoff), "rad/s",
+    "cut-off of the filters of position and command";
+"identifier.proportional_gain": Number(POSITIVE, |s, v| rival(s, |own| own.proportional_gain = Some(v))),
+    Follows("a twentieth of kp"), "command units per rad", "gain of the proportional loop";
+"identifier.block": Number(POSITIVE, |s, v| rival(s, |own| own.block = v)), Is(TYPICAL.block), "s", "sample time of the model";
+
+"run": Table(Always), Follows("60 s"), "", "the simulated experiment";
+"run.duration": Number(POSITIVE, |s, v| s.duration = v), Is(60.0), "s",
+    "length of the run, at least one and at most 1e10 control samples";
+
+"compare": Table(Always), Follows("as below"), "", "what the cases of a comparison are made of";
+"compare.load": Number(ANY, |s, v| s.compare.load = Some(v)), Follows("0.08 of plant.b"), "rad/s²", "the load";
+"compare.coulomb": Number(NOT_NEGATIVE, |s, v| s.compare.coulomb = Some(v)), Follows("0.04 of plant.b"), "rad/s²", "the friction";
+"compare.counts_per_rev": Number(POSITIVE, |s, v| s.compare.counts_per_rev = v), Is(2000.0), "", "the coarse encoder";
+"compare.limit": Number(POSITIVE, |s, v| s.compare.limit = Some(v)), Follows("a ninth of kp"), "command units",
+    "the amplifier that saturates";
+
+"log": Table(Stated), Follows("the columns of the tool's own traces"), "", "the columns of a log to replay";
+"log.time": Column(|s, v| log(s).time = v), Required("\"time_s\""), "s", "time of a row";
+"log.reference": Column(|s, v| log(s).reference = Some(v)), Follows("none; required without log.command"), "rad",
+    "reference position";
+"log.position": Column(|s, v| log(s).position = v), Required("\"position_rad\""), "rad", "measured position";
+"log.command": Column(|s, v| log(s).command = Some(v)), Follows("the declared controller's, computed again"), "command units",
+    "the whole command that acted from each row to the next";
+"log.injection": Column(|s, v| log(s).injection = Some(v)), Follows("none"), "command units",
+    "what was added to the declared controller's command behind its limit";
+"log.bridge_gaps": Whole([0, u32::MAX], |s, v| log(s).bridge = v), Is(0.0), "",
+    "the most missing samples in a row that straight lines may bridge";
+}
+
+const fn choice(
+    name: &'static str,
+    takes: &'static [&'static str],
+    set: fn(&mut Scenario),
+) -> Choice {
+    Choice { name, takes, set }
+}
+
+const VELOCITIES: &[Choice] = &[
+    choice("low-pass", &["cutoff"], |s| s.velocity = Velocity::LowPass),
+    choice("difference", &[], |s| s.velocity = Velocity::Difference),
+    choice("averaged-difference", &[], |s| {
+        s.velocity = Velocity::AveragedDifference;
+    }),
+];
+
+const ARITHMETICS: &[Choice] = &[
+    choice("f32", &[], |s| s.identifier.arithmetic = Arithmetic::F32),
+    choice("f64", &[], |s| s.identifier.arithmetic = Arithmetic::F64),
+    choice("fixed", &["ranges"], |s| {
+        s.identifier.arithmetic = Arithmetic::Fixed;
+    }),
+];
+
+/// The references; their numbers follow, key by key.
+#[rustfmt::skip]
+const EXCITATIONS: &[Choice] = &[
+    choice("band-limited-white-noise", &["power", "sample_time", "seed"], |s| {
+        s.excitation = BandLimitedWhiteNoise { power: 0.0, sample_time: 0.0, seed: 0 };
+    }),
+    choice("prbs", &["amplitude", "hold", "order"], |s| {
+        s.excitation = Prbs { amplitude: 0.0, hold: 0.0, order: 0 };
+    }),
+    choice("multisine", &["amplitudes", "frequencies"], |s| s.excitation = Multisine(Vec::new())),
+    choice("chirp", &["amplitude", "from", "to", "duration"], |s| {
+        s.excitation = Chirp { amplitude: 0.0, from: 0.0, to: 0.0, duration: 0.0 };
+    }),
+    choice("square", &["amplitude", "period"], |s| {
+        s.excitation = Square { amplitude: 0.0, period: 0.0 };
+    }),
+    choice("steps", &["levels", "hold"], |s| {
+        s.excitation = Steps { levels: Vec::new(), hold: 0.0 };
+    }),
+    choice("none", &[], |s| s.excitation = Still),
+];
+
+const GRADIENT: &[&str] = &[
+    "gamma",
+    "mu",
+    "bounds",
+    "plant_box",
+    "correction",
+    "bandwidth",
+    "max_speed",
+];
+
+const FITTING: &[&str] = &[
+    "bounds",
+    "uncertainty",
+    "noise",
+    "bandwidth",
+    "max_speed",
+    "start_time",
+];
+
+const GAUSS_NEWTON: &[&str] = &[
+    "bounds",
+    "uncertainty",
+    "noise",
+    "bandwidth",
+    "max_speed",
+    "start_time",
+    "memory",
+];
+
+macro_rules! laws {
+    ({ $($law:ident: $takes:expr;)* } rivals { $($baseline:ident: $own:expr;)* }) => {
+        /// The laws, and which keys each takes besides those that all take.
+        pub(super) const LAWS: &[Choice] = &[
+            $(choice(Law::$law.name(), $takes, |s| adopt(s, Law::$law)),)*
+            $(choice(Baseline::$baseline.name(), $own, |s| {
+                adopt(s, Law::Baseline(Baseline::$baseline, BaselineSettings::of(Baseline::$baseline)));
+            }),)*
+        ];
+    };
+}
+
+laws! {
+    {
+        Gradient: GRADIENT;
+        GaussNewton: GAUSS_NEWTON;
+        Window: FITTING;
+        PdGradient: GRADIENT;
+    }
+    rivals {
+        RelayLeastSquares: &["relay", "forgetting", "filter_cutoff"];
+        ProportionalLeastSquares: &["proportional_gain", "filter_cutoff"];
+        TwoDegreesOfFreedom: &["filter_cutoff"];
+        MultiStepLeastSquares: &["proportional_gain", "forgetting", "block"];
+        RelayCycle: &["relay", "relay_delay"];
+        TwoRelays: &["relay", "relay_delay"];
+        ClosedLoopArx: &["forgetting", "filter_cutoff"];
+        MechanicalLeastSquares: &["forgetting", "filter_cutoff"];
     }
 }
-
-/// All keys, in the order of the documentation.
-pub const KEYS: &[Key] = &[
-    key(
-        "plant",
-        "a table with the true servo's a and b",
-        "required to run; in a replay it says that the log is that of a run of this scenario",
-    ),
-    key("plant.a", "a number of at least 0, 1/s", "required"),
-    key(
-        "plant.b",
-        "a number above 0, rad/s² per command unit",
-        "required",
-    ),
-    key("plant.load", "any finite number, rad/s²", "0"),
-    key("plant.coulomb", "a number of at least 0, rad/s²", "0"),
-    key(
-        "encoder",
-        "a table with counts_per_rev",
-        "10 000 counts; in a replay, the log's own resolution",
-    ),
-    key(
-        "encoder.counts_per_rev",
-        "a number of at least 0; 0 is an ideal sensor, in a replay the log's own resolution",
-        "10000",
-    ),
-    key("amplifier", "a table with limit", "no limit"),
-    key(
-        "amplifier.limit",
-        "of the controller's command: a number above 0 for |u| <= limit, or [low, high] with low below 0 and high above 0, \
-         command units",
-        "no limit",
-    ),
-    key(
-        "controller",
-        "a table with the PID",
-        "the paper's; in a replay with log.command, none",
-    ),
-    key("controller.kp", "a number above 0 and at most 1e9", "9"),
-    key("controller.kd", "a number from 0 to 1e9", "0.19"),
-    key("controller.ki", "a number from 0 to 1e9", "4"),
-    key(
-        "controller.sample_time",
-        "a number from 1e-7 to 10, s",
-        "0.001; in a replay without a controller, the log's own",
-    ),
-    key(
-        "controller.velocity_filter",
-        "{ kind = \"low-pass\", cutoff = rad/s }, { kind = \"difference\" } or \
-         { kind = \"averaged-difference\" }",
-        "low-pass, 500 rad/s; in a replay without a controller, half the sample rate",
-    ),
-    key(
-        "controller.velocity_filter.kind",
-        "\"low-pass\", \"difference\" or \"averaged-difference\"",
-        "\"low-pass\"",
-    ),
-    key(
-        "controller.velocity_filter.cutoff",
-        "with kind = \"low-pass\" only: a number above 0 and below pi/sample_time, rad/s",
-        "500",
-    ),
-    key("excitation", "a table with the reference", "the paper's"),
-    key(
-        "excitation.kind",
-        "\"band-limited-white-noise\", \"prbs\", \"multisine\", \"chirp\", \"square\", \"steps\" \
-         or \"none\"",
-        "\"band-limited-white-noise\"",
-    ),
-    key(
-        "excitation.power",
-        "a number above 0, rad² s (white noise)",
-        "0.005",
-    ),
-    key(
-        "excitation.sample_time",
-        "a whole number of control samples, s (white noise)",
-        "0.1",
-    ),
-    key(
-        "excitation.seed",
-        "a whole number from 0 to 4294967295 (white noise)",
-        "1212121",
-    ),
-    key(
-        "excitation.amplitude",
-        "a number above 0, rad (prbs, chirp, square)",
-        "required there",
-    ),
-    key(
-        "excitation.hold",
-        "a whole number of control samples, s (prbs, steps)",
-        "required there",
-    ),
-    key(
-        "excitation.order",
-        "a whole number from 2 to 24 (prbs)",
-        "9",
-    ),
-    key(
-        "excitation.amplitudes",
-        "1 to 16 numbers above 0, rad (multisine)",
-        "required there",
-    ),
-    key(
-        "excitation.frequencies",
-        "as many numbers above 0 and below pi/sample_time, rad/s (multisine)",
-        "required there",
-    ),
-    key(
-        "excitation.from",
-        "a number above 0 and below pi/sample_time, rad/s (chirp)",
-        "required there",
-    ),
-    key(
-        "excitation.to",
-        "a number above 0 and below pi/sample_time, rad/s (chirp)",
-        "required there",
-    ),
-    key(
-        "excitation.duration",
-        "a whole number of control samples, s (chirp)",
-        "required there",
-    ),
-    key(
-        "excitation.period",
-        "an even number of control samples, s (square)",
-        "required there",
-    ),
-    key(
-        "excitation.levels",
-        "1 to 16 finite numbers, rad (steps)",
-        "required there",
-    ),
-    key("identifier", "a table with the law", "the Γ-gradient law"),
-    key(
-        "identifier.law",
-        "\"gradient\", \"gauss-newton\", \"window\", \"pd-gradient\", \"relay-least-squares\", \
-         \"proportional-least-squares\", \"two-degrees-of-freedom\", \
-         \"multi-step-least-squares\", \"relay-cycle\", \"two-relays\", \"closed-loop-arx\" or \
-         \"mechanical-least-squares\"",
-        "\"gradient\"",
-    ),
-    key(
-        "identifier.gamma",
-        "the diagonal [g_a, g_b, ..] or the full symmetric positive definite matrix [[..], ..], in \
-         the order of parameters (gradient)",
-        "automatic",
-    ),
-    key(
-        "identifier.mu",
-        "a number above 0, 1/s (gradient)",
-        "automatic",
-    ),
-    key(
-        "identifier.parameters",
-        "one or more of \"a\", \"b\", \"coulomb\" and \"load\", each once; the others stay at their \
-         initial values; relay-least-squares: [\"a\", \"b\"]",
-        "[\"a\", \"b\"]",
-    ),
-    key(
-        "identifier.initial",
-        "{ a = 1/s, b = rad/s² per command unit, coulomb = rad/s², load = rad/s² }, inside bounds",
-        "{ a = 0, b = 50, coulomb = 0, load = 0 }; gauss-newton and window need none",
-    ),
-    key("identifier.initial.a", "a number inside bounds.a, 1/s", "0"),
-    key(
-        "identifier.initial.b",
-        "a number above 0 inside bounds.b, rad/s² per command unit",
-        "50; gauss-newton and window need none, unless b is not among parameters",
-    ),
-    key(
-        "identifier.initial.coulomb",
-        "a number inside bounds.coulomb, rad/s²",
-        "0",
-    ),
-    key(
-        "identifier.initial.load",
-        "a number inside bounds.load, rad/s²",
-        "0",
-    ),
-    key(
-        "identifier.bounds",
-        "{ a = [min, max], b = [min, max], coulomb = [min, max], load = [min, max] }",
-        "as below",
-    ),
-    key(
-        "identifier.bounds.a",
-        "[min, max], both within 0.5/sample_time of 0, 1/s",
-        "as wide as the sample time bears",
-    ),
-    key(
-        "identifier.bounds.b",
-        "[min, max] with min above 0, rad/s² per command unit",
-        "as wide as the sample time and the gains bear",
-    ),
-    key(
-        "identifier.bounds.coulomb",
-        "[min, max] with min of at least 0, rad/s²",
-        "from 0 to far beyond any servo; fixed, what plant_box and the command allow",
-    ),
-    key(
-        "identifier.bounds.load",
-        "[min, max], rad/s²",
-        "far beyond any servo to both sides; fixed, what plant_box and the command allow",
-    ),
-    key(
-        "identifier.plant_box",
-        "{ a = [min, max], b = [min, max] } (gradient, pd-gradient)",
-        "none: nothing is certified",
-    ),
-    key(
-        "identifier.plant_box.a",
-        "[min, max] with min of at least 0, 1/s",
-        "required in plant_box",
-    ),
-    key(
-        "identifier.plant_box.b",
-        "[min, max] with min above 0, rad/s² per command unit",
-        "required in plant_box",
-    ),
-    key(
-        "identifier.correction",
-        "{ kp, kd, ki }: the gains that pull the model to the servo (gradient, pd-gradient)",
-        "the controller's, which make the model loop the paper's; without one, from plant_box and \
-         bandwidth",
-    ),
-    key(
-        "identifier.correction.kp",
-        "a number above 0 and at most 1e9, command units per rad",
-        "required in correction",
-    ),
-    key(
-        "identifier.correction.kd",
-        "a number from 0 to 1e9, command units per rad/s",
-        "required in correction",
-    ),
-    key(
-        "identifier.correction.ki",
-        "a number from 0 to 1e9, command units per rad s",
-        "required in correction",
-    ),
-    key(
-        "identifier.bandwidth",
-        "a number above 0 and at most 0.5/sample_time, rad/s: of the position loop, right within a \
-         factor of four (gauss-newton, window; the gradient laws without controller and correction)",
-        "from what the first fit finds; gradient laws, 0.05/sample_time",
-    ),
-    key(
-        "identifier.max_speed",
-        "a number above 0, rad/s: the fastest that the servo can move; a larger jump of the position \
-         ends the run (gradient, pd-gradient, gauss-newton, window)",
-        "what the number format counts exactly in a sample",
-    ),
-    key(
-        "identifier.uncertainty",
-        "{ a, b, coulomb, load }: standard deviations of the initial estimates (gauss-newton, window)",
-        "nothing is known",
-    ),
-    key(
-        "identifier.uncertainty.a",
-        "a number above 0, 1/s",
-        "nothing is known",
-    ),
-    key(
-        "identifier.uncertainty.b",
-        "a number above 0, rad/s² per command unit",
-        "nothing is known",
-    ),
-    key(
-        "identifier.uncertainty.coulomb",
-        "a number above 0, rad/s²",
-        "nothing is known",
-    ),
-    key(
-        "identifier.uncertainty.load",
-        "a number above 0, rad/s²",
-        "nothing is known",
-    ),
-    key(
-        "identifier.noise",
-        "a number above 0, rad: standard deviation of the position noise (gauss-newton, window)",
-        "an encoder count over the square root of 12",
-    ),
-    key(
-        "identifier.start_time",
-        "a number from 1e-4 to 1e4, s: the time over which the first fit looks (gauss-newton), the \
-         length of the window (window)",
-        "1; in a replay, no more than the log has",
-    ),
-    key(
-        "identifier.memory",
-        "a number of at least 2, s: how long a sample counts, for a servo that changes (gauss-newton)",
-        "all that ever was",
-    ),
-    key(
-        "identifier.arithmetic",
-        "\"f32\", \"f64\" or \"fixed\" (gradient, pd-gradient)",
-        "\"f32\"",
-    ),
-    key(
-        "identifier.ranges",
-        "{ error, velocity, command }: what the signals stay within (fixed)",
-        "four times what the command limit lets the PID ask for",
-    ),
-    key(
-        "identifier.ranges.error",
-        "a number above 0, rad",
-        "required in ranges",
-    ),
-    key(
-        "identifier.ranges.velocity",
-        "a number above 0, rad/s",
-        "required in ranges",
-    ),
-    key(
-        "identifier.ranges.command",
-        "a number of at least the limit, command units",
-        "required in ranges",
-    ),
-    key(
-        "identifier.relay",
-        "a number above 0, command units (laws with a relay)",
-        "1",
-    ),
-    key(
-        "identifier.relay_delay",
-        "a number from 0 to 10, s (relay-cycle, two-relays)",
-        "0.005",
-    ),
-    key(
-        "identifier.forgetting",
-        "a number above 0 and at most 1 (recursive least squares)",
-        "0.999 for relay-least-squares and multi-step-least-squares, 0.9999 for the others",
-    ),
-    key(
-        "identifier.filter_cutoff",
-        "a number above 0 and below pi/sample_time, rad/s (least squares on filtered signals)",
-        "50",
-    ),
-    key(
-        "identifier.proportional_gain",
-        "a number above 0, command units per rad (laws in a proportional loop)",
-        "a twentieth of kp",
-    ),
-    key(
-        "identifier.block",
-        "a number above 0, s: the sample time of the model (multi-step-least-squares)",
-        "0.02",
-    ),
-    key("run", "a table with duration", "60 s"),
-    key(
-        "run.duration",
-        "a number of at least one and at most 10^10 control samples, s",
-        "60",
-    ),
-    key(
-        "compare",
-        "a table with what the cases of a comparison are made of",
-        "each has a default",
-    ),
-    key("compare.load", "a number, rad/s²", "0.08 of plant.b"),
-    key(
-        "compare.coulomb",
-        "a number of at least 0, rad/s²",
-        "0.04 of plant.b",
-    ),
-    key("compare.counts_per_rev", "a number above 0", "2000"),
-    key(
-        "compare.limit",
-        "a number above 0, command units",
-        "a ninth of kp",
-    ),
-    key(
-        "log",
-        "a table with the columns of a log",
-        "those of the tool's own traces",
-    ),
-    key("log.time", "the name of a column, s", "required in log"),
-    key(
-        "log.reference",
-        "the name of a column, rad",
-        "none; required without log.command",
-    ),
-    key(
-        "log.position",
-        "the name of a column, rad",
-        "required in log",
-    ),
-    key(
-        "log.command",
-        "the name of a column, command units: the whole command that acted from each row to the next",
-        "the declared controller's, computed again",
-    ),
-    key(
-        "log.injection",
-        "the name of a column, command units: what was added to the declared controller's command \
-         behind its limit",
-        "none",
-    ),
-    key(
-        "log.bridge_gaps",
-        "a whole number: the most missing samples in a row that straight lines may bridge",
-        "0",
-    ),
-];
 
 /// Keys of former versions, with what is to be stated in their place.
 const FORMER: &[(&str, &str)] = &[
@@ -438,42 +346,135 @@ const FORMER: &[(&str, &str)] = &[
 ];
 
 /// What is to be stated in place of a key of a former version.
-#[must_use]
-pub fn remedy(path: &str) -> Option<&'static str> {
-    FORMER
-        .iter()
-        .find(|(former, _)| *former == path)
-        .map(|(_, remedy)| *remedy)
+pub(super) fn remedy(path: &str) -> Option<&'static str> {
+    let former = FORMER.iter().find(|(former, _)| *former == path);
+    former.map(|(_, remedy)| *remedy)
 }
 
-/// What a key may hold.
-#[must_use]
-pub fn allowed(path: &str) -> Option<&'static str> {
-    KEYS.iter()
-        .find(|key| key.path == path)
-        .map(|key| key.allowed)
+fn plant(s: &mut Scenario) -> &mut ServoParameters {
+    s.plant.get_or_insert(ServoParameters {
+        a: 0.0,
+        b: 0.0,
+        coulomb: 0.0,
+        load: 0.0,
+    })
 }
 
-/// The names of the keys of a table; of the tables for the empty path.
-#[must_use]
-pub fn children(table: &str) -> Vec<&'static str> {
-    KEYS.iter()
-        .filter_map(|key| match key.path.rsplit_once('.') {
-            Some((parent, name)) => (parent == table).then_some(name),
-            None => table.is_empty().then_some(key.path),
-        })
-        .collect()
+fn pid(s: &mut Scenario) -> &mut ControllerSettings {
+    let none = ControllerSettings::pid(0.0, 0.0, 0.0);
+    s.stated.controller.get_or_insert(none)
+}
+
+fn told(s: &mut Scenario) -> &mut IdentifierSettings {
+    &mut s.stated.identifier
+}
+
+fn within(s: &mut Scenario) -> &mut BoxSettings {
+    told(s).plant_box.get_or_insert(BoxSettings {
+        a: [0.0; 2],
+        b: [0.0; 2],
+    })
+}
+
+fn correction(s: &mut Scenario) -> &mut [f64; 3] {
+    told(s).correction.get_or_insert([0.0; 3])
+}
+
+fn ranges(s: &mut Scenario) -> &mut RangeSettings {
+    told(s).ranges.get_or_insert(RangeSettings {
+        error: 0.0,
+        velocity: 0.0,
+        command: 0.0,
+    })
+}
+
+fn rival(s: &mut Scenario, set: impl FnOnce(&mut BaselineSettings)) {
+    if let Law::Baseline(_, own) = &mut s.identifier.law {
+        set(own);
+    }
+}
+
+fn log(s: &mut Scenario) -> &mut LogSettings {
+    s.log.get_or_insert_with(|| LogSettings {
+        time: String::new(),
+        reference: None,
+        position: String::new(),
+        command: None,
+        injection: None,
+        bridge: 0,
+    })
+}
+
+fn adopt(s: &mut Scenario, law: Law) {
+    s.identifier.parameters = law.default_parameters();
+    s.identifier.law = law;
+}
+
+fn choose(s: &mut Scenario, parameters: Vec<Parameter>) -> Result<(), String> {
+    s.identifier.law.can_estimate(&parameters)?;
+    s.identifier.parameters = parameters;
+    Ok(())
+}
+
+/// Spreads the rows for the chosen parameters over those of all four.
+fn weigh(s: &mut Scenario, rows: &[Vec<f64>]) -> Result<(), String> {
+    let parameters = &s.identifier.parameters;
+    let count = parameters.len();
+    if rows.len() != count {
+        return Err(format!("{} entries for {count} parameters", rows.len()));
+    }
+    let mut matrix = parts::identity();
+    for (i, (values, of)) in rows.iter().zip(parameters).enumerate() {
+        if values.len() != count {
+            return Err(format!(
+                "row {i} has {} entries for {count} parameters",
+                values.len()
+            ));
+        }
+        for (value, beside) in values.iter().zip(parameters) {
+            matrix[parts::place(*of)][parts::place(*beside)] = *value;
+        }
+    }
+    s.stated.identifier.gamma = Some(matrix);
+    Ok(())
+}
+
+fn sines(amplitudes: Vec<f64>) -> ExcitationSettings {
+    let sine = |amplitude| Tone {
+        amplitude,
+        frequency: 0.0,
+    };
+    Multisine(amplitudes.into_iter().map(sine).collect())
+}
+
+fn tune(excitation: &mut ExcitationSettings, frequencies: &[f64]) -> Result<(), String> {
+    let Multisine(tones) = excitation else {
+        return Ok(());
+    };
+    if tones.len() != frequencies.len() {
+        return Err(format!(
+            "{} frequencies for {} amplitudes",
+            frequencies.len(),
+            tones.len()
+        ));
+    }
+    for (tone, frequency) in tones.iter_mut().zip(frequencies) {
+        tone.frequency = *frequency;
+    }
+    Ok(())
 }
 
 /// All keys as a text for the help.
 #[must_use]
 pub fn listing() -> String {
-    KEYS.iter()
-        .filter(|key| key.path.contains('.'))
+    let leaves = KEYS.iter().filter(|key| !matches!(key.holds, Table(_)));
+    leaves
         .map(|key| {
+            let (about, allowed) = (key.description(), key.allowed());
             format!(
-                "  {}\n      {}; default {}\n",
-                key.path, key.allowed, key.default
+                "  {}\n      {about}\n      {allowed}; default {}\n",
+                key.path,
+                key.default()
             )
         })
         .collect()

@@ -59,31 +59,6 @@ pub struct BaselineSettings {
     pub block: f64,
 }
 
-impl BaselineSettings {
-    /// The part of k_p that counts as a low gain where none is given.
-    const LOW: f64 = 0.05;
-
-    /// What a baseline takes where nothing is stated; the same for every servo and case.
-    #[must_use]
-    pub fn of(baseline: Baseline) -> Self {
-        Self {
-            relay: 1.0,
-            relay_delay: 0.005,
-            forgetting: match baseline {
-                // One second at 1 kHz, the paper's.
-                Baseline::RelayLeastSquares => 0.999,
-                // Twenty seconds of blocks.
-                Baseline::MultiStepLeastSquares => 0.999,
-                // Ten seconds at 1 kHz.
-                _ => 0.9999,
-            },
-            filter_cutoff: 50.0,
-            proportional_gain: None,
-            block: 0.02,
-        }
-    }
-}
-
 /// What closes the loop in which a law works.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Closing {
@@ -99,6 +74,79 @@ pub enum Closing {
     Relay,
 }
 
+/// What there is to say of a law: a new one is a row of [`Law::method`], and a line of the choices of
+/// [`LAWS`](super::keys::LAWS).
+#[derive(Debug, Clone, Copy)]
+struct Method {
+    name: &'static str,
+    /// What it can find.
+    finds: &'static [Parameter],
+    closing: Closing,
+    /// What a user must know beforehand.
+    prior: &'static str,
+    /// Where it is from: a number is the paper's reference.
+    source: &'static str,
+}
+
+const AB: &[Parameter] = &[Parameter::A, Parameter::B];
+const ABC: &[Parameter] = &[Parameter::A, Parameter::B, Parameter::Coulomb];
+const ABD: &[Parameter] = &[Parameter::A, Parameter::B, Parameter::Load];
+const ALL: &[Parameter] = &[
+    Parameter::A,
+    Parameter::B,
+    Parameter::Coulomb,
+    Parameter::Load,
+];
+
+const fn method(
+    name: &'static str,
+    finds: &'static [Parameter],
+    closing: Closing,
+    prior: &'static str,
+    source: &'static str,
+) -> Method {
+    Method {
+        name,
+        finds,
+        closing,
+        prior,
+        source,
+    }
+}
+
+const fn fitting(name: &'static str) -> Method {
+    method(name, ALL, Closing::Pid, "nothing", "this project")
+}
+
+impl BaselineSettings {
+    /// The part of k_p that counts as a low gain where none is given.
+    const LOW: f64 = 0.05;
+
+    /// What a baseline takes where nothing is stated; the same for every servo and case.
+    pub(super) const TYPICAL: Self = Self {
+        relay: 1.0,
+        relay_delay: 0.005,
+        // Ten seconds at 1 kHz.
+        forgetting: 0.9999,
+        filter_cutoff: 50.0,
+        proportional_gain: None,
+        block: 0.02,
+    };
+
+    /// The same with the memory of the method.
+    #[must_use]
+    pub const fn of(baseline: Baseline) -> Self {
+        match baseline {
+            // One second at 1 kHz, the paper's; twenty seconds of blocks.
+            Baseline::RelayLeastSquares | Baseline::MultiStepLeastSquares => Self {
+                forgetting: 0.999,
+                ..Self::TYPICAL
+            },
+            _ => Self::TYPICAL,
+        }
+    }
+}
+
 impl Baseline {
     /// All of them.
     pub const ALL: [Self; 8] = [
@@ -112,86 +160,82 @@ impl Baseline {
         Self::MechanicalLeastSquares,
     ];
 
+    #[rustfmt::skip]
+    const fn method(self) -> Method {
+        use Closing::{Pid, Proportional, Relay, TwoDegreesOfFreedom};
+        match self {
+            Self::RelayLeastSquares =>
+                method("relay-least-squares", AB, Relay, "a safe relay, bandwidth", "[2], [14]"),
+            Self::ProportionalLeastSquares =>
+                method("proportional-least-squares", AB, Proportional, "a safe low gain, bandwidth", "[4]"),
+            Self::TwoDegreesOfFreedom => method(
+                "two-degrees-of-freedom", ABC, TwoDegreesOfFreedom,
+                "b without the load's inertia, bandwidth", "[5]",
+            ),
+            Self::MultiStepLeastSquares => method(
+                "multi-step-least-squares", AB, Proportional,
+                "a safe low gain, a sample time for the model", "[6]",
+            ),
+            Self::RelayCycle => method("relay-cycle", ABC, Relay, "a safe relay and delay", "[8]"),
+            Self::TwoRelays => method("two-relays", ABC, Relay, "two safe relays and a delay", "[9]"),
+            Self::ClosedLoopArx =>
+                method("closed-loop-arx", AB, Pid, "a controller, bandwidth", "flight controllers"),
+            Self::MechanicalLeastSquares => method(
+                "mechanical-least-squares", ABD, Pid,
+                "a controller, bandwidth, order of b", "motor-control firmware",
+            ),
+        }
+    }
+
     /// The name in scenarios and results.
     #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::RelayLeastSquares => "relay-least-squares",
-            Self::ProportionalLeastSquares => "proportional-least-squares",
-            Self::TwoDegreesOfFreedom => "two-degrees-of-freedom",
-            Self::MultiStepLeastSquares => "multi-step-least-squares",
-            Self::RelayCycle => "relay-cycle",
-            Self::TwoRelays => "two-relays",
-            Self::ClosedLoopArx => "closed-loop-arx",
-            Self::MechanicalLeastSquares => "mechanical-least-squares",
-        }
+    pub const fn name(self) -> &'static str {
+        self.method().name
     }
 
     /// What it finds.
     #[must_use]
-    pub fn parameters(self) -> &'static [Parameter] {
-        use Parameter::{A, B, Coulomb, Load};
-        match self {
-            Self::RelayLeastSquares
-            | Self::ProportionalLeastSquares
-            | Self::MultiStepLeastSquares
-            | Self::ClosedLoopArx => &[A, B],
-            Self::TwoDegreesOfFreedom | Self::RelayCycle | Self::TwoRelays => &[A, B, Coulomb],
-            Self::MechanicalLeastSquares => &[A, B, Load],
-        }
-    }
-
-    /// What closes its loop.
-    #[must_use]
-    pub fn closing(self) -> Closing {
-        match self {
-            Self::RelayLeastSquares | Self::RelayCycle | Self::TwoRelays => Closing::Relay,
-            Self::ProportionalLeastSquares | Self::MultiStepLeastSquares => Closing::Proportional,
-            Self::TwoDegreesOfFreedom => Closing::TwoDegreesOfFreedom,
-            Self::ClosedLoopArx | Self::MechanicalLeastSquares => Closing::Pid,
-        }
-    }
-
-    /// The keys of `[identifier]` that it takes.
-    #[must_use]
-    pub fn keys(self) -> &'static [&'static str] {
-        match self {
-            Self::RelayLeastSquares => &["relay", "forgetting", "filter_cutoff"],
-            Self::ProportionalLeastSquares => &["proportional_gain", "filter_cutoff"],
-            Self::TwoDegreesOfFreedom => &["filter_cutoff"],
-            Self::MultiStepLeastSquares => &["proportional_gain", "forgetting", "block"],
-            Self::RelayCycle | Self::TwoRelays => &["relay", "relay_delay"],
-            Self::ClosedLoopArx | Self::MechanicalLeastSquares => &["forgetting", "filter_cutoff"],
-        }
+    pub const fn parameters(self) -> &'static [Parameter] {
+        self.method().finds
     }
 }
 
 impl Law {
-    /// The names of the laws that a recorded log can be replayed with.
-    pub const REPLAYABLE: &'static str = "\"gradient\", \"gauss-newton\", \"window\", \
-        \"relay-least-squares\", \"closed-loop-arx\", \"mechanical-least-squares\", \"proportional-least-squares\" and \
-        \"multi-step-least-squares\"";
+    #[rustfmt::skip]
+    const fn method(&self) -> Method {
+        match self {
+            Self::Gradient =>
+                method("gradient", ALL, Closing::Pid, "box of a and b, gains of the PID", "the paper"),
+            Self::PdGradient =>
+                method("pd-gradient", AB, Closing::Pd, "box of a and b, gains of the PD", "[7]"),
+            Self::GaussNewton => fitting("gauss-newton"),
+            Self::Window => fitting("window"),
+            Self::Baseline(baseline, _) => baseline.method(),
+        }
+    }
 
     /// The law's name in scenarios and results.
     #[must_use]
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Gradient => "gradient",
-            Self::GaussNewton => "gauss-newton",
-            Self::Window => "window",
-            Self::PdGradient => "pd-gradient",
-            Self::Baseline(baseline, _) => baseline.name(),
-        }
+    pub const fn name(&self) -> &'static str {
+        self.method().name
     }
 
     /// What closes its loop.
     #[must_use]
-    pub fn closing(&self) -> Closing {
-        match self {
-            Self::Gradient | Self::GaussNewton | Self::Window => Closing::Pid,
-            Self::PdGradient => Closing::Pd,
-            Self::Baseline(baseline, _) => baseline.closing(),
-        }
+    pub const fn closing(&self) -> Closing {
+        self.method().closing
+    }
+
+    /// What a user must know beforehand, for a table.
+    #[must_use]
+    pub const fn prior(&self) -> &'static str {
+        self.method().prior
+    }
+
+    /// Where the method is from: a number is the paper's reference.
+    #[must_use]
+    pub const fn source(&self) -> &'static str {
+        self.method().source
     }
 
     /// Whether it can take a log that some other controller recorded.
@@ -219,6 +263,47 @@ impl Law {
         matches!(self, Self::Gradient | Self::PdGradient)
     }
 
+    /// Whether it finds its own beginning, so that it needs no initial estimates.
+    #[must_use]
+    pub fn fits(&self) -> bool {
+        matches!(self, Self::GaussNewton | Self::Window)
+    }
+
+    /// What it estimates where the user does not choose.
+    pub(super) fn default_parameters(&self) -> Vec<Parameter> {
+        match self {
+            Self::Baseline(baseline, _) => baseline.parameters().to_vec(),
+            _ => AB.to_vec(),
+        }
+    }
+
+    /// Whether it can estimate these parameters.
+    ///
+    /// # Errors
+    /// Why not, and what it does.
+    pub(super) fn can_estimate(&self, parameters: &[Parameter]) -> Result<(), String> {
+        let Method { name, finds, .. } = self.method();
+        if let Some(foreign) = parameters.iter().find(|wanted| !finds.contains(wanted)) {
+            let names: Vec<_> = finds
+                .iter()
+                .map(|own| format!("\"{}\"", own.name()))
+                .collect();
+            return Err(format!(
+                "\"{name}\" cannot estimate \"{}\": it estimates [{}] and nothing else",
+                foreign.name(),
+                names.join(", ")
+            ));
+        }
+        let always: &[Parameter] = match self {
+            Self::Baseline(..) => AB,
+            _ => &[],
+        };
+        match always.iter().find(|own| !parameters.contains(own)) {
+            Some(missing) => Err(format!("this law always estimates \"{}\"", missing.name())),
+            None => Ok(()),
+        }
+    }
+
     /// The controller of the loop that the law closes, from the declared one.
     pub(super) fn controller(&self, declared: ControllerSettings) -> ControllerSettings {
         match (self.closing(), self) {
@@ -236,46 +321,6 @@ impl Law {
                 }
             }
             _ => declared,
-        }
-    }
-
-    /// What a user must know beforehand, for a table.
-    #[must_use]
-    pub fn prior(&self) -> &'static str {
-        match self {
-            Self::Gradient => "box of a and b, gains of the PID",
-            Self::GaussNewton | Self::Window => "nothing",
-            Self::PdGradient => "box of a and b, gains of the PD",
-            Self::Baseline(baseline, _) => match baseline {
-                Baseline::RelayLeastSquares => "a safe relay, bandwidth",
-                Baseline::ProportionalLeastSquares => "a safe low gain, bandwidth",
-                Baseline::TwoDegreesOfFreedom => "b without the load's inertia, bandwidth",
-                Baseline::MultiStepLeastSquares => "a safe low gain, a sample time for the model",
-                Baseline::RelayCycle => "a safe relay and delay",
-                Baseline::TwoRelays => "two safe relays and a delay",
-                Baseline::ClosedLoopArx => "a controller, bandwidth",
-                Baseline::MechanicalLeastSquares => "a controller, bandwidth, order of b",
-            },
-        }
-    }
-
-    /// Where the method is from: a number is the paper's reference.
-    #[must_use]
-    pub fn source(&self) -> &'static str {
-        match self {
-            Self::Gradient => "the paper",
-            Self::GaussNewton | Self::Window => "this project",
-            Self::PdGradient => "[7]",
-            Self::Baseline(baseline, _) => match baseline {
-                Baseline::RelayLeastSquares => "[2], [14]",
-                Baseline::ProportionalLeastSquares => "[4]",
-                Baseline::TwoDegreesOfFreedom => "[5]",
-                Baseline::MultiStepLeastSquares => "[6]",
-                Baseline::RelayCycle => "[8]",
-                Baseline::TwoRelays => "[9]",
-                Baseline::ClosedLoopArx => "flight controllers",
-                Baseline::MechanicalLeastSquares => "motor-control firmware",
-            },
         }
     }
 }

@@ -1,24 +1,26 @@
 //! What an experiment is: the servo, its loop, the reference and the identifier, in SI.
 //!
-//! A scenario file is read in three steps that each do one thing: [`tables`] is its shape, `build`
-//! turns the tables into validated parts of the core, and [`ScenarioError`] says where in the file
-//! a step failed and what is allowed there. [`keys`] is the list of all keys, for the errors and
-//! for the help.
+//! A scenario file is read in steps that each do one thing: `source` takes the text apart, `read`
+//! writes what it states, key by key, into the settings, and `check` says whether they go together.
+//! [`keys`] is the table of all keys, from which reading, errors, help and [`schema`] follow.
 
 mod baselines;
-mod build;
+mod check;
 mod error;
 pub(crate) mod fixed;
+mod key;
 pub mod keys;
 mod law;
 mod parts;
+mod read;
 mod reference;
+pub mod schema;
 mod set;
 mod source;
-pub mod tables;
 mod types;
 
 pub use error::ScenarioError;
+pub use key::Key;
 pub use law::{Baseline, BaselineSettings, Closing, Law};
 pub(crate) use parts::{MOST_PLAYED, place};
 pub use reference::{Reference, ReferenceState};
@@ -54,8 +56,8 @@ pub struct Scenario {
     pub identifier: Identification,
     /// Length of the run, s.
     pub duration: f64,
-    /// The columns of a log to replay; the tool's own unless stated.
-    pub log: LogSettings,
+    /// The columns of a log to replay, as far as the file states them: see [`Scenario::log_columns`].
+    pub log: Option<LogSettings>,
     /// What the cases of a comparison are made of.
     pub compare: CompareSettings,
 }
@@ -211,6 +213,12 @@ impl Scenario {
         self.stated.resolution = std::f64::consts::TAU / counts_per_rev;
     }
 
+    /// The columns of a log to replay: those of the tool's own traces unless others are stated.
+    #[must_use]
+    pub fn log_columns(&self) -> LogSettings {
+        self.log.clone().unwrap_or_else(LogSettings::own)
+    }
+
     /// Whether a log that is replayed with it is that of a run of its own: it states the true servo. What
     /// a run takes for granted then holds for the log too.
     #[must_use]
@@ -248,14 +256,37 @@ impl Scenario {
         (self.duration / self.sample_time()).round() as u64
     }
 
+    /// A scenario of which nothing is stated yet.
+    fn blank() -> Self {
+        Self {
+            plant: None,
+            counts_per_rev: None,
+            // Where no controller is declared, its sample time is the log's.
+            stated: Settings::new(1e-3, 1.0),
+            velocity: Velocity::LowPass,
+            excitation: ExcitationSettings::None,
+            identifier: Identification {
+                law: Law::Gradient,
+                parameters: Vec::new(),
+                arithmetic: Arithmetic::F32,
+            },
+            duration: 0.0,
+            log: None,
+            compare: CompareSettings {
+                load: None,
+                coulomb: None,
+                counts_per_rev: 0.0,
+                limit: None,
+            },
+        }
+    }
+
     /// Reads a scenario file.
     ///
     /// # Errors
     /// File, line, key and what is allowed there.
     pub fn load(path: &Path, purpose: Purpose) -> Result<Self, ScenarioError> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|error| ScenarioError::unreadable(path, &error))?;
-        Self::parse(&path.display().to_string(), &text, purpose)
+        Self::parse(&path.display().to_string(), &source::fetch(path)?, purpose)
     }
 
     /// Reads a scenario from a text; `name` stands for the file in errors.
@@ -263,8 +294,9 @@ impl Scenario {
     /// # Errors
     /// As [`Scenario::load`].
     pub fn parse(name: &str, text: &str, purpose: Purpose) -> Result<Self, ScenarioError> {
-        let source = source::Source::new(name, text);
-        let tables = source.tables()?;
-        build::scenario(&tables, purpose).map_err(|fault| source.locate(fault))
+        let source = source::Source::new(name, text)?;
+        read::scenario(&source, purpose)
+            .and_then(|read| check::complete(read, purpose))
+            .map_err(|fault| source.locate(fault))
     }
 }

@@ -1,6 +1,6 @@
 //! What the core is told of a scenario, and whether it takes it.
 
-use identifier_core::adaptation::AutomaticGain;
+use identifier_core::adaptation::{AutomaticGain, GainError};
 use identifier_core::control::Controller;
 use identifier_core::excitation::Excitation;
 use identifier_core::identifier::IdentifierError;
@@ -208,6 +208,8 @@ impl Scenario {
             }
             IdentifierError::Certificate(_) if given.mu.is_some() => "identifier.mu".to_owned(),
             IdentifierError::Certificate(_) => "identifier.plant_box".to_owned(),
+            IdentifierError::NoGamma(GainError::AtRest) => "excitation.kind".to_owned(),
+            IdentifierError::NoGamma(_) => "controller.sample_time".to_owned(),
             IdentifierError::SampledLoop(_) => "controller.sample_time".to_owned(),
             IdentifierError::Estimate(_) => "identifier.bounds.b".to_owned(),
             _ => "identifier.gamma".to_owned(),

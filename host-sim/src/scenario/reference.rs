@@ -9,7 +9,7 @@ use identifier_core::number::Number;
 use identifier_core::units::Units;
 
 use super::ExcitationSettings;
-use super::build::MOST_ENTRIES;
+use super::keys::MOST_ENTRIES;
 
 /// Any of the core's references, chosen at run time.
 #[derive(Debug, Clone, Copy)]

@@ -1,101 +1,171 @@
+//! The text of a scenario file: fetched within bounds, taken apart, and pointed into.
+
+use std::io::Read;
 use std::ops::Range;
+use std::path::Path;
 
 use toml::de::{DeTable, DeValue};
 
-use super::error::{Fault, ScenarioError};
-use super::keys;
-use super::tables::Tables;
+use super::error::{Fault, ScenarioError, shown};
+use super::key::{Absent, Key};
 
-/// The text of a scenario file, to be read and pointed into.
+/// The longest scenario, bytes; those of the repository have about a thousand.
+const LONGEST: u64 = 1 << 20;
+
+/// The text of a file, as far as it is one.
+pub(super) fn fetch(path: &Path) -> Result<String, ScenarioError> {
+    let name = path.display().to_string();
+    let refused = |line, fault: String| ScenarioError {
+        file: name.clone(),
+        line,
+        key: None,
+        fault,
+        advice: String::new(),
+    };
+    let unreadable =
+        |error: std::io::Error| refused(None, format!("the scenario cannot be read: {error}"));
+    let file = std::fs::File::open(path).map_err(unreadable)?;
+    if file.metadata().map_err(unreadable)?.is_dir() {
+        let fault = "this is a folder, where a scenario file belongs";
+        return Err(refused(None, fault.to_owned()));
+    }
+    let mut bytes = Vec::new();
+    // A byte more than is allowed says that there are more, whatever kind of file it is.
+    let within = file.take(LONGEST + 1).read_to_end(&mut bytes);
+    within.map_err(unreadable)?;
+    if bytes.len() as u64 > LONGEST {
+        return Err(refused(None, too_long()));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let fault = "this is not text in UTF-8: save the file in that encoding";
+        refused(Some(line_after(valid)), fault.to_owned())
+    })
+}
+
+fn too_long() -> String {
+    format!("a scenario has at most {LONGEST} bytes: this is something else")
+}
+
+fn line_after(bytes: &[u8]) -> usize {
+    1 + bytes.iter().filter(|&&byte| byte == b'\n').count()
+}
+
+/// A scenario's text, taken apart.
 pub(super) struct Source<'a> {
     name: &'a str,
     text: &'a str,
+    pub(super) root: DeTable<'a>,
 }
 
 impl<'a> Source<'a> {
-    pub(super) fn new(name: &'a str, text: &'a str) -> Self {
-        Self { name, text }
+    /// Takes a text apart.
+    pub(super) fn new(name: &'a str, text: &'a str) -> Result<Self, ScenarioError> {
+        let empty = Self {
+            name,
+            text,
+            root: DeTable::new(),
+        };
+        if text.len() as u64 > LONGEST {
+            return Err(empty.error(1, None, too_long()));
+        }
+        match DeTable::parse(text) {
+            Ok(root) => Ok(Self {
+                root: root.into_inner(),
+                ..empty
+            }),
+            Err(error) => Err(empty.explain(&error)),
+        }
     }
 
-    /// The tables of the file.
-    pub(super) fn tables(&self) -> Result<Tables, ScenarioError> {
-        toml::from_str(self.text).map_err(|error| self.explain(&error))
+    /// The value at a path, if the file states one.
+    pub(super) fn value(&self, path: &str) -> Option<&toml::Spanned<DeValue<'a>>> {
+        let mut names = path.split('.');
+        let mut value = self.root.get(names.next()?)?;
+        for name in names {
+            value = value.get_ref().as_table()?.get(name)?;
+        }
+        Some(value)
     }
 
     /// A fault of the contents with its place: the line of its key, or of the nearest table around
     /// it that the file has.
     pub(super) fn locate(&self, fault: Fault) -> ScenarioError {
+        let mut advice = String::new();
+        if let Some(key) = Key::of(&fault.key) {
+            advice += &format!("allowed: {}\n", key.allowed());
+            if self.value(&fault.key).is_none() {
+                advice += &what_to_write(key);
+            }
+        }
+        let at = fault.at.unwrap_or_else(|| self.offset_of(&fault.key));
         ScenarioError {
-            file: self.name.to_owned(),
-            line: Some(self.line_of_key(&fault.key)),
-            allowed: keys::allowed(&fault.key).map(str::to_owned),
-            key: Some(fault.key),
-            fault: fault.fault,
+            advice: advice + &fault.advice,
+            ..self.error(self.line_at(at), Some(fault.key), fault.fault)
         }
     }
 
-    /// An error of the parser with the key that it is about.
-    fn explain(&self, error: &toml::de::Error) -> ScenarioError {
-        let span = error.span().unwrap_or(0..0);
-        let message = error.message();
-        let enclosing = self.key_at(&span);
-        let mut fault = message.lines().collect::<Vec<_>>().join(" ");
-        let named = |prefix: &str| {
-            let (_, rest) = message.split_once(prefix)?;
-            rest.split('`').next()
-        };
-        let (key, allowed) = if let Some(unknown) = named("unknown field `") {
-            let table = match enclosing.as_deref() {
-                Some(path) if path == unknown => "",
-                Some(path) => path
-                    .strip_suffix(unknown)
-                    .map_or(path, |table| table.trim_end_matches('.')),
-                None => "",
-            };
-            let known = format!("the keys {}", keys::children(table).join(", "));
-            let key = join(table, unknown);
-            if let Some(remedy) = keys::remedy(&key) {
-                remedy.clone_into(&mut fault);
-            }
-            (Some(key), Some(known))
-        } else if let Some(missing) = named("missing field `") {
-            let inside = join(enclosing.as_deref().unwrap_or(""), missing);
-            // The span of the whole file covers its first table too.
-            let key = match keys::allowed(&inside) {
-                Some(_) => inside,
-                None => missing.to_owned(),
-            };
-            let allowed = keys::allowed(&key).map(str::to_owned);
-            (Some(key), allowed)
-        } else {
-            let allowed = enclosing
-                .as_deref()
-                .and_then(keys::allowed)
-                .map(str::to_owned);
-            (enclosing, allowed)
-        };
+    fn error(&self, line: usize, key: Option<String>, fault: String) -> ScenarioError {
         ScenarioError {
             file: self.name.to_owned(),
-            line: Some(self.line_at(span.start)),
+            line: Some(line),
             key,
             fault,
-            allowed,
+            advice: String::new(),
         }
+    }
+
+    /// What the parser found wrong, in the words of a user.
+    fn explain(&self, error: &toml::de::Error) -> ScenarioError {
+        let message = error.message();
+        if message.contains("recurs") {
+            let fault = "tables or lists are nested too deeply for a scenario";
+            return self.error(self.deepest(error.span()), None, fault.to_owned());
+        }
+        let span = error.span().unwrap_or(0..0);
+        let line = self.line_at(span.start);
+        let piece = self.text.get(span.clone()).unwrap_or_default();
+        if message == "duplicate key" {
+            let fault = "this is stated twice: remove one of them";
+            return self.error(line, Some(shown(piece)), fault.to_owned());
+        }
+        let before = self.text.get(..span.start).unwrap_or_default();
+        let written = before.rsplit('\n').next().unwrap_or_default();
+        let fault = match message.split_once(", expected ") {
+            _ if piece.is_empty() && written.trim_end().ends_with('=') => {
+                "a value is missing behind =".to_owned()
+            }
+            Some((_, expected)) if message.starts_with("string values must be quoted") => {
+                format!("texts belong in quotes, as in kind = \"prbs\" ({expected} expected)")
+            }
+            Some((wrong, expected)) => format!("this is not TOML: {wrong} ({expected} expected)"),
+            None => format!("this is not TOML: {message}"),
+        };
+        let column = 1 + written.chars().count();
+        self.error(line, None, format!("at column {column}: {fault}"))
+    }
+
+    /// The line on which nesting is deepest, where the parser does not say.
+    fn deepest(&self, span: Option<Range<usize>>) -> usize {
+        let dots = |line: &str| line.bytes().filter(|&byte| byte == b'.').count();
+        let most = || {
+            let lines = self.text.split('\n').enumerate();
+            lines
+                .max_by_key(|(number, line)| (dots(line), usize::MAX - number))
+                .map_or(1, |(number, _)| number + 1)
+        };
+        span.map_or_else(most, |span| self.line_at(span.start))
     }
 
     fn line_at(&self, offset: usize) -> usize {
-        let before = &self.text.as_bytes()[..offset.min(self.text.len())];
-        1 + before.iter().filter(|&&byte| byte == b'\n').count()
+        line_after(&self.text.as_bytes()[..offset.min(self.text.len())])
     }
 
-    fn line_of_key(&self, path: &str) -> usize {
-        let Ok(root) = DeTable::parse(self.text) else {
-            return 1;
-        };
-        let mut table = root.get_ref();
+    fn offset_of(&self, path: &str) -> usize {
+        let mut table = &self.root;
         let mut offset = 0;
         for name in path.split('.') {
-            let Some((key, value)) = table.iter().find(|(key, _)| key.get_ref() == name) else {
+            let Some((key, value)) = table.get_key_value(name) else {
                 break;
             };
             offset = key.span().start;
@@ -104,38 +174,23 @@ impl<'a> Source<'a> {
                 _ => break,
             }
         }
-        self.line_at(offset)
+        offset
     }
+}
 
-    /// The path of the innermost key whose name or value covers a place in the text.
-    fn key_at(&self, place: &Range<usize>) -> Option<String> {
-        fn search(table: &DeTable<'_>, place: &Range<usize>) -> Option<String> {
-            table.iter().find_map(|(key, value)| {
-                let name = key.get_ref();
-                let inner = match value.get_ref() {
-                    DeValue::Table(inner) => search(inner, place),
-                    _ => None,
-                };
-                match inner {
-                    Some(path) => Some(format!("{name}.{path}")),
-                    None => (covers(&key.span(), place) || covers(&value.span(), place))
-                        .then(|| name.to_string()),
-                }
-            })
+/// What a file may state of a key that it does not have.
+fn what_to_write(key: &Key) -> String {
+    match (key.example(), key.absent) {
+        (Some(lines), _) => {
+            let lines = lines.lines().map(|line| format!("  {line}\n"));
+            format!("write, for example:\n{}", lines.collect::<String>())
         }
-        let root = DeTable::parse(self.text).ok()?;
-        search(root.get_ref(), place)
-    }
-}
-
-fn covers(span: &Range<usize>, place: &Range<usize>) -> bool {
-    span.start <= place.start && place.end <= span.end && !span.is_empty()
-}
-
-fn join(table: &str, name: &str) -> String {
-    if table.is_empty() {
-        name.to_owned()
-    } else {
-        format!("{table}.{name}")
+        (None, Absent::Is(_) | Absent::Begins(_) | Absent::First) => {
+            format!(
+                "the file does not state it: the default is {}\n",
+                key.default()
+            )
+        }
+        _ => String::new(),
     }
 }

@@ -1,4 +1,6 @@
-use super::{Gradient, MatrixError, PositiveDefinite};
+use core::fmt;
+
+use super::{Gradient, PositiveDefinite};
 use crate::control::{ControlState, Controller};
 use crate::excitation::Excitation;
 use crate::measurement::velocity::VelocityEstimate;
@@ -7,15 +9,43 @@ use crate::parameters::{Parameter, ParameterSet};
 use crate::stability::PlantBox;
 use crate::units::Units;
 
-/// Γ for users who have none: from the box, the excitation and the sample time.
+/// Why no Γ can be chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum GainError {
+    /// The reference leaves a servo of the box at rest.
+    AtRest,
+    /// The loop around a servo of the box leaves the range of numbers.
+    Unstable,
+}
+
+impl fmt::Display for GainError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::AtRest => {
+                "the reference does not move the servo, so that nothing can be learnt and no gamma \
+                 follows from it: choose a reference that moves, or state gamma"
+            }
+            Self::Unstable => {
+                "the loop around a servo of the box is unstable, so that no gamma follows from it: \
+                 lower the gains, sample faster, or shrink the box"
+            }
+        })
+    }
+}
+
+impl core::error::Error for GainError {}
+
+/// The automatic Γ: from the box, the excitation and the sample time.
 ///
-/// The reference is played to the sampled loop around each corner servo of the box, and the second
-/// moments of the regressor (9) are taken, E q̇² and E u². From these:
+/// The sampled loop around each corner servo of the box is simulated with the reference, and the
+/// second moments of the regressor (9) are taken, E q̇² and E u². From these:
 ///
 /// - **Ratio.** (11) moves an estimate at a rate proportional to Γᵢᵢ E φᵢ². Equal rates ask for
 ///   Γ_a/Γ_b = E u²/E q̇², and Γ_c/Γ_b = E u² for friction and load; the smallest such ratio of the
-///   corners is taken, since a Γ_a too large beside Γ_b is what lets â swing (one too small for one
-///   servo only takes longer).
+///   corners is taken, since a Γ_a too large in proportion to Γ_b makes â oscillate (one too small
+///   only makes it slower).
 /// - **Size.** The guard allows T φᵀΓφ up to ρ α_min. Γ is sized so that the *mean* of T φᵀΓφ
 ///   reaches [`AutomaticGain::STRENGTH`] times that bound at the corner where it is smallest: the
 ///   guard then sets the pace in the transients, where the information is.
@@ -27,7 +57,7 @@ pub struct AutomaticGain {
     pub plant_box: PlantBox,
     /// The derivative gain k_d, for the smallest α.
     pub kd: f64,
-    /// Samples of the reference that are played at each corner.
+    /// Samples that are simulated at each corner.
     pub samples: u32,
 }
 
@@ -38,13 +68,13 @@ impl AutomaticGain {
     /// Γ for the parameters of a set under a controller and an excitation, SI.
     ///
     /// # Errors
-    /// If the excitation leaves a corner servo at rest (its moments are then zero) or drives it out
-    /// of the range of numbers, no Γ follows from it: the [`MatrixError`] shows the entry.
+    /// If the excitation leaves a corner servo at rest, or the loop around one is unstable, no Γ
+    /// follows from what is seen.
     pub fn gamma<S, V, E, const P: usize>(
         &self,
         controller: &Controller<f64, V>,
         excitation: &E,
-    ) -> Result<PositiveDefinite<P>, MatrixError>
+    ) -> Result<PositiveDefinite<P>, GainError>
     where
         S: ParameterSet<P>,
         V: VelocityEstimate<f64>,
@@ -58,6 +88,18 @@ impl AutomaticGain {
             (a.max(), b.max()),
         ]
         .map(|(a, b)| self.moments(controller, excitation, a, b));
+        if corners
+            .iter()
+            .any(|m| !m.command.is_finite() || !m.velocity.is_finite())
+        {
+            return Err(GainError::Unstable);
+        }
+        if corners
+            .iter()
+            .any(|m| m.command == 0.0 || m.velocity == 0.0)
+        {
+            return Err(GainError::AtRest);
+        }
         // Friction and load have regressors of magnitude one.
         let moment = |m: &Moments, parameter: Parameter| match parameter {
             Parameter::A => m.velocity,
@@ -75,6 +117,7 @@ impl AutomaticGain {
         let bound = Gradient::<f64, P>::GUARD * decay / self.units.sample_time();
         let gamma_b = Self::STRENGTH * bound / strength;
         PositiveDefinite::diagonal(ratios.map(|ratio| ratio * gamma_b))
+            .map_err(|_| GainError::Unstable)
     }
 
     /// E q̇² and E u² of the loop around one servo, SI.
@@ -103,6 +146,8 @@ impl AutomaticGain {
             let wanted = excitation.process(&mut reference);
             let error = wanted - position;
             let Ok(sample) = controller.process(&mut control, error, increment) else {
+                // Beyond what the format counts: no number is large enough for it.
+                sum.command = f64::INFINITY;
                 break;
             };
             sum.velocity += velocity * velocity;

@@ -2,9 +2,8 @@ use crate::number::Number;
 
 /// A covariance P × P kept as U D Uᵀ, U unit upper triangular and D diagonal.
 ///
-/// Bierman, Factorization Methods for Discrete Sequential Estimation, 1977, chapter V. In this
-/// form it stays symmetric and positive definite whatever the rounding, which the plain update
-/// does not in `f32`.
+/// Bierman, Factorization Methods for Discrete Sequential Estimation, 1977, chapter V. In this form
+/// rounding leaves it symmetric and positive definite, which the plain update does not in `f32`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Covariance<N, const P: usize> {
     upper: [[N; P]; P],
@@ -32,8 +31,8 @@ impl<N: Number, const P: usize> Covariance<N, P> {
         }
     }
 
-    /// The factors of a symmetric positive semidefinite matrix. A direction in which rounding leaves
-    /// it less than nothing counts as known.
+    /// The factors of a symmetric positive semidefinite matrix. A direction in which rounding makes it
+    /// negative counts as known.
     #[must_use]
     pub fn of(mut matrix: [[f64; P]; P]) -> Self {
         let mut factors = Self::diagonal([0.0; P]);
@@ -53,7 +52,7 @@ impl<N: Number, const P: usize> Covariance<N, P> {
         factors
     }
 
-    /// Takes in a measurement with regressor φ. `noise` answers with the noise variance r > 0 to the
+    /// Takes a measurement with regressor φ. `noise` answers with the noise variance r > 0 to the
     /// variance φᵀPφ that the covariance predicts.
     #[inline]
     pub fn measure(&mut self, regressor: &[N; P], noise: impl FnOnce(N) -> N) -> Innovation<N, P> {

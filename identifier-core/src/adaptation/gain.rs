@@ -8,7 +8,7 @@ pub trait Gain<N: Number, const P: usize>: Copy + Debug + PartialEq {
     /// Of a matrix in machine units; what belongs to a frozen parameter is zero.
     ///
     /// # Errors
-    /// If the matrix has not got the form.
+    /// If the matrix is not of this form.
     fn new(gamma: &PositiveDefinite<P>, frozen: [bool; P]) -> Result<Self, MatrixError>;
 
     /// Γ φ.

@@ -11,10 +11,10 @@ use crate::number::{Number, RunningSum};
 ///
 /// **Why the guard.** Near the solution the adaptation loop is s² + α s + φᵀΓφ: sampled with T, it
 /// needs T φᵀΓφ well below α = a + b k_d. The guard holds it below the fraction ρ =
-/// [`Gradient::GUARD`] of the smallest α that the servo can have. (11) stays stable for every
-/// Γ > 0, and scaling the whole step by a positive factor only makes Γ smaller for that sample. Where
-/// no box says what α is at least, it follows from the estimate b̂ of the moment, not from a bound that
-/// nobody gave: a servo with strong damping would learn its a many times slower.
+/// [`Gradient::GUARD`] of the smallest α that the servo can have. (11) stays stable for every Γ > 0,
+/// and scaling the whole step by a positive factor only makes Γ smaller for that sample. Without a
+/// box, the smallest α follows from the present estimate b̂ and not from the widest bound, under which
+/// a servo with strong damping would be identified many times more slowly.
 ///
 /// The form of Γ is a type, G: [`Gradient`] takes any.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,12 +49,11 @@ pub struct Update<N, const P: usize> {
 }
 
 impl<N: Number, const P: usize> Update<N, P> {
-    /// Whether the guard leaves the whole step; false for what is no number.
+    /// Whether the guard leaves the whole step; false for NaN.
     #[inline]
     #[must_use]
     pub fn is_gentle(&self) -> bool {
-        // What makes ε or ε̇ infinite or no number is in the regressor too, and then this is not below
-        // anything.
+        // Where ε or ε̇ is infinite or NaN the regressor is too, and the comparison is false.
         self.strength <= self.strongest
     }
 }
@@ -68,7 +67,7 @@ pub struct GradientConfig<const P: usize> {
     pub mu: f64,
     /// Smallest α T that the servo is known to have, (a_min + b_min k_d) T; zero if nothing is known.
     pub slowest_decay: f64,
-    /// What stands in for it then: α T per machine unit of b̂.
+    /// What takes its place then: α T per machine unit of b̂.
     pub decay_per_gain: f64,
     /// Box of the estimates.
     pub bounds: [Interval; P],
@@ -121,14 +120,14 @@ impl<N: Number, const P: usize, G: Gain<N, P>> GradientWith<N, P, G> {
         })
     }
 
-    /// Which of some estimates stand at a bound.
+    /// Which of the estimates are at a bound.
     #[must_use]
     pub fn at_bounds(&self, estimates: &[N; P]) -> [bool; P] {
         self.projection.at_bounds(estimates)
     }
 
-    /// The update from the regressor ψ = −φ, the output error ε and its rate ε̇, for the estimate b̂ of the
-    /// moment, all in machine units.
+    /// The update from the regressor ψ = −φ, the output error ε and its rate ε̇, for the present
+    /// estimate b̂, all in machine units.
     #[inline]
     #[must_use]
     pub fn update(
@@ -147,7 +146,7 @@ impl<N: Number, const P: usize, G: Gain<N, P>> GradientWith<N, P, G> {
         }
     }
 
-    /// Takes an update that is gentle.
+    /// Takes an update within the guard.
     #[inline]
     pub fn take(&self, state: &mut GradientState<N, P>, update: &Update<N, P>) {
         for i in 0..P {
@@ -156,8 +155,8 @@ impl<N: Number, const P: usize, G: Gain<N, P>> GradientWith<N, P, G> {
         self.projection.apply(&mut state.estimates);
     }
 
-    /// Takes an update that is not gentle as far as the guard allows: Γ is larger than the sample time
-    /// bears. One that is not finite is not taken at all.
+    /// Takes an update beyond the guard, shortened to what the guard allows: Γ is too large for the
+    /// sample time. One that is not finite is not taken at all.
     pub fn shorten(&self, state: &mut GradientState<N, P>, update: &Update<N, P>) {
         if (update.strength + update.output).is_finite() {
             let output = update.output * update.strongest * update.strength.reciprocal();

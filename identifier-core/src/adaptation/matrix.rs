@@ -29,7 +29,7 @@ pub enum MatrixError {
         /// The entry across the diagonal.
         mirrored: f64,
     },
-    /// An entry beside the diagonal is not zero where only a diagonal matrix will do.
+    /// An entry off the diagonal is not zero where a diagonal matrix is required.
     NotDiagonal {
         /// Row of the entry, from 0.
         row: usize,

@@ -9,7 +9,7 @@ mod matrix;
 mod normal_equations;
 mod projection;
 
-pub use automatic_gain::AutomaticGain;
+pub use automatic_gain::{AutomaticGain, GainError};
 pub use covariance::{Covariance, Innovation};
 pub use gain::{DiagonalGain, FullGain, Gain};
 pub(crate) use gauss_newton::Factors;

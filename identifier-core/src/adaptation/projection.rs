@@ -3,11 +3,10 @@ use crate::number::{Number, RunningSum};
 
 /// Keeps the estimates inside a box.
 ///
-/// An estimate that leaves through one face is moved back onto it along the column of Γ, which is
-/// the shortest way in the norm of the storage function (12), ½ θ̃ᵀ Γ⁻¹ θ̃: the projection never
-/// raises it, so the stability proof stands (Ioannou and Sun, Robust Adaptive Control, 1996,
-/// section 4.4). A corner, where this could leave through the other face, is closed by a plain
-/// limit.
+/// An estimate beyond one bound is moved back to it along the column of Γ, which is the shortest way
+/// in the norm of the storage function (12), ½ θ̃ᵀ Γ⁻¹ θ̃: the projection never raises that function,
+/// so the stability proof stands (Ioannou and Sun, Robust Adaptive Control, 1996, section 4.4). Where
+/// this would move another estimate beyond its bound, that one is clamped.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Projection<N, const P: usize> {
     low: [N; P],
@@ -29,7 +28,7 @@ impl<N: Number, const P: usize> Projection<N, P> {
         }
     }
 
-    /// Which estimates stand at a face of the box.
+    /// Which estimates are at a bound.
     #[must_use]
     pub fn at_bounds(&self, estimates: &[N; P]) -> [bool; P] {
         core::array::from_fn(|i| estimates[i] <= self.low[i] || estimates[i] >= self.high[i])
@@ -88,7 +87,8 @@ mod tests {
             projection.apply(&mut estimates);
             prop_assert!(estimates.iter().all(|x| (0.0..=1.0).contains(x)), "{estimates:?}");
 
-            // One face only: a corner is closed by a plain limit, which promises less.
+            // One bound at a time; a second one is clamped, for which the argument of the storage
+            // function does not hold.
             let faces = outside.iter().filter(|x| !(0.0..=1.0).contains(*x)).count();
             let slid_out = (0..2).any(|i| {
                 let j = 1 - i;

@@ -1,8 +1,22 @@
-//! The PID that the user already trusts, closed around the servo.
+//! The PID (3) that closes the loop around the servo.
 //!
-//! u = k_p e − k_d v + k_i T ∑e, limited. v is the velocity estimate of this sample; ∑e are the errors
-//! of all samples *before* this one. While the limit holds the command back in the direction of the
-//! error, the sum stands still ([`Command::integrates`]).
+//! In sample k, with the sample time T:
+//!
+//! u_k = sat( k_p e_k − k_d v_k + k_i T ∑ e_j, j < k )
+//!
+//! - e_k is the position error of this sample ([`position_error`]); v_k is the estimate of the *measured*
+//!   velocity, this sample's increment included ([`velocity`](crate::measurement::velocity)). The
+//!   reference is not differentiated.
+//! - The sum contains the errors of the samples *before* this one; e_k is added after the command was
+//!   computed. It is a compensated sum, so that small errors are not lost in a large integral.
+//! - The limit ([`CommandLimit`]) acts on the whole sum, the integral included.
+//! - Anti-windup is conditional integration ([`Command::integrates`]): e_k is *not* added if the command
+//!   before the limit is above the upper limit and e_k > 0, or below the lower limit and e_k < 0.
+//! - u_k acts unchanged from this sample to the next (zero-order hold).
+//!
+//! The model loop's correction has the same gains, filter, sum and hold, but neither limit nor anti-windup
+//! ([`CommandCorrection`](crate::model::CommandCorrection)): it is added to the command that acted, in
+//! which the limit is already.
 
 mod gains;
 mod limit;
@@ -18,7 +32,8 @@ use crate::measurement::velocity::VelocityEstimate;
 use crate::number::{Number, RunningSum};
 use crate::settings::{FromSettings, Settings};
 
-/// The sampled controller: velocity estimate and PID.
+/// The sampled controller: velocity estimate and PID. The law it computes is in the documentation of this
+/// [module](self).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Controller<N, V> {
     /// The control law.

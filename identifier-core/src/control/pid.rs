@@ -2,10 +2,11 @@ use super::{CommandLimit, Gains};
 use crate::number::Number;
 use crate::units::Units;
 
-/// The PID (3) in machine units, with command limit and anti-windup.
+/// The PID (3) in machine units, with command limit and anti-windup:
+/// u = k_p e − k_d v + k_i ∑e, limited.
 ///
-/// It holds no state: the real and the model loop share one `Pid` and each brings its own error,
-/// velocity and integral, so that they cannot differ.
+/// It holds no state: the caller brings error, velocity and integral. Which velocity, which sum and when
+/// the sum stops is in the documentation of the [module](super).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pid<N> {
     proportional: N,
@@ -15,14 +16,14 @@ pub struct Pid<N> {
     high: N,
 }
 
-/// A command and what anti-windup says of it.
+/// A command, and whether the integral may go on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Command<N> {
     /// The limited command.
     pub value: N,
-    /// False while the limit holds the command back in the direction of the error: the integral
-    /// must then stand still (conditional integration; Åström and Hägglund, PID Controllers:
-    /// Theory, Design and Tuning, 2nd ed., 1994, section 3.5).
+    /// False where the limit acts and the error would drive the command further beyond it: the error
+    /// must then not be added to the integral (conditional integration; Åström and Hägglund, PID
+    /// Controllers: Theory, Design and Tuning, 2nd ed., 1994, section 3.5).
     pub integrates: bool,
     /// Whether the limit changed the command.
     pub limited: bool,
@@ -41,7 +42,7 @@ impl<N: Number> Pid<N> {
         }
     }
 
-    /// u = kp e − kd v + ki ∑e, limited.
+    /// u = k_p e − k_d v + k_i ∑e, limited; the integral is ∑e of the samples before this one.
     #[inline]
     pub fn command(&self, error: N, velocity: N, integral: N) -> Command<N> {
         let wanted = self.linear(error, velocity) + self.integral * integral;
@@ -66,13 +67,13 @@ impl<N: Number> Pid<N> {
         }
     }
 
-    /// The part of a command that the moment accounts for, without limit: kp e − kd v.
+    /// The proportional and derivative parts of a command, without limit: k_p e − k_d v.
     #[inline]
     pub fn linear(&self, error: N, velocity: N) -> N {
         self.proportional * error - self.derivative * velocity
     }
 
-    /// The part of a command that an integral accounts for: ki ∑.
+    /// The integral part of a command, without limit: k_i ∑e.
     #[inline]
     pub fn integral_command(&self, integral: N) -> N {
         self.integral * integral

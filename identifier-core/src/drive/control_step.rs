@@ -5,8 +5,8 @@ use crate::identifier::{Identify, ServoLoop, ServoLoopState};
 use crate::measurement::velocity::VelocityEstimate;
 use crate::number::Number;
 
-/// Where a step is to go: counts, and an offset on top (position units): a fraction of a count, a
-/// reference that moves, dither.
+/// The reference of a step: a whole number of counts with an offset on top (position units), which is
+/// a fraction of a count, a reference that moves, or dither.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Setpoint<N> {
     /// Counts, wrapping at 32 bits as the sensor's do.
@@ -30,8 +30,8 @@ pub enum ControlStepError<S, A> {
 
 /// One control step: measure, control, act.
 ///
-/// What learns from the sample comes after it ([`ServoLoop::learn`]), so that nothing delays the
-/// command. A fault of any kind lets the servo go.
+/// The identifier learns from the sample afterwards ([`ServoLoop::learn`]), so that it does not delay
+/// the command. A fault of any kind lets the servo go.
 ///
 /// # Errors
 /// [`ControlStepError`]; the actuator was released and the state is as before.
@@ -52,7 +52,7 @@ where
 {
     let taken = try_step(servo_loop, state, setpoint, sensor, actuator);
     if taken.is_err() {
-        // The fault itself says more than a release that fails as well.
+        // The first fault is reported, also where the release fails too.
         let _ = actuator.release();
     }
     taken

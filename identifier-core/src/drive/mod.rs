@@ -1,5 +1,5 @@
-//! The control step of a drive, whatever measures and whatever acts: the same body runs against a
-//! chip's peripherals, a virtual servo on the chip and a plant on a PC.
+//! The control step of a drive over traits for sensor and actuator: the same body runs with a chip's
+//! peripherals, a virtual servo on the chip and a plant on a PC.
 
 mod control_step;
 
@@ -13,7 +13,7 @@ pub trait PositionSensor {
     /// The count now, wrapping at 32 bits (see [`Counter`](crate::measurement::counter::Counter)).
     ///
     /// # Errors
-    /// Whatever the sensor answers; the step is then not taken.
+    /// The sensor's own error; the step is then not taken.
     fn count(&mut self) -> Result<i32, Self::Error>;
 }
 
@@ -25,12 +25,12 @@ pub trait Actuator<N> {
     /// Holds a command, command units, until the next one.
     ///
     /// # Errors
-    /// Whatever the actuator answers.
+    /// The actuator's own error.
     fn hold(&mut self, command: N) -> Result<(), Self::Error>;
 
     /// Lets the servo go: no force.
     ///
     /// # Errors
-    /// Whatever the actuator answers.
+    /// The actuator's own error.
     fn release(&mut self) -> Result<(), Self::Error>;
 }

@@ -1,5 +1,5 @@
 use super::oscillator::{Phase, SineSeries};
-use super::{Excitation, whole_samples};
+use super::{Excitation, whole_steps};
 use crate::error::{Allowed, OutOfRange};
 use crate::number::Number;
 use crate::units::Units;
@@ -41,7 +41,7 @@ impl<N: Number> Chirp<N> {
         Allowed::Above(0.0).check("amplitude", amplitude)?;
         Allowed::Between(0.0, nyquist).check("from", from)?;
         Allowed::Between(0.0, nyquist).check("to", to)?;
-        let samples = whole_samples("duration", duration, units)?;
+        let samples = whole_steps("duration", duration, units.sample_time())?;
         let turns = |frequency: f64| frequency * units.sample_time() / core::f64::consts::TAU;
         let first = Phase::from_turns(turns(from));
         let last = Phase::from_turns(turns(to));

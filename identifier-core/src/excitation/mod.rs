@@ -22,7 +22,6 @@ pub use white_noise::{BandLimitedWhiteNoise, BandLimitedWhiteNoiseState, NormalS
 
 use crate::error::{Allowed, OutOfRange};
 use crate::number::Number;
-use crate::units::Units;
 
 /// A reference generator: configuration here, progress in the state.
 pub trait Excitation<N: Number> {
@@ -36,31 +35,20 @@ pub trait Excitation<N: Number> {
     fn process(&self, state: &mut Self::State) -> N;
 }
 
-/// A hold time (s) in whole control samples.
+/// A hold time (s) in steps of so many seconds.
 ///
 /// # Errors
-/// The time must be a whole, positive number of samples (to a relative 10⁻⁶).
-fn whole_samples(parameter: &'static str, time: f64, units: &Units) -> Result<u32, OutOfRange> {
-    /// Relative deviation from a whole number that rounding of the two times explains.
-    const ROUNDING: f64 = 1e-6;
-    let longest = f64::from(u32::MAX) * units.sample_time();
-    Allowed::Within(units.sample_time(), longest).check(parameter, time)?;
-    let exact = time / units.sample_time();
-    let whole = libm::round(exact);
-    if libm::fabs(exact - whole) > ROUNDING * whole {
-        let nearest = whole * units.sample_time();
-        return Err(OutOfRange {
-            parameter,
-            value: time,
-            allowed: Allowed::Within(nearest, nearest),
-        });
-    }
+/// The time must be a whole, positive number of steps.
+fn whole_steps(parameter: &'static str, time: f64, step: f64) -> Result<u32, OutOfRange> {
+    let longest = f64::from(u32::MAX) * step;
+    Allowed::MultipleOf(step).check(parameter, time)?;
+    Allowed::AtMost(longest).check(parameter, time)?;
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
-        reason = "positive and at most u32::MAX by the check above"
+        reason = "positive and at most u32::MAX by the checks above"
     )]
-    Ok(whole as u32)
+    Ok(libm::round(time / step) as u32)
 }
 
 /// Counts control samples within one hold.

@@ -1,4 +1,4 @@
-use super::{Excitation, Hold, whole_samples};
+use super::{Excitation, Hold, whole_steps};
 use crate::error::{Allowed, OutOfRange};
 use crate::number::Number;
 use crate::units::Units;
@@ -24,15 +24,7 @@ impl<N: Number> Square<N> {
     /// `amplitude` must be above 0, `period` an even number of control samples.
     pub fn new(units: &Units, amplitude: f64, period: f64) -> Result<Self, OutOfRange> {
         Allowed::Above(0.0).check("amplitude", amplitude)?;
-        let half_period =
-            whole_samples("period", period / 2.0, units).map_err(|error| OutOfRange {
-                value: period,
-                allowed: match error.allowed {
-                    Allowed::Within(low, high) => Allowed::Within(2.0 * low, 2.0 * high),
-                    other => other,
-                },
-                ..error
-            })?;
+        let half_period = whole_steps("period", period, 2.0 * units.sample_time())?;
         Ok(Self {
             amplitude: N::from_f64(amplitude * units.position()),
             half_period,

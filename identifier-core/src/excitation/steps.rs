@@ -1,4 +1,4 @@
-use super::{Excitation, Hold, whole_samples};
+use super::{Excitation, Hold, whole_steps};
 use crate::error::{Allowed, OutOfRange};
 use crate::number::Number;
 use crate::units::Units;
@@ -29,7 +29,7 @@ impl<N: Number, const M: usize> Steps<N, M> {
         let mut steps = Self {
             levels: [N::ZERO; M],
             used: levels.len(),
-            hold: whole_samples("hold", hold, units)?,
+            hold: whole_steps("hold", hold, units.sample_time())?,
         };
         for (slot, &level) in steps.levels.iter_mut().zip(levels) {
             *slot = N::from_f64(Allowed::Finite.check("levels", level)? * units.position());

@@ -1,4 +1,4 @@
-use super::{Excitation, Hold, whole_samples};
+use super::{Excitation, Hold, whole_steps};
 use crate::error::{Allowed, OutOfRange};
 use crate::number::Number;
 use crate::units::Units;
@@ -31,7 +31,7 @@ impl BandLimitedWhiteNoise {
         Ok(Self {
             scale: libm::sqrt(power) / libm::sqrt(sample_time),
             per_unit: units.position_unit(),
-            hold: whole_samples("sample_time", sample_time, units)?,
+            hold: whole_steps("sample_time", sample_time, units.sample_time())?,
             seed,
         })
     }

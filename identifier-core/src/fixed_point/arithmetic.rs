@@ -168,19 +168,19 @@ impl Raise {
         Self(1 << places.clamp(0, 30))
     }
 
-    /// The word raised; it must have the room.
+    /// The word shifted up; it must not overflow.
     #[inline]
     pub(super) fn apply(self, x: Word) -> Word {
         Word::from_bits(x.to_bits() * self.0)
     }
 
-    /// A whole number raised to a word; it must have the room.
+    /// A whole number shifted up to a word; it must not overflow.
     #[inline]
     pub(super) fn whole(self, x: i32) -> Word {
         Word::from_bits(x * self.0)
     }
 
-    /// The largest word that has the room.
+    /// The largest word that does not overflow.
     pub(super) fn most(self) -> Word {
         Word::from_bits(FULL.to_bits() / self.0)
     }

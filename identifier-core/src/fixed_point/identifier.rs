@@ -98,10 +98,10 @@ where
     S: ParameterSet<P>,
 {
     /// # Errors
-    /// Whatever refuses the identifier on numbers, see [`IdentifierError`]; a bound that nothing says
-    /// and a full scale follows from, `bounds.b` (unless there is a box), `bounds.coulomb` or
-    /// `bounds.load`; a Γ that is not diagonal; and the range, bound, gain or sample time that does not
-    /// fit words, with what would.
+    /// What refuses the floating-point identifier, see [`IdentifierError`]; a bound that is not given
+    /// and that a full scale follows from, `bounds.b` (unless there is a box), `bounds.coulomb` or
+    /// `bounds.load`; a Γ that is not diagonal; and the range, bound, gain or sample time that does
+    /// not fit words, with what would.
     fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
         let velocity = V::from_settings(settings)?;
         let filled = bounded::<S, P>(settings, &settings.units()?)?;
@@ -164,7 +164,7 @@ where
         self.mu
     }
 
-    /// The bounds that an estimate is kept in, SI; nothing for what the model has not got.
+    /// The bounds that an estimate is kept in, SI; none for a parameter that the model does not have.
     #[must_use]
     pub fn bounds(&self, wanted: Parameter) -> Option<Interval> {
         let mut own = S::PARAMETERS.into_iter().zip(self.bounds);
@@ -172,7 +172,7 @@ where
             .map(|(_, bounds)| bounds)
     }
 
-    /// A command in command units as a word; saturated, zero for what is no number.
+    /// A command in command units as a word; saturated, zero for NaN.
     #[must_use]
     pub fn command_word(&self, command: f64) -> Word {
         limit_to_half(word(command, self.scales.command))
@@ -293,7 +293,7 @@ where
         }
     }
 
-    /// The load is the part found as a parameter plus b̂ k_i ∫ε.
+    /// The load is the parameter d̂ plus b̂ k_i ∫ε.
     fn estimates_of(&self, shown: &Self::Shown) -> ServoParameters {
         let of = |wanted: Parameter| {
             S::PARAMETERS

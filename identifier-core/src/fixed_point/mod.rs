@@ -3,7 +3,7 @@
 //! The same equations in the same order as [`control`](crate::control), [`model`](crate::model) and
 //! [`adaptation`](crate::adaptation) have them, on 32-bit words with 64-bit sums, built from the same
 //! [`Settings`](crate::settings::Settings). [`FixedServoLoop`] is controller and identifier together;
-//! [`FixedGradientIdentifier`] alone listens to anybody's controller.
+//! [`FixedGradientIdentifier`] alone listens to any controller.
 //!
 //! A word is a fraction of its quantity's full scale, a power of two that follows from an SI
 //! [`RangeSettings`](crate::settings::RangeSettings), the gains and the bounds of the estimates when
@@ -13,8 +13,8 @@
 //! |---|---|---|---|
 //! | setpoint, count | 32 bits, offset Q16.16 | – | wrap: only their difference enters |
 //! | position error e, output error ε as read | Q2.30 | `ranges.error`, four times that of the velocity | saturates |
-//! | ε between samples | Q2.62 | as above | the model starts again where the servo is |
-//! | velocity q̇, q̇_e, increments, acceleration per sample | Q2.30, filters and q̇_e Q4.60 | `ranges.velocity`, twice bounds.b u, four times bounds of c and d | the servo's saturate; the model starts again |
+//! | ε between samples | Q2.62 | as above | the model is restarted at the servo's position |
+//! | velocity q̇, q̇_e, increments, acceleration per sample | Q2.30, filters and q̇_e Q4.60 | `ranges.velocity`, twice bounds.b u, four times bounds of c and d | the servo's saturate; the model is restarted |
 //! | ε̇ | Q2.30, filter Q4.60 | twice the velocity's | – |
 //! | y = μ ε + ε̇ | Q2.30 | that of ε̇, twice μ times the error's | – |
 //! | command that acted, u | Q2.30 | `ranges.command`, twice the limit | limited to half |
@@ -22,7 +22,7 @@
 //! | k_i ω of the correction | Q2.30 | the command's | ω stops at half |
 //! | command of the model, u + u_ε | Q2.30 | the command's | saturates |
 //! | terms of PID and correction before the limit | Q2.30 | twice what any of them can be | – |
-//! | sums of errors z, ω | Q2.62 | what asks for half of the command's | stop there |
+//! | sums of errors z, ω | Q2.62 | what commands half of the command's | stop there |
 //! | estimate â T | Q2.62, acting with 32 fraction bits | one quarter | the projection keeps it inside |
 //! | estimates b̂, ĉ, d̂ | Q2.62, acting as Q2.30 | b: velocity over command; c, d: velocity | the projection keeps them inside |
 //! | regressor: −u_e, q̇_e, sign | Q2.30 | as the signal | – |
@@ -31,21 +31,21 @@
 //!
 //! **Why nothing wraps.** A word is from −1 to just below 1 and has one guard bit, so the sum and the
 //! difference of any two fit, and the sum of three halves. What enters is saturated (position error,
-//! increments, commands), what the integrals gather stops, and what leaves the model's ranges starts it
-//! again, so between samples every word is below one. Within a sample the full scales leave room. The
-//! three terms of the PID are at most one half each. The model's command is one half of what acted, one
-//! half of k_p ε + k_d ε̇ and one half of k_i ω, and saturates to one; b̂ is at most one half of its full
-//! scale, so b̂ u_e is too; d̂ and ĉ are at most a quarter, and so is the damping â T q̇_e; an
-//! acceleration is at most one and a quarter, and a velocity in its 64 bits at most two and a half of
-//! eight. ε̇ is the filtered *half* of the difference of two increments. A factor of the configuration is
-//! below one half of what its scales make one, so its product never needs a shift up. The step of an
-//! estimate does where Γ is large: y is raised before it is multiplied, and where it has not got the
-//! room, 64 bits are raised and saturate. The property tests drive all of this with any inputs at all,
-//! for any servo, with every sum checked.
+//! increments, commands), what the integrals gather stops, and a model that leaves its ranges is
+//! restarted, so between samples every word is below one. Within a sample the full scales leave a
+//! margin. The three terms of the PID are at most one half each. The model's command is one half of
+//! what acted, one half of k_p ε + k_d ε̇ and one half of k_i ω, and saturates to one; b̂ is at most
+//! one half of its full scale, so b̂ u_e is too; d̂ and ĉ are at most a quarter, and so is the damping
+//! â T q̇_e; an acceleration is at most one and a quarter, and a velocity in its 64 bits at most two
+//! and a half of eight. ε̇ is the filtered *half* of the difference of two increments. A factor of the
+//! configuration is below one half of what its scales make one, so its product never needs a shift up.
+//! The step of an estimate does where Γ is large: y is raised before it is multiplied, and where a
+//! shift up would overflow, 64 bits are raised and saturate. The property tests drive all of this with
+//! arbitrary inputs, for any servo, with every sum checked.
 //!
 //! **Where it differs from numbers**: only where something saturates. A u_ε beyond the command's full
-//! scale is cut off, so a model that is far wrong under a command range that is tight is pulled to the
-//! servo more slowly. An estimate b̂ that no bound is given for is kept below four times the box.
+//! scale is cut off, so under a narrow command range a model that is far from the servo is corrected
+//! more slowly. An estimate b̂ without a given bound is kept below four times the box.
 //!
 //! **Why it is fast.** Each factor is one `SMMULR`, or `SMMLAR` with the sum it is added to, each slow
 //! sum one `SMLAL`, and reading a sum is reading its high half. A limit to ±1 is one `SSAT`. What is

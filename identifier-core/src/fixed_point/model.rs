@@ -114,12 +114,12 @@ impl<V: FixedVelocity> FixedModelLoop<V> {
         }
     }
 
-    /// At rest where the servo is.
+    /// At rest at the servo's position.
     pub(super) fn start(&self) -> FixedModelState<V::State> {
         FixedModelState::at_rest()
     }
 
-    /// Moves with the servo at a velocity; what the correction has gathered stays.
+    /// The state that moves with the servo at a velocity; the correction's integral is kept.
     pub(super) fn alongside(
         &self,
         state: &FixedModelState<V::State>,
@@ -136,7 +136,7 @@ impl<V: FixedVelocity> FixedModelLoop<V> {
         }
     }
 
-    /// Takes in by how much the servo has moved since the last sample, at most one in magnitude.
+    /// Takes the increment of the servo since the last sample, at most one in magnitude.
     #[inline]
     pub(super) fn observe<S: ParameterSet<P>, const P: usize>(
         &self,
@@ -170,9 +170,9 @@ impl<V: FixedVelocity> FixedModelLoop<V> {
         }
     }
 
-    /// Moves the model to the next sample under the command that acts until then, which is taken as
-    /// at most half of its full scale; `rate` is what was observed. True when the model has left its
-    /// ranges and starts again where the servo is.
+    /// Moves the model to the next sample under the command that acts until then, which is taken as at
+    /// most half of its full scale; `rate` is what was observed. True when the model has left its
+    /// ranges and was restarted at the servo's position.
     #[inline]
     pub(super) fn advance<S: ParameterSet<P>, const P: usize>(
         &self,
@@ -212,8 +212,8 @@ impl<V: FixedVelocity> FixedModelLoop<V> {
         state.acted.moving == Word::ZERO
     }
 
-    /// The product of b̂ and a command that acts, with what the correction has found of the load: what
-    /// pushes the servo, of the velocity's full scale.
+    /// b̂ times the command that acts, plus the load as it is estimated: the driving acceleration, of
+    /// the velocity's full scale.
     pub(super) fn pushed(
         &self,
         state: &FixedModelState<V::State>,
@@ -229,14 +229,13 @@ impl<V: FixedVelocity> FixedModelLoop<V> {
         self.correction.load_command(state.integral_error)
     }
 
-    /// Puts the model where the servo is while the servo stands; what the correction has gathered
-    /// stays.
+    /// Sets the model to the servo's position during standstill; the correction's integral is kept.
     #[inline]
     pub(super) fn stand_beside(&self, state: &mut FixedModelState<V::State>) {
         state.output_error = Sum::ZERO;
     }
 
-    /// Starts the model again where the servo is if it has left its ranges; true if it had to.
+    /// Restarts the model at the servo's position if it has left its ranges; true if it did.
     #[inline]
     fn restart_if_lost(&self, state: &mut FixedModelState<V::State>) -> bool {
         let within = is_within(state.output_error.word()) && state.motion.is_within();

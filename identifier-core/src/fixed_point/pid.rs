@@ -5,8 +5,8 @@ use crate::units::Units;
 
 /// The gains of a PID on words, and the sum that its integral is made of.
 ///
-/// Proportional and derivative part are of a full scale of their own, `wanted`, large enough that each
-/// of them is at most half of it whatever comes in.
+/// Proportional and derivative part have a full scale of their own, `wanted` (the command before the
+/// limit), of which each is at most half for any input.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Terms {
     proportional: Coefficient,
@@ -66,7 +66,7 @@ pub(super) struct FixedPid {
     derivative: Coefficient,
     integral: Coefficient,
     weight: Weight,
-    /// Of the wanted command's full scale.
+    /// Of the full scale of the command before the limit.
     low: Word,
     high: Word,
     up: Raise,
@@ -89,8 +89,8 @@ impl FixedPid {
         }
     }
 
-    /// u = kp e − kd v + ki ∑e, limited, of the command's full scale; the sum takes the error unless
-    /// the limit holds the command back in its direction.
+    /// u = k_p e − k_d v + k_i ∑e, limited, of the command's full scale; the error is then added to
+    /// the sum unless the limit acts and the error would drive the command further beyond it.
     #[inline]
     pub(super) fn process(&self, sum: &mut Sum, error: Word, velocity: Word) -> Word {
         // Each at most one half.
@@ -120,7 +120,7 @@ pub(super) struct FixedCorrection {
     derivative: Coefficient,
     integral: Coefficient,
     weight: Weight,
-    /// Half of the command's full scale, of the wanted one's.
+    /// Half of the command's full scale, in that of the command before the limit.
     most: Word,
     up: Raise,
 }

@@ -8,12 +8,12 @@ use crate::settings::{RangeSettings, Settings};
 use crate::units::Units;
 
 impl RangeSettings {
-    /// Room above what the command limit lets the loop ask for.
+    /// Margin of the ranges over what follows from the command limit.
     const ROOM: f64 = 4.0;
 
     /// The ranges that fixed point takes: those stated, or what follows from the controller, four
-    /// times its limit and the error and the velocity at which the PID alone would ask for the whole
-    /// command. The command counts as no larger than what an error of one turn asks for.
+    /// times its limit and the error and the velocity at which the PID alone would command the limit.
+    /// The command counts as no larger than what an error of one turn commands.
     ///
     /// # Errors
     /// [`IdentifierError::NotGiven`] if there is no controller to follow from, or one without damping
@@ -174,12 +174,12 @@ impl Scales {
         }
         let (least_apart, most_apart) = Weight::APART;
         let given = exponent_above(ranges.error * units.position());
-        // Half for the command that acted, the rest for the correction beside it.
+        // Half for the command that acted, the rest for the correction.
         let half = exponent_above(limit.unwrap_or(ranges.command));
         let mut command = exponent_above(ranges.command).max(half + 1);
         let (mut velocity, mut position) = (1, given);
-        // Each full scale asks for room in the next: they agree at once, unless an error of one sample
-        // asks for more than the whole command.
+        // Each full scale depends on the next: they agree in the first round, unless the integral of
+        // one sample's error commands more than full scale.
         for _ in 0..Self::ROUNDS {
             for gains in gains.clone().filter(|gains| gains.ki() > 0.0) {
                 let per_error = exponent_above(Self::per_error(units, gains));

@@ -3,7 +3,7 @@ use super::ranges::Scales;
 use crate::measurement::standstill::Standstill;
 use crate::units::Units;
 
-/// Whether the servo stands: [`Standstill`] on words.
+/// Detection of standstill: [`Standstill`] on words.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FixedRest {
     /// Of an increment's full scale, with 30 fraction bits.
@@ -18,11 +18,12 @@ pub(super) struct FixedRest {
 /// What it remembers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct FixedRestState {
-    /// How far the servo is from the place at which it might stand: at most a slip and an increment.
+    /// Distance of the servo from the place at which it may be at standstill: at most a slip and an
+    /// increment.
     away: i64,
     /// Samples since it came there.
     still: u32,
-    /// Samples for which it has stood although it should move.
+    /// Samples of standstill although the command should move it.
     pushed: u32,
 }
 
@@ -39,7 +40,7 @@ impl FixedRest {
         }
     }
 
-    /// A servo that stands since long.
+    /// A servo at standstill from the start.
     pub(super) fn at_rest(&self) -> FixedRestState {
         FixedRestState {
             still: self.patience,
@@ -53,7 +54,7 @@ impl FixedRest {
         state.still >= self.pause
     }
 
-    /// Takes in the increment of a sample; true while the servo stands.
+    /// Takes the increment of a sample; true at standstill.
     #[inline]
     pub(super) fn stands(&self, state: &mut FixedRestState, increment: Word) -> bool {
         state.away += i64::from(increment.to_bits());
@@ -96,8 +97,8 @@ impl FixedRest {
         resists
     }
 
-    /// The acceleration that moves a servo by no more than a slip before it counts as standing, of
-    /// the velocity's full scale.
+    /// The acceleration that moves a servo by no more than a slip within the time after which it
+    /// counts as at standstill, of the velocity's full scale.
     pub(super) fn hidden_acceleration(&self) -> Word {
         self.hidden
     }

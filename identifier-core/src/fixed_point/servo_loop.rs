@@ -9,7 +9,7 @@ use crate::identifier::{IdentifierError, Identify, Seen};
 use crate::parameters::ParameterSet;
 use crate::settings::{FromSettings, Settings};
 
-/// Our controller with the paper's identifier beside it, on words: what
+/// Controller and gradient identifier together on words: what
 /// [`ServoLoop`](crate::identifier::ServoLoop) is on numbers.
 ///
 /// A sample is [`FixedServoLoop::process`], or its two halves where the command should go out before

@@ -6,8 +6,8 @@ use crate::error::StepError;
 use crate::model::ServoParameters;
 use crate::settings::{FromSettings, PerParameter, Settings};
 
-/// Both halves of an identifier that fits in one, for a PC and for firmwares that have the time: what
-/// one half has for the other is handed over at once, and [`Identify::work`] is the fitter's.
+/// Both halves of an identifier that fits as one, for a PC and for firmwares that have the time:
+/// blocks and fit results are passed on at once, and [`Identify::work`] is the fitter's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Combined<R, F> {
     recorder: R,
@@ -51,7 +51,7 @@ impl<R: FromSettings, F: FromSettings> FromSettings for Combined<R, F> {
 }
 
 impl<R, F> Combined<R, F> {
-    /// Hands the block that a sample completed to the fitter.
+    /// Passes the block that a sample completed to the fitter.
     #[inline]
     fn pass_on<N: Copy>(&self, state: &mut CombinedState<R::State, F::State>)
     where

@@ -38,7 +38,7 @@ pub(crate) enum Decay {
     PerGain(f64),
 }
 
-/// What the stability checks found for the box.
+/// The results of the stability checks over the box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct StabilityCheck {
     pub(crate) certificate: Certificate,
@@ -49,7 +49,7 @@ pub(crate) struct StabilityCheck {
 /// in the range of single precision.
 pub(crate) const LARGEST: f64 = 1e9;
 
-/// The smallest b̂, SI, where nobody gave a bound.
+/// The smallest b̂, SI, where no bound is given.
 pub(crate) const SMALLEST_GAIN: f64 = 1e-6;
 
 /// The box of a configuration.

@@ -1,6 +1,6 @@
 use core::fmt;
 
-use crate::adaptation::MatrixError;
+use crate::adaptation::{GainError, MatrixError};
 use crate::error::OutOfRange;
 use crate::stability::CertificateError;
 use crate::stability::sampled_loop::{EstimateError, SampledLoopError};
@@ -14,6 +14,8 @@ pub enum IdentifierError {
     Range(OutOfRange),
     /// Γ is not symmetric positive definite.
     Gamma(MatrixError),
+    /// None was given, and none can be chosen.
+    NoGamma(GainError),
     /// The certificate fails.
     Certificate(CertificateError),
     /// The sampled loop of a servo in the box is unstable.
@@ -32,6 +34,7 @@ impl fmt::Display for IdentifierError {
         match self {
             Self::Range(error) => error.fmt(f),
             Self::Gamma(error) => write!(f, "gamma: {error}"),
+            Self::NoGamma(error) => error.fmt(f),
             Self::Certificate(error) => error.fmt(f),
             Self::SampledLoop(error) => error.fmt(f),
             Self::Estimate(error) => error.fmt(f),
@@ -51,6 +54,12 @@ impl From<OutOfRange> for IdentifierError {
 impl From<MatrixError> for IdentifierError {
     fn from(error: MatrixError) -> Self {
         Self::Gamma(error)
+    }
+}
+
+impl From<GainError> for IdentifierError {
+    fn from(error: GainError) -> Self {
+        Self::NoGamma(error)
     }
 }
 

@@ -23,8 +23,8 @@ use crate::units::Units;
 /// The paper's identifier: model loop with its correction in command form, Γ-gradient law and load
 /// estimate, for the parameter set S and a form of Γ, G.
 ///
-/// V is the velocity filter that ε̇ and φ pass through. It is the identifier's own, and best the one
-/// that the controller uses: then, where no limit acts, this is the paper's loop to the last digit.
+/// V is the velocity filter that ε̇ and φ pass through. It may differ from the controller's. If it is
+/// the same, and no limit acts, this is the paper's loop to the last digit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GradientIdentifierWith<N, V, S, const P: usize, G> {
     model: ModelLoop<N, V, CommandCorrection<N>>,
@@ -147,7 +147,7 @@ where
         &self.gamma
     }
 
-    /// The bounds that an estimate is kept in, SI; nothing for what the model has not got.
+    /// The bounds that an estimate is kept in, SI; none for a parameter that the model does not have.
     #[must_use]
     pub fn bounds(&self, wanted: Parameter) -> Option<Interval> {
         let mut own = S::PARAMETERS.into_iter().zip(self.bounds);
@@ -155,7 +155,7 @@ where
             .map(|(_, bounds)| bounds)
     }
 
-    /// Nothing is learnt; a model with friction stands beside the servo.
+    /// Nothing is learnt; a model with friction is set to the servo's position.
     #[cold]
     #[inline(never)]
     fn stand(&self, state: &mut GradientIdentifierState<N, V::State, P>, command: N) -> Event {
@@ -179,8 +179,8 @@ where
             ..
         } = ModelParameters::of_set::<S, P>(&state.law.estimates());
         let pushed = gain * (command + self.model.load_command(&state.model)) + load;
-        // Twice, so that estimates on their way do not raise the alarm, and more than the encoder
-        // would hide.
+        // Twice the friction, so that estimates that have not settled raise no false alarm, and more
+        // than the encoder's resolution hides.
         let hidden = self.standstill.hidden_acceleration();
         pushed.magnitude() > coulomb + coulomb + hidden
     }
@@ -200,7 +200,7 @@ where
         Event::Slowed
     }
 
-    /// What happened, where the model may have run away: the guard sees that first.
+    /// The event, where the model may have left its range: the guard acts before that.
     #[cold]
     #[inline(never)]
     fn restart_if_lost(
@@ -215,7 +215,7 @@ where
         }
     }
 
-    /// A sample after what was observed in it.
+    /// The rest of a sample, from what was observed in it.
     #[inline]
     fn learn_from(
         &self,
@@ -229,8 +229,8 @@ where
             rate,
             regressor,
         } = observed;
-        // A servo that stands teaches nothing, least of all that its amplifier is off; and a model that
-        // friction can hold has nothing to learn from one that only slips.
+        // At standstill nothing can be learnt: it must not be mistaken for a small b when the
+        // amplifier is off, and a slip within the friction's band tells nothing.
         let stands = if S::HAS_COULOMB {
             self.standstill.stands(&mut state.rest, increment)
         } else {
@@ -244,7 +244,7 @@ where
                 self.law.take(&mut state.law, &update);
                 Event::None
             } else {
-                // By value: what is pointed at would have to be in memory in every sample.
+                // By value: with a reference, the compiler would keep it in memory in every sample.
                 self.learn_slowly(state, rate, regressor)
             }
         };
@@ -329,7 +329,7 @@ where
         }
     }
 
-    /// The load is the part found as a parameter plus b̂ k_i ∫ε.
+    /// The load is the parameter d̂ plus b̂ k_i ∫ε.
     fn estimates_of(&self, shown: &Self::Shown) -> ServoParameters {
         ModelParameters::of_set::<S, P>(&shown.parameters)
             .to_si(&self.units)

@@ -1,7 +1,7 @@
 use super::fit::NumberedBlock;
 use super::identify::Identify;
 
-/// The interrupt's half of an identifier that fits: it records, and goes on from what was found.
+/// The interrupt's half of an identifier that fits: it records, and continues from the fit results.
 ///
 /// A fit takes many samples' time, so on a chip it is made in the background while the interrupt records
 /// on. The halves share no memory. Between them are two queues of one producer and one consumer each,
@@ -12,7 +12,7 @@ use super::identify::Identify;
 ///                           ◄── fitted ◄──
 /// ```
 ///
-/// With Gauss–Newton, and queues whose ends are called what they do:
+/// With Gauss–Newton:
 ///
 /// ```
 /// # use heapless::spsc::Queue;
@@ -50,23 +50,23 @@ use super::identify::Identify;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// **What may go wrong does no harm.** A block that finds no room is lost; the fitter sees that a number
-/// is missing and records anew. What was found of a recording that has ended is not taken over. What was
-/// found and got lost is found again. A queue of blocks needs room for those that come while the
-/// background does something else.
+/// **Losses are harmless.** A block for which the queue has no space is lost; the fitter notices the
+/// missing number and begins a new record. A fit result of a recording that has ended is not taken
+/// over. A fit result that is lost is computed again. The queue of blocks needs space for those that
+/// come while the background does something else.
 ///
-/// Both halves are built from the same settings and start together; blocks that are still on their way
-/// from before are told by their numbers. Where there is no interrupt to be kept short,
+/// Both halves are built from the same settings and start together; blocks of an earlier recording
+/// that are still in the queue are recognised by their numbers. Where no interrupt has to be short,
 /// [`Combined`](super::Combined) is both in one.
 pub trait RecordBlocks<N: Copy>: Identify<N> {
-    /// What a fit found, prepared so that taking it over divides nothing.
+    /// A fit result, prepared so that taking it over needs no division.
     type Fitted: Copy + core::fmt::Debug;
 
     /// The block that the last sample completed, if it did. One that is not taken before the next is
     /// complete is lost.
     fn take_block(&self, state: &mut Self::State) -> Option<NumberedBlock<N>>;
 
-    /// Hands over what a fit found: the next sample goes on from it.
+    /// Takes over a fit result: the next sample continues from it.
     fn take_over(&self, state: &mut Self::State, fitted: &Self::Fitted);
 }
 
@@ -75,20 +75,20 @@ pub trait FitBlocks<N: Copy> {
     /// The record and the fit under way.
     type State: Clone + core::fmt::Debug;
 
-    /// What a fit found, for [`RecordBlocks::take_over`].
+    /// A fit result for [`RecordBlocks::take_over`].
     type Fitted: Copy + core::fmt::Debug;
 
     /// The state at the start: an empty record.
     fn start(&self) -> Self::State;
 
-    /// Takes in a block, in the order in which they were recorded. One that does not follow the last
+    /// Takes a block, in the order in which they were recorded. One that does not follow the last
     /// begins the record anew and ends the fit under way.
     fn take(&self, state: &mut Self::State, block: &NumberedBlock<N>);
 
     /// Forgets the record, and the fit under way.
     fn begin_anew(&self, state: &mut Self::State);
 
-    /// Goes on with the fit under way by at most `budget` blocks, or begins one if it is time. Answers
-    /// when there is something to be taken over.
+    /// Goes on with the fit under way by at most `budget` blocks, or begins one if it is time. Returns
+    /// a fit result when there is one to be taken over.
     fn work(&self, state: &mut Self::State, budget: u32) -> Option<Self::Fitted>;
 }

@@ -4,8 +4,8 @@ use crate::model::ServoParameters;
 use crate::number::Number;
 use crate::settings::PerParameter;
 
-/// An identifier: it only listens. Two numbers a sample are all it is told, how far the encoder moved
-/// since the last sample and the command that acts from now until the next.
+/// An identifier: it only listens. It gets two numbers a sample, the increment of the encoder since
+/// the last sample and the command that acts from now until the next.
 ///
 /// N is the number that it computes in: [`Number`](crate::number::Number), or a fixed-point word.
 pub trait Identify<N: Copy> {
@@ -13,10 +13,10 @@ pub trait Identify<N: Copy> {
     type State: Clone + core::fmt::Debug;
 
     /// The estimates as it computes with them: a few words, which an interrupt copies and the
-    /// background makes SI of.
+    /// background converts to SI.
     type Shown: Copy + core::fmt::Debug;
 
-    /// The state at the start: the model at rest where the servo is.
+    /// The state at the start: the model at rest at the servo's position.
     fn start(&self) -> Self::State;
 
     /// Counts as the number that it computes in.
@@ -24,10 +24,10 @@ pub trait Identify<N: Copy> {
 
     /// One sample: the counts moved since the last sample, through any wrap of the counter, and the
     /// *total* command that acts from this sample to the next, command units: limited, with
-    /// feed-forward, dither and whatever else is added to it.
+    /// feed-forward, dither and anything else that is added to it.
     ///
     /// # Errors
-    /// What cannot be; the state is then untouched.
+    /// [`StepError`] for an impossible input; the state is then untouched.
     #[inline]
     fn process(
         &self,
@@ -53,29 +53,29 @@ pub trait Identify<N: Copy> {
         Ok(self.follow(state, increment, command))
     }
 
-    /// Whether increment and command can be.
+    /// Whether increment and command are finite and in range.
     ///
     /// # Errors
     /// [`StepError::CountJumped`], [`StepError::CommandNotFinite`].
     fn check(&self, increment: N, command: N) -> Result<(), StepError>;
 
-    /// [`Identify::learn`] for what was checked: a controller of ours gives no other commands. Anything
-    /// else does no harm but to the estimates.
+    /// [`Identify::learn`] for inputs that were checked ([`Identify::check`]); the commands of our
+    /// controller always pass. Other inputs can spoil the estimates, but nothing else.
     fn follow(&self, state: &mut Self::State, increment: N, command: N) -> Seen<N>;
 
-    /// The same beside a controller of ours, whose velocity estimate need not be made twice.
+    /// The same with our controller, whose velocity estimate is used again.
     #[inline]
     fn follow_beside(&self, state: &mut Self::State, sample: &ControlSample<N>) -> Seen<N> {
         self.follow(state, sample.increment, sample.command)
     }
 
-    /// The estimates of the moment, as they are.
+    /// The present estimates in the form in which the identifier computes.
     fn show(&self, state: &Self::State) -> Self::Shown;
 
     /// Estimates that were shown, SI.
     fn estimates_of(&self, shown: &Self::Shown) -> ServoParameters;
 
-    /// Which of the estimates that were shown stand at a bound: such a value is no result.
+    /// Which of the estimates that were shown are at a bound: such a value is no result.
     fn at_bounds_of(&self, shown: &Self::Shown) -> PerParameter<bool>;
 
     /// The estimates, SI.
@@ -83,7 +83,7 @@ pub trait Identify<N: Copy> {
         self.estimates_of(&self.show(state))
     }
 
-    /// Which estimates stand at a bound.
+    /// Which estimates are at a bound.
     fn at_bounds(&self, state: &Self::State) -> PerParameter<bool> {
         self.at_bounds_of(&self.show(state))
     }
@@ -93,27 +93,27 @@ pub trait Identify<N: Copy> {
         None
     }
 
-    /// Bandwidth of the model's correction, rad/s, where it is the identifier's own and may change.
+    /// Bandwidth of the model's correction, rad/s, where the identifier chooses it and may change it.
     fn bandwidth(&self, _: &Self::State) -> Option<f64> {
         None
     }
 
-    /// Work in the background, at most `budget` steps of it: fits. Call it whenever there is time, on a
-    /// PC after every sample; what there is nothing to do for returns at once.
+    /// Work in the background, at most `budget` steps of it: fits. Call it whenever there is time, on
+    /// a PC after every sample; without work to do it returns at once.
     fn work(&self, _: &mut Self::State, _: u32) {}
 
-    /// Joins a motion after a gap, before its next sample: what was learnt is kept, the model starts
-    /// again beside the servo, moving by `increment` a sample.
+    /// Joins a motion after a gap, before its next sample: the estimates are kept, the model restarts
+    /// at the servo's position, moving by `increment` a sample.
     fn join(&self, state: &mut Self::State, increment: N);
 }
 
-/// What a sample showed.
+/// What the identifier observed in a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Seen<N> {
     /// Output error ε = q − q_e before the update, position units.
     pub output_error: N,
-    /// What happened besides.
+    /// What happened besides learning.
     pub event: Event,
 }
 
@@ -127,14 +127,15 @@ pub enum Event {
     None,
     /// A guard shortened the law's step.
     Slowed,
-    /// Nothing was learnt: the servo stays where it is.
+    /// Nothing was learnt: the servo is at standstill.
     Standing,
-    /// The model had run out of the number format's reach and starts again where the servo is; the
-    /// estimates are kept.
+    /// The model had left the range of the number format and was restarted at the servo's position;
+    /// the estimates are kept.
     Restarted,
-    /// A first fit was found good, and the recursion starts from it.
+    /// A first fit succeeded, and the recursion starts from it.
     Started,
-    /// The load has changed by a step: it is being sought, and the other estimates stand meanwhile.
+    /// The load has changed by a step: it is estimated anew, and the other estimates are kept
+    /// meanwhile.
     LoadStep,
     /// The servo moves where the model's friction would hold it: the friction was lowered.
     FrictionLowered,
@@ -143,15 +144,15 @@ pub enum Event {
     NotFollowing,
 }
 
-/// Refuses a sample that cannot be.
+/// Refuses an impossible sample.
 #[inline]
 pub(super) fn check<N: Number>(increment: N, command: N, longest: N) -> Result<(), StepError> {
-    // What is not a number fails both comparisons.
+    // NaN fails both comparisons.
     let moved_within = increment.magnitude() <= longest;
     if !moved_within {
         return Err(StepError::CountJumped);
     }
-    // Nor is what the number format cannot compute with.
+    // Beyond this the number format overflows.
     let possible = command.magnitude() <= N::REACH;
     if possible {
         Ok(())

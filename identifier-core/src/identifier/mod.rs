@@ -1,11 +1,11 @@
-//! Identifiers: a model and a law beside a servo that somebody keeps safe.
+//! Identifiers: a model and a law for a servo whose loop a controller closes.
 //!
-//! All of them [`Identify`]: they are told how far the encoder moved and which command acts, and
-//! nothing else. [`GradientIdentifier`] runs the paper's law ([`DiagonalGradientIdentifier`] for less
-//! work in every sample). [`GaussNewtonIdentifier`] is the fast one, with standard errors, and
-//! [`WindowIdentifier`] fits the last samples again and again in the background; both begin without any
-//! guess, and both can be had in halves, for an interrupt that [records](RecordBlocks) and a background
-//! that [fits](FitBlocks). [`ServoLoop`] is our controller with one of them.
+//! All of them [`Identify`]: they get the encoder's increment and the command that acts, and nothing
+//! else. [`GradientIdentifier`] runs the paper's law ([`DiagonalGradientIdentifier`] costs less per
+//! sample). [`GaussNewtonIdentifier`] is the fast one, with standard errors, and [`WindowIdentifier`]
+//! fits the last samples again and again in the background; both begin without a guess, and both exist
+//! as two halves, for an interrupt that [records](RecordBlocks) and a background that
+//! [fits](FitBlocks). [`ServoLoop`] is our controller with one of them.
 
 mod combined;
 pub(crate) mod config;

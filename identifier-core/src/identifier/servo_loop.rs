@@ -5,10 +5,10 @@ use crate::measurement::velocity::VelocityEstimate;
 use crate::number::Number;
 use crate::settings::{FromSettings, Settings};
 
-/// Our controller with an identifier beside it, for those who close the loop with ours.
+/// Controller and identifier as one loop.
 ///
-/// A sample is [`ServoLoop::process`], or its two halves where the command should go out before
-/// anything is learnt: [`ServoLoop::control`], then [`ServoLoop::learn`].
+/// A sample is [`ServoLoop::process`], or its two halves where the command is to be output before the
+/// identifier computes: [`ServoLoop::control`], then [`ServoLoop::learn`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ServoLoop<N, V, I> {
     controller: Controller<N, V>,
@@ -23,7 +23,7 @@ pub struct ServoLoopState<N: Number, F, T> {
     identification: T,
 }
 
-/// What a sample of the loop did.
+/// The step result: what a sample of the loop did.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoopStep<N> {
     /// The controller's part.
@@ -64,8 +64,8 @@ impl<N: Number, F: Copy, T> ServoLoopState<N, F, T> {
         self.count
     }
 
-    /// Puts a loop that has done no sample yet at another count: [`ServoLoop::start`] for whoever has no
-    /// time to make a state.
+    /// Sets a loop that has not run yet to another count, where there is no time to build a new state
+    /// by [`ServoLoop::start`].
     #[inline]
     pub fn begin_at(&mut self, count: i32) {
         self.count = count;
@@ -159,8 +159,8 @@ impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
             .follow_beside(&mut state.identification, sample)
     }
 
-    /// The same where the command that acts is not quite the controller's: something was added to it,
-    /// or a stage behind it limits.
+    /// The same where the command that acts differs from the controller's: something was added to it,
+    /// or a stage behind it limits it.
     ///
     /// # Errors
     /// As [`Identify::learn`].

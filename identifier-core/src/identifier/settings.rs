@@ -28,7 +28,7 @@ impl<'a> Listening<'a> {
         self.settings.identifier.memory
     }
 
-    /// The longest increment that is believed, counts.
+    /// The longest increment that is accepted, counts.
     pub(super) fn longest_increment<N: Number>(&self) -> Result<N, IdentifierError> {
         let longest = self
             .settings
@@ -36,8 +36,8 @@ impl<'a> Listening<'a> {
         Ok(N::from_f64(longest))
     }
 
-    /// The fitter's configuration for a parameter set: machine units, at most `places` blocks; `time` is
-    /// what a fit looks over where nobody says, s.
+    /// The fitter's configuration for a parameter set: machine units, at most `places` blocks; `time`
+    /// is the default time span of a fit, s.
     pub(super) fn fitter<S: ParameterSet<P>, const P: usize>(
         &self,
         places: usize,
@@ -76,8 +76,8 @@ impl<'a> Listening<'a> {
         Ok(config)
     }
 
-    /// The bounds of a parameter, SI: those given, or those of arithmetic and of physics (a, b and c
-    /// are not negative), never a multiple of a guess.
+    /// The bounds of a parameter, SI: those given, or those of arithmetic and physics (a, b and c are
+    /// not negative), never a multiple of an initial value.
     fn bounds(&self, parameter: Parameter) -> Result<[f64; 2], IdentifierError> {
         let (allowed, name, _) = super::config::allowed(parameter, &self.units);
         let fastest = ZeroOrderHoldStep::<f64>::LARGEST_RATE / self.units.rate();
@@ -122,7 +122,7 @@ impl<'a> Listening<'a> {
 
     /// Samples to a block, so that so many of them span the time over which a fit looks.
     fn block(&self, places: usize, time: f64) -> Result<u32, IdentifierError> {
-        /// Beyond a thousand samples a mean command says nothing.
+        /// Beyond a thousand samples a mean command carries no information.
         const MOST: f64 = 1000.0;
         let time = self.settings.identifier.start_time.unwrap_or(time);
         let time = Allowed::Within(1e-4, 1e4).check("start_time", time)?;

@@ -22,8 +22,8 @@ impl CounterRegister for u32 {
     }
 }
 
-/// A count of 32 bits kept over a register of any width. It wraps for ever, as everything that
-/// follows does: only differences of counts enter a loop.
+/// A count of 32 bits kept over a register of any width. It may wrap any number of times: only
+/// differences of counts enter a loop.
 ///
 /// A 32-bit register needs none of this: its value, read as `i32`, is such a count.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,7 +33,7 @@ pub struct Counter<R> {
 }
 
 impl<R: CounterRegister> Counter<R> {
-    /// Starts at count zero, wherever the register stands.
+    /// Starts at count zero, whatever the register holds.
     #[must_use]
     pub fn new(register: R) -> Self {
         Self { register, count: 0 }

@@ -1,7 +1,8 @@
 //! From encoder counts to increments and velocity.
 //!
-//! register → [`counter`] → count → increment → [`velocity`] → velocity estimate. No position enters
-//! a loop, only errors and increments, so there is no origin and nothing is lost far from one.
+//! register → [`counter`] → count → increment → [`velocity`] → velocity estimate. No position enters a
+//! loop, only errors and increments, so there is no origin, and precision does not depend on the
+//! distance from one.
 
 pub mod counter;
 pub mod standstill;

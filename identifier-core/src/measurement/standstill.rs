@@ -1,15 +1,16 @@
-//! Whether the servo stands, by its own counts and time alone.
+//! Detection of standstill, from counts and time alone.
 
 use crate::number::Number;
 use crate::units::Units;
 
-/// A servo stands once it has stayed within [`Standstill::SLIP`] counts of one place for
+/// A servo is at standstill once it has stayed within [`Standstill::SLIP`] counts of one place for
 /// [`Standstill::PATIENCE`].
 ///
-/// No estimate has a say in it: a friction that is estimated too large would call every velocity
-/// "standing", carry the model along, and never be found out. A servo with friction that is left alone
-/// is broken loose by a count or two now and then, as the controller's integral grows; that is no
-/// motion either: within so few counts the encoder does not show what the servo does.
+/// No estimate takes part: with a friction that is estimated too large every velocity would count as
+/// standstill, the model would be kept at the servo's position, and the estimate would never be
+/// corrected. A servo with friction under a constant reference breaks loose by a count or two now and
+/// then, as the controller's integral grows; that does not count as motion, since within so few counts
+/// the encoder does not show how the servo moved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Standstill<N> {
     slip: N,
@@ -18,19 +19,19 @@ pub struct Standstill<N> {
     hidden: N,
 }
 
-/// What it remembers.
+/// The state of the detection.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rest<N> {
-    /// How far the servo is from the place at which it might stand, position units.
+    /// Distance of the servo from the place at which it may be at standstill, position units.
     away: N,
-    /// Samples since it came there.
+    /// Samples since it reached that place.
     still: N,
-    /// Samples for which it has stood although it should move.
+    /// Samples of standstill although the command should move it.
     pushed: N,
 }
 
 impl<N: Number> Rest<N> {
-    /// It moves.
+    /// In motion.
     const NONE: Self = Self {
         away: N::ZERO,
         still: N::ZERO,
@@ -39,13 +40,14 @@ impl<N: Number> Rest<N> {
 }
 
 impl<N: Number> Standstill<N> {
-    /// How far a servo that stands may slip, counts (position units).
+    /// How far a servo at standstill may slip, counts (position units).
     pub const SLIP: f64 = 4.0;
 
-    /// How long it must have stayed there, s.
+    /// How long it must have stayed within the slip, s.
     pub const PATIENCE: f64 = 0.1;
 
-    /// After how much of it a model that friction holds is put beside the servo, s.
+    /// The part of that time after which a model that friction holds is set to the servo's position,
+    /// s.
     pub const PAUSE: f64 = 0.02;
 
     /// For a loop with these units.
@@ -60,7 +62,7 @@ impl<N: Number> Standstill<N> {
         }
     }
 
-    /// A servo that stands since long.
+    /// A servo at standstill from the start.
     #[must_use]
     pub fn at_rest(&self) -> Rest<N> {
         Rest {
@@ -77,8 +79,8 @@ impl<N: Number> Standstill<N> {
         rest.still >= self.pause
     }
 
-    /// Whether a servo that stands has been pushed in vain for a [`Standstill::PATIENCE`]: it should
-    /// move now if `should_move`.
+    /// Whether a servo at standstill has not moved for a [`Standstill::PATIENCE`] although its command
+    /// should move it; `should_move` is whether it should in this sample.
     pub fn resists(&self, rest: &mut Rest<N>, should_move: bool) -> bool {
         if !should_move {
             rest.pushed = N::ZERO;
@@ -97,7 +99,7 @@ impl<N: Number> Standstill<N> {
         self.hidden
     }
 
-    /// Takes in the increment of a sample; true while the servo stands.
+    /// Takes the increment of a sample; true at standstill.
     #[inline]
     pub fn stands(&self, rest: &mut Rest<N>, increment: N) -> bool {
         rest.away += increment;

@@ -1,8 +1,8 @@
 //! Velocity estimates from sampled positions.
 //!
-//! Each estimate is a linear filter over the *increments* of position, so it never sees the
-//! position itself and loses nothing however far the servo has gone. What the filter does to the servo's
-//! position it must do to the model's and to the regressor too; as it is linear, the difference of two
+//! Each estimate is a linear filter over the *increments* of position, so it does not depend on the
+//! position and its precision does not depend on the distance travelled. The same filter must act on
+//! the servo's position, on the model's and on the regressor; as it is linear, the difference of two
 //! velocity estimates is the estimate of the difference, and one state serves.
 
 use crate::error::{Allowed, OutOfRange};
@@ -64,7 +64,7 @@ impl<N: Number> FromSettings for LowPass<N> {
 }
 
 impl<N: Number> LowPass<N> {
-    /// How much of a step of the velocity shows after one sample, 1 − p.
+    /// The part of a step of the velocity that the estimate shows after one sample, 1 − p.
     #[cfg(feature = "fixed")]
     pub(crate) fn gain(&self) -> f64 {
         self.gain.to_f64()

@@ -2,18 +2,20 @@ use crate::control::Gains;
 use crate::number::{Number, RunningSum};
 use crate::units::Units;
 
-/// What pulls the model to the servo: a feedback on the output error ε that is the identifier's own.
+/// The feedback on the output error ε that keeps the model close to the servo. It is the identifier's
+/// own.
 pub trait Correction<N: Number>: Copy + core::fmt::Debug {
     /// What it remembers between samples.
     type State: Copy + core::fmt::Debug + PartialEq;
 
-    /// Nothing gathered.
+    /// An empty integral.
     fn start(&self) -> Self::State;
 
     /// The correction for an output error and its rate, machine units.
     fn process(&self, state: &mut Self::State, output_error: N, rate: N) -> Corrected<N>;
 
-    /// The load over the gain that its integral has found, k_i ω, command units; zero without one.
+    /// k_i ω: the load over the gain as the correction's integral estimates it, command units; zero
+    /// without an integral.
     fn load_command(&self, state: &Self::State) -> N;
 }
 
@@ -28,8 +30,10 @@ pub struct Corrected<N> {
 
 /// The command form, the paper's: u_ε = k_p ε + k_d ε̇ + k_i ω, ω = ∫ε.
 ///
-/// The integral finds the load for nothing, d̂ = b̂ k_i ω. As b̂ multiplies the correction, the sampled
-/// loop must be stable for every b̂ that the bounds allow
+/// It takes the place of the second PID (6): the same gains, velocity filter and sum (the samples
+/// before this one), without limit and anti-windup, since the command that acted is limited already.
+/// The integral also estimates the load, d̂ = b̂ k_i ω, by ω → 0 in (9). As b̂ multiplies the
+/// correction, the sampled loop must be stable for every b̂ that the bounds allow
 /// ([`sampled_loop::check_estimates`](crate::stability::sampled_loop::check_estimates)).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CommandCorrection<N> {

@@ -4,10 +4,10 @@ use crate::number::Number;
 /// The exact step of q̈ = −a q̇ + w − c sign(q̇): Coulomb friction that stops and breaks away.
 ///
 /// Karnopp's model (Karnopp, "Computer simulation of stick-slip friction in mechanical dynamic
-/// systems", Journal of Dynamic Systems, Measurement, and Control 107(1), 1985) without its dead
-/// zone: within a sample the drive is held, so a crossing of zero velocity is found in closed form
-/// and nothing needs to be smoothed. At rest the servo stays while |w| ≤ c; a drive only changes
-/// at a sample, so it can only break away there.
+/// systems", Journal of Dynamic Systems, Measurement, and Control 107(1), 1985) without its dead zone:
+/// within a sample the drive is held, so a crossing of zero velocity has a closed form and nothing
+/// needs to be smoothed. At rest the servo stays while |w| ≤ c; a drive only changes at a sample, so
+/// it can only break away there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrictionStep<N> {
     /// The step between events.

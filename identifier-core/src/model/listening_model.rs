@@ -56,15 +56,15 @@ impl<N: Number> ListeningModel<N> {
         }
     }
 
-    /// Takes in how far the servo has moved over the last sample; ε is then the output error.
+    /// Takes the distance that the servo has moved over the last sample; ε is then the output error.
     #[inline]
     pub fn observe(&mut self, increment: N) {
         self.error += increment;
     }
 
     /// Moves the model one sample under a held command; `response` is that of the step for the
-    /// parameters' x. Returns the way it went by itself, without
-    /// the correction of its position, and what friction did.
+    /// parameters' x. Returns the distance that the model itself moved, without the correction of its
+    /// position, and what friction did.
     #[inline]
     pub fn advance<S: ParameterSet<P>, const P: usize>(
         &mut self,
@@ -157,8 +157,8 @@ impl<N: Number> ListeningModel<N> {
 /// The motion of a [`ListeningModel`] per unit of each of Q unknowns, the first P of them the
 /// parameters of a set: ∂q_e/∂θ and ∂v_e/∂θ.
 ///
-/// They are of first order in the sample time, which is enough: a tangent only says where to look,
-/// what is found there is measured with the exact step.
+/// They are of first order in the sample time, which is enough: a tangent only gives a direction; the
+/// step that is taken is judged with the exact model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tangents<N, const Q: usize> {
     /// ∂q_e/∂θ.

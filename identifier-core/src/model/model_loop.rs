@@ -12,17 +12,17 @@ use crate::parameters::{ModelParameters, Parameter, ParameterSet};
 /// u_e = k_p (e + ε) − k_d (q̇ − ε̇) + k_i (z + ω) = u + k_p ε + k_d ε̇ + k_i ω = u + u_ε,
 ///
 /// and (5) becomes q̈_e = −â q̇_e + b̂ (u + u_ε). That is computed here, with u the command that acted
-/// as a *measurement*: limited, with feed-forward, dither or injection, from whatever controller.
-/// Reference, structure, limit and anti-windup of the controller do not enter.
+/// as a *measurement*: limited, with feed-forward, dither or injection, of any controller. Reference,
+/// structure, limit and anti-windup of the controller do not enter.
 ///
-/// **What becomes of the proof.** Subtracting from (2) gives ε̈ = −α ε̇ − b k_p ε − b k_i ω + θ̃ᵀφ with
-/// φ = [q̇_e, −(u + u_ε)]ᵀ: this is (8) with φ of (9), whatever u was, and (10) to (14) follow as they
-/// stand. The paper's Proposition 1 needs the servo's signals bounded; its PID without a limit gives
-/// that, and here it is what any controller has to provide. So the identifier's convergence no longer
-/// ends where the command saturates: there u is bounded, known, and the feedback on ε goes on.
+/// **What becomes of the proof.** Subtracting from (2) gives ε̈ = −α ε̇ − b k_p ε − b k_i ω + θ̃ᵀφ
+/// with φ = [q̇_e, −(u + u_ε)]ᵀ: this is (8) with φ of (9) for any u, and (10) to (14) follow
+/// unchanged. The paper's Proposition 1 needs the servo's signals bounded; its PID without a limit
+/// ensures that; here any controller has to ensure it. So the identifier's convergence no longer ends
+/// where the command saturates: there u is bounded and known, and the feedback on ε continues.
 ///
-/// **Relative.** Its state is ε rather than q_e: nothing large is ever subtracted, and the loop knows
-/// no origin. Two calls make a sample: [`ModelLoop::observe`] and [`ModelLoop::advance`].
+/// **Relative.** Its state is ε rather than q_e: no large numbers are subtracted, and the loop has no
+/// origin. Two calls make a sample: [`ModelLoop::observe`] and [`ModelLoop::advance`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModelLoop<N, V, C> {
     velocity: V,
@@ -66,10 +66,10 @@ pub struct Observed<N, const P: usize> {
     /// Its rate ε̇ through the velocity filter: the difference of the two velocity estimates.
     pub rate: N,
     /// ψ = −φ, the regressor (9) of the parameter set with its sign turned: ∂q̈_e/∂θ = [−q̇_e, u_e,
-    /// −sign q̇_e, 1], its entries through the velocity filter. What the filter does to ε̇ it must do to φ, or their product loses its sign
-    /// at the frequencies that the filter delays. They are those of the sample just passed, like the
-    /// increment that the rate is made of. While friction holds the model nothing acts on it, and the
-    /// regressor is zero.
+    /// −sign q̇_e, 1], its entries through the velocity filter. The filter must act on φ as it does on
+    /// ε̇, or their product loses its sign at the frequencies that the filter delays. They are those
+    /// of the sample just passed, like the increment that the rate is made of. While friction holds
+    /// the model at rest, the regressor is zero.
     pub regressor: [N; P],
 }
 
@@ -84,7 +84,7 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
         }
     }
 
-    /// At rest where the servo is.
+    /// At rest at the servo's position.
     #[must_use]
     pub fn start(&self) -> ModelState<N, V::State, C::State> {
         let rest = V::State::default();
@@ -107,8 +107,8 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
         }
     }
 
-    /// Moves with the servo at a velocity (machine units), for an identifier that joins a loop in
-    /// motion before the next sample; what the correction has gathered stays.
+    /// The state that moves with the servo at a velocity (machine units), for an identifier that joins
+    /// a loop in motion before the next sample; the correction's integral is kept.
     #[must_use]
     pub fn alongside(
         &self,
@@ -125,7 +125,8 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
         }
     }
 
-    /// Takes in by how much the servo has moved since the last sample.
+    /// Takes the increment of the servo since the last sample and gives output error, rate and
+    /// regressor.
     #[inline]
     pub fn observe<S: ParameterSet<P>, const P: usize>(
         &self,
@@ -136,8 +137,8 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
         self.observe_beside::<S, P>(state, increment, velocity)
     }
 
-    /// The same where a controller with the same velocity filter has made the servo's velocity estimate
-    /// already.
+    /// The same where a controller with the same velocity filter has computed the servo's velocity
+    /// estimate already.
     #[inline]
     pub fn observe_beside<S: ParameterSet<P>, const P: usize>(
         &self,
@@ -215,25 +216,25 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
         state.output_error
     }
 
-    /// The load over the gain that the correction's integral has found, k_i ω, command units.
+    /// k_i ω: the load over the gain as the correction's integral estimates it, command units; by (9),
+    /// ω → 0.
     #[inline]
     pub fn load_command(&self, state: &ModelState<N, V::State, C::State>) -> N {
         self.correction.load_command(&state.correction)
     }
 
-    /// Puts the model where the servo is while the servo stands; what the correction has gathered
-    /// stays.
+    /// Sets the model to the servo's position during standstill; the correction's integral is kept.
     ///
-    /// Real friction gives a little before it breaks away, and creeps: where exactly within the
-    /// friction's band a servo comes to stand says nothing of its parameters, and the model's own
-    /// place there would be an error that the next motion begins with.
+    /// Real friction yields elastically before it breaks away, and creeps: the position within the
+    /// friction's band at which a servo comes to rest tells nothing of its parameters, and a
+    /// difference there would be an output error at the start of the next motion.
     #[inline]
     pub fn stand_beside(&self, state: &mut ModelState<N, V::State, C::State>) {
         state.output_error = N::ZERO;
     }
 
-    /// Starts the model again where the servo is if it has left the reach of the number format,
-    /// [`Number::REACH`]; true if it had to.
+    /// Restarts the model at the servo's position if it has left the range of the number format,
+    /// [`Number::REACH`]; true if it did.
     #[inline]
     #[must_use]
     pub fn restart_if_lost(&self, state: &mut ModelState<N, V::State, C::State>) -> bool {

@@ -13,7 +13,8 @@ pub struct ServoParameters {
 }
 
 impl ServoParameters {
-    /// The servo with the load that an integral has found on top, b times the command it takes.
+    /// The servo with a further load, given as the command that balances it: b times `command` is
+    /// added.
     #[must_use]
     pub fn with_load_of(self, command: f64) -> Self {
         Self {

@@ -20,7 +20,7 @@ pub struct ZeroOrderHoldStep<N> {
 /// A motion over one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion<N> {
-    /// The way gone, Δq.
+    /// The distance moved, Δq.
     pub increment: N,
     /// The velocity at the end.
     pub velocity: N,
@@ -34,10 +34,10 @@ impl<N: Number> Motion<N> {
     };
 }
 
-/// How an acceleration acts over a time: the way it adds and the velocity it adds.
+/// How an acceleration acts over a time: the distance and the velocity it adds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Response<N> {
-    /// Way per acceleration, h₂ τ².
+    /// Distance per acceleration, h₂ τ².
     pub way: N,
     /// Velocity per acceleration, h₁ τ.
     pub velocity: N,

@@ -1,4 +1,4 @@
-//! What can be promised before the first sample.
+//! What can be certified before the first sample.
 //!
 //! [`certificate`] proves the continuous-time loop stable for a whole box of servos;
 //! [`sampled_loop`] checks what sampling, hold and velocity filter leave of it.

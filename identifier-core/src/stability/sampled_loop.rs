@@ -88,10 +88,10 @@ pub fn check(
 /// The factor by which b_max could grow before the sampled loop of some servo on the grid becomes
 /// unstable, at most twice [`AMPLE_GAIN_MARGIN`].
 ///
-/// A loop near its edge answers at frequencies where hold and filter delay the output error so far
-/// that (11) is no longer passive: the estimates can then wander although the loop is stable. With
-/// an ample margin none of 300 random certified loops does under a Γ from a tenth of to ten times
-/// the automatic one; below it some do (`cargo test --test certificate`).
+/// A loop near its stability limit responds at frequencies where hold and filter delay the output
+/// error so far that (11) is no longer passive: the estimates can then wander although the loop is
+/// stable. With an ample margin none of 300 random certified loops does under a Γ from a tenth of to
+/// ten times the automatic one; below it some do (`cargo test --test certificate`).
 #[must_use]
 pub fn gain_margin(units: &Units, gains: &Gains, velocity: &Transfer, plant_box: &PlantBox) -> f64 {
     /// Ratio of successive factors.
@@ -109,7 +109,7 @@ pub fn gain_margin(units: &Units, gains: &Gains, velocity: &Transfer, plant_box:
     raised(1.0, STEP, steps)
 }
 
-/// The largest b̂ that the correction in command form is given where nobody bounds it: a
+/// The largest b̂ of the correction in command form where no bound is given: a factor
 /// [`AMPLE_GAIN_MARGIN`] below where the sampled correction becomes unstable, but the largest b that
 /// the servo may have, `nominal`, at least.
 #[must_use]

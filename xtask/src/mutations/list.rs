@@ -304,19 +304,19 @@ pub(super) const LOGIC: [Mutation; 20] = [
     mutation(
         "sampler.rs",
         "the watchdog is not fed",
-        "        if run.background.lasts(&self.channel) {\n            chip.feed_watchdog();",
-        "        if run.background.lasts(&self.channel) {\n            let _ = &chip;",
+        "        if run.has_background(&self.channel) {\n            chip.feed_watchdog();",
+        "        if run.has_background(&self.channel) {\n            let _ = &chip;",
     ),
     mutation(
         "sampler.rs",
         "the watchdog is fed whatever the background does",
-        "        if run.background.lasts(&self.channel) {",
-        "        if run.background.lasts(&self.channel) || true {",
+        "        if run.has_background(&self.channel) {",
+        "        if run.has_background(&self.channel) || true {",
     ),
     mutation(
         "sampler.rs",
         "a fault discards what was learnt",
         "            self.returned = Some(run);\n            self.ended = Some(ended);",
-        "            run.sample = 0;\n            self.returned = Some(run);\n            self.ended = Some(ended);",
+        "            self.returned = Some(run).filter(|_| ended == Ended::Stopped);\n            self.ended = Some(ended);",
     ),
 ];

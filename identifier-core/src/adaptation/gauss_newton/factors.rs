@@ -19,7 +19,7 @@ const fn at(i: usize, j: usize) -> usize {
     i * (i - 1) / 2 + j
 }
 
-/// A measurement that is being taken in.
+/// The measurement that is being processed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Measurement<N, const P: usize> {
     /// Lᵀφ; from the last entry to the first the gain K times `variance` takes its place, complete
@@ -48,8 +48,8 @@ impl<N: Number, const P: usize> Measurement<N, P> {
 }
 
 impl<N: Number, const P: usize> Factors<N, P> {
-    /// The factors of a symmetric positive semidefinite matrix. A direction in which rounding leaves
-    /// it less than nothing counts as known.
+    /// The factors of a symmetric positive semidefinite matrix. A direction in which rounding makes it
+    /// negative counts as known.
     pub(crate) fn of(matrix: &[[f64; P]; P]) -> Self {
         let mut left = *matrix;
         let mut lower = [N::ZERO; 6];
@@ -70,7 +70,7 @@ impl<N: Number, const P: usize> Factors<N, P> {
         Self { lower, diagonal }
     }
 
-    /// Begins to take in a measurement with the regressor φ.
+    /// Begins the update for a measurement with the regressor φ.
     #[inline]
     pub(super) fn project(&self, regressor: &[N; P]) -> Measurement<N, P> {
         let mut measurement = Measurement::NONE;

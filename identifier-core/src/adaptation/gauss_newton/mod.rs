@@ -11,10 +11,10 @@ use crate::number::{Number, RunningSum};
 /// Practice of Recursive Identification, 1983, section 3.4) on the output error of a model, in
 /// blocks of [`GaussNewton::BLOCK`] samples.
 ///
-/// With ψ = ∂q_e/∂θ and the covariance P, both ε and ψ as means over a block:
-/// K = P ψ/(r + ψᵀP ψ), θ̂ ← Proj[θ̂ + K ε], P ← (P − K ψᵀ P)/λ. The output error of one sample is
-/// little more than the encoder's rounding; eight together tell as much as each by itself and cost
-/// an eighth. ψ is smooth, and its mean that of the straight line through one sample.
+/// With ψ = ∂q_e/∂θ and the covariance P, both ε and ψ as means over a block: K = P ψ/(r + ψᵀP ψ), θ̂
+/// ← Proj[θ̂ + K ε], P ← (P − K ψᵀ P)/λ. The output error of one sample is little more than the
+/// encoder's rounding; the mean of eight carries the same information at an eighth of the cost. ψ is
+/// smooth, and its mean that of the straight line through one sample.
 ///
 /// The work on one block is spread evenly over the samples of the next:
 ///
@@ -32,26 +32,23 @@ use crate::number::{Number, RunningSum};
 /// What a block has gathered when the estimates move is moved to the new ones, so that nothing is
 /// counted twice.
 ///
-/// What keeps it sound is part of the law:
+/// What keeps it stable is part of the law:
 ///
 /// - **Forgetting** starts with a memory of [`GaussNewton::FIRST_MEMORY`], because the first
 ///   gradients are taken far from the truth, and tends to none, or to the memory that was asked
 ///   for: 1 − λ fades with the time constant [`GaussNewton::SETTLING`].
-/// - **Covariance bounds**: forgetting never makes a parameter less certain than it was thought to
-///   be at the start.
-/// - **Dead zone**: while the model stands, the quantisation error is a constant and no noise;
-///   nothing is learnt from it.
-/// - **Trust**: r is at least [`GaussNewton::CAUTION`] times ψᵀP ψ, so that a block moves the
-///   prediction by no more than a small part of its error: the gradients hold near the estimates
-///   only, and the estimates must not run ahead of them. A surprise of more than three standard
-///   deviations counts as three.
+/// - **Covariance bounds**: forgetting never makes a parameter less certain than it was at the start.
+/// - **Dead zone**: while the model is at rest, the quantisation error is constant and not noise;
+///   nothing is learnt then.
+/// - **Step limit**: r is at least [`GaussNewton::CAUTION`] times ψᵀP ψ, so that a block moves the
+///   prediction by no more than a small part of its error: the gradients are valid near the estimates
+///   only. An error of more than three standard deviations counts as three.
 /// - **Noise level**: r is at least the encoder's noise and at least the peak, so far, of the output
-///   error's mean square over [`GaussNewton::LEVEL_MEMORY`]; the peak is forgotten as the law
-///   forgets. So what was learnt far from the truth weighs little beside what is learnt near it.
-///   Once the peak *rises*, what was learnt before it was not as certain as it seemed, and P rises
-///   with r.
-/// - **Standard errors** are those of P, corrected for the mean square and the colour of the output
-///   error against r.
+///   error's mean square over [`GaussNewton::LEVEL_MEMORY`]; the peak is forgotten as the law forgets.
+///   So data from far off the truth weigh little against data near it. When the peak *rises*, the
+///   earlier data were less certain than assumed, and P rises with r.
+/// - **Standard errors** are those of P, corrected for the mean square of the output error over r and
+///   for its correlation from block to block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewton<N, const P: usize> {
     noise: N,
@@ -78,7 +75,7 @@ pub struct GaussNewtonConfig<const P: usize> {
     pub sample_time: f64,
     /// Variance of the position noise; for an encoder in counts 1/12.
     pub noise: f64,
-    /// Velocity below which the model counts as standing, counts per sample.
+    /// Velocity below which the model counts as at rest, counts per sample.
     pub dead_zone: f64,
     /// The memory that forgetting tends to, s; none for all that ever was.
     pub memory: Option<f64>,
@@ -108,7 +105,7 @@ pub struct GaussNewtonState<N: Number, const P: usize> {
     /// How many times P has lately been raised with the noise level; fades to one.
     inflated: N,
     evidence: Evidence<N>,
-    /// How many blocks its sums stand for.
+    /// How many blocks its sums are of.
     blocks: u16,
     phase: u8,
     learning: bool,
@@ -123,8 +120,8 @@ struct Evidence<N> {
 }
 
 impl<N: Number> Evidence<N> {
-    /// When they stand for so many blocks, the sums are halved: the past fades, and no sum grows so
-    /// large that it would lose a block.
+    /// When the sums are of so many blocks, they are halved: the past fades, and no sum grows so large
+    /// that a block is lost in rounding.
     const FADING: u16 = 4000;
 
     const NONE: Self = Self {
@@ -220,9 +217,8 @@ impl<N: Number, const P: usize> GaussNewtonState<N, P> {
     /// What the variances of P are to be multiplied by: the mean square of the error over its noise,
     /// times (1 + ρ)/(1 − ρ) for errors that go on from block to block as ρᵏ.
     fn doubted(&self) -> f64 {
-        /// The range of correlations that is believed. A model that is pulled to the servo leaves errors
-        /// that go to and fro: at the slow frequencies of the sensitivities they are smaller than their
-        /// mean square says.
+        /// The range of correlations that is used. The errors of a corrected model alternate: at the
+        /// low frequencies of the sensitivities they are smaller than their mean square suggests.
         const CORRELATED: (f64, f64) = (-0.5, 0.98);
         let square = self.evidence.square.to_f64();
         if square > 0.0 {
@@ -274,14 +270,14 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     /// The time over which the noise level of the moment is taken, s.
     pub const LEVEL_MEMORY: f64 = 0.03;
 
-    /// The least memory, of whatever kind, in blocks.
+    /// The shortest memory of any kind, blocks.
     pub const LEAST_BLOCKS: f64 = 12.0;
 
     /// The largest factor by which P rises with the noise level in one block: a step of the load must
-    /// be told from a new noise level before the estimates give way to it.
+    /// be distinguished from a new noise level before the estimates follow it.
     pub const STEEPEST: f64 = 1.2;
 
-    /// The time after which a risen noise level is no news any more, s.
+    /// The time constant with which the memory of a risen noise level fades, s.
     pub const CALMING: f64 = 0.5;
 
     /// The least r over ψᵀP ψ.
@@ -431,7 +427,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         state.mean_error = state.error * self.per_block;
         state.error = N::ZERO;
         state.measurement = state.factors.project(&state.sensitivity);
-        // A sensitivity that ran away teaches nothing.
+        // A sensitivity beyond the range of numbers is not used.
         state.learning = speed.magnitude() >= self.dead_zone
             && state.measurement.variance <= N::REACH * N::REACH;
     }
@@ -521,9 +517,9 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         steps
     }
 
-    /// Takes back what leads out of the box through the face of estimate i, along that column of P:
-    /// the other estimates move as if this one were known to be where it stays (the shortest way
-    /// in the norm of P⁻¹). What then leaves through another face is taken back by itself.
+    /// Takes back the part of the steps by which estimate i would leave its bounds, along that column
+    /// of P: the other estimates move as if this one were known to be at its bound (the shortest way
+    /// in the norm of P⁻¹). Those that then leave theirs are clamped.
     fn enter(&self, state: &GaussNewtonState<N, P>, steps: &mut [N; P], i: usize, after: N) {
         let before = |j: usize| state.estimates[j].value();
         if !after.is_finite() {

@@ -1,6 +1,6 @@
 use crate::number::Number;
 
-/// A few successive samples condensed: enough to move a model over all of them at once.
+/// A few successive samples condensed to what moves a model over all of them at once.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Block<N> {
     /// How far the servo moved, counts.
@@ -16,7 +16,7 @@ pub(crate) struct Block<N> {
 /// background that fits to them: four words in `f32`.
 ///
 /// Blocks between which nothing is missing have successive numbers. Where one was lost, or recording
-/// began anew, a number is left out, and that is all that a fitter needs to be told.
+/// began anew, a number is left out, by which a fitter notices it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NumberedBlock<N> {
     pub(super) number: u32,

@@ -2,26 +2,26 @@ use super::fitter::{Fit, Fitter};
 use super::{A, B, UNKNOWNS};
 use crate::number::Number;
 
-/// What a fit found, machine units of a sample.
+/// A fit result, machine units of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FitResult<N> {
     /// a, b, c, d.
     pub(crate) parameters: [N; 4],
     pub(crate) covariance: [[N; 4]; 4],
-    /// Variance of what the fit leaves unexplained, counts²; at least the encoder's.
+    /// Variance of the fit's errors, counts²; at least the encoder's.
     pub(crate) unexplained: N,
     /// Root mean square of acceleration over that of velocity, 1/sample.
     pub(crate) bandwidth: N,
     /// Whether a parameter was stopped by a bound.
     pub(crate) at_bound: [bool; 4],
-    /// The sum of all distances gone, counts.
+    /// The sum of all distances moved, counts.
     pub(crate) path: N,
     /// The last output error, counts.
     pub(crate) output_error: N,
     /// Root mean square of the acceleration that the command gives, counts per sample².
     pub(crate) acceleration: N,
-    /// The part of the motion that the fit leaves unexplained, 0 to 1: mean square of its errors
-    /// over that of a model that stands.
+    /// The part of the motion that the fit leaves unexplained, 0 to 1: mean square of its errors over
+    /// that of a model at rest.
     pub(crate) left: f64,
     /// The direction of the motion if it never reversed, ±1; else zero.
     pub(crate) only_direction: N,
@@ -29,10 +29,10 @@ pub(crate) struct FitResult<N> {
 }
 
 impl<N: Number> FitResult<N> {
-    /// Whether a recursion can go on from it: the motion is explained, and b is known within a part
-    /// `most` of itself.
+    /// Whether a recursion can continue from it: the motion is explained, and the relative standard
+    /// error of b is at most `most`.
     pub(crate) fn is_good(&self, most: f64) -> bool {
-        /// A fit that explains less does not know what moves the servo.
+        /// The largest part of the motion that a fit may leave unexplained.
         const LEFT: f64 = 0.1;
         let b = self.parameters[B].to_f64();
         let variance = self.covariance[B][B].to_f64();
@@ -47,13 +47,13 @@ impl<N: Number> FitResult<N> {
 
 impl<N: Number> Fitter<N> {
     pub(super) fn result(&self, fit: &Fit<N>) -> Option<FitResult<N>> {
-        /// The largest correlation from block to block that can be told from one.
+        /// The largest correlation from block to block that can be distinguished from one.
         const MOST_CORRELATED: f64 = 0.999;
         let best = fit.best.as_ref()?;
         let cost = best.pass.equations.cost().to_f64();
         let freedom = fit.blocks.saturating_sub(UNKNOWNS).max(1) as f64;
         let unexplained = (cost / freedom).max(self.noise.to_f64());
-        // Errors that go on from block to block as ρᵏ tell less than white ones.
+        // Errors correlated from block to block as ρᵏ carry less information than white ones.
         let correlation = if cost > 0.0 {
             (best.pass.lag_one.to_f64() / cost).clamp(0.0, MOST_CORRELATED)
         } else {

@@ -18,11 +18,11 @@ pub(crate) struct Fits<N, const W: usize> {
 /// A fit that has ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Ended<N> {
-    /// What it found; none if the servo has not moved.
+    /// Its result; none if the servo has not moved.
     pub(crate) result: Option<FitResult<N>>,
-    /// The number of the last block of the recording that it looked at.
+    /// The number of the last block that it used.
     pub(crate) last: u32,
-    /// Whether the record had no room left.
+    /// Whether the record was full.
     pub(crate) full: bool,
 }
 
@@ -49,7 +49,7 @@ impl<N: Number, const W: usize> Fits<N, W> {
         numbered.number == self.next
     }
 
-    /// Takes in a block. One that is not the next begins the record anew: no fit is made over a gap.
+    /// Takes a block. One that is not the next begins the record anew: no fit spans a gap.
     pub(crate) fn take(&mut self, numbered: &NumberedBlock<N>) {
         if !self.is_next(numbered) {
             self.begin_anew();
@@ -74,7 +74,7 @@ impl<N: Number, const W: usize> Fits<N, W> {
         self.fit.is_some()
     }
 
-    /// Begins a fit to what the record holds.
+    /// Begins a fit to the record.
     pub(crate) fn begin(&mut self, fitter: &Fitter<N>, prior: Prior<N>) {
         self.fresh = 0;
         self.record.hold();

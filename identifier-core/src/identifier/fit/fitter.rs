@@ -8,16 +8,16 @@ use crate::number::Number;
 
 /// Levenberg–Marquardt fit of the model, driven by the recorded command, to the recorded motion.
 ///
-/// **Start.** With the model's parameters at zero and the *measured* motion in place of its own,
-/// the output error is linear in the parameters, and the tangents are its regressors: one pass
-/// gives a least-squares estimate that needs no first guess (equation error behind the filter
-/// 1/(p + ω)²; Young, Recursive Estimation and Time-Series Analysis, 2nd edition 2011, chapter 8).
-/// It is solved with and without friction. Guesses that were given are further starts, and if none
-/// of these explains the motion, so is a ladder of gains.
+/// **Start.** With the model's parameters at zero and the *measured* motion in place of its own, the
+/// output error is linear in the parameters, and the tangents are its regressors: one pass gives a
+/// least-squares estimate that needs no first guess (equation error behind the filter 1/(p + ω)²;
+/// Young, Recursive Estimation and Time-Series Analysis, 2nd edition 2011, chapter 8). It is solved
+/// with and without friction. Given initial values are further starts, and if none of these explains
+/// the motion, a geometric series of gains is tried.
 ///
-/// **Passes.** From each start at most [`Fitter::PASSES`] passes of the [`ListeningModel`](crate::model::ListeningModel); the
-/// start that explains the motion best wins. The correction of the model keeps its output error
-/// bounded for every trial, however far off.
+/// **Passes.** From each start at most [`Fitter::PASSES`] passes of the
+/// [`ListeningModel`](crate::model::ListeningModel); the start that explains the motion best wins. The
+/// correction of the model keeps its output error bounded for every trial.
 ///
 /// All is computed in units of a block: with m samples to a block, a m T, b (m T)²/ρ and so on.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,7 +27,7 @@ pub(crate) struct Fitter<N> {
     pub(super) noise: N,
     pub(super) low: [N; 4],
     pub(super) high: [N; 4],
-    /// What was given.
+    /// The given initial values.
     pub(super) prior: Prior<N>,
     pub(super) free: [bool; 4],
     /// Units of a block per unit of a sample.
@@ -44,7 +44,7 @@ pub(crate) struct FitterConfig {
     pub(crate) high: [f64; 4],
     pub(crate) initial: [Option<f64>; 4],
     pub(crate) deviation: [Option<f64>; 4],
-    /// Parameters to be found; the others stay at their initial value, or zero.
+    /// Parameters that are fitted; the others keep their initial value, or zero.
     pub(crate) free: [bool; 4],
     pub(crate) bandwidth: Option<f64>,
 }
@@ -52,9 +52,9 @@ pub(crate) struct FitterConfig {
 /// What is known before a fit, units of a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Prior<N> {
-    /// Guesses: one more start.
+    /// Initial values: one more start.
     pub(super) initial: [Option<N>; 4],
-    /// Deviation of the noise over those of the guesses; zero where they bind nothing.
+    /// Standard deviation of the noise over those of the initial values; zero where nothing is known.
     pub(super) weight: [N; 4],
 }
 
@@ -70,7 +70,7 @@ pub(super) struct Fit<N> {
     pub(super) correction: Innovation<N>,
     pub(super) pass: Pass<N>,
     pub(super) linear: [[N; UNKNOWNS]; 2],
-    /// The cost of a model that stands.
+    /// The cost of a model at rest.
     pub(super) standing_cost: N,
     pub(super) trial: [N; UNKNOWNS],
     pub(super) damping: N,
@@ -127,13 +127,13 @@ impl<N: Number> Fitter<N> {
         }
     }
 
-    /// What was given as known.
+    /// The prior from the settings.
     pub(crate) fn given(&self) -> Prior<N> {
         self.prior
     }
 
-    /// What a fit found, as known before the next: with ten times its deviations, and a fiftieth of
-    /// the value on top, so that a servo may change.
+    /// A fit result as the prior of the next fit: with ten times its standard deviations, and a
+    /// fiftieth of the value on top, so that a servo may change.
     pub(crate) fn known_from(&self, result: &FitResult<N>) -> Prior<N> {
         let noise = libm::sqrt(self.noise.to_f64());
         Prior {
@@ -152,7 +152,7 @@ impl<N: Number> Fitter<N> {
         }
     }
 
-    /// Begins a fit over what the record holds.
+    /// Begins a fit to the record.
     pub(super) fn begin(&self, blocks: usize, prior: Prior<N>) -> Fit<N> {
         Fit {
             prior,
@@ -173,8 +173,8 @@ impl<N: Number> Fitter<N> {
         }
     }
 
-    /// Goes on with a fit by one block of the record, or by what is between two passes. Answers
-    /// once it has ended: with what it found, or none if the servo has not moved.
+    /// Continues a fit by one block of the record, or by the work between two passes. Returns once it
+    /// has ended: with its result, or none if the servo has not moved.
     pub(super) fn work<const W: usize>(
         &self,
         fit: &mut Fit<N>,

@@ -1,4 +1,4 @@
-//! Fits of the servo's parameters to a record of what it did and what was asked of it.
+//! Fits of the servo's parameters to a record of its motion and its command.
 //!
 //! The work is shared between an interrupt and the background, and neither waits for the other: the
 //! interrupt's [`Recorder`] condenses samples to [`NumberedBlock`]s, which go through a queue, and the

@@ -54,12 +54,13 @@ impl<N: Number> Pass<N> {
 }
 
 impl<N: Number> Fitter<N> {
-    /// One block of the linear pass: the model stands, the servo's own motion drives the tangents.
+    /// One block of the linear pass: the model is at rest, the servo's measured motion drives the
+    /// tangents.
     pub(super) fn linear_block(&self, fit: &mut Fit<N>, block: &Block<N>, direction: N) {
         let pass = &mut fit.pass;
         let command = block.command;
         let correction = &fit.correction;
-        // The model of zero gain: its velocity is what the correction gave it.
+        // The model of zero gain: its velocity is that of the correction.
         let drive = correction.velocity * pass.model.error;
         let before = pass.model.velocity;
         let half = N::from_f64(0.5);
@@ -72,7 +73,7 @@ impl<N: Number> Fitter<N> {
             let mut change = -(correction.velocity * position);
             let mut ahead = N::ZERO;
             if let Some(&own) = own.get(i) {
-                // A servo that friction holds answers to nothing.
+                // A servo that friction holds does not depend on any parameter.
                 if direction != N::ZERO || i == A {
                     change += own;
                     ahead = if i == B { block.lead } else { N::ZERO };
@@ -119,10 +120,10 @@ impl<N: Number> Fitter<N> {
     }
 }
 
-/// The direction in which the servo moved during a block, zero where it stood: by its own travel,
-/// or, if that is within the encoder's rounding, by that of its neighbours too.
+/// The direction in which the servo moved during a block, zero at standstill: by its own travel, or,
+/// if that is within the encoder's rounding, by that of the neighbouring blocks too.
 pub(super) fn direction<N: Number, const W: usize>(record: &Record<N, W>, index: usize) -> N {
-    /// Travel beyond an edge that is crossed to and fro.
+    /// Travel that exceeds crossing one edge of the encoder to and fro.
     const BEYOND: f64 = 1.5;
     let beyond = N::from_f64(BEYOND);
     let travel = |index: usize| record.get(index).map_or(N::ZERO, |block| block.travel);

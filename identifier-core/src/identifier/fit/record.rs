@@ -3,8 +3,8 @@ use crate::number::Number;
 
 /// The last blocks of samples, at most W: 12 W bytes in `f32`.
 ///
-/// A fit reads what there was when it began. Meanwhile blocks are only appended, and a record that is
-/// full takes nothing more; it then begins anew with the first block after the fit.
+/// A fit reads the blocks that were there when it began. Meanwhile blocks are only appended, and a
+/// full record takes no more; it then begins anew with the first block after the fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Record<N, const W: usize> {
     blocks: [Block<N>; W],
@@ -35,12 +35,12 @@ impl<N: Number, const W: usize> Record<N, W> {
         self.count
     }
 
-    /// Whether there is no room left, and the next block takes the place of the oldest.
+    /// Whether the record is full, and the next block replaces the oldest.
     pub(super) fn is_full(&self) -> bool {
         self.count == W
     }
 
-    /// Forgets everything.
+    /// Empties the record.
     pub(super) fn clear(&mut self) {
         self.first = 0;
         self.count = 0;
@@ -48,7 +48,7 @@ impl<N: Number, const W: usize> Record<N, W> {
         self.missed = false;
     }
 
-    /// Takes in a block.
+    /// Takes a block.
     pub(super) fn push(&mut self, block: &Block<N>) {
         if self.missed && !self.reading {
             self.clear();

@@ -1,8 +1,8 @@
 use super::block::{Block, Blocking, NumberedBlock};
 use crate::number::Number;
 
-/// Condenses samples to blocks: the interrupt's share of a record. A sample is a few sums, the last
-/// of a block a few products.
+/// Condenses samples to blocks: the interrupt's share of a record. A sample costs a few additions, the
+/// last of a block a few multiplications.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Recorder<N> {
     open: Open<N>,
@@ -57,7 +57,7 @@ impl<N: Number> Recorder<N> {
         };
     }
 
-    /// Takes in a sample.
+    /// Takes a sample.
     #[inline]
     pub(crate) fn push(&mut self, blocking: &Blocking<N>, increment: N, command: N) {
         let open = &mut self.open;
@@ -130,7 +130,7 @@ mod tests {
             recorder.push(&blocking, 1.0, 1.0);
             recorder.take().map(|block| block.number)
         };
-        // The first sample tells only which command acts.
+        // The first sample gives only the command that acts.
         for number in [None, Some(first), Some(u32::MAX), Some(0)] {
             assert_eq!(next(&mut recorder), number);
         }

@@ -8,8 +8,7 @@ impl<N: Number> Fitter<N> {
     /// velocity, in counts per block.
     const INITIAL: [f64; 2] = [0.288_675, 1e3];
 
-    /// Factors on the gain that the amplitudes suggest, from where to start if nothing better is
-    /// known.
+    /// Factors on the gain that the amplitudes suggest: further starts where nothing better is known.
     pub(super) const LADDER: [f64; 5] = [1.0, 0.2, 5.0, 0.03, 30.0];
 
     /// The unknowns to start from.
@@ -74,7 +73,7 @@ impl<N: Number> Fitter<N> {
         }
     }
 
-    /// What is known of the initial state, as two more measurements.
+    /// The prior of the initial state, as two more measurements.
     pub(super) fn add_initial(&self, fit: &mut Fit<N>) {
         let noise = libm::sqrt(self.noise.to_f64());
         for (place, deviation) in [POSITION, VELOCITY].into_iter().zip(Self::INITIAL) {

@@ -1,7 +1,7 @@
 use super::block::Block;
 use crate::number::Number;
 
-/// The shortest way, counts, from which anything can be learnt.
+/// The shortest travel from which anything can be learnt, counts.
 pub(super) const MOVED: f64 = 8.0;
 
 /// What the record shows without a model.
@@ -29,7 +29,7 @@ impl<N: Number> Survey<N> {
     };
 
     pub(super) fn observe(&mut self, block: &Block<N>) {
-        /// A reversal is a way back of more counts than the encoder's edge can fake.
+        /// A reversal is a travel back of more counts than an edge of the encoder can produce at rest.
         const BACK: f64 = 2.0;
         let back = N::from_f64(BACK);
         self.path += block.travel.magnitude();
@@ -56,7 +56,7 @@ impl<N: Number> Survey<N> {
         }
     }
 
-    /// The gain that turns the command's unrest into the motion's at the frequency ω.
+    /// The gain from the amplitude of the command to that of the motion at the frequency ω.
     pub(super) fn gain(&self, omega: N, blocks: usize) -> N {
         let count = blocks as f64;
         let mean = self.command.to_f64() / count;

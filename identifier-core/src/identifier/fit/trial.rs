@@ -15,7 +15,7 @@ impl<N: Number> Fitter<N> {
     /// A pass that lowers the cost by less than this fraction is the last.
     const ENOUGH: f64 = 1e-4;
 
-    /// The factor by which a pass that helps, or does not, changes the damping.
+    /// The factor by which a better or worse pass changes the damping.
     const CHANGE: f64 = 10.0;
 
     /// Judges the pass; true if it was the last from this start.
@@ -54,8 +54,8 @@ impl<N: Number> Fitter<N> {
         false
     }
 
-    /// A trial and a step from it. A parameter that stands at a bound and would leave it is kept
-    /// there and the step taken without it: the others must not make up for what it may not do.
+    /// A trial and a step from it. A parameter at a bound that would leave it is kept there, and the
+    /// step is taken without it, so that the others do not compensate for it.
     fn next_trial(
         &self,
         unknowns: &[N; UNKNOWNS],

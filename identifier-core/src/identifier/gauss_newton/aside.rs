@@ -10,7 +10,7 @@ where
     N: Number,
     S: ParameterSet<P>,
 {
-    /// A sample in which nothing is learnt, but perhaps the load.
+    /// A sample in which nothing is learnt, except possibly the load.
     #[cold]
     #[inline(never)]
     pub(super) fn run_aside(&self, state: &mut Recursion<N, P>, increment: N, command: N) -> Event {
@@ -18,7 +18,7 @@ where
         let mut event = Event::None;
         let correction = match state.mode {
             Mode::Searching if state.left == 1 && state.still >= self.stood => {
-                // The load of a servo that stands cannot be known.
+                // The load cannot be identified at standstill.
                 event = self.wait(state);
                 Innovation::critically_damped(state.quick)
             }
@@ -37,8 +37,8 @@ where
         }
     }
 
-    /// The load has changed in a step. Where it does so again and again it is no load: the servo
-    /// does not follow the command.
+    /// The load has changed in a step. Where it does so repeatedly, it is not the load: the servo does
+    /// not follow the command.
     #[cold]
     pub(super) fn search(&self, state: &mut Recursion<N, P>) -> Event {
         if state.alarm == 0 {
@@ -71,7 +71,7 @@ where
         Event::NotFollowing
     }
 
-    /// A sample of waiting: until the servo moves, and then for a while.
+    /// A sample of waiting: until the servo moves, and then for a set time.
     fn stay(&self, state: &mut Recursion<N, P>) -> Innovation<N> {
         if state.still >= self.standing {
             state.model = ListeningModel::alongside(N::ZERO);
@@ -94,7 +94,7 @@ where
             let moved = (load - state.suspicion.sought_from) * N::from_f64(0.25);
             state.law.replace_last(load, moved * moved);
             if state.ambiguous {
-                // Where the load is a parameter, friction stands before it.
+                // Where the load is a parameter, it follows friction in the order of the set.
                 state.law.raise(P - 2, moved * moved);
             }
             self.resume(state);

@@ -7,21 +7,21 @@ use crate::model::{ListeningModel, Tangents};
 use crate::number::Number;
 use crate::parameters::{ModelParameters, ParameterSet};
 
-/// What a fit found, prepared for the recursion: 19 words in `f32` with four parameters.
+/// A fit result prepared for the recursion: 19 words in `f32` with four parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewtonFitted<N, const P: usize> {
-    /// The number of the last block that it looked at.
+    /// The number of the last block that it used.
     pub(super) last: u32,
     /// None where the motion could not be explained.
     pub(super) explained: Option<Explained<N, P>>,
 }
 
-/// What a fit that explains the motion found, machine units.
+/// The result of a fit that explains the motion, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Explained<N, const P: usize> {
     pub(super) estimates: [N; P],
     pub(super) covariance: Factors<N, P>,
-    /// Variance of what is left unexplained, counts².
+    /// Variance of the fit's errors, counts².
     pub(super) unexplained: N,
     /// Root mean square of acceleration over that of velocity, 1/sample.
     pub(super) bandwidth: N,
@@ -36,7 +36,7 @@ where
     N: Number,
     S: ParameterSet<P>,
 {
-    /// The recursion from what a fit has found.
+    /// The recursion that starts from a fit result.
     fn recursion(&self, result: &Explained<N, P>, velocity: N) -> Recursion<N, P> {
         let omega = self.bandwidth_of(result);
         let x = ModelParameters::of_set::<S, P>(&result.estimates).x;
@@ -121,17 +121,16 @@ where
         }
     }
 
-    /// Whether the recursion is to begin from what a fit found: there is none yet, or it has gone
-    /// astray.
+    /// Whether the recursion is to start from a fit result: it does not run yet, or it has diverged.
     fn is_due(&self, state: &GaussNewtonRecursionState<N, P>, result: &Explained<N, P>) -> bool {
         state.recursion.mode == Mode::Recording || self.corrects(state, result)
     }
 
-    /// Whether a new fit shows that the estimates have gone astray: it explains the servo, or at least
-    /// twice as much as the fit before. One over a motion one way sees half of the friction, and always
-    /// explains that better than the estimates explain all that they have seen: it must find another b.
+    /// Whether a new fit shows that the estimates have diverged: it explains the servo, or at least
+    /// twice as much as the fit before. A fit to motion in one direction covers half of the friction,
+    /// and always explains that better than the estimates explain all data: its b must differ too.
     fn corrects(&self, state: &GaussNewtonRecursionState<N, P>, result: &Explained<N, P>) -> bool {
-        /// The part of b by which it is another.
+        /// The relative difference from which b counts as different.
         const APART: f64 = 0.2;
         let gain_of = |estimates: &[N; P]| ModelParameters::of_set::<S, P>(estimates).gain;
         let better = result.unexplained < self.unexplained

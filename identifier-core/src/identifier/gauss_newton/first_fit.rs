@@ -12,8 +12,8 @@ use crate::parameters::{Parameter, ParameterSet};
 use crate::settings::{FromSettings, Settings};
 
 /// The background's half of the fast identifier: it collects the blocks that a
-/// [`GaussNewtonRecursion`] of the same settings has recorded, at most W of them, and finds the servo
-/// that the recursion begins with.
+/// [`GaussNewtonRecursion`] of the same settings has recorded, at most W of them, and fits the
+/// parameters with which the recursion starts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewtonFitter<N, S, const P: usize, const W: usize = 256> {
     fitter: Fitter<N>,
@@ -25,7 +25,7 @@ pub struct GaussNewtonFitter<N, S, const P: usize, const W: usize = 256> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewtonFitterState<N, const W: usize = 256> {
     fits: Fits<N, W>,
-    /// Fits to a full record that explained nothing.
+    /// Fits to a full record that did not explain the motion.
     failures: u32,
 }
 
@@ -53,8 +53,8 @@ where
     N: Number,
     S: ParameterSet<P>,
 {
-    /// Whether a recursion can begin with what a fit found. A motion to and fro is worth waiting for: it
-    /// tells friction from load.
+    /// Whether a recursion can start from a fit result. It waits for a motion in both directions,
+    /// which separates friction from load.
     fn is_good(result: &FitResult<N>, full: bool) -> bool {
         if full {
             result.is_good(0.2)
@@ -63,14 +63,14 @@ where
         }
     }
 
-    /// What a fit found, with its covariance in factors.
+    /// A fit result with its covariance in factors.
     fn explained(&self, result: &FitResult<N>) -> Explained<N, P> {
-        /// The fit's covariance counts this many times: it was found far from the truth, and not
-        /// from white noise.
+        /// The factor on the fit's covariance: its gradients were taken far from the truth, and its
+        /// errors are not white.
         const DOUBT: f64 = 4.0;
         let places = S::PARAMETERS.map(place);
         let scale = result.acceleration.to_f64();
-        // Of a motion in one direction only d − c sign(q̇) is known, not which of the two it is.
+        // Motion in one direction determines only d − c sign(q̇), not c and d separately.
         let ambiguity = |i: usize| match S::PARAMETERS[i] {
             Parameter::Coulomb => scale * 0.5,
             Parameter::Load => scale * 0.5 * result.only_direction.to_f64(),
@@ -125,9 +125,9 @@ where
         state.failures = 0;
     }
 
-    /// Begins a fit when half of the record is there, and again whenever a quarter is new. With what
-    /// a recursion can begin with the record ends; a servo that a full record does not explain is told
-    /// of now and then.
+    /// Begins a fit when half of the record is there, and again whenever a quarter is new. A result
+    /// that the recursion can start from ends the record; results that do not explain a full record
+    /// are passed on now and then.
     fn work(&self, state: &mut Self::State, budget: u32) -> Option<Self::Fitted> {
         if !state.fits.is_under_way() {
             if state.fits.blocks() < W / 2 || state.fits.fresh() < W / 4 {

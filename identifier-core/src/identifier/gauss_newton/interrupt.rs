@@ -18,14 +18,14 @@ pub struct GaussNewtonRecursionState<N: Number, const P: usize> {
     /// Whether samples are recorded for a fit.
     pub(super) recording: bool,
     pub(super) recorder: Recorder<N>,
-    /// What the next sample is to go on from.
+    /// The fit result from which the next sample continues.
     pub(super) fitted: Option<GaussNewtonFitted<N, P>>,
-    /// What the fit that the recursion goes on from left unexplained.
+    /// The unexplained part of the fit that the recursion started from.
     pub(super) usual: N,
 }
 
 impl<N: Number, const P: usize> GaussNewtonRecursionState<N, P> {
-    /// Begins anew to record.
+    /// Begins a new recording.
     fn record_anew(&mut self) {
         self.recorder.begin_anew();
         self.fitted = None;
@@ -38,7 +38,7 @@ where
     N: Number,
     S: ParameterSet<P>,
 {
-    /// Whether the recursion runs: a first fit has been found.
+    /// Whether the recursion runs: the first fit has succeeded.
     #[must_use]
     pub fn is_running(&self, state: &GaussNewtonRecursionState<N, P>) -> bool {
         !matches!(state.recursion.mode, Mode::Recording)
@@ -163,7 +163,7 @@ where
         state.recorder.take()
     }
 
-    /// With the next sample, which says [`Event::Started`].
+    /// With the next sample, which reports [`Event::Started`].
     #[inline]
     fn take_over(&self, state: &mut Self::State, fitted: &Self::Fitted) {
         if state.recording && state.recorder.has_recorded(fitted.last) {

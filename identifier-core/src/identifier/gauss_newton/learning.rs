@@ -85,8 +85,8 @@ where
         Event::None
     }
 
-    /// The variances beyond which forgetting makes no estimate uncertain: a by the bandwidth, b by a
-    /// factor, friction and load by what the command does.
+    /// The largest variances that forgetting may lead to: of a from the bandwidth, of b from a factor,
+    /// of friction and load from the acceleration that the command gives.
     #[inline]
     pub(super) fn most(omega: N, scale: N, estimates: &[N; P]) -> [N; P] {
         let model = ModelParameters::of_set::<S, P>(estimates);
@@ -122,11 +122,11 @@ where
         phase
     }
 
-    /// A model that ran away starts again. Within a block it gets nowhere that the number format
-    /// could not follow.
+    /// A model that diverged is restarted. Within a block it cannot leave the range of the number
+    /// format.
     #[inline]
     pub(super) fn keep_in_reach(&self, state: &mut Recursion<N, P>) -> Event {
-        // What is not a number fails the comparison too.
+        // NaN fails the comparison too.
         let near = state.model.error.magnitude() + state.model.velocity.magnitude() <= N::REACH;
         if near {
             Event::None
@@ -136,15 +136,15 @@ where
         }
     }
 
-    /// Whether the output error has been above the encoder's for so long that a new fit is due. If
-    /// that was no better, the model lacks something, and the correction widens.
+    /// Whether the output error has exceeded the encoder's for so long that a new fit is due. If the
+    /// last one was no better, the model lacks an effect, and the correction is made faster.
     #[inline]
     fn in_trouble(&self, state: &mut Recursion<N, P>, mean: N) -> bool {
         if state.alarm > 0 {
             state.alarm -= 1;
             return false;
         }
-        // Bounded, so that only what lasts counts.
+        // Bounded, so that a single peak does not count.
         let square = (mean * mean).limited(N::ZERO, self.bounded);
         state.mean_square += self.second * (square - state.mean_square);
         if state.mean_square > self.unexplained {

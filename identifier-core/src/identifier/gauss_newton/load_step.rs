@@ -1,25 +1,25 @@
 use crate::adaptation::GaussNewton;
 use crate::number::Number;
 
-/// Notices a step of the load by the mean of the output error.
+/// Detects a step of the load by the mean of the output error.
 ///
 /// The model, corrected with the bandwidth ω, follows a load that changed by Δd with an output error
 /// that tends to Δd/ω². Its mean over [`LoadStepTest::MEAN`] is compared with
-/// [`LoadStepTest::DEVIATIONS`] times the unrest it had over [`LoadStepTest::UNREST`].
+/// [`LoadStepTest::DEVIATIONS`] times its standard deviation over [`LoadStepTest::UNREST`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct LoadStepTest<N> {
     weight: N,
     unrest_weight: N,
     floor: N,
-    /// What is not noticed must not hide what comes after it: a square counts as no more than this
-    /// many times what is usual.
+    /// A step that is missed must not hide the next: a square counts as at most this many times the
+    /// mean square.
     cap: N,
     threshold: N,
     /// The least square of a mean that counts.
     least: N,
 }
 
-/// What the test remembers.
+/// The state of the test.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Suspicion<N> {
     mean: N,
@@ -32,14 +32,14 @@ impl<N: Number> LoadStepTest<N> {
     /// The time of the mean, s.
     const MEAN: f64 = 0.01;
 
-    /// The time of the unrest, s.
+    /// The time over which the standard deviation is taken, s.
     const UNREST: f64 = 2.0;
 
     /// Standard deviations that a mean must be off.
     const DEVIATIONS: f64 = 6.0;
 
     /// Standard deviations of a single sample that a mean must be off as well: in slow motion the
-    /// rounding of a count, at most half of one, is no noise but goes on from sample to sample.
+    /// rounding of a count, at most half of one, is not noise but correlated from sample to sample.
     const SLOW: f64 = 2.5;
 
     pub(super) fn new(sample_time: f64, noise: f64) -> Self {
@@ -59,16 +59,15 @@ impl<N: Number> LoadStepTest<N> {
     pub(super) fn start(&self, unexplained: N) -> Suspicion<N> {
         Suspicion {
             mean: N::ZERO,
-            // The estimates are young: only what stands out far is a step.
+            // The estimates are still uncertain: only a large deviation is a step.
             unrest: unexplained,
             sought_from: N::ZERO,
         }
     }
 
-    /// Takes in the mean output error of a block; true if it is neither noise nor what the
-    /// uncertainty of the estimates explains. That gives it the variance `predicted`/`inflated`:
-    /// how far the noise level has lately made P rise does not count, since the very step that is
-    /// looked for does that.
+    /// Takes the mean output error of a block; true if neither noise nor the uncertainty of the
+    /// estimates explains it. That gives it the variance `predicted`/`inflated`: the recent rise of P
+    /// with the noise level is left out, since a step of the load causes it.
     #[inline]
     pub(super) fn suspects(
         &self,
@@ -87,7 +86,7 @@ impl<N: Number> LoadStepTest<N> {
         if square > self.least
             && square * inflated > self.threshold * (unrest * inflated + predicted)
         {
-            // A test that was wrong must not go on being wrong.
+            // After a false alarm the threshold adapts, so that it is not repeated.
             state.unrest = unrest + N::from_f64(0.1) * (square - unrest);
             return true;
         }

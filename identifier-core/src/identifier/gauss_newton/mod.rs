@@ -28,12 +28,12 @@ use crate::units::Units;
 /// The fast identifier: recursive Gauss–Newton on a model driven by the command that acted, for the
 /// parameter set S. Its first fit uses a record of W blocks.
 ///
-/// It begins by recording. Once the record tells enough, a fit in the background
-/// ([`Identify::work`](super::Identify::work)) finds the servo without a first guess, and the recursion
-/// goes on from there.
+/// It begins by recording. Once the record carries enough information, a fit in the background
+/// ([`Identify::work`](super::Identify::work)) identifies the servo without a first guess, and the
+/// recursion continues from there.
 ///
-/// It is its two halves in one: a chip whose interrupt records while its background fits has
-/// [`GaussNewtonRecursion`] and [`GaussNewtonFitter`] apart.
+/// It consists of two halves: a chip whose interrupt records while its background fits uses
+/// [`GaussNewtonRecursion`] and [`GaussNewtonFitter`] separately.
 pub type GaussNewtonIdentifier<N, S, const P: usize, const W: usize = 256> =
     Combined<GaussNewtonRecursion<N, S, P, W>, GaussNewtonFitter<N, S, P, W>>;
 
@@ -41,16 +41,16 @@ pub type GaussNewtonIdentifier<N, S, const P: usize, const W: usize = 256> =
 pub type GaussNewtonIdentifierState<N, const P: usize, const W: usize = 256> =
     CombinedState<GaussNewtonRecursionState<N, P>, GaussNewtonFitterState<N, W>>;
 
-/// The interrupt's half of the fast identifier: the recursion, and what it takes to record for a fit
-/// over W blocks, which the [`GaussNewtonFitter`] makes.
+/// The interrupt's half of the fast identifier: the recursion, and the recording for the fit over W
+/// blocks that the [`GaussNewtonFitter`] makes.
 ///
 /// When an estimate moves, the model's state moves with it to where it would have been, to first
 /// order, had the estimate always been the new one. The output error then is what the *present*
-/// estimates leave unexplained, and nothing has to wait for the model to forget the old ones.
+/// estimates leave unexplained, and it is valid without waiting for the model to settle.
 ///
-/// A step of the load is noticed by the mean of the output error. The recursion then pauses, and
-/// the model itself, with an integral and a correction that is fast at first, finds the load; the
-/// other estimates are not disturbed.
+/// A step of the load is detected by the mean of the output error. The recursion then pauses, and the
+/// model estimates the load by an integral and a correction that is fast at first; the other estimates
+/// are not disturbed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewtonRecursion<N, S, const P: usize, const W: usize = 256> {
     law: GaussNewton<N, P>,
@@ -92,10 +92,10 @@ where
     N: Number,
     S: ParameterSet<P>,
 {
-    /// The time over which the first fit looks where nobody says, s.
+    /// The default time span of the first fit, s.
     pub const START_TIME: f64 = 1.0;
 
-    /// Velocity below which the model counts as standing, counts per sample.
+    /// Velocity below which the model counts as at rest, counts per sample.
     pub const DEAD_ZONE: f64 = 0.02;
 
     /// The largest ω T of the correction: the output error then stays within a few per cent of
@@ -108,8 +108,8 @@ where
     /// The measured bandwidth is multiplied by this.
     pub const BANDWIDTH: f64 = 1.0;
 
-    /// The correction when the model is put beside a moving servo or the load is sought, rad/s. It
-    /// narrows as 1/ω = 1/ω₀ + t/6.
+    /// The bandwidth of the correction when the model joins a moving servo or the load is estimated
+    /// anew, rad/s. It narrows as 1/ω = 1/ω₀ + t/6.
     pub const FASTEST: f64 = 300.0;
 
     /// 1/ω T grows by so much a sample then.
@@ -118,30 +118,31 @@ where
     /// The time in which the model joins the servo's motion, s.
     pub const JOINING: f64 = 0.1;
 
-    /// The time for which the load is sought after a step, s.
+    /// The time for which the load is estimated anew after a step, s.
     pub const SEARCH: f64 = 0.1;
 
-    /// The time without a count after which the servo stands, s.
+    /// The time without a count after which the servo is at standstill, s.
     pub const STANDING: f64 = 0.005;
 
     /// The time for which friction may hold the model while the servo moves, s.
     pub const HELD: f64 = 0.02;
 
-    /// The time after which a step of the load is an event by itself, s. More than four within
-    /// that time each are no steps of the load.
+    /// The time after which a step of the load is an event by itself, s. More than four, each within
+    /// that time of the last, are not steps of the load.
     pub const ALARM: f64 = 0.5;
 
-    /// The time after a reversal in which a step of the load may as well be friction, s.
+    /// The time after a reversal in which a deviation may be friction as well as a step of the load,
+    /// s.
     pub const REVERSAL: f64 = 0.1;
 
     /// The time constant with which the correction widens where the output error is more than twice
-    /// the encoder's, s: what the model lacks must not add up.
+    /// the encoder's, s: the error of an incomplete model must not accumulate.
     pub const WIDENING: f64 = 0.5;
 
     /// The largest ω T of the correction then. The encoder's noise no longer matters.
     pub const UNEXPLAINED_WIDEST: f64 = 0.15;
 
-    /// The time to wait before a servo that did not follow is believed again, s.
+    /// The time after which a servo that did not follow its command is learnt from again, s.
     pub const WAITING: f64 = 0.5;
 }
 
@@ -154,7 +155,7 @@ where
     /// and that fit.
     pub const RECURSION_BYTES: usize = size_of::<Recursion<N, P>>();
 
-    /// Whether the recursion runs: a first fit has been found.
+    /// Whether the recursion runs: the first fit has succeeded.
     #[must_use]
     pub fn is_running(&self, state: &GaussNewtonIdentifierState<N, P, W>) -> bool {
         self.recorder().is_running(&state.recorder)

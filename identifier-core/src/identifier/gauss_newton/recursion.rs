@@ -11,7 +11,7 @@ pub(super) struct Recursion<N: Number, const P: usize> {
     pub(super) law: GaussNewtonState<N, P>,
     /// That of the model's step; it changes when the estimates do.
     pub(super) response: Response<N>,
-    /// ω T once nothing is being sought.
+    /// ω T in normal operation.
     pub(super) omega: N,
     /// ω T that was measured or given.
     pub(super) measured: N,
@@ -26,7 +26,7 @@ pub(super) struct Recursion<N: Number, const P: usize> {
     /// The load before the steps of the present alarm.
     pub(super) trusted_load: N,
     pub(super) last_move: N,
-    /// How far the servo went while friction held the model.
+    /// How far the servo moved while friction held the model.
     pub(super) slid: N,
     /// Samples for which friction has held the model.
     pub(super) held: u16,
@@ -35,14 +35,14 @@ pub(super) struct Recursion<N: Number, const P: usize> {
     pub(super) still: u16,
     /// Grows with every step of the load and falls with time, blocks.
     pub(super) alarm: u16,
-    /// Samples that the mode has left.
+    /// Samples until the mode ends.
     pub(super) left: u16,
     /// Blocks since friction last stopped or turned the model.
     pub(super) straight: u8,
     pub(super) mode: Mode,
-    /// Whether a new fit was no better: the model lacks something that the servo has.
+    /// Whether a new fit was no better: the model lacks an effect of the servo.
     pub(super) lacking: bool,
-    /// Whether the load that is sought may as well be friction.
+    /// Whether the deviation that is taken for the load may be friction as well.
     pub(super) ambiguous: bool,
 }
 
@@ -50,13 +50,13 @@ pub(super) struct Recursion<N: Number, const P: usize> {
 pub(super) enum Mode {
     /// There is no model yet.
     Recording,
-    /// The model joins the servo's motion for a while; nothing is learnt.
+    /// The model joins the servo's motion for a set time; nothing is learnt.
     Joining,
-    /// The load is sought for a while.
+    /// The load is estimated anew for a set time.
     Searching,
     /// Everything is learnt.
     Learning,
-    /// The servo does not follow the command; nothing is learnt for a while.
+    /// The servo does not follow the command; nothing is learnt for a set time.
     Waiting,
 }
 
@@ -71,7 +71,7 @@ impl<N: Number, const P: usize> Recursion<N, P> {
     }
 
     /// Counts the samples for which the servo has not moved. A single count back over the edge that
-    /// was just crossed is no motion. While model and servo move this is of no interest.
+    /// was just crossed is no motion. It is not counted while model and servo move.
     pub(super) fn watch(&mut self, increment: N) {
         let back = increment == -self.last_move && increment.magnitude() <= N::ONE;
         if increment == N::ZERO || back {

@@ -10,8 +10,9 @@ where
     N: Number,
     S: ParameterSet<P>,
 {
-    /// The model's part of a sample in which it may stand, stop or turn. One in which it stops or
-    /// turns teaches nothing, and the law's work waits for the next: then what happened.
+    /// The model's part of a sample in which it may rest, stop or turn. In one in which it stops or
+    /// turns nothing is learnt, and the law's work is left to the next sample; returns what happened
+    /// then.
     #[cold]
     #[inline(never)]
     pub(super) fn run_through_rest(
@@ -40,10 +41,10 @@ where
         }
     }
 
-    /// A sample in which friction held the model. Standing is decided by the servo's own counts:
-    /// where the servo stands too, the model is put beside it. Where the servo moves on, the friction
-    /// is too large; it is lowered, since from a model that stands nothing could be learnt. Answers
-    /// whether it was.
+    /// A sample in which friction held the model. Standstill is decided by the servo's counts: where
+    /// the servo is at standstill too, the model is set to its position. Where the servo moves, the
+    /// estimated friction is too large; it is lowered, since a model at rest cannot correct it.
+    /// Returns whether it was lowered.
     #[inline]
     pub(super) fn stand(&self, state: &mut Recursion<N, P>, increment: N) -> bool {
         if state.still >= self.standing {
@@ -59,9 +60,9 @@ where
 
     #[cold]
     fn release_model(&self, state: &mut Recursion<N, P>) -> bool {
-        /// Counts that the servo must have gone meanwhile.
+        /// Counts that the servo must have moved meanwhile.
         const GONE: f64 = 4.0;
-        /// What is left of the friction.
+        /// The factor on the friction.
         const LEFT: f64 = 0.7;
         let slid = state.slid;
         let held = core::mem::take(&mut state.held);

@@ -18,7 +18,7 @@ pub struct WindowFitter<N, S, const P: usize, const W: usize = 256> {
     set: PhantomData<S>,
 }
 
-/// What the background's half remembers: the record, the fit under way and what the last one found.
+/// What the background's half remembers: the record, the fit under way and the last result.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WindowFitterState<N, const W: usize = 256> {
     fits: Fits<N, W>,
@@ -52,13 +52,13 @@ where
     N: Number,
     S: ParameterSet<P>,
 {
-    /// The time that the window spans where nobody says, s.
+    /// The default time span of the window, s.
     pub const TIME: f64 = 0.5;
 
     /// Blocks that the first fit needs.
     pub const LEAST_BLOCKS: usize = 32;
 
-    /// How uncertain b may be, as a part of itself, for a fit to count.
+    /// The largest relative standard error of b with which a fit counts.
     pub const UNCERTAIN: f64 = 0.2;
 
     /// Whether a fit is under way.

@@ -12,14 +12,15 @@ use crate::parameters::ParameterSet;
 /// over the last W blocks of samples, for the parameter set S; load and friction are parameters of
 /// their own, and the model's initial position and velocity are fitted with them.
 ///
-/// A window looks at the same samples again and again, so it knows a servo after a wiggle of a sixth
-/// of a second, from no first guess. [`IdentifierSettings::start_time`](crate::settings::IdentifierSettings::start_time) is the time it spans; what a
-/// fit found is known before the next. The work is cut into slices
+/// A window uses the same samples again and again, so it identifies a servo from a sixth of a second
+/// of motion, without a first guess.
+/// [`IdentifierSettings::start_time`](crate::settings::IdentifierSettings::start_time) is the time it
+/// spans; each fit result is the prior of the next. The work is cut into slices
 /// ([`Identify::work`](super::Identify::work)) and never delays a sample. Nothing is fitted to a servo
 /// that does not move.
 ///
-/// It is its two halves in one: a chip whose interrupt records while its background fits has
-/// [`WindowRecorder`] and [`WindowFitter`] apart.
+/// It consists of two halves: a chip whose interrupt records while its background fits uses
+/// [`WindowRecorder`] and [`WindowFitter`] separately.
 pub type WindowIdentifier<N, S, const P: usize, const W: usize = 256> =
     Combined<WindowRecorder<N, S, P, W>, WindowFitter<N, S, P, W>>;
 
@@ -44,8 +45,8 @@ where
         self.fitter().is_fitting(&state.fitter)
     }
 
-    /// The standard deviation of what the last fit could not explain, rad; at least a count's
-    /// rounding. None before the first fit.
+    /// The standard deviation of the last fit's errors, rad; at least a count's rounding. None before
+    /// the first fit.
     #[must_use]
     pub fn unexplained(&self, state: &WindowState<N, W>) -> Option<f64> {
         self.recorder().unexplained(&state.recorder)

@@ -13,8 +13,8 @@ use crate::parameters::{ModelParameters, ParameterSet};
 use crate::settings::{FromSettings, PerParameter, Settings};
 use crate::units::Units;
 
-/// The interrupt's half of the windowed identifier: it records for a window of W blocks, and holds what
-/// the [`WindowFitter`] has found.
+/// The interrupt's half of the windowed identifier: it records for a window of W blocks, and holds the
+/// last result of the [`WindowFitter`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WindowRecorder<N, S, const P: usize, const W: usize = 256> {
     blocking: Blocking<N>,
@@ -33,23 +33,23 @@ pub struct WindowRecorderState<N> {
     fits: u32,
 }
 
-/// What a fit of the window found.
+/// The result of a window fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WindowFitted<N> {
-    /// The number of the last block that it looked at.
+    /// The number of the last block that it used.
     pub(super) last: u32,
     /// None where the motion could not be explained.
     pub(super) explained: Option<Explained<N>>,
 }
 
-/// What a fit that explains the motion found, machine units.
+/// The result of a fit that explains the motion, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Explained<N> {
     /// a, b, c, d.
     pub(super) parameters: [N; 4],
     pub(super) deviations: [N; 4],
     pub(super) at_bound: [bool; 4],
-    /// Variance of what is left unexplained, counts².
+    /// Variance of the fit's errors, counts².
     pub(super) unexplained: N,
     /// Of the last block, counts.
     pub(super) output_error: N,
@@ -93,8 +93,8 @@ where
         state.fits
     }
 
-    /// The standard deviation of what the last fit could not explain, rad; at least a count's
-    /// rounding. None before the first fit.
+    /// The standard deviation of the last fit's errors, rad; at least a count's rounding. None before
+    /// the first fit.
     #[must_use]
     pub fn unexplained(&self, state: &WindowRecorderState<N>) -> Option<f64> {
         let explained = state.explained.as_ref()?;
@@ -134,7 +134,7 @@ where
     }
 
     /// Records the sample. The output error is that of the last sample of the last fit, and
-    /// [`Event::Started`] says that there is a new one.
+    /// [`Event::Started`] reports a new one.
     #[inline]
     fn follow(&self, state: &mut Self::State, increment: N, command: N) -> Seen<N> {
         state.recorder.push(&self.blocking, increment, command);
@@ -191,7 +191,7 @@ where
         state.recorder.take()
     }
 
-    /// At once: the estimates are the new ones before the next sample.
+    /// At once: the estimates are the new ones already before the next sample.
     #[inline]
     fn take_over(&self, state: &mut Self::State, fitted: &Self::Fitted) {
         if !state.recorder.has_recorded(fitted.last) {

@@ -1,14 +1,19 @@
 //! Why the sampled model loop must be the sampled real loop: the textbook's discretisation beside
 //! the matched one, and the core beside an independent statement of its equations.
 
-use host_sim::experiment::{self, Sample};
-use host_sim::paper::{self, Case, Method, NOMINAL_A, NOMINAL_B};
-use host_sim::scenario::Arithmetic;
+use identifier_core::control::{ControlState, Controller};
 use identifier_core::excitation::{BandLimitedWhiteNoise, Excitation};
+use identifier_core::identifier::{GradientIdentifier, Identify};
+use identifier_core::measurement::velocity::LowPass;
+use identifier_core::model::ServoParameters;
+use identifier_core::parameters::Ab;
+use identifier_core::settings::{BoxSettings, diagonal};
 use identifier_core::units::Units;
-use integration_tests::{parse, servo};
+use identifier_core::{ControllerSettings, Settings};
 use virtual_servo::Plant;
 
+const A: f64 = 0.2174;
+const B: f64 = 257.7;
 const T: f64 = 1e-3;
 const KP: f64 = 9.0;
 const KD: f64 = 0.19;
@@ -17,6 +22,28 @@ const MU: f64 = 10.0;
 const GAMMA: [f64; 2] = [0.2, 110.0];
 const CUTOFF: f64 = 500.0;
 const LIMIT: f64 = 10.0;
+const INITIAL_B: f64 = 50.0;
+const BOUNDS: [[f64; 2]; 2] = [[0.0, 100.0], [5.0, 5000.0]];
+const PLANT_BOX: BoxSettings = BoxSettings {
+    a: [0.0, 50.0],
+    b: [110.0, 1000.0],
+};
+
+/// The paper's servo under a load, at rest.
+fn plant(load: f64) -> Plant {
+    let servo = ServoParameters {
+        a: A,
+        b: B,
+        coulomb: 0.0,
+        load,
+    };
+    Plant::at_rest(&servo, T)
+}
+
+/// The paper's reference.
+fn noise(units: &Units) -> BandLimitedWhiteNoise {
+    BandLimitedWhiteNoise::new(units, 0.005, 0.1, 1_212_121).expect("valid")
+}
 
 /// How the model loop is brought to discrete time.
 #[derive(Clone, Copy, PartialEq)]
@@ -32,18 +59,16 @@ enum Discretisation {
 /// Returns [â, b̂] at every sample.
 fn identify(discretisation: Discretisation, load: f64, duration: f64) -> Vec<[f64; 2]> {
     let units = Units::new(T, 1.0).expect("valid");
-    let noise = BandLimitedWhiteNoise::new(&units, 0.005, 0.1, 1_212_121).expect("valid");
+    let noise = noise(&units);
     let mut reference = Excitation::<f64>::start(&noise);
-    let mut scenario = paper::scenario(Method::Proposed, Case::Balanced);
-    servo(&mut scenario).load = load;
-    let mut plant = Plant::at_rest(servo(&mut scenario), T);
+    let mut plant = plant(load);
 
     let pole = (-CUTOFF * T).exp();
     let (mut last_q, mut filtered, mut integral) = (0.0, 0.0, 0.0);
     let (mut q_e, mut v_e, mut last_q_e, mut filtered_e, mut integral_e) =
         (0.0, 0.0, 0.0, 0.0, 0.0);
     let (mut held_e, mut filtered_u_e) = (0.0, 0.0);
-    let [mut a, mut b] = [0.0, 50.0];
+    let [mut a, mut b] = [0.0, INITIAL_B];
     let samples = (duration / T).round() as usize;
     let mut estimates = Vec::with_capacity(samples);
     for _ in 0..samples {
@@ -72,9 +97,9 @@ fn identify(discretisation: Discretisation, load: f64, duration: f64) -> Vec<[f6
         };
         // The guard of the sampled law, with the smallest α of the paper's box.
         let strength = T * (GAMMA[0] * phi[0] * phi[0] + GAMMA[1] * phi[1] * phi[1]);
-        let shortened = (0.05 * 110.0 * KD / strength).min(1.0);
-        a = (a - T * shortened * GAMMA[0] * phi[0] * y).clamp(0.0, 100.0);
-        b = (b - T * shortened * GAMMA[1] * phi[1] * y).clamp(5.0, 5000.0);
+        let shortened = (0.05 * PLANT_BOX.b[0] * KD / strength).min(1.0);
+        a = (a - T * shortened * GAMMA[0] * phi[0] * y).clamp(BOUNDS[0][0], BOUNDS[0][1]);
+        b = (b - T * shortened * GAMMA[1] * phi[1] * y).clamp(BOUNDS[1][0], BOUNDS[1][1]);
 
         match discretisation {
             Discretisation::Textbook => {
@@ -105,41 +130,76 @@ fn tail_mean(estimates: &[[f64; 2]]) -> [f64; 2] {
 fn textbook_discretisation_is_biased_many_times_over_and_the_matched_one_is_not() {
     let textbook = tail_mean(&identify(Discretisation::Textbook, 0.0, 120.0));
     let matched = tail_mean(&identify(Discretisation::Matched, 0.0, 240.0));
-    println!("true      a = {NOMINAL_A:.4}  b = {NOMINAL_B:.2}");
+    println!("true      a = {A:.4}  b = {B:.2}");
     println!("textbook  a = {:.4}  b = {:.2}", textbook[0], textbook[1]);
     println!("matched   a = {:.4}  b = {:.2}", matched[0], matched[1]);
     assert!(
-        textbook[0] > 4.0 * NOMINAL_A,
+        textbook[0] > 4.0 * A,
         "the textbook's â is several times too large"
     );
     assert!(
-        textbook[1] < 0.95 * NOMINAL_B,
+        textbook[1] < 0.95 * B,
         "the textbook's b̂ is some 8 % too small"
     );
-    assert!((matched[0] - NOMINAL_A).abs() < 1e-4);
-    assert!((matched[1] / NOMINAL_B - 1.0).abs() < 1e-6);
+    assert!((matched[0] - A).abs() < 1e-4);
+    assert!((matched[1] / B - 1.0).abs() < 1e-6);
+}
+
+/// The same by the core. Returns [â, b̂] at every sample.
+fn identify_by_the_core(load: f64, duration: f64) -> Vec<[f64; 2]> {
+    let mut settings = Settings {
+        resolution: 1e-5,
+        cutoff: CUTOFF,
+        controller: Some(ControllerSettings::pid(KP, KD, KI).limited(LIMIT)),
+        ..Settings::new(T, 1.0)
+    };
+    let learning = &mut settings.identifier;
+    learning.plant_box = Some(PLANT_BOX);
+    learning.initial.b = Some(INITIAL_B);
+    learning.bounds.a = Some(BOUNDS[0]);
+    learning.bounds.b = Some(BOUNDS[1]);
+    learning.gamma = Some(diagonal([GAMMA[0], GAMMA[1], 0.0, 0.0]));
+    learning.mu = Some(MU);
+    let units = settings.units().expect("valid");
+    let controller: Controller<f64, LowPass<f64>> = settings.build().expect("valid");
+    let identifier: GradientIdentifier<f64, LowPass<f64>, Ab, 2> =
+        settings.build().expect("certified");
+    let noise = noise(&units);
+    let mut reference = Excitation::<f64>::start(&noise);
+    let mut plant = plant(load);
+    let mut control = ControlState::default();
+    let mut state = identifier.start();
+    let mut last = 0.0;
+    let samples = (duration / T).round() as usize;
+    (0..samples)
+        .map(|_| {
+            let wanted: f64 = noise.process(&mut reference);
+            let position = plant.position / settings.resolution;
+            let moved = position - std::mem::replace(&mut last, position);
+            let step = controller
+                .process(&mut control, wanted - position, moved)
+                .expect("within reach");
+            identifier
+                .learn(&mut state, step.increment, step.command)
+                .expect("a possible sample");
+            plant.advance(step.command);
+            let found = identifier.estimates(&state);
+            [found.a, found.b]
+        })
+        .collect()
 }
 
 #[test]
 fn the_core_computes_the_papers_equations() {
     for load in [0.0, 20.0] {
-        let text = paper::PROPOSED.replace("counts_per_rev = 10000", "counts_per_rev = 0");
-        let mut scenario = parse(&text);
-        servo(&mut scenario).load = load;
-        scenario.identifier.arithmetic = Arithmetic::F64;
-        scenario.duration = 20.0;
-        let mut samples: Vec<Sample> = Vec::new();
-        experiment::run(&scenario, &mut |sample| samples.push(*sample));
+        let found = identify_by_the_core(load, 20.0);
         let reference = identify(Discretisation::Matched, load, 20.0);
-        assert_eq!(samples.len(), reference.len());
-        for (sample, [a, b]) in samples.iter().zip(reference) {
+        assert_eq!(found.len(), reference.len());
+        for (k, (found, expected)) in found.iter().zip(&reference).enumerate() {
+            let apart = [0, 1].map(|i| (found[i] - expected[i]).abs());
             assert!(
-                (sample.estimates.a - a).abs() < 1e-6,
-                "{sample:?} against {a}"
-            );
-            assert!(
-                (sample.estimates.b - b).abs() < 1e-5,
-                "{sample:?} against {b}"
+                apart[0] < 1e-6 && apart[1] < 1e-5,
+                "sample {k}: {found:?} against {expected:?}"
             );
         }
     }

@@ -1,11 +1,10 @@
 //! The halves of an identifier that fits: an interrupt that records and a background that fits, with a
 //! queue each way between them.
 
-mod support;
-
 use std::thread;
 use std::time::{Duration, Instant};
 
+use crate::support::{Draw, Kind, Loop, Servo, amplitude_for};
 use heapless::spsc::Queue;
 use identifier_core::Settings;
 use identifier_core::identifier::{
@@ -16,7 +15,6 @@ use identifier_core::identifier::{
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::AbCoulombLoad;
 use identifier_core::settings::FromSettings;
-use support::{Draw, Kind, Loop, Servo, amplitude_for};
 
 /// Blocks of a record.
 const W: usize = 64;

@@ -1,11 +1,4 @@
 //! Random servos, the controllers of somebody else's firmware, and the loop that runs them.
-#![allow(
-    dead_code,
-    unreachable_pub,
-    reason = "every test uses its own part of it"
-)]
-
-pub mod dense_search;
 
 use core::f64::consts::{PI, TAU};
 use identifier_core::excitation::NormalSource;
@@ -13,10 +6,10 @@ use identifier_core::model::ServoParameters;
 use virtual_servo::{Encoder, Plant};
 
 /// A source of random draws.
-pub struct Draw(NormalSource);
+pub(crate) struct Draw(NormalSource);
 
 impl Draw {
-    pub fn new(seed: u32) -> Self {
+    pub(crate) fn new(seed: u32) -> Self {
         let mut source = NormalSource::new(seed.wrapping_mul(2_654_435_761).wrapping_add(977));
         for _ in 0..8 {
             source.next_uniform();
@@ -24,52 +17,48 @@ impl Draw {
         Self(source)
     }
 
-    pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn uniform(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.0.next_uniform()
     }
 
     /// Uniform in the logarithm.
-    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
         self.uniform(low.ln(), high.ln()).exp()
     }
 
-    pub fn one_of<T: Copy>(&mut self, values: &[T]) -> T {
+    pub(crate) fn one_of<T: Copy>(&mut self, values: &[T]) -> T {
         let index = (self.0.next_uniform() * values.len() as f64) as usize;
         values[index.min(values.len() - 1)]
-    }
-
-    pub fn normal(&mut self) -> f64 {
-        self.0.next_normal()
     }
 }
 
 /// A servo, its encoder, amplifier and sample time, SI.
 #[derive(Debug, Clone, Copy)]
-pub struct Servo {
-    pub parameters: ServoParameters,
-    pub counts_per_rev: f64,
-    pub sample_time: f64,
-    pub limit: f64,
+pub(crate) struct Servo {
+    pub(crate) parameters: ServoParameters,
+    pub(crate) counts_per_rev: f64,
+    pub(crate) sample_time: f64,
+    pub(crate) limit: f64,
     /// Bandwidth that its controller is tuned for, rad/s.
-    pub bandwidth: f64,
+    pub(crate) bandwidth: f64,
     /// Where the count's edges lie, rad.
-    pub offset: f64,
-    pub seed: u32,
+    pub(crate) offset: f64,
+    pub(crate) seed: u32,
 }
 
 impl Servo {
-    pub fn count(&self) -> f64 {
+    pub(crate) fn count(&self) -> f64 {
         TAU / self.counts_per_rev
     }
 
-    pub fn authority(&self) -> f64 {
+    pub(crate) fn authority(&self) -> f64 {
         self.parameters.b * self.limit
     }
 }
 
 /// Whose firmware closes the loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub(crate) enum Kind {
     /// PID with limit and conditional anti-windup.
     Pid,
     /// Position loop over a PI velocity loop, with feed-forward of velocity and acceleration.
@@ -82,7 +71,7 @@ pub enum Kind {
 
 /// A controller in SI, written plainly.
 #[derive(Debug, Clone, Copy)]
-pub struct Controller {
+pub(crate) struct Controller {
     kind: Kind,
     servo: Servo,
     integral: f64,
@@ -94,7 +83,7 @@ pub struct Controller {
 }
 
 impl Controller {
-    pub fn new(kind: Kind, servo: &Servo) -> Self {
+    pub(crate) fn new(kind: Kind, servo: &Servo) -> Self {
         Self {
             kind,
             servo: *servo,
@@ -107,7 +96,7 @@ impl Controller {
         }
     }
 
-    pub fn command(&mut self, reference: f64, position: f64) -> f64 {
+    pub(crate) fn command(&mut self, reference: f64, position: f64) -> f64 {
         let Servo {
             sample_time,
             limit,
@@ -176,8 +165,8 @@ impl Controller {
 
 /// A reference: noise held for a time, smoothed a little so that no jump is infinitely steep.
 #[derive(Debug, Clone)]
-pub struct Reference {
-    draw: Draw2,
+pub(crate) struct Reference {
+    draw: NormalSource,
     amplitude: f64,
     hold: u32,
     left: u32,
@@ -186,14 +175,11 @@ pub struct Reference {
     pole: f64,
 }
 
-#[derive(Debug, Clone)]
-struct Draw2(NormalSource);
-
 impl Reference {
-    pub fn new(servo: &Servo, amplitude: f64, seed: u32) -> Self {
+    pub(crate) fn new(servo: &Servo, amplitude: f64, seed: u32) -> Self {
         let hold = (PI / servo.bandwidth / servo.sample_time).round().max(2.0);
         Self {
-            draw: Draw2(NormalSource::new(seed | 1)),
+            draw: NormalSource::new(seed | 1),
             amplitude,
             hold: hold as u32,
             left: 0,
@@ -203,10 +189,10 @@ impl Reference {
         }
     }
 
-    pub fn next(&mut self) -> f64 {
+    pub(crate) fn next(&mut self) -> f64 {
         if self.left == 0 {
             self.left = self.hold;
-            self.level = self.amplitude * self.draw.0.next_normal();
+            self.level = self.amplitude * self.draw.next_normal();
         }
         self.left -= 1;
         self.value = self.pole * self.value + (1.0 - self.pole) * self.level;
@@ -215,23 +201,23 @@ impl Reference {
 }
 
 /// A servo with its controller, sample by sample: what an identifier is told.
-pub struct Loop {
-    pub servo: Servo,
-    pub plant: Plant,
+pub(crate) struct Loop {
+    pub(crate) servo: Servo,
+    pub(crate) plant: Plant,
     encoder: Encoder,
     controller: Controller,
     reference: Reference,
     count: i64,
-    pub saturated: u64,
-    pub samples: u64,
+    pub(crate) saturated: u64,
+    pub(crate) samples: u64,
     /// A load on top, changed from outside, rad/s².
-    pub extra_load: f64,
+    pub(crate) extra_load: f64,
     /// Whether the amplifier is on.
-    pub powered: bool,
+    pub(crate) powered: bool,
 }
 
 impl Loop {
-    pub fn new(kind: Kind, servo: &Servo, amplitude: f64) -> Self {
+    pub(crate) fn new(kind: Kind, servo: &Servo, amplitude: f64) -> Self {
         let encoder = Encoder::new(servo.counts_per_rev);
         let mut plant = Plant::at_rest(&servo.parameters, servo.sample_time);
         plant.position = servo.offset;
@@ -250,7 +236,7 @@ impl Loop {
     }
 
     /// The increment that is measured now and the command that acts from now.
-    pub fn sample(&mut self) -> (f64, f64) {
+    pub(crate) fn sample(&mut self) -> (f64, f64) {
         let count = self.encoder.read(self.plant.position);
         let increment = (count - self.count) as f64;
         self.count = count;
@@ -265,13 +251,13 @@ impl Loop {
         (increment, command)
     }
 
-    pub fn saturation(&self) -> f64 {
+    pub(crate) fn saturation(&self) -> f64 {
         self.saturated as f64 / self.samples.max(1) as f64
     }
 }
 
 /// The amplitude of the reference for which the limit acts a part of the time.
-pub fn amplitude_for(kind: Kind, servo: &Servo, part: f64) -> f64 {
+pub(crate) fn amplitude_for(kind: Kind, servo: &Servo, part: f64) -> f64 {
     let natural = servo.authority() / (servo.bandwidth * servo.bandwidth);
     let (mut low, mut high) = (0.02 * natural, 50.0 * natural);
     for _ in 0..9 {
@@ -290,7 +276,7 @@ pub fn amplitude_for(kind: Kind, servo: &Servo, part: f64) -> f64 {
 }
 
 /// An ordinary servo.
-pub fn ordinary_servo(seed: u32) -> Servo {
+pub(crate) fn ordinary_servo(seed: u32) -> Servo {
     let mut draw = Draw::new(seed);
     let limit = draw.between(1.0, 30.0);
     let authority = draw.between(100.0, 10_000.0);
@@ -320,7 +306,7 @@ pub fn ordinary_servo(seed: u32) -> Servo {
 
 /// A servo with friction, low gains, a coarse encoder and a small limit, at any sample rate: what
 /// workshops have.
-pub fn humble_servo(seed: u32) -> Servo {
+pub(crate) fn humble_servo(seed: u32) -> Servo {
     let mut draw = Draw::new(seed ^ 0x5a5a);
     let limit = draw.between(0.5, 24.0);
     let authority = draw.between(30.0, 3000.0);
@@ -348,7 +334,7 @@ pub fn humble_servo(seed: u32) -> Servo {
 }
 
 /// Runs jobs on the machine's cores.
-pub fn on_all_cores<T: Send, F: Fn(u32) -> T + Sync>(count: u32, job: F) -> Vec<T> {
+pub(crate) fn on_all_cores<T: Send, F: Fn(u32) -> T + Sync>(count: u32, job: F) -> Vec<T> {
     let next = std::sync::atomic::AtomicU32::new(0);
     let results = std::sync::Mutex::new(Vec::new());
     std::thread::scope(|scope| {
@@ -371,7 +357,7 @@ pub fn on_all_cores<T: Send, F: Fn(u32) -> T + Sync>(count: u32, job: F) -> Vec<
 }
 
 /// The value below which a part of the values lie.
-pub fn quantile(values: &[f64], part: f64) -> f64 {
+pub(crate) fn quantile(values: &[f64], part: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let index = ((sorted.len() - 1) as f64 * part).round() as usize;
@@ -379,6 +365,6 @@ pub fn quantile(values: &[f64], part: f64) -> f64 {
 }
 
 /// The part of the values for which something holds, per cent.
-pub fn per_cent<T>(values: &[T], holds: impl Fn(&T) -> bool) -> f64 {
+pub(crate) fn per_cent<T>(values: &[T], holds: impl Fn(&T) -> bool) -> f64 {
     100.0 * values.iter().filter(|value| holds(value)).count() as f64 / values.len() as f64
 }

@@ -1,6 +1,5 @@
 //! The fixed-point loop: the same as that of double precision on the same measurements, whatever comes
 //! in, and refused by name where words do not do.
-#![cfg(feature = "fixed")]
 
 use fixed::types::I16F16;
 use identifier_core::GradientLoop;

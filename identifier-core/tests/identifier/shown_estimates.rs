@@ -1,8 +1,7 @@
 //! What an interrupt copies of a sample is a few words, and the background makes of them later what the
 //! sample's estimates were.
 
-mod support;
-
+use crate::support::{Kind, Loop, Servo};
 use identifier_core::Settings;
 use identifier_core::identifier::{
     DiagonalGradientIdentifier, GaussNewtonIdentifier, Identify, WindowIdentifier,
@@ -11,7 +10,6 @@ use identifier_core::measurement::velocity::LowPass;
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::{Ab, AbCoulombLoad};
 use identifier_core::settings::{BoxSettings, FromSettings, diagonal};
-use support::{Kind, Loop, Servo};
 
 const SERVO: Servo = Servo {
     parameters: ServoParameters {

@@ -1,15 +1,13 @@
 //! The loop driven by the command that acted against the paper's (5)–(7), (9) and (11), written down
 //! here once more, in absolute positions and with a PID of the model's own.
 
-mod support;
-
+use crate::support::Draw;
 use identifier_core::GradientLoop;
 use identifier_core::excitation::{BandLimitedWhiteNoise, Excitation};
 use identifier_core::identifier::Identify;
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Ab;
 use identifier_core::settings::{BoxSettings, ControllerSettings, Settings};
-use support::Draw;
 use virtual_servo::{Encoder, Plant};
 
 /// The paper's equations, sampled: every quantity in SI and double precision.

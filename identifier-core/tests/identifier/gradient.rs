@@ -1,16 +1,14 @@
 //! The gradient identifier beside anybody's controller: random servos, limits that act, friction.
 
-mod support;
-
+use crate::support::{
+    Draw, Kind, Loop, Servo, amplitude_for, on_all_cores, ordinary_servo, per_cent, quantile,
+};
 use identifier_core::Settings;
 use identifier_core::identifier::{Event, GradientIdentifier, Identify};
 use identifier_core::measurement::velocity::LowPass;
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::{Ab, AbCoulomb, ParameterSet};
 use identifier_core::settings::{BoxSettings, diagonal};
-use support::{
-    Draw, Kind, Loop, Servo, amplitude_for, on_all_cores, ordinary_servo, per_cent, quantile,
-};
 
 type Listener<S, const P: usize> = GradientIdentifier<f32, LowPass<f32>, S, P>;
 

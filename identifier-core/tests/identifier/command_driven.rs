@@ -1,14 +1,15 @@
 //! Gauss–Newton driven by the command that acted, over random servos under anybody's controller.
 
-mod support;
-
+use crate::support::{
+    Draw, Kind, Loop, Servo, amplitude_for, humble_servo, on_all_cores, ordinary_servo, per_cent,
+    quantile,
+};
 use identifier_core::Settings;
 use identifier_core::identifier::{Event, GaussNewtonIdentifier, Identify, WindowIdentifier};
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
 use identifier_core::parameters::AbCoulombLoad;
 use identifier_core::settings::{FromSettings, PerParameter};
-use support::{Kind, Loop, Servo, amplitude_for, on_all_cores, ordinary_servo, per_cent, quantile};
 
 type Identifier<N> = GaussNewtonIdentifier<N, AbCoulombLoad, 4>;
 
@@ -93,7 +94,7 @@ fn run<N: Number>(
 fn saturated_servos(kind: Kind, servos: u32, time: f64) -> Vec<Outcome> {
     on_all_cores(servos, |i| {
         let servo = ordinary_servo(i);
-        let part = support::Draw::new(i + 7777).uniform(0.25, 0.75);
+        let part = Draw::new(i + 7777).uniform(0.25, 0.75);
         let amplitude = amplitude_for(Kind::Pid, &servo, part);
         run::<f32>(kind, &servo, amplitude, time, &settings(&servo))
     })
@@ -180,7 +181,7 @@ fn starts_without_a_guess() {
     for guess in [None, Some(30.0), Some(1.0 / 30.0)] {
         let outcomes = on_all_cores(300, |i| {
             let mut servo = ordinary_servo(i + 1000);
-            let mut draw = support::Draw::new(i + 555);
+            let mut draw = Draw::new(i + 555);
             // b over 1000 : 1, the limit with it.
             let authority = servo.authority();
             let b = draw.between(1.0, 1000.0) * 3.0;
@@ -222,8 +223,8 @@ enum Ending {
 
 fn humble<I: Identify<f32> + FromSettings>(i: u32) -> (Ending, Servo, String) {
     const TIME: f64 = 20.0;
-    let servo = support::humble_servo(i);
-    let mut draw = support::Draw::new(i + 4242);
+    let servo = humble_servo(i);
+    let mut draw = Draw::new(i + 4242);
     let kind = draw.one_of(&[Kind::Pid, Kind::Cascade, Kind::PiD]);
     // From a wiggle of some counts to full use of the limit.
     let natural = servo.authority() / (servo.bandwidth * servo.bandwidth);
@@ -371,7 +372,7 @@ fn load_steps(i: u32) -> (Vec<LoadStep>, [u32; 2], f64) {
     const SETTLED: f64 = 5.0;
     const EVERY: f64 = 1.5;
     let servo = ordinary_servo(i);
-    let mut draw = support::Draw::new(i + 31_337);
+    let mut draw = Draw::new(i + 31_337);
     let part = draw.uniform(0.1, 0.5);
     let amplitude = amplitude_for(Kind::Pid, &servo, part);
     let identifier = settings(&servo)

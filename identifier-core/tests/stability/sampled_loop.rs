@@ -1,9 +1,8 @@
 //! The verdicts on the sampled loop are those of a dense search.
 
-mod support;
-
 use std::cell::Cell;
 
+use crate::dense_search::DenseSearch;
 use identifier_core::control::Gains;
 use identifier_core::interval::Interval;
 use identifier_core::measurement::velocity::{
@@ -14,7 +13,6 @@ use identifier_core::stability::{Certificate, PlantBox};
 use identifier_core::units::Units;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
-use support::dense_search::DenseSearch;
 
 /// A loop and the box that it is for.
 #[derive(Debug, Clone, Copy)]

@@ -13,17 +13,17 @@ const GRID: u32 = 17;
 
 /// A loop, or a correction, that is searched.
 #[derive(Debug, Clone, Copy)]
-pub struct DenseSearch {
-    pub units: Units,
-    pub gains: Gains,
-    pub velocity: Transfer,
+pub(crate) struct DenseSearch {
+    pub(crate) units: Units,
+    pub(crate) gains: Gains,
+    pub(crate) velocity: Transfer,
     /// What every b is multiplied by, to ask how near a verdict is to its edge.
-    pub gain: f64,
+    pub(crate) gain: f64,
 }
 
 impl DenseSearch {
     /// The first servo (a, b) on the grid over a box that is not stable.
-    pub fn check(&self, plant_box: &PlantBox) -> Option<(f64, f64)> {
+    pub(crate) fn check(&self, plant_box: &PlantBox) -> Option<(f64, f64)> {
         let (a, b) = (plant_box.a(), plant_box.b());
         let ratio = (b.max() / b.min()).powf(1.0 / f64::from(GRID - 1));
         let mut gain = b.min();
@@ -39,7 +39,7 @@ impl DenseSearch {
     }
 
     /// The factor by which b_max may grow.
-    pub fn gain_margin(&self, plant_box: &PlantBox) -> f64 {
+    pub(crate) fn gain_margin(&self, plant_box: &PlantBox) -> f64 {
         let stable = |factor: f64| {
             (0..GRID).all(|i| {
                 let a = on_grid(plant_box.a(), i);
@@ -54,7 +54,7 @@ impl DenseSearch {
     }
 
     /// The largest estimate that is allowed.
-    pub fn most_gain(&self, nominal: f64) -> f64 {
+    pub(crate) fn most_gain(&self, nominal: f64) -> f64 {
         let mut most = nominal;
         for _ in 0..200 {
             let next = most * 1.1;
@@ -67,7 +67,7 @@ impl DenseSearch {
     }
 
     /// The last estimate that is stable, if one of those on the grid is not.
-    pub fn check_estimates(&self, from: f64, to: f64) -> Option<f64> {
+    pub(crate) fn check_estimates(&self, from: f64, to: f64) -> Option<f64> {
         let ratio = (to / from).powf(1.0 / f64::from(GRID - 1));
         let (mut gain, mut stable) = (from, 0.0);
         for _ in 0..GRID {
@@ -81,7 +81,7 @@ impl DenseSearch {
     }
 
     /// Whether the sampled loop around one servo is stable.
-    pub fn is_stable(&self, a: f64, b: f64) -> bool {
+    pub(crate) fn is_stable(&self, a: f64, b: f64) -> bool {
         let Self {
             units,
             gains,

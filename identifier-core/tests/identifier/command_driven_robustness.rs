@@ -1,7 +1,8 @@
 //! What an identifier that listens does with any input, in both formats, and without an amplifier.
 
-mod support;
-
+use crate::support::{
+    Draw, Kind, Loop, Servo, amplitude_for, on_all_cores, ordinary_servo, per_cent, quantile,
+};
 use identifier_core::Settings;
 use identifier_core::error::StepError;
 use identifier_core::identifier::{Event, GaussNewtonIdentifier, Identify, WindowIdentifier};
@@ -10,9 +11,6 @@ use identifier_core::number::Number;
 use identifier_core::parameters::{AbCoulombLoad, AbLoad};
 use identifier_core::settings::IdentifierSettings;
 use proptest::prelude::*;
-use support::{
-    Draw, Kind, Loop, Servo, amplitude_for, on_all_cores, ordinary_servo, per_cent, quantile,
-};
 
 type Identifier<N> = GaussNewtonIdentifier<N, AbCoulombLoad, 4>;
 

@@ -1,0 +1,61 @@
+//! What the interrupt needs of a chip.
+
+use drive_link::Fault;
+use identifier_core::drive::{Actuator, PositionSensor};
+
+/// What the sample interrupt finds on a chip.
+pub trait Chip {
+    /// The encoder.
+    type Sensor: PositionSensor;
+    /// The output stage.
+    type Output: Actuator<f32>;
+
+    /// What the lines say now.
+    fn lines(&self) -> Lines;
+
+    /// Encoder and output stage.
+    fn servo(&mut self) -> (&mut Self::Sensor, &mut Self::Output);
+
+    /// Whether the time of the next sample has come.
+    fn next_is_due(&self) -> bool;
+
+    /// Keeps the watchdog from resetting the chip.
+    fn feed_watchdog(&mut self);
+}
+
+/// What the pins say besides the encoder. Every line is healthy when it is closed, so a broken wire
+/// is a fault.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Lines {
+    /// The amplifier reports no fault.
+    pub amplifier: bool,
+    /// The limit switch at the lower end is closed.
+    pub low_switch: bool,
+    /// The limit switch at the upper end is closed.
+    pub high_switch: bool,
+}
+
+impl Lines {
+    /// # Errors
+    /// What keeps the servo from being moved.
+    pub(crate) fn before_motion(self) -> Result<(), Fault> {
+        if !self.amplifier {
+            Err(Fault::AmplifierFault)
+        } else if self.low_switch && self.high_switch {
+            Ok(())
+        } else {
+            Err(Fault::LimitSwitchesStuck)
+        }
+    }
+}
+
+/// What the output stage of a drive can do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stage {
+    /// The command that asks for all it has, command units: no limit may be beyond it.
+    pub full_scale: f64,
+    /// The samples are a whole number of these apart, s: the period of its PWM.
+    pub period: f64,
+    /// From the reading of the encoder to the change of the output, s.
+    pub command_delay: f64,
+}

@@ -1,0 +1,219 @@
+//! One run of a loop: its samples from start to end.
+
+use drive_link::{Ended, Fault, NotAllowed, Settings};
+use identifier_core::control::ControlSample;
+use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
+use identifier_core::error::OutOfRange;
+use identifier_core::identifier::Seen;
+
+use crate::background_alive::Patience;
+use crate::channel::InterruptEnd;
+use crate::chip::{Lines, Stage};
+use crate::closed_loop::{ClosedLoop, Look, Looked};
+use crate::ending::{Course, Ending};
+use crate::messages::{Counts, Shown};
+use crate::parts;
+use crate::protection::Protection;
+use crate::reference::Reference;
+use crate::time::samples;
+
+/// The sample times that a drive runs at, s: 20 kHz to 1 kHz.
+const SAMPLE_TIMES: (f64, f64) = (5e-5, 1e-3);
+
+/// How long the background may not be seen to go round, while the servo is driven, before the watchdog
+/// is left to reset the chip, s.
+const DRIVEN_PATIENCE: f64 = 0.1;
+
+/// A loop that is ready to be closed, with its reference and its watch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Run {
+    closed_loop: ClosedLoop,
+    reference: Reference,
+    protection: Protection,
+    ending: Ending,
+    background: Patience,
+    sample: u32,
+    /// The count of the last sample, and of the first.
+    count: i32,
+    started_at: i32,
+}
+
+impl Run {
+    /// # Errors
+    /// The setting that is not allowed.
+    pub(crate) fn new(settings: &Settings, stage: &Stage) -> Result<Self, NotAllowed> {
+        let core = &settings.closed_loop.core;
+        let within @ (least, most) = SAMPLE_TIMES;
+        let given = core.sample_time;
+        if !(least..=most).contains(&given) {
+            return Err(parts::out_of_range("sample_time", given, within));
+        }
+        parts::whole_periods(given, stage.period)?;
+        let controller = core.own_controller().map_err(parts::not_allowed)?;
+        let range = |error: OutOfRange| parts::not_allowed(error.into());
+        controller.command_limit().map_err(range)?;
+        let [low, high] = controller.limit;
+        for (name, limit) in [("limit_high", high), ("limit_low", -low)] {
+            if limit > stage.full_scale {
+                return Err(parts::out_of_range(name, limit, (0.0, stage.full_scale)));
+            }
+        }
+        let units = core.units().map_err(range)?;
+        Ok(Self {
+            // What contradicts costs nothing to find; the certificate of a box does.
+            reference: Reference::new(settings, &units).map_err(range)?,
+            protection: Protection::new(settings, controller, &units)?,
+            ending: Ending::new(&settings.protection, &units),
+            background: Patience::of(samples(DRIVEN_PATIENCE, &units)),
+            closed_loop: ClosedLoop::new(&settings.closed_loop)?,
+            sample: 0,
+            count: 0,
+            started_at: 0,
+        })
+    }
+
+    /// From where the servo stands. Not inlined, to be seen in the machine code.
+    #[inline(never)]
+    pub(crate) fn start(&mut self, count: i32, channel: &InterruptEnd<'_>) {
+        self.closed_loop.start(count);
+        self.reference.start(count);
+        self.protection.start(count);
+        self.ending.start();
+        self.started_at = count;
+        self.background.begin(channel);
+    }
+
+    /// The host was heard.
+    pub(crate) fn heard(&mut self) {
+        self.ending.heard();
+    }
+
+    /// Sends the servo to a target, counts from where it started.
+    pub(crate) fn send(&mut self, counts: i32) {
+        self.reference.send(self.started_at.wrapping_add(counts));
+    }
+
+    /// The loop that it closes.
+    pub(crate) fn closed_loop(&self) -> &ClosedLoop {
+        &self.closed_loop
+    }
+
+    /// Gives the background what was recorded, and takes from it what was fitted.
+    #[inline]
+    pub(crate) fn exchange(&mut self, channel: &mut InterruptEnd<'_>) {
+        self.closed_loop.exchange(|block| {
+            channel.block(block);
+            channel.fitted()
+        });
+    }
+
+    /// Takes note of whether a sample ended before the next was due.
+    ///
+    /// # Errors
+    /// If too many in a row did not.
+    #[inline]
+    pub(crate) fn ended(&mut self, in_time: bool) -> Result<(), Ended> {
+        if in_time {
+            self.protection.ended_in_time();
+            Ok(())
+        } else {
+            self.protection.ended_late().map_err(Ended::Faulted)
+        }
+    }
+
+    /// Whether the background was seen to go round lately.
+    #[inline]
+    pub(crate) fn has_background(&mut self, channel: &InterruptEnd<'_>) -> bool {
+        self.background.lasts(channel)
+    }
+
+    /// The last sample as the host is shown it.
+    pub(crate) fn shown(
+        &self,
+        control: &ControlSample<f32>,
+        seen: &Seen<f32>,
+        counts: &Counts,
+    ) -> Shown {
+        Shown {
+            sample: self.sample,
+            learnt: self.closed_loop.learnt(),
+            error: control.error,
+            count: self.count.wrapping_sub(self.started_at),
+            command: control.command,
+            output_error: seen.output_error,
+            counts: *counts,
+        }
+    }
+
+    /// Whether the loop was ever closed.
+    pub(crate) fn has_run(&self) -> bool {
+        self.sample > 0
+    }
+
+    /// One sample. The command goes out before anything is learnt, and what can wait comes last.
+    #[inline]
+    pub(crate) fn step<S: PositionSensor, A: Actuator<f32>>(
+        &mut self,
+        lines: Lines,
+        sensor: &mut S,
+        actuator: &mut A,
+    ) -> Result<(ControlSample<f32>, Seen<f32>), Ended> {
+        let Self {
+            closed_loop,
+            reference,
+            protection,
+            ending,
+            sample,
+            count: last_count,
+            ..
+        } = self;
+        protection.check_lines(lines).map_err(Ended::Faulted)?;
+        let setpoint = reference.next();
+        let watch = RunWatch {
+            protection,
+            ending,
+            reference,
+            last_count,
+        };
+        let done = closed_loop.sample(setpoint, sensor, actuator, watch)?;
+        *sample = sample.wrapping_add(1);
+        Ok(done)
+    }
+}
+
+/// What watches over every step of a run.
+struct RunWatch<'a> {
+    protection: &'a mut Protection,
+    ending: &'a mut Ending,
+    reference: &'a mut Reference,
+    last_count: &'a mut i32,
+}
+
+impl Look for RunWatch<'_> {
+    type End = Ended;
+
+    #[inline(always)]
+    fn look<S: PositionSensor, A: Actuator<f32>>(
+        self,
+        taken: Looked<S, A>,
+    ) -> Result<ControlSample<f32>, Ended> {
+        let (control, count) = taken.map_err(|error| Ended::Faulted(fault_of(&error)))?;
+        *self.last_count = count;
+        let checked = self.protection.check(&control, count);
+        checked.map_err(Ended::Faulted)?;
+        match self.ending.check(count) {
+            Course::On => {}
+            Course::Rest => self.reference.stay(),
+            Course::Ended(ended) => return Err(ended),
+        }
+        Ok(control)
+    }
+}
+
+fn fault_of<S, A>(error: &ControlStepError<S, A>) -> Fault {
+    match error {
+        ControlStepError::Sensor(_) => Fault::EncoderFailed,
+        ControlStepError::Actuator(_) => Fault::ActuatorFailed,
+        _ => Fault::OutOfReach,
+    }
+}

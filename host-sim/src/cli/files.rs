@@ -1,0 +1,249 @@
+//! The files of one call: what it reads, what it writes, and that none is hurt.
+
+use std::fs::{self, Metadata};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::fault::Fault;
+use super::output_file::PendingFile;
+use super::place::Place;
+use crate::report::plot::{self, Format, Grid, Panel, PlotError};
+
+/// The files of one call. Every output is claimed before any work is done.
+#[derive(Debug)]
+pub(super) struct Files {
+    /// Whether files that are there already may be replaced.
+    force: bool,
+    inputs: Vec<Identity>,
+    outputs: Vec<(Identity, PathBuf)>,
+    standard_output: bool,
+}
+
+/// A result that is being written.
+#[derive(Debug)]
+pub(super) struct Output {
+    name: PathBuf,
+    file: PendingFile,
+}
+
+/// A picture to be.
+#[derive(Debug)]
+pub(super) struct Picture {
+    format: Format,
+    output: Output,
+}
+
+/// What makes two names one file.
+#[derive(Debug, PartialEq, Eq)]
+enum Identity {
+    #[cfg(unix)]
+    Existing {
+        device: u64,
+        inode: u64,
+    },
+    Named(PathBuf),
+}
+
+impl Files {
+    /// The files of a call that reads these, each of which there is.
+    pub(super) fn reading(inputs: &[&Path], force: bool) -> Self {
+        let identity = |name: &&Path| {
+            let found = fs::metadata(name).ok().filter(Metadata::is_file)?;
+            Some(Identity::of(&name.canonicalize().ok()?, Some(&found)))
+        };
+        Self {
+            force,
+            inputs: inputs.iter().filter_map(identity).collect(),
+            outputs: Vec::new(),
+            standard_output: false,
+        }
+    }
+
+    /// Begins an output, if one is asked for; `-` is standard output.
+    ///
+    /// # Errors
+    /// Bad input, if it is also read or written, is there already and may not be replaced, or cannot be
+    /// written.
+    pub(super) fn output(&mut self, name: Option<&Path>) -> Result<Option<Output>, Fault> {
+        name.map(|name| self.begin(name)).transpose()
+    }
+
+    /// Begins a picture, if one is asked for. Its name says the format; on standard output it is SVG.
+    ///
+    /// # Errors
+    /// As [`output`](Self::output), and if the name ends in no known format.
+    pub(super) fn picture(&mut self, name: Option<&Path>) -> Result<Option<Picture>, Fault> {
+        let Some(name) = name else {
+            return Ok(None);
+        };
+        let format = if Place::is_standard_output(name) {
+            Format::Svg
+        } else {
+            Format::of(name)
+                .map_err(|error| Fault::Input(format!("{}: {error}", name.display())))?
+        };
+        let output = self.begin(name)?;
+        Ok(Some(Picture { format, output }))
+    }
+
+    fn begin(&mut self, name: &Path) -> Result<Output, Fault> {
+        let unusable = |error: io::Error| Fault::unusable(name.display(), &error);
+        let place = Place::of(name).map_err(unusable)?;
+        self.claim(name, &place)
+            .map_err(|why| Fault::Input(format!("{}: {why}", name.display())))?;
+        Ok(Output {
+            name: name.to_owned(),
+            file: PendingFile::at(place, self.force).map_err(unusable)?,
+        })
+    }
+
+    /// Keeps a place for one output, or says why it cannot be one.
+    fn claim(&mut self, name: &Path, place: &Place) -> Result<(), String> {
+        match place {
+            Place::StandardOutput if self.standard_output => {
+                Err("two results cannot both go to standard output: write one to a file".to_owned())
+            }
+            Place::StandardOutput => {
+                self.standard_output = true;
+                Ok(())
+            }
+            Place::Device(_) => Ok(()),
+            Place::File { path, existing } => {
+                let identity = Identity::of(path, existing.as_ref());
+                if self.inputs.contains(&identity) {
+                    return Err("this file is read: write to another one".to_owned());
+                }
+                if let Some((_, other)) = self.outputs.iter().find(|(known, _)| *known == identity)
+                {
+                    let other = other.display();
+                    return Err(format!(
+                        "this is the same file as {other}: write to two files"
+                    ));
+                }
+                if existing.is_some() && !self.force {
+                    return Err("the file is there already: --force replaces it".to_owned());
+                }
+                self.outputs.push((identity, name.to_owned()));
+                Ok(())
+            }
+        }
+    }
+
+    /// Whether standard output belongs to a result, and nothing else may be said there.
+    pub(super) fn own_standard_output(&self) -> bool {
+        self.standard_output
+    }
+}
+
+/// Ends results that were written: they are there under their names now, and none is if one could not
+/// be written.
+pub(super) fn commit(
+    written: impl IntoIterator<Item = Option<Result<Output, Fault>>>,
+) -> Result<(), Fault> {
+    let outputs: Vec<Output> = written.into_iter().flatten().collect::<Result<_, _>>()?;
+    outputs.into_iter().try_for_each(Output::commit)
+}
+
+impl Output {
+    /// Its name as it was asked for.
+    pub(super) fn name(&self) -> &Path {
+        &self.name
+    }
+
+    /// Writes a document as JSON.
+    pub(super) fn document(mut self, document: &impl Serialize) -> Result<Self, Fault> {
+        let text = serde_json::to_string_pretty(document)
+            .map_err(|error| Fault::Other(format!("{}: {error}", self.name.display())))?;
+        self.write((text + "\n").as_bytes())?;
+        Ok(self)
+    }
+
+    /// Writes a table as CSV.
+    pub(super) fn table(
+        mut self,
+        write: impl FnOnce(&mut PendingFile) -> Result<(), csv::Error>,
+    ) -> Result<Self, Fault> {
+        write(&mut self.file).map_err(|error| self.unwritable(&error.into()))?;
+        Ok(self)
+    }
+
+    /// Writes a part.
+    pub(super) fn write(&mut self, bytes: &[u8]) -> Result<(), Fault> {
+        let written = self.file.write_all(bytes);
+        written.map_err(|error| self.unwritable(&error))
+    }
+
+    /// Lets go of what waits to be written.
+    pub(super) fn flush(&mut self) -> Result<(), Fault> {
+        let flushed = self.file.flush();
+        flushed.map_err(|error| self.unwritable(&error))
+    }
+
+    /// Ends the file, which is there under its name now.
+    pub(super) fn commit(self) -> Result<(), Fault> {
+        let Self { name, file } = self;
+        file.commit()
+            .map_err(|error| Fault::unwritable(name.display(), &error))
+    }
+
+    fn unwritable(&self, error: &io::Error) -> Fault {
+        Fault::unwritable(self.name.display(), error)
+    }
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Picture {
+    /// Draws panels, row by row.
+    pub(super) fn panels(
+        self,
+        title: &str,
+        columns: usize,
+        panels: &[Panel],
+    ) -> Result<Output, Fault> {
+        let drawn = plot::panels(self.format, title, columns, panels);
+        self.drawn(drawn)
+    }
+
+    /// Draws grids side by side.
+    pub(super) fn grids(self, grids: &[Grid]) -> Result<Output, Fault> {
+        let drawn = plot::grids(self.format, grids);
+        self.drawn(drawn)
+    }
+
+    fn drawn(mut self, picture: Result<Vec<u8>, PlotError>) -> Result<Output, Fault> {
+        let picture = picture.map_err(|error| Fault::Other(error.to_string()))?;
+        self.output.write(&picture)?;
+        Ok(self.output)
+    }
+}
+
+impl Identity {
+    /// Of a file under its name without links; where it is there, every other name of it is the same.
+    #[cfg(unix)]
+    fn of(path: &Path, existing: Option<&Metadata>) -> Self {
+        use std::os::unix::fs::MetadataExt;
+        existing.map_or_else(
+            || Self::Named(path.to_owned()),
+            |found| Self::Existing {
+                device: found.dev(),
+                inode: found.ino(),
+            },
+        )
+    }
+
+    #[cfg(not(unix))]
+    fn of(path: &Path, _: Option<&Metadata>) -> Self {
+        Self::Named(path.to_owned())
+    }
+}

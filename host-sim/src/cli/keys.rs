@@ -1,0 +1,70 @@
+use comfy_table::{ContentArrangement, Table, presets};
+
+use super::fault::Fault;
+use super::standard_output::say;
+use crate::scenario::Key;
+use crate::scenario::keys::KEYS;
+use crate::scenario::schema::schema;
+
+/// Width of the table, characters.
+const WIDTH: u16 = 110;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// A table, `controller`, or a key, `controller.kp`; all of them if none is named.
+    #[arg(value_name = "TABLE|KEY")]
+    of: Option<String>,
+    /// Print a JSON schema (draft 2020-12) of a scenario instead, for editors.
+    #[arg(long, conflicts_with = "of")]
+    schema: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
+    let text = match &arguments.of {
+        _ if arguments.schema => format!("{:#}", schema()),
+        None => table(KEYS.iter()),
+        Some(of) => described(of)?,
+    };
+    say!("{text}")
+}
+
+fn described(of: &str) -> Result<String, Fault> {
+    let Some(key) = Key::of(of) else {
+        let near = Key::nearest(of);
+        let hint = near.map_or(String::new(), |near| {
+            format!("; did you mean {}?", near.path)
+        });
+        return Err(Fault::Input(format!(
+            "there is no such table or key{hint}\n  `host-sim keys` lists them all"
+        )));
+    };
+    let inside = |other: &&Key| other.path.starts_with(&format!("{of}."));
+    if KEYS.iter().any(|other| inside(&other)) {
+        let children = table(KEYS.iter().filter(inside));
+        return Ok(format!("[{of}]  {}\n{children}", key.about));
+    }
+    Ok(format!(
+        "{of}\n  {}\n  allowed: {}\n  default: {}",
+        key.description(),
+        key.allowed(),
+        key.default()
+    ))
+}
+
+fn table<'k>(keys: impl Iterator<Item = &'k Key>) -> String {
+    let mut table = Table::new();
+    table
+        .load_style(presets::UTF8_FULL_CONDENSED)
+        .set_content_arrangement(ContentArrangement::Dynamic)
+        .set_width(WIDTH)
+        .set_header(["key", "what it is", "allowed", "default"]);
+    for key in keys {
+        table.add_row([
+            key.path.to_owned(),
+            key.description(),
+            key.allowed(),
+            key.default(),
+        ]);
+    }
+    table.to_string()
+}

@@ -1,0 +1,56 @@
+//! What is said to whoever runs the program.
+
+use std::fmt;
+use std::io::{self, ErrorKind, Write};
+
+use super::fault::Fault;
+
+/// `println!` that tells where nothing could be said: to be followed by `?`.
+macro_rules! say {
+    ($($text:tt)*) => {
+        $crate::cli::standard_output::line(format_args!($($text)*))
+    };
+}
+pub(super) use say;
+
+/// Writes a line.
+pub(super) fn line(text: fmt::Arguments<'_>) -> Result<(), Fault> {
+    // In one piece, and not piece by piece as the text is made.
+    written(io::stdout().write_all(format!("{text}\n").as_bytes()))
+}
+
+/// Writes what waits.
+pub(super) fn flush() -> Result<(), Fault> {
+    written(io::stdout().flush())
+}
+
+/// Tells a standard output that takes no more from a reader that wants no more.
+pub(super) fn written(result: io::Result<()>) -> Result<(), Fault> {
+    match result {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(Fault::unwritable("standard output", &error))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A writer whose reader may go away, as the head of a pipe does: it then wants no more, and that is no
+/// error.
+#[derive(Debug)]
+pub(super) struct UntilClosed<W>(pub(super) W);
+
+impl<W: Write> Write for UntilClosed<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self.0.write(bytes) {
+            Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(bytes.len()),
+            done => done,
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match self.0.flush() {
+            Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+            done => done,
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! What the keys of a scenario must be together, and for the purpose that it is read for.
+
+use identifier_core::error::Allowed;
+
+use super::error::Fault;
+use super::law::{Closing, Law};
+use super::{Arithmetic, Baseline, BaselineSettings, Purpose, Scenario};
+
+/// The longest run, control samples.
+const MOST_SAMPLES: f64 = 1e10;
+
+/// The position unit of an ideal sensor, rad: as of an encoder that is finer than any effect.
+const IDEAL_UNIT: f64 = 1e-5;
+
+/// A scenario as it was read, with what follows from it, for a purpose.
+pub(super) fn complete(mut scenario: Scenario, purpose: Purpose) -> Result<Scenario, Fault> {
+    let unit = |counts| std::f64::consts::TAU / counts;
+    scenario.stated.resolution = scenario.counts_per_rev.map_or(IDEAL_UNIT, unit);
+    let units = scenario.stated.units();
+    units.map_err(|error| scenario.fault(&error.into()))?;
+    let sample_time = scenario.sample_time();
+    Allowed::Within(sample_time, MOST_SAMPLES * sample_time)
+        .check("duration", scenario.duration)
+        .map_err(|error| Fault::new("run.duration", error))?;
+    let law = &scenario.identifier.law;
+    if scenario.identifier.arithmetic == Arithmetic::Fixed && !law.is_gradient() {
+        return Err(Fault::new(
+            "identifier.arithmetic",
+            "\"gradient\" and \"pd-gradient\" alone are there in fixed point",
+        ));
+    }
+    match purpose {
+        Purpose::Run if scenario.plant.is_none() => {
+            Err(Fault::new("plant", "a run needs the true servo"))
+        }
+        Purpose::Run => {
+            let scenario = scenario.in_own_loop();
+            scenario.try_parts()?;
+            Ok(scenario)
+        }
+        // A replay knows its units and its reference only once the log is read.
+        Purpose::Replay if scenario.is_own_log() => {
+            replayable(&scenario)?;
+            let scenario = scenario.in_own_loop();
+            scenario.try_parts()?;
+            Ok(scenario)
+        }
+        Purpose::Replay => {
+            replayable(&scenario)?;
+            Ok(scenario)
+        }
+    }
+}
+
+/// What a replay cannot do without, apart from the log itself.
+fn replayable(scenario: &Scenario) -> Result<(), Fault> {
+    let (given, identifier) = (&scenario.stated, &scenario.stated.identifier);
+    let law = &scenario.identifier.law;
+    let log = scenario.log_columns();
+    if log.command.is_none() && log.reference.is_none() {
+        return Err(Fault::new(
+            "log.command",
+            "the log must have the command, or the reference that the declared controller computes it \
+             from",
+        ));
+    }
+    let own = scenario.is_own_log();
+    if !(law.is_replayable() || own && law.closing() == Closing::Pd) {
+        return Err(Fault::new(
+            "identifier.law",
+            format!(
+                "\"{}\" works in a loop of its own and cannot take a log: {} can",
+                law.name(),
+                replayable_names()
+            ),
+        ));
+    }
+    if scenario.identifier.arithmetic == Arithmetic::Fixed && scenario.counts_per_rev.is_none() {
+        return Err(Fault::new(
+            "identifier.arithmetic",
+            "\"fixed\" counts: encoder.counts_per_rev has to say what a count of the log's position is; \
+             \"f32\" and \"f64\" do without",
+        ));
+    }
+    if given.controller.is_none() && log.command.is_none() {
+        return Err(Fault::new(
+            "controller",
+            "without log.command the controller that ran has to be declared, so that its command can \
+             be computed again",
+        ));
+    }
+    let follows = given.controller.is_some()
+        || identifier.correction.is_some()
+        || identifier.plant_box.is_some();
+    if law.is_gradient() && !follows {
+        return Err(Fault::new(
+            "identifier.correction",
+            "without a [controller] this law has to be told the gains of its correction, or a plant_box \
+             that they follow from",
+        ));
+    }
+    if law.is_gradient() && log.reference.is_none() && identifier.gamma.is_none() {
+        return Err(Fault::new(
+            "identifier.gamma",
+            "without log.reference no gamma can be chosen: it has to be stated",
+        ));
+    }
+    Ok(())
+}
+
+fn replayable_names() -> String {
+    let own = [Law::Gradient, Law::GaussNewton, Law::Window];
+    let rivals = Baseline::ALL.map(|rival| Law::Baseline(rival, BaselineSettings::of(rival)));
+    let names = own.iter().chain(&rivals).filter(|law| law.is_replayable());
+    let names: Vec<_> = names.map(|law| format!("\"{}\"", law.name())).collect();
+    names.join(", ")
+}

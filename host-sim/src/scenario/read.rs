@@ -1,0 +1,364 @@
+//! From the text of a scenario to its settings, key by key.
+
+use identifier_core::control::CommandLimit;
+use identifier_core::error::{Allowed, OutOfRange};
+use identifier_core::interval::Interval;
+use identifier_core::parameters::Parameter;
+use toml::Spanned;
+use toml::de::{DeArray, DeTable, DeValue};
+
+use super::error::{Fault, shown};
+use super::key::{Absent, Choice, Holds, Key, When, nearest};
+use super::keys::{self, KEYS, MOST_ENTRIES};
+use super::source::Source;
+use super::{Purpose, Scenario};
+
+type Value<'a> = Spanned<DeValue<'a>>;
+
+/// What a file states, written into a scenario; what it does not state is as the keys say.
+pub(super) fn scenario(source: &Source<'_>, purpose: Purpose) -> Result<Scenario, Fault> {
+    refuse_unknown(&source.root, "")?;
+    let mut reading = Reading {
+        source,
+        purpose,
+        scenario: Scenario::blank(),
+        tables: vec![""],
+        choices: Vec::new(),
+    };
+    for key in KEYS {
+        reading.read(key)?;
+    }
+    if !reading.tables.contains(&"controller") {
+        reading.scenario.stated.controller = None;
+    }
+    Ok(reading.scenario)
+}
+
+/// Half of a file read.
+struct Reading<'a, 'b> {
+    source: &'b Source<'a>,
+    purpose: Purpose,
+    scenario: Scenario,
+    /// Tables whose keys hold.
+    tables: Vec<&'static str>,
+    /// What was chosen, by the table it was chosen in.
+    choices: Vec<(&'static str, &'static Choice, &'static [Choice])>,
+}
+
+impl Reading<'_, '_> {
+    fn read(&mut self, key: &'static Key) -> Result<(), Fault> {
+        let (table, _) = key.place();
+        if !self.tables.contains(&table) {
+            return Ok(());
+        }
+        let value = self.source.value(key.path);
+        let foreign = self.choices.iter().find(|(within, choice, choices)| {
+            *within == table && key.is_foreign_to(choice, choices)
+        });
+        match (foreign, value) {
+            (Some((_, choice, _)), Some(_)) => Err(stranger(key, choice)),
+            (Some(_), None) => Ok(()),
+            (None, Some(value)) => self.take(key, value),
+            (None, None) => self.leave(key),
+        }
+    }
+
+    /// A key that the file states.
+    fn take(&mut self, key: &'static Key, value: &Value<'_>) -> Result<(), Fault> {
+        let scenario = &mut self.scenario;
+        let fault = |fault: String| Fault::new(key.path, fault).at(value.span().start);
+        match key.holds {
+            Holds::Table(_) => {
+                table(key, value)?;
+                self.tables.push(key.path);
+            }
+            Holds::Number(range, set) => set(scenario, number(key, value, range.fixed())?),
+            Holds::Pair(range, set) => {
+                let [low, high] = pair(key, value, range.fixed())?;
+                Interval::new(key.place().1, low, high).map_err(|error| refused(key, error))?;
+                set(scenario, [low, high]);
+            }
+            Holds::Numbers(range, set) => {
+                let list = list(key, value, MOST_ENTRIES)?;
+                let numbers = list.iter().map(|entry| number(key, entry, range.fixed()));
+                set(scenario, numbers.collect::<Result<_, _>>()?).map_err(fault)?;
+            }
+            Holds::Whole(range, set) => set(scenario, whole(key, value, range)?),
+            Holds::Column(set) => set(scenario, column(key, value)?),
+            Holds::Choice(choices) => self.choose(key, chosen(key, value, choices)?, choices),
+            Holds::Limit(set) => set(scenario, limit(key, value)?),
+            Holds::Parameters(set) => set(scenario, parameters(key, value)?).map_err(fault)?,
+            Holds::Matrix(set) => set(scenario, matrix(key, value)?).map_err(fault)?,
+        }
+        Ok(())
+    }
+
+    /// A key that the file does not state.
+    fn leave(&mut self, key: &'static Key) -> Result<(), Fault> {
+        let scenario = &mut self.scenario;
+        match (key.absent, key.holds) {
+            (Absent::Required(_), _) => {
+                let (table, _) = key.place();
+                let owner = self.choices.iter().find(|(within, choice, _)| {
+                    *within == table && choice.takes.contains(&key.place().1)
+                });
+                let needed = match owner {
+                    Some((_, choice, _)) => format!(": \"{}\" needs it", choice.name),
+                    None => format!(": [{table}] needs it"),
+                };
+                return Err(Fault::new(
+                    key.path,
+                    format!("this value is missing{needed}"),
+                ));
+            }
+            (Absent::Begins(_), _) if scenario.identifier.law.fits() => {}
+            (Absent::Is(value) | Absent::Begins(value), Holds::Number(_, set)) => {
+                set(scenario, value);
+            }
+            (Absent::Is(value), Holds::Whole(_, set)) => set(scenario, value as u32),
+            (_, Holds::Choice(choices)) => self.choose(key, &choices[0], choices),
+            (_, Holds::Table(when)) => {
+                let holds = match when {
+                    When::Always => true,
+                    // A run's own log is what the run took for granted.
+                    When::InRun => self.purpose == Purpose::Run || scenario.is_own_log(),
+                    When::Stated => false,
+                };
+                if holds {
+                    self.tables.push(key.path);
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn choose(&mut self, key: &Key, choice: &'static Choice, choices: &'static [Choice]) {
+        (choice.set)(&mut self.scenario);
+        self.choices.push((key.place().0, choice, choices));
+    }
+}
+
+/// Refuses the first key of a table, in the order of the file, that no line of [`KEYS`] has.
+fn refuse_unknown(table: &DeTable<'_>, path: &str) -> Result<(), Fault> {
+    let inside = |name: &str| match path {
+        "" => name.to_owned(),
+        path => format!("{path}.{name}"),
+    };
+    let mut entries: Vec<_> = table.iter().collect();
+    entries.sort_by_key(|(name, _)| name.span().start);
+    for (name, value) in entries {
+        let full = inside(name.get_ref());
+        match (Key::of(&full), value.get_ref()) {
+            (Some(_), DeValue::Table(inner)) => refuse_unknown(inner, &full)?,
+            (Some(_), _) => {}
+            (None, _) => {
+                let fault = keys::remedy(&full).unwrap_or("there is no such key");
+                return Err(Fault::new(inside(&shown(name.get_ref())), fault)
+                    .at(name.span().start)
+                    .advising(advice(path, name.get_ref())));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The nearest key to an unknown one, and what its table knows.
+fn advice(table: &str, unknown: &str) -> String {
+    let names: Vec<_> = Key::children(table).map(|key| key.place().1).collect();
+    let near = nearest(unknown, names.iter().copied());
+    let meant = near.or_else(|| Key::nearest(unknown).map(|key| key.path));
+    let mut lines = meant.map_or(String::new(), |meant| format!("did you mean {meant}?\n"));
+    if !names.is_empty() {
+        lines += &format!("allowed: the keys {}", names.join(", "));
+    }
+    lines
+}
+
+/// A key that exists but means nothing beside a choice: a silent one would be a setting that the user
+/// believes in and that does nothing.
+fn stranger(key: &Key, choice: &Choice) -> Fault {
+    let takes = match choice.takes {
+        [] => "and no others of its kind".to_owned(),
+        takes => format!("but {}", takes.join(", ")),
+    };
+    Fault::new(
+        key.path,
+        format!("\"{}\" does not take this key, {takes}", choice.name),
+    )
+}
+
+fn refused(key: &Key, error: OutOfRange) -> Fault {
+    Fault::new(key.path, error)
+}
+
+/// A value of another kind than belongs there.
+fn other(key: &Key, value: &Value<'_>, belongs: &str) -> Fault {
+    let stands = match value.get_ref() {
+        DeValue::String(_) => "a text stands",
+        DeValue::Integer(_) | DeValue::Float(_) => "a number stands",
+        DeValue::Boolean(_) => "true or false stands",
+        DeValue::Datetime(_) => "a date stands",
+        DeValue::Array(_) => "a list stands",
+        DeValue::Table(_) => "a table stands",
+    };
+    Fault::new(key.path, format!("{stands} where {belongs} belongs")).at(value.span().start)
+}
+
+fn table(key: &Key, value: &Value<'_>) -> Result<(), Fault> {
+    match value.get_ref() {
+        DeValue::Table(_) => Ok(()),
+        DeValue::Array(_) => Err(other(key, value, "one table")
+            .advising(format!("write [{}] once, in single brackets", key.path))),
+        _ => Err(other(key, value, "a table")),
+    }
+}
+
+fn number(key: &Key, value: &Value<'_>, allowed: Allowed) -> Result<f64, Fault> {
+    let number = match value.get_ref() {
+        DeValue::Float(float) => float.as_str().parse().ok(),
+        DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok(),
+        DeValue::Integer(integer) => u64::from_str_radix(integer.as_str(), integer.radix())
+            .ok()
+            .map(|number| number as f64),
+        _ => return Err(other(key, value, "a number")),
+    };
+    let number = number.ok_or_else(|| too_large(key, value))?;
+    let checked = allowed.check(key.place().1, number);
+    checked.map_err(|error| refused(key, error).at(value.span().start))
+}
+
+fn too_large(key: &Key, value: &Value<'_>) -> Fault {
+    Fault::new(key.path, "this number has too many digits").at(value.span().start)
+}
+
+fn whole(key: &Key, value: &Value<'_>, [low, high]: [u32; 2]) -> Result<u32, Fault> {
+    let DeValue::Integer(integer) = value.get_ref() else {
+        return Err(other(key, value, "a whole number"));
+    };
+    let number = i64::from_str_radix(integer.as_str(), integer.radix());
+    let number = number.map_err(|_| too_large(key, value))?;
+    match u32::try_from(number) {
+        Ok(number) if (low..=high).contains(&number) => Ok(number),
+        _ => {
+            let name = key.place().1;
+            let fault = format!("{name} = {number} is not allowed");
+            Err(Fault::new(key.path, fault).at(value.span().start))
+        }
+    }
+}
+
+fn list<'v, 'a>(key: &Key, value: &'v Value<'a>, most: usize) -> Result<&'v DeArray<'a>, Fault> {
+    let DeValue::Array(list) = value.get_ref() else {
+        return Err(other(key, value, "a list"));
+    };
+    if list.is_empty() || list.len() > most {
+        let fault = format!("{} entries, where 1 to {most} belong", list.len());
+        return Err(Fault::new(key.path, fault).at(value.span().start));
+    }
+    Ok(list)
+}
+
+fn pair(key: &Key, value: &Value<'_>, allowed: Allowed) -> Result<[f64; 2], Fault> {
+    let DeValue::Array(list) = value.get_ref() else {
+        return Err(other(key, value, "[min, max]"));
+    };
+    let [low, high] = &list[..] else {
+        let fault = format!("{} numbers where two belong", list.len());
+        return Err(Fault::new(key.path, fault).at(value.span().start));
+    };
+    Ok([number(key, low, allowed)?, number(key, high, allowed)?])
+}
+
+fn limit(key: &Key, value: &Value<'_>) -> Result<[f64; 2], Fault> {
+    let limit = match value.get_ref() {
+        DeValue::Array(_) => {
+            let [low, high] = pair(key, value, Allowed::Finite)?;
+            CommandLimit::asymmetric(low, high)
+        }
+        _ => {
+            let limit = number(key, value, Allowed::Above(0.0))?;
+            CommandLimit::symmetric(limit)
+        }
+    };
+    let limit = limit.map_err(|error| refused(key, error))?;
+    Ok([limit.low(), limit.high()])
+}
+
+fn column(key: &Key, value: &Value<'_>) -> Result<String, Fault> {
+    /// Characters that a name may have, so that messages can show it.
+    const LONGEST: usize = 80;
+    let DeValue::String(name) = value.get_ref() else {
+        return Err(other(key, value, "the name of a column"));
+    };
+    if name.is_empty() || name.chars().nth(LONGEST).is_some() || name.chars().any(char::is_control)
+    {
+        let fault = "this cannot be the name of a column";
+        return Err(Fault::new(key.path, fault).at(value.span().start));
+    }
+    Ok(name.to_string())
+}
+
+fn chosen(
+    key: &Key,
+    value: &Value<'_>,
+    choices: &'static [Choice],
+) -> Result<&'static Choice, Fault> {
+    let DeValue::String(name) = value.get_ref() else {
+        return Err(other(key, value, "a text"));
+    };
+    let known = choices.iter().find(|choice| choice.name == name);
+    known.ok_or_else(|| {
+        let near = nearest(name, choices.iter().map(|choice| choice.name));
+        Fault::new(key.path, format!("there is no \"{}\"", shown(name)))
+            .at(value.span().start)
+            .advising(near.map_or(String::new(), |near| format!("did you mean \"{near}\"?")))
+    })
+}
+
+fn parameters(key: &Key, value: &Value<'_>) -> Result<Vec<Parameter>, Fault> {
+    const ALL: [Parameter; 4] = [
+        Parameter::A,
+        Parameter::B,
+        Parameter::Coulomb,
+        Parameter::Load,
+    ];
+    let mut parameters = Vec::new();
+    for entry in list(key, value, ALL.len())? {
+        let fault = |fault: String| Err(Fault::new(key.path, fault).at(entry.span().start));
+        let DeValue::String(name) = entry.get_ref() else {
+            return Err(other(key, entry, "the name of a parameter"));
+        };
+        let Some(parameter) = ALL.into_iter().find(|known| known.name() == name) else {
+            return fault(format!("there is no parameter \"{}\"", shown(name)));
+        };
+        if parameters.contains(&parameter) {
+            return fault(format!("\"{name}\" stands there twice"));
+        }
+        parameters.push(parameter);
+    }
+    Ok(parameters)
+}
+
+/// The rows of a matrix; of a diagonal, with zeros beside it.
+fn matrix(key: &Key, value: &Value<'_>) -> Result<Vec<Vec<f64>>, Fault> {
+    /// Parameters that there are.
+    const MOST: usize = 4;
+    let entries = list(key, value, MOST)?;
+    let mut rows = Vec::new();
+    for (i, entry) in entries.iter().enumerate() {
+        rows.push(match entry.get_ref() {
+            DeValue::Array(_) => {
+                let row = list(key, entry, MOST)?.iter();
+                let numbers = row.map(|entry| number(key, entry, Allowed::Finite));
+                numbers.collect::<Result<_, _>>()?
+            }
+            _ => {
+                let mut row = vec![0.0; entries.len()];
+                row[i] = number(key, entry, Allowed::Finite)?;
+                row
+            }
+        });
+    }
+    Ok(rows)
+}

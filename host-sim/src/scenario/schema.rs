@@ -1,0 +1,321 @@
+//! The keys as a JSON schema (draft 2020-12), so that an editor knows them.
+
+use identifier_core::error::Allowed;
+use serde_json::{Map, Value, json};
+
+use super::key::{Absent, Holds, Key, Range};
+use super::keys::MOST_ENTRIES;
+
+/// The schema of a scenario.
+#[must_use]
+pub fn schema() -> Value {
+    let mut schema = table("");
+    schema["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
+    schema["title"] = json!("A scenario of host-sim");
+    schema
+}
+
+fn table(path: &str) -> Value {
+    let mut properties = Map::new();
+    let mut required = Vec::new();
+    let mut conditions = Vec::new();
+    for key in Key::children(path) {
+        let (_, name) = key.place();
+        properties.insert(name.to_owned(), property(key));
+        let always = key.belongs_to().is_empty();
+        if always && matches!(key.absent, Absent::Required(_)) {
+            required.push(name);
+        }
+        conditions.extend(conditions_of(key));
+    }
+    json!({
+        "type": "object",
+        "properties": properties,
+        "required": required,
+        "allOf": conditions,
+        "additionalProperties": false,
+    })
+}
+
+/// What each choice of a key asks of the keys beside it.
+fn conditions_of(key: &Key) -> Vec<Value> {
+    let (table, name) = key.place();
+    let choices = key.choices();
+    let condition = |(i, choice): (usize, &super::key::Choice)| {
+        let beside = || Key::children(table);
+        let foreign: Map<_, _> = beside()
+            .filter(|other| other.is_foreign_to(choice, choices))
+            .map(|other| (other.place().1.to_owned(), json!(false)))
+            .collect();
+        let required: Vec<_> = beside()
+            .filter(|other| matches!(other.absent, Absent::Required(_)))
+            .map(|other| other.place().1)
+            .filter(|name| choice.takes.contains(name))
+            .collect();
+        // The first choice is the default: it holds where nothing is chosen, too.
+        let stated = if i == 0 { vec![] } else { vec![name] };
+        json!({
+            "if": { "properties": { name: { "const": choice.name } }, "required": stated },
+            "then": { "properties": foreign, "required": required },
+        })
+    };
+    choices.iter().enumerate().map(condition).collect()
+}
+
+fn property(key: &Key) -> Value {
+    let mut property = match key.holds {
+        Holds::Table(_) => table(key.path),
+        Holds::Number(range, _) => number(range),
+        Holds::Pair(range, _) => pair(number(range)),
+        Holds::Numbers(range, _) => list(number(range), MOST_ENTRIES),
+        Holds::Whole([low, high], _) => {
+            json!({ "type": "integer", "minimum": low, "maximum": high })
+        }
+        Holds::Column(_) => json!({ "type": "string", "minLength": 1, "maxLength": 80 }),
+        Holds::Choice(choices) => {
+            let names: Vec<_> = choices.iter().map(|choice| choice.name).collect();
+            json!({ "enum": names })
+        }
+        Holds::Limit(_) => {
+            let any = || json!({ "type": "number" });
+            json!({ "anyOf": [{ "type": "number", "exclusiveMinimum": 0 }, pair(any())] })
+        }
+        Holds::Parameters(_) => {
+            let mut list = list(json!({ "enum": ["a", "b", "coulomb", "load"] }), 4);
+            list["uniqueItems"] = json!(true);
+            list
+        }
+        Holds::Matrix(_) => {
+            let any = || json!({ "type": "number" });
+            list(json!({ "anyOf": [any(), list(any(), 4)] }), 4)
+        }
+    };
+    property["description"] = json!(key.description());
+    match (key.absent, key.choices()) {
+        (Absent::Is(value) | Absent::Begins(value), _) => property["default"] = json!(value),
+        (Absent::First, [first, ..]) => property["default"] = json!(first.name),
+        _ => {}
+    }
+    property
+}
+
+fn list(items: Value, most: usize) -> Value {
+    json!({ "type": "array", "items": items, "minItems": 1, "maxItems": most })
+}
+
+fn pair(items: Value) -> Value {
+    json!({ "type": "array", "items": items, "minItems": 2, "maxItems": 2 })
+}
+
+fn number(range: Range) -> Value {
+    let mut number = json!({ "type": "number" });
+    let (low, high) = match range.fixed() {
+        Allowed::Above(low) => (Some(("exclusiveMinimum", low)), None),
+        Allowed::AtLeast(low) => (Some(("minimum", low)), None),
+        Allowed::Within(low, high) => (Some(("minimum", low)), Some(("maximum", high))),
+        Allowed::PositiveUpTo(high) => (Some(("exclusiveMinimum", 0.0)), Some(("maximum", high))),
+        _ => (None, None),
+    };
+    for (name, end) in [low, high].into_iter().flatten() {
+        number[name] = json!(end);
+    }
+    number
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::Value;
+    use toml::de::{DeTable, DeValue};
+
+    use super::super::key::{Absent, Holds, Key};
+    use super::super::keys::KEYS;
+    use super::super::{Purpose, Scenario};
+    use super::schema;
+
+    const SCENARIOS: [&str; 8] = [
+        include_str!("../../scenarios/compare.toml"),
+        include_str!("../../scenarios/drift.toml"),
+        include_str!("../../scenarios/friction.toml"),
+        include_str!("../../scenarios/minimal.toml"),
+        include_str!("../../scenarios/paper-least-squares.toml"),
+        include_str!("../../scenarios/paper.toml"),
+        include_str!("../../scenarios/replay.toml"),
+        include_str!("../../scenarios/sweep.toml"),
+    ];
+
+    fn json(value: &DeValue<'_>) -> Value {
+        match value {
+            DeValue::String(text) => Value::from(&**text),
+            DeValue::Integer(number) => Value::from(number.as_str().parse::<i64>().expect("short")),
+            DeValue::Float(number) => Value::from(number.as_str().parse::<f64>().expect("number")),
+            DeValue::Boolean(value) => Value::from(*value),
+            DeValue::Datetime(date) => Value::from(date.to_string()),
+            DeValue::Array(list) => list.iter().map(|entry| json(entry.get_ref())).collect(),
+            DeValue::Table(table) => document(table),
+        }
+    }
+
+    fn document(table: &DeTable<'_>) -> Value {
+        let entry = |(name, value): (&toml::Spanned<_>, &toml::Spanned<_>)| {
+            let name: &std::borrow::Cow<'_, str> = name.get_ref();
+            (name.to_string(), json(value.get_ref()))
+        };
+        Value::Object(table.iter().map(entry).collect())
+    }
+
+    /// Whether a value is valid by those words of draft 2020-12 that the schema is made of.
+    fn valid(schema: &Value, value: &Value) -> bool {
+        let Value::Object(words) = schema else {
+            return *schema == true;
+        };
+        let each = |schemas: &Value| -> Vec<bool> {
+            let schemas = schemas.as_array().expect("a list of schemas");
+            schemas.iter().map(|schema| valid(schema, value)).collect()
+        };
+        let number = |word: &Value| word.as_f64().expect("a number");
+        let at_least = |size: Option<usize>, word: &Value| {
+            size.is_none_or(|size| size as u64 >= word.as_u64().expect("a count"))
+        };
+        let at_most = |size: Option<usize>, word: &Value| {
+            size.is_none_or(|size| size as u64 <= word.as_u64().expect("a count"))
+        };
+        let (size, list) = (value.as_f64(), value.as_array());
+        let (count, length) = (
+            list.map(Vec::len),
+            value.as_str().map(|s| s.chars().count()),
+        );
+        words.iter().all(|(name, word)| match name.as_str() {
+            "$schema" | "title" | "description" | "default" | "then" | "additionalProperties" => {
+                true
+            }
+            "type" => match word.as_str() {
+                Some("object") => value.is_object(),
+                Some("array") => value.is_array(),
+                Some("string") => value.is_string(),
+                Some("number") => value.is_number(),
+                Some("integer") => value.is_i64() || value.is_u64(),
+                other => panic!("type {other:?}"),
+            },
+            "const" => value == word,
+            "enum" => word.as_array().is_some_and(|names| names.contains(value)),
+            "minimum" => size.is_none_or(|size| size >= number(word)),
+            "exclusiveMinimum" => size.is_none_or(|size| size > number(word)),
+            "maximum" => size.is_none_or(|size| size <= number(word)),
+            "minItems" => at_least(count, word),
+            "maxItems" => at_most(count, word),
+            "minLength" => at_least(length, word),
+            "maxLength" => at_most(length, word),
+            "uniqueItems" => {
+                list.is_none_or(|list| (0..list.len()).all(|i| !list[..i].contains(&list[i])))
+            }
+            "items" => list.is_none_or(|list| list.iter().all(|entry| valid(word, entry))),
+            "anyOf" => each(word).contains(&true),
+            "allOf" => !each(word).contains(&false),
+            "if" => !valid(word, value) || valid(&words["then"], value),
+            "required" => value.as_object().is_none_or(|table| {
+                let mut names = word.as_array().expect("names").iter();
+                names.all(|name| table.contains_key(name.as_str().expect("a name")))
+            }),
+            "properties" => value.as_object().is_none_or(|table| {
+                let closed = words.get("additionalProperties") == Some(&Value::from(false));
+                table.iter().all(|(name, value)| match word.get(name) {
+                    Some(schema) => valid(schema, value),
+                    None => !closed,
+                })
+            }),
+            other => panic!("{other} is not checked"),
+        })
+    }
+
+    fn accepts(text: &str) -> bool {
+        let table = DeTable::parse(text).expect("TOML");
+        valid(&schema(), &document(table.get_ref()))
+    }
+
+    #[test]
+    fn every_scenario_of_the_repository_is_accepted() {
+        for text in SCENARIOS {
+            assert!(accepts(text), "{text}");
+        }
+    }
+
+    /// Schema and reader say the same of every kind of fault that a schema can know of.
+    #[test]
+    fn what_the_reader_refuses_by_shape_the_schema_refuses() {
+        let plant = "[plant]\na = 0.5\nb = 200.0\n";
+        for wrong in [
+            "laod = 1.0",
+            "[motor]\nx = 1",
+            "[run]\nduration = \"long\"",
+            "[run]\nduration = 0",
+            "[encoder]\ncounts_per_rev = -1",
+            "[controller]\nkp = 1e10",
+            "[controller]\nvelocity_filter = { kind = \"difference\", cutoff = 5.0 }",
+            "[excitation]\nkind = \"prbs\"\nhold = 0.1",
+            "[excitation]\nperiod = 1.0",
+            "[excitation]\nseed = -1",
+            "[excitation]\nkind = \"magic\"",
+            "[identifier]\nlaw = \"window\"\nmu = 1.0",
+            "[identifier]\nrelay = 1.0",
+            "[identifier]\nranges = { error = 1.0, velocity = 1.0, command = 1.0 }",
+            "[identifier]\nparameters = [\"a\", \"a\"]",
+            "[identifier]\nbounds = { a = [1.0] }",
+            "[identifier]\nplant_box = { a = [0.0, 1.0] }",
+        ] {
+            let text = format!("{plant}{wrong}\n");
+            assert!(
+                Scenario::parse("s", &text, Purpose::Run).is_err(),
+                "{wrong}"
+            );
+            assert!(!accepts(&text), "{wrong}");
+        }
+        assert!(accepts(plant));
+    }
+
+    /// The example of each required key is one that may be copied.
+    #[test]
+    fn examples_are_valid() {
+        for key in KEYS {
+            let Absent::Required(example) = key.absent else {
+                continue;
+            };
+            let text = format!("x = {example}\n");
+            let table = DeTable::parse(&text).expect("TOML");
+            let value = json(table.get_ref()["x"].get_ref());
+            assert!(
+                valid(&super::property(key), &value),
+                "{}: {example}",
+                key.path
+            );
+        }
+    }
+
+    /// The columns of the table agree with each other.
+    #[test]
+    fn every_key_of_a_choice_is_there() {
+        for key in KEYS {
+            for choice in key.choices() {
+                for name in choice.takes {
+                    let beside = format!("{}.{name}", key.place().0);
+                    assert!(Key::of(&beside).is_some(), "{}: {beside}", choice.name);
+                }
+            }
+            let (table, _) = key.place();
+            let before = KEYS.iter().take_while(|other| other.path != key.path);
+            assert!(
+                table.is_empty() || before.clone().any(|other| other.path == table),
+                "{} stands before its table",
+                key.path
+            );
+            assert!(before.clone().all(|other| other.path != key.path), "twice");
+            let follows = matches!(key.absent, Absent::Follows(text) if !text.is_empty());
+            let fits = match key.holds {
+                Holds::Number(..) | Holds::Whole(..) => !matches!(key.absent, Absent::First),
+                Holds::Choice(..) => matches!(key.absent, Absent::First),
+                Holds::Table(_) => follows,
+                _ => follows || matches!(key.absent, Absent::Required(_)),
+            };
+            assert!(fits, "{}: a default of another kind", key.path);
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! The paper's loop in words with bounds on every estimate: whatever comes in, and beside numbers.
+
+use fixed::types::I16F16;
+use identifier_core::control::{ControlState, Controller, position_error};
+use identifier_core::error::StepError;
+use identifier_core::fixed_point::{FixedController, FixedLowPass, FixedServoLoop};
+use identifier_core::identifier::Identify;
+use identifier_core::measurement::velocity::LowPass;
+use identifier_core::parameters::AbCoulomb;
+use identifier_core::settings::BoxSettings;
+use identifier_core::{ControllerSettings, Settings};
+use proptest::prelude::*;
+
+fn settings(sample_time: f64) -> Settings {
+    let mut settings = Settings {
+        cutoff: 500.0,
+        controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
+        ..Settings::new(sample_time, 10_000.0)
+    };
+    let learning = &mut settings.identifier;
+    learning.plant_box = Some(BoxSettings {
+        a: [0.0, 50.0],
+        b: [110.0, 1000.0],
+    });
+    learning.initial.b = Some(110.0);
+    learning.initial.coulomb = Some(1.0);
+    learning.bounds.a = Some([0.0, 100.0]);
+    learning.bounds.b = Some([5.0, 5000.0]);
+    learning.bounds.coulomb = Some([0.0, 100.0]);
+    learning.bounds.load = Some([-100.0, 100.0]);
+    learning.gamma = Some(gamma([20.0, 1000.0, 100.0]));
+    settings
+}
+
+fn gamma(diagonal: [f64; 3]) -> [[f64; 4]; 4] {
+    let mut gamma = [[0.0; 4]; 4];
+    for (i, entry) in diagonal.into_iter().enumerate() {
+        gamma[i][i] = entry;
+    }
+    gamma
+}
+
+type Words = FixedServoLoop<FixedLowPass, AbCoulomb, 3>;
+
+proptest! {
+    /// Whatever the sensors say: nothing wraps (the tests check every sum for it), no estimate
+    /// leaves its bounds, and the command stays within its limit.
+    #[test]
+    fn nothing_wraps_whatever_comes_in(
+        samples in prop::collection::vec(
+            (
+                prop_oneof![any::<i32>(), -100_000_i32..100_000],
+                any::<i32>(),
+                prop_oneof![any::<i32>(), -1_000_i32..1_000],
+            ),
+            1..200,
+        ),
+    ) {
+        let words: Words = settings(1e-3).build().expect("it fits");
+        let mut state = words.start(0);
+        for (setpoint, offset, count) in samples {
+            let offset = I16F16::from_bits(offset);
+            match words.process(&mut state, setpoint, offset, count) {
+                Ok(step) => {
+                    let command = words.controller().command(step.control.command);
+                    prop_assert!(command.abs() <= 10.0 + 1e-6);
+                }
+                Err(error) => prop_assert_eq!(error, StepError::CountJumped),
+            }
+            let found = words.identifier().estimates(state.identification());
+            prop_assert!((0.0..=100.0 + 1e-6).contains(&found.a), "{found:?}");
+            prop_assert!((5.0 - 1e-4..=5000.0 + 1e-3).contains(&found.b), "{found:?}");
+            prop_assert!((0.0..=100.0 + 1e-6).contains(&found.coulomb), "{found:?}");
+            prop_assert!(found.load.is_finite());
+        }
+    }
+
+    /// The words' controller is the numbers' controller.
+    #[test]
+    fn the_controller_is_that_of_numbers(
+        steps in prop::collection::vec((-2000_i32..2000, -20_i32..20), 1..300),
+    ) {
+        let settings = settings(1e-3);
+        let exact: Controller<f64, LowPass<f64>> = settings.build().expect("valid");
+        let words: FixedController<FixedLowPass> = settings.build().expect("it fits");
+        let mut exact_state = ControlState::default();
+        let mut state = words.start();
+        let mut count = 0;
+        for (setpoint, moved) in steps {
+            count += moved;
+            let real = exact
+                .process(
+                    &mut exact_state,
+                    position_error(setpoint, 0.0, count),
+                    f64::from(moved),
+                )
+                .expect("finite");
+            let error = words.error(setpoint, I16F16::ZERO, count);
+            let found = words
+                .process(&mut state, error, words.increment(moved))
+                .expect("slow enough");
+            prop_assert!((words.command(found.command) - real.command).abs() < 1e-6);
+            prop_assert!((words.velocity(found.velocity) - real.velocity).abs() < 1e-5);
+        }
+    }
+}

@@ -1,0 +1,14 @@
+//! The laws over whole records: random servos, anybody's controller, any input.
+
+mod command_driven;
+mod command_driven_robustness;
+mod gradient;
+mod halves;
+mod literal_loop;
+mod many_turns;
+mod measured_log;
+mod refusals;
+mod robustness;
+mod shown_estimates;
+mod support;
+mod window;

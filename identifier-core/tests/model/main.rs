@@ -1,0 +1,3 @@
+//! The model loop in discrete time.
+
+mod discretisation;

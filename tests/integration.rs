@@ -1,0 +1,12 @@
+//! What crosses crates: scenarios of the simulator against what the project promises of them.
+
+mod certificate;
+mod compare;
+mod emps;
+mod friction;
+mod gauss_newton;
+mod number_formats;
+mod paper_experiment;
+mod random_servos;
+mod sweep;
+mod window;
