@@ -90,7 +90,7 @@ fn log() -> Option<Log> {
         println!("the EMPS log is not here: nothing was tested; see the head of this file");
         return None;
     };
-    let columns = scenario("law = \"gauss-newton\"", [1.0; 4]).log;
+    let columns = scenario("law = \"gauss-newton\"", [1.0; 4]).log_columns();
     Some(read(&path, &columns))
 }
 
@@ -157,8 +157,11 @@ fn the_recorded_command_needs_neither_controller_nor_reference() {
     let mut listening = declared.clone();
     let controller = listening.stated.controller.take().expect("it is declared");
     listening.stated.identifier.correction = Some([controller.kp, controller.kd, controller.ki]);
-    listening.log.reference = None;
-    let bare = read(&log_path().expect("it is there"), &listening.log);
+    listening.log = Some(LogSettings {
+        reference: None,
+        ..declared.log_columns()
+    });
+    let bare = read(&log_path().expect("it is there"), &listening.log_columns());
     let [told, alone] = [identify(&log, declared, 40), identify(&bare, listening, 40)];
     println!("M, Fv, Fc, OF = {told:.3?} with the controller declared, {alone:.3?} without");
     for (told, alone) in told.iter().zip(alone) {
