@@ -2,8 +2,9 @@
 //! amplifier balanced and unbalanced.
 
 use crate::analysis::{Summariser, Summary};
-use crate::experiment::{self, Sample};
-use crate::scenario::{Purpose, Scenario};
+use crate::experiment::Sample;
+use crate::scenario::{Fault, Purpose, Scenario};
+use crate::simulate;
 
 /// The paper's nominal a, 1/s.
 pub const NOMINAL_A: f64 = 0.2174;
@@ -106,23 +107,26 @@ pub fn scenario(method: Method, case: Case) -> Scenario {
 }
 
 /// Runs all four, in the order of [`EXPERIMENT`].
-#[must_use]
-pub fn experiment() -> [Run; 4] {
-    EXPERIMENT.map(|(method, case)| run(method, case))
+///
+/// # Errors
+/// As [`simulate::run`]; the tests see that there are none.
+pub fn experiment() -> Result<[Run; 4], Fault> {
+    let [first, second, third, fourth] = EXPERIMENT.map(|(method, case)| run(method, case));
+    Ok([first?, second?, third?, fourth?])
 }
 
-fn run(method: Method, case: Case) -> Run {
+fn run(method: Method, case: Case) -> Result<Run, Fault> {
     let scenario = scenario(method, case);
     let mut summariser = Summariser::new(&scenario);
     let mut trace = Vec::new();
-    let outcome = experiment::run(&scenario, &mut |sample| {
+    let outcome = simulate::run(&scenario, &mut |sample| {
         summariser.add(sample);
         trace.push(*sample);
-    });
-    Run {
+    })?;
+    Ok(Run {
         method,
         case,
         summary: summariser.finish(&scenario, outcome),
         trace,
-    }
+    })
 }

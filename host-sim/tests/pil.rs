@@ -9,8 +9,9 @@ use std::thread;
 
 use drive_link::{Question, Receiver, frame};
 use drive_logic::LockStep;
-use host_sim::experiment::{self, Sample};
+use host_sim::experiment::Sample;
 use host_sim::scenario::{Purpose, Scenario};
+use host_sim::simulate;
 use support::{folder, host_sim, standard_error};
 
 /// A chip that answers one host, and the address of its port. The line spoils an answer now and then.
@@ -70,7 +71,7 @@ fn the_loop_elsewhere_gives_the_same_bits_in_spite_of_a_bad_line() {
         let scenario = Scenario::load(Path::new(&path), Purpose::Run).expect("valid");
         assert_eq!(scenario.identifier.arithmetic.name(), arithmetic);
         let mut here: Vec<Sample> = Vec::new();
-        experiment::run(&scenario, &mut |sample| here.push(*sample));
+        simulate::run(&scenario, &mut |sample| here.push(*sample)).expect("valid");
 
         let mut port = host_sim::port::Port::open(&chip(&[0, 1000])).expect("it listens");
         let mut there = Vec::new();
@@ -99,7 +100,7 @@ fn bounds_that_follow_from_the_box_are_sent() {
     assert!(bounds.coulomb.is_some() && bounds.load.is_some());
 
     let mut here: Vec<Sample> = Vec::new();
-    experiment::run(&scenario, &mut |sample| here.push(*sample));
+    simulate::run(&scenario, &mut |sample| here.push(*sample)).expect("valid");
     let mut port = host_sim::port::Port::open(&chip(&[])).expect("it listens");
     let mut there = Vec::new();
     host_sim::pil::run(&scenario, &mut port, &mut |sample| there.push(*sample))

@@ -41,15 +41,6 @@ impl Interval {
         }
     }
 
-    /// The interval without what lies below zero.
-    #[must_use]
-    pub fn from_zero(&self) -> Self {
-        Self {
-            min: self.min.max(0.0),
-            max: self.max.max(0.0),
-        }
-    }
-
     /// Whether the interval holds a value.
     #[must_use]
     pub fn holds(&self, value: f64) -> bool {

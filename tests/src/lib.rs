@@ -1,8 +1,8 @@
 //! What the integration tests share: seeded random servos and runs of a scenario.
 
 use host_sim::analysis::{Summariser, Summary};
-use host_sim::experiment;
 use host_sim::scenario::{Purpose, Scenario};
+use host_sim::simulate;
 use identifier_core::ControllerSettings;
 use identifier_core::excitation::NormalSource;
 use identifier_core::model::ServoParameters;
@@ -58,7 +58,8 @@ pub fn parse(text: &str) -> Scenario {
 #[must_use]
 pub fn run(scenario: &Scenario) -> Summary {
     let mut summariser = Summariser::new(scenario);
-    let outcome = experiment::run(scenario, &mut |sample| summariser.add(sample));
+    let outcome =
+        simulate::run(scenario, &mut |sample| summariser.add(sample)).expect("a valid scenario");
     summariser.finish(scenario, outcome)
 }
 

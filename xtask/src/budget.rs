@@ -131,7 +131,7 @@ pub(crate) fn accepted() -> Result<Figures, String> {
 /// Name and figure: instructions a sample and an interrupt, an interrupt's cycles, bytes of state,
 /// flash, static memory and stack.
 fn count() -> Result<Figures, String> {
-    firmware::build(&[])?;
+    firmware::build(&[], &[])?;
     let mut printed = emulator::run(&firmware::path("bench"))?;
     printed.push_str(&emulator::run(&firmware::path("background"))?);
     let mut counted = Figures::new();

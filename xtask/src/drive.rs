@@ -16,7 +16,7 @@ const PATIENCE: Duration = Duration::from_secs(300);
 
 /// Talks to the drive as a host would, and as a broken line does.
 pub(crate) fn check() -> Result<(), String> {
-    firmware::build(&["emulator"])?;
+    firmware::build(&["drive"], &["emulator"])?;
     // The emulator's time is that of its instructions: a slow machine is a slow drive, and nothing else.
     let clock = ["-icount", "shift=0,sleep=off"].map(str::to_owned);
     let (_running, port) = emulator::Running::start_with(&firmware::path("drive"), &clock)?;

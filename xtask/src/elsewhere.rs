@@ -2,7 +2,6 @@
 //! costs there what the bench counts.
 
 use std::path::PathBuf;
-use std::process::Command;
 
 use crate::{budget, emulator, firmware};
 
@@ -41,7 +40,7 @@ fn count() -> Result<(), String> {
     let accepted = *budget
         .get(figure)
         .ok_or_else(|| format!("the budget has no {figure}"))?;
-    let binary = build(name, target, &["--features", "count"])?;
+    let binary = build(name, target, &["count"])?;
     let printed = emulator::run(&binary)?;
     let counted: u64 = printed
         .trim()
@@ -71,19 +70,7 @@ fn check_one(name: &str) -> Result<(), String> {
 }
 
 /// Builds one, and answers with its binary.
-fn build(name: &str, target: &str, more: &[&str]) -> Result<PathBuf, String> {
+fn build(name: &str, target: &str, features: &[&str]) -> Result<PathBuf, String> {
     let folder = firmware::root().join("examples").join(name);
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let status = Command::new(cargo)
-        .current_dir(&folder)
-        .args(["build", "--release", "--locked", "--target", target])
-        .args(["--target-dir", "target"])
-        .args(more)
-        .status()
-        .map_err(|error| format!("cargo does not start: {error}"))?;
-    if !status.success() {
-        return Err(format!("{name} does not build for {target}"));
-    }
-    let built = folder.join("target").join(target).join("release");
-    Ok(built.join(name))
+    Ok(firmware::build_elsewhere(&folder, target, features)?.join(name))
 }

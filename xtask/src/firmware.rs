@@ -22,45 +22,61 @@ pub(crate) fn root() -> &'static Path {
         .unwrap_or_else(|| Path::new("."))
 }
 
-/// Builds the release with some features. It only links if no panic is left in it.
-pub(crate) fn build(features: &[&str]) -> Result<(), String> {
+/// Builds the release of some binaries, all if none is named, with some features. It only links if no
+/// panic is left in it.
+pub(crate) fn build(binaries: &[&str], features: &[&str]) -> Result<(), String> {
     let features = format!("--features={}", features.join(","));
-    cargo(&["-p", "firmware-stm32", "--target", TARGET, &features])
-}
-
-/// The same for one binary, which is built sooner than all of them.
-pub(crate) fn build_one(binary: &str, features: &[&str]) -> Result<(), String> {
-    let features = format!("--features={}", features.join(","));
-    let what = ["-p", "firmware-stm32", "--bin", binary];
-    cargo(&[&what[..], &["--target", TARGET, &features]].concat())
+    let binaries = binaries.iter().flat_map(|binary| ["--bin", binary]);
+    let what: Vec<&str> = binaries.chain([features.as_str()]).collect();
+    // The settings beside the firmware name its target and make its release fit the chip.
+    release(&root().join("firmware-stm32"), &what)
 }
 
 /// Builds the emulator's plugin for this machine and answers with its file.
 pub(crate) fn build_interrupt_meter() -> Result<PathBuf, String> {
-    cargo(&["-p", "interrupt-meter"])?;
+    release(root(), &["-p", "interrupt-meter"])?;
     let name = format!("{DLL_PREFIX}interrupt_meter{DLL_SUFFIX}");
     Ok(built().join("release").join(name))
 }
 
-/// Builds a release.
-fn cargo(what: &[&str]) -> Result<(), String> {
+/// Builds somebody else's firmware, a workspace of its own, beside ours, so that what both stand on is
+/// built once, and answers with the folder of its binary.
+pub(crate) fn build_elsewhere(
+    folder: &Path,
+    target: &str,
+    features: &[&str],
+) -> Result<PathBuf, String> {
+    let features = format!("--features={}", features.join(","));
+    release(folder, &["--target", target, &features])?;
+    Ok(built().join(target).join("release"))
+}
+
+/// Builds a release in a folder.
+fn release(folder: &Path, what: &[&str]) -> Result<(), String> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = Command::new(cargo)
-        .current_dir(root())
+        .current_dir(folder)
         .args(["build", "--release", "--locked"])
         .args(what)
+        .arg("--target-dir")
+        .arg(built())
         .status()
         .map_err(|error| format!("cargo does not start: {error}"))?;
     if status.success() {
         Ok(())
     } else {
-        Err(format!("cargo build {} fails", what.join(" ")))
+        Err(format!(
+            "cargo build {} fails in {}",
+            what.join(" "),
+            folder.display()
+        ))
     }
 }
 
 /// Where cargo puts what it builds.
 fn built() -> PathBuf {
-    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from)
+    // Joining leaves a path alone that is absolute.
+    root().join(std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into()))
 }
 
 /// The file of a binary.

@@ -62,7 +62,7 @@ const CLOCK: f64 = 168.0;
 
 /// What an interrupt took.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Cost {
+struct Cost {
     marks: u32,
     taken: Taken,
 }
@@ -113,15 +113,23 @@ pub(crate) fn print() -> Result<(), String> {
 
 /// Builds the drive for the emulator and counts every law.
 pub(crate) fn count() -> Result<Vec<(&'static str, Summary)>, String> {
-    firmware::build_one("drive", &["emulator"])?;
+    firmware::build(&["drive"], &["emulator"])?;
     let drive = firmware::path("drive");
-    LAWS.into_iter()
-        .map(|(name, law, format)| {
-            let costs = measure(&drive, COUNTED, |client| start(client, law, format))?;
-            let summary = Summary::of(&costs).map_err(|fault| format!("{name}: {fault}"))?;
-            Ok((name, summary))
-        })
-        .collect()
+    let plugin = firmware::build_interrupt_meter()?;
+    let count_one = |(name, law, format)| {
+        let costs = measure(&drive, &plugin, |client| start(client, law, format))?;
+        let summary = Summary::of(&costs).map_err(|fault| format!("{name}: {fault}"))?;
+        Ok((name, summary))
+    };
+    thread::scope(|scope| {
+        let laws = LAWS.map(|law| scope.spawn(move || count_one(law)));
+        laws.into_iter()
+            .map(|law| {
+                law.join()
+                    .map_err(|_| "counting a law has failed".to_owned())?
+            })
+            .collect()
+    })
 }
 
 /// Starts a law and has samples shown.
@@ -137,14 +145,13 @@ fn start(drive: &mut Client, law: Law, format: Format) -> Result<(), Box<dyn Err
     Ok(())
 }
 
-/// Runs a drive in the emulator, has the conversation with it, and answers with what so many
+/// Runs a drive in the emulator, has the conversation with it, and answers with what [`COUNTED`]
 /// interrupts took from the one that began its run.
-pub(crate) fn measure(
+fn measure(
     drive: &Path,
-    interrupts: usize,
+    plugin: &Path,
     conversation: impl FnOnce(&mut Client) -> Result<(), Box<dyn Error>>,
 ) -> Result<Vec<Cost>, String> {
-    let plugin = firmware::build_interrupt_meter()?;
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0))
         .map_err(|error| format!("no port is free on this machine: {error}"))?;
     let address = listener.local_addr().map_err(|error| error.to_string())?;
@@ -155,7 +162,7 @@ pub(crate) fn measure(
     let (_running, port) = emulator::Running::start_with(drive, &more).map_err(|error| {
         format!("{error}; the emulator must be QEMU 9.1 or later, and be built with plugins")
     })?;
-    let reader = thread::spawn(move || read(&listener, interrupts));
+    let reader = thread::spawn(move || read(&listener));
 
     let mut client = Client::new(port);
     conversation(&mut client).map_err(|error| error.to_string())?;
@@ -164,7 +171,7 @@ pub(crate) fn measure(
     while !reader.is_finished() {
         if Instant::now() > until {
             return Err(format!(
-                "the emulator has not run {interrupts} samples in {} s: does the drive run?",
+                "the emulator has not run {COUNTED} samples in {} s: does the drive run?",
                 PATIENCE.as_secs()
             ));
         }
@@ -223,9 +230,9 @@ fn mangled(path: &str) -> String {
 }
 
 /// Reads what the meter says, from the interrupt that begins the run on.
-fn read(listener: &TcpListener, interrupts: usize) -> Result<Vec<Cost>, String> {
+fn read(listener: &TcpListener) -> Result<Vec<Cost>, String> {
     let (stream, _) = listener.accept().map_err(|error| error.to_string())?;
-    let mut costs = Vec::with_capacity(interrupts);
+    let mut costs = Vec::with_capacity(COUNTED);
     for line in BufReader::new(stream).lines() {
         let cost = Cost::read(&line.map_err(|error| error.to_string())?)?;
         if costs.is_empty() && cost.marks & FIRST == 0 {
@@ -239,12 +246,12 @@ fn read(listener: &TcpListener, interrupts: usize) -> Result<Vec<Cost>, String> 
             ));
         }
         costs.push(cost);
-        if costs.len() == interrupts {
+        if costs.len() == COUNTED {
             return Ok(costs);
         }
     }
     Err(format!(
-        "the emulator ended after {} of {interrupts} interrupts",
+        "the emulator ended after {} of {COUNTED} interrupts",
         costs.len()
     ))
 }

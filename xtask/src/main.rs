@@ -69,7 +69,7 @@ fn main() -> ExitCode {
         Verb::Mutations => mutations::check(),
         Verb::Elsewhere => elsewhere::check(),
         Verb::Budget { accept } => budget::check(accept),
-        Verb::Qemu { binary } => firmware::build(&[])
+        Verb::Qemu { binary } => firmware::build(&[&binary], &[])
             .and_then(|()| emulator::run(&firmware::path(&binary)))
             .map(|printed| print!("{printed}")),
     };

@@ -1,7 +1,7 @@
 //! The chip and the PC, one experiment, the same bits.
 
-use host_sim::experiment;
 use host_sim::scenario::{Arithmetic, Purpose, Scenario};
+use host_sim::simulate;
 
 use crate::{emulator, firmware};
 
@@ -10,7 +10,7 @@ const SCENARIO: &str = "host-sim/scenarios/paper.toml";
 
 /// Runs the experiment on both.
 pub(crate) fn check() -> Result<(), String> {
-    firmware::build(&[])?;
+    firmware::build(&["virtual-servo"], &[])?;
     let on_chip = emulator::run(&firmware::path("virtual-servo"))?;
     for arithmetic in [Arithmetic::F32, Arithmetic::Fixed] {
         let expected = on_pc(arithmetic)?;
@@ -36,7 +36,8 @@ fn on_pc(arithmetic: Arithmetic) -> Result<String, String> {
         .map_err(|error| error.to_string())?;
     scenario.identifier.arithmetic = arithmetic;
     let mut last = None;
-    experiment::run(&scenario, &mut |sample| last = Some(sample.estimates));
+    simulate::run(&scenario, &mut |sample| last = Some(sample.estimates))
+        .map_err(|error| format!("{SCENARIO}: {error}"))?;
     let last = last.ok_or("the simulator ran no sample")?;
     let [a, b, load] = [last.a, last.b, last.load].map(f64::to_bits);
     Ok(format!(

@@ -14,7 +14,7 @@ const SIGN_OF_LIFE: u32 = 5_000;
 /// Runs the drive for so many hours at 1 kHz: no sample may be late, be lost on the way, or be missing
 /// in the row.
 pub(crate) fn check(hours: f64) -> Result<(), String> {
-    firmware::build_one("drive", &["emulator"])?;
+    firmware::build(&["drive"], &["emulator"])?;
     let folder = std::env::temp_dir().join(format!("drive-{}", std::process::id()));
     let (running, port) = emulator::Running::start_beside(&firmware::path("drive"), &folder)?;
     let done = run(&mut Client::new(port), hours).map_err(|error| error.to_string());

@@ -117,18 +117,21 @@ fn every_command_names_a_test_and_files_that_exist() {
         .into_iter()
         .filter(|path| path.iter().any(|part| part == "tests"))
         .collect();
-    let is_test = |name: &str| {
-        tests.iter().any(|path| {
-            path.ends_with(format!("{name}.rs")) || path.ends_with(format!("{name}/main.rs"))
-        })
-    };
+    let has = |end: String| tests.iter().any(|path| path.ends_with(&end));
+    // A file of the folder itself, or the root of a folder in it.
+    let is_test =
+        |name: &str| has(format!("tests/{name}.rs")) || has(format!("tests/{name}/main.rs"));
+    let is_part = |test: &str, name: &str| has(format!("tests/{test}/{name}.rs"));
     let is_file = |path: &str| root.join(path).exists();
     let (mut looked_at, mut missing) = (0, Vec::new());
     for page in pages() {
-        let mut previous = "";
+        let (mut before, mut previous) = ("", "");
         for word in &page.words {
+            let part = word.strip_suffix("::").filter(|_| before == "--test");
             let exists = if previous == "--test" {
                 Some(is_test(word))
+            } else if let Some(part) = part {
+                Some(is_part(previous, part))
             } else if word.starts_with("host-sim/scenarios/") || word.starts_with("host-sim/logs/")
             {
                 Some(is_file(word))
@@ -139,7 +142,7 @@ fn every_command_names_a_test_and_files_that_exist() {
             if exists == Some(false) {
                 missing.push(format!("{}: {previous} {word}", page.path.display()));
             }
-            previous = word;
+            (before, previous) = (previous, word);
         }
     }
     assert!(looked_at > 40, "{looked_at} names");

@@ -132,13 +132,6 @@ pub fn set_count(count: u16) {
     set(TIM3.cnt(), count.into());
 }
 
-/// Sets the lines of ports A to C, a bit a pin; all are low, which is healthy, from the start.
-pub fn set_inputs(levels: [u16; PORTS]) {
-    for (word, levels) in LEVELS.iter().zip(levels) {
-        word.store(levels.into(), Relaxed);
-    }
-}
-
 /// What the drive puts out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Outputs {

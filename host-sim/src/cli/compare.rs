@@ -31,7 +31,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let mut files = Files::reading(&[&arguments.scenario], arguments.force);
     let json = files.output(arguments.json.as_deref())?;
     let picture = files.picture(arguments.plot.as_deref())?;
-    let compared = compare::compare(&scenario);
+    let compared = compare::compare(&scenario)
+        .map_err(|fault| Fault::of_scenario(&arguments.scenario, fault))?;
     let drawn = picture.map(|picture| {
         let methods = compared.methods.iter().map(|method| method.name);
         let cases = compared.cases.iter().map(|compared| compared.case.name);

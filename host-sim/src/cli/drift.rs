@@ -46,7 +46,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         )));
     }
     scenario.identifier.arithmetic = Arithmetic::Fixed;
-    let input = |fault: String| Fault::Input(format!("{}: {fault}", arguments.scenario.display()));
+    let input = |fault: String| Fault::of_scenario(&arguments.scenario, fault);
     scenario.buildable().map_err(input)?;
 
     let mut files = Files::reading(&[&arguments.scenario], arguments.force);

@@ -1,3 +1,4 @@
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -379,7 +380,7 @@ struct Table {
 
 impl Table {
     fn begin(mut file: Output) -> Result<Self, Fault> {
-        file.write(b"sample,reference,position,command,output_error,a,b,coulomb,load\n")?;
+        file.bytes(b"sample,reference,position,command,output_error,a,b,coulomb,load\n")?;
         Ok(Self { file, rows: 0 })
     }
 
@@ -402,9 +403,10 @@ impl Table {
         let row = format!(
             "{sample},{reference},{position},{command},{output_error},{a},{b},{coulomb},{load}\n"
         );
-        self.file.write(row.as_bytes())?;
+        self.file.bytes(row.as_bytes())?;
         // Somebody may look on at the other end of a pipe.
-        self.file.flush()?;
+        let flushed = self.file.flush();
+        flushed.map_err(|error| self.file.unwritable(&error))?;
         self.rows += 1;
         Ok(())
     }

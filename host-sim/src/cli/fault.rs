@@ -1,5 +1,6 @@
 use std::fmt;
 use std::io::{self, ErrorKind};
+use std::path::Path;
 use std::process::ExitCode;
 
 use crate::scenario::ScenarioError;
@@ -21,6 +22,11 @@ impl Fault {
         }
     }
 
+    /// What cannot be built from a scenario that was read from a file.
+    pub(super) fn of_scenario(file: &Path, fault: impl fmt::Display) -> Self {
+        Self::Input(format!("{}: {fault}", file.display()))
+    }
+
     /// A place that was asked for and where nothing can be written.
     pub(super) fn unusable(name: impl fmt::Display, error: &io::Error) -> Self {
         Self::Input(cannot_be_written(name, error))
@@ -38,7 +44,7 @@ fn cannot_be_written(name: impl fmt::Display, error: &io::Error) -> String {
         ErrorKind::NotFound => "there is no such folder",
         ErrorKind::NotADirectory => "what should be its folder is a file",
         ErrorKind::PermissionDenied => "it is not permitted",
-        ErrorKind::AlreadyExists => "a file of that name has come to be meanwhile",
+        ErrorKind::AlreadyExists => "a file of that name is there",
         ErrorKind::StorageFull => "there is no room left",
         // Without the number that the system has for it.
         _ => told.split(" (os error").next().unwrap_or(&told),

@@ -47,7 +47,7 @@ enum Identity {
 }
 
 impl Files {
-    /// The files of a call that reads these, each of which there is.
+    /// The files of a call that reads these.
     pub(super) fn reading(inputs: &[&Path], force: bool) -> Self {
         let identity = |name: &&Path| {
             let found = fs::metadata(name).ok().filter(Metadata::is_file)?;
@@ -156,29 +156,25 @@ impl Output {
     pub(super) fn document(mut self, document: &impl Serialize) -> Result<Self, Fault> {
         let text = serde_json::to_string_pretty(document)
             .map_err(|error| Fault::Other(format!("{}: {error}", self.name.display())))?;
-        self.write((text + "\n").as_bytes())?;
+        self.bytes((text + "\n").as_bytes())?;
         Ok(self)
     }
 
     /// Writes a table as CSV.
     pub(super) fn table(
         mut self,
-        write: impl FnOnce(&mut PendingFile) -> Result<(), csv::Error>,
+        write: impl FnOnce(&mut Self) -> Result<(), csv::Error>,
     ) -> Result<Self, Fault> {
-        write(&mut self.file).map_err(|error| self.unwritable(&error.into()))?;
-        Ok(self)
+        match write(&mut self) {
+            Ok(()) => Ok(self),
+            Err(error) => Err(self.no_table(error)),
+        }
     }
 
     /// Writes a part.
-    pub(super) fn write(&mut self, bytes: &[u8]) -> Result<(), Fault> {
-        let written = self.file.write_all(bytes);
-        written.map_err(|error| self.unwritable(&error))
-    }
-
-    /// Lets go of what waits to be written.
-    pub(super) fn flush(&mut self) -> Result<(), Fault> {
-        let flushed = self.file.flush();
-        flushed.map_err(|error| self.unwritable(&error))
+    pub(super) fn bytes(&mut self, bytes: &[u8]) -> Result<(), Fault> {
+        self.write_all(bytes)
+            .map_err(|error| self.unwritable(&error))
     }
 
     /// Ends the file, which is there under its name now.
@@ -188,8 +184,17 @@ impl Output {
             .map_err(|error| Fault::unwritable(name.display(), &error))
     }
 
-    fn unwritable(&self, error: &io::Error) -> Fault {
+    /// What is said where not all could be written.
+    pub(super) fn unwritable(&self, error: &io::Error) -> Fault {
         Fault::unwritable(self.name.display(), error)
+    }
+
+    fn no_table(&self, error: csv::Error) -> Fault {
+        let told = error.to_string();
+        match error.into_kind() {
+            csv::ErrorKind::Io(error) => self.unwritable(&error),
+            _ => Fault::Other(format!("{}: {told}", self.name.display())),
+        }
     }
 }
 
@@ -223,7 +228,7 @@ impl Picture {
 
     fn drawn(mut self, picture: Result<Vec<u8>, PlotError>) -> Result<Output, Fault> {
         let picture = picture.map_err(|error| Fault::Other(error.to_string()))?;
-        self.output.write(&picture)?;
+        self.output.bytes(&picture)?;
         Ok(self.output)
     }
 }

@@ -18,6 +18,7 @@ mod run;
 mod standard_output;
 mod sweep;
 
+use std::io::{self, Write};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -67,7 +68,8 @@ pub fn main() -> ExitCode {
     match done.and_then(|()| standard_output::flush()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(fault) => {
-            eprintln!("error: {fault}");
+            // Where nobody can be told, the exit status still says it.
+            let _ = writeln!(io::stderr(), "error: {fault}");
             fault.exit_code()
         }
     }

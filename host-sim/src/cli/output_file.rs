@@ -13,9 +13,10 @@ use super::standard_output::UntilClosed;
 /// A file that is written beside its place and renamed when it is whole. One that is dropped leaves
 /// nothing, and so does a program that is interrupted.
 ///
-/// A link is followed: the file it leads to is replaced, and keeps its permissions. Standard output
-/// (`-`), pipes and devices have nothing to rename and are written as they are; a reader that goes away,
-/// as the head of a pipe does, wants no more, and that is no error.
+/// A link is followed: the file it leads to is replaced, and keeps its owner and permissions; another
+/// hard link to it keeps the old text. Standard output (`-`), pipes and devices have nothing to rename
+/// and are written as they are; a reader that goes away, as the head of a pipe does, wants no more, and
+/// that is no error.
 #[derive(Debug)]
 pub(super) struct PendingFile(BufWriter<Destination>);
 
@@ -47,7 +48,7 @@ impl PendingFile {
                 let folder = path.parent().unwrap_or(Path::new("/"));
                 let temporary = interruption::removing(|| temporary(folder), NamedTempFile::path)?;
                 if existing.is_some() {
-                    // The rename would need no leave of the file itself.
+                    // A rename would replace a file that may not be written, too.
                     let old = OpenOptions::new().write(true).open(&path)?;
                     keep_owner_and_permissions(&old, temporary.as_file())?;
                 }

@@ -41,7 +41,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     }
     let picture = files.picture(Some(&out.join(PICTURE)))?;
 
-    let runs = paper::experiment();
+    let runs = paper::experiment().map_err(|fault| Fault::Other(fault.to_string()))?;
     let mut written = Vec::new();
     for (run, (csv, json)) in runs.iter().zip(tables) {
         let document = Document::new(&run.summary, None, None);

@@ -22,9 +22,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
     let mut results = arguments.outputs.begin(&[&arguments.scenario])?;
     let fault = |error| match error {
-        PilError::Scenario(fault) => {
-            Fault::Input(format!("{}: {fault}", arguments.scenario.display()))
-        }
+        PilError::Scenario(fault) => Fault::of_scenario(&arguments.scenario, fault),
         other => Fault::Other(other.to_string()),
     };
     pil::loop_settings(&scenario).map_err(fault)?;

@@ -46,9 +46,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         recording.add(sample);
     })
     .map_err(|error| match error {
-        ReplayError::Scenario { .. } => {
-            Fault::Input(format!("{}: {error}", arguments.scenario.display()))
-        }
+        ReplayError::Scenario { .. } => Fault::of_scenario(&arguments.scenario, error),
         ReplayError::Log(error) => Fault::Input(error.to_string()),
     })?;
     let bridged = (log.bridged > 0).then(|| {

@@ -2,8 +2,8 @@ use std::path::PathBuf;
 
 use super::fault::Fault;
 use super::output::{Notes, Outputs};
-use crate::experiment;
 use crate::scenario::{Purpose, Scenario, keys};
+use crate::simulate;
 
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
@@ -19,6 +19,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let mut results = arguments.outputs.begin(&[&arguments.scenario])?;
 
     let mut recording = results.record(&scenario, scenario.duration, 1);
-    let outcome = experiment::run(&scenario, &mut |sample| recording.add(sample));
+    let outcome = simulate::run(&scenario, &mut |sample| recording.add(sample))
+        .map_err(|fault| Fault::of_scenario(&arguments.scenario, fault))?;
     results.conclude(&scenario, recording, outcome, &Notes::default())
 }

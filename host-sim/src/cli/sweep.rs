@@ -63,7 +63,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let runs = sweep::sweep(&scenario, arguments.runs, arguments.seed, stop, &|| {
         bar.inc(1)
     })
-    .map_err(Fault::Input)?;
+    .map_err(|fault| Fault::of_scenario(&arguments.scenario, fault))?;
     bar.finish_and_clear();
     if runs.is_empty() {
         return Err(Fault::Other("stopped before a servo was done".to_owned()));

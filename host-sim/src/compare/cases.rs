@@ -1,6 +1,6 @@
 use identifier_core::model::ServoParameters;
 
-use crate::scenario::{CHECKED, Scenario};
+use crate::scenario::{Fault, Scenario};
 
 /// A servo and its surroundings, as a scenario whose law does not matter.
 #[derive(Debug, Clone)]
@@ -16,10 +16,12 @@ pub struct Case {
 impl Case {
     /// The cases of a scenario: its servo without load and friction, then one thing at a time that
     /// the `[compare]` table says, then all of them.
-    #[must_use]
-    pub fn all(base: &Scenario) -> Vec<Self> {
+    ///
+    /// # Errors
+    /// The servo is not given.
+    pub fn all(base: &Scenario) -> Result<Vec<Self>, Fault> {
         let with = &base.compare;
-        let servo = base.plant.expect(CHECKED);
+        let servo = base.servo()?;
         let bare = ServoParameters {
             coulomb: 0.0,
             load: 0.0,
@@ -49,7 +51,7 @@ impl Case {
         let rubbing = ServoParameters { coulomb, ..bare };
         let both = ServoParameters { coulomb, ..loaded };
         let nothing = "no load, no friction, the scenario's encoder and amplifier";
-        vec![
+        Ok(vec![
             case("as it should be", nothing.to_owned(), bare, false, false),
             case("load", format!("d = {load} rad/s²"), loaded, false, false),
             case(
@@ -74,6 +76,6 @@ impl Case {
                 true,
                 true,
             ),
-        ]
+        ])
     }
 }

@@ -10,8 +10,8 @@ use identifier_core::parameters::Parameter;
 use identifier_core::settings::IdentifierSettings;
 
 use crate::analysis::{Summariser, Summary};
-use crate::experiment::{self, operations};
-use crate::scenario::{Arithmetic, Baseline, BaselineSettings, Closing, Law, Scenario};
+use crate::scenario::{Arithmetic, Baseline, BaselineSettings, Closing, Fault, Law, Scenario};
+use crate::simulate::{Simulation, operations};
 
 /// A comparison.
 #[derive(Debug, Clone)]
@@ -110,10 +110,12 @@ pub fn with_law(base: &Scenario, law: &Law) -> Scenario {
 }
 
 /// Runs every method in every case, on all cores.
-#[must_use]
-pub fn compare(base: &Scenario) -> Comparison {
+///
+/// # Errors
+/// The scenario has no servo.
+pub fn compare(base: &Scenario) -> Result<Comparison, Fault> {
     let laws = laws();
-    let cases = Case::all(base);
+    let cases = Case::all(base)?;
     let pairs: Vec<(&Case, &Law)> = cases
         .iter()
         .flat_map(|case| laws.iter().map(move |law| (case, law)))
@@ -136,13 +138,12 @@ pub fn compare(base: &Scenario) -> Comparison {
                 Closing::TwoDegreesOfFreedom => "2 degrees of freedom",
                 Closing::Relay => "relay",
             },
-            operations: cases.first().and_then(|case| {
-                let scenario = with_law(&case.scenario, law);
-                scenario.is_buildable().then(|| operations(&scenario))?
-            }),
+            operations: cases
+                .first()
+                .and_then(|case| operations(&with_law(&case.scenario, law)).ok().flatten()),
         })
         .collect();
-    Comparison {
+    Ok(Comparison {
         methods,
         cases: cases
             .into_iter()
@@ -151,14 +152,15 @@ pub fn compare(base: &Scenario) -> Comparison {
                 results: found.by_ref().take(laws.len()).collect(),
             })
             .collect(),
-    }
+    })
 }
 
 fn run(scenario: &Scenario) -> MethodResult {
-    if let Err(refusal) = scenario.buildable() {
-        return MethodResult::Refused(refusal);
-    }
+    let simulation = match Simulation::of(scenario) {
+        Ok(simulation) => simulation,
+        Err(refusal) => return MethodResult::Refused(refusal.to_string()),
+    };
     let mut summariser = Summariser::new(scenario);
-    let outcome = experiment::run(scenario, &mut |sample| summariser.add(sample));
+    let outcome = simulation.run(&mut |sample| summariser.add(sample));
     MethodResult::Ran(Box::new(summariser.finish(scenario, outcome)))
 }

@@ -1,18 +1,11 @@
-use identifier_core::Settings;
-use identifier_core::fixed_point::{
-    FixedServoLoop, FixedServoLoopState, FixedVelocity, split_setpoint,
-};
-use identifier_core::identifier::{
-    GradientIdentifier, IdentifierError, Identify, ServoLoop, ServoLoopState,
-};
-use identifier_core::measurement::velocity::VelocityEstimate;
+use identifier_core::error::StepError;
 use identifier_core::model::ServoParameters;
-use identifier_core::number::Number;
-use identifier_core::parameters::ParameterSet;
 use identifier_core::units::Units;
 
-use crate::scenario::fixed::WithWords;
-use crate::scenario::{Scenario, WithTypes};
+use crate::experiment::Outcome;
+use crate::loops::{Measurement, NO_ESTIMATE, SimLoop, Step};
+use crate::scenario::{Arithmetic, Fault, Scenario};
+use crate::simulate::{LocalLoop, closed_by_pid};
 
 /// The number formats.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,10 +25,14 @@ impl Format {
     /// Its name.
     #[must_use]
     pub fn name(self) -> &'static str {
+        self.arithmetic().name()
+    }
+
+    fn arithmetic(self) -> Arithmetic {
         match self {
-            Self::F64 => "f64",
-            Self::F32 => "f32",
-            Self::Fixed => "fixed",
+            Self::F64 => Arithmetic::F64,
+            Self::F32 => Arithmetic::F32,
+            Self::Fixed => Arithmetic::Fixed,
         }
     }
 }
@@ -53,130 +50,63 @@ pub struct Signals {
     pub estimates: ServoParameters,
 }
 
-/// Loop and identifier of one format.
-pub(super) trait Beside {
-    /// One sample: where the servo is to be, counts and an offset, and where it is.
-    fn process(&mut self, setpoint: i32, offset: f64, count: i32) -> Signals;
-}
-
-/// Those of a floating-point format, at rest at a count.
-pub(super) fn floating<N: Number>(
-    scenario: &Scenario,
-    settings: &Settings,
-    count: i32,
-) -> Result<Box<dyn Beside>, IdentifierError> {
-    scenario.with_types::<N, _>(Build { settings, count })
-}
-
-struct Build<'a> {
-    settings: &'a Settings,
-    count: i32,
-}
-
-impl<N: Number> WithTypes<N> for Build<'_> {
-    type Output = Result<Box<dyn Beside>, IdentifierError>;
-
-    fn with<V, S, const P: usize>(self) -> Self::Output
-    where
-        V: VelocityEstimate<N> + 'static,
-        S: ParameterSet<P> + 'static,
-    {
-        let Self { settings, count } = self;
-        let servo_loop: ServoLoop<N, V, GradientIdentifier<N, V, S, P>> = settings.build()?;
-        Ok(Box::new(Floating {
-            state: servo_loop.start(count),
-            servo_loop,
-            units: settings.units()?,
-        }))
-    }
-}
-
-struct Floating<N: Number, V: VelocityEstimate<N>, I: Identify<N>> {
-    servo_loop: ServoLoop<N, V, I>,
-    state: ServoLoopState<N, V::State, I::State>,
+/// A loop in every format on the same measurements: that in double precision commands the servo.
+pub(super) struct SideBySide {
+    /// In the order of [`Format::ALL`].
+    formats: [LocalLoop; 3],
+    steps: [Option<Step>; 3],
     units: Units,
 }
 
-impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> Beside for Floating<N, V, I> {
-    fn process(&mut self, setpoint: i32, offset: f64, count: i32) -> Signals {
-        let offset = N::from_f64(offset);
-        let step = self
-            .servo_loop
-            .process(&mut self.state, setpoint, offset, count);
-        let (velocity, command, output_error) =
-            step.map_or((f64::NAN, f64::NAN, f64::NAN), |step| {
-                (
-                    step.control.velocity.to_f64(),
-                    step.control.command.to_f64(),
-                    step.seen.output_error.to_f64(),
-                )
-            });
-        Signals {
-            velocity: velocity / self.units.velocity(),
-            command,
-            output_error: output_error * self.units.position_unit(),
-            estimates: self
-                .servo_loop
-                .identifier()
-                .estimates(self.state.identification()),
-        }
+impl SideBySide {
+    /// The loops of a scenario, at rest at a count.
+    pub(super) fn new(scenario: &Scenario, start: i32) -> Result<Self, Fault> {
+        let mut scenario = scenario.clone();
+        // What fixed point has to be told, every format is told.
+        scenario.identifier.arithmetic = Arithmetic::Fixed;
+        let settings = scenario
+            .settings()
+            .map_err(|error| scenario.fault(&error))?;
+        let units = scenario.checked_units()?;
+        let mut closed = |format: Format| {
+            scenario.identifier.arithmetic = format.arithmetic();
+            closed_by_pid(&scenario, &settings, start)
+        };
+        let [exact, single, fixed] = Format::ALL;
+        Ok(Self {
+            formats: [closed(exact)?, closed(single)?, closed(fixed)?],
+            steps: [None; 3],
+            units,
+        })
+    }
+
+    /// What each made of the last sample; of one that it refused, no numbers.
+    pub(super) fn signals(&self) -> [Signals; 3] {
+        let of = |number: Option<f64>| number.unwrap_or(f64::NAN);
+        self.steps.map(|step| Signals {
+            velocity: of(step.and_then(|step| step.velocity)) / self.units.velocity(),
+            command: of(step.map(|step| step.command)),
+            output_error: of(step.and_then(|step| step.output_error)) * self.units.position_unit(),
+            estimates: step.map_or(NO_ESTIMATE, |step| step.estimates),
+        })
     }
 }
 
-/// Those of fixed point, at rest at a count.
-pub(super) fn fixed(
-    scenario: &Scenario,
-    settings: &Settings,
-    count: i32,
-) -> Result<Box<dyn Beside>, IdentifierError> {
-    scenario.with_words(Build { settings, count })
-}
+impl SimLoop for SideBySide {
+    type Error = StepError;
 
-impl WithWords for Build<'_> {
-    type Output = Result<Box<dyn Beside>, IdentifierError>;
-
-    fn with<V, S, const P: usize>(self) -> Self::Output
-    where
-        V: FixedVelocity + 'static,
-        S: ParameterSet<P> + 'static,
-    {
-        let Self { settings, count } = self;
-        let servo_loop: FixedServoLoop<V, S, P> = settings.build()?;
-        Ok(Box::new(Words {
-            state: servo_loop.start(count),
-            servo_loop,
-            units: settings.units()?,
-        }))
-    }
-}
-
-struct Words<V: FixedVelocity, S, const P: usize> {
-    servo_loop: FixedServoLoop<V, S, P>,
-    state: FixedServoLoopState<V::State, P>,
-    units: Units,
-}
-
-impl<V: FixedVelocity, S: ParameterSet<P>, const P: usize> Beside for Words<V, S, P> {
-    fn process(&mut self, setpoint: i32, offset: f64, count: i32) -> Signals {
-        let (controller, identifier) = (self.servo_loop.controller(), self.servo_loop.identifier());
-        let (whole, part) = split_setpoint(offset);
-        let setpoint = setpoint.wrapping_add(whole);
-        let step = self
-            .servo_loop
-            .process(&mut self.state, setpoint, part, count);
-        let (velocity, command, output_error) =
-            step.map_or((f64::NAN, f64::NAN, f64::NAN), |step| {
-                (
-                    controller.velocity(step.control.velocity),
-                    controller.command(step.control.command),
-                    identifier.output_error(&step.seen),
-                )
-            });
-        Signals {
-            velocity: velocity / self.units.velocity(),
-            command,
-            output_error: output_error * self.units.position_unit(),
-            estimates: identifier.estimates(self.state.identification()),
+    fn process(&mut self, reference: f64, measured: Measurement) -> Result<Step, StepError> {
+        let [exact, others @ ..] = &mut self.formats;
+        let acting = exact.process(reference, measured)?;
+        let [first, steps @ ..] = &mut self.steps;
+        *first = Some(acting);
+        for (format, step) in others.iter_mut().zip(steps) {
+            *step = format.process(reference, measured).ok();
         }
+        Ok(acting)
+    }
+
+    fn outcome(&self) -> Outcome {
+        self.formats[0].outcome()
     }
 }

@@ -16,6 +16,8 @@ pub(super) struct Declared<V: VelocityEstimate<f64>> {
     controller: Controller<f64, V>,
     control: ControlState<f64, V::State>,
     limit: [f64; 2],
+    /// Command for a sum of errors of one position unit.
+    integral_gain: f64,
     /// Whether the integral is what it was in the controller that ran.
     knows_integral: bool,
     is_lost: bool,
@@ -29,11 +31,12 @@ impl<V: VelocityEstimate<f64>> Declared<V> {
         settings: &Settings,
         command_recorded: bool,
     ) -> Result<Self, IdentifierError> {
-        let given = settings.own_controller()?;
+        let (given, units) = (settings.own_controller()?, settings.units()?);
         Ok(Self {
             controller: settings.build()?,
             control: ControlState::default(),
             limit: given.limit,
+            integral_gain: given.ki * units.rate() / units.position(),
             knows_integral: given.ki <= 0.0 || !command_recorded,
             is_lost: false,
             comparison: Comparison::default(),
@@ -101,7 +104,7 @@ impl<V: VelocityEstimate<f64>> Declared<V> {
             .ok()?;
         let pid = &self.controller.pid;
         let rest = own - pid.linear(sample.error, sample.velocity);
-        Some(rest / pid.integral_command(1.0))
+        Some(rest / self.integral_gain)
     }
 
     /// How well it reproduced the recorded command, where there is one.

@@ -9,9 +9,11 @@ use identifier_core::number::Number;
 use identifier_core::parameters::ParameterSet;
 use identifier_core::settings::PerParameter;
 
-use crate::experiment::{Learner, Outcome, known_beforehand, learner};
-use crate::scenario::fixed::WithWords;
-use crate::scenario::{Arithmetic, Scenario};
+use crate::experiment::Outcome;
+use crate::loops::{Learner, gamma_of};
+use crate::scenario::dispatch::with_words;
+use crate::scenario::{Arithmetic, Fault, Scenario};
+use crate::simulate::learner;
 
 /// An identifier with its state that is told increments (position units) and commands in double
 /// precision.
@@ -32,8 +34,8 @@ pub(super) trait Listener {
     /// Which estimates stand at a bound.
     fn at_bounds(&self) -> PerParameter<bool>;
 
-    /// Bandwidth of the model's correction, rad/s, where the law chooses it as it goes.
-    fn bandwidth(&self) -> Option<f64>;
+    /// What is known of it besides its samples.
+    fn outcome(&self) -> Outcome;
 }
 
 /// What an identifier says of a sample.
@@ -45,21 +47,21 @@ pub(super) struct Told {
     pub(super) seen: Option<(f64, Event)>,
 }
 
-/// A listener, with what is known of it beforehand.
-pub(super) type Built = Result<(Box<dyn Listener>, Outcome), IdentifierError>;
-
 /// The identifier of a scenario; the settings are those of [`Scenario::settings_for`].
-pub(super) fn listener(scenario: &Scenario, settings: &Settings) -> Built {
+///
+/// # Errors
+/// The key that it cannot be built from.
+pub(super) fn listener(
+    scenario: &Scenario,
+    settings: &Settings,
+) -> Result<Box<dyn Listener>, Fault> {
     match scenario.identifier.arithmetic {
-        Arithmetic::F32 => floating::<f32>(scenario, settings),
-        Arithmetic::F64 => floating::<f64>(scenario, settings),
-        Arithmetic::Fixed => scenario.with_words(Fixed(settings)),
+        Arithmetic::F32 => Ok(Box::new(Numbers(learner::<f32>(scenario, settings)?))),
+        Arithmetic::F64 => Ok(Box::new(Numbers(learner::<f64>(scenario, settings)?))),
+        Arithmetic::Fixed => {
+            with_words!(scenario => words(settings)).map_err(|error| scenario.fault(&error))
+        }
     }
-}
-
-fn floating<N: Number>(scenario: &Scenario, settings: &Settings) -> Built {
-    let (learner, outcome) = learner::<N>(scenario, settings)?;
-    Ok((Box::new(Numbers(learner)), outcome))
 }
 
 /// An identifier in floating point.
@@ -92,37 +94,31 @@ impl<N: Number> Listener for Numbers<N> {
         self.0.at_bounds()
     }
 
-    fn bandwidth(&self) -> Option<f64> {
-        self.0.bandwidth()
+    fn outcome(&self) -> Outcome {
+        self.0.outcome()
     }
 }
 
-struct Fixed<'a>(&'a Settings);
-
-impl WithWords for Fixed<'_> {
-    type Output = Built;
-
-    fn with<V, S, const P: usize>(self) -> Built
-    where
-        V: FixedVelocity + 'static,
-        S: ParameterSet<P> + 'static,
-    {
-        let identifier: FixedGradientIdentifier<V, S, P> = self.0.build()?;
-        let outcome = known_beforehand(self.0, &identifier);
-        let listener = Words {
-            state: identifier.start(),
-            identifier,
-            position: 0.0,
-            count: 0,
-        };
-        Ok((Box::new(listener), outcome))
-    }
+fn words<V, S, const P: usize>(settings: &Settings) -> Result<Box<dyn Listener>, IdentifierError>
+where
+    V: FixedVelocity + 'static,
+    S: ParameterSet<P> + 'static,
+{
+    let identifier: FixedGradientIdentifier<V, S, P> = settings.build()?;
+    Ok(Box::new(Words {
+        state: identifier.start(),
+        identifier,
+        gamma: gamma_of::<S, P>(settings),
+        position: 0.0,
+        count: 0,
+    }))
 }
 
 /// The identifier in fixed point, which counts.
 struct Words<V: FixedVelocity, S, const P: usize> {
     identifier: FixedGradientIdentifier<V, S, P>,
     state: FixedGradientState<V::State, P>,
+    gamma: Option<Vec<Vec<f64>>>,
     /// Where the servo is from the first sample, counts, and the count nearest to it.
     position: f64,
     count: i64,
@@ -168,7 +164,13 @@ impl<V: FixedVelocity, S: ParameterSet<P>, const P: usize> Listener for Words<V,
         self.identifier.at_bounds(&self.state)
     }
 
-    fn bandwidth(&self) -> Option<f64> {
-        None
+    fn outcome(&self) -> Outcome {
+        Outcome {
+            gamma: self.gamma.clone(),
+            mu: Some(self.identifier.mu()),
+            certified: self.identifier.certificate().is_some(),
+            gain_margin: self.identifier.gain_margin(),
+            ..Outcome::default()
+        }
     }
 }

@@ -13,7 +13,8 @@ use super::listener::{Told, listener};
 use super::recorded::RecordedReference;
 use super::{Agreement, Log, LogError};
 use crate::experiment::{Outcome, Sample};
-use crate::scenario::{Closing, Scenario, Velocity, WithVelocity};
+use crate::scenario::dispatch::with_velocity;
+use crate::scenario::{Closing, Fault, Scenario, Velocity};
 
 /// What a replay found.
 #[derive(Debug, Clone, PartialEq)]
@@ -118,30 +119,25 @@ pub fn replay(
         passes,
         observe,
     };
-    scenario
-        .velocity
-        .with::<f64, _>(work)
-        .map_err(|failure| match failure {
-            Failure::Identifier(error) => {
-                let fault = scenario.fault(&error);
-                ReplayError::Scenario {
-                    key: fault.key,
-                    fault: fault.fault,
-                }
-            }
-            Failure::Log(error) => ReplayError::Log(error),
-        })
+    with_velocity!(scenario, f64 => run(work)).map_err(|failure| match failure {
+        Failure::Scenario(Fault { key, fault, .. }) => ReplayError::Scenario { key, fault },
+        Failure::Log(error) => ReplayError::Log(error),
+    })
+}
+
+fn run<V: VelocityEstimate<f64>>(work: Passes<'_>) -> Result<Replayed, Failure> {
+    work.run::<V>()
 }
 
 /// Why passes end without a result.
 enum Failure {
-    Identifier(IdentifierError),
+    Scenario(Fault),
     Log(LogError),
 }
 
-impl From<IdentifierError> for Failure {
-    fn from(error: IdentifierError) -> Self {
-        Self::Identifier(error)
+impl From<Fault> for Failure {
+    fn from(fault: Fault) -> Self {
+        Self::Scenario(fault)
     }
 }
 
@@ -158,28 +154,27 @@ struct Passes<'a> {
     observe: &'a mut dyn FnMut(u32, &Sample),
 }
 
-impl WithVelocity<f64> for Passes<'_> {
-    type Output = Result<Replayed, Failure>;
-
-    fn with<V: VelocityEstimate<f64> + 'static>(self) -> Self::Output {
+impl Passes<'_> {
+    fn run<V: VelocityEstimate<f64>>(self) -> Result<Replayed, Failure> {
         let Self {
             scenario,
             log,
             passes,
             observe,
         } = self;
-        let units = scenario.stated.units().map_err(IdentifierError::from)?;
-        let unit = units.position_unit();
+        let fault = |error: IdentifierError| scenario.fault(&error);
+        let unit = scenario.checked_units()?.position_unit();
         let settings = settings(scenario, log)?;
         let command_recorded = log.first().command.is_some();
         let mut declared = match log.first().reference {
             Some(_) if ran(scenario, &settings, command_recorded) => {
-                Some(Declared::<V>::new(&settings, command_recorded)?)
+                Some(Declared::<V>::new(&settings, command_recorded).map_err(fault)?)
             }
             _ => None,
         };
-        let filter: V = settings.build()?;
-        let (mut listener, mut outcome) = listener(scenario, &settings)?;
+        let filter: V = settings.build().map_err(fault)?;
+        let mut listener = listener(scenario, &settings)?;
+        let mut outcome = listener.outcome();
 
         let first = log.first();
         let settling = settling(scenario, log);
@@ -239,7 +234,7 @@ impl WithVelocity<f64> for Passes<'_> {
                 observe(pass, &sample);
             }
         }
-        outcome.bandwidth = listener.bandwidth();
+        outcome.bandwidth = listener.outcome().bandwidth;
         Ok(Replayed {
             outcome,
             agreement: declared.and_then(|declared| declared.agreement()),
@@ -248,13 +243,14 @@ impl WithVelocity<f64> for Passes<'_> {
 }
 
 /// What the core builds identifier and controller from: for a run's own log what it was for the run.
-fn settings(scenario: &Scenario, log: &Log) -> Result<Settings, IdentifierError> {
-    if scenario.is_own_log() {
-        return scenario.settings();
-    }
-    let units = scenario.stated.units()?;
-    let played = RecordedReference::new(log, units.position());
-    scenario.settings_for(played.as_ref())
+fn settings(scenario: &Scenario, log: &Log) -> Result<Settings, Fault> {
+    let settings = if scenario.is_own_log() {
+        scenario.settings_for(Some(&scenario.reference::<f64>()?))
+    } else {
+        let units = scenario.checked_units()?;
+        scenario.settings_for(RecordedReference::new(log, units.position()).as_ref())
+    };
+    settings.map_err(|error| scenario.fault(&error))
 }
 
 /// Whether the declared controller is the one whose command the log has, or would have.

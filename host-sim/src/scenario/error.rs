@@ -36,7 +36,7 @@ impl std::error::Error for ScenarioError {}
 
 /// A fault of the contents, before it is known on which line of the file it stands.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Fault {
+pub struct Fault {
     pub(crate) key: String,
     pub(crate) fault: String,
     /// Byte of the file at which it stands, where that is not simply its key's.
@@ -51,7 +51,7 @@ impl fmt::Display for Fault {
 }
 
 impl Fault {
-    pub(super) fn new(key: impl Into<String>, fault: impl fmt::Display) -> Self {
+    pub(crate) fn new(key: impl Into<String>, fault: impl fmt::Display) -> Self {
         Self {
             key: key.into(),
             fault: fault.to_string(),

@@ -6,8 +6,8 @@
 
 mod baselines;
 mod check;
+pub(crate) mod dispatch;
 mod error;
-pub(crate) mod fixed;
 mod key;
 pub mod keys;
 mod law;
@@ -17,15 +17,13 @@ mod reference;
 pub mod schema;
 mod set;
 mod source;
-mod types;
 
-pub use error::ScenarioError;
+pub use error::{Fault, ScenarioError};
 pub use key::Key;
 pub use law::{Baseline, BaselineSettings, Closing, Law};
 pub(crate) use parts::{MOST_PLAYED, place};
 pub use reference::{Reference, ReferenceState};
-pub use set::{ModelSet, WithSet};
-pub use types::{WithTypes, WithVelocity};
+pub use set::ModelSet;
 
 use std::path::Path;
 

@@ -6,14 +6,16 @@ use identifier_core::excitation::Excitation;
 use identifier_core::identifier::IdentifierError;
 use identifier_core::interval::Interval;
 use identifier_core::measurement::velocity::VelocityEstimate;
+use identifier_core::model::ServoParameters;
+use identifier_core::number::Number;
 use identifier_core::parameters::{Parameter, ParameterSet};
 use identifier_core::settings::PerParameter;
 use identifier_core::stability::{CertificateError, PlantBox};
+use identifier_core::units::Units;
 use identifier_core::{ControllerSettings, Settings};
 
-use super::error::Fault;
-use super::{Arithmetic, ExcitationSettings, Law, Reference, Scenario, WithTypes};
-use crate::experiment;
+use super::dispatch::with_types;
+use super::{Arithmetic, ExcitationSettings, Fault, Reference, Scenario};
 
 /// The most samples of a reference that a Γ is chosen from.
 pub(crate) const MOST_PLAYED: usize = 200_000;
@@ -72,63 +74,27 @@ impl Scenario {
         /// Time for which the reference is played, s.
         const PLAYED: f64 = 10.0;
 
-        struct Choose<'a, E> {
-            automatic: AutomaticGain,
-            /// A loop that somebody else closes is taken to be like the correction's.
-            loop_settings: Settings,
-            reference: &'a E,
-        }
-
-        impl<E: Excitation<f64>> WithTypes<f64> for Choose<'_, E> {
-            type Output = Result<[[f64; 4]; 4], IdentifierError>;
-
-            fn with<V, S, const P: usize>(self) -> Self::Output
-            where
-                V: VelocityEstimate<f64> + 'static,
-                S: ParameterSet<P> + 'static,
-            {
-                let controller: Controller<f64, V> = self.loop_settings.build()?;
-                let gamma = self
-                    .automatic
-                    .gamma::<S, V, _, P>(&controller, self.reference)?;
-                let mut spread = identity();
-                for (i, row) in gamma.entries().iter().enumerate() {
-                    for (j, &entry) in row.iter().enumerate() {
-                        spread[place(S::PARAMETERS[i])][place(S::PARAMETERS[j])] = entry;
-                    }
-                }
-                Ok(spread)
-            }
-        }
-
         let units = settings.units()?;
         let gains = settings.correction_gains()?;
         let like_the_correction = ControllerSettings::pid(gains.kp(), gains.kd(), gains.ki());
-        self.with_types(Choose {
-            automatic: AutomaticGain {
-                units,
-                plant_box: assumed_box(settings)?,
-                kd: gains.kd(),
-                samples: (PLAYED / units.sample_time()).min(MOST_PLAYED as f64) as u32,
-            },
-            loop_settings: Settings {
-                controller: settings.controller.or(Some(like_the_correction)),
-                ..*settings
-            },
-            reference,
-        })
+        let automatic = AutomaticGain {
+            units,
+            plant_box: assumed_box(settings)?,
+            kd: gains.kd(),
+            samples: (PLAYED / units.sample_time()).min(MOST_PLAYED as f64) as u32,
+        };
+        // A loop that somebody else closes is taken to be like the correction's.
+        let in_loop = Settings {
+            controller: settings.controller.or(Some(like_the_correction)),
+            ..*settings
+        };
+        with_types!(self, f64 => chosen_gamma(&automatic, &in_loop, reference))
     }
 
-    /// Whether every part can be built from these settings, as is checked when a file is read.
-    #[must_use]
-    pub fn is_buildable(&self) -> bool {
-        self.try_parts().is_ok()
-    }
-
-    /// The same with the reason.
+    /// Whether every part can be built, as is checked when a file is read.
     ///
     /// # Errors
-    /// What cannot be built.
+    /// What cannot be built, and why.
     pub fn buildable(&self) -> Result<(), String> {
         self.try_parts().map_err(|fault| fault.to_string())
     }
@@ -143,11 +109,22 @@ impl Scenario {
         self
     }
 
-    /// Builds every part once, so that nothing can fail after output has begun.
-    pub(super) fn try_parts(&self) -> Result<(), Fault> {
-        let fault = |error: IdentifierError| self.fault(&error);
-        let units = self.stated.units().map_err(|error| fault(error.into()))?;
-        Reference::<f64>::new(&units, &self.excitation).map_err(|error| {
+    /// The true servo: a run needs it.
+    ///
+    /// # Errors
+    /// It is not given.
+    pub(crate) fn servo(&self) -> Result<ServoParameters, Fault> {
+        self.plant
+            .ok_or_else(|| Fault::new("plant", "a run needs the true servo"))
+    }
+
+    /// The reference in a number format.
+    ///
+    /// # Errors
+    /// The key that is out of its range.
+    pub(crate) fn reference<N: Number>(&self) -> Result<Reference<N>, Fault> {
+        let units = self.checked_units()?;
+        Reference::new(&units, &self.excitation).map_err(|error| {
             let multisine = matches!(self.excitation, ExcitationSettings::Multisine(_));
             let key = match error.parameter {
                 "tones" | "frequency" => "frequencies",
@@ -155,25 +132,17 @@ impl Scenario {
                 other => other,
             };
             Fault::new(format!("excitation.{key}"), error)
-        })?;
-        if let Law::Baseline(baseline, _) = &self.identifier.law {
-            return self.try_baseline(*baseline).map_err(|error| {
-                let key = match error.parameter {
-                    "cutoff" => "filter_cutoff",
-                    "sample_time" => "block",
-                    other => other,
-                };
-                Fault::new(format!("identifier.{key}"), error)
-            });
-        }
-        let settings = self.settings().map_err(fault)?;
-        if self.identifier.arithmetic == Arithmetic::Fixed {
-            return experiment::check_words(self, &settings).map_err(fault);
-        }
-        self.with_types(TryController(&settings)).map_err(fault)?;
-        experiment::learner::<f64>(self, &settings)
-            .map(|_| ())
-            .map_err(fault)
+        })
+    }
+
+    /// [`Scenario::units`] where they are not known to be allowed.
+    ///
+    /// # Errors
+    /// The key that is out of its range.
+    pub(crate) fn checked_units(&self) -> Result<Units, Fault> {
+        self.stated
+            .units()
+            .map_err(|error| self.fault(&error.into()))
     }
 
     /// An error of the core at the key that it is best mended at.
@@ -267,17 +236,23 @@ fn assumed_box(settings: &Settings) -> Result<PlantBox, IdentifierError> {
     )?)
 }
 
-/// Only the controller.
-struct TryController<'a>(&'a Settings);
-
-impl WithTypes<f64> for TryController<'_> {
-    type Output = Result<(), IdentifierError>;
-
-    fn with<V, S, const P: usize>(self) -> Self::Output
-    where
-        V: VelocityEstimate<f64> + 'static,
-        S: ParameterSet<P> + 'static,
-    {
-        self.0.build::<Controller<f64, V>>().map(|_| ())
+/// Γ for the loop of these settings, over all four parameters.
+fn chosen_gamma<V, S, const P: usize>(
+    automatic: &AutomaticGain,
+    in_loop: &Settings,
+    reference: &impl Excitation<f64>,
+) -> Result<[[f64; 4]; 4], IdentifierError>
+where
+    V: VelocityEstimate<f64>,
+    S: ParameterSet<P>,
+{
+    let controller: Controller<f64, V> = in_loop.build()?;
+    let gamma = automatic.gamma::<S, V, _, P>(&controller, reference)?;
+    let mut spread = identity();
+    for (i, row) in gamma.entries().iter().enumerate() {
+        for (j, &entry) in row.iter().enumerate() {
+            spread[place(S::PARAMETERS[i])][place(S::PARAMETERS[j])] = entry;
+        }
     }
+    Ok(spread)
 }

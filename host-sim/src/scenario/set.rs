@@ -1,6 +1,6 @@
 //! The parameters of the model, chosen at run time.
 
-use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, AbLoad, Parameter, ParameterSet};
+use identifier_core::parameters::Parameter;
 
 use super::{Identification, Law, Scenario};
 
@@ -12,27 +12,6 @@ pub enum ModelSet {
     AbCoulomb,
     AbLoad,
     AbCoulombLoad,
-}
-
-/// A computation that works with any parameter set; the scenario says with which.
-pub trait WithSet {
-    /// Its result.
-    type Output;
-
-    /// Does it, for the P parameters of S.
-    fn with<S: ParameterSet<P> + 'static, const P: usize>(self) -> Self::Output;
-}
-
-impl ModelSet {
-    /// Does a computation with this set.
-    pub fn with<W: WithSet>(self, work: W) -> W::Output {
-        match self {
-            Self::Ab => work.with::<Ab, 2>(),
-            Self::AbCoulomb => work.with::<AbCoulomb, 3>(),
-            Self::AbLoad => work.with::<AbLoad, 3>(),
-            Self::AbCoulombLoad => work.with::<AbCoulombLoad, 4>(),
-        }
-    }
 }
 
 impl Identification {

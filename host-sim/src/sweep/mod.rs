@@ -13,8 +13,8 @@ use identifier_core::parameters::Parameter;
 use rayon::prelude::*;
 
 use crate::analysis::{Status, Summariser};
-use crate::experiment;
-use crate::scenario::{CHECKED, Scenario};
+use crate::scenario::{Fault, Scenario};
+use crate::simulate;
 
 /// What became of one servo.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,42 +46,42 @@ impl Run {
 /// is what was done.
 ///
 /// # Errors
-/// The reason why a servo's scenario cannot be built; all are alike in that.
+/// The key that a servo's scenario cannot be built from.
 pub fn sweep(
     base: &Scenario,
     runs: u32,
     seed: u32,
     stop: &AtomicBool,
     done: &(dyn Fn() + Sync),
-) -> Result<Vec<Run>, String> {
+) -> Result<Vec<Run>, Fault> {
     let base = base.clone().with_gamma_chosen();
-    draw(&base, seed, 0).buildable()?;
-    let results: Vec<Option<Run>> = (0..runs)
+    let results: Result<Vec<Option<Run>>, Fault> = (0..runs)
         .into_par_iter()
         .map(|index| {
             if stop.load(Ordering::Relaxed) {
-                return None;
+                return Ok(None);
             }
-            let run = run(&draw(&base, seed, index), index);
+            let run = run(&draw(&base, seed, index), index)?;
             done();
-            Some(run)
+            Ok(Some(run))
         })
         .collect();
-    Ok(results.into_iter().flatten().collect())
+    Ok(results?.into_iter().flatten().collect())
 }
 
-fn run(scenario: &Scenario, index: u32) -> Run {
+fn run(scenario: &Scenario, index: u32) -> Result<Run, Fault> {
+    let truth = scenario.servo()?;
     let mut summariser = Summariser::new(scenario);
-    let outcome = experiment::run(scenario, &mut |sample| summariser.add(sample));
+    let outcome = simulate::run(scenario, &mut |sample| summariser.add(sample))?;
     let summary = summariser.finish(scenario, outcome);
     let of = |parameter| {
         summary
             .estimate(parameter)
             .map_or(f64::NAN, |estimate| estimate.tail_mean)
     };
-    Run {
+    Ok(Run {
         index,
-        truth: scenario.plant.expect(CHECKED),
+        truth,
         status: summary.status,
         found: ServoParameters {
             a: of(Parameter::A),
@@ -91,5 +91,5 @@ fn run(scenario: &Scenario, index: u32) -> Run {
         },
         settling_a: summary.settling_a,
         settling_b: summary.settling_b,
-    }
+    })
 }

@@ -85,15 +85,8 @@ impl<N: Number, const P: usize> Covariance<N, P> {
         }
     }
 
-    /// Multiplies the covariance by a factor above zero: forgetting by 1/λ.
-    #[inline]
-    pub fn inflate(&mut self, factor: N) {
-        for variance in &mut self.diagonal {
-            *variance = *variance * factor;
-        }
-    }
-
-    /// [`Covariance::inflate`], but no further than a diagonal entry of `most`.
+    /// Multiplies the covariance by a factor above zero, forgetting by 1/λ, but no further than a
+    /// diagonal entry of `most`.
     #[inline]
     pub fn forget(&mut self, factor: N, most: &[N; P]) {
         for (variance, &most) in self.diagonal.iter_mut().zip(most) {
@@ -101,23 +94,24 @@ impl<N: Number, const P: usize> Covariance<N, P> {
             *variance = if grown < most { grown } else { most };
         }
     }
-
-    /// The variance of a combination gᵀθ of the parameters, gᵀPg.
-    #[must_use]
-    pub fn variance_of(&self, combination: &[N; P]) -> N {
-        (0..P).fold(N::ZERO, |sum, j| {
-            let projected = (0..j).fold(combination[j], |sum, i| {
-                sum + self.upper[i][j] * combination[i]
-            });
-            sum + projected * projected * self.diagonal[j]
-        })
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    impl<N: Number, const P: usize> Covariance<N, P> {
+        /// The variance of a combination gᵀθ of the parameters, gᵀPg.
+        fn variance_of(&self, combination: &[N; P]) -> N {
+            (0..P).fold(N::ZERO, |sum, j| {
+                let projected = (0..j).fold(combination[j], |sum, i| {
+                    sum + self.upper[i][j] * combination[i]
+                });
+                sum + projected * projected * self.diagonal[j]
+            })
+        }
+    }
 
     /// The textbook update, P ← P − P φ φᵀ P / (r + φᵀ P φ).
     fn textbook(p: [[f64; 3]; 3], phi: [f64; 3], r: f64) -> ([[f64; 3]; 3], [f64; 3]) {
@@ -171,7 +165,7 @@ mod tests {
             let unit = |i: usize| core::array::from_fn(|j| if i == j { 1.0 } else { 0.0 });
             for phi in regressors {
                 covariance.measure(&phi, |_| 1.0);
-                covariance.inflate(1.001);
+                covariance.forget(1.001, &[f32::INFINITY; 3]);
                 for i in 0..3 {
                     prop_assert!(covariance.variance_of(&unit(i)) > 0.0);
                 }

@@ -72,12 +72,6 @@ impl<N: Number> Pid<N> {
     pub fn linear(&self, error: N, velocity: N) -> N {
         self.proportional * error - self.derivative * velocity
     }
-
-    /// The integral part of a command, without limit: k_i ∑e.
-    #[inline]
-    pub fn integral_command(&self, integral: N) -> N {
-        self.integral * integral
-    }
 }
 
 #[cfg(test)]

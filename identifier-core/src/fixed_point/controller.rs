@@ -137,13 +137,6 @@ impl<V: FixedVelocity> FixedController<V> {
         value(command, self.scales.command)
     }
 
-    /// The command that a word of one would be, command units: a power of two, to scale commands by
-    /// in integers.
-    #[must_use]
-    pub fn command_full_scale(&self) -> f64 {
-        value(Word::ONE, self.scales.command)
-    }
-
     /// A velocity estimate as a number, counts per sample.
     #[must_use]
     pub fn velocity(&self, velocity: Word) -> f64 {

@@ -22,15 +22,6 @@ impl PlantBox {
         Ok(Self { a, b })
     }
 
-    /// The box that estimates are kept in, taken for the servo's; what is below 0 of a is cut off.
-    #[must_use]
-    pub fn spanning(a: Interval, b: Interval) -> Self {
-        Self {
-            a: a.from_zero(),
-            b,
-        }
-    }
-
     /// The range of a, 1/s.
     #[must_use]
     pub fn a(&self) -> Interval {

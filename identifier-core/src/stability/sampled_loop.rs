@@ -10,7 +10,7 @@
 //! values between its points included; only where it does not go through is the stretch halved,
 //! and at last the point itself looked at. The verdict is that of the whole grid, but for rounding:
 //! where the two differ, b is within 10⁻¹¹ of itself of where the loop becomes unstable
-//! (`cargo test -p identifier-core --test sampled_loop`). From one a to the next nothing is proved; the
+//! (`cargo test -p identifier-core --test stability sampled_loop::`). From one a to the next nothing is proved; the
 //! roots move continuously, and the grid is fine.
 
 use core::fmt;
@@ -91,7 +91,7 @@ pub fn check(
 /// A loop near its stability limit responds at frequencies where hold and filter delay the output
 /// error so far that (11) is no longer passive: the estimates can then wander although the loop is
 /// stable. With an ample margin none of 300 random certified loops does under a Γ from a tenth of to
-/// ten times the automatic one; below it some do (`cargo test --test certificate`).
+/// ten times the automatic one; below it some do (`cargo test --test integration certificate::`).
 #[must_use]
 pub fn gain_margin(units: &Units, gains: &Gains, velocity: &Transfer, plant_box: &PlantBox) -> f64 {
     /// Ratio of successive factors.

@@ -14,7 +14,7 @@ const PUBLISHED: [f64; 4] = [95.11, 203.5, 20.39, -3.16];
 /// Position (m) and command (V) of every sample; none where the log is not at hand. A log that
 /// `EMPS_LOG` names must be there, and one that is there must be sound.
 fn log() -> Option<Vec<(f64, f64)>> {
-    // It is not part of this project: see the head of `tests/emps.rs` of the workspace.
+    // It is not part of this project: see the head of the integration test `emps`.
     let beside = concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/../../shared/data/emps/emps_train.csv.gz"

@@ -242,13 +242,6 @@ impl<N: Number, const P: usize> GaussNewtonState<N, P> {
     pub fn inflated(&self) -> N {
         self.inflated
     }
-
-    /// The noise level, counts²: the peak of the output error's mean square.
-    #[inline]
-    #[must_use]
-    pub fn noise_level(&self) -> N {
-        self.peak
-    }
 }
 
 impl<N: Number, const P: usize> GaussNewton<N, P> {

@@ -2,15 +2,16 @@
 
 use std::cell::Cell;
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
+use std::rc::Rc;
 
 use identifier_core::error::StepError;
 use identifier_core::identifier::Seen;
 use identifier_core::model::ServoParameters;
 use identifier_core::number::{Compensated, Number};
 
-use super::closed_loop;
-use super::learner::Learner;
-use crate::scenario::{Closing, Law, Scenario};
+use super::build::{Method, method};
+use crate::loops::{Learner, RelayMethod};
+use crate::scenario::{Fault, Scenario};
 
 /// Samples over which the mean is taken, so that the rare ones count as they do in a long run; and
 /// samples before them, in which a law may still be starting.
@@ -24,51 +25,48 @@ thread_local! {
 /// The additions, multiplications and comparisons of a law in a sample, the mean over a run of the
 /// scenario, as single precision with its compensated sums does them; none for what is computed
 /// after the experiment. The controller and the simulated servo are not counted.
-#[must_use]
-pub fn operations(scenario: &Scenario) -> Option<f64> {
+///
+/// # Errors
+/// The key that something cannot be built from.
+pub fn operations(scenario: &Scenario) -> Result<Option<f64>, Fault> {
+    if scenario.identifier.law.is_off_line() {
+        return Ok(None);
+    }
     let mut scenario = scenario.clone();
     scenario.duration = (STARTING + SAMPLES) as f64 * scenario.sample_time();
-    match (&scenario.identifier.law, scenario.identifier.law.closing()) {
-        (Law::Baseline(baseline, settings), Closing::Relay) => {
-            let mut meter = Meter::default();
-            super::baseline::measure::<Counted>(&scenario, *baseline, settings, &mut |process| {
-                meter.measure(process)
-            });
-            Some(meter.mean())
-        }
-        (law, _) if law.is_off_line() => None,
-        _ => {
-            let (settings, learner, outcome) = closed_loop::build::<Counted>(&scenario);
-            let mut watched = Watched {
-                learner,
-                meter: Meter::default(),
-            };
-            closed_loop::drive(&scenario, &settings, &mut watched, outcome, &mut |_| ());
-            Some(watched.meter.mean())
-        }
-    }
+    let settings = scenario
+        .settings()
+        .map_err(|error| scenario.fault(&error))?;
+    let meter = Rc::new(Meter::default());
+    let metered = match method::<Counted>(&scenario, &settings)? {
+        Method::Listening(learner) => Method::Listening(Box::new(Metered::new(learner, &meter))),
+        Method::Relay(method) => Method::Relay(Box::new(Metered::new(method, &meter))),
+        Method::Own(_) => return Ok(None),
+    };
+    metered.simulation(&scenario, &settings)?.run(&mut |_| ());
+    Ok(Some(meter.mean()))
 }
 
 /// Adds up the operations of the samples that count.
 #[derive(Debug, Default)]
 struct Meter {
-    samples: u64,
-    operations: u64,
+    samples: Cell<u64>,
+    operations: Cell<u64>,
 }
 
 impl Meter {
-    fn measure<T>(&mut self, work: &mut dyn FnMut() -> T) -> T {
+    fn measure<T>(&self, work: impl FnOnce() -> T) -> T {
         take();
         let result = work();
-        self.samples += 1;
-        if self.samples > STARTING {
-            self.operations += take();
+        self.samples.set(self.samples.get() + 1);
+        if self.samples.get() > STARTING {
+            self.operations.set(self.operations.get() + take());
         }
         result
     }
 
     fn mean(&self) -> f64 {
-        self.operations as f64 / SAMPLES as f64
+        self.operations.get() as f64 / SAMPLES as f64
     }
 }
 
@@ -83,33 +81,57 @@ fn count<T>(result: T) -> T {
     result
 }
 
-/// A learner whose samples are counted.
-struct Watched {
-    learner: Box<dyn Learner<Counted>>,
-    meter: Meter,
+/// A law whose samples are counted.
+struct Metered<T: ?Sized> {
+    meter: Rc<Meter>,
+    law: Box<T>,
 }
 
-impl Learner<Counted> for Watched {
+impl<T: ?Sized> Metered<T> {
+    fn new(law: Box<T>, meter: &Rc<Meter>) -> Self {
+        Self {
+            meter: Rc::clone(meter),
+            law,
+        }
+    }
+}
+
+impl Learner<Counted> for Metered<dyn Learner<Counted>> {
     /// What a law does in the background belongs to its sample.
     fn learn(
         &mut self,
         increment: Counted,
         command: Counted,
     ) -> Result<Option<Seen<Counted>>, StepError> {
-        let Self { learner, meter } = self;
-        meter.measure(&mut || {
-            let seen = learner.learn(increment, command);
-            learner.work();
+        let law = &mut self.law;
+        self.meter.measure(|| {
+            let seen = law.learn(increment, command);
+            law.work();
             seen
         })
     }
 
     fn estimates(&self) -> ServoParameters {
-        self.learner.estimates()
+        self.law.estimates()
     }
 
     fn join(&mut self, increment: Counted) {
-        self.learner.join(increment);
+        self.law.join(increment);
+    }
+}
+
+impl RelayMethod<Counted> for Metered<dyn RelayMethod<Counted>> {
+    fn process(&mut self, increment: Counted, error: Counted) -> Counted {
+        let law = &mut self.law;
+        self.meter.measure(|| law.process(increment, error))
+    }
+
+    fn estimates(&self) -> Option<ServoParameters> {
+        self.law.estimates()
+    }
+
+    fn follows(&self) -> bool {
+        self.law.follows()
     }
 }
 

@@ -1,9 +1,14 @@
 //! The identifiers of the core behind one face, so that one loop serves them all.
 
+use identifier_core::Settings;
 use identifier_core::error::StepError;
 use identifier_core::identifier::{Identify, Seen};
 use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ParameterSet;
 use identifier_core::settings::PerParameter;
+
+use crate::experiment::Outcome;
+use crate::scenario::place;
 
 /// An identifier with its state: what [`Identify`] is, whatever the types.
 pub(crate) trait Learner<N> {
@@ -23,11 +28,6 @@ pub(crate) trait Learner<N> {
         None
     }
 
-    /// Bandwidth of the model's correction, rad/s, where the law chooses it as it goes.
-    fn bandwidth(&self) -> Option<f64> {
-        None
-    }
-
     /// Which estimates stand at a bound.
     fn at_bounds(&self) -> PerParameter<bool> {
         PerParameter::default()
@@ -35,22 +35,30 @@ pub(crate) trait Learner<N> {
 
     /// Joins a motion of so much a sample, before its next sample; the estimates are kept.
     fn join(&mut self, increment: N);
+
+    /// What is known of it besides its samples.
+    fn outcome(&self) -> Outcome {
+        Outcome::default()
+    }
 }
 
-/// An identifier with its state.
-pub(super) struct Beside<I, T> {
+/// An identifier of the core that listens beside a controller.
+pub(crate) struct Beside<I, T> {
     identifier: I,
     state: T,
+    known: Outcome,
 }
 
 impl<I, T> Beside<I, T> {
-    pub(super) fn new<N: Copy>(identifier: I) -> Self
+    /// At its start; `known` is what is known of it beforehand.
+    pub(crate) fn new<N: Copy>(identifier: I, known: Outcome) -> Self
     where
         I: Identify<N, State = T>,
     {
         Self {
             state: identifier.start(),
             identifier,
+            known,
         }
     }
 }
@@ -74,10 +82,6 @@ impl<N: Copy, I: Identify<N>> Learner<N> for Beside<I, I::State> {
         self.identifier.standard_errors(&self.state)
     }
 
-    fn bandwidth(&self) -> Option<f64> {
-        self.identifier.bandwidth(&self.state)
-    }
-
     fn at_bounds(&self) -> PerParameter<bool> {
         self.identifier.at_bounds(&self.state)
     }
@@ -85,4 +89,22 @@ impl<N: Copy, I: Identify<N>> Learner<N> for Beside<I, I::State> {
     fn join(&mut self, increment: N) {
         self.identifier.join(&mut self.state, increment);
     }
+
+    fn outcome(&self) -> Outcome {
+        Outcome {
+            bandwidth: self.identifier.bandwidth(&self.state),
+            ..self.known.clone()
+        }
+    }
+}
+
+/// Γ over the parameters of a set, SI.
+pub(crate) fn gamma_of<S: ParameterSet<P>, const P: usize>(
+    settings: &Settings,
+) -> Option<Vec<Vec<f64>>> {
+    let places = S::PARAMETERS.map(place);
+    settings.identifier.gamma.map(|gamma| {
+        let row = |i: usize| places.iter().map(|&j| gamma[i][j]).collect();
+        places.iter().map(|&i| row(i)).collect()
+    })
 }

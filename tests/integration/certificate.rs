@@ -2,14 +2,13 @@
 
 use host_sim::analysis::{Status, Summary};
 use host_sim::paper::{self, Case, Method};
-use host_sim::scenario::{Purpose, Scenario, Velocity};
+use host_sim::scenario::{Scenario, Velocity};
+use identifier_core::ControllerSettings;
 use identifier_core::control::Gains;
 use identifier_core::interval::Interval;
-use identifier_core::model::ServoParameters;
 use identifier_core::settings::BoxSettings;
 use identifier_core::stability::sampled_loop::AMPLE_GAIN_MARGIN;
-use identifier_core::stability::{Certificate, CertificateError, PlantBox, sampled_loop};
-use identifier_core::{ControllerSettings, Settings};
+use identifier_core::stability::{Certificate, PlantBox};
 use integration_tests::{Random, in_parallel, run, servo};
 
 /// A random box of servos.
@@ -82,7 +81,7 @@ fn random_scenario(random: &mut Random, excess: f64) -> Option<Scenario> {
     for entry in gamma.iter_mut().flatten() {
         *entry *= excess;
     }
-    scenario.is_buildable().then_some(scenario)
+    scenario.buildable().is_ok().then_some(scenario)
 }
 
 /// Runs `count` random scenarios with Γ excesses of a range.

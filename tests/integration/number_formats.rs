@@ -1,25 +1,15 @@
 //! Three number formats, one answer: the same experiments in f64, f32 and fixed point.
 
-use fixed::types::I16F16;
 use host_sim::analysis::Summary;
 use host_sim::drift::{self, Compared, Differences, Format};
 use host_sim::report::drift as report;
 use host_sim::scenario::{Arithmetic, Reference, Scenario};
-use identifier_core::control::{ControlState, Controller, position_error};
-use identifier_core::error::StepError;
 use identifier_core::excitation::Excitation;
-use identifier_core::fixed_point::{FixedController, FixedLowPass, FixedServoLoop};
-use identifier_core::identifier::Identify;
-use identifier_core::measurement::velocity::LowPass;
 use identifier_core::model::ServoParameters;
-use identifier_core::parameters::AbCoulomb;
-use identifier_core::settings::BoxSettings;
-use identifier_core::{ControllerSettings, Settings};
 use integration_tests::{in_parallel, parse, run, servo};
-use proptest::prelude::*;
 
-const PAPER: &str = include_str!("../host-sim/scenarios/paper.toml");
-const RUBBING: &str = include_str!("../host-sim/scenarios/drift.toml");
+const PAPER: &str = include_str!("../../host-sim/scenarios/paper.toml");
+const RUBBING: &str = include_str!("../../host-sim/scenarios/drift.toml");
 
 /// Each format in a loop of its own.
 fn in_own_loops(text: &str) -> [Summary; 3] {

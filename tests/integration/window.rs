@@ -1,17 +1,8 @@
-//! The windowed law: it knows the servo after a wiggle, its work can be cut into any slices, and the
-//! recursive law never leaves what its own first fit has found.
+//! The windowed law knows the servo after a wiggle.
 
-use host_sim::experiment;
 use host_sim::scenario::{ExcitationSettings, Scenario};
-use identifier_core::control::{ControlState, Controller};
-use identifier_core::excitation::{BandLimitedWhiteNoise, BandLimitedWhiteNoiseState, Excitation};
-use identifier_core::identifier::{GaussNewtonIdentifier, Identify, WindowIdentifier};
-use identifier_core::measurement::velocity::{LowPass, LowPassState};
-use identifier_core::model::ServoParameters;
-use identifier_core::parameters::AbLoad;
-use identifier_core::{ControllerSettings, Settings};
+use host_sim::simulate;
 use integration_tests::{Random, in_parallel, parse, servo};
-use virtual_servo::{Encoder, Plant};
 
 /// The paper's servo under 20 references and three loads, from b̂ far below and far above.
 fn scenarios(arithmetic: &str) -> Vec<Scenario> {
@@ -51,14 +42,15 @@ fn scenarios(arithmetic: &str) -> Vec<Scenario> {
 fn worst_from(scenario: &Scenario, time: f64) -> (f64, f64, f64) {
     let truth = scenario.plant.expect("a run has a plant");
     let (mut b, mut load, mut a) = (0.0_f64, 0.0_f64, 0.0_f64);
-    experiment::run(scenario, &mut |sample| {
+    simulate::run(scenario, &mut |sample| {
         let found = &sample.estimates;
         if sample.time >= time {
             b = b.max((found.b / truth.b - 1.0).abs());
             load = load.max((found.load - truth.load).abs());
             a = a.max((found.a - truth.a).abs());
         }
-    });
+    })
+    .expect("a valid scenario");
     (b, load, a)
 }
 

@@ -70,17 +70,18 @@ fn both_laws_find_friction_three_times_as_large() {
 fn a_model_without_friction_is_biased_by_it_and_the_residual_says_why() {
     use host_sim::analysis::Summariser;
     use host_sim::analysis::residual::{Cause, Recording, Report};
-    use host_sim::experiment;
+    use host_sim::simulate;
 
     let mut lacking = scenario("gauss-newton", "f64", 10.0, 10.0);
     lacking.identifier.parameters.truncate(2);
     let report = |scenario: &Scenario| {
         let mut summariser = Summariser::new(scenario);
         let mut recording = Recording::default();
-        let outcome = experiment::run(scenario, &mut |sample| {
+        let outcome = simulate::run(scenario, &mut |sample| {
             summariser.add(sample);
             recording.add(sample);
-        });
+        })
+        .expect("a valid scenario");
         let summary = summariser.finish(scenario, outcome);
         Report::new(scenario, &summary, recording)
     };

@@ -4,17 +4,16 @@ use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
 use rivals::DirectEstimator;
 
-use super::NO_ESTIMATE;
-use crate::experiment::learner::Learner;
+use super::{Learner, NO_ESTIMATE};
 
 /// A direct estimator beside a controller.
-pub(super) struct DirectLearner<N: Number, E: DirectEstimator<N>> {
+pub(crate) struct Direct<N: Number, E: DirectEstimator<N>> {
     estimator: E,
     state: E::State,
 }
 
-impl<N: Number, E: DirectEstimator<N>> DirectLearner<N, E> {
-    pub(super) fn new(estimator: E) -> Self {
+impl<N: Number, E: DirectEstimator<N>> Direct<N, E> {
+    pub(crate) fn new(estimator: E) -> Self {
         Self {
             state: estimator.start(),
             estimator,
@@ -22,7 +21,7 @@ impl<N: Number, E: DirectEstimator<N>> DirectLearner<N, E> {
     }
 }
 
-impl<N: Number, E: DirectEstimator<N>> Learner<N> for DirectLearner<N, E> {
+impl<N: Number, E: DirectEstimator<N>> Learner<N> for Direct<N, E> {
     fn learn(&mut self, increment: N, command: N) -> Result<Option<Seen<N>>, StepError> {
         self.estimator.process(&mut self.state, increment, command);
         Ok(None)

@@ -1,3 +1,5 @@
+//! What an experiment shows, simulated or replayed: its samples, and what is known of it in the end.
+
 use identifier_core::error::StepError;
 use identifier_core::identifier::Event;
 use identifier_core::model::ServoParameters;

@@ -1,20 +1,18 @@
 use identifier_core::adaptation::NormalEquations;
-use identifier_core::error::StepError;
+use identifier_core::error::{OutOfRange, StepError};
 use identifier_core::identifier::Seen;
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
 use identifier_core::units::Units;
 use rivals::{Filtered, StateVariableFilter};
 
-use super::NO_ESTIMATE;
-use crate::experiment::learner::Learner;
-use crate::scenario::{BaselineSettings, CHECKED};
+use super::{Learner, NO_ESTIMATE};
 
 /// Off-line least squares of q̈_f = −a q̇_f + b u_f over all samples so far, in double precision:
 /// what Adam and Guestrin do after an experiment in a proportional loop of low gain
 /// ("Identification and robust control for an experimental servomotor", ISA Transactions 41(2),
 /// 2002).
-pub(super) struct BatchLeastSquares {
+pub(crate) struct BatchLeastSquares {
     units: Units,
     filter: StateVariableFilter<f64>,
     command: f64,
@@ -24,15 +22,19 @@ pub(super) struct BatchLeastSquares {
 }
 
 impl BatchLeastSquares {
-    pub(super) fn new(units: &Units, settings: &BaselineSettings) -> Self {
-        Self {
+    /// Its filters of so many rad/s.
+    ///
+    /// # Errors
+    /// The cut-off must be below what the sample time allows.
+    pub(crate) fn new(units: &Units, cutoff: f64) -> Result<Self, OutOfRange> {
+        Ok(Self {
             units: *units,
-            filter: StateVariableFilter::new(units, settings.filter_cutoff).expect(CHECKED),
+            filter: StateVariableFilter::new(units, cutoff)?,
             command: 0.0,
             motion: Filtered::AT_REST,
             drive: Filtered::AT_REST,
             equations: NormalEquations::empty(),
-        }
+        })
     }
 }
 

@@ -1,0 +1,92 @@
+//! From measurements to what a loop computes with: differences of positions, in its number format.
+
+use identifier_core::control::position_error;
+use identifier_core::number::Number;
+
+use super::Measurement;
+
+/// Remembers the last measurement.
+pub(super) struct Feedback<N> {
+    start: i32,
+    count: i32,
+    counted: i64,
+    position: N,
+}
+
+/// What a measurement says of the servo, position units.
+pub(super) struct Motion<N> {
+    /// How far the servo is from where it is wanted.
+    pub(super) error: N,
+    /// How far it has moved since the last sample.
+    pub(super) increment: N,
+    /// How far it is from where it started.
+    pub(super) position: f64,
+}
+
+impl<N: Number> Feedback<N> {
+    /// At a count where references are zero.
+    pub(super) fn starting_at(start: i32) -> Self {
+        Self {
+            start,
+            count: start,
+            counted: 0,
+            position: N::ZERO,
+        }
+    }
+
+    /// Takes a measurement in, against a reference (position units).
+    pub(super) fn read(&mut self, reference: f64, measured: Measurement) -> Motion<N> {
+        let wanted = N::from_f64(reference);
+        match measured {
+            Measurement::Count(count) => {
+                let moved = count.wrapping_sub(self.count);
+                self.count = count;
+                self.counted += i64::from(moved);
+                Motion {
+                    error: position_error(self.start, wanted, count),
+                    increment: N::from_count(moved),
+                    position: self.counted as f64,
+                }
+            }
+            Measurement::Position(position) => {
+                let position = N::from_f64(position);
+                let increment = position - self.position;
+                self.position = position;
+                Motion {
+                    error: wanted - position,
+                    increment,
+                    position: position.to_f64(),
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Feedback, Measurement};
+
+    #[test]
+    fn a_counter_that_wraps_is_a_servo_that_moves_on() {
+        let start = i32::MAX - 1;
+        let mut feedback = Feedback::<f64>::starting_at(start);
+        for moved in 1..5_i32 {
+            let motion = feedback.read(2.5, Measurement::Count(start.wrapping_add(moved)));
+            let found = [motion.error, motion.increment, motion.position];
+            let moved = f64::from(moved);
+            assert_eq!(
+                found.map(f64::to_bits),
+                [2.5 - moved, 1.0, moved].map(f64::to_bits)
+            );
+        }
+    }
+
+    #[test]
+    fn an_ideal_position_is_taken_to_the_loops_number() {
+        let mut feedback = Feedback::<f32>::starting_at(0);
+        let third = 1.0 / 3.0;
+        let motion = feedback.read(0.0, Measurement::Position(third));
+        assert_eq!(motion.increment.to_bits(), (third as f32).to_bits());
+        assert_eq!(motion.position.to_bits(), f64::from(third as f32).to_bits());
+    }
+}

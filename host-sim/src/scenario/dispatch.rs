@@ -1,0 +1,89 @@
+//! From a scenario's choices to the core's types: the one place where a number format, a velocity
+//! estimate and a set of parameters become types.
+//!
+//! Each macro calls a function that is generic over what it chooses: the types that the call names
+//! come first, those that are chosen follow. `with_velocity!(scenario, N => pid::<N>(settings))` is
+//! `pid::<N, LowPass<N>>(settings)` for a scenario with a low-pass.
+
+/// With the number that a loop is computed in; what has no form in fixed point is computed in `f64`.
+macro_rules! with_number {
+    ($scenario:expr => $function:ident ($($argument:expr),* $(,)?)) => {
+        match $scenario.identifier.arithmetic {
+            $crate::scenario::Arithmetic::F32 => $function::<f32>($($argument),*),
+            $crate::scenario::Arithmetic::F64 | $crate::scenario::Arithmetic::Fixed => {
+                $function::<f64>($($argument),*)
+            }
+        }
+    };
+}
+
+/// With the velocity estimate on a number.
+macro_rules! with_velocity {
+    ($scenario:expr, $number:ty => $function:ident$(::<$given:ty>)? ($($argument:expr),* $(,)?)) => {{
+        use ::identifier_core::measurement::velocity;
+        use $crate::scenario::Velocity;
+        match $scenario.velocity {
+            Velocity::LowPass => $function::<$($given,)? velocity::LowPass<$number>>($($argument),*),
+            Velocity::Difference => {
+                $function::<$($given,)? velocity::BackwardDifference>($($argument),*)
+            }
+            Velocity::AveragedDifference => {
+                $function::<$($given,)? velocity::AveragedDifference<$number>>($($argument),*)
+            }
+        }
+    }};
+}
+
+/// With the parameter set and the number of its parameters.
+macro_rules! with_set {
+    ($scenario:expr => $function:ident::<$($given:ty),+> ($($argument:expr),* $(,)?)) => {{
+        use ::identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, AbLoad};
+        use $crate::scenario::ModelSet;
+        match $scenario.model_set() {
+            ModelSet::Ab => $function::<$($given,)+ Ab, 2>($($argument),*),
+            ModelSet::AbCoulomb => $function::<$($given,)+ AbCoulomb, 3>($($argument),*),
+            ModelSet::AbLoad => $function::<$($given,)+ AbLoad, 3>($($argument),*),
+            ModelSet::AbCoulombLoad => $function::<$($given,)+ AbCoulombLoad, 4>($($argument),*),
+        }
+    }};
+}
+
+/// With the velocity estimate on a number, the parameter set and the number of its parameters.
+macro_rules! with_types {
+    ($scenario:expr, $number:ty => $function:ident$(::<$given:ty>)? ($($argument:expr),* $(,)?)) => {{
+        use ::identifier_core::measurement::velocity;
+        use $crate::scenario::{Velocity, dispatch::with_set};
+        match $scenario.velocity {
+            Velocity::LowPass => with_set!(
+                $scenario => $function::<$($given,)? velocity::LowPass<$number>>($($argument),*)
+            ),
+            Velocity::Difference => with_set!(
+                $scenario => $function::<$($given,)? velocity::BackwardDifference>($($argument),*)
+            ),
+            Velocity::AveragedDifference => with_set!(
+                $scenario => $function::<$($given,)? velocity::AveragedDifference<$number>>($($argument),*)
+            ),
+        }
+    }};
+}
+
+/// With the velocity estimate on fixed-point words, the parameter set and the number of its
+/// parameters.
+macro_rules! with_words {
+    ($scenario:expr => $function:ident ($($argument:expr),* $(,)?)) => {{
+        use ::identifier_core::fixed_point::{FixedAveragedDifference, FixedLowPass};
+        use ::identifier_core::measurement::velocity::BackwardDifference;
+        use $crate::scenario::{Velocity, dispatch::with_set};
+        match $scenario.velocity {
+            Velocity::LowPass => with_set!($scenario => $function::<FixedLowPass>($($argument),*)),
+            Velocity::Difference => {
+                with_set!($scenario => $function::<BackwardDifference>($($argument),*))
+            }
+            Velocity::AveragedDifference => {
+                with_set!($scenario => $function::<FixedAveragedDifference>($($argument),*))
+            }
+        }
+    }};
+}
+
+pub(crate) use {with_number, with_set, with_types, with_velocity, with_words};

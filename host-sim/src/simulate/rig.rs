@@ -1,0 +1,207 @@
+//! The test rig: a simulated servo with its sensor, and the reference that it is to follow.
+
+use virtual_servo::Plant;
+
+use super::sensor::Sensor;
+use crate::experiment::{Outcome, Sample};
+use crate::loops::SimLoop;
+
+/// What a loop is closed around.
+pub(crate) struct Rig<'a> {
+    pub(super) sample_time: f64,
+    /// Rad.
+    pub(super) position_unit: f64,
+    pub(crate) samples: u64,
+    /// The reference of the next sample, position units.
+    pub(crate) reference: Box<dyn FnMut() -> f64 + 'a>,
+    pub(super) sensor: Sensor,
+    pub(super) servo: Plant,
+}
+
+/// A run of a loop on the rig.
+#[derive(Debug)]
+pub(crate) struct Run<E> {
+    /// What is known of it.
+    pub(crate) outcome: Outcome,
+    /// When and why the loop ended before its time, if it did.
+    pub(crate) stopped: Option<(f64, E)>,
+}
+
+impl Rig<'_> {
+    /// Closes a loop around the servo, sample by sample, and shows each to `observe`, before its
+    /// command acts, with the loop as it is then.
+    pub(crate) fn run<L: SimLoop + ?Sized>(
+        mut self,
+        closed: &mut L,
+        observe: &mut dyn FnMut(&Sample, &L),
+    ) -> Run<L::Error> {
+        let unit = self.position_unit;
+        let mut counted = Outcome::default();
+        let mut stopped = None;
+        for number in 0..self.samples {
+            let time = number as f64 * self.sample_time;
+            let reference = (self.reference)();
+            let (measured, position) = self.sensor.read(self.servo.position);
+            let step = match closed.process(reference, measured) {
+                Ok(step) => step,
+                Err(error) => {
+                    stopped = Some((time, error));
+                    break;
+                }
+            };
+            counted.count(step.event);
+            let sample = Sample {
+                time,
+                reference: reference * unit,
+                position: position * unit,
+                command: step.command,
+                output_error: step.output_error.map(|error| error * unit),
+                estimates: step.estimates,
+                standard_errors: step.standard_errors,
+                at_bounds: step.at_bounds,
+            };
+            observe(&sample, closed);
+            self.servo.advance(step.command);
+        }
+        Run {
+            outcome: Outcome {
+                samples: counted.samples,
+                events: counted.events,
+                ..closed.outcome()
+            },
+            stopped,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use identifier_core::identifier::Event;
+    use identifier_core::model::ServoParameters;
+
+    use super::*;
+    use crate::loops::{Measurement, Step};
+
+    const SAMPLE_TIME: f64 = 1e-3;
+    const UNIT: f64 = 1e-4;
+
+    /// A command that nothing changes, until it fails.
+    struct Constant {
+        command: f64,
+        lasts: u64,
+        asked: Vec<(f64, Measurement)>,
+    }
+
+    impl Constant {
+        fn new(command: f64, lasts: u64) -> Self {
+            Self {
+                command,
+                lasts,
+                asked: Vec::new(),
+            }
+        }
+    }
+
+    impl SimLoop for Constant {
+        type Error = &'static str;
+
+        fn process(&mut self, reference: f64, measured: Measurement) -> Result<Step, &'static str> {
+            if self.asked.len() as u64 == self.lasts {
+                return Err("it was to end here");
+            }
+            self.asked.push((reference, measured));
+            Ok(Step {
+                event: Some(Event::Standing),
+                output_error: Some(2.0),
+                ..Step::direct(self.command, None)
+            })
+        }
+
+        fn outcome(&self) -> Outcome {
+            Outcome {
+                mu: Some(3.0),
+                samples: 99,
+                ..Outcome::default()
+            }
+        }
+    }
+
+    fn rig<'a>(servo: &ServoParameters, samples: u64, sensor: Sensor) -> Rig<'a> {
+        let mut reference = 0.0;
+        Rig {
+            sample_time: SAMPLE_TIME,
+            position_unit: UNIT,
+            samples,
+            reference: Box::new(move || {
+                reference += 1.0;
+                reference
+            }),
+            sensor,
+            servo: Plant::at_rest(servo, SAMPLE_TIME),
+        }
+    }
+
+    const FREE: ServoParameters = ServoParameters {
+        a: 0.0,
+        b: 257.7,
+        coulomb: 0.0,
+        load: 0.0,
+    };
+
+    #[test]
+    fn a_constant_command_moves_a_free_servo_along_a_parabola() {
+        let command = 0.25;
+        let mut closed = Constant::new(command, u64::MAX);
+        let mut seen = Vec::new();
+        let ideal = Sensor::ideal::<f64>(1.0 / UNIT);
+        let run = rig(&FREE, 1000, ideal).run(&mut closed, &mut |sample, _| seen.push(*sample));
+        assert!(run.stopped.is_none());
+        assert_eq!(seen.len(), 1000);
+        for (number, sample) in seen.iter().enumerate() {
+            let time = number as f64 * SAMPLE_TIME;
+            // What is seen of a sample is seen before its command acts.
+            let expected = FREE.b * command * time * time / 2.0;
+            assert!((sample.time - time).abs() < 1e-12);
+            assert!(
+                (sample.position - expected).abs() < 1e-9 * (1.0 + expected),
+                "{sample:?}"
+            );
+            assert!((sample.reference - (number + 1) as f64 * UNIT).abs() < 1e-12);
+            assert_eq!(
+                sample.output_error.map(f64::to_bits),
+                Some((2.0 * UNIT).to_bits())
+            );
+        }
+        let (_, last) = closed.asked[999];
+        let Measurement::Position(last) = last else {
+            panic!("an ideal sensor shows positions: {last:?}");
+        };
+        assert!((last * UNIT - seen[999].position).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_encoder_shows_the_last_count_passed_from_where_its_counter_starts() {
+        let mut closed = Constant::new(0.5, u64::MAX);
+        let encoder = Sensor::encoder(std::f64::consts::TAU / UNIT, i32::MAX);
+        rig(&FREE, 200, encoder).run(&mut closed, &mut |sample, closed| {
+            let counts = (sample.position / UNIT).round();
+            let expected = i32::MAX.wrapping_add(counts as i32);
+            let (_, measured) = closed.asked[closed.asked.len() - 1];
+            assert_eq!(measured, Measurement::Count(expected));
+        });
+        assert_eq!(closed.asked.len(), 200);
+    }
+
+    #[test]
+    fn a_loop_that_fails_ends_the_run_and_the_samples_before_it_count() {
+        let mut closed = Constant::new(1.0, 7);
+        let mut seen = 0;
+        let ideal = Sensor::ideal::<f64>(1.0 / UNIT);
+        let run = rig(&FREE, 100, ideal).run(&mut closed, &mut |_, _| seen += 1);
+        assert_eq!(seen, 7);
+        assert_eq!((run.outcome.samples, run.outcome.events.standing), (7, 7));
+        assert_eq!(run.outcome.mu, Some(3.0));
+        let (time, error) = run.stopped.expect("it failed");
+        assert!((time - 7.0 * SAMPLE_TIME).abs() < 1e-12 && error == "it was to end here");
+    }
+}
