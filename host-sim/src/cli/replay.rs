@@ -8,10 +8,10 @@ use crate::scenario::{Purpose, Scenario, keys};
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
 pub(super) struct Arguments {
-    /// The log, .csv or .csv.gz.
+    /// The log, a file, .csv or .csv.gz: what `run --csv` wrote, or what a drive recorded.
     log: PathBuf,
-    /// The scenario: identifier, the log's columns, and the controller that ran where the log has no
-    /// command.
+    /// The scenario of the run that wrote the log; for any other log one without [plant]: identifier,
+    /// the log's columns, and the controller that ran where the log has no command.
     #[arg(long, value_name = "SCENARIO.toml")]
     scenario: PathBuf,
     /// Passes over the log, each from the estimates of the one before.
