@@ -12,6 +12,7 @@ mod output_file;
 mod paper;
 mod pil;
 mod place;
+mod recording;
 mod replay;
 mod run;
 mod standard_output;

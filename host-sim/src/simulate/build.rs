@@ -207,6 +207,12 @@ pub(crate) fn learner<N: Number>(
     scenario: &Scenario,
     settings: &Settings,
 ) -> Result<Box<dyn Learner<N>>, Fault> {
+    if let Law::Baseline(Baseline::RelayLeastSquares, own) = &scenario.identifier.law {
+        // Its relay makes its command; the least squares listen to any.
+        let law =
+            FilteredLeastSquares::new(&scenario.checked_units()?, &scenario.least_squares(own));
+        return Ok(Box::new(Direct::new(law.map_err(fault_of_rival)?)));
+    }
     match method::<N>(scenario, settings)? {
         Method::Listening(learner) => Ok(learner),
         Method::Relay(_) | Method::Own(_) => Err(Fault::new(
@@ -230,19 +236,22 @@ pub(super) fn method<N: Number>(
         Law::GaussNewton => with_set!(scenario => gauss_newton::<N>(settings)),
         Law::Window => with_set!(scenario => window::<N>(settings)),
         Law::Baseline(baseline, own) => {
-            return rival(scenario, &units, *baseline, own).map_err(|error| {
-                let key = match error.parameter {
-                    "cutoff" => "filter_cutoff",
-                    "sample_time" => "block",
-                    other => other,
-                };
-                Fault::new(format!("identifier.{key}"), error)
-            });
+            return rival(scenario, &units, *baseline, own).map_err(fault_of_rival);
         }
     };
     listening
         .map(Method::Listening)
         .map_err(|error| scenario.fault(&error))
+}
+
+/// What a rival cannot be built from, by its key.
+fn fault_of_rival(error: OutOfRange) -> Fault {
+    let key = match error.parameter {
+        "cutoff" => "filter_cutoff",
+        "sample_time" => "block",
+        other => other,
+    };
+    Fault::new(format!("identifier.{key}"), error)
 }
 
 type Listening<N> = Result<Box<dyn Learner<N>>, IdentifierError>;
