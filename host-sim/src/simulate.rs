@@ -5,6 +5,7 @@
 //! scenario; what can be wrong with it is found then.
 
 mod build;
+mod checked;
 mod operations;
 mod rig;
 mod sensor;

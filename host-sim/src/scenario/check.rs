@@ -12,8 +12,13 @@ const MOST_SAMPLES: f64 = 1e10;
 /// The position unit of an ideal sensor, rad: as of an encoder that is finer than any effect.
 const IDEAL_UNIT: f64 = 1e-5;
 
-/// A scenario as it was read, with what follows from it, for a purpose.
-pub(super) fn complete(mut scenario: Scenario, purpose: Purpose) -> Result<Scenario, Fault> {
+/// A scenario as it was read, with what follows from it, for a purpose; `build` finds what no loop can
+/// be built from.
+pub(super) fn complete(
+    mut scenario: Scenario,
+    purpose: Purpose,
+    build: fn(&Scenario) -> Result<(), Fault>,
+) -> Result<Scenario, Fault> {
     let unit = |counts| std::f64::consts::TAU / counts;
     scenario.stated.resolution = scenario.counts_per_rev.map_or(IDEAL_UNIT, unit);
     scenario.checked_units()?;
@@ -32,14 +37,14 @@ pub(super) fn complete(mut scenario: Scenario, purpose: Purpose) -> Result<Scena
         Purpose::Run => {
             scenario.servo()?;
             let scenario = scenario.in_own_loop();
-            scenario.try_parts()?;
+            build(&scenario)?;
             Ok(scenario)
         }
         // A replay knows its units and its reference only once the log is read.
         Purpose::Replay if scenario.is_own_log() => {
             replayable(&scenario)?;
             let scenario = scenario.in_own_loop();
-            scenario.try_parts()?;
+            build(&scenario)?;
             Ok(scenario)
         }
         Purpose::Replay => {

@@ -25,8 +25,7 @@ pub use law::{Baseline, BaselineSettings, Closing, Law};
 pub(crate) use parts::{MOST_PLAYED, place};
 pub use reference::{Reference, ReferenceState};
 pub use set::ModelSet;
-
-use std::path::Path;
+pub(crate) use source::fetch;
 
 use identifier_core::excitation::Tone;
 use identifier_core::model::ServoParameters;
@@ -280,22 +279,20 @@ impl Scenario {
         }
     }
 
-    /// Reads a scenario file.
+    /// Reads a scenario from a text; `name` stands for the file in errors. What `build` finds is told by
+    /// its place in the text, too.
     ///
     /// # Errors
     /// File, line, key and what is allowed there.
-    pub fn load(path: &Path, purpose: Purpose) -> Result<Self, ScenarioError> {
-        Self::parse(&path.display().to_string(), &source::fetch(path)?, purpose)
-    }
-
-    /// Reads a scenario from a text; `name` stands for the file in errors.
-    ///
-    /// # Errors
-    /// As [`Scenario::load`].
-    pub fn parse(name: &str, text: &str, purpose: Purpose) -> Result<Self, ScenarioError> {
+    pub(crate) fn read(
+        name: &str,
+        text: &str,
+        purpose: Purpose,
+        build: fn(&Self) -> Result<(), Fault>,
+    ) -> Result<Self, ScenarioError> {
         let source = source::Source::new(name, text)?;
         read::scenario(&source, purpose)
-            .and_then(|read| check::complete(read, purpose))
+            .and_then(|read| check::complete(read, purpose, build))
             .map_err(|fault| source.locate(fault))
     }
 }

@@ -91,14 +91,6 @@ impl Scenario {
         with_types!(self, f64 => chosen_gamma(&automatic, &in_loop, reference))
     }
 
-    /// Whether every part can be built, as is checked when a file is read.
-    ///
-    /// # Errors
-    /// What cannot be built, and why.
-    pub fn buildable(&self) -> Result<(), String> {
-        self.try_parts().map_err(|fault| fault.to_string())
-    }
-
     /// The scenario with Γ stated where it would be chosen: it follows from the box and the
     /// reference, so many servos of one box can share it. Where none can be chosen it stays as it is.
     #[must_use]

@@ -35,13 +35,6 @@ use crate::scenario::{Arithmetic, Baseline, BaselineSettings, Fault, Law, Scenar
 /// Blocks of a window: a PC has the memory for every sample of half a second at 1 kHz.
 const WINDOW_BLOCKS: usize = 512;
 
-impl Scenario {
-    /// Builds every part once, so that nothing can fail after output has begun.
-    pub(crate) fn try_parts(&self) -> Result<(), Fault> {
-        Simulation::of(self).map(drop)
-    }
-}
-
 impl Simulation {
     /// What a scenario describes.
     ///
