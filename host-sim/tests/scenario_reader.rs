@@ -107,12 +107,8 @@ fn a_first_file_is_led_to_a_run() {
         .1;
     Scenario::parse("s.toml", lines, Purpose::Run).expect("the example is a scenario");
     let replay = |text| Scenario::parse("s.toml", text, Purpose::Replay);
-    let advice = replay("").expect_err("no log").to_string();
-    let lines = advice
-        .split_once("write, for example:\n")
-        .expect("an example")
-        .1;
-    let advice = replay(lines).expect_err("no command").to_string();
+    let columns = "[log]\ntime = \"t\"\nposition = \"q\"\n";
+    let advice = replay(columns).expect_err("no command").to_string();
     assert!(advice.contains("log.command"), "{advice}");
 }
 

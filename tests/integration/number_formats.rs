@@ -1,7 +1,8 @@
 //! Three number formats, one answer: the same experiments in f64, f32 and fixed point.
 
+use host_sim::analysis::Summary;
 use host_sim::drift::{self, Compared, Differences, Format};
-use host_sim::report::{Summary, drift as report};
+use host_sim::report::drift as report;
 use host_sim::scenario::{Arithmetic, Reference, Scenario};
 use identifier_core::excitation::Excitation;
 use identifier_core::model::ServoParameters;
@@ -182,11 +183,14 @@ fn a_soak_shows_no_drift() {
     assert_no_drift(&scenario, &["b", "coulomb", "load"]);
 }
 
-/// The reference stands still for 10⁶ samples and then moves again.
+/// The reference stands still for 1000 s, 10⁶ samples, and then moves again.
 #[test]
 fn estimates_keep_still_without_excitation_and_do_not_burst_after_it() {
-    const MOVING: u64 = 20_000;
-    const STANDING: u64 = 1_000_000;
+    /// How long it moves, before and afterwards, and how long it stands still, s.
+    const MOVING: f64 = 20.0;
+    const STANDING: f64 = 1000.0;
+    /// For the last step of the reference to die away, s.
+    const DYING_AWAY: f64 = 1.0;
     for text in [RUBBING, PAPER] {
         let scenario = {
             let mut scenario = parse(text);
@@ -194,11 +198,13 @@ fn estimates_keep_still_without_excitation_and_do_not_burst_after_it() {
             scenario
         };
         let units = scenario.units();
+        let [moving, standing, dying_away] =
+            [MOVING, STANDING, DYING_AWAY].map(|time| (time / units.sample_time()).round() as u64);
         let source = Reference::<f64>::new(&units, &scenario.excitation).expect("valid");
         let mut state = source.start();
         let mut last = 0.0;
         let mut reference = |k: u64| {
-            if !(MOVING..MOVING + STANDING).contains(&k) {
+            if !(moving..moving + standing).contains(&k) {
                 last = source.process(&mut state) * units.position_unit();
             }
             last
@@ -210,22 +216,21 @@ fn estimates_keep_still_without_excitation_and_do_not_burst_after_it() {
         drift::run(
             &scenario,
             0,
-            2 * MOVING + STANDING,
+            2 * moving + standing,
             &mut reference,
             &mut |compared| {
-                // A second for the last step of the reference to die away.
-                if k == MOVING + 1000 {
+                if k == moving + dying_away {
                     before = Some(*compared);
                 }
                 if let Some(before) = &before {
-                    let standing = k < MOVING + STANDING;
+                    let stands = k < moving + standing;
                     for (then, now) in before.signals.iter().zip(&compared.signals) {
                         for (i, worst) in worst.iter_mut().enumerate() {
                             let [then, now] = [then, now].map(|signals| of(&signals.estimates)[i]);
                             // What is not estimated is zero, and stays so.
                             let moved = (now - then).abs() / then.abs().max(1e-9);
-                            worst[usize::from(!standing)] =
-                                worst[usize::from(!standing)].max(moved);
+                            let worst = &mut worst[usize::from(!stands)];
+                            *worst = worst.max(moved);
                         }
                     }
                 }

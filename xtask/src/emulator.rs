@@ -157,8 +157,8 @@ fn emulator(board: &str) -> Command {
 
 fn missing(error: io::Error) -> String {
     format!(
-        "qemu-system-arm does not start ({error}): it must be version 8.1 or later, from Debian's \
-         backports for instance"
+        "qemu-system-arm does not start ({error}): it must be version 9.1 or later; `.ci/run` says \
+         where to get it"
     )
 }
 

@@ -8,8 +8,8 @@ use host_sim::drive::Client;
 
 use crate::{emulator, firmware};
 
-/// Samples from one sign of life to the next.
-const SIGN_OF_LIFE: u32 = 5_000;
+/// The time from one sign of life to the next, s of the drive.
+const SIGN_OF_LIFE: f64 = 5.0;
 
 /// Runs the drive for so many hours at 1 kHz: no sample may be late, be lost on the way, or be missing
 /// in the row.
@@ -28,10 +28,12 @@ fn run(drive: &mut Client, hours: f64) -> Result<(), Box<dyn Error>> {
     // Seconds of the drive; the signs of life are counted in its samples.
     settings.protection.link_timeout = 60.0;
     // A cast saturates, and makes zero of what is no number.
-    let samples = (hours * 3600.0 / settings.closed_loop.core.sample_time) as u32;
-    if samples < SIGN_OF_LIFE {
+    let samples_of = |time: f64| (time / settings.closed_loop.core.sample_time) as u32;
+    let samples = samples_of(hours * 3600.0);
+    let sign_of_life = samples_of(SIGN_OF_LIFE).max(1);
+    if samples < sign_of_life {
         return Err(format!(
-            "--hours {hours} is {samples} samples: less than {SIGN_OF_LIFE} show nothing"
+            "--hours {hours} is {samples} samples: less than {sign_of_life} show nothing"
         )
         .into());
     }
@@ -50,7 +52,7 @@ fn run(drive: &mut Client, hours: f64) -> Result<(), Box<dyn Error>> {
         let step = now.sample - last.map_or(0, |last| last.sample);
         missing += step - 1;
         last = Some(now);
-        if now.sample.is_multiple_of(SIGN_OF_LIFE) {
+        if now.sample.is_multiple_of(sign_of_life) {
             drive.say(Command::Hello)?;
         }
         if now.sample >= samples {

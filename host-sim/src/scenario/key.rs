@@ -56,7 +56,7 @@ pub(super) enum Holds {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum When {
     Always,
-    /// In a run, and in a replay where the table is there.
+    /// In a run and in the replay of its own log, and in any replay where the table is there.
     InRun,
     /// Only where the table is there.
     Stated,

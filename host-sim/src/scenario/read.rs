@@ -111,7 +111,8 @@ impl Reading<'_, '_> {
             (_, Holds::Table(when)) => {
                 let holds = match when {
                     When::Always => true,
-                    When::InRun => self.purpose == Purpose::Run,
+                    // A run's own log is what the run took for granted.
+                    When::InRun => self.purpose == Purpose::Run || scenario.is_own_log(),
                     When::Stated => false,
                 };
                 if holds {

@@ -13,7 +13,7 @@ use super::key::{Absent, Key, examples};
 const LONGEST: u64 = 1 << 20;
 
 /// The text of a file, as far as it is one.
-pub(super) fn fetch(path: &Path) -> Result<String, ScenarioError> {
+pub(crate) fn fetch(path: &Path) -> Result<String, ScenarioError> {
     let name = path.display().to_string();
     let refused = |line, fault: String| ScenarioError {
         file: name.clone(),

@@ -1,7 +1,7 @@
 //! Reference signals that keep the regressor persistently exciting.
 //!
 //! Every generator is configured in SI (rad, s, rad/s), gives positions in the machine units of
-//! the [`Units`] it was built with, one per control sample, and is the same
+//! the [`Units`](crate::units::Units) it was built with, one per control sample, and is the same
 //! sequence on every machine: phases and shift registers are integers, and no platform libm is
 //! called.
 
