@@ -612,3 +612,14 @@ fn hurt_scenarios_are_read_or_refused() {
     );
     assert!(memory.is_none_or(|most| most < MEMORY), "{memory:?}");
 }
+
+#[test]
+fn an_unstable_loop_is_not_the_encoders_fault() {
+    let path = folder("unstable").join("s.toml");
+    std::fs::write(&path, "[plant]\na = 3.1\nb = 850000\n").expect("written");
+    let output = host_sim(&["run", &path.display().to_string()]);
+    let answer = standard_error(&output);
+    assert_eq!(output.status.code(), Some(1), "{answer}");
+    assert!(answer.contains("the sampled loop is unstable"), "{answer}");
+    assert!(!answer.contains("encoder"), "{answer}");
+}
