@@ -1,5 +1,6 @@
 //! The simulator of the servo identifier.
 
+pub mod analysis;
 pub mod cli;
 pub mod compare;
 pub mod drift;

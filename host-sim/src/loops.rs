@@ -1,5 +1,5 @@
-//! The loops that can be closed around a servo, each a [`SimLoop`]: one control sample from a
-//! reference and a measurement to a command.
+//! The loops that can be closed around a servo, all with one face: one control sample from a reference
+//! and a measurement to a command.
 
 mod batch;
 mod direct;

@@ -1,8 +1,8 @@
 //! The paper's experiment (Miranda, Garrido and Bortoni, section IV): both methods, with the
 //! amplifier balanced and unbalanced.
 
+use crate::analysis::{Summariser, Summary};
 use crate::experiment::Sample;
-use crate::report::{Summariser, Summary};
 use crate::scenario::{Fault, Purpose, Scenario};
 use crate::simulate;
 

@@ -1,10 +1,11 @@
 //! Simulated experiments: a loop closed around a simulated servo, sample by sample.
 //!
-//! Whatever runs a loop on a simulated servo does it on the [test rig](rig::Rig), which alone goes from
-//! sample to sample: reference → sensor → loop → observer → servo. [`Simulation::of`] builds loop and
-//! rig from a scenario; what can be wrong with it is found then.
+//! Whatever runs a loop on a simulated servo does it on the test rig, which alone goes from sample to
+//! sample: reference → sensor → loop → observer → servo. [`Simulation::of`] builds loop and rig from a
+//! scenario; what can be wrong with it is found then.
 
 mod build;
+mod checked;
 mod operations;
 mod rig;
 mod sensor;
@@ -55,4 +56,68 @@ impl Simulation {
 /// The key that something cannot be built from; nothing has been observed then.
 pub fn run(scenario: &Scenario, observe: &mut dyn FnMut(&Sample)) -> Result<Outcome, Fault> {
     Ok(Simulation::of(scenario)?.run(observe))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::{Baseline, BaselineSettings, Law, Purpose, Velocity};
+
+    fn paper() -> Scenario {
+        let text = include_str!("../scenarios/paper.toml");
+        Scenario::parse("paper.toml", text, Purpose::Run).expect("valid")
+    }
+
+    #[test]
+    fn what_cannot_be_built_names_its_key_and_runs_no_sample() {
+        let refused = |change: &dyn Fn(&mut Scenario)| {
+            let mut scenario = paper();
+            change(&mut scenario);
+            let fault = run(&scenario, &mut |_| panic!("a sample")).expect_err("it cannot be");
+            fault.key
+        };
+        assert_eq!(refused(&|s| s.plant = None), "plant");
+        assert_eq!(
+            refused(&|s| s.stated.cutoff = -1.0),
+            "controller.velocity_filter.cutoff"
+        );
+        let rival = |baseline, change: &dyn Fn(&mut BaselineSettings)| {
+            let mut own = BaselineSettings::of(baseline);
+            change(&mut own);
+            refused(&|s| s.identifier.law = Law::Baseline(baseline, own))
+        };
+        for baseline in [
+            Baseline::ClosedLoopArx,
+            Baseline::ProportionalLeastSquares,
+            Baseline::RelayLeastSquares,
+            Baseline::TwoDegreesOfFreedom,
+        ] {
+            let key = rival(baseline, &|own| own.filter_cutoff = 1e9);
+            assert_eq!(key, "identifier.filter_cutoff", "{baseline:?}");
+        }
+    }
+
+    #[test]
+    fn a_rivals_loop_is_refused_for_its_controller_too() {
+        let mut scenario = paper();
+        let own = BaselineSettings::of(Baseline::ClosedLoopArx);
+        scenario.identifier.law = Law::Baseline(Baseline::ClosedLoopArx, own);
+        scenario.stated.cutoff = -1.0;
+        let fault = Simulation::of(&scenario).expect_err("no filter has this cut-off");
+        assert_eq!(fault.key, "controller.velocity_filter.cutoff");
+        scenario.velocity = Velocity::Difference;
+        Simulation::of(&scenario).expect("a difference has none");
+    }
+
+    #[test]
+    fn a_servo_that_outruns_its_encoder_ends_the_run_and_says_when() {
+        let mut scenario = paper();
+        let servo = scenario.plant.as_mut().expect("a run has a plant");
+        servo.b *= 1e6;
+        let mut last = 0.0;
+        let outcome = run(&scenario, &mut |sample| last = sample.time).expect("it can be built");
+        let abort = outcome.abort.expect("it cannot go on");
+        assert_eq!(outcome.samples, (abort.time * 1e3).round() as u64);
+        assert!((abort.time - last - scenario.sample_time()).abs() < 1e-9);
+    }
 }

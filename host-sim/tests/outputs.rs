@@ -260,6 +260,8 @@ fn a_full_standard_output_is_a_failure_and_a_closed_one_is_not() {
         "drift scenario.toml",
         "sweep scenario.toml --runs 1",
         "paper --out paper --force",
+        "keys",
+        "keys --schema",
         "--help",
         "--version",
     ] {

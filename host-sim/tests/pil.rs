@@ -16,16 +16,21 @@ use support::{folder, host_sim, standard_error};
 
 /// A chip that answers one host, and the address of its port. The line spoils an answer now and then.
 fn chip(spoilt: &'static [u32]) -> String {
+    chip_that_is_reset(u32::MAX, spoilt)
+}
+
+/// The same, reset after so many answers.
+fn chip_that_is_reset(after: u32, spoilt: &'static [u32]) -> String {
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port is free");
     let address = listener.local_addr().expect("it has an address");
     thread::spawn(move || {
         let (line, _) = listener.accept().expect("a host comes");
-        serve(line, spoilt);
+        serve(line, after, spoilt);
     });
     format!("tcp:{address}")
 }
 
-fn serve(mut line: TcpStream, spoilt: &[u32]) {
+fn serve(mut line: TcpStream, reset_after: u32, spoilt: &[u32]) {
     line.set_nodelay(true).expect("a socket");
     let mut receiver = Receiver::new();
     let mut lock_step = LockStep::new();
@@ -38,6 +43,9 @@ fn serve(mut line: TcpStream, spoilt: &[u32]) {
         };
         for &byte in &bytes[..count] {
             if let Some(Ok(question)) = receiver.take::<Question>(byte) {
+                if answers == reset_after {
+                    lock_step = LockStep::new();
+                }
                 let mut framed = frame(&lock_step.answer(&question)).expect("it fits");
                 if spoilt.contains(&answers) {
                     framed[3] ^= 0x55;
@@ -118,6 +126,20 @@ fn a_run_without_a_sample_is_an_error() {
     let fault = host_sim::pil::run(&scenario, &mut port, &mut |_| panic!("a sample"))
         .expect_err("nothing to run");
     assert!(fault.to_string().contains("run.duration"), "{fault}");
+}
+
+#[test]
+fn a_chip_that_is_reset_ends_the_run_and_what_was_seen_before_stands() {
+    let path = scenario("pil-reset", |text| text);
+    let scenario = Scenario::load(Path::new(&path), Purpose::Run).expect("valid");
+    // Its first answer is to the settings.
+    let address = chip_that_is_reset(101, &[]);
+    let mut port = host_sim::port::Port::open(&address).expect("it listens");
+    let mut seen = Vec::new();
+    let fault = host_sim::pil::run(&scenario, &mut port, &mut |sample| seen.push(*sample))
+        .expect_err("it was reset");
+    assert!(fault.to_string().contains("reset in the middle"), "{fault}");
+    assert_eq!(seen.len(), 100);
 }
 
 #[test]

@@ -213,7 +213,7 @@ fn a_bridged_gap_costs_next_to_nothing() {
     let text = lines.join("\n") + "\n";
     let bridging = scenario() + "bridge_gaps = 3\n";
     let result = result(&replay_text("bridged", &text, &bridging));
-    assert_eq!(result["samples"], 7990);
+    assert_eq!(result["samples"], 8000);
     let b = result["estimates"]["b"]["final"].as_f64().expect("number");
     assert!((b / 257.7 - 1.0).abs() < 0.01, "{result}");
 }
@@ -363,14 +363,105 @@ fn what_a_replay_cannot_do_without_is_asked_for_by_key() {
 }
 
 #[test]
-fn a_scenario_for_a_run_cannot_be_replayed_and_the_other_way_round() {
-    let paper = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/paper.toml");
-    let output = host_sim(&["replay", LOG, "--scenario", paper]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(standard_error(&output).contains(": log: "));
+fn a_scenario_without_a_servo_cannot_be_run() {
     let output = host_sim(&["run", SCENARIO]);
     assert_eq!(output.status.code(), Some(2));
     assert!(standard_error(&output).contains(": plant: "));
+}
+
+/// Without [log] the columns are those of the tool's own traces.
+#[test]
+fn columns_that_nobody_states_are_the_tools_own() {
+    let stated = lines().join("\n") + "\n";
+    let unstated = without(&scenario(), &["[log]"], &[]);
+    assert_eq!(
+        result(&replay_text("stated", &stated, &scenario())),
+        result(&replay_text("unstated", &stated, &unstated))
+    );
+    let foreign = stated.replace("position_rad", "angle");
+    let output = replay_text("foreign", &foreign, &unstated);
+    let answer = standard_error(&output);
+    assert_eq!(output.status.code(), Some(2), "{answer}");
+    assert!(
+        answer.contains("log.csv:1: column position_rad"),
+        "{answer}"
+    );
+    assert!(answer.contains("[log] in the scenario says"), "{answer}");
+}
+
+#[test]
+fn rows_that_are_too_short_or_too_long_are_answered_with_their_line() {
+    let answer = refusal("short-row", |lines| lines[41] = "0.04,1.0".into());
+    assert!(answer.contains("log.csv:42: the row"), "{answer}");
+    assert!(
+        answer.contains("2 fields where the heading has 4"),
+        "{answer}"
+    );
+    let endless = |filler: &str| filler.repeat((1 << 21) / filler.len());
+    for (test, row) in [
+        ("endless-field", endless("1")),
+        ("endless-fields", endless("1,")),
+        ("open-quotation", format!("\"{}", endless("1\n"))),
+        ("blank-lines", endless("\n")),
+    ] {
+        let answer = refusal(test, |lines| lines[41] = row);
+        assert!(answer.contains("longer than 1048576 bytes"), "{answer}");
+        assert!(answer.len() < 400, "{answer}");
+    }
+    let answer = refusal("columns", |lines| lines[0] = "x,".repeat(1000));
+    assert!(
+        answer.contains("log.csv:1: the log has 1001 columns"),
+        "{answer}"
+    );
+}
+
+#[test]
+fn what_a_message_repeats_of_a_log_is_short_and_plain() {
+    let field = format!("\u{1b}[2J{}", "9e".repeat(5000));
+    let answer = refusal("long-field", |lines| {
+        lines[41] = with_field(&lines[41], 2, &field)
+    });
+    assert!(answer.len() < 400 && !answer.contains('\u{1b}'), "{answer}");
+    assert!(
+        answer.contains("log.csv:42: column position_rad"),
+        "{answer}"
+    );
+}
+
+/// A few packed bytes that unpack to a row without end.
+#[test]
+fn a_row_that_unpacks_without_end_is_refused() {
+    let path = folder("replay-bomb").join("log.csv.gz");
+    let file = std::fs::File::create(&path).expect("created");
+    let mut packed = flate2::write::GzEncoder::new(file, flate2::Compression::fast());
+    packed
+        .write_all(b"time_s,reference_rad,position_rad,command\n")
+        .expect("written");
+    for _ in 0..300 {
+        packed.write_all(&[b'1'; 1 << 20]).expect("written");
+    }
+    packed.finish().expect("written");
+    let output = host_sim(&[
+        "replay",
+        &path.display().to_string(),
+        "--scenario",
+        SCENARIO,
+    ]);
+    let answer = standard_error(&output);
+    assert_eq!(output.status.code(), Some(2), "{answer}");
+    assert!(
+        answer.contains("log.csv.gz:2: the row cannot be read"),
+        "{answer}"
+    );
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_log_through_a_pipe_is_refused() {
+    let output = host_sim(&["replay", "/dev/null", "--scenario", SCENARIO]);
+    let answer = standard_error(&output);
+    assert_eq!(output.status.code(), Some(2), "{answer}");
+    assert!(answer.contains("it must be a file"), "{answer}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! What is certified and stable when sampled does not diverge, and what does not converge says so.
 
+use host_sim::analysis::{Status, Summary};
 use host_sim::paper::{self, Case, Method};
-use host_sim::report::{Status, Summary};
 use host_sim::scenario::{Scenario, Velocity};
 use identifier_core::ControllerSettings;
 use identifier_core::control::Gains;

@@ -1,7 +1,8 @@
 //! Every method on one bench: what each claims, where each breaks, as a reviewed table.
 
+use host_sim::analysis::{Status, Summary};
 use host_sim::compare::{self, MethodResult, laws, with_law};
-use host_sim::report::{Status, Summary, comparison};
+use host_sim::report::comparison;
 use host_sim::scenario::{Baseline, Law, Scenario};
 use identifier_core::parameters::Parameter;
 use integration_tests::{controller, in_parallel, parse, run, servo};

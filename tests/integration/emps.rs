@@ -4,11 +4,11 @@
 //! The log is not part of this project. Put `emps_train.csv.gz` (columns t_s, q_ref_m, q_m, vir_V)
 //! where `EMPS_LOG` says, or in `shared/data/emps` beside the project.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use host_sim::analysis::Summariser;
 use host_sim::replay::{Log, fitted, replay};
-use host_sim::report::Summariser;
-use host_sim::scenario::{Purpose, Scenario};
+use host_sim::scenario::{LogSettings, Purpose, Scenario};
 use integration_tests::{Random, in_parallel};
 
 /// Force per command, N/V: known.
@@ -65,9 +65,11 @@ fn scenario(law: &str, factors: [f64; 4]) -> Scenario {
 fn identify(log: &Log, scenario: Scenario, passes: u32) -> [f64; 4] {
     let scenario = fitted(scenario, log);
     let declared = scenario.stated.controller.is_some();
-    let mut summariser = Summariser::lasting(&scenario, log.records.len() as f64 * 1e-3);
-    let replayed = replay(&scenario, log, passes, &mut |sample| summariser.add(sample))
-        .expect("it can be replayed");
+    let mut summariser = Summariser::lasting(&scenario, log.duration());
+    let replayed = replay(&scenario, log, passes, &mut |_, sample| {
+        summariser.add(sample)
+    })
+    .expect("it can be replayed");
     assert_eq!(replayed.agreement.is_some(), declared);
     if let Some(agreement) = replayed.agreement {
         assert!(agreement.relative() < 0.01, "{agreement}");
@@ -88,10 +90,12 @@ fn log() -> Option<Log> {
         println!("the EMPS log is not here: nothing was tested; see the head of this file");
         return None;
     };
-    let columns = scenario("law = \"gauss-newton\"", [1.0; 4])
-        .log
-        .expect("it has a log");
-    Some(Log::read(&path, &columns, Some(1e-3)).expect("a sound log"))
+    let columns = scenario("law = \"gauss-newton\"", [1.0; 4]).log_columns();
+    Some(read(&path, &columns))
+}
+
+fn read(path: &Path, columns: &LogSettings) -> Log {
+    Log::read(path, columns, Some(1e-3)).expect("a sound log")
 }
 
 #[test]
@@ -153,10 +157,11 @@ fn the_recorded_command_needs_neither_controller_nor_reference() {
     let mut listening = declared.clone();
     let controller = listening.stated.controller.take().expect("it is declared");
     listening.stated.identifier.correction = Some([controller.kp, controller.kd, controller.ki]);
-    let mut bare = log.clone();
-    for record in &mut bare.records {
-        record.reference = None;
-    }
+    listening.log = Some(LogSettings {
+        reference: None,
+        ..declared.log_columns()
+    });
+    let bare = read(&log_path().expect("it is there"), &listening.log_columns());
     let [told, alone] = [identify(&log, declared, 40), identify(&bare, listening, 40)];
     println!("M, Fv, Fc, OF = {told:.3?} with the controller declared, {alone:.3?} without");
     for (told, alone) in told.iter().zip(alone) {

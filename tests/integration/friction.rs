@@ -1,6 +1,6 @@
 //! Servos with Coulomb friction and load: both laws, both formats, with and without saturation.
 
-use host_sim::report::Summary;
+use host_sim::analysis::Summary;
 use host_sim::scenario::Scenario;
 use integration_tests::{parse, run};
 
@@ -68,22 +68,22 @@ fn both_laws_find_friction_three_times_as_large() {
 
 #[test]
 fn a_model_without_friction_is_biased_by_it_and_the_residual_says_why() {
-    use host_sim::report::Summariser;
-    use host_sim::report::residual::{Cause, Report};
+    use host_sim::analysis::Summariser;
+    use host_sim::analysis::residual::{Cause, Recording, Report};
     use host_sim::simulate;
 
     let mut lacking = scenario("gauss-newton", "f64", 10.0, 10.0);
     lacking.identifier.parameters.truncate(2);
     let report = |scenario: &Scenario| {
         let mut summariser = Summariser::new(scenario);
-        let mut trace = Vec::new();
+        let mut recording = Recording::default();
         let outcome = simulate::run(scenario, &mut |sample| {
             summariser.add(sample);
-            trace.push(*sample);
+            recording.add(sample);
         })
         .expect("a valid scenario");
         let summary = summariser.finish(scenario, outcome);
-        Report::new(scenario, &summary, &trace)
+        Report::new(scenario, &summary, recording)
     };
     let without = report(&lacking);
     assert!(!without.is_the_encoders(), "{without}");

@@ -1,6 +1,6 @@
 //! The fast law: how soon it knows, how well, and whether its standard errors are honest.
 
-use host_sim::report::Summary;
+use host_sim::analysis::Summary;
 use host_sim::scenario::{ExcitationSettings, Scenario};
 use identifier_core::parameters::Parameter;
 use integration_tests::{Random, in_parallel, parse, run, servo};

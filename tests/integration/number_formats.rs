@@ -1,7 +1,8 @@
 //! Three number formats, one answer: the same experiments in f64, f32 and fixed point.
 
+use host_sim::analysis::Summary;
 use host_sim::drift::{self, Compared, Differences, Format};
-use host_sim::report::{Summary, drift as report};
+use host_sim::report::drift as report;
 use host_sim::scenario::{Arithmetic, Reference, Scenario};
 use identifier_core::excitation::Excitation;
 use identifier_core::model::ServoParameters;

@@ -1,7 +1,7 @@
 //! The figures that the matched loop must reach in the paper's experiment.
 
+use host_sim::analysis::{Status, Summary};
 use host_sim::paper::{self, Case, Method, NOMINAL_A, NOMINAL_B};
-use host_sim::report::{Status, Summary};
 use host_sim::scenario::{Arithmetic, Scenario};
 use integration_tests::{controller, parse, run, servo};
 

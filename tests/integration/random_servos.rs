@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
+use host_sim::analysis::Summary;
 use host_sim::paper::{self, Case, Method};
-use host_sim::report::Summary;
 use host_sim::scenario::{ExcitationSettings, Scenario};
 use integration_tests::{Random, in_parallel, run, servo};
 

@@ -9,7 +9,7 @@ use crate::drift::{self, Differences};
 use crate::report::drift as report;
 use crate::scenario::{Arithmetic, Purpose, Reference, Scenario, keys};
 
-/// The most samples that are kept for the trace and the picture.
+/// The most samples that are kept for the trace.
 const KEPT: u64 = 100_000;
 
 #[derive(Debug, clap::Args)]
@@ -61,6 +61,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let samples = scenario.samples();
     let every = samples.div_ceil(KEPT).max(1);
     let mut trace = Vec::new();
+    let mut traces = report::Traces::default();
     let mut place = 0;
     let mut differences = Differences::lasting(scenario.duration);
     drift::run(
@@ -70,6 +71,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         &mut |_| reference.process(&mut state) * units.position_unit(),
         &mut |compared| {
             differences.add(compared);
+            traces.add(compared);
             if place % every == 0 {
                 trace.push(*compared);
             }
@@ -81,7 +83,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let document = || report::Document::new(&differences, place, units.sample_time());
     files::commit([
         csv.map(|csv| csv.table(|file| report::csv(file, &trace))),
-        picture.map(|picture| picture.panels("", 2, &report::panels(&trace))),
+        picture.map(|picture| picture.panels("", 2, &report::panels(&traces))),
         json.map(|json| json.document(&document())),
     ])?;
     if !files.own_standard_output() {

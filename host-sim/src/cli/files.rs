@@ -147,6 +147,11 @@ pub(super) fn commit(
 }
 
 impl Output {
+    /// Its name as it was asked for.
+    pub(super) fn name(&self) -> &Path {
+        &self.name
+    }
+
     /// Writes a document as JSON.
     pub(super) fn document(mut self, document: &impl Serialize) -> Result<Self, Fault> {
         let text = serde_json::to_string_pretty(document)

@@ -1,4 +1,4 @@
-use comfy_table::{ContentArrangement, Table, presets};
+use comfy_table::{ColumnConstraint, ContentArrangement, Table, presets};
 
 use super::fault::Fault;
 use super::standard_output::say;
@@ -7,7 +7,7 @@ use crate::scenario::keys::KEYS;
 use crate::scenario::schema::schema;
 
 /// Width of the table, characters.
-const WIDTH: u16 = 110;
+const WIDTH: u16 = 120;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
@@ -65,6 +65,9 @@ fn table<'k>(keys: impl Iterator<Item = &'k Key>) -> String {
             key.allowed(),
             key.default(),
         ]);
+    }
+    if let Some(paths) = table.column_mut(0) {
+        paths.set_constraint(ColumnConstraint::ContentWidth);
     }
     table.to_string()
 }

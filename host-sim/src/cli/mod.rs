@@ -1,4 +1,4 @@
-//! The command line: one verb, one file.
+//! The command line: one verb, one file, and beside them what all verbs write with.
 
 mod compare;
 mod drift;
@@ -12,6 +12,7 @@ mod output_file;
 mod paper;
 mod pil;
 mod place;
+mod recording;
 mod replay;
 mod run;
 mod standard_output;
@@ -25,7 +26,7 @@ use fault::Fault;
 
 /// Simulates the on-line identification of a servo under PID control.
 ///
-/// Exit status: 0 done; 2 bad input; 1 anything else.
+/// Exit status: 0 done; 2 bad input; 130 interrupted; 1 anything else.
 #[derive(Debug, Parser)]
 #[command(name = "host-sim", version)]
 struct Arguments {

@@ -4,12 +4,14 @@ use std::path::{Path, PathBuf};
 
 use super::fault::Fault;
 use super::files::{self, Files, Output, Picture};
+use super::recording::{Recorded, Recording, Rows};
 use super::standard_output::say;
-use crate::experiment::Sample;
+use crate::analysis::Status;
+use crate::experiment::Outcome;
 use crate::replay::Agreement;
 use crate::report::json::Document;
-use crate::report::residual::Report;
-use crate::report::{Status, Summary, csv, panels, table};
+use crate::report::panels::{self, Traces};
+use crate::report::table;
 use crate::scenario::Scenario;
 
 /// Where the results of one experiment go.
@@ -62,22 +64,41 @@ impl Outputs {
 }
 
 impl Results {
+    /// What is kept of an experiment of so many passes while it runs; `duration` is that of all
+    /// together, s.
+    pub(super) fn record(&mut self, scenario: &Scenario, duration: f64, passes: u32) -> Recording {
+        let rows = self.csv.take().map(Rows::begin);
+        let traces = self.plot.is_some().then(Traces::default);
+        Recording::new(scenario, duration, passes, rows, traces)
+    }
+
     /// Writes what was asked for and says what was found, after `notes` on the log; an experiment that
     /// was aborted is a fault.
     pub(super) fn conclude(
         self,
         scenario: &Scenario,
-        summary: Summary,
-        trace: &[Sample],
+        recording: Recording,
+        outcome: Outcome,
         notes: &Notes,
     ) -> Result<(), Fault> {
-        let residual = summary
-            .output_error
-            .map(|_| Report::new(scenario, &summary, trace));
-        let silent = self.silent;
-        self.write(&summary, trace, residual.as_ref(), notes)?;
-        if !silent {
-            if let Some(agreement) = &notes.agreement {
+        let Recorded {
+            summary,
+            residual,
+            traces,
+            rows,
+        } = recording.finish(scenario, outcome);
+        let agreement = notes.agreement.as_ref();
+        let picture = self.plot.zip(traces);
+        files::commit([
+            rows.map(Rows::finish),
+            picture.map(|(picture, traces)| {
+                picture.panels("", 2, &panels::experiment(&summary, &traces))
+            }),
+            self.json
+                .map(|json| json.document(&Document::new(&summary, residual.as_ref(), agreement))),
+        ])?;
+        if !self.silent {
+            if let Some(agreement) = agreement {
                 let warning = if agreement.holds() { "" } else { "warning: " };
                 say!("{warning}{agreement}")?;
             }
@@ -94,23 +115,5 @@ impl Results {
             Status::Aborted => Err(Fault::Other(summary.reason)),
             Status::Converged | Status::NotConverged => Ok(()),
         }
-    }
-
-    fn write(
-        self,
-        summary: &Summary,
-        trace: &[Sample],
-        residual: Option<&Report>,
-        notes: &Notes,
-    ) -> Result<(), Fault> {
-        let Self {
-            json, csv, plot, ..
-        } = self;
-        let document = || Document::new(summary, residual, notes.agreement.as_ref());
-        files::commit([
-            csv.map(|csv| csv.table(|file| csv::write(file, trace))),
-            plot.map(|plot| plot.panels("", 2, &panels::experiment(summary, trace))),
-            json.map(|json| json.document(&document())),
-        ])
     }
 }

@@ -6,8 +6,8 @@ use super::standard_output::say;
 use crate::experiment::Sample;
 use crate::paper::{self, Case, Method, Run};
 use crate::report::json::Document;
-use crate::report::plot::{self, Curve, Panel};
-use crate::report::{self, table};
+use crate::report::plot::{self, Panel};
+use crate::report::{self, Envelope, table};
 
 /// Where it goes unless stated. This folder is the program's own.
 const FOLDER: &str = "results/paper";
@@ -122,11 +122,13 @@ fn panels(runs: &[Run; 4]) -> Vec<Panel> {
                 abscissa: plot::TIME.to_owned(),
                 logarithmic: false,
                 axis: axis.to_owned(),
-                curves: vec![Curve {
-                    name: None,
-                    points: run.trace.iter().map(|s| (s.time, value(s))).collect(),
-                    band: Vec::new(),
-                }],
+                curves: vec![
+                    run.trace
+                        .iter()
+                        .map(|s| (s.time, value(s)))
+                        .collect::<Envelope>()
+                        .curve(None),
+                ],
                 nominal: Some(("nominal".to_owned(), nominal)),
                 range: Some(range),
             };

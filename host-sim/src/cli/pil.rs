@@ -4,7 +4,6 @@ use super::fault::Fault;
 use super::output::{Notes, Outputs};
 use crate::pil::{self, PilError};
 use crate::port::Port;
-use crate::report::Summariser;
 use crate::scenario::{Purpose, Scenario, keys};
 
 #[derive(Debug, clap::Args)]
@@ -21,7 +20,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
-    let results = arguments.outputs.begin(&[&arguments.scenario])?;
+    let mut results = arguments.outputs.begin(&[&arguments.scenario])?;
     let fault = |error| match error {
         PilError::Scenario(fault) => Fault::of_scenario(&arguments.scenario, fault),
         other => Fault::Other(other.to_string()),
@@ -29,13 +28,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     pil::loop_settings(&scenario).map_err(fault)?;
     let mut port = Port::open(&arguments.port).map_err(|error| Fault::Input(error.to_string()))?;
 
-    let mut summariser = Summariser::new(&scenario);
-    let mut trace = Vec::new();
-    let outcome = pil::run(&scenario, &mut port, &mut |sample| {
-        summariser.add(sample);
-        trace.push(*sample);
-    })
-    .map_err(fault)?;
-    let summary = summariser.finish(&scenario, outcome);
-    results.conclude(&scenario, summary, &trace, &Notes::default())
+    let mut recording = results.record(&scenario, scenario.duration, 1);
+    let outcome =
+        pil::run(&scenario, &mut port, &mut |sample| recording.add(sample)).map_err(fault)?;
+    results.conclude(&scenario, recording, outcome, &Notes::default())
 }

@@ -2,18 +2,16 @@ use std::path::PathBuf;
 
 use super::fault::Fault;
 use super::output::{Notes, Outputs};
-use crate::experiment::Sample;
-use crate::replay::{self, Log};
-use crate::report::Summariser;
+use crate::replay::{self, Log, ReplayError};
 use crate::scenario::{Purpose, Scenario, keys};
 
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
 pub(super) struct Arguments {
-    /// The log, .csv or .csv.gz.
+    /// The log, a file, .csv or .csv.gz: what `run --csv` wrote, or what a drive recorded.
     log: PathBuf,
-    /// The scenario: identifier, the log's columns, and the controller that ran where the log has no
-    /// command.
+    /// The scenario of the run that wrote the log; for any other log one without [plant]: identifier,
+    /// the log's columns, and the controller that ran where the log has no command.
     #[arg(long, value_name = "SCENARIO.toml")]
     scenario: PathBuf,
     /// Passes over the log, each from the estimates of the one before.
@@ -25,38 +23,32 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Replay)?;
-    let results = arguments
+    let mut results = arguments
         .outputs
         .begin(&[&arguments.scenario, &arguments.log])?;
-    let Some(columns) = scenario.log.clone() else {
-        return Err(Fault::Input("the scenario has no [log]".to_owned()));
-    };
     let declared = scenario.stated.controller.is_some();
     let log = Log::read(
         &arguments.log,
-        &columns,
+        &scenario.log_columns(),
         declared.then_some(scenario.sample_time()),
     )
     .map_err(|error| Fault::Input(error.to_string()))?;
     let scenario = replay::fitted(scenario, &log);
-    let sample_time = log.sample_time;
-    let in_pass = log.records.len();
-    let duration = in_pass as f64 * sample_time * f64::from(arguments.passes);
 
-    let mut summariser = Summariser::lasting(&scenario, duration);
-    let mut trace = Vec::with_capacity(in_pass);
-    let replayed = replay::replay(&scenario, &log, arguments.passes, &mut |sample| {
-        summariser.add(sample);
-        let starts_again = trace
-            .last()
-            .is_some_and(|last: &Sample| sample.time - last.time > 1.5 * sample_time);
-        if starts_again {
-            trace.clear();
+    let duration = f64::from(arguments.passes) * log.duration();
+    let mut recording = results.record(&scenario, duration, arguments.passes);
+    let mut pass_shown = 0;
+    let replayed = replay::replay(&scenario, &log, arguments.passes, &mut |pass, sample| {
+        if pass != pass_shown {
+            recording.begin_pass();
+            pass_shown = pass;
         }
-        trace.push(*sample);
+        recording.add(sample);
     })
-    .map_err(|error| Fault::of_scenario(&arguments.scenario, error))?;
-    let summary = summariser.finish(&scenario, replayed.outcome);
+    .map_err(|error| match error {
+        ReplayError::Scenario { .. } => Fault::of_scenario(&arguments.scenario, error),
+        ReplayError::Log(error) => Fault::Input(error.to_string()),
+    })?;
     let bridged = (log.bridged > 0).then(|| {
         format!(
             "{} missing samples were bridged by straight lines",
@@ -67,5 +59,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         agreement: replayed.agreement,
         bridged,
     };
-    results.conclude(&scenario, summary, &trace, &notes)
+    results.conclude(&scenario, recording, replayed.outcome, &notes)
 }

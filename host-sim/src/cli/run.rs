@@ -2,7 +2,6 @@ use std::path::PathBuf;
 
 use super::fault::Fault;
 use super::output::{Notes, Outputs};
-use crate::report::Summariser;
 use crate::scenario::{Purpose, Scenario, keys};
 use crate::simulate;
 
@@ -17,15 +16,10 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
-    let results = arguments.outputs.begin(&[&arguments.scenario])?;
+    let mut results = arguments.outputs.begin(&[&arguments.scenario])?;
 
-    let mut summariser = Summariser::new(&scenario);
-    let mut trace = Vec::new();
-    let outcome = simulate::run(&scenario, &mut |sample| {
-        summariser.add(sample);
-        trace.push(*sample);
-    })
-    .map_err(|fault| Fault::of_scenario(&arguments.scenario, fault))?;
-    let summary = summariser.finish(&scenario, outcome);
-    results.conclude(&scenario, summary, &trace, &Notes::default())
+    let mut recording = results.record(&scenario, scenario.duration, 1);
+    let outcome = simulate::run(&scenario, &mut |sample| recording.add(sample))
+        .map_err(|fault| Fault::of_scenario(&arguments.scenario, fault))?;
+    results.conclude(&scenario, recording, outcome, &Notes::default())
 }

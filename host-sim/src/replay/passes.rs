@@ -3,20 +3,18 @@
 use std::fmt;
 
 use identifier_core::Settings;
-use identifier_core::control::{ControlState, Controller};
 use identifier_core::error::StepError;
 use identifier_core::identifier::IdentifierError;
 use identifier_core::measurement::velocity::VelocityEstimate;
-use identifier_core::number::Number;
 
-use super::agreement::Comparison;
-use super::log::Record;
+use super::declared::Declared;
+use super::heard::Ear;
+use super::listener::{Told, listener};
 use super::recorded::RecordedReference;
-use super::{Agreement, Log};
+use super::{Agreement, Log, LogError};
 use crate::experiment::{Outcome, Sample};
-use crate::scenario::dispatch::{with_number, with_velocity};
-use crate::scenario::{Fault, Scenario};
-use crate::simulate::learner;
+use crate::scenario::dispatch::with_velocity;
+use crate::scenario::{Closing, Fault, Scenario, Velocity};
 
 /// What a replay found.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,17 +26,25 @@ pub struct Replayed {
 }
 
 /// Why a log cannot be replayed with a scenario.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ReplayError {
-    /// The key of the scenario that it is best mended at.
-    pub key: String,
-    /// What is wrong, and what is allowed.
-    pub fault: String,
+#[derive(Debug, Clone, PartialEq)]
+pub enum ReplayError {
+    /// The scenario does not suit the log; nothing has been observed then.
+    Scenario {
+        /// The key of the scenario that it is best mended at.
+        key: String,
+        /// What is wrong, and what is allowed.
+        fault: String,
+    },
+    /// The log is no longer what it was when it was judged.
+    Log(LogError),
 }
 
 impl fmt::Display for ReplayError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.key, self.fault)
+        match self {
+            Self::Scenario { key, fault } => write!(f, "{key}: {fault}"),
+            Self::Log(error) => error.fmt(f),
+        }
     }
 }
 
@@ -46,9 +52,10 @@ impl std::error::Error for ReplayError {}
 
 /// The scenario with what only the log knows: the sample time where no controller is declared, the
 /// resolution of the position where no encoder is, and the time over which a first fit looks where
-/// the log is shorter than what is usual.
+/// the log is shorter than what is usual. A run's own log adds nothing but the last.
 #[must_use]
 pub fn fitted(mut scenario: Scenario, log: &Log) -> Scenario {
+    let own = scenario.is_own_log();
     let stated = &mut scenario.stated;
     if stated.controller.is_none() {
         // The cut-off that follows from a sample time; the resolution is not that of these counts.
@@ -56,10 +63,11 @@ pub fn fitted(mut scenario: Scenario, log: &Log) -> Scenario {
         stated.sample_time = of_log.sample_time;
         stated.cutoff = of_log.cutoff;
     }
-    if scenario.counts_per_rev.is_none() {
+    if scenario.counts_per_rev.is_none() && !own {
         stated.resolution = log.resolution();
     }
-    let learnt = log.records.len().saturating_sub(SETTLING + 1);
+    let learnt = log.samples - settling(&scenario, log);
+    let stated = &mut scenario.stated;
     let most = learnt as f64 * stated.sample_time;
     if (SHORTEST_START..USUAL_START).contains(&most) {
         stated.identifier.start_time.get_or_insert(most);
@@ -67,24 +75,43 @@ pub fn fitted(mut scenario: Scenario, log: &Log) -> Scenario {
     scenario
 }
 
-/// Samples in which the velocity estimate settles before the identifier joins: a log may begin in
-/// motion.
-const SETTLING: usize = 10;
+/// The samples of a log in which nothing is learnt yet: none if the servo stands at first, for then all
+/// is known of its motion; otherwise those in which the velocity estimate settles.
+fn settling(scenario: &Scenario, log: &Log) -> u64 {
+    /// What a velocity estimate without a pole looks at, and the first row, of which no motion is
+    /// known.
+    const SEEN: u64 = 3;
+    /// Time constants after which a low-pass shows all of a step but 0.7 %.
+    const SETTLED: f64 = 5.0;
+    /// The most that is given away: this part of the log.
+    const MOST: u64 = 10;
+    let stated = &scenario.stated;
+    if log.begins_at_rest(stated.resolution) {
+        return 0;
+    }
+    let needed = match scenario.velocity {
+        Velocity::LowPass => SEEN + (SETTLED / (stated.cutoff * stated.sample_time)) as u64,
+        Velocity::Difference | Velocity::AveragedDifference => SEEN,
+    };
+    needed
+        .min((log.samples / MOST).max(SEEN))
+        .min(log.samples - 1)
+}
 
 /// The time over which the core's first fits look where nobody says, and the least that it takes, s.
 const USUAL_START: f64 = 1.0;
 const SHORTEST_START: f64 = 1e-4;
 
 /// Runs `passes` passes over a log with a scenario that is [`fitted`] to it and shows every sample to
-/// `observe`; time goes on from pass to pass.
+/// `observe`, with the number of its pass from 0; time goes on from pass to pass.
 ///
 /// # Errors
-/// See [`ReplayError`]; nothing has been observed then.
+/// See [`ReplayError`].
 pub fn replay(
     scenario: &Scenario,
     log: &Log,
     passes: u32,
-    observe: &mut dyn FnMut(&Sample),
+    observe: &mut dyn FnMut(u32, &Sample),
 ) -> Result<Replayed, ReplayError> {
     let work = Passes {
         scenario,
@@ -92,29 +119,43 @@ pub fn replay(
         passes,
         observe,
     };
-    with_number!(scenario => in_number(work)).map_err(|fault| ReplayError {
-        key: fault.key,
-        fault: fault.fault,
+    with_velocity!(scenario, f64 => run(work)).map_err(|failure| match failure {
+        Failure::Scenario(Fault { key, fault, .. }) => ReplayError::Scenario { key, fault },
+        Failure::Log(error) => ReplayError::Log(error),
     })
+}
+
+fn run<V: VelocityEstimate<f64>>(work: Passes<'_>) -> Result<Replayed, Failure> {
+    work.run::<V>()
+}
+
+/// Why passes end without a result.
+enum Failure {
+    Scenario(Fault),
+    Log(LogError),
+}
+
+impl From<Fault> for Failure {
+    fn from(fault: Fault) -> Self {
+        Self::Scenario(fault)
+    }
+}
+
+impl From<LogError> for Failure {
+    fn from(error: LogError) -> Self {
+        Self::Log(error)
+    }
 }
 
 struct Passes<'a> {
     scenario: &'a Scenario,
     log: &'a Log,
     passes: u32,
-    observe: &'a mut dyn FnMut(&Sample),
-}
-
-fn in_number<N: Number>(work: Passes<'_>) -> Result<Replayed, Fault> {
-    with_velocity!(work.scenario, N => run::<N>(work))
-}
-
-fn run<N: Number, V: VelocityEstimate<N>>(work: Passes<'_>) -> Result<Replayed, Fault> {
-    work.run::<N, V>()
+    observe: &'a mut dyn FnMut(u32, &Sample),
 }
 
 impl Passes<'_> {
-    fn run<N: Number, V: VelocityEstimate<N>>(self) -> Result<Replayed, Fault> {
+    fn run<V: VelocityEstimate<f64>>(self) -> Result<Replayed, Failure> {
         let Self {
             scenario,
             log,
@@ -122,157 +163,102 @@ impl Passes<'_> {
             observe,
         } = self;
         let fault = |error: IdentifierError| scenario.fault(&error);
-        let units = scenario.checked_units()?;
-        let unit = units.position_unit();
-        let played = RecordedReference::new(log, units.position());
-        let settings = scenario.settings_for(played.as_ref()).map_err(fault)?;
-        let recording = Recording { log, unit };
-        let declared = match (&played, settings.controller) {
-            (Some(_), Some(_)) => Some(Declared::<N, V>::new(&settings, log).map_err(fault)?),
+        let unit = scenario.checked_units()?.position_unit();
+        let settings = settings(scenario, log)?;
+        let command_recorded = log.first().command.is_some();
+        let mut declared = match log.first().reference {
+            Some(_) if ran(scenario, &settings, command_recorded) => {
+                Some(Declared::<V>::new(&settings, command_recorded).map_err(fault)?)
+            }
             _ => None,
         };
-        let agreement = declared
-            .as_ref()
-            .and_then(|declared| declared.agreement(&recording));
         let filter: V = settings.build().map_err(fault)?;
-        let mut learner = learner::<N>(scenario, &settings)?;
-        let mut outcome = learner.outcome();
+        let mut listener = listener(scenario, &settings)?;
+        let mut outcome = listener.outcome();
 
-        let first = log.records[0].time;
-        let length = log.records.len() as f64 * units.sample_time();
-        let settling = SETTLING.min(log.records.len() - 1);
+        let first = log.first();
+        let settling = settling(scenario, log);
         'passes: for pass in 0..passes {
-            let mut control = declared.as_ref().map(Declared::start);
+            let mut ear = Ear::new(scenario, first.position, unit);
             let mut filtered = V::State::default();
-            let mut velocity = N::ZERO;
-            for (k, record) in log.records.iter().enumerate() {
-                let time = f64::from(pass) * length + record.time - first;
-                let increment = recording.increment(k);
-                let command = match (record.command, &declared, &mut control) {
-                    (Some(command), ..) => Ok(N::from_f64(command)),
-                    (None, Some(declared), Some(control)) => {
-                        declared.process(control, &recording, k)
+            let mut velocity = 0.0;
+            if !command_recorded && let Some(declared) = &mut declared {
+                declared.begin();
+            }
+            for (k, record) in (0..).zip(log.records()?) {
+                let record = record?;
+                let heard = ear.hear(record);
+                let time = f64::from(pass) * log.duration() + record.time - first.time;
+                let command = match (record.command, &mut declared) {
+                    (Some(command), declared) => {
+                        if let Some(declared) = declared.as_mut().filter(|_| pass == 0) {
+                            declared.compare(&heard, k >= settling);
+                        }
+                        Ok(command)
                     }
+                    (None, Some(declared)) => declared.process(&heard),
                     // It has been refused when the scenario was read.
-                    (None, ..) => Err(StepError::CommandNotFinite),
+                    (None, None) => Err(StepError::CommandNotFinite),
                 };
-                let seen = if k < settling {
-                    velocity = filter.process(&mut filtered, increment);
-                    command.map(|_| None)
-                } else {
-                    if k == settling {
-                        learner.join(velocity);
+                if k < settling {
+                    velocity = filter.process(&mut filtered, heard.increment);
+                    if let Err(error) = command {
+                        outcome.end_early(time, error);
+                        break 'passes;
                     }
-                    command.and_then(|command| {
-                        let seen = learner.learn(increment, command)?;
-                        Ok(Some((command, seen)))
-                    })
-                };
-                let (command, seen) = match seen {
-                    Ok(None) => continue,
-                    Ok(Some(both)) => both,
+                    continue;
+                }
+                // A pass that is not the first joins where the log begins again.
+                if k == settling && (pass > 0 || settling > 0) {
+                    listener.join(velocity);
+                }
+                let told = command.and_then(|command| listener.listen(heard.increment, command));
+                let Told { command, seen } = match told {
+                    Ok(told) => told,
                     Err(error) => {
                         outcome.end_early(time, error);
                         break 'passes;
                     }
                 };
-                learner.work();
-                outcome.count(seen.map(|seen| seen.event));
-                observe(&Sample {
+                outcome.count(seen.map(|(_, event)| event));
+                let sample = Sample {
                     time,
                     reference: record.reference.unwrap_or(f64::NAN),
                     position: record.position,
-                    command: command.to_f64(),
-                    output_error: seen.map(|seen| seen.output_error.to_f64() * unit),
-                    estimates: learner.estimates(),
-                    standard_errors: learner.standard_errors(),
-                    at_bounds: learner.at_bounds(),
-                });
+                    command,
+                    output_error: seen.map(|(error, _)| error * unit),
+                    estimates: listener.estimates(),
+                    standard_errors: listener.standard_errors(),
+                    at_bounds: listener.at_bounds(),
+                };
+                observe(pass, &sample);
             }
         }
-        outcome.bandwidth = learner.outcome().bandwidth;
-        Ok(Replayed { outcome, agreement })
-    }
-}
-
-/// A log in position units.
-struct Recording<'a> {
-    log: &'a Log,
-    unit: f64,
-}
-
-impl Recording<'_> {
-    /// How far the position has moved since the last record.
-    fn increment<N: Number>(&self, k: usize) -> N {
-        let records = &self.log.records;
-        let before = records[k.saturating_sub(1)].position;
-        N::from_f64((records[k].position - before) / self.unit)
-    }
-
-    /// How far it is from the reference.
-    fn error<N: Number>(&self, record: &Record) -> N {
-        let reference = record.reference.unwrap_or(record.position);
-        N::from_f64((reference - record.position) / self.unit)
-    }
-}
-
-/// The controller that is declared to have run.
-struct Declared<N, V> {
-    controller: Controller<N, V>,
-    integral: f64,
-}
-
-impl<N: Number, V: VelocityEstimate<N>> Declared<N, V> {
-    fn new(settings: &Settings, log: &Log) -> Result<Self, IdentifierError> {
-        let units = settings.units()?;
-        let integral = initial_integral(settings, log);
-        Ok(Self {
-            controller: settings.build()?,
-            integral: integral / (units.position_unit() * units.sample_time()),
+        outcome.bandwidth = listener.outcome().bandwidth;
+        Ok(Replayed {
+            outcome,
+            agreement: declared.and_then(|declared| declared.agreement()),
         })
     }
-
-    fn start(&self) -> ControlState<N, V::State> {
-        ControlState::default().with_integral(N::from_f64(self.integral))
-    }
-
-    /// Its command in a sample, with what was added to it.
-    fn process(
-        &self,
-        control: &mut ControlState<N, V::State>,
-        recording: &Recording<'_>,
-        k: usize,
-    ) -> Result<N, StepError> {
-        let record = &recording.log.records[k];
-        let (error, increment) = (recording.error(record), recording.increment(k));
-        let sample = self.controller.process(control, error, increment)?;
-        Ok(sample.command + N::from_f64(record.injection))
-    }
-
-    fn agreement(&self, recording: &Recording<'_>) -> Option<Agreement> {
-        let mut comparison = Comparison::default();
-        let mut control = self.start();
-        for (k, record) in recording.log.records.iter().enumerate() {
-            let Ok(command) = self.process(&mut control, recording, k) else {
-                break;
-            };
-            if let Some(recorded) = record.command.filter(|_| !record.bridged) {
-                comparison.add(record.line, recorded, command.to_f64());
-            }
-        }
-        comparison.finish()
-    }
 }
 
-/// What the integral holds at the start, rad s: what the first recorded command needs beyond the
-/// proportional part, for a log that begins at rest but not from rest.
-fn initial_integral(settings: &Settings, log: &Log) -> f64 {
-    let first = &log.records[0];
-    match (first.command, first.reference, settings.controller) {
-        (Some(command), Some(reference), Some(controller)) if controller.ki > 0.0 => {
-            let own = command - first.injection;
-            (own - controller.kp * (reference - first.position)) / controller.ki
-        }
-        _ => 0.0,
-    }
+/// What the core builds identifier and controller from: for a run's own log what it was for the run.
+fn settings(scenario: &Scenario, log: &Log) -> Result<Settings, Fault> {
+    let settings = if scenario.is_own_log() {
+        scenario.settings_for(Some(&scenario.reference::<f64>()?))
+    } else {
+        let units = scenario.checked_units()?;
+        scenario.settings_for(RecordedReference::new(log, units.position()).as_ref())
+    };
+    settings.map_err(|error| scenario.fault(&error))
+}
+
+/// Whether the declared controller is the one whose command the log has, or would have.
+fn ran(scenario: &Scenario, settings: &Settings, command_recorded: bool) -> bool {
+    let closes_its_own = matches!(
+        scenario.identifier.law.closing(),
+        Closing::Relay | Closing::TwoDegreesOfFreedom
+    );
+    let other = scenario.is_own_log() && closes_its_own && command_recorded;
+    settings.controller.is_some() && !other
 }

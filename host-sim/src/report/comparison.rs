@@ -5,7 +5,7 @@ use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Parameter;
 use serde::Serialize;
 
-use super::{Status, Summary};
+use crate::analysis::{Status, Summary};
 use crate::compare::{Compared, Comparison, MethodResult};
 
 /// What is said of the methods whatever the case.

@@ -1,15 +1,17 @@
 //! Traces as comma-separated values, one row a sample, SI.
 
-use std::io::Write;
+use std::fmt::Write as _;
+use std::io::{self, Write};
 
 use crate::experiment::Sample;
+use crate::scenario::LogSettings;
 
-/// Names and units of the columns.
+/// Names and units of the columns. The first four are what a replay looks for.
 const COLUMNS: [&str; 13] = [
-    "time_s",
-    "reference_rad",
-    "position_rad",
-    "command",
+    LogSettings::OWN_TIME,
+    LogSettings::OWN_REFERENCE,
+    LogSettings::OWN_POSITION,
+    LogSettings::OWN_COMMAND,
     "output_error_rad",
     "a_per_s",
     "b_rad_per_s2_per_command",
@@ -21,38 +23,78 @@ const COLUMNS: [&str; 13] = [
     "load_std_error",
 ];
 
-/// Writes a trace. What a law does not have is left empty.
+/// Writes a trace row by row.
+#[derive(Debug)]
+pub struct TraceWriter<W: Write> {
+    rows: csv::Writer<W>,
+    field: String,
+}
+
+impl<W: Write> TraceWriter<W> {
+    /// Begins with the heading.
+    ///
+    /// # Errors
+    /// Whatever the writer answers.
+    pub fn new(out: W) -> Result<Self, csv::Error> {
+        let mut rows = csv::Writer::from_writer(out);
+        rows.write_record(COLUMNS)?;
+        Ok(Self {
+            rows,
+            field: String::new(),
+        })
+    }
+
+    /// Writes a sample. What a law does not have is left empty, and so is what is not finite.
+    ///
+    /// # Errors
+    /// Whatever the writer answers.
+    pub fn add(&mut self, sample: &Sample) -> Result<(), csv::Error> {
+        let estimates = &sample.estimates;
+        let errors = sample.standard_errors.as_ref();
+        for value in [
+            Some(sample.time),
+            Some(sample.reference),
+            Some(sample.position),
+            Some(sample.command),
+            sample.output_error,
+            Some(estimates.a),
+            Some(estimates.b),
+            Some(estimates.coulomb),
+            Some(estimates.load),
+            errors.map(|errors| errors.a),
+            errors.map(|errors| errors.b),
+            errors.map(|errors| errors.coulomb),
+            errors.map(|errors| errors.load),
+        ] {
+            self.field.clear();
+            if let Some(value) = value.filter(|value| value.is_finite()) {
+                // Nothing can fail that is written into memory.
+                let _ = write!(self.field, "{value}");
+            }
+            self.rows.write_field(&self.field)?;
+        }
+        self.rows.write_record(None::<&[u8]>)
+    }
+
+    /// Ends the file; what it was written into comes back.
+    ///
+    /// # Errors
+    /// Whatever the writer answers.
+    pub fn finish(self) -> io::Result<W> {
+        let out = self.rows.into_inner();
+        out.map_err(csv::IntoInnerError::into_error)
+    }
+}
+
+/// Writes a trace.
 ///
 /// # Errors
 /// Whatever the writer answers.
 pub fn write(out: impl Write, trace: &[Sample]) -> Result<(), csv::Error> {
-    let mut writer = csv::Writer::from_writer(out);
-    writer.write_record(COLUMNS)?;
+    let mut writer = TraceWriter::new(out)?;
     for sample in trace {
-        let known = |value: f64| {
-            if value.is_finite() {
-                value.to_string()
-            } else {
-                String::new()
-            }
-        };
-        let optional = |value: Option<f64>| value.map_or_else(String::new, |x| x.to_string());
-        writer.write_record([
-            sample.time.to_string(),
-            known(sample.reference),
-            sample.position.to_string(),
-            sample.command.to_string(),
-            optional(sample.output_error),
-            known(sample.estimates.a),
-            known(sample.estimates.b),
-            known(sample.estimates.coulomb),
-            known(sample.estimates.load),
-            optional(sample.standard_errors.map(|errors| errors.a)),
-            optional(sample.standard_errors.map(|errors| errors.b)),
-            optional(sample.standard_errors.map(|errors| errors.coulomb)),
-            optional(sample.standard_errors.map(|errors| errors.load)),
-        ])?;
+        writer.add(sample)?;
     }
-    writer.flush()?;
+    writer.finish()?;
     Ok(())
 }

@@ -5,7 +5,8 @@ use std::io::Write;
 use comfy_table::{CellAlignment, Table, presets};
 use serde::Serialize;
 
-use super::plot::{Curve, Panel};
+use super::Envelope;
+use super::plot::Panel;
 use crate::sweep::{Distribution, Run, Spread};
 
 /// The quantiles.
@@ -54,17 +55,16 @@ fn panel(spread: &Spread) -> Panel {
         logarithmic: true,
         abscissa: "servos that are no worse [%]".to_owned(),
         axis: format!("{} [{}]", spread.name, spread.unit),
-        curves: vec![Curve {
-            name: None,
-            points: spread
+        curves: vec![
+            spread
                 .sorted
                 .iter()
                 .enumerate()
                 .filter(|(_, value)| **value > 0.0)
                 .map(|(place, &value)| (share(place), value))
-                .collect(),
-            band: Vec::new(),
-        }],
+                .collect::<Envelope>()
+                .curve(None),
+        ],
         nominal: None,
         range: None,
     }

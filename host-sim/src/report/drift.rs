@@ -5,7 +5,8 @@ use std::io::Write;
 use comfy_table::{CellAlignment, Table, presets};
 use serde::Serialize;
 
-use super::plot::{self, Curve, Panel};
+use super::Envelope;
+use super::plot::{self, Panel};
 use crate::drift::{Compared, Difference, Differences, Format, Signals};
 
 /// One row a signal and format.
@@ -75,30 +76,44 @@ const SHOWN: [Shown; 6] = [
     }),
 ];
 
+/// The formats that are held against double precision, which is the first of [`Format::ALL`], with
+/// their places there.
+const HELD: [(Format, usize); 2] = [(Format::F32, 1), (Format::Fixed, 2)];
+
+/// What the panels are drawn from, gathered sample by sample in bounded memory.
+#[derive(Debug, Clone, Default)]
+pub struct Traces {
+    differences: [[Envelope; HELD.len()]; SHOWN.len()],
+}
+
+impl Traces {
+    /// Takes in a sample.
+    pub fn add(&mut self, sample: &Compared) {
+        let [reference, ..] = &sample.signals;
+        for (envelopes, (.., of)) in self.differences.iter_mut().zip(SHOWN) {
+            for (envelope, (_, place)) in envelopes.iter_mut().zip(HELD) {
+                let difference = of(&sample.signals[place]) - of(reference);
+                envelope.add(sample.time, difference, None);
+            }
+        }
+    }
+}
+
 /// The differences from double precision over time.
 #[must_use]
-pub fn panels(trace: &[Compared]) -> Vec<Panel> {
+pub fn panels(traces: &Traces) -> Vec<Panel> {
     SHOWN
         .iter()
-        .map(|(title, axis, of)| Panel {
+        .zip(&traces.differences)
+        .map(|((title, axis, _), envelopes)| Panel {
             title: format!("{title}, less f64"),
             abscissa: plot::TIME.to_owned(),
             axis: (*axis).to_owned(),
             logarithmic: false,
-            curves: [Format::F32, Format::Fixed]
-                .into_iter()
-                .zip(1..)
-                .map(|(format, place)| Curve {
-                    name: Some(format.name().to_owned()),
-                    points: trace
-                        .iter()
-                        .map(|sample| {
-                            let [reference, ..] = &sample.signals;
-                            (sample.time, of(&sample.signals[place]) - of(reference))
-                        })
-                        .collect(),
-                    band: Vec::new(),
-                })
+            curves: HELD
+                .iter()
+                .zip(envelopes)
+                .map(|((format, _), envelope)| envelope.curve(Some(format.name())))
                 .collect(),
             nominal: None,
             range: None,

@@ -3,8 +3,8 @@
 use identifier_core::parameters::Parameter;
 use serde::Serialize;
 
-use super::residual::Report;
-use super::{Summary, unit};
+use crate::analysis::residual::Report;
+use crate::analysis::{Summary, unit};
 use crate::replay::Agreement;
 
 /// The result of one experiment as the command line promises it.

@@ -1,16 +1,13 @@
-//! What is shown of an experiment: summary, table, CSV and pictures.
+//! How results are shown: tables, JSON, CSV and pictures.
 
 pub mod comparison;
 pub mod csv;
 pub mod distribution;
 pub mod drift;
+mod envelope;
 pub mod json;
 pub mod panels;
 pub mod plot;
-pub mod residual;
-mod statistics;
-mod summary;
 pub mod table;
 
-pub use statistics::Statistics;
-pub use summary::{Estimate, Status, Summariser, Summary, unit};
+pub use envelope::Envelope;

@@ -1,62 +1,82 @@
 //! The panels that show an experiment.
 
-use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Parameter;
 
-use super::plot::{self, Curve, Panel};
-use super::{Summary, unit};
+use super::Envelope;
+use super::plot::{self, Panel};
+use crate::analysis::{Summary, unit};
 use crate::experiment::Sample;
 
 /// Standard errors to each side of an estimate that its band shows.
 const BAND: f64 = 2.0;
 
+/// The part of a run at its beginning in which an estimate may be so wild that nothing else would be
+/// seen beside it.
+const WILD: f64 = 0.01;
+
+/// The estimates that have a panel, in their order.
+const ESTIMATES: [(Parameter, &str); 4] = [
+    (Parameter::A, "Viscous friction over inertia"),
+    (Parameter::B, "Gain over inertia"),
+    (Parameter::Coulomb, "Coulomb friction over inertia"),
+    (Parameter::Load, "Load over inertia"),
+];
+
+/// What the panels are drawn from, gathered sample by sample in bounded memory.
+#[derive(Debug, Clone, Default)]
+pub struct Traces {
+    estimates: [Envelope; 4],
+    position: Envelope,
+    model: Envelope,
+    reference: Envelope,
+    output_error: Envelope,
+    command: Envelope,
+}
+
+impl Traces {
+    /// Takes in a sample.
+    pub fn add(&mut self, sample: &Sample) {
+        let time = sample.time;
+        for (envelope, (parameter, _)) in self.estimates.iter_mut().zip(ESTIMATES) {
+            let errors = sample.standard_errors.as_ref();
+            let half_width = errors.map(|errors| BAND * parameter.of(errors));
+            envelope.add(time, parameter.of(&sample.estimates), half_width);
+        }
+        self.position.add(time, sample.position, None);
+        self.reference.add(time, sample.reference, None);
+        if let Some(error) = sample.output_error {
+            self.model.add(time, sample.position - error, None);
+            self.output_error.add(time, error, None);
+        }
+        self.command.add(time, sample.command, None);
+    }
+}
+
 /// Estimates with their confidence bands, then position, output error and command.
 #[must_use]
-pub fn experiment(summary: &Summary, trace: &[Sample]) -> Vec<Panel> {
-    let mut panels: Vec<Panel> = [
-        (Parameter::A, "Viscous friction over inertia"),
-        (Parameter::B, "Gain over inertia"),
-        (Parameter::Coulomb, "Coulomb friction over inertia"),
-        (Parameter::Load, "Load over inertia"),
-    ]
-    .into_iter()
-    .filter(|(parameter, _)| summary.estimate(*parameter).is_some())
-    .map(|(parameter, title)| estimate(parameter, title, summary, trace))
-    .collect();
-    let mut position = signal("Position", "q [rad]", trace, |s| Some(s.position));
+pub fn experiment(summary: &Summary, traces: &Traces) -> Vec<Panel> {
+    let mut panels: Vec<Panel> = ESTIMATES
+        .into_iter()
+        .zip(&traces.estimates)
+        .filter(|((parameter, _), _)| summary.estimate(*parameter).is_some())
+        .map(|((parameter, title), envelope)| estimate(parameter, title, summary, envelope))
+        .collect();
+    let mut position = signal("Position", "q [rad]", &traces.position);
     position.curves[0].name = Some("measured".to_owned());
-    let follow = |name: &str, value: &dyn Fn(&Sample) -> Option<f64>| Curve {
-        name: Some(name.to_owned()),
-        ..curve(trace, value)
-    };
-    if summary.output_error.is_some() {
-        let model = |s: &Sample| Some(s.position - s.output_error?);
-        position.curves.push(follow("model", &model));
-    }
-    if trace.iter().any(|s| s.reference.is_finite()) {
-        position
-            .curves
-            .push(follow("reference", &|s| Some(s.reference)));
+    for (name, envelope) in [("model", &traces.model), ("reference", &traces.reference)] {
+        if !envelope.is_empty() {
+            position.curves.push(envelope.curve(Some(name)));
+        }
     }
     panels.push(position);
     if summary.output_error.is_some() {
-        panels.push(signal("Output error", "ε [rad]", trace, |s| {
-            s.output_error
-        }));
+        panels.push(signal("Output error", "ε [rad]", &traces.output_error));
     }
-    panels.push(signal("Command", "u [command units]", trace, |s| {
-        Some(s.command)
-    }));
+    panels.push(signal("Command", "u [command units]", &traces.command));
     panels
 }
 
-fn estimate(parameter: Parameter, title: &str, summary: &Summary, trace: &[Sample]) -> Panel {
-    let mut curve = curve(trace, &|s| Some(parameter.of(&s.estimates)));
-    let half_width = |errors: ServoParameters| BAND * parameter.of(&errors);
-    curve.band = trace
-        .iter()
-        .filter_map(|s| s.standard_errors.map(half_width))
-        .collect();
+fn estimate(parameter: Parameter, title: &str, summary: &Summary, envelope: &Envelope) -> Panel {
     let scale = summary
         .estimate(parameter)
         .map(|estimate| estimate.last)
@@ -66,53 +86,30 @@ fn estimate(parameter: Parameter, title: &str, summary: &Summary, trace: &[Sampl
         abscissa: plot::TIME.to_owned(),
         logarithmic: false,
         axis: format!("{} [{}]", parameter.name(), unit(parameter)),
-        curves: vec![curve],
+        curves: vec![envelope.curve(None)],
         nominal: summary
             .truth
             .map(|truth| ("true".to_owned(), parameter.of(&truth))),
-        range: scale.and_then(|last| around(last, trace, parameter)),
+        range: scale.and_then(|last| around(last, envelope)),
     }
 }
 
 /// A range that shows the estimate's course but not a start so wild that nothing else is seen.
-fn around(last: f64, trace: &[Sample], parameter: Parameter) -> Option<(f64, f64)> {
-    let settled = &trace[trace.len() / 100..];
-    let values = settled
-        .iter()
-        .map(|s| parameter.of(&s.estimates))
-        .filter(|value| value.is_finite());
-    let (low, high) = values.fold((last, last), |(low, high), value| {
-        (low.min(value), high.max(value))
-    });
+fn around(last: f64, envelope: &Envelope) -> Option<(f64, f64)> {
+    let (low, high) = envelope.range_after(WILD)?;
+    let (low, high) = (low.min(last), high.max(last));
     let room = 0.15 * (high - low).max(0.02 * last.abs());
     (room > 0.0).then_some((low - room, high + room))
 }
 
-fn signal(
-    title: &str,
-    axis: &str,
-    trace: &[Sample],
-    value: impl Fn(&Sample) -> Option<f64>,
-) -> Panel {
+fn signal(title: &str, axis: &str, envelope: &Envelope) -> Panel {
     Panel {
         title: title.to_owned(),
         abscissa: plot::TIME.to_owned(),
         logarithmic: false,
         axis: axis.to_owned(),
-        curves: vec![curve(trace, &value)],
+        curves: vec![envelope.curve(None)],
         nominal: None,
         range: None,
-    }
-}
-
-fn curve(trace: &[Sample], value: &dyn Fn(&Sample) -> Option<f64>) -> Curve {
-    Curve {
-        name: None,
-        points: trace
-            .iter()
-            .filter_map(|sample| Some((sample.time, value(sample)?)))
-            .filter(|(_, value)| value.is_finite())
-            .collect(),
-        band: Vec::new(),
     }
 }

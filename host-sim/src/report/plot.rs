@@ -37,7 +37,8 @@ pub struct Panel {
 pub struct Curve {
     /// Its name in the legend; none where the panel has only this one.
     pub name: Option<String>,
-    /// Places, from zero up, and values.
+    /// Places, from zero up, and values, every one of which is drawn: of a long curve an
+    /// [`Envelope`](super::Envelope).
     pub points: Vec<(f64, f64)>,
     /// Half-width of the confidence band at each point; empty for none.
     pub band: Vec<f64>,
@@ -62,9 +63,6 @@ impl std::fmt::Display for PlotError {
 }
 
 impl std::error::Error for PlotError {}
-
-/// The most points a curve is drawn with; more cannot be seen.
-const MOST_POINTS: usize = 1500;
 
 /// Size of a panel, pixels before scaling.
 const PANEL: (f64, f64) = (560.0, 250.0);
@@ -189,13 +187,6 @@ fn bytes(format: Format, scene: &Scene) -> Result<Vec<u8>, PlotError> {
     }
 }
 
-/// The points that are drawn of so many: evenly spaced, the last one among them.
-fn kept(points: usize) -> impl Iterator<Item = usize> {
-    let every = points.div_ceil(MOST_POINTS).max(1);
-    let last = points.checked_sub(1).filter(|last| last % every != 0);
-    (0..points).step_by(every).chain(last)
-}
-
 fn draw(panel: &Panel) -> (Vec<Plot>, Layout) {
     let mut plots = Vec::new();
     let end = panel
@@ -209,18 +200,17 @@ fn draw(panel: &Panel) -> (Vec<Plot>, Layout) {
             Some((low, high)) => value.clamp(low, high),
             None => value,
         };
-        let kept: Vec<usize> = kept(curve.points.len()).collect();
-        let points = kept
-            .iter()
-            .map(|&i| (curve.points[i].0, inside(curve.points[i].1)));
+        let points = curve.points.iter().map(|&(x, y)| (x, inside(y)));
         let mut line = LinePlot::new()
             .with_data(points)
             .with_color(colour)
             .with_stroke_width(1.4);
         if curve.band.len() == curve.points.len() && !curve.band.is_empty() {
             let edge = |sign: f64| {
-                let at = |&i: &usize| inside(curve.points[i].1 + sign * curve.band[i]);
-                kept.iter().map(at).collect::<Vec<f64>>()
+                let edges = curve.points.iter().zip(&curve.band);
+                edges
+                    .map(|((_, value), half)| inside(value + sign * half))
+                    .collect::<Vec<f64>>()
             };
             line = line.with_band(edge(-1.0), edge(1.0));
         }

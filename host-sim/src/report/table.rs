@@ -4,7 +4,7 @@ use comfy_table::{CellAlignment, Table, presets};
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Parameter;
 
-use super::{Estimate, Summary};
+use crate::analysis::{Estimate, Summary};
 
 /// One row for each experiment, named in the first column; friction only where some law estimates
 /// it, deviations and settling times only where some truth is known.

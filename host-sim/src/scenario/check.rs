@@ -3,7 +3,7 @@
 use identifier_core::error::Allowed;
 
 use super::error::Fault;
-use super::law::Law;
+use super::law::{Closing, Law};
 use super::{Arithmetic, Baseline, BaselineSettings, Purpose, Scenario};
 
 /// The longest run, control samples.
@@ -12,12 +12,16 @@ const MOST_SAMPLES: f64 = 1e10;
 /// The position unit of an ideal sensor, rad: as of an encoder that is finer than any effect.
 const IDEAL_UNIT: f64 = 1e-5;
 
-/// A scenario as it was read, with what follows from it, for a purpose.
-pub(super) fn complete(mut scenario: Scenario, purpose: Purpose) -> Result<Scenario, Fault> {
+/// A scenario as it was read, with what follows from it, for a purpose; `build` finds what no loop can
+/// be built from.
+pub(super) fn complete(
+    mut scenario: Scenario,
+    purpose: Purpose,
+    build: fn(&Scenario) -> Result<(), Fault>,
+) -> Result<Scenario, Fault> {
     let unit = |counts| std::f64::consts::TAU / counts;
     scenario.stated.resolution = scenario.counts_per_rev.map_or(IDEAL_UNIT, unit);
-    let units = scenario.stated.units();
-    units.map_err(|error| scenario.fault(&error.into()))?;
+    scenario.checked_units()?;
     let sample_time = scenario.sample_time();
     Allowed::Within(sample_time, MOST_SAMPLES * sample_time)
         .check("duration", scenario.duration)
@@ -30,15 +34,19 @@ pub(super) fn complete(mut scenario: Scenario, purpose: Purpose) -> Result<Scena
         ));
     }
     match purpose {
-        Purpose::Run if scenario.plant.is_none() => {
-            Err(Fault::new("plant", "a run needs the true servo"))
-        }
         Purpose::Run => {
+            scenario.servo()?;
             let scenario = scenario.in_own_loop();
-            scenario.try_parts()?;
+            build(&scenario)?;
             Ok(scenario)
         }
         // A replay knows its units and its reference only once the log is read.
+        Purpose::Replay if scenario.is_own_log() => {
+            replayable(&scenario)?;
+            let scenario = scenario.in_own_loop();
+            build(&scenario)?;
+            Ok(scenario)
+        }
         Purpose::Replay => {
             replayable(&scenario)?;
             Ok(scenario)
@@ -50,12 +58,7 @@ pub(super) fn complete(mut scenario: Scenario, purpose: Purpose) -> Result<Scena
 fn replayable(scenario: &Scenario) -> Result<(), Fault> {
     let (given, identifier) = (&scenario.stated, &scenario.stated.identifier);
     let law = &scenario.identifier.law;
-    let Some(log) = &scenario.log else {
-        return Err(Fault::new(
-            "log",
-            "a replay needs to know the columns of the log",
-        ));
-    };
+    let log = scenario.log_columns();
     if log.command.is_none() && log.reference.is_none() {
         return Err(Fault::new(
             "log.command",
@@ -63,7 +66,8 @@ fn replayable(scenario: &Scenario) -> Result<(), Fault> {
              from",
         ));
     }
-    if !law.is_replayable() {
+    let own = scenario.is_own_log();
+    if !(law.is_replayable() || own && law.closing() == Closing::Pd) {
         return Err(Fault::new(
             "identifier.law",
             format!(
@@ -73,10 +77,11 @@ fn replayable(scenario: &Scenario) -> Result<(), Fault> {
             ),
         ));
     }
-    if scenario.identifier.arithmetic == Arithmetic::Fixed {
+    if scenario.identifier.arithmetic == Arithmetic::Fixed && scenario.counts_per_rev.is_none() {
         return Err(Fault::new(
             "identifier.arithmetic",
-            "a log is replayed in \"f32\" or \"f64\"; `drift` shows what fixed point makes of a run",
+            "\"fixed\" counts: encoder.counts_per_rev has to say what a count of the log's position is; \
+             \"f32\" and \"f64\" do without",
         ));
     }
     if given.controller.is_none() && log.command.is_none() {

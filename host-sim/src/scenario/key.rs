@@ -56,7 +56,7 @@ pub(super) enum Holds {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum When {
     Always,
-    /// In a run, and in a replay where the table is there.
+    /// In a run and in the replay of its own log, and in any replay where the table is there.
     InRun,
     /// Only where the table is there.
     Stated,
@@ -71,6 +71,8 @@ pub(super) enum Range {
     BelowNyquist,
     /// Above 0 and at most half a radian a sample.
     HalfRadian,
+    /// As long as a run may be.
+    Lasting,
     /// A whole number of control samples, or of pairs of them.
     Samples,
     EvenSamples,
@@ -92,6 +94,7 @@ impl fmt::Display for Range {
             Self::Fixed(allowed) => allowed.fmt(f),
             Self::BelowNyquist => f.write_str("a number above 0 and below pi/sample_time"),
             Self::HalfRadian => f.write_str("a number above 0 and at most 0.5/sample_time"),
+            Self::Lasting => f.write_str("a time of 1 to 1e10 control samples"),
             Self::Samples => f.write_str("a whole number of control samples"),
             Self::EvenSamples => f.write_str("an even number of control samples"),
         }
@@ -202,16 +205,12 @@ impl Key {
             .collect()
     }
 
-    /// What it is, its unit, and what it belongs to.
+    /// What it is, and what it belongs to.
     #[must_use]
     pub fn description(&self) -> String {
-        let unit = match self.unit {
-            "" => String::new(),
-            unit => format!(", {unit}"),
-        };
         match self.belongs_to() {
-            owners if owners.is_empty() => format!("{}{unit}", self.about),
-            owners => format!("{}{unit} ({})", self.about, owners.join(", ")),
+            owners if owners.is_empty() => self.about.to_owned(),
+            owners => format!("{} ({})", self.about, owners.join(", ")),
         }
     }
 
@@ -228,28 +227,29 @@ impl Key {
         !takes(choice) && choices.iter().any(takes)
     }
 
-    /// Lines to copy for a key that is required, or for all that a table requires.
+    /// A line to copy, for a key that is required.
     pub(super) fn example(&self) -> Option<String> {
+        let Absent::Required(example) = self.absent else {
+            return None;
+        };
+        let unit = match self.unit {
+            "" => String::new(),
+            unit => format!("{unit}; "),
+        };
         let (_, name) = self.place();
-        match (self.holds, self.absent) {
-            (Holds::Table(_), _) => {
-                let required = |key: &&Self| matches!(key.absent, Absent::Required(_));
-                let needed = Self::children(self.path).filter(required);
-                let needed: Vec<_> = needed.filter_map(Self::example).collect();
-                match needed.is_empty() {
-                    true => None,
-                    false => Some(format!("[{}]\n{}", self.path, needed.join("\n"))),
-                }
-            }
-            (_, Absent::Required(example)) => {
-                let unit = match self.unit {
-                    "" => String::new(),
-                    unit => format!("{unit}: "),
-                };
-                Some(format!("{name} = {example}   # {unit}{}", self.about))
-            }
-            _ => None,
-        }
+        Some(format!("{name} = {example}   # {unit}{}", self.about))
+    }
+}
+
+/// Lines to copy, for those of some keys that are required; empty if none is.
+pub(super) fn examples(keys: impl Iterator<Item = &'static Key>) -> String {
+    let lines: String = keys
+        .filter_map(Key::example)
+        .map(|line| format!("  {line}\n"))
+        .collect();
+    match lines.is_empty() {
+        true => lines,
+        false => format!("write, for example:\n{lines}"),
     }
 }
 

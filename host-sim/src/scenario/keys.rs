@@ -20,7 +20,7 @@ use super::key::Absent::{Begins, First, Follows, Is, Required};
 use super::key::Holds::{
     Choice as OneOf, Column, Limit, Matrix, Number, Numbers, Pair, Parameters, Table, Whole,
 };
-use super::key::Range::{BelowNyquist, EvenSamples, Fixed, HalfRadian, Samples};
+use super::key::Range::{BelowNyquist, EvenSamples, Fixed, HalfRadian, Lasting, Samples};
 use super::key::When::{Always, InRun, Stated};
 use super::key::{Choice, Key, Range};
 use super::{
@@ -55,7 +55,7 @@ macro_rules! keys {
 }
 
 keys! {
-"plant": Table(Stated), Follows("required for a run"), "",
+"plant": Table(Stated), Follows("required for a run; where it is stated, a log to replay is that of a run of this scenario"), "",
     "the true servo, q'' = -a q' + b u + load - coulomb sign q', with q the position in rad and u the command";
 "plant.a": Number(NOT_NEGATIVE, |s, v| plant(s).a = v), Required("0.5"), "1/s",
     "viscous friction over inertia: after a push the speed decays as exp(-a t)";
@@ -66,7 +66,7 @@ keys! {
 "plant.coulomb": Number(NOT_NEGATIVE, |s, v| plant(s).coulomb = v), Is(0.0), "rad/s²",
     "deceleration by Coulomb friction";
 
-"encoder": Table(InRun), Follows("10000 counts; in a replay, the log's own resolution"), "", "the position sensor";
+"encoder": Table(InRun), Follows("10000 counts; in a replay without [plant], the log's own resolution"), "", "the position sensor";
 "encoder.counts_per_rev": Number(NOT_NEGATIVE, |s, v| s.counts_per_rev = (v > 0.0).then_some(v)), Is(10_000.0), "",
     "counts of a revolution after fourfold evaluation; 0 is an ideal sensor, in a replay the log's own resolution";
 
@@ -74,7 +74,7 @@ keys! {
 "amplifier.limit": Limit(|s, v| pid(s).limit = v), Follows("no limit"), "command units",
     "limit of the controller's command, |u| <= limit or low <= u <= high";
 
-"controller": Table(InRun), Follows("the paper's; in a replay with log.command, none"), "",
+"controller": Table(InRun), Follows("the paper's; in a replay without [plant], none"), "",
     "the PID that closes the loop, u = kp e - kd v + ki sum of e";
 "controller.kp": Number(POSITIVE_GAIN, |s, v| pid(s).kp = v), Is(9.0), "command units per rad",
     "proportional gain";
@@ -204,8 +204,8 @@ keys! {
 "identifier.block": Number(POSITIVE, |s, v| rival(s, |own| own.block = v)), Is(TYPICAL.block), "s", "sample time of the model";
 
 "run": Table(Always), Follows("60 s"), "", "the simulated experiment";
-"run.duration": Number(POSITIVE, |s, v| s.duration = v), Is(60.0), "s",
-    "length of the run, at least one and at most 1e10 control samples";
+"run.duration": Number(Lasting, |s, v| s.duration = v), Is(60.0), "s",
+    "length of the run";
 
 "compare": Table(Always), Follows("as below"), "", "what the cases of a comparison are made of";
 "compare.load": Number(ANY, |s, v| s.compare.load = Some(v)), Follows("0.08 of plant.b"), "rad/s²", "the load";
@@ -214,7 +214,7 @@ keys! {
 "compare.limit": Number(POSITIVE, |s, v| s.compare.limit = Some(v)), Follows("a ninth of kp"), "command units",
     "the amplifier that saturates";
 
-"log": Table(Stated), Follows("required for a replay"), "", "the columns of a log to replay";
+"log": Table(Stated), Follows("the columns of the tool's own traces"), "", "the columns of a log to replay";
 "log.time": Column(|s, v| log(s).time = v), Required("\"time_s\""), "s", "time of a row";
 "log.reference": Column(|s, v| log(s).reference = Some(v)), Follows("none; required without log.command"), "rad",
     "reference position";

@@ -242,6 +242,7 @@ impl Law {
     #[must_use]
     pub fn is_replayable(&self) -> bool {
         matches!(self.closing(), Closing::Pid | Closing::Proportional)
+            || matches!(self, Self::Baseline(Baseline::RelayLeastSquares, _))
     }
 
     /// Whether it computes its result after the experiment, from all that was recorded.

@@ -17,15 +17,15 @@ mod reference;
 pub mod schema;
 mod set;
 mod source;
+mod stability;
 
 pub use error::{Fault, ScenarioError};
 pub use key::Key;
 pub use law::{Baseline, BaselineSettings, Closing, Law};
-pub(crate) use parts::place;
+pub(crate) use parts::{MOST_PLAYED, place};
 pub use reference::{Reference, ReferenceState};
 pub use set::ModelSet;
-
-use std::path::Path;
+pub(crate) use source::fetch;
 
 use identifier_core::excitation::Tone;
 use identifier_core::model::ServoParameters;
@@ -54,7 +54,7 @@ pub struct Scenario {
     pub identifier: Identification,
     /// Length of the run, s.
     pub duration: f64,
-    /// The columns of a log to replay.
+    /// The columns of a log to replay, as far as the file states them: see [`Scenario::log_columns`].
     pub log: Option<LogSettings>,
     /// What the cases of a comparison are made of.
     pub compare: CompareSettings,
@@ -98,6 +98,30 @@ pub struct LogSettings {
     pub injection: Option<String>,
     /// The longest gap, in missing samples, that may be bridged by straight lines.
     pub bridge: u32,
+}
+
+impl LogSettings {
+    /// The columns of the tool's own traces.
+    pub const OWN_TIME: &str = "time_s";
+    /// Reference position, rad.
+    pub const OWN_REFERENCE: &str = "reference_rad";
+    /// Measured position, rad.
+    pub const OWN_POSITION: &str = "position_rad";
+    /// The command that acted.
+    pub const OWN_COMMAND: &str = "command";
+
+    /// Those of a trace that the tool itself wrote.
+    #[must_use]
+    pub fn own() -> Self {
+        Self {
+            time: Self::OWN_TIME.to_owned(),
+            reference: Some(Self::OWN_REFERENCE.to_owned()),
+            position: Self::OWN_POSITION.to_owned(),
+            command: Some(Self::OWN_COMMAND.to_owned()),
+            injection: None,
+            bridge: 0,
+        }
+    }
 }
 
 /// The velocity estimates.
@@ -187,6 +211,19 @@ impl Scenario {
         self.stated.resolution = std::f64::consts::TAU / counts_per_rev;
     }
 
+    /// The columns of a log to replay: those of the tool's own traces unless others are stated.
+    #[must_use]
+    pub fn log_columns(&self) -> LogSettings {
+        self.log.clone().unwrap_or_else(LogSettings::own)
+    }
+
+    /// Whether a log that is replayed with it is that of a run of its own: it states the true servo. What
+    /// a run takes for granted then holds for the log too.
+    #[must_use]
+    pub fn is_own_log(&self) -> bool {
+        self.plant.is_some()
+    }
+
     /// Sample time, s.
     #[must_use]
     pub fn sample_time(&self) -> f64 {
@@ -242,22 +279,20 @@ impl Scenario {
         }
     }
 
-    /// Reads a scenario file.
+    /// Reads a scenario from a text; `name` stands for the file in errors. What `build` finds is told by
+    /// its place in the text, too.
     ///
     /// # Errors
     /// File, line, key and what is allowed there.
-    pub fn load(path: &Path, purpose: Purpose) -> Result<Self, ScenarioError> {
-        Self::parse(&path.display().to_string(), &source::fetch(path)?, purpose)
-    }
-
-    /// Reads a scenario from a text; `name` stands for the file in errors.
-    ///
-    /// # Errors
-    /// As [`Scenario::load`].
-    pub fn parse(name: &str, text: &str, purpose: Purpose) -> Result<Self, ScenarioError> {
+    pub(crate) fn read(
+        name: &str,
+        text: &str,
+        purpose: Purpose,
+        build: fn(&Self) -> Result<(), Fault>,
+    ) -> Result<Self, ScenarioError> {
         let source = source::Source::new(name, text)?;
         read::scenario(&source, purpose)
-            .and_then(|read| check::complete(read, purpose))
+            .and_then(|read| check::complete(read, purpose, build))
             .map_err(|fault| source.locate(fault))
     }
 }

@@ -15,7 +15,10 @@ use identifier_core::units::Units;
 use identifier_core::{ControllerSettings, Settings};
 
 use super::dispatch::with_types;
-use super::{Arithmetic, ExcitationSettings, Fault, Reference, Scenario};
+use super::{Arithmetic, ExcitationSettings, Fault, Key, Reference, Scenario};
+
+/// The most samples of a reference that a Γ is chosen from.
+pub(crate) const MOST_PLAYED: usize = 200_000;
 
 impl Scenario {
     /// The scenario with the loop that its law closes in place of the declared one, where it has one
@@ -68,18 +71,17 @@ impl Scenario {
         settings: &Settings,
         reference: &impl Excitation<f64>,
     ) -> Result<[[f64; 4]; 4], IdentifierError> {
-        /// Time for which the reference is played, s, and the most samples of it.
-        const PLAYED: (f64, f64) = (10.0, 200_000.0);
+        /// Time for which the reference is played, s.
+        const PLAYED: f64 = 10.0;
 
         let units = settings.units()?;
         let gains = settings.correction_gains()?;
-        let (time, most) = PLAYED;
         let like_the_correction = ControllerSettings::pid(gains.kp(), gains.kd(), gains.ki());
         let automatic = AutomaticGain {
             units,
             plant_box: assumed_box(settings)?,
             kd: gains.kd(),
-            samples: (time / units.sample_time()).min(most) as u32,
+            samples: (PLAYED / units.sample_time()).min(MOST_PLAYED as f64) as u32,
         };
         // A loop that somebody else closes is taken to be like the correction's.
         let in_loop = Settings {
@@ -87,14 +89,6 @@ impl Scenario {
             ..*settings
         };
         with_types!(self, f64 => chosen_gamma(&automatic, &in_loop, reference))
-    }
-
-    /// Whether every part can be built, as is checked when a file is read.
-    ///
-    /// # Errors
-    /// What cannot be built, and why.
-    pub fn buildable(&self) -> Result<(), String> {
-        self.try_parts().map_err(|fault| fault.to_string())
     }
 
     /// The scenario with Γ stated where it would be chosen: it follows from the box and the
@@ -112,8 +106,10 @@ impl Scenario {
     /// # Errors
     /// It is not given.
     pub(crate) fn servo(&self) -> Result<ServoParameters, Fault> {
-        self.plant
-            .ok_or_else(|| Fault::new("plant", "a run needs the true servo"))
+        self.plant.ok_or_else(|| {
+            let about = Key::of("plant").map_or("", |key| key.about);
+            Fault::new("plant", format!("a run needs {about}"))
+        })
     }
 
     /// The reference in a number format.

@@ -8,7 +8,7 @@ use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
 use super::error::{Fault, shown};
-use super::key::{Absent, Choice, Holds, Key, When, nearest};
+use super::key::{Absent, Choice, Holds, Key, When, examples, nearest};
 use super::keys::{self, KEYS, MOST_ENTRIES};
 use super::source::Source;
 use super::{Purpose, Scenario};
@@ -47,20 +47,24 @@ struct Reading<'a, 'b> {
 
 impl Reading<'_, '_> {
     fn read(&mut self, key: &'static Key) -> Result<(), Fault> {
-        let (table, _) = key.place();
-        if !self.tables.contains(&table) {
+        if !self.tables.contains(&key.place().0) {
             return Ok(());
         }
-        let value = self.source.value(key.path);
-        let foreign = self.choices.iter().find(|(within, choice, choices)| {
-            *within == table && key.is_foreign_to(choice, choices)
-        });
-        match (foreign, value) {
-            (Some((_, choice, _)), Some(_)) => Err(stranger(key, choice)),
+        match (self.refusing(key), self.source.value(key.path)) {
+            (Some(choice), Some(_)) => Err(stranger(key, choice)),
             (Some(_), None) => Ok(()),
             (None, Some(value)) => self.take(key, value),
             (None, None) => self.leave(key),
         }
+    }
+
+    /// The choice that leaves a key without meaning, if one does.
+    fn refusing(&self, key: &Key) -> Option<&'static Choice> {
+        let mut made = self.choices.iter();
+        made.find_map(|(table, choice, choices)| {
+            let foreign = *table == key.place().0 && key.is_foreign_to(choice, choices);
+            foreign.then_some(*choice)
+        })
     }
 
     /// A key that the file states.
@@ -97,20 +101,7 @@ impl Reading<'_, '_> {
     fn leave(&mut self, key: &'static Key) -> Result<(), Fault> {
         let scenario = &mut self.scenario;
         match (key.absent, key.holds) {
-            (Absent::Required(_), _) => {
-                let (table, _) = key.place();
-                let owner = self.choices.iter().find(|(within, choice, _)| {
-                    *within == table && choice.takes.contains(&key.place().1)
-                });
-                let needed = match owner {
-                    Some((_, choice, _)) => format!(": \"{}\" needs it", choice.name),
-                    None => format!(": [{table}] needs it"),
-                };
-                return Err(Fault::new(
-                    key.path,
-                    format!("this value is missing{needed}"),
-                ));
-            }
+            (Absent::Required(_), _) => return Err(self.missing(key)),
             (Absent::Begins(_), _) if scenario.identifier.law.fits() => {}
             (Absent::Is(value) | Absent::Begins(value), Holds::Number(_, set)) => {
                 set(scenario, value);
@@ -120,7 +111,8 @@ impl Reading<'_, '_> {
             (_, Holds::Table(when)) => {
                 let holds = match when {
                     When::Always => true,
-                    When::InRun => self.purpose == Purpose::Run,
+                    // A run's own log is what the run took for granted.
+                    When::InRun => self.purpose == Purpose::Run || scenario.is_own_log(),
                     When::Stated => false,
                 };
                 if holds {
@@ -130,6 +122,23 @@ impl Reading<'_, '_> {
             _ => {}
         }
         Ok(())
+    }
+
+    /// A value that cannot be left out, with all those beside it that cannot and are.
+    fn missing(&self, key: &'static Key) -> Fault {
+        let (table, name) = key.place();
+        let mut made = self.choices.iter();
+        let owner =
+            made.find(|(within, choice, _)| *within == table && choice.takes.contains(&name));
+        let needed = match owner {
+            Some((_, choice, _)) => format!("\"{}\"", choice.name),
+            None => format!("[{table}]"),
+        };
+        let beside = Key::children(table)
+            .filter(|other| self.source.value(other.path).is_none())
+            .filter(|other| self.refusing(other).is_none());
+        let fault = format!("this value is missing: {needed} needs it");
+        Fault::new(key.path, fault).advising(examples(beside))
     }
 
     fn choose(&mut self, key: &Key, choice: &'static Choice, choices: &'static [Choice]) {
@@ -169,7 +178,8 @@ fn advice(table: &str, unknown: &str) -> String {
     let meant = near.or_else(|| Key::nearest(unknown).map(|key| key.path));
     let mut lines = meant.map_or(String::new(), |meant| format!("did you mean {meant}?\n"));
     if !names.is_empty() {
-        lines += &format!("allowed: the keys {}", names.join(", "));
+        lines += &format!("allowed: the keys {}\n", names.join(", "));
+        lines += &format!("`host-sim keys {table}` explains them");
     }
     lines
 }

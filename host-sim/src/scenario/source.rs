@@ -7,13 +7,13 @@ use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
 use super::error::{Fault, ScenarioError, shown};
-use super::key::{Absent, Key};
+use super::key::{Absent, Key, examples};
 
 /// The longest scenario, bytes; those of the repository have about a thousand.
 const LONGEST: u64 = 1 << 20;
 
 /// The text of a file, as far as it is one.
-pub(super) fn fetch(path: &Path) -> Result<String, ScenarioError> {
+pub(crate) fn fetch(path: &Path) -> Result<String, ScenarioError> {
     let name = path.display().to_string();
     let refused = |line, fault: String| ScenarioError {
         file: name.clone(),
@@ -180,17 +180,13 @@ impl<'a> Source<'a> {
 
 /// What a file may state of a key that it does not have.
 fn what_to_write(key: &Key) -> String {
-    match (key.example(), key.absent) {
-        (Some(lines), _) => {
-            let lines = lines.lines().map(|line| format!("  {line}\n"));
-            format!("write, for example:\n{}", lines.collect::<String>())
-        }
-        (None, Absent::Is(_) | Absent::Begins(_) | Absent::First) => {
+    match key.absent {
+        Absent::Is(_) | Absent::Begins(_) | Absent::First => {
             format!(
                 "the file does not state it: the default is {}\n",
                 key.default()
             )
         }
-        _ => String::new(),
+        _ => examples(Key::children(key.path)).replacen('\n', &format!("\n  [{}]\n", key.path), 1),
     }
 }

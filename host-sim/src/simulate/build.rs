@@ -35,13 +35,6 @@ use crate::scenario::{Arithmetic, Baseline, BaselineSettings, Fault, Law, Scenar
 /// Blocks of a window: a PC has the memory for every sample of half a second at 1 kHz.
 const WINDOW_BLOCKS: usize = 512;
 
-impl Scenario {
-    /// Builds every part once, so that nothing can fail after output has begun.
-    pub(crate) fn try_parts(&self) -> Result<(), Fault> {
-        Simulation::of(self).map(drop)
-    }
-}
-
 impl Simulation {
     /// What a scenario describes.
     ///
@@ -123,8 +116,7 @@ impl<N: Number> Method<N> {
         Ok(match self {
             Self::Listening(learner) => Simulation {
                 rig: Rig::of::<N>(scenario)?,
-                closed: with_velocity!(scenario, N => pid::<N>(settings, learner, 0))
-                    .map_err(|error| scenario.fault(&error))?,
+                closed: beside_pid(scenario, settings, learner, 0)?,
             },
             Self::Relay(method) => {
                 let mut rig = Rig::of::<N>(scenario)?;
@@ -167,6 +159,15 @@ fn listened_to<N: Number>(
     start: i32,
 ) -> Result<LocalLoop, Fault> {
     let learner = learner::<N>(scenario, settings)?;
+    beside_pid(scenario, settings, learner, start)
+}
+
+fn beside_pid<N: Number>(
+    scenario: &Scenario,
+    settings: &Settings,
+    learner: Box<dyn Learner<N>>,
+    start: i32,
+) -> Result<LocalLoop, Fault> {
     with_velocity!(scenario, N => pid::<N>(settings, learner, start))
         .map_err(|error| scenario.fault(&error))
 }
@@ -199,6 +200,12 @@ pub(crate) fn learner<N: Number>(
     scenario: &Scenario,
     settings: &Settings,
 ) -> Result<Box<dyn Learner<N>>, Fault> {
+    if let Law::Baseline(Baseline::RelayLeastSquares, own) = &scenario.identifier.law {
+        // Its relay makes its command; the least squares listen to any.
+        let law =
+            FilteredLeastSquares::new(&scenario.checked_units()?, &scenario.least_squares(own));
+        return Ok(Box::new(Direct::new(law.map_err(fault_of_rival)?)));
+    }
     match method::<N>(scenario, settings)? {
         Method::Listening(learner) => Ok(learner),
         Method::Relay(_) | Method::Own(_) => Err(Fault::new(
@@ -222,19 +229,22 @@ pub(super) fn method<N: Number>(
         Law::GaussNewton => with_set!(scenario => gauss_newton::<N>(settings)),
         Law::Window => with_set!(scenario => window::<N>(settings)),
         Law::Baseline(baseline, own) => {
-            return rival(scenario, &units, *baseline, own).map_err(|error| {
-                let key = match error.parameter {
-                    "cutoff" => "filter_cutoff",
-                    "sample_time" => "block",
-                    other => other,
-                };
-                Fault::new(format!("identifier.{key}"), error)
-            });
+            return rival(scenario, &units, *baseline, own).map_err(fault_of_rival);
         }
     };
     listening
         .map(Method::Listening)
         .map_err(|error| scenario.fault(&error))
+}
+
+/// What a rival cannot be built from, by its key.
+fn fault_of_rival(error: OutOfRange) -> Fault {
+    let key = match error.parameter {
+        "cutoff" => "filter_cutoff",
+        "sample_time" => "block",
+        other => other,
+    };
+    Fault::new(format!("identifier.{key}"), error)
 }
 
 type Listening<N> = Result<Box<dyn Learner<N>>, IdentifierError>;

@@ -1,7 +1,7 @@
 use identifier_core::parameters::Parameter;
 
 use super::Run;
-use crate::report::Status;
+use crate::analysis::Status;
 
 /// The distribution over a sweep.
 #[derive(Debug, Clone, PartialEq)]

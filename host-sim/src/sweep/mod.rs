@@ -12,7 +12,7 @@ use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Parameter;
 use rayon::prelude::*;
 
-use crate::report::{Status, Summariser};
+use crate::analysis::{Status, Summariser};
 use crate::scenario::{Fault, Scenario};
 use crate::simulate;
 

@@ -100,7 +100,7 @@ impl<N: Number, const P: usize, G: Gain<N, P>> GradientWith<N, P, G> {
     /// The law from its Γ in the form for the hot path and its configuration.
     ///
     /// # Errors
-    /// `mu` and the smallest α, or what stands in for it, must be positive.
+    /// `mu` and the smallest α, or what takes its place, must be positive.
     pub fn new(gamma: G, config: &GradientConfig<P>) -> Result<Self, OutOfRange> {
         Allowed::Above(0.0).check("mu", config.mu)?;
         let per_gain = config.decay_per_gain;

@@ -1,4 +1,5 @@
-//! From output error and regressor to parameters.
+//! From output error and regressor (9) to parameters: the Γ-gradient law (11), recursive Gauss–Newton,
+//! and what keeps both within their bounds.
 
 mod automatic_gain;
 mod covariance;

@@ -8,15 +8,16 @@
 //!   velocity, this sample's increment included ([`velocity`](crate::measurement::velocity)). The
 //!   reference is not differentiated.
 //! - The sum contains the errors of the samples *before* this one; e_k is added after the command was
-//!   computed. It is a compensated sum, so that small errors are not lost in a large integral.
+//!   computed. In single precision the sum is compensated, so that a small error is not lost in a large
+//!   integral.
 //! - The limit ([`CommandLimit`]) acts on the whole sum, the integral included.
 //! - Anti-windup is conditional integration ([`Command::integrates`]): e_k is *not* added if the command
 //!   before the limit is above the upper limit and e_k > 0, or below the lower limit and e_k < 0.
 //! - u_k acts unchanged from this sample to the next (zero-order hold).
 //!
-//! The model loop's correction has the same gains, filter, sum and hold, but neither limit nor anti-windup
-//! ([`CommandCorrection`](crate::model::CommandCorrection)): it is added to the command that acted, in
-//! which the limit is already.
+//! The model loop's correction ([`CommandCorrection`](crate::model::CommandCorrection)) has the same gains
+//! unless others are stated, and the same filter, sum and hold, but neither limit nor anti-windup: it is
+//! added to the command that acted, which is limited already.
 
 mod gains;
 mod limit;

@@ -212,7 +212,7 @@ impl<const P: usize> FixedGradient<P> {
         }
     }
 
-    /// Which estimates stand at a bound.
+    /// Which estimates are at a bound.
     pub(super) fn at_bounds(&self, estimates: &[Sum; P]) -> [bool; P] {
         core::array::from_fn(|i| {
             let (estimate, entry) = (estimates[i], &self.entries[i]);

@@ -218,7 +218,7 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
         }
     }
 
-    /// A sample in which the model stood from beginning to end, and so they have no velocity.
+    /// A sample in which the model was at rest from beginning to end, so that they have no velocity.
     #[inline]
     pub fn rest(&mut self, innovation: &Innovation<N>) {
         let followed = N::ONE - innovation.position;
@@ -227,7 +227,7 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
         }
     }
 
-    /// A sample in which the model stood, stopped or turned.
+    /// A sample in which the model was at rest, stopped or turned.
     #[cold]
     fn advance_through_rest<S: ParameterSet<P>, const P: usize>(
         &mut self,

@@ -1,4 +1,5 @@
-//! The servo model and the model loop (5)–(7) around it, driven by the command that acted.
+//! The servo (2), its exact step over a sample, and the model loop (5)–(7) with its regressor (9), driven
+//! by the command that acted.
 
 mod correction;
 mod friction_step;

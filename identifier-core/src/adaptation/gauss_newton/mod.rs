@@ -351,7 +351,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         }
     }
 
-    /// Which of some estimates stand at a bound.
+    /// Which of the estimates are at a bound.
     #[must_use]
     pub fn at_bounds(&self, estimates: &[N; P]) -> [bool; P] {
         core::array::from_fn(|i| {

@@ -1,5 +1,6 @@
 //! What the output error says of the model: is it the encoder's, is it white, and if not, why.
 
+use std::collections::VecDeque;
 use std::fmt;
 
 use identifier_core::model::ServoParameters;
@@ -8,12 +9,39 @@ use super::Summary;
 use crate::experiment::Sample;
 use crate::scenario::Scenario;
 
+/// What of a run a [`Report`] is made from: position and output error of its last
+/// [`Recording::MOST`] samples. A shorter run is recorded whole; of a longer one its end is judged,
+/// where the estimates are at their best.
+#[derive(Debug, Clone, Default)]
+pub struct Recording {
+    samples: VecDeque<(f64, f64)>,
+}
+
+impl Recording {
+    /// The most samples that are recorded: seventeen minutes at 1 kHz, 16 MB.
+    pub const MOST: usize = 1 << 20;
+
+    /// Takes in a sample.
+    pub fn add(&mut self, sample: &Sample) {
+        if self.samples.len() == Self::MOST {
+            self.samples.pop_front();
+        }
+        let error = sample.output_error.unwrap_or(0.0);
+        self.samples.push_back((sample.position, error));
+    }
+
+    /// Forgets everything: what was recorded goes on elsewhere.
+    pub fn clear(&mut self) {
+        self.samples.clear();
+    }
+}
+
 /// The output error against what the encoder allows, and its likely cause where that is not all.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
-    /// Root mean square of the output error over the second half of the trace, position units.
+    /// Root mean square of the output error over the second half of the recording, rad.
     pub rms: f64,
-    /// What rounding to the encoder's resolution alone would leave, position units.
+    /// What rounding to the encoder's resolution alone would leave, rad.
     pub resolution_rms: f64,
     /// Correlation of the output error from sample to sample.
     pub correlation: f64,
@@ -39,6 +67,17 @@ pub enum Cause {
     Delay,
 }
 
+impl Cause {
+    const ALL: [Self; 6] = [
+        Self::Coulomb,
+        Self::AsymmetricFriction,
+        Self::QuadraticFriction,
+        Self::Stribeck,
+        Self::Backlash,
+        Self::Delay,
+    ];
+}
+
 impl fmt::Display for Cause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
@@ -61,11 +100,8 @@ impl Report {
 
     /// The report of a run.
     #[must_use]
-    pub fn new(scenario: &Scenario, summary: &Summary, trace: &[Sample]) -> Self {
-        let errors: Vec<f64> = trace
-            .iter()
-            .map(|s| s.output_error.unwrap_or(0.0))
-            .collect();
+    pub fn new(scenario: &Scenario, summary: &Summary, recording: Recording) -> Self {
+        let (positions, errors): (Vec<f64>, Vec<f64>) = recording.samples.into_iter().unzip();
         let second_half = errors.len() / 2..errors.len();
         let judged = &errors[second_half.clone()];
         let rms = (mean(judged.iter().map(|e| e * e))).sqrt();
@@ -83,7 +119,7 @@ impl Report {
                 coulomb: summary.coulomb.last,
                 load: summary.load.last,
             };
-            let velocity = smooth_velocity(trace, scenario.sample_time());
+            let velocity = smooth_velocity(&positions, scenario.sample_time());
             let bandwidth = summary.outcome.bandwidth;
             let shapes = Shapes::new(scenario, &servo, &velocity, bandwidth);
             let own: Vec<Vec<f64>> = shapes
@@ -93,11 +129,11 @@ impl Report {
                 .collect();
             let own = orthogonal(own);
             let rest = without(&own, centred(judged));
-            report.cause = shapes
-                .of_causes()
+            report.cause = Cause::ALL
                 .into_iter()
-                .filter(|(cause, _)| *cause != Cause::Coulomb || servo.coulomb == 0.0)
-                .map(|(cause, shape)| {
+                .filter(|cause| *cause != Cause::Coulomb || servo.coulomb == 0.0)
+                .map(|cause| {
+                    let shape = shapes.of(cause);
                     let shape = without(&own, centred(&shape[second_half.clone()]));
                     (cause, explained(&rest, &shape))
                 })
@@ -290,25 +326,19 @@ impl<'a> Shapes<'a> {
         shapes
     }
 
-    /// Those of the causes that have names. A gap or a delay displaces, and shows directly.
-    fn of_causes(&self) -> [(Cause, Vec<f64>); 6] {
+    /// That of a cause. A gap or a delay displaces, and shows directly.
+    fn of(&self, cause: Cause) -> Vec<f64> {
         let velocity = || self.velocity.iter().copied();
         let through_loop = |force: &dyn Fn(f64) -> f64| self.response(velocity().map(force));
         let slow = |v: f64| (-(v / (0.2 * self.rms)).powi(2)).exp();
-        [
-            (Cause::Coulomb, through_loop(&|v| -self.direction(v))),
-            (Cause::AsymmetricFriction, through_loop(&|v| -v.abs())),
-            (Cause::QuadraticFriction, through_loop(&|v| -v * v.abs())),
-            (
-                Cause::Stribeck,
-                through_loop(&|v| -self.direction(v) * slow(v)),
-            ),
-            (
-                Cause::Backlash,
-                velocity().map(|v| self.direction(v)).collect(),
-            ),
-            (Cause::Delay, velocity().collect()),
-        ]
+        match cause {
+            Cause::Coulomb => through_loop(&|v| -self.direction(v)),
+            Cause::AsymmetricFriction => through_loop(&|v| -v.abs()),
+            Cause::QuadraticFriction => through_loop(&|v| -v * v.abs()),
+            Cause::Stribeck => through_loop(&|v| -self.direction(v) * slow(v)),
+            Cause::Backlash => velocity().map(|v| self.direction(v)).collect(),
+            Cause::Delay => velocity().collect(),
+        }
     }
 
     fn response(&self, forces: impl Iterator<Item = f64>) -> Vec<f64> {
@@ -336,13 +366,16 @@ impl<'a> Shapes<'a> {
 }
 
 /// The velocity over a few samples to both sides.
-fn smooth_velocity(trace: &[Sample], t: f64) -> Vec<f64> {
+fn smooth_velocity(positions: &[f64], t: f64) -> Vec<f64> {
     const REACH: usize = 5;
-    (0..trace.len())
+    (0..positions.len())
         .map(|k| {
-            let (from, to) = (k.saturating_sub(REACH), (k + REACH).min(trace.len() - 1));
+            let (from, to) = (
+                k.saturating_sub(REACH),
+                (k + REACH).min(positions.len() - 1),
+            );
             let span = (to - from).max(1) as f64 * t;
-            (trace[to].position - trace[from].position) / span
+            (positions[to] - positions[from]) / span
         })
         .collect()
 }

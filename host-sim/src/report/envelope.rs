@@ -1,0 +1,212 @@
+//! Curves of any length in bounded memory, as a picture needs them.
+//!
+//! Of each stretch of a curve its lowest and its highest point are kept. More cannot be seen where a
+//! stretch is narrower than a pixel, and no peak is lost (U. Jugel, Z. Jerzak, G. Hackenbroich and V.
+//! Markl, "M4: A visualization-oriented time series data aggregation", Proceedings of the VLDB
+//! Endowment 7(10), 2014).
+
+use super::plot::Curve;
+
+/// A curve that is gathered point by point. Up to [`Envelope::MOST`] points it is kept as it is;
+/// beyond, stretches that grow with its length are.
+#[derive(Debug, Clone, Default)]
+pub struct Envelope {
+    stretches: Vec<Stretch>,
+    /// Points to a full stretch, as a power of two.
+    doublings: u32,
+    in_newest: u64,
+    newest: Option<Point>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Stretch {
+    lowest: Point,
+    highest: Point,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Point {
+    place: f64,
+    value: f64,
+    half_width: Option<f64>,
+}
+
+impl Stretch {
+    /// With what comes next.
+    fn and(self, next: Self) -> Self {
+        Self {
+            lowest: if next.lowest.value < self.lowest.value {
+                next.lowest
+            } else {
+                self.lowest
+            },
+            highest: if next.highest.value > self.highest.value {
+                next.highest
+            } else {
+                self.highest
+            },
+        }
+    }
+
+    /// What is drawn of it, in the curve's order.
+    fn points(&self) -> impl Iterator<Item = Point> {
+        let (first, second) = if self.lowest.place <= self.highest.place {
+            (self.lowest, self.highest)
+        } else {
+            (self.highest, self.lowest)
+        };
+        std::iter::once(first).chain((second.place > first.place).then_some(second))
+    }
+}
+
+impl Envelope {
+    /// The most stretches that are kept: more than a panel has pixels across. An even number.
+    pub const MOST: usize = 1500;
+
+    /// Takes in the next point, with half the width of its confidence band where it has one. What is
+    /// not finite is left out.
+    pub fn add(&mut self, place: f64, value: f64, half_width: Option<f64>) {
+        if !value.is_finite() {
+            return;
+        }
+        let point = Point {
+            place,
+            value,
+            half_width,
+        };
+        let stretch = Stretch {
+            lowest: point,
+            highest: point,
+        };
+        self.newest = Some(point);
+        match self.stretches.last_mut() {
+            Some(last) if self.in_newest < 1 << self.doublings => {
+                *last = last.and(stretch);
+                self.in_newest += 1;
+            }
+            _ => {
+                if self.stretches.len() == Self::MOST {
+                    self.double();
+                }
+                self.stretches.push(stretch);
+                self.in_newest = 1;
+            }
+        }
+    }
+
+    /// Makes one stretch of every two.
+    fn double(&mut self) {
+        self.stretches = self
+            .stretches
+            .chunks(2)
+            .filter_map(|pair| pair.iter().copied().reduce(Stretch::and))
+            .collect();
+        self.doublings += 1;
+    }
+
+    /// Whether there is no point.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.stretches.is_empty()
+    }
+
+    /// The lowest and the highest value once this part of the curve, from 0 to 1, is left out at its
+    /// beginning.
+    #[must_use]
+    pub fn range_after(&self, part: f64) -> Option<(f64, f64)> {
+        let left_out = (part * self.stretches.len() as f64) as usize;
+        let rest = self.stretches.get(left_out..)?;
+        rest.iter()
+            .copied()
+            .reduce(Stretch::and)
+            .map(|all| (all.lowest.value, all.highest.value))
+    }
+
+    /// The curve to be drawn; it has a band if all its points have one.
+    #[must_use]
+    pub fn curve(&self, name: Option<&str>) -> Curve {
+        let mut points: Vec<Point> = self.stretches.iter().flat_map(Stretch::points).collect();
+        // The curve goes to its end.
+        let end = self.newest.filter(|newest| {
+            let drawn = points.last().map(|last| last.place);
+            drawn.is_some_and(|drawn| drawn < newest.place)
+        });
+        points.extend(end);
+        let band: Option<Vec<f64>> = points.iter().map(|point| point.half_width).collect();
+        Curve {
+            name: name.map(str::to_owned),
+            points: points.iter().map(|p| (p.place, p.value)).collect(),
+            band: band.unwrap_or_default(),
+        }
+    }
+}
+
+impl FromIterator<(f64, f64)> for Envelope {
+    fn from_iter<I: IntoIterator<Item = (f64, f64)>>(points: I) -> Self {
+        let mut envelope = Self::default();
+        for (place, value) in points {
+            envelope.add(place, value, None);
+        }
+        envelope
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Envelope;
+
+    fn points(count: u32) -> impl Iterator<Item = (f64, f64)> {
+        (0..count).map(|k| (f64::from(k), (0.37 * f64::from(k)).sin()))
+    }
+
+    #[test]
+    fn a_short_curve_is_kept_as_it_is() {
+        let most = Envelope::MOST as u32;
+        let curve = points(most).collect::<Envelope>().curve(None);
+        assert_eq!(curve.points, points(most).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn a_long_curve_stays_small_and_keeps_every_peak_the_order_and_the_end() {
+        for count in [1501, 3001, 1_000_003] {
+            for peak in [0, 1, 777, count / 2, count - 2, count - 1] {
+                let envelope: Envelope = points(count)
+                    .map(|(place, value)| {
+                        let here = place as u32 == peak;
+                        (place, if here { 9.0 } else { value })
+                    })
+                    .collect();
+                let curve = envelope.curve(None);
+                assert!(curve.points.len() <= 2 * Envelope::MOST + 1);
+                assert!(curve.points.len() >= Envelope::MOST / 2);
+                assert!(curve.points.contains(&(f64::from(peak), 9.0)));
+                assert!(curve.points.is_sorted_by(|x, y| x.0 < y.0));
+                let end = curve.points.last().map(|end| end.0);
+                assert_eq!(end, Some(f64::from(count - 1)));
+            }
+        }
+    }
+
+    #[test]
+    fn a_range_leaves_the_beginning_out() {
+        let values = [9.0, -9.0, 1.0, 2.0, 3.0, 1.5, 1.0, 1.0, 1.0, 1.0];
+        let places = (0..).map(f64::from);
+        let envelope: Envelope = places.zip(values).collect();
+        assert_eq!(envelope.range_after(0.2), Some((1.0, 3.0)));
+        assert_eq!(Envelope::default().range_after(0.2), None);
+    }
+
+    #[test]
+    fn a_band_is_kept_with_the_points_it_belongs_to() {
+        let mut envelope = Envelope::default();
+        for (place, value) in points(10_000) {
+            envelope.add(place, value, Some(2.0 * value));
+        }
+        let curve = envelope.curve(None);
+        assert_eq!(curve.band.len(), curve.points.len());
+        let belongs = |((_, value), half): (&(f64, f64), &f64)| (half - 2.0 * value).abs() < 1e-12;
+        assert!(curve.points.iter().zip(&curve.band).all(belongs));
+        envelope.add(10_000.0, 0.0, None);
+        assert!(envelope.curve(None).band.is_empty());
+    }
+}

@@ -1,0 +1,41 @@
+//! Whether the loop around the true servo is stable.
+
+use identifier_core::Settings;
+use identifier_core::identifier::IdentifierError;
+use identifier_core::interval::Interval;
+use identifier_core::measurement::velocity::VelocityEstimate;
+use identifier_core::stability::PlantBox;
+use identifier_core::stability::sampled_loop::{self, SampledLoopError};
+
+use super::dispatch::with_velocity;
+use super::{Closing, Scenario};
+
+impl Scenario {
+    /// What is wrong with a loop that cannot hold its servo; none where it can, or where another than
+    /// a PID closes it. A simulated encoder never fails, so this is why a run leaves every range.
+    #[must_use]
+    pub fn unstable_loop(&self) -> Option<SampledLoopError> {
+        let servo = self.plant.as_ref()?;
+        let closing = self.identifier.law.closing();
+        if matches!(closing, Closing::Relay | Closing::TwoDegreesOfFreedom) {
+            return None;
+        }
+        match with_velocity!(self, f64 => check(&self.stated, servo.a, servo.b)) {
+            Err(IdentifierError::SampledLoop(error)) => Some(error),
+            _ => None,
+        }
+    }
+}
+
+fn check<V: VelocityEstimate<f64>>(
+    settings: &Settings,
+    a: f64,
+    b: f64,
+) -> Result<(), IdentifierError> {
+    let velocity: V = settings.build()?;
+    let servo = PlantBox::new(Interval::new("a", a, a)?, Interval::new("b", b, b)?)?;
+    let gains = settings.own_controller()?.gains()?;
+    let units = settings.units()?;
+    sampled_loop::check(&units, &gains, &velocity.transfer(), &servo)?;
+    Ok(())
+}

@@ -1,0 +1,78 @@
+//! Memory does not grow with time.
+
+#![cfg(target_os = "linux")]
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+/// A million and a half samples, beyond what the residual is made from.
+const DURATION: &str = "duration = 1500.0";
+
+/// The most that a verb may need, kB; a sample that stayed in memory would take 128 bytes and more.
+const MOST: u64 = 200_000;
+
+/// The most resident memory that the simulator needs for this, kB.
+fn peak(arguments: &[&str]) -> u64 {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .args(arguments)
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("the simulator runs");
+    let status = format!("/proc/{}/status", child.id());
+    let mut peak = 0;
+    loop {
+        // What has ended has no such line any more.
+        let now = std::fs::read_to_string(&status).unwrap_or_default();
+        let line = now.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let now = line.and_then(|line| line.trim().strip_suffix(" kB"));
+        peak = peak.max(now.map_or(0, |now| now.parse().expect("a number")));
+        if let Some(status) = child.try_wait().expect("it can be waited for") {
+            assert!(status.success(), "{arguments:?}");
+            return peak;
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+fn text(path: &Path) -> String {
+    path.display().to_string()
+}
+
+#[test]
+fn a_long_run_and_its_replay_stay_small() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("memory");
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("a folder for the test");
+    let scenario = folder.join("long.toml");
+    let paper = include_str!("../scenarios/paper.toml");
+    assert!(paper.contains("duration = 60.0"));
+    std::fs::write(&scenario, paper.replace("duration = 60.0", DURATION)).expect("written");
+    let [scenario, log] = [scenario, folder.join("long.csv")].map(|path| text(&path));
+    let outputs =
+        |verb: &str| ["json", "png"].map(|ending| text(&folder.join(format!("{verb}.{ending}"))));
+    let [json, plot] = outputs("run");
+    let run = peak(&[
+        "run", &scenario, "--csv", &log, "--json", &json, "--plot", &plot,
+    ]);
+    let [json, plot] = outputs("replay");
+    let again = text(&folder.join("again.csv"));
+    let replay = peak(&[
+        "replay",
+        &log,
+        "--scenario",
+        &scenario,
+        "--csv",
+        &again,
+        "--json",
+        &json,
+        "--plot",
+        &plot,
+    ]);
+    println!("peak: run {run} kB, replay {replay} kB");
+    for peak in [run, replay] {
+        assert!((1000..MOST).contains(&peak), "{peak} kB");
+    }
+    // The trace of a replay is a log like any other.
+    assert!(std::fs::read(&log).expect("a log") == std::fs::read(&again).expect("a log"));
+}
