@@ -1,8 +1,9 @@
 //! Reference signals that keep the regressor persistently exciting.
 //!
-//! Every generator is configured in SI (rad, s, rad/s), gives positions in the machine units of the
-//! [`Units`](crate::units::Units) it was built with, one per control sample, and is the same sequence on
-//! every machine: phases and shift registers are integers, and no platform libm is called.
+//! Every generator is configured in SI (rad, s, rad/s), gives positions in the machine units of
+//! the [`Units`](crate::units::Units) it was built with, one per control sample, and is the same
+//! sequence on every machine: phases and shift registers are integers, and no platform libm is
+//! called.
 
 mod chirp;
 mod multisine;
