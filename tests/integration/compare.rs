@@ -9,7 +9,7 @@ use integration_tests::{controller, in_parallel, parse, run, servo};
 
 const BENCH: &str = include_str!("../../host-sim/scenarios/compare.toml");
 
-/// The table of the README: a change in any method shows here.
+/// The table of docs/comparison.md: a change in any method shows here.
 #[test]
 fn the_comparison_is_as_reviewed() {
     let compared = compare::compare(&parse(BENCH)).expect("it has a servo");

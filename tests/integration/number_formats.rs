@@ -175,7 +175,7 @@ fn assert_no_drift(scenario: &Scenario, parameters: &[&str]) {
     }
 }
 
-/// 10⁷ samples; 10⁹ are run by hand (see the README).
+/// 10⁷ samples; 10⁹ are run on demand (docs/number-formats.md).
 #[test]
 fn a_soak_shows_no_drift() {
     let mut scenario = parse(RUBBING);

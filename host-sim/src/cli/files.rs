@@ -167,7 +167,7 @@ impl Output {
     ) -> Result<Self, Fault> {
         match write(&mut self) {
             Ok(()) => Ok(self),
-            Err(error) => Err(self.no_table(error)),
+            Err(error) => Err(self.unwritable(&io_error(error))),
         }
     }
 
@@ -188,13 +188,14 @@ impl Output {
     pub(super) fn unwritable(&self, error: &io::Error) -> Fault {
         Fault::unwritable(self.name.display(), error)
     }
+}
 
-    fn no_table(&self, error: csv::Error) -> Fault {
-        let told = error.to_string();
-        match error.into_kind() {
-            csv::ErrorKind::Io(error) => self.unwritable(&error),
-            _ => Fault::Other(format!("{}: {told}", self.name.display())),
-        }
+/// What went wrong with a table, as the system said it.
+pub(super) fn io_error(error: csv::Error) -> io::Error {
+    let told = error.to_string();
+    match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        _ => io::Error::other(told),
     }
 }
 

@@ -3,7 +3,7 @@
 use std::io;
 
 use super::fault::Fault;
-use super::files::Output;
+use super::files::{Output, io_error};
 use crate::analysis::residual::{self, Report};
 use crate::analysis::{Summariser, Summary};
 use crate::experiment::{Outcome, Sample};
@@ -101,7 +101,7 @@ impl Rows {
     pub(super) fn begin(output: Output) -> Self {
         Self {
             name: output.name().display().to_string(),
-            writer: TraceWriter::new(output).map_err(io::Error::from),
+            writer: TraceWriter::new(output).map_err(io_error),
         }
     }
 
@@ -109,7 +109,7 @@ impl Rows {
         if let Ok(writer) = &mut self.writer
             && let Err(error) = writer.add(sample)
         {
-            self.writer = Err(error.into());
+            self.writer = Err(io_error(error));
         }
     }
 

@@ -110,7 +110,7 @@ impl Log {
         self.samples as f64 * self.sample_time
     }
 
-    /// The reference at the beginning, at most [`MOST_PLAYED`] samples; nothing where the log has none.
+    /// The reference at the beginning, at most as many samples as a choice of Γ plays; nothing where the log has none.
     #[must_use]
     pub fn references(&self) -> &[f64] {
         &self.references

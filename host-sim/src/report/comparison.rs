@@ -122,7 +122,7 @@ fn error(summary: &Summary, parameter: Parameter) -> Option<f64> {
 #[derive(Debug, Clone, Serialize)]
 #[expect(
     missing_docs,
-    reason = "the fields are the keys of the result, documented in the README"
+    reason = "the fields are the keys of the result, documented in docs/command-line.md"
 )]
 pub struct Document {
     pub cases: Vec<CaseDocument>,
@@ -132,7 +132,7 @@ pub struct Document {
 #[derive(Debug, Clone, Serialize)]
 #[expect(
     missing_docs,
-    reason = "the fields are the keys of the result, documented in the README"
+    reason = "the fields are the keys of the result, documented in docs/command-line.md"
 )]
 pub struct CaseDocument {
     pub case: &'static str,
@@ -144,7 +144,7 @@ pub struct CaseDocument {
 #[derive(Debug, Clone, Serialize)]
 #[expect(
     missing_docs,
-    reason = "the fields are the keys of the result, documented in the README"
+    reason = "the fields are the keys of the result, documented in docs/command-line.md"
 )]
 pub struct MethodDocument {
     pub law: &'static str,

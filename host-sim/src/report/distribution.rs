@@ -119,7 +119,7 @@ pub fn csv(out: impl Write, runs: &[Run]) -> Result<(), csv::Error> {
 #[derive(Debug, Clone, Serialize)]
 #[expect(
     missing_docs,
-    reason = "the fields are the keys of the result, documented in the README"
+    reason = "the fields are the keys of the result, documented in docs/command-line.md"
 )]
 pub struct Document {
     pub law: &'static str,
@@ -136,7 +136,7 @@ pub struct Document {
 #[derive(Debug, Clone, Serialize)]
 #[expect(
     missing_docs,
-    reason = "the fields are the keys of the result, documented in the README"
+    reason = "the fields are the keys of the result, documented in docs/command-line.md"
 )]
 pub struct SpreadDocument {
     pub quantity: &'static str,

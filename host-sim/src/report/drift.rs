@@ -169,7 +169,7 @@ pub fn csv(out: impl Write, trace: &[Compared]) -> Result<(), csv::Error> {
 #[derive(Debug, Clone, Serialize)]
 #[expect(
     missing_docs,
-    reason = "the fields are the keys of the result, documented in the README"
+    reason = "the fields are the keys of the result, documented in docs/command-line.md"
 )]
 pub struct Document {
     pub samples: u64,
@@ -183,7 +183,7 @@ pub struct Document {
 #[derive(Debug, Clone, Serialize)]
 #[expect(
     missing_docs,
-    reason = "the fields are the keys of the result, documented in the README"
+    reason = "the fields are the keys of the result, documented in docs/command-line.md"
 )]
 pub struct DifferenceDocument {
     pub signal: &'static str,

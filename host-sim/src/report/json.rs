@@ -11,7 +11,7 @@ use crate::replay::Agreement;
 #[derive(Debug, Clone, Serialize)]
 #[expect(
     missing_docs,
-    reason = "the fields are the keys of the result, documented in the README"
+    reason = "the fields are the keys of the result, documented in docs/command-line.md"
 )]
 pub struct Document {
     pub law: &'static str,
@@ -41,7 +41,7 @@ pub struct Document {
 #[derive(Debug, Clone, Serialize)]
 #[expect(
     missing_docs,
-    reason = "the fields are the keys of the result, documented in the README"
+    reason = "the fields are the keys of the result, documented in docs/command-line.md"
 )]
 pub struct AgreementDocument {
     pub holds: bool,
@@ -54,7 +54,7 @@ pub struct AgreementDocument {
 #[derive(Debug, Clone, Serialize)]
 #[expect(
     missing_docs,
-    reason = "the fields are the keys of the result, documented in the README"
+    reason = "the fields are the keys of the result, documented in docs/command-line.md"
 )]
 pub struct Residual {
     pub rms: f64,
@@ -67,7 +67,7 @@ pub struct Residual {
 #[derive(Debug, Clone, Serialize)]
 #[expect(
     missing_docs,
-    reason = "the fields are the keys of the result, documented in the README"
+    reason = "the fields are the keys of the result, documented in docs/command-line.md"
 )]
 pub struct Estimates {
     pub a: Option<EstimateDocument>,
@@ -80,7 +80,7 @@ pub struct Estimates {
 #[derive(Debug, Clone, Serialize)]
 #[expect(
     missing_docs,
-    reason = "the fields are the keys of the result, documented in the README"
+    reason = "the fields are the keys of the result, documented in docs/command-line.md"
 )]
 pub struct EstimateDocument {
     #[serde(rename = "final")]
@@ -96,7 +96,7 @@ pub struct EstimateDocument {
 #[derive(Debug, Clone, Serialize)]
 #[expect(
     missing_docs,
-    reason = "the fields are the keys of the result, documented in the README"
+    reason = "the fields are the keys of the result, documented in docs/command-line.md"
 )]
 pub struct Truth {
     pub a: f64,
@@ -109,7 +109,7 @@ pub struct Truth {
 #[derive(Debug, Clone, Serialize)]
 #[expect(
     missing_docs,
-    reason = "the fields are the keys of the result, documented in the README"
+    reason = "the fields are the keys of the result, documented in docs/command-line.md"
 )]
 pub struct OutputError {
     pub rms: f64,
@@ -120,7 +120,7 @@ pub struct OutputError {
 #[derive(Debug, Clone, Serialize)]
 #[expect(
     missing_docs,
-    reason = "the fields are the keys of the result, documented in the README"
+    reason = "the fields are the keys of the result, documented in docs/command-line.md"
 )]
 pub struct SettlingTime {
     pub a: Option<f64>,

@@ -1,0 +1,45 @@
+//! What every message on a scenario must be.
+
+/// A message names file and line, in words that are no programmer's, and shows little of the file.
+pub(crate) fn assert_readable(answer: &str, text: &str) {
+    /// Characters of the input that a message may show in a row.
+    const MOST: usize = 80;
+    let line = answer
+        .strip_prefix("s.toml:")
+        .and_then(|rest| rest.split_once(':'));
+    let line: Option<usize> = line.and_then(|(line, _)| line.parse().ok());
+    let lines = text.split('\n').count();
+    assert!(
+        line.is_some_and(|line| (1..=lines).contains(&line)),
+        "no line: {answer}"
+    );
+    assert!(
+        !answer.contains(|c: char| c.is_control() && c != '\n'),
+        "a control character: {answer:?}"
+    );
+    for word in [
+        "expected f64",
+        "expected u",
+        "expected i",
+        "expected a ",
+        "struct",
+        "invalid type",
+        "missing field",
+        "unknown field",
+        "variant",
+        "visitor",
+        "NaN %",
+        "Some(",
+        "None",
+    ] {
+        assert!(
+            !answer.contains(word),
+            "{word:?} is no user's word: {answer}"
+        );
+    }
+    let shown: Vec<char> = answer.chars().collect();
+    for piece in shown.windows(MOST + 1) {
+        let piece: String = piece.iter().collect();
+        assert!(!text.contains(&piece), "too much is shown: {piece}");
+    }
+}
