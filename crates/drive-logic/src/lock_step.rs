@@ -91,7 +91,9 @@ impl LockStep {
             Some((last, _)) => last.wrapping_add(1),
             None => 0,
         };
-        if number != next {
+        // One that was reset is at its first sample too, and has to say that it was.
+        let begun = !matches!(self.loops, Loops::None);
+        if begun && number != next {
             return Err(Refused::OutOfStep { next });
         }
         let reading = match &mut self.loops {
