@@ -75,7 +75,7 @@ keys! {
     "limit of the controller's command, |u| <= limit or low <= u <= high";
 
 "controller": Table(InRun), Follows("the paper's; in a replay without [plant], none"), "",
-    "the PID that closes the loop, u = kp e - kd v + ki sum of e";
+    "the PID that closes the loop, u = kp e - kd v + ki T times the sum of the earlier e";
 "controller.kp": Number(POSITIVE_GAIN, |s, v| pid(s).kp = v), Is(9.0), "command units per rad",
     "proportional gain";
 "controller.kd": Number(GAIN, |s, v| pid(s).kd = v), Is(0.19), "command units per rad/s",
