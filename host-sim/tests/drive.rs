@@ -122,7 +122,7 @@ impl Person {
 
     /// Types a command that goes on.
     fn begins(&self, words: &str) -> Child {
-        Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        as_from_a_terminal()
             .args(self.arguments(words))
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -298,6 +298,18 @@ fn who_only_looks_on_keeps_a_run_alive_too() {
     let none = client.next_within(Duration::from_secs(4), |_| None::<()>);
     assert!(none.expect("the line is whole").is_none());
     assert!(drive.with(|around| around.held).is_some());
+}
+
+/// The program, with no signal ignored: whatever runs these tests may ignore some.
+fn as_from_a_terminal() -> Command {
+    let program = env!("CARGO_BIN_EXE_host-sim");
+    if cfg!(target_os = "linux") {
+        let mut command = Command::new("env");
+        command.args(["--default-signal=INT,TERM,HUP", program]);
+        command
+    } else {
+        Command::new(program)
+    }
 }
 
 #[test]

@@ -369,6 +369,18 @@ fn a_scenario_without_a_servo_cannot_be_run() {
     assert!(standard_error(&output).contains(": plant: "));
 }
 
+/// A servo that is stated beside the columns of a log judges the estimates and changes none.
+#[test]
+fn a_known_servo_beside_the_columns_makes_the_log_no_run_of_its_own() {
+    let stated = lines().join("\n") + "\n";
+    let known = scenario() + "[plant]\na = 2.0\nb = 100.0\n";
+    let [unjudged, judged] = [("unjudged", scenario()), ("judged", known)]
+        .map(|(test, scenario)| result(&replay_text(test, &stated, &scenario)));
+    assert_eq!(unjudged["estimates"], judged["estimates"]);
+    assert!(unjudged["truth"].is_null());
+    assert_eq!(judged["truth"]["b"].as_f64(), Some(100.0));
+}
+
 /// Without [log] the columns are those of the tool's own traces.
 #[test]
 fn columns_that_nobody_states_are_the_tools_own() {

@@ -10,8 +10,8 @@ use crate::scenario::{Purpose, Scenario, keys};
 pub(super) struct Arguments {
     /// The log, a file, .csv or .csv.gz: what `run --csv` wrote, or what a drive recorded.
     log: PathBuf,
-    /// The scenario of the run that wrote the log; for any other log one without [plant]: identifier,
-    /// the log's columns, and the controller that ran where the log has no command.
+    /// The scenario of the run that wrote the log; for any other log one with [log]: identifier, the
+    /// log's columns, and the controller that ran where the log has no command.
     #[arg(long, value_name = "SCENARIO.toml")]
     scenario: PathBuf,
     /// Passes over the log, each from the estimates of the one before.

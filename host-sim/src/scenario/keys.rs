@@ -55,7 +55,7 @@ macro_rules! keys {
 }
 
 keys! {
-"plant": Table(Stated), Follows("required for a run; where it is stated, a log to replay is that of a run of this scenario"), "",
+"plant": Table(Stated), Follows("required for a run; where it is stated and [log] is not, a log to replay is that of a run of this scenario"), "",
     "the true servo, q'' = -a q' + b u + load - coulomb sign q', with q the position in rad and u the command";
 "plant.a": Number(NOT_NEGATIVE, |s, v| plant(s).a = v), Required("0.5"), "1/s",
     "viscous friction over inertia: after a push the speed decays as exp(-a t)";
@@ -66,7 +66,7 @@ keys! {
 "plant.coulomb": Number(NOT_NEGATIVE, |s, v| plant(s).coulomb = v), Is(0.0), "rad/s²",
     "deceleration by Coulomb friction";
 
-"encoder": Table(InRun), Follows("10000 counts; in a replay without [plant], the log's own resolution"), "", "the position sensor";
+"encoder": Table(InRun), Follows("10000 counts; in a replay of another log, its own resolution"), "", "the position sensor";
 "encoder.counts_per_rev": Number(NOT_NEGATIVE, |s, v| s.counts_per_rev = (v > 0.0).then_some(v)), Is(10_000.0), "",
     "counts of a revolution after fourfold evaluation; 0 is an ideal sensor, in a replay the log's own resolution";
 
@@ -74,7 +74,7 @@ keys! {
 "amplifier.limit": Limit(|s, v| pid(s).limit = v), Follows("no limit"), "command units",
     "limit of the controller's command, |u| <= limit or low <= u <= high";
 
-"controller": Table(InRun), Follows("the paper's; in a replay without [plant], none"), "",
+"controller": Table(InRun), Follows("the paper's; in a replay of another log, none"), "",
     "the PID that closes the loop, u = kp e - kd v + ki T times the sum of the earlier e";
 "controller.kp": Number(POSITIVE_GAIN, |s, v| pid(s).kp = v), Is(9.0), "command units per rad",
     "proportional gain";

@@ -217,11 +217,11 @@ impl Scenario {
         self.log.clone().unwrap_or_else(LogSettings::own)
     }
 
-    /// Whether a log that is replayed with it is that of a run of its own: it states the true servo. What
-    /// a run takes for granted then holds for the log too.
+    /// Whether a log that is replayed with it is that of a run of its own: it states the true servo
+    /// and no columns. What a run takes for granted then holds for the log too.
     #[must_use]
     pub fn is_own_log(&self) -> bool {
-        self.plant.is_some()
+        self.plant.is_some() && self.log.is_none()
     }
 
     /// Sample time, s.

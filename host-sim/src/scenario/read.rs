@@ -112,7 +112,11 @@ impl Reading<'_, '_> {
                 let holds = match when {
                     When::Always => true,
                     // A run's own log is what the run took for granted.
-                    When::InRun => self.purpose == Purpose::Run || scenario.is_own_log(),
+                    When::InRun => {
+                        let columns = self.source.value("log");
+                        self.purpose == Purpose::Run
+                            || scenario.plant.is_some() && columns.is_none()
+                    }
                     When::Stated => false,
                 };
                 if holds {
