@@ -175,6 +175,19 @@ fn no_key_is_blamed_that_nobody_wrote() {
     assert!(!between.contains(" from "), "{between}");
 }
 
+/// A terminal obeys control characters, which a text may spell.
+#[test]
+fn a_message_shows_no_control_character() {
+    for text in [
+        "[identifier]\nlaw = \"\\u001b[31mgradient\"\n",
+        "[identifier]\nparameters = [\"\\u0007\"]\n",
+        "\"\\u001b]0;title\" = 1\n",
+        "[plant]\na = 1\nb = 2\n\"b\\r\" = 2\n",
+    ] {
+        assert_says(text, &["\u{fffd}"]);
+    }
+}
+
 #[test]
 fn files_that_are_no_text_are_refused_by_name() {
     let folder = folder("no-text");

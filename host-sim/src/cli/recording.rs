@@ -5,7 +5,7 @@ use std::io;
 use super::fault::Fault;
 use super::files::{Output, io_error};
 use crate::analysis::residual::{self, Report};
-use crate::analysis::{Summariser, Summary};
+use crate::analysis::{Status, Summariser, Summary};
 use crate::experiment::{Outcome, Sample};
 use crate::report::csv::TraceWriter;
 use crate::report::panels::Traces;
@@ -75,9 +75,9 @@ impl Recording {
 
     pub(super) fn finish(self, scenario: &Scenario, outcome: Outcome) -> Recorded {
         let summary = self.summariser.finish(scenario, outcome);
-        let residual = summary
-            .output_error
-            .map(|_| Report::new(scenario, &summary, self.residual));
+        // What a loop that broke off leaves says nothing of the model.
+        let judged = summary.output_error.is_some() && summary.status != Status::Aborted;
+        let residual = judged.then(|| Report::new(scenario, &summary, self.residual));
         Recorded {
             summary,
             residual,
