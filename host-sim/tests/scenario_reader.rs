@@ -175,6 +175,17 @@ fn no_key_is_blamed_that_nobody_wrote() {
     assert!(!between.contains(" from "), "{between}");
 }
 
+#[test]
+fn a_number_without_a_digit_before_its_point_is_shown_how() {
+    for value in [".3", "-.3", "+.3", " .3"] {
+        assert_says(
+            &format!("[plant]\na = 1\nb ={value}\n"),
+            &["s.toml:3: ", "0.5, not .5"],
+        );
+    }
+    assert_says("[plant]\na =\n", &["a value is missing behind ="]);
+}
+
 /// A terminal obeys control characters, which a text may spell.
 #[test]
 fn a_message_shows_no_control_character() {

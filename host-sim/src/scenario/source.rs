@@ -131,7 +131,11 @@ impl<'a> Source<'a> {
         }
         let before = self.text.get(..span.start).unwrap_or_default();
         let written = before.rsplit('\n').next().unwrap_or_default();
+        let rest = self.text.get(span.start..).unwrap_or_default();
         let fault = match message.split_once(", expected ") {
+            _ if begins_with_a_point(rest) => {
+                "a number begins with a digit: 0.5, not .5".to_owned()
+            }
             _ if piece.is_empty() && written.trim_end().ends_with('=') => {
                 "a value is missing behind =".to_owned()
             }
@@ -176,6 +180,13 @@ impl<'a> Source<'a> {
         }
         offset
     }
+}
+
+/// Whether a number was meant that has no digit before its point.
+fn begins_with_a_point(text: &str) -> bool {
+    let number = text.trim_start_matches([' ', '+', '-']);
+    let fraction = number.strip_prefix('.');
+    fraction.is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()))
 }
 
 /// What a file may state of a key that it does not have.
