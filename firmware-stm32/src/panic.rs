@@ -1,6 +1,7 @@
 //! What happens when something cannot go on. In a release nothing may: the handler then calls a
-//! function that does not exist, so a panic that survived optimisation is an error of the linker. A build
-//! with defmt, whose logger can panic, is for the bench and shows it over the probe.
+//! function that does not exist, so a panic that survived optimisation is an error of the linker. A
+//! release that is built in the project's root is one for a PC, and may have some. A build with defmt,
+//! whose logger can panic, is for the bench and shows it over the probe.
 
 #[cfg(all(target_os = "none", not(debug_assertions), not(feature = "defmt")))]
 #[panic_handler]
