@@ -1,13 +1,24 @@
 //! What happens when something cannot go on. In a release nothing may: the handler then calls a
-//! function that does not exist, so a panic that survived optimisation is an error of the linker. A
-//! release that is built in the project's root is one for a PC, and may have some. A build with defmt,
+//! function that does not exist, so a panic that survived optimisation is an error of the linker. That
+//! takes the settings of the firmware's folder, which optimise a program as one whole; a release that is
+//! built elsewhere stops where it would panic, and the watchdog resets the chip. A build with defmt,
 //! whose logger can panic, is for the bench and shows it over the probe.
+
+/// Whether the program is optimised as one whole: `.cargo/config.toml` of the firmware's folder says so.
+#[cfg(all(target_os = "none", not(debug_assertions), not(feature = "defmt")))]
+const IS_ONE_WHOLE: bool = option_env!("FIRMWARE_IS_ONE_WHOLE").is_some();
 
 #[cfg(all(target_os = "none", not(debug_assertions), not(feature = "defmt")))]
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
     unsafe extern "C" {
         fn a_panic_survived_in_this_release() -> !;
+    }
+    if !IS_ONE_WHOLE {
+        cortex_m::interrupt::disable();
+        loop {
+            cortex_m::asm::nop();
+        }
     }
     // SAFETY: it is never linked: see above.
     unsafe { a_panic_survived_in_this_release() }
