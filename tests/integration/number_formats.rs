@@ -1,7 +1,7 @@
 //! Three number formats, one answer: the same experiments in f64, f32 and fixed point.
 
 use host_sim::analysis::Summary;
-use host_sim::drift::{self, Compared, Differences, Format};
+use host_sim::drift::{self, Compared, Differences};
 use host_sim::report::drift as report;
 use host_sim::scenario::{Arithmetic, Reference, Scenario};
 use identifier_core::excitation::Excitation;
@@ -124,7 +124,7 @@ fn side_by_side(scenario: &Scenario, turns: u32) -> Differences {
 }
 
 /// How far a signal is from that of f64, the larger of mean and root mean square, and its size.
-fn distance(differences: &Differences, format: Format, name: &str) -> (f64, f64) {
+fn distance(differences: &Differences, format: Arithmetic, name: &str) -> (f64, f64) {
     let all = differences.of(format);
     let signal = all.iter().find(|signal| signal.name == name);
     let signal = signal.expect("a signal of that name");
@@ -145,7 +145,7 @@ fn fast_loops_and_many_turns_cost_nothing() {
         scenario.stated.sample_time = sample_time;
         scenario.duration = 10.0;
         let differences = side_by_side(&scenario, turns);
-        for format in [Format::F32, Format::Fixed] {
+        for format in [Arithmetic::F32, Arithmetic::Fixed] {
             let (a, _) = distance(&differences, format, "a");
             let (b, size) = distance(&differences, format, "b");
             println!(
@@ -161,7 +161,7 @@ fn fast_loops_and_many_turns_cost_nothing() {
 /// Every sample of the last quarter, in both formats, against the figures above.
 fn assert_no_drift(scenario: &Scenario, parameters: &[&str]) {
     let differences = side_by_side(scenario, 0);
-    for (format, tolerance) in [(Format::F32, F32), (Format::Fixed, FIXED)] {
+    for (format, tolerance) in [(Arithmetic::F32, F32), (Arithmetic::Fixed, FIXED)] {
         assert!(distance(&differences, format, "a").0 < tolerance.a);
         for &name in parameters {
             let (off, size) = distance(&differences, format, name);
@@ -257,8 +257,10 @@ fn the_pid_alone_has_the_signal_to_noise_of_the_documentation() {
     let mut scenario = parse(PAPER);
     scenario.duration = 20.0;
     let differences = side_by_side(&scenario, 0);
-    for (format, velocity, command) in [(Format::F32, 140.0, 130.0), (Format::Fixed, 145.0, 135.0)]
-    {
+    for (format, velocity, command) in [
+        (Arithmetic::F32, 140.0, 130.0),
+        (Arithmetic::Fixed, 145.0, 135.0),
+    ] {
         let found = differences.of(format);
         let decibel = |name: &str| {
             let signal = found.iter().find(|signal| signal.name == name);

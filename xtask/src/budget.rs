@@ -146,6 +146,7 @@ fn count() -> Result<Figures, String> {
         }
     }
     for binary in ["virtual-servo", "bench", "drive", "pil"] {
+        firmware::refuse_panics(&firmware::path(binary))?;
         let (flash, memory) = firmware::sizes(&firmware::path(binary))?;
         counted.insert(format!("{binary}-flash-bytes"), flash);
         if !(memory == 0 && WITHOUT_MEMORY.contains(&binary)) {

@@ -123,19 +123,7 @@ pub(crate) fn functions(
     name: &str,
     fits: impl Fn(&str) -> bool,
 ) -> Result<Vec<Range<u64>>, String> {
-    let fault = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-    let data = std::fs::read(path).map_err(|error| fault(&error))?;
-    let file = object::File::parse(&*data).map_err(|error| fault(&error))?;
-    let found: Vec<_> = file
-        .symbols()
-        .filter(|symbol| symbol.kind() == SymbolKind::Text && symbol.size() > 0)
-        .filter(|symbol| symbol.name().is_ok_and(&fits))
-        .map(|symbol| {
-            // The lowest bit says Thumb.
-            let start = symbol.address() & !1;
-            start..start + symbol.size()
-        })
-        .collect();
+    let found = fitting(path, fits)?;
     if found.is_empty() {
         return Err(format!(
             "{} has no function {name}: was it renamed or inlined?",
@@ -143,6 +131,39 @@ pub(crate) fn functions(
         ));
     }
     Ok(found)
+}
+
+/// Refuses a binary in which a panic is left. The linker does so too, where the settings of the
+/// firmware's folder ask it to; this looks at what was linked, whatever asked for it.
+pub(crate) fn refuse_panics(path: &Path) -> Result<(), String> {
+    const BEGINNING: &str = "Reset";
+    const HANDLER: &str = "rust_begin_unwind";
+    // A binary without symbols would have no panic either.
+    functions(path, BEGINNING, |symbol| symbol == BEGINNING)?;
+    if fitting(path, |symbol| symbol.contains(HANDLER))?.is_empty() {
+        return Ok(());
+    }
+    Err(format!(
+        "{} may panic: its release has a panic handler",
+        path.display()
+    ))
+}
+
+fn fitting(path: &Path, fits: impl Fn(&str) -> bool) -> Result<Vec<Range<u64>>, String> {
+    let fault = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
+    let data = std::fs::read(path).map_err(|error| fault(&error))?;
+    let file = object::File::parse(&*data).map_err(|error| fault(&error))?;
+    let text = file
+        .symbols()
+        .filter(|symbol| symbol.kind() == SymbolKind::Text && symbol.size() > 0);
+    Ok(text
+        .filter(|symbol| symbol.name().is_ok_and(&fits))
+        .map(|symbol| {
+            // The lowest bit says Thumb.
+            let start = symbol.address() & !1;
+            start..start + symbol.size()
+        })
+        .collect())
 }
 
 /// Bytes of flash and of static memory that a binary takes.

@@ -4,20 +4,20 @@
 //! Every format has a controller and a Γ-gradient identifier of its own that are given the same
 //! setpoints and counts. Those in double precision command the servo; the others act on nothing.
 
-mod format;
+mod side_by_side;
 mod statistics;
 
-pub use format::{Format, Signals};
+pub use side_by_side::{FORMATS, Signals};
 pub use statistics::{Difference, Differences};
 
 use std::f64::consts::TAU;
 
-use format::SideBySide;
+use side_by_side::SideBySide;
 
 use crate::scenario::{Fault, Scenario};
 use crate::simulate::Rig;
 
-/// What one sample showed in every format, in the order of [`Format::ALL`].
+/// What one sample showed in every format, in the order of [`FORMATS`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Compared {
     /// Time, s.

@@ -1,4 +1,5 @@
-use super::{Compared, Format, Signals};
+use super::{Compared, Signals};
+use crate::scenario::Arithmetic;
 
 /// How far a signal of a format is from that of double precision.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,11 +87,11 @@ impl Differences {
 
     /// The differences of a format; empty for double precision itself.
     #[must_use]
-    pub fn of(&self, format: Format) -> Vec<Difference> {
+    pub fn of(&self, format: Arithmetic) -> Vec<Difference> {
         let place = match format {
-            Format::F64 => return Vec::new(),
-            Format::F32 => 0,
-            Format::Fixed => 1,
+            Arithmetic::F64 => return Vec::new(),
+            Arithmetic::F32 => 0,
+            Arithmetic::Fixed => 1,
         };
         self.held[place]
             .iter()

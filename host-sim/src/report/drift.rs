@@ -7,7 +7,8 @@ use serde::Serialize;
 
 use super::Envelope;
 use super::plot::{self, Panel};
-use crate::drift::{Compared, Difference, Differences, Format, Signals};
+use crate::drift::{Compared, Difference, Differences, FORMATS, Signals};
+use crate::scenario::Arithmetic;
 
 /// One row a signal and format.
 #[must_use]
@@ -23,7 +24,7 @@ pub fn table(differences: &Differences) -> String {
         "largest difference",
         "signal to noise",
     ]);
-    for format in [Format::F32, Format::Fixed] {
+    for format in [Arithmetic::F32, Arithmetic::Fixed] {
         for difference in differences.of(format) {
             table.add_row([
                 format!("{} [{}]", difference.name, difference.unit),
@@ -76,9 +77,9 @@ const SHOWN: [Shown; 6] = [
     }),
 ];
 
-/// The formats that are held against double precision, which is the first of [`Format::ALL`], with
+/// The formats that are held against double precision, which is the first of [`FORMATS`], with
 /// their places there.
-const HELD: [(Format, usize); 2] = [(Format::F32, 1), (Format::Fixed, 2)];
+const HELD: [(Arithmetic, usize); 2] = [(Arithmetic::F32, 1), (Arithmetic::Fixed, 2)];
 
 /// What the panels are drawn from, gathered sample by sample in bounded memory.
 #[derive(Debug, Clone, Default)]
@@ -128,7 +129,7 @@ pub fn panels(traces: &Traces) -> Vec<Panel> {
 pub fn csv(out: impl Write, trace: &[Compared]) -> Result<(), csv::Error> {
     let mut writer = csv::Writer::from_writer(out);
     let mut heading = vec!["time_s".to_owned()];
-    for format in Format::ALL {
+    for format in FORMATS {
         for signal in [
             "velocity_rad_per_s",
             "command",
@@ -216,8 +217,8 @@ impl Document {
             samples,
             sample_time,
             all_finite: differences.all_finite(),
-            f32: of(Format::F32),
-            fixed: of(Format::Fixed),
+            f32: of(Arithmetic::F32),
+            fixed: of(Arithmetic::Fixed),
         }
     }
 }

@@ -7,35 +7,8 @@ use crate::loops::{Measurement, NO_ESTIMATE, SimLoop, Step};
 use crate::scenario::{Arithmetic, Fault, Scenario};
 use crate::simulate::{LocalLoop, closed_by_pid};
 
-/// The number formats.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
-    /// Double precision, what the others are held against.
-    F64,
-    /// Single precision.
-    F32,
-    /// Fixed point.
-    Fixed,
-}
-
-impl Format {
-    /// All of them, the reference first.
-    pub const ALL: [Self; 3] = [Self::F64, Self::F32, Self::Fixed];
-
-    /// Its name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        self.arithmetic().name()
-    }
-
-    fn arithmetic(self) -> Arithmetic {
-        match self {
-            Self::F64 => Arithmetic::F64,
-            Self::F32 => Arithmetic::F32,
-            Self::Fixed => Arithmetic::Fixed,
-        }
-    }
-}
+/// The number formats that are compared: double precision, which the others are held against, first.
+pub const FORMATS: [Arithmetic; 3] = [Arithmetic::F64, Arithmetic::F32, Arithmetic::Fixed];
 
 /// What a format makes of a sample, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,7 +25,7 @@ pub struct Signals {
 
 /// A loop in every format on the same measurements: that in double precision commands the servo.
 pub(super) struct SideBySide {
-    /// In the order of [`Format::ALL`].
+    /// In the order of [`FORMATS`].
     formats: [LocalLoop; 3],
     steps: [Option<Step>; 3],
     units: Units,
@@ -68,11 +41,11 @@ impl SideBySide {
             .settings()
             .map_err(|error| scenario.fault(&error))?;
         let units = scenario.checked_units()?;
-        let mut closed = |format: Format| {
-            scenario.identifier.arithmetic = format.arithmetic();
+        let mut closed = |format: Arithmetic| {
+            scenario.identifier.arithmetic = format;
             closed_by_pid(&scenario, &settings, start)
         };
-        let [exact, single, fixed] = Format::ALL;
+        let [exact, single, fixed] = FORMATS;
         Ok(Self {
             formats: [closed(exact)?, closed(single)?, closed(fixed)?],
             steps: [None; 3],
