@@ -249,9 +249,11 @@ impl Effects {
     pub fn carried_over(&self, from: &ServoParameters, to: &ServoParameters) -> Self {
         let share = |of: f64, whole: f64| if of > 0.0 { whole / of } else { 0.0 };
         let low_speed_friction = self.low_speed_friction * share(from.coulomb, to.coulomb);
+        // Rounding must not make more of it than a servo can have.
+        let low_speed_friction = low_speed_friction.max(-to.coulomb);
         let still_there = low_speed_friction != 0.0;
         Self {
-            asymmetry: self.asymmetry * share(from.a, to.a),
+            asymmetry: (self.asymmetry * share(from.a, to.a)).clamp(-to.a, to.a),
             low_speed_friction,
             low_speed_velocity: if still_there {
                 self.low_speed_velocity

@@ -70,7 +70,7 @@ fn property(key: &Key) -> Value {
     let mut property = match key.holds {
         Holds::Table(_) => table(key.path),
         Holds::Number(range, _) => number(range),
-        Holds::Pair(range, _) => pair(number(range)),
+        Holds::Pair(range, _) | Holds::Two(range, _) => pair(number(range)),
         Holds::Numbers(range, _) => list(number(range), MOST_ENTRIES),
         Holds::Whole([low, high], _) => {
             json!({ "type": "integer", "minimum": low, "maximum": high })
@@ -120,6 +120,10 @@ fn number(range: Range) -> Value {
         Allowed::Above(low) => (Some(("exclusiveMinimum", low)), None),
         Allowed::AtLeast(low) => (Some(("minimum", low)), None),
         Allowed::Within(low, high) => (Some(("minimum", low)), Some(("maximum", high))),
+        Allowed::Between(low, high) => (
+            Some(("exclusiveMinimum", low)),
+            Some(("exclusiveMaximum", high)),
+        ),
         Allowed::PositiveUpTo(high) => (Some(("exclusiveMinimum", 0.0)), Some(("maximum", high))),
         _ => (None, None),
     };
@@ -139,10 +143,11 @@ mod tests {
     use super::super::{Purpose, Scenario};
     use super::schema;
 
-    const SCENARIOS: [&str; 8] = [
+    const SCENARIOS: [&str; 9] = [
         include_str!("../../scenarios/compare.toml"),
         include_str!("../../scenarios/drift.toml"),
         include_str!("../../scenarios/friction.toml"),
+        include_str!("../../scenarios/geared_axis.toml"),
         include_str!("../../scenarios/minimal.toml"),
         include_str!("../../scenarios/paper-least-squares.toml"),
         include_str!("../../scenarios/paper.toml"),
@@ -211,6 +216,7 @@ mod tests {
             "enum" => word.as_array().is_some_and(|names| names.contains(value)),
             "minimum" => size.is_none_or(|size| size >= number(word)),
             "exclusiveMinimum" => size.is_none_or(|size| size > number(word)),
+            "exclusiveMaximum" => size.is_none_or(|size| size < number(word)),
             "maximum" => size.is_none_or(|size| size <= number(word)),
             "minItems" => at_least(count, word),
             "maxItems" => at_most(count, word),
@@ -258,6 +264,9 @@ mod tests {
             "laod = 1.0",
             "[motor]\nx = 1",
             "[run]\nduration = \"long\"",
+            "gravity = [1.0]",
+            "ripple_order = 0",
+            "resonance = 9.0\ninertia_ratio = 1",
             "[run]\nduration = 0",
             "[encoder]\ncounts_per_rev = -1",
             "[controller]\nkp = 1e10",
