@@ -234,7 +234,9 @@ impl Passes<'_> {
                 observe(pass, &sample);
             }
         }
-        outcome.bandwidth = listener.outcome().bandwidth;
+        let known = listener.outcome();
+        outcome.bandwidth = known.bandwidth;
+        outcome.terms = known.terms;
         Ok(Replayed {
             outcome,
             agreement: declared.and_then(|declared| declared.agreement()),

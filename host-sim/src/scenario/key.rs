@@ -4,6 +4,7 @@ use std::fmt;
 
 use identifier_core::error::Allowed;
 use identifier_core::parameters::Parameter;
+use identifier_core::unknowns::{Term, Terms};
 use virtual_servo::Effects;
 
 use super::Scenario;
@@ -51,6 +52,8 @@ pub(super) enum Holds {
     Limit(Set<[f64; 2]>),
     /// A list of parameters.
     Parameters(TrySet<Vec<Parameter>>),
+    /// A list of optional terms of the model.
+    Terms(Set<Terms>),
     /// The rows of a matrix, or its diagonal.
     Matrix(TrySet<Vec<Vec<f64>>>),
 }
@@ -189,6 +192,8 @@ impl Key {
                 "a list of \"a\", \"b\", \"coulomb\" and \"load\", each once, such as [\"a\", \"b\"]"
                     .to_owned()
             }
+            Holds::Terms(_) => format!("a list of {}", either(Term::ALL.iter().map(|term| term.name())))
+                .replace(" or ", " and "),
             Holds::Matrix(_) => "the diagonal [g_a, g_b, ..] or the full symmetric positive \
                 definite matrix [[..], ..], in the order of parameters"
                 .to_owned(),

@@ -19,7 +19,8 @@ use super::ExcitationSettings::{
 };
 use super::key::Absent::{Begins, First, Follows, Is, Required};
 use super::key::Holds::{
-    Choice as OneOf, Column, Limit, Matrix, Number, Numbers, Pair, Parameters, Table, Two, Whole,
+    Choice as OneOf, Column, Limit, Matrix, Number, Numbers, Pair, Parameters, Table,
+    Terms as TermList, Two, Whole,
 };
 use super::key::Range::{BelowNyquist, EvenSamples, Fixed, HalfRadian, Lasting, Late, Samples};
 use super::key::When::{Always, InRun, Stated};
@@ -121,6 +122,10 @@ keys! {
     "standard deviation of the sampling instant in a run, as a share of the sample time";
 
 "amplifier": Table(Always), Follows("no limit"), "", "what drives the motor";
+"amplifier.delay": Number(Fixed(Allowed::Within(0.0, 0.1)), |s, v| told(s).terms.delay = v), Is(0.0), "s",
+    "delay from the command to the motor that is known: computation, amplifier and bus; the term delay begins there";
+"amplifier.dead_band": Number(NOT_NEGATIVE, |s, v| told(s).terms.dead_band = v), Is(0.0), "command units",
+    "command to either side that the bridge swallows, as far as it is known; the term dead-band begins there";
 "amplifier.limit": Limit(|s, v| pid(s).limit = v), Follows("no limit"), "command units",
     "limit of the controller's command, |u| <= limit or low <= u <= high";
 
@@ -235,6 +240,16 @@ keys! {
     "gauss-newton: the time over which the first fit looks; window: its length";
 "identifier.memory": Number(Fixed(Allowed::AtLeast(2.0)), |s, v| told(s).memory = Some(v)), Follows("all that ever was"), "s",
     "how long a sample counts, for a servo that changes";
+"identifier.terms": TermList(|s, v| told(s).terms.allowed = v), Follows("none"), "",
+    "optional terms of the model, each of which is estimated once there is evidence for it";
+"identifier.required_terms": TermList(|s, v| told(s).terms.demanded = v), Follows("none"), "",
+    "optional terms of the model that are estimated as soon as the motion allows";
+"identifier.low_speed_velocity": Number(POSITIVE, |s, v| told(s).terms.low_speed_velocity = Some(v)),
+    Follows("none; required with the term low-speed"), "rad/s", "speed at which the friction of low speeds has faded to 1/e";
+"identifier.ripple_order": Number(POSITIVE, |s, v| told(s).terms.ripple_order = Some(v)),
+    Follows("none; required with the term ripple"), "", "periods of the ripple to a revolution";
+"identifier.revolution": Number(POSITIVE, |s, v| told(s).terms.revolution = v), Is(std::f64::consts::TAU), "rad",
+    "travel after which gravity and ripple repeat, for a linear axis a pole pitch";
 "identifier.ranges": Table(Stated), Follows("four times what the command limit lets the PID ask for"), "",
     "what the signals stay within in fixed point";
 "identifier.ranges.error": Number(POSITIVE, |s, v| ranges(s).error = v), Required("1.0"), "rad", "largest position error";
@@ -352,6 +367,11 @@ const GAUSS_NEWTON: &[&str] = &[
     "max_speed",
     "start_time",
     "memory",
+    "terms",
+    "required_terms",
+    "low_speed_velocity",
+    "ripple_order",
+    "revolution",
 ];
 
 macro_rules! laws {

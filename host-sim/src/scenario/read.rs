@@ -4,6 +4,7 @@ use identifier_core::control::CommandLimit;
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::interval::Interval;
 use identifier_core::parameters::Parameter;
+use identifier_core::unknowns::{Term, Terms};
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
@@ -97,6 +98,7 @@ impl Reading<'_, '_> {
             Holds::Column(set) => set(scenario, column(key, value)?),
             Holds::Choice(choices) => self.choose(key, chosen(key, value, choices)?, choices),
             Holds::Limit(set) => set(scenario, limit(key, value)?),
+            Holds::Terms(set) => set(scenario, terms(key, value)?),
             Holds::Parameters(set) => set(scenario, parameters(key, value)?).map_err(fault)?,
             Holds::Matrix(set) => set(scenario, matrix(key, value)?).map_err(fault)?,
         }
@@ -357,6 +359,24 @@ fn parameters(key: &Key, value: &Value<'_>) -> Result<Vec<Parameter>, Fault> {
         parameters.push(parameter);
     }
     Ok(parameters)
+}
+
+fn terms(key: &Key, value: &Value<'_>) -> Result<Terms, Fault> {
+    let mut terms = Terms::NONE;
+    for entry in list(key, value, Term::ALL.len())? {
+        let DeValue::String(name) = entry.get_ref() else {
+            return Err(other(key, entry, "the name of a term"));
+        };
+        let Some(term) = Term::ALL.into_iter().find(|known| known.name() == name) else {
+            let near = nearest(name, Term::ALL.iter().map(|term| term.name()));
+            let fault = format!("there is no term \"{}\"", shown(name));
+            return Err(Fault::new(key.path, fault)
+                .at(entry.span().start)
+                .advising(near.map_or(String::new(), |near| format!("did you mean \"{near}\"?"))));
+        };
+        terms = terms.with(term);
+    }
+    Ok(terms)
 }
 
 /// The rows of a matrix; of a diagonal, with zeros beside it.

@@ -1,6 +1,7 @@
 //! The keys as a JSON schema (draft 2020-12), so that an editor knows them.
 
 use identifier_core::error::Allowed;
+use identifier_core::unknowns::Term;
 use serde_json::{Map, Value, json};
 
 use super::key::{Absent, Holds, Key, Range};
@@ -86,6 +87,13 @@ fn property(key: &Key) -> Value {
         }
         Holds::Parameters(_) => {
             let mut list = list(json!({ "enum": ["a", "b", "coulomb", "load"] }), 4);
+            list["uniqueItems"] = json!(true);
+            list
+        }
+        Holds::Terms(_) => {
+            let names: Vec<_> = Term::ALL.iter().map(|term| term.name()).collect();
+            let most = names.len();
+            let mut list = list(json!({ "enum": names }), most);
             list["uniqueItems"] = json!(true);
             list
         }

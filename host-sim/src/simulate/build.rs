@@ -13,9 +13,10 @@ use identifier_core::identifier::{
 };
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::number::Number;
-use identifier_core::parameters::ParameterSet;
+use identifier_core::parameters::{Parameter, ParameterSet};
 use identifier_core::settings::FromSettings;
 use identifier_core::units::Units;
+use identifier_core::unknowns::{AllUnknowns, UnknownSet};
 use rivals::{
     ClosedLoopArx, DirectEstimator, FilteredLeastSquares, MechanicalLeastSquares, RelayCycle,
     TwoRelays,
@@ -230,6 +231,9 @@ pub(super) fn method<N: Number>(
     let units = scenario.checked_units()?;
     let listening = match &scenario.identifier.law {
         Law::Gradient | Law::PdGradient => with_types!(scenario, N => gradient::<N>(settings)),
+        Law::GaussNewton if scenario.has_terms() => {
+            gauss_newton_with_terms::<N>(scenario, settings)
+        }
         Law::GaussNewton => with_set!(scenario => gauss_newton::<N>(settings)),
         Law::Window => with_set!(scenario => window::<N>(settings)),
         Law::Baseline(baseline, own) => {
@@ -270,10 +274,18 @@ where
     Ok(Box::new(Beside::new(identifier, known)))
 }
 
-fn gauss_newton<N: Number, S: ParameterSet<P> + 'static, const P: usize>(
+fn gauss_newton<N: Number, S: UnknownSet<P> + 'static, const P: usize>(
     settings: &Settings,
 ) -> Listening<N> {
     fitting::<N, GaussNewtonIdentifier<N, S, P>>(settings)
+}
+
+/// Every term that there is; those that the settings do not ask for stay away.
+fn gauss_newton_with_terms<N: Number>(scenario: &Scenario, settings: &Settings) -> Listening<N> {
+    // The load is one of its parameters, and without friction its friction stays at zero.
+    let mut settings = *settings;
+    settings.identifier.known.coulomb |= !scenario.identifier.estimates(Parameter::Coulomb);
+    gauss_newton::<N, AllUnknowns, 12>(&settings)
 }
 
 fn window<N: Number, S: ParameterSet<P> + 'static, const P: usize>(
