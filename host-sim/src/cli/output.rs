@@ -11,7 +11,7 @@ use crate::experiment::Outcome;
 use crate::replay::Agreement;
 use crate::report::json::Document;
 use crate::report::panels::{self, Traces};
-use crate::report::table;
+use crate::report::{residual, table};
 use crate::scenario::Scenario;
 
 /// Where the results of one experiment go.
@@ -83,7 +83,6 @@ impl Results {
     ) -> Result<(), Fault> {
         let Recorded {
             summary,
-            residual,
             traces,
             rows,
         } = recording.finish(scenario, outcome);
@@ -95,7 +94,7 @@ impl Results {
                 picture.panels("", 2, &panels::experiment(&summary, &traces))
             }),
             self.json
-                .map(|json| json.document(&Document::new(&summary, residual.as_ref(), agreement))),
+                .map(|json| json.document(&Document::new(&summary, agreement))),
         ])?;
         if !self.silent {
             if let Some(agreement) = agreement {
@@ -106,14 +105,20 @@ impl Results {
                 say!("{bridged}")?;
             }
             say!("{}", table::estimates(&[(summary.law, &summary)]))?;
-            say!("{}: {}", summary.status.name(), summary.reason)?;
-            if let Some(residual) = residual {
-                say!("{residual}")?;
+            say!("{}: {}", summary.status().name(), summary.reason)?;
+            if let Some(batch) = &summary.batch {
+                say!(
+                    "{}",
+                    residual::Words {
+                        batch,
+                        cause: summary.cause()
+                    }
+                )?;
             }
         }
-        match summary.status {
+        match summary.status() {
             Status::Aborted => Err(Fault::Other(summary.reason)),
-            Status::Converged | Status::NotConverged => Ok(()),
+            _ => Ok(()),
         }
     }
 }

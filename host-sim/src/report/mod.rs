@@ -8,6 +8,7 @@ mod envelope;
 pub mod json;
 pub mod panels;
 pub mod plot;
+pub mod residual;
 pub mod table;
 
 pub use envelope::Envelope;
