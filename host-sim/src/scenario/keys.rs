@@ -79,7 +79,7 @@ keys! {
 "plant.delay": Number(Late, |s, v| s.effects.delay = v), Is(0.0), "s",
     "time until a command acts, any fraction of a sample";
 "plant.current_loop": Number(Fixed(Allowed::Within(0.0, Effects::SLOWEST_CURRENT_LOOP)), |s, v| s.effects.current_loop = v),
-    Is(0.0), "s", "time constant of the first-order lag of the acting command";
+    Is(0.0), "s", "time constant of the first-order lag of the acting command; 0 or at least a thousandth of the sample time";
 "plant.asymmetry": Number(ANY, |s, v| s.effects.asymmetry = v), Is(0.0), "1/s",
     "viscous friction is a + asymmetry forward and a - asymmetry backward; from -a to a";
 "plant.low_speed_friction": Number(ANY, |s, v| s.effects.low_speed_friction = v), Is(0.0), "rad/s²",
@@ -98,7 +98,7 @@ keys! {
     "resonance of motor and load on the spring between them, both free; encoder and friction are the motor's";
 "plant.resonance_damping": Number(Fixed(Allowed::Within(0.0, 1.0)), |s, v| s.effects.resonance_damping = Some(v)), Follows("0.02 with resonance"), "",
     "its damping ratio";
-"plant.inertia_ratio": Number(Fixed(Allowed::Between(0.0, 1.0)), |s, v| s.effects.inertia_ratio = v), Follows("none; required with resonance"), "",
+"plant.inertia_ratio": Number(Fixed(Allowed::Within(Effects::INERTIA_RATIOS[0], Effects::INERTIA_RATIOS[1])), |s, v| s.effects.inertia_ratio = v), Follows("none; required with resonance"), "",
     "the load's share of the inertia";
 "plant.backlash": Number(NOT_NEGATIVE, |s, v| s.effects.backlash = v), Is(0.0), "rad",
     "play between the motor and an encoder on the load";

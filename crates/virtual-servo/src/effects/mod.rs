@@ -1,8 +1,10 @@
 //! What a servo has beside q̈ = −a q̇ + b u + d − c sign(q̇).
 
-use core::fmt;
+mod check;
+mod error;
 
-use identifier_core::error::{Allowed, OutOfRange};
+pub use error::EffectError;
+
 use identifier_core::model::ServoParameters;
 
 /// The effects of a real servo, SI. Zero is an effect that is absent, and [`Effects::NONE`] a servo
@@ -56,66 +58,6 @@ pub struct Effects {
     pub load_wander: [f64; 2],
 }
 
-/// Why a servo cannot have some effects.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub enum EffectError {
-    /// A value outside its range.
-    Range(OutOfRange),
-    /// An effect that needs another value beside it.
-    Needs {
-        /// What is given.
-        effect: &'static str,
-        /// What it needs.
-        needs: &'static str,
-    },
-    /// Two effects that contradict each other: the encoder is on the load for the one and on the motor
-    /// for the other.
-    Contradiction {
-        /// The one.
-        effect: &'static str,
-        /// The other.
-        other: &'static str,
-    },
-}
-
-impl EffectError {
-    /// The name of the value that is wrong.
-    #[must_use]
-    pub fn parameter(&self) -> &'static str {
-        match self {
-            Self::Range(error) => error.parameter,
-            Self::Needs { effect, .. } | Self::Contradiction { effect, .. } => effect,
-        }
-    }
-}
-
-impl From<OutOfRange> for EffectError {
-    fn from(error: OutOfRange) -> Self {
-        Self::Range(error)
-    }
-}
-
-impl fmt::Display for EffectError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Range(error) => error.fmt(f),
-            Self::Needs { effect, needs } => {
-                write!(
-                    f,
-                    "{effect} does nothing without {needs}: state both or none"
-                )
-            }
-            Self::Contradiction { effect, other } => write!(
-                f,
-                "{effect} has the encoder on the load, {other} on the motor: state one of them"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for EffectError {}
-
 impl Effects {
     /// The servo as the identifiers' model has it.
     pub const NONE: Self = Self {
@@ -152,80 +94,13 @@ impl Effects {
     pub const HIGHEST_RESONANCE: f64 = 1e5;
     /// The damping ratio of a resonance of which none is stated: steel with little play.
     pub const RESONANCE_DAMPING: f64 = 0.02;
+    /// The shares of the inertia that a load can have.
+    pub const INERTIA_RATIOS: [f64; 2] = [0.001, 0.999];
     /// The fastest drift, 1/s.
     pub const FASTEST_DRIFT: f64 = 0.1;
-
-    /// Whether a servo of these parameters can have them, at a sample time in s.
-    ///
-    /// # Errors
-    /// The first value that is not allowed, that lacks its companion or that contradicts another.
-    pub fn check(&self, servo: &ServoParameters, sample_time: f64) -> Result<(), EffectError> {
-        const NOT_NEGATIVE: Allowed = Allowed::AtLeast(0.0);
-        const SHARE: Allowed = Allowed::Between(0.0, 1.0);
-        const ANGULAR: Allowed = Allowed::Within(
-            -Effects::LARGEST_ACCELERATION,
-            Effects::LARGEST_ACCELERATION,
-        );
-        const DRIFT: Allowed = Allowed::Within(-Effects::FASTEST_DRIFT, Effects::FASTEST_DRIFT);
-
-        let longest = Self::LONGEST_DELAY.min(Self::MOST_DELAYED as f64 * sample_time);
-        Allowed::Within(0.0, longest).check("delay", self.delay)?;
-        Allowed::Within(0.0, Self::SLOWEST_CURRENT_LOOP)
-            .check("current_loop", self.current_loop)?;
-        Allowed::Within(-servo.a, servo.a).check("asymmetry", self.asymmetry)?;
-        Allowed::AtLeast(-servo.coulomb).check("low_speed_friction", self.low_speed_friction)?;
-        NOT_NEGATIVE.check("low_speed_velocity", self.low_speed_velocity)?;
-        for value in self.gravity {
-            ANGULAR.check("gravity", value)?;
-        }
-        for value in self.ripple {
-            ANGULAR.check("ripple", value)?;
-        }
-        let order = f64::from(self.ripple_order);
-        Allowed::Within(0.0, f64::from(Self::HIGHEST_ORDER)).check("ripple_order", order)?;
-        NOT_NEGATIVE.check("dead_band", self.dead_band)?;
-        Allowed::Within(0.0, Self::HIGHEST_RESONANCE).check("resonance", self.resonance)?;
-        if let Some(damping) = self.resonance_damping {
-            Allowed::Within(0.0, 1.0).check("resonance_damping", damping)?;
-        }
-        if self.inertia_ratio != 0.0 {
-            SHARE.check("inertia_ratio", self.inertia_ratio)?;
-        }
-        NOT_NEGATIVE.check("backlash", self.backlash)?;
-        DRIFT.check("gain_drift", self.gain_drift)?;
-        DRIFT.check("friction_drift", self.friction_drift)?;
-        NOT_NEGATIVE.check("hidden_limit", self.hidden_limit)?;
-        for value in self.load_wander {
-            NOT_NEGATIVE.check("load_wander", value)?;
-        }
-        self.check_companions()
-    }
-
-    fn check_companions(&self) -> Result<(), EffectError> {
-        let low_speed = (
-            self.low_speed_friction != 0.0,
-            self.low_speed_velocity != 0.0,
-        );
-        let ripple = (any(self.ripple), self.ripple_order != 0);
-        let resonance = (self.resonance != 0.0, self.inertia_ratio != 0.0);
-        together("low_speed_friction", "low_speed_velocity", low_speed)?;
-        together("ripple", "ripple_order", ripple)?;
-        together("resonance", "inertia_ratio", resonance)?;
-        if self.resonance_damping.is_some() {
-            together("resonance_damping", "resonance", (true, resonance.0))?;
-        }
-        let [deviation, time] = self.load_wander;
-        if deviation > 0.0 {
-            Allowed::Above(0.0).check("load_wander", time)?;
-        }
-        if self.backlash > 0.0 && resonance.0 {
-            return Err(EffectError::Contradiction {
-                effect: "backlash",
-                other: "resonance",
-            });
-        }
-        Ok(())
-    }
+    /// The fastest decay of motion and current where they are integrated, per sample: so many steps
+    /// are not too many.
+    pub const FASTEST_DECAY: f64 = 1000.0;
 
     /// Whether something happens to the command before it acts, apart from its lag.
     pub(crate) fn change_the_command(&self) -> bool {
@@ -274,18 +149,4 @@ impl Default for Effects {
 /// Whether any of some values is not zero.
 pub(crate) fn any<const COUNT: usize>(values: [f64; COUNT]) -> bool {
     values.iter().any(|&value| value != 0.0)
-}
-
-/// Whether of two values both are given, or neither.
-fn together(
-    first: &'static str,
-    second: &'static str,
-    given: (bool, bool),
-) -> Result<(), EffectError> {
-    let (effect, needs) = match given {
-        (true, false) => (first, second),
-        (false, true) => (second, first),
-        _ => return Ok(()),
-    };
-    Err(EffectError::Needs { effect, needs })
 }
