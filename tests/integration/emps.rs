@@ -137,6 +137,51 @@ fn one_causal_pass_finds_the_published_values_from_a_third_to_three_times_them()
 }
 
 #[test]
+fn trial_of_asymmetry() {
+    let Some(log) = log() else { return };
+    let law = std::env::var("LAW")
+        .unwrap_or("law = \"gauss-newton\"\nrequired_terms = [\"asymmetry\"]".to_owned());
+    for seed in [5, 6, 7] {
+        let mut random = Random::new(seed);
+        let starts: Vec<[f64; 4]> = (0..20)
+            .map(|_| std::array::from_fn(|_| random.log_uniform(0.3, 3.0)))
+            .collect();
+        let found = in_parallel(&starts, |&factors| {
+            let scenario = fitted(scenario(&law, factors), &log);
+            let mut summariser = Summariser::lasting(&scenario, log.duration());
+            let replayed = replay(&scenario, &log, 1, &mut |_, sample| summariser.add(sample))
+                .expect("it can be replayed");
+            summariser.finish(&scenario, replayed.outcome)
+        });
+        for (factors, summary) in starts.iter().zip(found) {
+            let mass = FORCE / summary.b.last;
+            let terms: Vec<String> = summary
+                .outcome
+                .terms
+                .iter()
+                .map(|t| {
+                    format!(
+                        "{} {:.3} since {}",
+                        t.unknown.name(),
+                        t.value * mass,
+                        t.since
+                    )
+                })
+                .collect();
+            println!(
+                "try {factors:.2?}: {:.3} {:.2} {:.3} {:.3} {} {:?}",
+                mass,
+                summary.a.last * mass,
+                summary.coulomb.last * mass,
+                -summary.load.last * mass,
+                terms.join(", "),
+                summary.outcome.events
+            );
+        }
+    }
+}
+
+#[test]
 fn forty_passes_of_the_gradient_come_near_the_published_values() {
     let Some(log) = log() else { return };
     let law = "law = \"gradient\"\nmu = 40.0\ngamma = [55.0, 0.075, 7.5, 7.5]";

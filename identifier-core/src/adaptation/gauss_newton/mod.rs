@@ -592,6 +592,11 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         }
     }
 
+    /// Forgets again as at the start: the gradients were taken far from the truth.
+    pub fn settle_anew<L: Lower<N>>(&self, state: &mut GaussNewtonState<N, L, P>) {
+        state.lost_memory = self.first_lost;
+    }
+
     /// The standard errors of the estimates, machine units, for a report.
     #[must_use]
     pub fn standard_errors<L: Lower<N>>(&self, state: &GaussNewtonState<N, L, P>) -> [f64; P] {

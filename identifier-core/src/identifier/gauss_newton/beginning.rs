@@ -113,7 +113,9 @@ where
                     };
                 }
                 Some(_) => {
+                    // What was learnt so far was weighed as if the model were complete.
                     state.recursion.lacking = true;
+                    self.law.settle_anew(&mut state.recursion.law);
                     state.recording = false;
                 }
                 None => event = Event::NotFollowing,

@@ -67,6 +67,22 @@ where
         }
     }
 
+    /// Of d − c sign(q̇), which is all that motion in one direction tells, makes c as much as it can be
+    /// and d the rest, so that where the fit happened to end does not matter.
+    fn take_all_for_friction(&self, estimates: &mut [N; P], direction: N) {
+        let free = |wanted: Unknown| {
+            let place = S::UNKNOWNS.iter().position(|&own| own == wanted);
+            place.filter(|&i| self.free[i])
+        };
+        let (Some(coulomb), Some(load)) = (free(Unknown::Coulomb), free(Unknown::Load)) else {
+            return;
+        };
+        let resistance = estimates[coulomb] - direction * estimates[load];
+        let friction = resistance.limited(N::ZERO, N::REACH);
+        estimates[coulomb] = friction;
+        estimates[load] = direction * (friction - resistance);
+    }
+
     /// A fit result with its covariance in factors.
     fn explained(&self, result: &FitResult<N>) -> Explained<N, S, P> {
         /// The factor on the fit's covariance: its gradients were taken far from the truth, and its
@@ -94,8 +110,12 @@ where
                 }
             })
         });
+        let mut estimates = places.map(|place| place.map_or(N::ZERO, |i| result.parameters[i]));
+        if one_way {
+            self.take_all_for_friction(&mut estimates, result.only_direction);
+        }
         Explained {
-            estimates: places.map(|place| place.map_or(N::ZERO, |i| result.parameters[i])),
+            estimates,
             covariance: Factors::of(&covariance),
             unexplained: result.unexplained,
             bandwidth: result.bandwidth,

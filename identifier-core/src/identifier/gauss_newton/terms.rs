@@ -44,9 +44,12 @@ where
             .into_iter()
             .filter(absent)
             .find(|&term| self.demanded.has(term));
-        let term = demanded.or_else(|| self.best_explanation(state, absent));
-        state.evidence.enter(Terms::NONE);
+        let term = demanded.or_else(|| {
+            let settled = !state.evidence.is_settling();
+            settled.then(|| self.best_explanation(state, absent))?
+        });
         let Some(term) = term else {
+            state.evidence.begin_anew();
             return false;
         };
         state.evidence.enter(Terms::NONE.with(term));
@@ -96,6 +99,7 @@ where
         scale: N,
     ) {
         let estimates = law.estimates();
+        self.law.settle_anew(law);
         law.doubt(N::from_f64(DOUBT), &Self::most(omega, scale, &estimates));
         for (i, &unknown) in S::UNKNOWNS.iter().enumerate() {
             if term.is_of(unknown) {
