@@ -236,6 +236,7 @@ impl Passes<'_> {
         }
         let known = listener.outcome();
         outcome.bandwidth = known.bandwidth;
+        outcome.entered = known.entered;
         outcome.terms = known.terms;
         Ok(Replayed {
             outcome,
