@@ -39,13 +39,16 @@ impl SensorEffects {
     }
 }
 
-/// A sensor with its errors, from sample to sample.
+/// A sensor with its errors, from sample to sample. It is an incremental one: it counts from where it is
+/// first read, so that its first error belongs to its origin.
 #[derive(Debug, Clone)]
 pub struct SensorErrors {
     noise: Option<(f64, NormalSource)>,
     eccentricity: f64,
     /// Standard deviation, s.
     jitter: Option<(f64, NormalSource)>,
+    /// The first error, rad.
+    origin: Option<f64>,
 }
 
 impl SensorErrors {
@@ -60,21 +63,27 @@ impl SensorErrors {
             noise: random(effects.noise, Stream::SensorNoise),
             eccentricity: effects.eccentricity,
             jitter: random(effects.jitter * sample_time, Stream::Jitter),
+            origin: None,
         })
     }
 
     /// The position that is seen (rad) of a servo at a position (rad) with a velocity (rad/s).
     pub fn seen(&mut self, position: f64, velocity: f64) -> f64 {
-        let mut seen = position;
+        let error = self.next_error(position, velocity);
+        position - (*self.origin.get_or_insert(error) - error)
+    }
+
+    fn next_error(&mut self, position: f64, velocity: f64) -> f64 {
+        let mut error = 0.0;
         if let Some((deviation, source)) = &mut self.jitter {
-            seen += velocity * *deviation * source.next_normal();
+            error += velocity * *deviation * source.next_normal();
         }
         if self.eccentricity > 0.0 {
-            seen += self.eccentricity * libm::sin(seen);
+            error += self.eccentricity * libm::sin(position + error);
         }
         if let Some((deviation, source)) = &mut self.noise {
-            seen += *deviation * source.next_normal();
+            error += *deviation * source.next_normal();
         }
-        seen
+        error
     }
 }

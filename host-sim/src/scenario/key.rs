@@ -5,6 +5,7 @@ use std::fmt;
 use identifier_core::error::Allowed;
 use identifier_core::parameters::Parameter;
 use identifier_core::unknowns::{Term, Terms};
+use virtual_servo::Effects;
 
 use super::Scenario;
 use super::error::shown;
@@ -37,6 +38,8 @@ pub(super) enum Holds {
     Number(Range, Set<f64>),
     /// Lowest and highest.
     Pair(Range, Set<[f64; 2]>),
+    /// Two numbers of which neither bounds the other.
+    Two(Range, Set<[f64; 2]>),
     /// A list of numbers, at most [`MOST_ENTRIES`](super::keys::MOST_ENTRIES).
     Numbers(Range, TrySet<Vec<f64>>),
     /// A whole number from the first to the second.
@@ -76,6 +79,8 @@ pub(super) enum Range {
     HalfRadian,
     /// As long as a run may be.
     Lasting,
+    /// As late as a command may act.
+    Late,
     /// A whole number of control samples, or of pairs of them.
     Samples,
     EvenSamples,
@@ -86,6 +91,7 @@ impl Range {
     pub(super) fn fixed(self) -> Allowed {
         match self {
             Self::Fixed(allowed) => allowed,
+            Self::Late => Allowed::Within(0.0, Effects::LONGEST_DELAY),
             _ => Allowed::Above(0.0),
         }
     }
@@ -98,6 +104,13 @@ impl fmt::Display for Range {
             Self::BelowNyquist => f.write_str("a number above 0 and below pi/sample_time"),
             Self::HalfRadian => f.write_str("a number above 0 and at most 0.5/sample_time"),
             Self::Lasting => f.write_str("a time of 1 to 1e10 control samples"),
+            Self::Late => {
+                let (longest, most) = (Effects::LONGEST_DELAY, Effects::MOST_DELAYED);
+                write!(
+                    f,
+                    "a number from 0 to {longest}, at most {most} control samples"
+                )
+            }
             Self::Samples => f.write_str("a whole number of control samples"),
             Self::EvenSamples => f.write_str("an even number of control samples"),
         }
@@ -167,6 +180,7 @@ impl Key {
             }
             Holds::Number(range, _) => unit(range.to_string()),
             Holds::Pair(range, _) => unit(format!("[min, max], each {range}")),
+            Holds::Two(range, _) => unit(format!("two numbers [.., ..], each {range}")),
             Holds::Numbers(range, _) => unit(format!("a list of 1 to 16, each {range}")),
             Holds::Whole([low, high], _) => format!("a whole number from {low} to {high}"),
             Holds::Column(_) => unit("the name of a column, 1 to 80 characters".to_owned()),

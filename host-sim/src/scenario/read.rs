@@ -79,9 +79,15 @@ impl Reading<'_, '_> {
             }
             Holds::Number(range, set) => set(scenario, number(key, value, range.fixed())?),
             Holds::Pair(range, set) => {
-                let [low, high] = pair(key, value, range.fixed())?;
+                let [low, high] = pair(key, value, range.fixed(), "[min, max]")?;
                 Interval::new(key.place().1, low, high).map_err(|error| refused(key, error))?;
                 set(scenario, [low, high]);
+            }
+            Holds::Two(range, set) => {
+                set(
+                    scenario,
+                    pair(key, value, range.fixed(), "a list of two numbers")?,
+                );
             }
             Holds::Numbers(range, set) => {
                 let list = list(key, value, MOST_ENTRIES)?;
@@ -274,9 +280,9 @@ fn list<'v, 'a>(key: &Key, value: &'v Value<'a>, most: usize) -> Result<&'v DeAr
     Ok(list)
 }
 
-fn pair(key: &Key, value: &Value<'_>, allowed: Allowed) -> Result<[f64; 2], Fault> {
+fn pair(key: &Key, value: &Value<'_>, allowed: Allowed, belongs: &str) -> Result<[f64; 2], Fault> {
     let DeValue::Array(list) = value.get_ref() else {
-        return Err(other(key, value, "[min, max]"));
+        return Err(other(key, value, belongs));
     };
     let [low, high] = &list[..] else {
         let fault = format!("{} numbers where two belong", list.len());
@@ -288,7 +294,7 @@ fn pair(key: &Key, value: &Value<'_>, allowed: Allowed) -> Result<[f64; 2], Faul
 fn limit(key: &Key, value: &Value<'_>) -> Result<[f64; 2], Fault> {
     let limit = match value.get_ref() {
         DeValue::Array(_) => {
-            let [low, high] = pair(key, value, Allowed::Finite)?;
+            let [low, high] = pair(key, value, Allowed::Finite, "[low, high]")?;
             CommandLimit::asymmetric(low, high)
         }
         _ => {

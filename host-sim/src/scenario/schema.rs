@@ -71,7 +71,7 @@ fn property(key: &Key) -> Value {
     let mut property = match key.holds {
         Holds::Table(_) => table(key.path),
         Holds::Number(range, _) => number(range),
-        Holds::Pair(range, _) => pair(number(range)),
+        Holds::Pair(range, _) | Holds::Two(range, _) => pair(number(range)),
         Holds::Numbers(range, _) => list(number(range), MOST_ENTRIES),
         Holds::Whole([low, high], _) => {
             json!({ "type": "integer", "minimum": low, "maximum": high })
@@ -147,10 +147,11 @@ mod tests {
     use super::super::{Purpose, Scenario};
     use super::schema;
 
-    const SCENARIOS: [&str; 8] = [
+    const SCENARIOS: [&str; 9] = [
         include_str!("../../scenarios/compare.toml"),
         include_str!("../../scenarios/drift.toml"),
         include_str!("../../scenarios/friction.toml"),
+        include_str!("../../scenarios/geared_axis.toml"),
         include_str!("../../scenarios/minimal.toml"),
         include_str!("../../scenarios/paper-least-squares.toml"),
         include_str!("../../scenarios/paper.toml"),
@@ -266,6 +267,9 @@ mod tests {
             "laod = 1.0",
             "[motor]\nx = 1",
             "[run]\nduration = \"long\"",
+            "gravity = [1.0]",
+            "ripple_order = 0",
+            "resonance = 9.0\ninertia_ratio = 1",
             "[run]\nduration = 0",
             "[encoder]\ncounts_per_rev = -1",
             "[controller]\nkp = 1e10",

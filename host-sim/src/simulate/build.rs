@@ -22,7 +22,7 @@ use rivals::{
     ClosedLoopArx, DirectEstimator, FilteredLeastSquares, MechanicalLeastSquares, RelayCycle,
     TwoRelays,
 };
-use virtual_servo::Plant;
+use virtual_servo::{SensorErrors, Servo};
 
 use super::sensor::Sensor;
 use super::{LocalLoop, Rig, Simulation};
@@ -78,7 +78,9 @@ impl Rig<'_> {
     pub(crate) fn of<N: Number>(scenario: &Scenario) -> Result<Self, Fault> {
         let reference = scenario.reference::<N>()?;
         let units = scenario.checked_units()?;
-        let servo = scenario.servo()?;
+        let (time, seed) = (units.sample_time(), scenario.noise_seed());
+        let servo = Servo::at_rest(&scenario.servo()?, &scenario.effects, time, seed);
+        let errors = SensorErrors::new(&scenario.sensor, time, seed);
         let mut progress = reference.start();
         Ok(Self {
             sample_time: units.sample_time(),
@@ -89,7 +91,9 @@ impl Rig<'_> {
                 Some(counts) => Sensor::encoder(counts, 0),
                 None => Sensor::ideal::<N>(units.position()),
             },
-            servo: Plant::at_rest(&servo, units.sample_time()),
+            sensor_errors: errors
+                .map_err(|error| Fault::new(format!("encoder.{}", error.parameter), error))?,
+            servo: servo.map_err(|error| Fault::of_effect(&error))?,
         })
     }
 

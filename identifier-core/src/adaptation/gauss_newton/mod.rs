@@ -262,6 +262,13 @@ impl<N: Number, L: Lower<N>, const P: usize> GaussNewtonState<N, L, P> {
         }
     }
 
+    /// Multiplies the noise level by a factor: errors and sensitivities are known to become smaller
+    /// together.
+    pub fn rescale_noise(&mut self, factor: N) {
+        self.level = self.level * factor;
+        self.peak = self.peak * factor;
+    }
+
     /// Takes back the last rise of the noise level as far as P has not followed it yet: it was a step
     /// of the load, and no noise.
     pub fn forgive(&mut self) {

@@ -188,6 +188,8 @@ where
             }
             if state.omega < self.widest && self.bandwidth.is_none() {
                 state.omega += state.omega * self.widening;
+                // What the model lacks shows as ω⁻² in the output error, and in its sensitivities.
+                state.law.rescale_noise(self.quieter);
                 if state.quick < state.omega {
                     state.quick = state.omega;
                 }
