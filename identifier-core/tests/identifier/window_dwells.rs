@@ -100,13 +100,6 @@ fn b_stays_right_through_dwells_longer_than_the_window() {
                     since = f64::from(k) * 1e-3;
                 }
                 let off = window.estimates(&state).b / moves.servo.parameters.b - 1.0;
-                if std::env::var_os("TRACE").is_some() && seen.event == Event::Started {
-                    println!(
-                        "{seed} {k} {off:.4} {:?} {:?}",
-                        window.estimates(&state),
-                        window.standard_errors(&state).map(|s| s.b)
-                    );
-                }
                 worst = worst.max(off.abs());
             }
         }

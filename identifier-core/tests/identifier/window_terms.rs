@@ -59,20 +59,10 @@ fn run(seed: u32, effects: &Effects, terms: &TermSettings) -> Found {
         count = now;
         let position = now as f64 * TAU / servo.counts_per_rev;
         let command = controller.command(reference.next(), position);
-        let seen = window
+        window
             .process(&mut state, moved, command)
             .expect("ordinary samples");
         window.work(&mut state, u32::MAX);
-        if std::env::var_os("TRACE").is_some()
-            && seen.event != identifier_core::identifier::Event::None
-        {
-            println!(
-                "{:?} {:?} {:?}",
-                seen.event,
-                window.estimates(&state),
-                window.entered(&state)
-            );
-        }
         plant.advance(command);
     }
     let shown = window.show(&state);
@@ -94,7 +84,9 @@ fn run(seed: u32, effects: &Effects, terms: &TermSettings) -> Found {
 }
 
 /// Effects, what is declared of them, the term, and the true sizes.
-fn effects() -> Vec<(Effects, TermSettings, Term, Vec<(Unknown, f64)>)> {
+type Case = (Effects, TermSettings, Term, Vec<(Unknown, f64)>);
+
+fn effects() -> Vec<Case> {
     let none = Effects::NONE;
     let nothing = TermSettings::NONE;
     let authority = 2577.0;
