@@ -123,9 +123,11 @@ keys! {
 
 "amplifier": Table(Always), Follows("no limit"), "", "what drives the motor";
 "amplifier.delay": Number(Fixed(Allowed::Within(0.0, 0.1)), |s, v| told(s).terms.delay = v), Is(0.0), "s",
-    "delay from the command to the motor that is known: computation, amplifier and bus; the term delay begins there";
+    "delay from the command to the motor that is known: computation, amplifier and bus; the laws with a model take it into account, and the term delay begins there";
 "amplifier.dead_band": Number(NOT_NEGATIVE, |s, v| told(s).terms.dead_band = v), Is(0.0), "command units",
     "command to either side that the bridge swallows, as far as it is known; the term dead-band begins there";
+"amplifier.current_loop": Number(Fixed(Allowed::Within(0.0, 0.1)), |s, v| told(s).terms.current_loop = v), Is(0.0), "s",
+    "time constant of the current loop, with which the motor's current follows the command, as far as it is known";
 "amplifier.limit": Limit(|s, v| pid(s).limit = v), Follows("no limit"), "command units",
     "limit of the controller's command, |u| <= limit or low <= u <= high";
 
