@@ -6,16 +6,28 @@
 //! declared controller's, computed again.
 
 pub mod agreement;
+mod cell;
+mod clock;
+mod columns;
 mod declared;
+mod dialect;
+mod error;
 mod heard;
+
 mod listener;
 pub mod log;
 mod passes;
+mod predict;
+mod progress;
 mod recorded;
 mod rows;
 mod spacing;
+mod text;
 
 pub use agreement::Agreement;
-pub use log::Log;
+pub use clock::Jitter;
+pub use error::LogError;
+pub use log::{Found, Log};
 pub use passes::{ReplayError, Replayed, fitted, replay};
-pub use rows::{LogError, Record};
+pub use predict::{Predicted, predict};
+pub use rows::Record;

@@ -4,7 +4,7 @@ use identifier_core::error::Allowed;
 use serde_json::{Map, Value, json};
 
 use super::key::{Absent, Holds, Key, Range};
-use super::keys::MOST_ENTRIES;
+use super::keys::{MOST_COLUMNS, MOST_ENTRIES, MOST_RANGES};
 
 /// The schema of a scenario.
 #[must_use]
@@ -75,7 +75,11 @@ fn property(key: &Key) -> Value {
         Holds::Whole([low, high], _) => {
             json!({ "type": "integer", "minimum": low, "maximum": high })
         }
-        Holds::Column(_) => json!({ "type": "string", "minLength": 1, "maxLength": 80 }),
+        Holds::Pairs(range, _) => list(pair(number(range)), MOST_RANGES),
+        Holds::Column(_) => json!({ "anyOf": [
+            { "type": "string", "minLength": 1, "maxLength": 80 },
+            { "type": "integer", "minimum": 1, "maximum": MOST_COLUMNS },
+        ] }),
         Holds::Choice(choices) => {
             let names: Vec<_> = choices.iter().map(|choice| choice.name).collect();
             json!({ "enum": names })

@@ -1,0 +1,202 @@
+use identifier_core::Settings;
+use identifier_core::control::{ControlState, Controller};
+use identifier_core::identifier::IdentifierError;
+use identifier_core::measurement::velocity::VelocityEstimate;
+use identifier_core::model::ServoParameters;
+
+use super::{FrozenServo, Observation, Play, Squares, State};
+
+/// What a closed-loop simulation is off the recording by, relative: ‖recorded − simulated‖/‖recorded‖.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClosedLoop {
+    /// Samples that it covers: all but those in which each stretch settles.
+    pub samples: u64,
+    /// Of the position, from where each stretch begins.
+    pub position: f64,
+    /// Of the velocity, by the declared velocity estimate on both sides.
+    pub velocity: f64,
+    /// Of the command; none where none was recorded.
+    pub command: Option<f64>,
+}
+
+/// Lets a servo follow the recorded reference under the declared controller.
+///
+/// **The start is taken from the first samples** of each stretch: there the controller hears what was
+/// recorded, until its velocity estimate has settled and, where it has an integral, until a recorded
+/// command within the limit has shown what that holds. The loop forgets its start, so nothing is
+/// fitted.
+///
+/// None where samples have no reference, or the loop leaves every bound.
+///
+/// # Errors
+/// The setting that the controller cannot be built from, then whatever playing the samples ends with.
+pub fn closed_loop<V: VelocityEstimate<f64>, E>(
+    servo: &ServoParameters,
+    settings: &Settings,
+    play: Play<'_, E>,
+) -> Result<Result<Option<ClosedLoop>, E>, IdentifierError> {
+    let mut simulation = Simulation::<V>::new(servo, settings)?;
+    Ok(play(&mut |sample| simulation.add(sample)).map(|()| simulation.finish()))
+}
+
+struct Simulation<V: VelocityEstimate<f64>> {
+    servo: FrozenServo,
+    controller: Controller<f64, V>,
+    velocity: V,
+    /// A position unit, rad.
+    unit: f64,
+    limit: [f64; 2],
+    /// Command for a sum of errors of one position unit.
+    integral_gain: f64,
+    /// Samples in which a stretch settles.
+    settling: u64,
+    stretch: Option<Stretch<V>>,
+    position: Squares,
+    speed: Squares,
+    command: Squares,
+    commanded: bool,
+    samples: u64,
+    is_lost: bool,
+}
+
+/// On the way through a stretch.
+struct Stretch<V: VelocityEstimate<f64>> {
+    first: f64,
+    /// The recorded position of the last sample, and its filtered velocity.
+    last: f64,
+    filtered: V::State,
+    control: ControlState<f64, V::State>,
+    heard: u64,
+    /// The simulated servo and its last position, once it runs.
+    runs: Option<(State, f64)>,
+    knows_integral: bool,
+}
+
+impl<V: VelocityEstimate<f64>> Simulation<V> {
+    fn new(servo: &ServoParameters, settings: &Settings) -> Result<Self, IdentifierError> {
+        /// What a velocity estimate without a pole looks at.
+        const SEEN: f64 = 3.0;
+        /// Time constants after which a low-pass shows all of a step but 0.7 %.
+        const SETTLED: f64 = 5.0;
+        let (given, units) = (settings.own_controller()?, settings.units()?);
+        let velocity: V = settings.build()?;
+        let pole = velocity.transfer().pole.clamp(0.0, 0.999_9);
+        let constant = if pole > 0.0 {
+            -1.0 / libm::log(pole)
+        } else {
+            0.0
+        };
+        Ok(Self {
+            servo: FrozenServo::new(servo, units.sample_time()),
+            controller: settings.build()?,
+            velocity,
+            unit: units.position_unit(),
+            limit: given.limit,
+            integral_gain: given.ki * units.rate() / units.position(),
+            settling: (SEEN + SETTLED * constant) as u64,
+            stretch: None,
+            position: Squares::default(),
+            speed: Squares::default(),
+            command: Squares::default(),
+            commanded: true,
+            samples: 0,
+            is_lost: false,
+        })
+    }
+
+    fn add(&mut self, sample: &Observation) {
+        if self.is_lost {
+            return;
+        }
+        self.is_lost = self.follow(sample).is_none();
+    }
+
+    /// None where it cannot go on.
+    fn follow(&mut self, sample: &Observation) -> Option<()> {
+        let reference = sample.reference?;
+        let (unit, integral_gain) = (self.unit, self.integral_gain);
+        self.commanded &= sample.command.is_some();
+        let fresh = || Stretch {
+            first: sample.position,
+            last: sample.position,
+            filtered: V::State::default(),
+            control: ControlState::default(),
+            heard: 0,
+            runs: None,
+            // What it holds when a log begins without the command is taken to be nothing.
+            knows_integral: integral_gain <= 0.0 || sample.command.is_none(),
+        };
+        if sample.begins {
+            self.stretch = None;
+        }
+        let stretch = self.stretch.get_or_insert_with(fresh);
+        let recorded = self.velocity.process(
+            &mut stretch.filtered,
+            (sample.position - stretch.last) / unit,
+        );
+        let moved = sample.position - stretch.last;
+        stretch.last = sample.position;
+        stretch.heard += 1;
+        let Some((state, before)) = &mut stretch.runs else {
+            let error = (reference - sample.position) / unit;
+            let (ahead, heard) = (stretch.control, stretch.heard);
+            let own = self
+                .controller
+                .process(&mut stretch.control, error, moved / unit)
+                .ok()?;
+            if let (false, Some(command)) = (stretch.knows_integral, sample.command) {
+                let rest = command
+                    - sample.injection
+                    - self.controller.pid.linear(own.error, own.velocity);
+                let within = self.limit.map(|limit| 0.999_99 * limit);
+                let acts = command - sample.injection;
+                if heard >= self.settling && acts > within[0] && acts < within[1] {
+                    stretch.control = ahead.with_integral(rest / integral_gain);
+                    self.controller
+                        .process(&mut stretch.control, error, moved / unit)
+                        .ok()?;
+                    stretch.knows_integral = true;
+                }
+            }
+            if heard >= self.settling && stretch.knows_integral {
+                let mut state = State {
+                    position: sample.position,
+                    velocity: recorded * unit,
+                };
+                let command = sample.command.unwrap_or(own.command + sample.injection);
+                self.servo.advance(&mut state, command);
+                stretch.runs = Some((state, sample.position));
+            }
+            return Some(());
+        };
+        let error = (reference - state.position) / unit;
+        let increment = (state.position - *before) / unit;
+        let step = self
+            .controller
+            .process(&mut stretch.control, error, increment)
+            .ok()?;
+        let command = step.command + sample.injection;
+        self.position.add(
+            sample.position - stretch.first,
+            state.position - stretch.first,
+        );
+        self.speed.add(recorded, step.velocity);
+        if let Some(recorded) = sample.command {
+            self.command.add(recorded, command);
+        }
+        self.samples += 1;
+        *before = state.position;
+        self.servo.advance(state, command);
+        Some(())
+    }
+
+    fn finish(self) -> Option<ClosedLoop> {
+        let whole = !self.is_lost && self.samples > 0 && self.position.error.is_finite();
+        whole.then(|| ClosedLoop {
+            samples: self.samples,
+            position: self.position.relative(),
+            velocity: self.speed.relative(),
+            command: self.commanded.then(|| self.command.relative()),
+        })
+    }
+}
