@@ -205,7 +205,11 @@ fn every_dialect_and_unit_gives_the_estimates_of_the_plain_log() {
                 |[t, r, q, u]| {
                     format!(
                         "{t},{r},{q},{u}{}",
-                        if *t == 1.0 { "\n  # half" } else { "" }
+                        if *t > 0.9995 && *t < 1.0005 {
+                            "\n  # half"
+                        } else {
+                            ""
+                        }
                     )
                 },
             ),
@@ -242,7 +246,7 @@ fn every_dialect_and_unit_gives_the_estimates_of_the_plain_log() {
             // A position of counts on the other side of zero is the same position.
             assert_alike(test, &found, &plain, 1e-6);
         } else {
-            assert_eq!(estimates(&found), estimates(&plain), "{test}");
+            assert_eq!(found["estimates"], plain["estimates"], "{test}");
         }
         assert_eq!(found["samples"], plain["samples"], "{test}");
         assert_eq!(found["agreement"]["holds"], true, "{test}");
@@ -276,7 +280,7 @@ fn commands_are_scaled_and_turned_round() {
     assert_alike("per cent", &scaled, &plain, 1e-5);
     let turned = rows("t,r,q,u", |[t, r, q, u]| format!("{t},{r},{q},{}", -u));
     let back = result("turned", &turned, &format!("{PLAIN}\ncommand_scale = -1"));
-    assert_eq!(estimates(&back), estimates(&plain));
+    assert_eq!(back["estimates"], plain["estimates"]);
 }
 
 /// A number from −1 to 1, of no order.
@@ -293,7 +297,7 @@ fn stamps_that_jitter_count_as_even_and_are_told() {
         sample[0] += 1e-4 * noise(k);
     }
     let found = result("jitter", &text(&jittering), PLAIN);
-    assert_eq!(estimates(&found), estimates(&plain));
+    assert_eq!(found["estimates"], plain["estimates"]);
     let rms = found["logs"][0]["jitter_rms"].as_f64().expect("a number");
     assert!((rms / (0.1 / 3_f64.sqrt()) - 1.0).abs() < 0.1, "{rms}");
     // Stamps of a millisecond on samples of 1.25 ms, and nobody says how far they are apart.
@@ -347,7 +351,7 @@ fn what_is_left_out_is_not_learnt_from_and_not_driven_over() {
         .map(|(_, line)| format!("{line}\n"))
         .collect();
     let without = result("gap", &gap, &format!("{PLAIN}\ncut = [[2.0005, 2.4995]]"));
-    assert_eq!(estimates(&without), estimates(&found));
+    assert_eq!(without["estimates"], found["estimates"]);
     assert!(refusal("no-bridge", &gap, PLAIN).contains("499 samples are missing"));
 }
 

@@ -200,3 +200,112 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::convert::Infallible;
+
+    use identifier_core::ControllerSettings;
+    use identifier_core::measurement::velocity::LowPass;
+    use virtual_servo::Plant;
+
+    use super::*;
+
+    const SERVO: ServoParameters = ServoParameters {
+        a: 0.5,
+        b: 250.0,
+        load: 15.0,
+        coulomb: 10.0,
+    };
+
+    fn settings() -> Settings {
+        let pid = ControllerSettings::pid(9.0, 0.19, 4.0).limited(1.0);
+        Settings {
+            controller: Some(pid),
+            ..Settings::new(1e-3, 10_000.0)
+        }
+    }
+
+    /// The simulator's servo under the core's controller, from sample 700 on, which finds it in motion.
+    fn recorded() -> Vec<Observation> {
+        let settings = settings();
+        let controller: Controller<f64, LowPass<f64>> = settings.build().expect("valid");
+        let unit = settings.resolution;
+        let (mut state, mut plant) = (ControlState::default(), Plant::at_rest(&SERVO, 1e-3));
+        let (mut samples, mut before) = (Vec::new(), 0.0);
+        for k in 0..6000_u32 {
+            let time = 1e-3 * f64::from(k);
+            let reference =
+                0.5 * libm::sin(5.0 * time) + if (k / 800) % 2 == 0 { 0.2 } else { 0.0 };
+            let (error, moved) = (reference - plant.position, plant.position - before);
+            before = plant.position;
+            let sample = controller.process(&mut state, error / unit, moved / unit);
+            let command = sample.expect("within bounds").command;
+            if k >= 700 {
+                samples.push(Observation {
+                    reference: Some(3.0 + reference),
+                    position: 3.0 + plant.position,
+                    command: Some(command),
+                    injection: 0.0,
+                    begins: k == 700,
+                });
+            }
+            plant.advance(command);
+        }
+        samples
+    }
+
+    fn simulated(servo: &ServoParameters, samples: &[Observation]) -> Option<ClosedLoop> {
+        let play = |see: &mut dyn FnMut(&Observation)| {
+            samples.iter().for_each(see);
+            Ok::<_, Infallible>(())
+        };
+        let found = closed_loop::<LowPass<f64>, _>(servo, &settings(), &play);
+        let Ok(found) = found.expect("a controller");
+        found
+    }
+
+    #[test]
+    fn the_true_servo_does_what_was_recorded() {
+        let found = simulated(&SERVO, &recorded()).expect("a loop");
+        assert!((5200..5300).contains(&found.samples), "{found:?}");
+        let command = found.command.expect("it was recorded");
+        // The velocity that it starts with is a filter's, which is late.
+        assert!(
+            found.position < 3e-4 && found.velocity < 1e-3 && command < 2e-2,
+            "{found:?}"
+        );
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_servo_shows_in_the_command() {
+        let samples = recorded();
+        let right = simulated(&SERVO, &samples).expect("a loop").command;
+        for wrong in [
+            ServoParameters { b: 275.0, ..SERVO },
+            ServoParameters {
+                coulomb: 0.0,
+                ..SERVO
+            },
+            ServoParameters { a: 3.0, ..SERVO },
+        ] {
+            let found = simulated(&wrong, &samples).expect("a loop").command;
+            assert!(
+                found > right.map(|right| 2.0 * right),
+                "{found:?}, {right:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_loop_needs_a_reference_and_has_to_stay_in_bounds() {
+        let mut samples = recorded();
+        let wild = ServoParameters {
+            b: f64::NAN,
+            ..SERVO
+        };
+        assert_eq!(simulated(&wild, &samples), None);
+        samples[9].reference = None;
+        assert_eq!(simulated(&SERVO, &samples), None);
+    }
+}

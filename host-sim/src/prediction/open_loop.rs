@@ -119,3 +119,102 @@ fn simulated<E>(
         relative: squares.relative(),
     }))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::convert::Infallible;
+
+    use identifier_core::model::ServoParameters;
+    use virtual_servo::Plant;
+
+    use super::*;
+
+    const SERVO: ServoParameters = ServoParameters {
+        a: 2.0,
+        b: 250.0,
+        load: 15.0,
+        coulomb: 10.0,
+    };
+
+    /// What the simulator's servo does under a command of several tones, from sample 700 on, which finds
+    /// it in motion, in two stretches; positions as of so many counts a turn.
+    fn recorded(counts: f64) -> Vec<Observation> {
+        let mut plant = Plant::at_rest(&SERVO, 1e-3);
+        let count = std::f64::consts::TAU / counts;
+        let mut samples = Vec::new();
+        for k in 0..6000_u32 {
+            let time = 1e-3 * f64::from(k);
+            let command = 0.4 * libm::sin(9.0 * time) + 0.2 * libm::cos(31.0 * time) - 0.06;
+            if k >= 700 && !(3000..3500).contains(&k) {
+                samples.push(Observation {
+                    reference: None,
+                    position: 3.0 + (plant.position / count).floor() * count,
+                    command: Some(command),
+                    injection: 0.0,
+                    begins: k == 700 || k == 3500,
+                });
+            }
+            plant.advance(command);
+        }
+        samples
+    }
+
+    fn predicted(servo: &ServoParameters, samples: &[Observation]) -> Option<OpenLoop> {
+        let play = |see: &mut dyn FnMut(&Observation)| {
+            samples.iter().for_each(see);
+            Ok::<_, Infallible>(())
+        };
+        let Ok(found) = open_loop(&FrozenServo::new(servo, 1e-3), &play);
+        found
+    }
+
+    #[test]
+    fn the_true_servo_predicts_itself_from_a_start_that_nobody_told() {
+        let found = predicted(&SERVO, &recorded(1e9)).expect("a prediction");
+        assert_eq!(found.samples, 4800);
+        assert!(found.rms < 1e-6 && found.largest < 1e-5, "{found:?}");
+        // Of an encoder, what it rounds away is left.
+        let step = std::f64::consts::TAU / 4096.0;
+        let found = predicted(&SERVO, &recorded(4096.0)).expect("a prediction");
+        assert!(
+            (found.rms / (step / 12_f64.sqrt()) - 1.0).abs() < 0.1,
+            "{found:?}"
+        );
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_servo_shows() {
+        let exact = recorded(1e9);
+        for wrong in [
+            ServoParameters { a: 2.1, ..SERVO },
+            ServoParameters { b: 251.0, ..SERVO },
+            ServoParameters {
+                load: 15.1,
+                ..SERVO
+            },
+            ServoParameters {
+                coulomb: 10.1,
+                ..SERVO
+            },
+        ] {
+            let found = predicted(&wrong, &exact).expect("a prediction");
+            assert!(found.rms > 1e-3 && found.rms < 0.2, "{wrong:?}: {found:?}");
+        }
+        let wild = ServoParameters {
+            b: f64::NAN,
+            ..SERVO
+        };
+        assert_eq!(predicted(&wild, &exact), None);
+    }
+
+    #[test]
+    fn nothing_is_predicted_without_command_or_motion() {
+        let mut samples = recorded(1e9);
+        samples[9].command = None;
+        assert_eq!(predicted(&SERVO, &samples), None);
+        let mut still = recorded(1e9);
+        still.iter_mut().for_each(|sample| sample.position = 1.0);
+        assert_eq!(predicted(&SERVO, &still), None);
+        assert_eq!(predicted(&SERVO, &[]), None);
+    }
+}
