@@ -4,6 +4,7 @@ use identifier_core::error::StepError;
 use identifier_core::identifier::Event;
 use identifier_core::model::ServoParameters;
 use identifier_core::settings::PerParameter;
+use identifier_core::unknowns::Unknown;
 
 /// One sample of an experiment, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,6 +35,8 @@ pub struct Outcome {
     pub samples: u64,
     /// What happened in them besides learning.
     pub events: Events,
+    /// The sizes of the optional terms that have entered, in their order.
+    pub terms: Vec<TermEstimate>,
     /// Γ over the model's parameters, SI, for the Γ-gradient law.
     pub gamma: Option<Vec<Vec<f64>>>,
     /// μ, 1/s, for the Γ-gradient law.
@@ -48,6 +51,19 @@ pub struct Outcome {
     pub failure: Option<&'static str>,
     /// Why it ended early, if it did.
     pub abort: Option<Abort>,
+}
+
+/// The size of an optional term of the model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TermEstimate {
+    /// Which.
+    pub unknown: Unknown,
+    /// Its value, SI.
+    pub value: f64,
+    /// Its standard error, SI.
+    pub std_error: f64,
+    /// The sample in which the term entered.
+    pub since: u64,
 }
 
 /// In how many samples something happened besides learning.

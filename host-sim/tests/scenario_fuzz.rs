@@ -13,10 +13,11 @@ use host_sim::scenario::keys::KEYS;
 use host_sim::scenario::{Purpose, Scenario};
 use readable::assert_readable;
 
-const SCENARIOS: [&str; 8] = [
+const SCENARIOS: [&str; 9] = [
     include_str!("../scenarios/compare.toml"),
     include_str!("../scenarios/drift.toml"),
     include_str!("../scenarios/friction.toml"),
+    include_str!("../scenarios/geared_axis.toml"),
     include_str!("../scenarios/minimal.toml"),
     include_str!("../scenarios/paper-least-squares.toml"),
     include_str!("../scenarios/paper.toml"),

@@ -19,6 +19,7 @@ pub mod parameters;
 pub mod settings;
 pub mod stability;
 pub mod units;
+pub mod unknowns;
 
 use identifier::{DiagonalGradientIdentifier, ServoLoop};
 use measurement::velocity::LowPass;

@@ -6,6 +6,7 @@ use crate::error::{Allowed, OutOfRange};
 use crate::identifier::IdentifierError;
 use crate::parameters::Parameter;
 use crate::units::Units;
+use crate::unknowns::{Term, Terms};
 
 /// The settings of a loop and its identifier, SI. For a linear axis read m for rad.
 ///
@@ -77,11 +78,53 @@ pub struct IdentifierSettings {
     pub start_time: Option<f64>,
     /// The memory of Gauss–Newton, s, for a servo that changes. None: unlimited.
     pub memory: Option<f64>,
+    /// Optional terms of the model, for Gauss–Newton.
+    pub terms: TermSettings,
     /// The fastest that the servo can move, rad/s; a larger jump of the count is refused. None: what
     /// the number format counts exactly in a sample.
     pub max_speed: Option<f64>,
     /// The ranges of the signals in fixed point. None: they follow from limit, gains and bounds.
     pub ranges: Option<RangeSettings>,
+}
+
+/// Which optional terms a model has, and what is declared of them, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct TermSettings {
+    /// Terms that are estimated as soon as the motion allows.
+    pub demanded: Terms,
+    /// Terms that are estimated once there is evidence for them.
+    pub allowed: Terms,
+    /// The total delay that is known, s: where the estimate begins, and stays if it is not estimated.
+    pub delay: f64,
+    /// The dead band that is known, command units: as the delay.
+    pub dead_band: f64,
+    /// v_s of friction at low speed, rad/s.
+    pub low_speed_velocity: Option<f64>,
+    /// The order N of the ripple: periods to a revolution.
+    pub ripple_order: Option<f64>,
+    /// The angle after which gravity and ripple repeat, rad: 2π on a motor's shaft; a pole pitch in m
+    /// over which a linear motor's ripple of order one repeats.
+    pub revolution: f64,
+}
+
+impl TermSettings {
+    /// No term, nothing declared, a revolution of 2π.
+    pub const NONE: Self = Self {
+        demanded: Terms::NONE,
+        allowed: Terms::NONE,
+        delay: 0.0,
+        dead_band: 0.0,
+        low_speed_velocity: None,
+        ripple_order: None,
+        revolution: core::f64::consts::TAU,
+    };
+
+    /// Whether a term may be estimated.
+    #[must_use]
+    pub fn may_enter(&self, term: Term) -> bool {
+        self.demanded.or(self.allowed).has(term)
+    }
 }
 
 /// The ranges of a loop's signals in fixed point, SI: the full scales of the words are no smaller. A
@@ -185,6 +228,7 @@ impl IdentifierSettings {
         bandwidth: None,
         start_time: None,
         memory: None,
+        terms: TermSettings::NONE,
         max_speed: None,
         ranges: None,
     };

@@ -214,7 +214,7 @@ impl ClosedLoop {
     #[inline]
     pub(crate) fn exchange(
         &mut self,
-        hand_on: impl FnOnce(NumberedBlock<f32>) -> Option<GaussNewtonFitted<f32, 4>>,
+        hand_on: impl FnOnce(NumberedBlock<f32>) -> Option<GaussNewtonFitted<f32, AbCoulombLoad, 4>>,
     ) {
         let Laws::GaussNewton(own) = &mut self.0 else {
             return;

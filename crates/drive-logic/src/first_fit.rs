@@ -15,7 +15,7 @@ type Fitter = GaussNewtonFitter<f32, AbCoulombLoad, 4, BLOCKS>;
 const SLICE: u32 = 8;
 
 /// What goes back to the interrupt.
-pub(crate) type Fitted = GaussNewtonFitted<f32, 4>;
+pub(crate) type Fitted = GaussNewtonFitted<f32, AbCoulombLoad, 4>;
 
 /// The background's half of Gauss–Newton.
 #[derive(Debug)]

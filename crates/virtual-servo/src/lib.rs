@@ -2,12 +2,30 @@
 //!
 //! Written apart from the core's model on purpose: it is what the core is judged by. It calls no
 //! platform's mathematics, so one run gives the same bits wherever it runs.
+//!
+//! [`Plant`] is the servo that the identifiers' model describes, in closed form. [`Servo`] has in
+//! addition what real servos have, each of its [`Effects`] optional; without any it is a [`Plant`].
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+mod effects;
 mod encoder;
+mod equation;
+mod friction;
+mod front_end;
+mod integrator;
+mod motion;
+mod noise;
 mod plant;
+mod play;
+mod sensor_errors;
+mod servo;
+mod wander;
 
+pub use effects::{EffectError, Effects};
 pub use encoder::Encoder;
+pub use noise::distinct_seed;
 pub use plant::Plant;
+pub use sensor_errors::{SensorEffects, SensorErrors};
+pub use servo::Servo;

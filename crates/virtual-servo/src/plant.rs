@@ -77,12 +77,27 @@ impl Plant {
     /// Moves one sample under a held command.
     #[inline]
     pub fn advance(&mut self, command: f64) {
+        let whole = self.whole;
+        self.advance_by(&whole, command);
+    }
+
+    /// Moves for a part of a sample, s, under a held command.
+    pub(crate) fn advance_for(&mut self, time: f64, command: f64) {
+        let step = if time < self.whole.time {
+            Step::new(self.a, time)
+        } else {
+            self.whole
+        };
+        self.advance_by(&step, command);
+    }
+
+    #[inline]
+    fn advance_by(&mut self, step: &Step, command: f64) {
         let drive = self.gain * command + self.load;
         if self.coulomb > 0.0 {
-            self.advance_with_friction(drive);
+            self.advance_with_friction(step, drive);
         } else {
-            let whole = self.whole;
-            self.slide(&whole, drive);
+            self.slide(step, drive);
         }
     }
 
@@ -92,8 +107,8 @@ impl Plant {
         self.velocity = step.decay * self.velocity + step.g1 * drive;
     }
 
-    fn advance_with_friction(&mut self, drive: f64) {
-        let mut left = self.whole.time;
+    fn advance_with_friction(&mut self, whole: &Step, drive: f64) {
+        let mut left = whole.time;
         while left > 0.0 {
             let direction = if self.velocity != 0.0 {
                 self.velocity.signum()
@@ -105,12 +120,12 @@ impl Plant {
             let pushed = drive - self.coulomb * direction;
             let until_rest = self.time_to_rest(pushed);
             if until_rest >= left {
-                let step = if left < self.whole.time {
+                let rest = if left < whole.time {
                     Step::new(self.a, left)
                 } else {
-                    self.whole
+                    *whole
                 };
-                self.slide(&step, pushed);
+                self.slide(&rest, pushed);
                 return;
             }
             self.slide(&Step::new(self.a, until_rest), pushed);

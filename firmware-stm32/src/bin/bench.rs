@@ -190,7 +190,7 @@ struct Halves {
     interrupt: Single<GaussNewton>,
     fitter: Fitter,
     fitting: GaussNewtonFitterState<f32, 64>,
-    fitted: Option<GaussNewtonFitted<f32, 4>>,
+    fitted: Option<GaussNewtonFitted<f32, AbCoulombLoad, 4>>,
     block: Option<NumberedBlock<f32>>,
 }
 
@@ -283,11 +283,11 @@ fn gauss_newton(instructions: &Instructions) -> Result<(), IdentifierError> {
         };
         tally.add(one.total());
     }
-    let state = size_of::<GaussNewtonRecursionState<f32, 4>>();
+    let state = size_of::<GaussNewtonRecursionState<f32, AbCoulombLoad, 4>>();
     recording.say("gauss-newton-recording", state);
     beginning.say(
         "gauss-newton-beginning",
-        size_of::<GaussNewtonFitted<f32, 4>>(),
+        size_of::<GaussNewtonFitted<f32, AbCoulombLoad, 4>>(),
     );
     fitting.say(
         "gauss-newton-fitting",

@@ -67,8 +67,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     if replayed.outcome.abort.is_none() {
         for log in predicted {
             let seen = is_learnt(log);
-            let predicted =
-                replay::predict(&scenario, &replayed.estimates, log).map_err(of_replay)?;
+            let predicted = replay::predict(&scenario, &replayed, log).map_err(of_replay)?;
             predictions.push(PredictionDocument::new(log, seen, &predicted));
         }
     }

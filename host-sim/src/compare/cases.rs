@@ -34,6 +34,7 @@ impl Case {
         let case = |name, detail: String, plant, coarse: bool, saturated: bool| {
             let mut scenario = base.clone();
             scenario.plant = Some(plant);
+            scenario.effects = base.effects.carried_over(&servo, &plant);
             if coarse {
                 scenario.set_encoder(counts);
             }

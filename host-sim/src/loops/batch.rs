@@ -33,7 +33,7 @@ impl BatchLeastSquares {
             command: 0.0,
             motion: Filtered::AT_REST,
             drive: Filtered::AT_REST,
-            equations: NormalEquations::empty(),
+            equations: NormalEquations::EMPTY,
         })
     }
 }

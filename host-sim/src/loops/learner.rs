@@ -2,12 +2,13 @@
 
 use identifier_core::Settings;
 use identifier_core::error::StepError;
-use identifier_core::identifier::{Identify, Seen};
+use identifier_core::identifier::{Event, Identify, Seen};
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::ParameterSet;
 use identifier_core::settings::PerParameter;
+use identifier_core::unknowns::{Term, Unknown};
 
-use crate::experiment::Outcome;
+use crate::experiment::{Outcome, TermEstimate};
 use crate::scenario::place;
 
 /// An identifier with its state: what [`Identify`] is, whatever the types.
@@ -47,6 +48,9 @@ pub(crate) struct Beside<I, T> {
     identifier: I,
     state: T,
     known: Outcome,
+    samples: u64,
+    /// When each term entered, samples, and which have.
+    entered: Vec<(Term, u64)>,
 }
 
 impl<I, T> Beside<I, T> {
@@ -59,15 +63,55 @@ impl<I, T> Beside<I, T> {
             state: identifier.start(),
             identifier,
             known,
+            samples: 0,
+            entered: Vec::new(),
         }
+    }
+}
+
+impl<I, T> Beside<I, T> {
+    /// Notes when a term that has entered did so.
+    fn note_terms<N: Copy>(&mut self)
+    where
+        I: Identify<N, State = T>,
+    {
+        let entered = self.identifier.entered(&self.state);
+        for term in Term::ALL.into_iter().filter(|&term| entered.has(term)) {
+            if self.entered.iter().all(|(known, _)| *known != term) {
+                self.entered.push((term, self.samples));
+            }
+        }
+    }
+
+    fn terms<N: Copy>(&self) -> Vec<TermEstimate>
+    where
+        I: Identify<N, State = T>,
+    {
+        let shown = self.identifier.show(&self.state);
+        let estimate = |unknown: Unknown| {
+            let (_, since) = self
+                .entered
+                .iter()
+                .find(|(term, _)| Some(*term) == unknown.term())?;
+            Some(TermEstimate {
+                unknown,
+                value: self.identifier.value_of(&shown, unknown)?,
+                std_error: self.identifier.standard_error_of(&self.state, unknown)?,
+                since: *since,
+            })
+        };
+        Unknown::ALL.into_iter().filter_map(estimate).collect()
     }
 }
 
 impl<N: Copy, I: Identify<N>> Learner<N> for Beside<I, I::State> {
     fn learn(&mut self, increment: N, command: N) -> Result<Option<Seen<N>>, StepError> {
-        self.identifier
-            .learn(&mut self.state, increment, command)
-            .map(Some)
+        let seen = self.identifier.learn(&mut self.state, increment, command)?;
+        if seen.event == Event::TermEntered {
+            self.note_terms();
+        }
+        self.samples += 1;
+        Ok(Some(seen))
     }
 
     fn work(&mut self) {
@@ -93,6 +137,7 @@ impl<N: Copy, I: Identify<N>> Learner<N> for Beside<I, I::State> {
     fn outcome(&self) -> Outcome {
         Outcome {
             bandwidth: self.identifier.bandwidth(&self.state),
+            terms: self.terms(),
             ..self.known.clone()
         }
     }

@@ -200,7 +200,7 @@ impl Fit {
             friction: Filtered::AT_REST,
             settling: samples(Self::SETTLING / cutoff) as u32,
             unsettled: 0,
-            equations: NormalEquations::empty(),
+            equations: NormalEquations::EMPTY,
         };
         fit.begin_anew();
         Ok(fit)
@@ -214,7 +214,7 @@ impl Fit {
         self.drive = Filtered::AT_REST;
         self.friction = Filtered::AT_REST;
         self.unsettled = self.settling;
-        self.equations = NormalEquations::empty();
+        self.equations = NormalEquations::EMPTY;
     }
 
     fn process(&mut self, increment: f64, command: f64) {

@@ -2,7 +2,6 @@ use identifier_core::Settings;
 use identifier_core::control::{ControlState, Controller};
 use identifier_core::identifier::IdentifierError;
 use identifier_core::measurement::velocity::VelocityEstimate;
-use identifier_core::model::ServoParameters;
 
 use super::{FrozenServo, Observation, Play, Squares, State};
 
@@ -31,7 +30,7 @@ pub struct ClosedLoop {
 /// # Errors
 /// The setting that the controller cannot be built from, then whatever playing the samples ends with.
 pub fn closed_loop<V: VelocityEstimate<f64>, E>(
-    servo: &ServoParameters,
+    servo: &FrozenServo,
     settings: &Settings,
     play: Play<'_, E>,
 ) -> Result<Result<Option<ClosedLoop>, E>, IdentifierError> {
@@ -67,13 +66,14 @@ struct Stretch<V: VelocityEstimate<f64>> {
     filtered: V::State,
     control: ControlState<f64, V::State>,
     heard: u64,
-    /// The simulated servo and its last position, once it runs.
-    runs: Option<(State, f64)>,
+    /// The simulated servo, which is the recorded one until it runs.
+    state: State,
+    runs: bool,
     knows_integral: bool,
 }
 
 impl<V: VelocityEstimate<f64>> Simulation<V> {
-    fn new(servo: &ServoParameters, settings: &Settings) -> Result<Self, IdentifierError> {
+    fn new(servo: &FrozenServo, settings: &Settings) -> Result<Self, IdentifierError> {
         /// What a velocity estimate without a pole looks at.
         const SEEN: f64 = 3.0;
         /// Time constants after which a low-pass shows all of a step but 0.7 %.
@@ -87,7 +87,7 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
             0.0
         };
         Ok(Self {
-            servo: FrozenServo::new(servo, units.sample_time()),
+            servo: *servo,
             controller: settings.build()?,
             velocity,
             unit: units.position_unit(),
@@ -114,79 +114,80 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
     /// None where it cannot go on.
     fn follow(&mut self, sample: &Observation) -> Option<()> {
         let reference = sample.reference?;
-        let (unit, integral_gain) = (self.unit, self.integral_gain);
+        /// A limit that passed through single precision or a few decimals is still the limit.
+        const WITHIN: f64 = 0.999_99;
+        let unit = self.unit;
         self.commanded &= sample.command.is_some();
+        let (servo, controller) = (&self.servo, &self.controller);
         let fresh = || Stretch {
             first: sample.position,
             last: sample.position,
             filtered: V::State::default(),
             control: ControlState::default(),
             heard: 0,
-            runs: None,
+            state: servo.start(sample.position, 0.0, sample.command.unwrap_or(0.0)),
+            runs: false,
             // What it holds when a log begins without the command is taken to be nothing.
-            knows_integral: integral_gain <= 0.0 || sample.command.is_none(),
+            knows_integral: self.integral_gain <= 0.0 || sample.command.is_none(),
         };
         if sample.begins {
             self.stretch = None;
         }
         let stretch = self.stretch.get_or_insert_with(fresh);
-        let recorded = self.velocity.process(
-            &mut stretch.filtered,
-            (sample.position - stretch.last) / unit,
-        );
-        let moved = sample.position - stretch.last;
+        let moved = (sample.position - stretch.last) / unit;
+        let recorded = self.velocity.process(&mut stretch.filtered, moved);
         stretch.last = sample.position;
         stretch.heard += 1;
-        let Some((state, before)) = &mut stretch.runs else {
-            let error = (reference - sample.position) / unit;
-            let (ahead, heard) = (stretch.control, stretch.heard);
-            let own = self
-                .controller
-                .process(&mut stretch.control, error, moved / unit)
-                .ok()?;
-            if let (false, Some(command)) = (stretch.knows_integral, sample.command) {
-                let rest = command
-                    - sample.injection
-                    - self.controller.pid.linear(own.error, own.velocity);
-                let within = self.limit.map(|limit| 0.999_99 * limit);
-                let acts = command - sample.injection;
-                if heard >= self.settling && acts > within[0] && acts < within[1] {
-                    stretch.control = ahead.with_integral(rest / integral_gain);
-                    self.controller
-                        .process(&mut stretch.control, error, moved / unit)
-                        .ok()?;
-                    stretch.knows_integral = true;
-                }
-            }
-            if heard >= self.settling && stretch.knows_integral {
-                let mut state = State {
-                    position: sample.position,
-                    velocity: recorded * unit,
-                };
-                let command = sample.command.unwrap_or(own.command + sample.injection);
-                self.servo.advance(&mut state, command);
-                stretch.runs = Some((state, sample.position));
-            }
-            return Some(());
+        let before = stretch.control;
+        let (position, increment) = if stretch.runs {
+            (stretch.state.position, stretch.state.moved / unit)
+        } else {
+            (sample.position, moved)
         };
-        let error = (reference - state.position) / unit;
-        let increment = (state.position - *before) / unit;
-        let step = self
-            .controller
+        let error = (reference - position) / unit;
+        let step = controller
             .process(&mut stretch.control, error, increment)
             .ok()?;
         let command = step.command + sample.injection;
-        self.position.add(
-            sample.position - stretch.first,
-            state.position - stretch.first,
-        );
-        self.speed.add(recorded, step.velocity);
-        if let Some(recorded) = sample.command {
-            self.command.add(recorded, command);
+        if stretch.runs {
+            let first = stretch.first;
+            self.position.add(sample.position - first, position - first);
+            self.speed.add(recorded, step.velocity);
+            if let Some(recorded) = sample.command {
+                self.command.add(recorded, command);
+            }
+            self.samples += 1;
+            servo.advance(&mut stretch.state, command);
+            return Some(());
         }
-        self.samples += 1;
-        *before = state.position;
-        self.servo.advance(state, command);
+        let settled = stretch.heard >= self.settling;
+        if let (true, false, Some(command)) = (settled, stretch.knows_integral, sample.command) {
+            let own = command - sample.injection;
+            let [low, high] = self.limit.map(|limit| WITHIN * limit);
+            if own > low && own < high {
+                let rest = own - controller.pid.linear(step.error, step.velocity);
+                stretch.control = before.with_integral(rest / self.integral_gain);
+                controller
+                    .process(&mut stretch.control, error, increment)
+                    .ok()?;
+                stretch.knows_integral = true;
+            }
+        }
+        let command = sample.command.unwrap_or(command);
+        if settled && stretch.knows_integral {
+            stretch.state.velocity = recorded * unit;
+            (stretch.state.position, stretch.state.moved) =
+                (sample.position, sample.position - stretch.state.position);
+            servo.advance(&mut stretch.state, command);
+            stretch.runs = true;
+        } else {
+            servo.follow(
+                &mut stretch.state,
+                sample.position,
+                recorded * unit,
+                command,
+            );
+        }
         Some(())
     }
 
@@ -207,6 +208,7 @@ mod tests {
 
     use identifier_core::ControllerSettings;
     use identifier_core::measurement::velocity::LowPass;
+    use identifier_core::model::ServoParameters;
     use virtual_servo::Plant;
 
     use super::*;
@@ -260,7 +262,8 @@ mod tests {
             samples.iter().for_each(see);
             Ok::<_, Infallible>(())
         };
-        let found = closed_loop::<LowPass<f64>, _>(servo, &settings(), &play);
+        let frozen = FrozenServo::new(servo, 1e-3).expect("valid");
+        let found = closed_loop::<LowPass<f64>, _>(&frozen, &settings(), &play);
         let Ok(found) = found.expect("a controller");
         found
     }

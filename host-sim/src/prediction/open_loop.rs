@@ -1,5 +1,5 @@
-use super::start::StartFit;
-use super::{FrozenServo, Observation, Play, Squares, State};
+use super::start::{Motion, StartFit};
+use super::{FrozenServo, Observation, Play, Squares};
 
 /// What an open-loop simulation is off the recorded positions by.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,7 +61,7 @@ fn next(stretch: &mut Option<usize>, sample: &Observation) -> usize {
 /// The first position and the first step of each stretch, and the usual speed.
 fn first_guesses<E>(play: Play<'_, E>) -> Result<Option<Vec<StartFit>>, E> {
     let mut stretch = None;
-    let mut starts: Vec<State> = Vec::new();
+    let mut starts: Vec<Motion> = Vec::new();
     let mut last = 0.0;
     let (mut squares, mut steps) = (0.0, 0.0);
     let mut is_second = false;
@@ -70,7 +70,7 @@ fn first_guesses<E>(play: Play<'_, E>) -> Result<Option<Vec<StartFit>>, E> {
         commanded &= sample.command.is_some();
         let number = next(&mut stretch, sample);
         if number == starts.len() {
-            starts.push(State {
+            starts.push(Motion {
                 position: sample.position,
                 velocity: 0.0,
             });
@@ -87,29 +87,32 @@ fn first_guesses<E>(play: Play<'_, E>) -> Result<Option<Vec<StartFit>>, E> {
     })?;
     let speed = f64::sqrt(squares / steps);
     let is_moved = commanded && speed > 0.0;
-    let fit = |start: State| StartFit::new(start, speed);
+    let fit = |start: Motion| StartFit::new(start, speed);
     Ok(is_moved.then(|| starts.into_iter().map(fit).collect()))
 }
 
 fn simulated<E>(
     servo: &FrozenServo,
-    starts: &[State],
+    starts: &[Motion],
     play: Play<'_, E>,
 ) -> Result<Option<OpenLoop>, E> {
     let mut stretch = None;
-    let (mut state, mut first) = (State::default(), 0.0);
+    let (mut state, mut first) = (None, 0.0);
     let (mut squares, mut largest, mut samples) = (Squares::default(), 0.0_f64, 0);
     play(&mut |sample| {
         let before = stretch;
         let number = next(&mut stretch, sample);
+        let command = sample.command.unwrap_or(f64::NAN);
         if stretch != before {
-            state = starts.get(number).copied().unwrap_or_default();
+            let start = starts.get(number);
+            state = start.map(|start| servo.start(start.position, start.velocity, command));
             first = sample.position;
         }
+        let Some(state) = &mut state else { return };
         squares.add(sample.position - first, state.position - first);
         largest = largest.max((sample.position - state.position).abs());
         samples += 1;
-        servo.advance(&mut state, sample.command.unwrap_or(f64::NAN));
+        servo.advance(state, command);
     })?;
     let rms = (squares.error / samples as f64).sqrt();
     Ok(rms.is_finite().then(|| OpenLoop {
@@ -164,7 +167,8 @@ mod tests {
             samples.iter().for_each(see);
             Ok::<_, Infallible>(())
         };
-        let Ok(found) = open_loop(&FrozenServo::new(servo, 1e-3), &play);
+        let frozen = FrozenServo::new(servo, 1e-3).expect("valid");
+        let Ok(found) = open_loop(&frozen, &play);
         found
     }
 

@@ -2,18 +2,25 @@
 
 use super::{FrozenServo, Observation, State};
 
+/// A motion: position, rad, and velocity, rad a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Motion {
+    pub(super) position: f64,
+    pub(super) velocity: f64,
+}
+
 /// The fit of a start: position and velocity at the first sample of a stretch, so that the simulated
 /// positions come nearest to the recorded ones (Levenberg–Marquardt, a step for each time that the
 /// samples are played; derivatives by simulating from starts a little beside).
 #[derive(Debug, Clone)]
 pub(super) struct StartFit {
     /// The best so far, with what it left and the equations for the next step.
-    best: Option<(State, Equations)>,
-    trial: State,
+    best: Option<(Motion, Equations)>,
+    trial: Motion,
     damping: f64,
     /// How far beside the trial the derivatives are taken, rad and rad a sample.
-    beside: State,
-    run: Run,
+    beside: Motion,
+    run: Option<Run>,
 }
 
 /// The normal equations of a step.
@@ -25,7 +32,7 @@ struct Equations {
 }
 
 /// A simulation on its way from the trial, and from beside it.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 struct Run {
     states: [State; 3],
     equations: Equations,
@@ -33,54 +40,46 @@ struct Run {
 
 impl StartFit {
     /// From a first guess; `speed` is what the velocity is usually like, rad a sample.
-    pub(super) fn new(guess: State, speed: f64) -> Self {
+    pub(super) fn new(guess: Motion, speed: f64) -> Self {
         /// Part of the usual speed, far above rounding and far below what bends.
         const BESIDE: f64 = 1e-4;
-        let beside = State {
+        let beside = Motion {
             position: BESIDE * speed,
             velocity: BESIDE * speed,
         };
-        let mut fit = Self {
+        Self {
             best: None,
             trial: guess,
             damping: 1e-3,
             beside,
-            run: Run::default(),
-        };
-        fit.begin();
-        fit
+            run: None,
+        }
     }
 
     /// The best start.
-    pub(super) fn start(&self) -> State {
+    pub(super) fn start(&self) -> Motion {
         self.best.map_or(self.trial, |(best, _)| best)
     }
 
-    fn begin(&mut self) {
-        let State { position, velocity } = self.trial;
-        let moved = |state: State| State {
-            position: position + state.position,
-            velocity: velocity + state.velocity,
-        };
-        let (aside, faster) = (
-            State {
-                velocity: 0.0,
-                ..self.beside
-            },
-            State {
-                position: 0.0,
-                ..self.beside
-            },
-        );
-        self.run = Run {
-            states: [State::default(), aside, faster].map(moved),
+    /// From the trial, and from beside it.
+    fn run(&self, servo: &FrozenServo, command: f64) -> Run {
+        let Motion { position, velocity } = self.trial;
+        let [aside, faster] = [self.beside.position, self.beside.velocity];
+        let starts = [(0.0, 0.0), (aside, 0.0), (0.0, faster)];
+        Run {
+            states: starts
+                .map(|(aside, faster)| servo.start(position + aside, velocity + faster, command)),
             equations: Equations::default(),
-        };
+        }
     }
 
     /// A sample, and the command that acts from it on.
     pub(super) fn add(&mut self, servo: &FrozenServo, sample: &Observation, command: f64) {
-        let Run { states, equations } = &mut self.run;
+        let mut run = match self.run.take() {
+            Some(run) => run,
+            None => self.run(servo, command),
+        };
+        let Run { states, equations } = &mut run;
         let position = states[0].position;
         let slopes = [
             (states[1].position - position) / self.beside.position,
@@ -96,13 +95,19 @@ impl StartFit {
         for state in states {
             servo.advance(state, command);
         }
+        self.run = Some(run);
     }
 
     /// All samples have been played: whether another step is worth it.
     pub(super) fn step(&mut self) -> bool {
         /// A step that takes away no more than this part of the squares is the last.
         const WORTH: f64 = 1e-6;
-        let found = self.run.equations;
+        let Some(Run {
+            equations: found, ..
+        }) = self.run.take()
+        else {
+            return false;
+        };
         let gained = match &self.best {
             Some((_, best)) => best.squares - found.squares,
             None => f64::INFINITY,
@@ -122,11 +127,10 @@ impl StartFit {
         let Some([position, velocity]) = equations.solved(self.damping) else {
             return false;
         };
-        self.trial = State {
+        self.trial = Motion {
             position: best.position + position,
             velocity: best.velocity + velocity,
         };
-        self.begin();
         true
     }
 }

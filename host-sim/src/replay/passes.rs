@@ -240,7 +240,9 @@ impl Passes<'_> {
             declared,
             ..
         } = progress;
-        outcome.bandwidth = listener.outcome().bandwidth;
+        let known = listener.outcome();
+        outcome.bandwidth = known.bandwidth;
+        outcome.terms = known.terms;
         Ok(Replayed {
             outcome,
             agreement: declared.and_then(|declared| declared.agreement()),

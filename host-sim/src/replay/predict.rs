@@ -2,9 +2,8 @@
 
 use identifier_core::identifier::IdentifierError;
 use identifier_core::measurement::velocity::VelocityEstimate;
-use identifier_core::model::ServoParameters;
 
-use super::{Log, LogError, ReplayError};
+use super::{Log, LogError, ReplayError, Replayed};
 use crate::prediction::{ClosedLoop, FrozenServo, Observation, OpenLoop, closed_loop, open_loop};
 use crate::scenario::Scenario;
 use crate::scenario::dispatch::with_velocity;
@@ -19,16 +18,12 @@ pub struct Predicted {
     pub closed_loop: Option<ClosedLoop>,
 }
 
-/// Simulates a servo with these parameters over a log, with a scenario that is
+/// Simulates the servo that a replay found over a log, with the scenario of that replay, which is
 /// [`fitted`](super::fitted).
 ///
 /// # Errors
 /// See [`ReplayError`].
-pub fn predict(
-    scenario: &Scenario,
-    servo: &ServoParameters,
-    log: &Log,
-) -> Result<Predicted, ReplayError> {
+pub fn predict(scenario: &Scenario, found: &Replayed, log: &Log) -> Result<Predicted, ReplayError> {
     let play = |see: &mut dyn FnMut(&Observation)| -> Result<(), LogError> {
         for record in log.records()? {
             let record = record?;
@@ -42,10 +37,16 @@ pub fn predict(
         }
         Ok(())
     };
-    let frozen = FrozenServo::new(servo, scenario.sample_time());
-    let open_loop = open_loop(&frozen, &play).map_err(ReplayError::Log)?;
+    let terms = found.outcome.terms.iter();
+    let servo = FrozenServo::new(&found.estimates, scenario.sample_time())
+        .map_err(|error| ReplayError::of(scenario.fault(&error.into())))?
+        .with_terms(
+            &scenario.stated.identifier.terms,
+            terms.map(|term| (term.unknown, term.value)),
+        );
+    let open_loop = open_loop(&servo, &play).map_err(ReplayError::Log)?;
     let closed_loop = match scenario.stated.controller {
-        Some(_) => with_velocity!(scenario, f64 => closed(scenario, servo, &play))
+        Some(_) => with_velocity!(scenario, f64 => closed(scenario, &servo, &play))
             .map_err(|error| ReplayError::of(scenario.fault(&error)))?
             .map_err(ReplayError::Log)?,
         None => None,
@@ -60,7 +61,7 @@ type Played<'a> = &'a dyn Fn(&mut dyn FnMut(&Observation)) -> Result<(), LogErro
 
 fn closed<V: VelocityEstimate<f64>>(
     scenario: &Scenario,
-    servo: &ServoParameters,
+    servo: &FrozenServo,
     play: Played<'_>,
 ) -> Result<Result<Option<ClosedLoop>, LogError>, IdentifierError> {
     closed_loop::<V, _>(servo, &scenario.stated, play)

@@ -1,10 +1,13 @@
 //! The machine-readable result.
 
+use std::collections::BTreeMap;
+
 use identifier_core::parameters::Parameter;
 use serde::Serialize;
 
 use crate::analysis::residual::Report;
 use crate::analysis::{Summary, unit};
+use crate::experiment::TermEstimate;
 use crate::replay::Agreement;
 use crate::report::logs::{LogDocument, PredictionDocument};
 
@@ -77,6 +80,22 @@ pub struct Estimates {
     pub b: Option<EstimateDocument>,
     pub coulomb: Option<EstimateDocument>,
     pub load: Option<EstimateDocument>,
+    #[serde(flatten)]
+    pub terms: BTreeMap<&'static str, TermDocument>,
+}
+
+/// The size of an optional term that has entered.
+#[derive(Debug, Clone, Serialize)]
+#[expect(
+    missing_docs,
+    reason = "the fields are the keys of the result, documented in docs/command-line.md"
+)]
+pub struct TermDocument {
+    #[serde(rename = "final")]
+    pub last: f64,
+    pub std_error: f64,
+    pub since: f64,
+    pub unit: &'static str,
 }
 
 /// One estimate.
@@ -130,6 +149,17 @@ pub struct SettlingTime {
     pub b: Option<f64>,
 }
 
+impl TermDocument {
+    fn new(term: &TermEstimate, sample_time: f64) -> Self {
+        Self {
+            last: term.value,
+            std_error: term.std_error,
+            since: term.since as f64 * sample_time,
+            unit: term.unknown.unit(),
+        }
+    }
+}
+
 impl Document {
     /// The document of a summary.
     #[must_use]
@@ -163,6 +193,14 @@ impl Document {
                 b: document(Parameter::B),
                 coulomb: document(Parameter::Coulomb),
                 load: document(Parameter::Load),
+                terms: (summary.outcome.terms.iter())
+                    .map(|term| {
+                        (
+                            term.unknown.name(),
+                            TermDocument::new(term, summary.sample_time),
+                        )
+                    })
+                    .collect(),
             },
             truth: summary.truth.map(|truth| Truth {
                 a: truth.a,

@@ -27,6 +27,10 @@ pub(super) fn complete(
     Allowed::Within(sample_time, MOST_SAMPLES * sample_time)
         .check("duration", scenario.duration)
         .map_err(|error| Fault::new("run.duration", error))?;
+    if let Some(servo) = &scenario.plant {
+        let effects = scenario.effects.check(servo, sample_time);
+        effects.map_err(|error| Fault::of_effect(&error))?;
+    }
     let law = &scenario.identifier.law;
     if scenario.identifier.arithmetic == Arithmetic::Fixed && !law.is_gradient() {
         return Err(Fault::new(
@@ -37,6 +41,7 @@ pub(super) fn complete(
     match purpose {
         Purpose::Run => {
             scenario.servo()?;
+            lasting(&scenario)?;
             let scenario = scenario.in_own_loop();
             build(&scenario)?;
             Ok(scenario)
@@ -53,6 +58,29 @@ pub(super) fn complete(
             Ok(scenario)
         }
     }
+}
+
+/// Whether gain and friction last as long as the run.
+fn lasting(scenario: &Scenario) -> Result<(), Fault> {
+    let drifts = [
+        ("plant.gain_drift", scenario.effects.gain_drift, "gain"),
+        (
+            "plant.friction_drift",
+            scenario.effects.friction_drift,
+            "friction",
+        ),
+    ];
+    for (key, drift, what) in drifts {
+        if drift * scenario.duration <= -1.0 {
+            let (ends, duration) = (-1.0 / drift, scenario.duration);
+            let fault = format!(
+                "no {what} would be left after {ends} s, and the run lasts {duration} s: let it fall \
+                 more slowly or run for less"
+            );
+            return Err(Fault::new(key, fault));
+        }
+    }
+    Ok(())
 }
 
 /// What a replay cannot do without, apart from the log itself.

@@ -1,5 +1,7 @@
 use std::fmt;
 
+use virtual_servo::EffectError;
+
 /// Where a scenario is wrong, and what to do.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ScenarioError {
@@ -58,6 +60,11 @@ impl Fault {
             at: None,
             advice: String::new(),
         }
+    }
+
+    /// An effect that the servo of a scenario cannot have, at its key.
+    pub(crate) fn of_effect(error: &EffectError) -> Self {
+        Self::new(format!("plant.{}", error.parameter()), error)
     }
 
     pub(super) fn at(self, byte: usize) -> Self {

@@ -4,6 +4,8 @@ use std::fmt;
 
 use identifier_core::error::Allowed;
 use identifier_core::parameters::Parameter;
+use identifier_core::unknowns::{Term, Terms};
+use virtual_servo::Effects;
 
 use super::error::shown;
 use super::keys::{KEYS, MOST_RANGES};
@@ -36,6 +38,8 @@ pub(super) enum Holds {
     Number(Range, Set<f64>),
     /// Lowest and highest.
     Pair(Range, Set<[f64; 2]>),
+    /// Two numbers of which neither bounds the other.
+    Two(Range, Set<[f64; 2]>),
     /// A list of numbers, at most [`MOST_ENTRIES`](super::keys::MOST_ENTRIES).
     Numbers(Range, TrySet<Vec<f64>>),
     /// A list of pairs of lowest and highest, at most [`MOST_RANGES`](super::keys::MOST_RANGES).
@@ -50,6 +54,8 @@ pub(super) enum Holds {
     Limit(Set<[f64; 2]>),
     /// A list of parameters.
     Parameters(TrySet<Vec<Parameter>>),
+    /// A list of optional terms of the model.
+    Terms(Set<Terms>),
     /// The rows of a matrix, or its diagonal.
     Matrix(TrySet<Vec<Vec<f64>>>),
 }
@@ -75,6 +81,8 @@ pub(super) enum Range {
     HalfRadian,
     /// As long as a run may be.
     Lasting,
+    /// As late as a command may act.
+    Late,
     /// A whole number of control samples, or of pairs of them.
     Samples,
     EvenSamples,
@@ -85,6 +93,7 @@ impl Range {
     pub(super) fn fixed(self) -> Allowed {
         match self {
             Self::Fixed(allowed) => allowed,
+            Self::Late => Allowed::Within(0.0, Effects::LONGEST_DELAY),
             _ => Allowed::Above(0.0),
         }
     }
@@ -97,6 +106,13 @@ impl fmt::Display for Range {
             Self::BelowNyquist => f.write_str("a number above 0 and below pi/sample_time"),
             Self::HalfRadian => f.write_str("a number above 0 and at most 0.5/sample_time"),
             Self::Lasting => f.write_str("a time of 1 to 1e10 control samples"),
+            Self::Late => {
+                let (longest, most) = (Effects::LONGEST_DELAY, Effects::MOST_DELAYED);
+                write!(
+                    f,
+                    "a number from 0 to {longest}, at most {most} control samples"
+                )
+            }
             Self::Samples => f.write_str("a whole number of control samples"),
             Self::EvenSamples => f.write_str("an even number of control samples"),
         }
@@ -166,6 +182,7 @@ impl Key {
             }
             Holds::Number(range, _) => unit(range.to_string()),
             Holds::Pair(range, _) => unit(format!("[min, max], each {range}")),
+            Holds::Two(range, _) => unit(format!("two numbers [.., ..], each {range}")),
             Holds::Numbers(range, _) => unit(format!("a list of 1 to 16, each {range}")),
             Holds::Pairs(range, _) => unit(format!(
                 "a list of 1 to {MOST_RANGES} pairs [min, max], each {range}"
@@ -182,6 +199,8 @@ impl Key {
                 "a list of \"a\", \"b\", \"coulomb\" and \"load\", each once, such as [\"a\", \"b\"]"
                     .to_owned()
             }
+            Holds::Terms(_) => format!("a list of {}", either(Term::ALL.iter().map(|term| term.name())))
+                .replace(" or ", " and "),
             Holds::Matrix(_) => "the diagonal [g_a, g_b, ..] or the full symmetric positive \
                 definite matrix [[..], ..], in the order of parameters"
                 .to_owned(),

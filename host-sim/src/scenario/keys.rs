@@ -12,6 +12,7 @@ use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Parameter;
 use identifier_core::settings::{BoxSettings, IdentifierSettings, RangeSettings};
 use identifier_core::units::Units;
+use virtual_servo::{Effects, SensorEffects};
 
 use super::ExcitationSettings::{
     BandLimitedWhiteNoise, Chirp, Multisine, None as Still, Prbs, Square, Steps,
@@ -19,9 +20,9 @@ use super::ExcitationSettings::{
 use super::key::Absent::{Begins, First, Follows, Is, Required};
 use super::key::Holds::{
     Choice as OneOf, Column as ColumnOf, Limit, Matrix, Number, Numbers, Pair, Pairs, Parameters,
-    Table, Whole,
+    Table, Terms as TermList, Two, Whole,
 };
-use super::key::Range::{BelowNyquist, EvenSamples, Fixed, HalfRadian, Lasting, Samples};
+use super::key::Range::{BelowNyquist, EvenSamples, Fixed, HalfRadian, Lasting, Late, Samples};
 use super::key::When::{Always, InRun, Stated};
 use super::key::{Choice, Key, Range};
 use super::{
@@ -50,6 +51,15 @@ const SAMPLE_TIME: Range = Fixed(Allowed::Within(
     Units::SAMPLE_TIMES.0,
     Units::SAMPLE_TIMES.1,
 ));
+const ANGULAR: Range = Fixed(Allowed::Within(
+    -Effects::LARGEST_ACCELERATION,
+    Effects::LARGEST_ACCELERATION,
+));
+const DRIFT: Range = Fixed(Allowed::Within(
+    -Effects::FASTEST_DRIFT,
+    Effects::FASTEST_DRIFT,
+));
+const SENSOR_ERROR: Range = Fixed(Allowed::Within(0.0, SensorEffects::LARGEST));
 const TYPICAL: BaselineSettings = BaselineSettings::TYPICAL;
 
 macro_rules! keys {
@@ -72,12 +82,56 @@ keys! {
     "acceleration by a constant load";
 "plant.coulomb": Number(NOT_NEGATIVE, |s, v| plant(s).coulomb = v), Is(0.0), "rad/s²",
     "deceleration by Coulomb friction";
+"plant.delay": Number(Late, |s, v| s.effects.delay = v), Is(0.0), "s",
+    "time until a command acts, any fraction of a sample";
+"plant.current_loop": Number(Fixed(Allowed::Within(0.0, Effects::SLOWEST_CURRENT_LOOP)), |s, v| s.effects.current_loop = v),
+    Is(0.0), "s", "time constant of the first-order lag of the acting command; 0 or at least a thousandth of the sample time";
+"plant.asymmetry": Number(ANY, |s, v| s.effects.asymmetry = v), Is(0.0), "1/s",
+    "viscous friction is a + asymmetry forward and a - asymmetry backward; from -a to a";
+"plant.low_speed_friction": Number(ANY, |s, v| s.effects.low_speed_friction = v), Is(0.0), "rad/s²",
+    "what Coulomb friction has in addition at low speed, s exp(-(q'/low_speed_velocity)²); at least -coulomb";
+"plant.low_speed_velocity": Number(POSITIVE, |s, v| s.effects.low_speed_velocity = v), Follows("none; required with low_speed_friction"), "rad/s",
+    "the speed at which 37 % of it are left";
+"plant.gravity": Two(ANGULAR, |s, v| s.effects.gravity = v), Follows("none"), "rad/s²",
+    "[g_s, g_c]: acceleration by gravity, g_s sin q + g_c cos q, q being 0 where the servo starts";
+"plant.ripple": Two(ANGULAR, |s, v| s.effects.ripple = v), Follows("none"), "rad/s²",
+    "[r_s, r_c]: acceleration by cogging, r_s sin Nq + r_c cos Nq";
+"plant.ripple_order": Whole([1, Effects::HIGHEST_ORDER], |s, v| s.effects.ripple_order = v), Follows("none; required with ripple"), "",
+    "its order N, periods per revolution";
+"plant.dead_band": Number(NOT_NEGATIVE, |s, v| s.effects.dead_band = v), Is(0.0), "command units",
+    "the part of the command, to either side, that the bridge lets pass without effect";
+"plant.resonance": Number(Fixed(Allowed::PositiveUpTo(Effects::HIGHEST_RESONANCE)), |s, v| s.effects.resonance = v), Follows("none, one rigid body"), "rad/s",
+    "resonance of motor and load on the spring between them, both free; encoder and friction are the motor's";
+"plant.resonance_damping": Number(Fixed(Allowed::Within(0.0, 1.0)), |s, v| s.effects.resonance_damping = Some(v)), Follows("0.02 with resonance"), "",
+    "its damping ratio";
+"plant.inertia_ratio": Number(Fixed(Allowed::Within(Effects::INERTIA_RATIOS[0], Effects::INERTIA_RATIOS[1])), |s, v| s.effects.inertia_ratio = v), Follows("none; required with resonance"), "",
+    "the load's share of the inertia";
+"plant.backlash": Number(NOT_NEGATIVE, |s, v| s.effects.backlash = v), Is(0.0), "rad",
+    "play between the motor and an encoder on the load";
+"plant.gain_drift": Number(DRIFT, |s, v| s.effects.gain_drift = v), Is(0.0), "1/s",
+    "change of b in a second, of its first value";
+"plant.friction_drift": Number(DRIFT, |s, v| s.effects.friction_drift = v), Is(0.0), "1/s",
+    "change of all friction in a second, of its first value";
+"plant.hidden_limit": Number(POSITIVE, |s, v| s.effects.hidden_limit = v), Follows("none"), "command units",
+    "where the amplifier clips although amplifier.limit does not say so";
+"plant.load_wander": Two(NOT_NEGATIVE, |s, v| s.effects.load_wander = v), Follows("none"), "rad/s² and s",
+    "[standard deviation, time constant] of a load that wanders in addition, seeded by run.seed";
 
 "encoder": Table(InRun), Follows("10000 counts; in a replay of another log, its own resolution"), "", "the position sensor";
 "encoder.counts_per_rev": Number(NOT_NEGATIVE, |s, v| s.counts_per_rev = (v > 0.0).then_some(v)), Is(10_000.0), "",
     "counts of a revolution after fourfold evaluation; 0 is an ideal sensor, in a replay the log's own resolution";
+"encoder.noise": Number(SENSOR_ERROR, |s, v| s.sensor.noise = v), Is(0.0), "rad",
+    "standard deviation of white noise before counting, in a run, seeded by run.seed";
+"encoder.eccentricity": Number(SENSOR_ERROR, |s, v| s.sensor.eccentricity = v), Is(0.0), "rad",
+    "amplitude of an error once per turn, in a run";
+"encoder.jitter": Number(Fixed(Allowed::Within(0.0, SensorEffects::LARGEST_JITTER)), |s, v| s.sensor.jitter = v), Is(0.0), "",
+    "standard deviation of the sampling instant in a run, as a share of the sample time";
 
 "amplifier": Table(Always), Follows("no limit"), "", "what drives the motor";
+"amplifier.delay": Number(Fixed(Allowed::Within(0.0, 0.1)), |s, v| told(s).terms.delay = v), Is(0.0), "s",
+    "delay from the command to the motor that is known: computation, amplifier and bus; the term delay begins there";
+"amplifier.dead_band": Number(NOT_NEGATIVE, |s, v| told(s).terms.dead_band = v), Is(0.0), "command units",
+    "command to either side that the bridge swallows, as far as it is known; the term dead-band begins there";
 "amplifier.limit": Limit(|s, v| pid(s).limit = v), Follows("no limit"), "command units",
     "limit of the controller's command, |u| <= limit or low <= u <= high";
 
@@ -192,6 +246,16 @@ keys! {
     "gauss-newton: the time over which the first fit looks; window: its length";
 "identifier.memory": Number(Fixed(Allowed::AtLeast(2.0)), |s, v| told(s).memory = Some(v)), Follows("all that ever was"), "s",
     "how long a sample counts, for a servo that changes";
+"identifier.terms": TermList(|s, v| told(s).terms.allowed = v), Follows("none"), "",
+    "optional terms of the model, each of which is estimated once there is evidence for it";
+"identifier.required_terms": TermList(|s, v| told(s).terms.demanded = v), Follows("none"), "",
+    "optional terms of the model that are estimated as soon as the motion allows";
+"identifier.low_speed_velocity": Number(POSITIVE, |s, v| told(s).terms.low_speed_velocity = Some(v)),
+    Follows("none; required with the term low-speed"), "rad/s", "speed at which the friction of low speeds has faded to 1/e";
+"identifier.ripple_order": Number(POSITIVE, |s, v| told(s).terms.ripple_order = Some(v)),
+    Follows("none; required with the term ripple"), "", "periods of the ripple to a revolution";
+"identifier.revolution": Number(POSITIVE, |s, v| told(s).terms.revolution = v), Is(std::f64::consts::TAU), "rad",
+    "travel after which gravity and ripple repeat, for a linear axis a pole pitch";
 "identifier.ranges": Table(Stated), Follows("four times what the command limit lets the PID ask for"), "",
     "what the signals stay within in fixed point";
 "identifier.ranges.error": Number(POSITIVE, |s, v| ranges(s).error = v), Required("1.0"), "rad", "largest position error";
@@ -213,6 +277,8 @@ keys! {
 "run": Table(Always), Follows("60 s"), "", "the simulated experiment";
 "run.duration": Number(Lasting, |s, v| s.duration = v), Is(60.0), "s",
     "length of the run";
+"run.seed": Whole([0, u32::MAX], |s, v| s.seed = Some(v)), Follows("that of the reference, or 1"), "",
+    "seed of what is random in servo and sensor; a sweep draws its own";
 
 "compare": Table(Always), Follows("as below"), "", "what the cases of a comparison are made of";
 "compare.load": Number(ANY, |s, v| s.compare.load = Some(v)), Follows("0.08 of plant.b"), "rad/s²", "the load";
@@ -351,6 +417,11 @@ const GAUSS_NEWTON: &[&str] = &[
     "max_speed",
     "start_time",
     "memory",
+    "terms",
+    "required_terms",
+    "low_speed_velocity",
+    "ripple_order",
+    "revolution",
 ];
 
 macro_rules! laws {

@@ -35,6 +35,7 @@ use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Parameter;
 use identifier_core::units::Units;
 use identifier_core::{ControllerSettings, Settings};
+use virtual_servo::{Effects, SensorEffects};
 
 /// Why the parts can be relied on: a [`Scenario`] builds each of them once when it is read.
 pub(crate) const CHECKED: &str = "the scenario was checked when it was read";
@@ -44,8 +45,12 @@ pub(crate) const CHECKED: &str = "the scenario was checked when it was read";
 pub struct Scenario {
     /// The true servo, where it is known; a run needs it.
     pub plant: Option<ServoParameters>,
+    /// What the true servo has beside these parameters.
+    pub effects: Effects,
     /// Encoder counts per revolution; none for an ideal sensor.
     pub counts_per_rev: Option<f64>,
+    /// The errors of the position sensor.
+    pub sensor: SensorEffects,
     /// What the core is told of loop and identifier, as far as the file states it;
     /// [`Scenario::settings`] is the whole. A replay may have no controller.
     pub stated: Settings,
@@ -57,6 +62,9 @@ pub struct Scenario {
     pub identifier: Identification,
     /// Length of the run, s.
     pub duration: f64,
+    /// The seed of what is random in servo and sensor, where it is stated: see
+    /// [`Scenario::noise_seed`].
+    pub seed: Option<u32>,
     /// The columns of a log to replay, as far as the file states them: see [`Scenario::log_columns`].
     pub log: Option<LogSettings>,
     /// What the cases of a comparison are made of.
@@ -179,6 +187,16 @@ impl Scenario {
         self.plant.is_some() && self.log.is_none()
     }
 
+    /// The seed of what is random in servo and sensor: the run's, or else that of the reference, or 1.
+    #[must_use]
+    pub fn noise_seed(&self) -> u32 {
+        let of_reference = match self.excitation {
+            ExcitationSettings::BandLimitedWhiteNoise { seed, .. } => Some(seed),
+            _ => None,
+        };
+        self.seed.or(of_reference).unwrap_or(1)
+    }
+
     /// Sample time, s.
     #[must_use]
     pub fn sample_time(&self) -> f64 {
@@ -213,7 +231,9 @@ impl Scenario {
     fn blank() -> Self {
         Self {
             plant: None,
+            effects: Effects::NONE,
             counts_per_rev: None,
+            sensor: SensorEffects::default(),
             // Where no controller is declared, its sample time is the log's.
             stated: Settings::new(1e-3, 1.0),
             velocity: Velocity::LowPass,
@@ -224,6 +244,7 @@ impl Scenario {
                 arithmetic: Arithmetic::F32,
             },
             duration: 0.0,
+            seed: None,
             log: None,
             compare: CompareSettings {
                 load: None,

@@ -157,6 +157,8 @@ impl Scenario {
                 "cutoff" => "controller.velocity_filter.cutoff".to_owned(),
                 "sample_time" => "controller.sample_time".to_owned(),
                 "resolution" => "encoder.counts_per_rev".to_owned(),
+                "delay" => "amplifier.delay".to_owned(),
+                "dead_band" => "amplifier.dead_band".to_owned(),
                 "limit" | "limit_low" | "limit_high" => "amplifier.limit".to_owned(),
                 "a_min" => "identifier.plant_box.a".to_owned(),
                 "b_min" => "identifier.plant_box.b".to_owned(),
@@ -174,6 +176,7 @@ impl Scenario {
             IdentifierError::NoGamma(GainError::AtRest) => "excitation.kind".to_owned(),
             IdentifierError::NoGamma(_) => "controller.sample_time".to_owned(),
             IdentifierError::SampledLoop(_) => "controller.sample_time".to_owned(),
+            IdentifierError::NoSuchTerm { .. } => "identifier.terms".to_owned(),
             IdentifierError::Estimate(_) => "identifier.bounds.b".to_owned(),
             _ => "identifier.gamma".to_owned(),
         }

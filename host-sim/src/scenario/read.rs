@@ -4,6 +4,7 @@ use identifier_core::control::CommandLimit;
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::interval::Interval;
 use identifier_core::parameters::Parameter;
+use identifier_core::unknowns::{Term, Terms};
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
@@ -78,6 +79,12 @@ impl Reading<'_, '_> {
             }
             Holds::Number(range, set) => set(scenario, number(key, value, range.fixed())?),
             Holds::Pair(range, set) => set(scenario, interval(key, value, range.fixed())?),
+            Holds::Two(range, set) => {
+                set(
+                    scenario,
+                    pair(key, value, range.fixed(), "a list of two numbers")?,
+                );
+            }
             Holds::Numbers(range, set) => {
                 let list = list(key, value, MOST_ENTRIES)?;
                 let numbers = list.iter().map(|entry| number(key, entry, range.fixed()));
@@ -92,6 +99,7 @@ impl Reading<'_, '_> {
             Holds::Column(set) => set(scenario, column(key, value)?),
             Holds::Choice(choices) => self.choose(key, chosen(key, value, choices)?, choices),
             Holds::Limit(set) => set(scenario, limit(key, value)?),
+            Holds::Terms(set) => set(scenario, terms(key, value)?),
             Holds::Parameters(set) => set(scenario, parameters(key, value)?).map_err(fault)?,
             Holds::Matrix(set) => set(scenario, matrix(key, value)?).map_err(fault)?,
         }
@@ -273,9 +281,9 @@ fn list<'v, 'a>(key: &Key, value: &'v Value<'a>, most: usize) -> Result<&'v DeAr
     Ok(list)
 }
 
-fn pair(key: &Key, value: &Value<'_>, allowed: Allowed) -> Result<[f64; 2], Fault> {
+fn pair(key: &Key, value: &Value<'_>, allowed: Allowed, belongs: &str) -> Result<[f64; 2], Fault> {
     let DeValue::Array(list) = value.get_ref() else {
-        return Err(other(key, value, "[min, max]"));
+        return Err(other(key, value, belongs));
     };
     let [low, high] = &list[..] else {
         let fault = format!("{} numbers where two belong", list.len());
@@ -286,7 +294,7 @@ fn pair(key: &Key, value: &Value<'_>, allowed: Allowed) -> Result<[f64; 2], Faul
 
 /// A pair of which the first is no larger than the second.
 fn interval(key: &Key, value: &Value<'_>, allowed: Allowed) -> Result<[f64; 2], Fault> {
-    let [low, high] = pair(key, value, allowed)?;
+    let [low, high] = pair(key, value, allowed, "[min, max]")?;
     Interval::new(key.place().1, low, high)
         .map_err(|error| refused(key, error).at(value.span().start))?;
     Ok([low, high])
@@ -295,7 +303,7 @@ fn interval(key: &Key, value: &Value<'_>, allowed: Allowed) -> Result<[f64; 2], 
 fn limit(key: &Key, value: &Value<'_>) -> Result<[f64; 2], Fault> {
     let limit = match value.get_ref() {
         DeValue::Array(_) => {
-            let [low, high] = pair(key, value, Allowed::Finite)?;
+            let [low, high] = pair(key, value, Allowed::Finite, "[low, high]")?;
             CommandLimit::asymmetric(low, high)
         }
         _ => {
@@ -363,6 +371,24 @@ fn parameters(key: &Key, value: &Value<'_>) -> Result<Vec<Parameter>, Fault> {
         parameters.push(parameter);
     }
     Ok(parameters)
+}
+
+fn terms(key: &Key, value: &Value<'_>) -> Result<Terms, Fault> {
+    let mut terms = Terms::NONE;
+    for entry in list(key, value, Term::ALL.len())? {
+        let DeValue::String(name) = entry.get_ref() else {
+            return Err(other(key, entry, "the name of a term"));
+        };
+        let Some(term) = Term::ALL.into_iter().find(|known| known.name() == name) else {
+            let near = nearest(name, Term::ALL.iter().map(|term| term.name()));
+            let fault = format!("there is no term \"{}\"", shown(name));
+            return Err(Fault::new(key.path, fault)
+                .at(entry.span().start)
+                .advising(near.map_or(String::new(), |near| format!("did you mean \"{near}\"?"))));
+        };
+        terms = terms.with(term);
+    }
+    Ok(terms)
 }
 
 /// The rows of a matrix; of a diagonal, with zeros beside it.

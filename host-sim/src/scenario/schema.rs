@@ -1,6 +1,7 @@
 //! The keys as a JSON schema (draft 2020-12), so that an editor knows them.
 
 use identifier_core::error::Allowed;
+use identifier_core::unknowns::Term;
 use serde_json::{Map, Value, json};
 
 use super::key::{Absent, Holds, Key, Range};
@@ -70,7 +71,7 @@ fn property(key: &Key) -> Value {
     let mut property = match key.holds {
         Holds::Table(_) => table(key.path),
         Holds::Number(range, _) => number(range),
-        Holds::Pair(range, _) => pair(number(range)),
+        Holds::Pair(range, _) | Holds::Two(range, _) => pair(number(range)),
         Holds::Numbers(range, _) => list(number(range), MOST_ENTRIES),
         Holds::Whole([low, high], _) => {
             json!({ "type": "integer", "minimum": low, "maximum": high })
@@ -90,6 +91,13 @@ fn property(key: &Key) -> Value {
         }
         Holds::Parameters(_) => {
             let mut list = list(json!({ "enum": ["a", "b", "coulomb", "load"] }), 4);
+            list["uniqueItems"] = json!(true);
+            list
+        }
+        Holds::Terms(_) => {
+            let names: Vec<_> = Term::ALL.iter().map(|term| term.name()).collect();
+            let most = names.len();
+            let mut list = list(json!({ "enum": names }), most);
             list["uniqueItems"] = json!(true);
             list
         }
@@ -143,10 +151,11 @@ mod tests {
     use super::super::{Purpose, Scenario};
     use super::schema;
 
-    const SCENARIOS: [&str; 8] = [
+    const SCENARIOS: [&str; 9] = [
         include_str!("../../scenarios/compare.toml"),
         include_str!("../../scenarios/drift.toml"),
         include_str!("../../scenarios/friction.toml"),
+        include_str!("../../scenarios/geared_axis.toml"),
         include_str!("../../scenarios/minimal.toml"),
         include_str!("../../scenarios/paper-least-squares.toml"),
         include_str!("../../scenarios/paper.toml"),
@@ -262,6 +271,9 @@ mod tests {
             "laod = 1.0",
             "[motor]\nx = 1",
             "[run]\nduration = \"long\"",
+            "gravity = [1.0]",
+            "ripple_order = 0",
+            "resonance = 9.0\ninertia_ratio = 1",
             "[run]\nduration = 0",
             "[encoder]\ncounts_per_rev = -1",
             "[controller]\nkp = 1e10",

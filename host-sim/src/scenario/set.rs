@@ -32,6 +32,14 @@ impl Identification {
 }
 
 impl Scenario {
+    /// Whether the model may have more than the four parameters.
+    #[must_use]
+    pub fn has_terms(&self) -> bool {
+        let terms = &self.stated.identifier.terms;
+        let declared = terms.delay > 0.0 || terms.dead_band > 0.0;
+        declared || !terms.demanded.or(terms.allowed).is_empty()
+    }
+
     /// The smallest set that holds every parameter that is estimated or known to be there.
     #[must_use]
     pub fn model_set(&self) -> ModelSet {

@@ -13,14 +13,15 @@ use identifier_core::identifier::{
 };
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::number::Number;
-use identifier_core::parameters::ParameterSet;
+use identifier_core::parameters::{Parameter, ParameterSet};
 use identifier_core::settings::FromSettings;
 use identifier_core::units::Units;
+use identifier_core::unknowns::{AllUnknowns, UnknownSet};
 use rivals::{
     ClosedLoopArx, DirectEstimator, FilteredLeastSquares, MechanicalLeastSquares, RelayCycle,
     TwoRelays,
 };
-use virtual_servo::Plant;
+use virtual_servo::{SensorErrors, Servo};
 
 use super::sensor::Sensor;
 use super::{LocalLoop, Rig, Simulation};
@@ -70,7 +71,9 @@ impl Rig<'_> {
     pub(crate) fn of<N: Number>(scenario: &Scenario) -> Result<Self, Fault> {
         let reference = scenario.reference::<N>()?;
         let units = scenario.checked_units()?;
-        let servo = scenario.servo()?;
+        let (time, seed) = (units.sample_time(), scenario.noise_seed());
+        let servo = Servo::at_rest(&scenario.servo()?, &scenario.effects, time, seed);
+        let errors = SensorErrors::new(&scenario.sensor, time, seed);
         let mut progress = reference.start();
         Ok(Self {
             sample_time: units.sample_time(),
@@ -81,7 +84,9 @@ impl Rig<'_> {
                 Some(counts) => Sensor::encoder(counts, 0),
                 None => Sensor::ideal::<N>(units.position()),
             },
-            servo: Plant::at_rest(&servo, units.sample_time()),
+            sensor_errors: errors
+                .map_err(|error| Fault::new(format!("encoder.{}", error.parameter), error))?,
+            servo: servo.map_err(|error| Fault::of_effect(&error))?,
         })
     }
 
@@ -226,6 +231,9 @@ pub(super) fn method<N: Number>(
     let units = scenario.checked_units()?;
     let listening = match &scenario.identifier.law {
         Law::Gradient | Law::PdGradient => with_types!(scenario, N => gradient::<N>(settings)),
+        Law::GaussNewton if scenario.has_terms() => {
+            gauss_newton_with_terms::<N>(scenario, settings)
+        }
         Law::GaussNewton => with_set!(scenario => gauss_newton::<N>(settings)),
         Law::Window => with_set!(scenario => window::<N>(settings)),
         Law::Baseline(baseline, own) => {
@@ -266,10 +274,18 @@ where
     Ok(Box::new(Beside::new(identifier, known)))
 }
 
-fn gauss_newton<N: Number, S: ParameterSet<P> + 'static, const P: usize>(
+fn gauss_newton<N: Number, S: UnknownSet<P> + 'static, const P: usize>(
     settings: &Settings,
 ) -> Listening<N> {
     fitting::<N, GaussNewtonIdentifier<N, S, P>>(settings)
+}
+
+/// Every term that there is; those that the settings do not ask for stay away.
+fn gauss_newton_with_terms<N: Number>(scenario: &Scenario, settings: &Settings) -> Listening<N> {
+    // The load is one of its parameters, and without friction its friction stays at zero.
+    let mut settings = *settings;
+    settings.identifier.known.coulomb |= !scenario.identifier.estimates(Parameter::Coulomb);
+    gauss_newton::<N, AllUnknowns, 12>(&settings)
 }
 
 fn window<N: Number, S: ParameterSet<P> + 'static, const P: usize>(

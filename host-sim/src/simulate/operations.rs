@@ -221,6 +221,18 @@ impl Number for Counted {
         OPERATIONS.set(OPERATIONS.get() + 2);
         Self(1.0 / self.0.sqrt())
     }
+
+    fn whole(self) -> i32 {
+        OPERATIONS.set(OPERATIONS.get() + 1);
+        self.0 as i32
+    }
+
+    /// About what the polynomials of single precision take.
+    fn sine_cosine(self) -> (Self, Self) {
+        OPERATIONS.set(OPERATIONS.get() + 20);
+        let (sine, cosine) = self.0.sin_cos();
+        (Self(sine), Self(cosine))
+    }
 }
 
 #[cfg(test)]

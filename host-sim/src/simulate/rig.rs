@@ -1,6 +1,6 @@
 //! The test rig: a simulated servo with its sensor, and the reference that it is to follow.
 
-use virtual_servo::Plant;
+use virtual_servo::{SensorErrors, Servo};
 
 use super::sensor::Sensor;
 use crate::experiment::{Outcome, Sample};
@@ -15,7 +15,8 @@ pub(crate) struct Rig<'a> {
     /// The reference of the next sample, position units.
     pub(crate) reference: Box<dyn FnMut() -> f64 + 'a>,
     pub(super) sensor: Sensor,
-    pub(super) servo: Plant,
+    pub(super) sensor_errors: SensorErrors,
+    pub(super) servo: Servo,
 }
 
 /// A run of a loop on the rig.
@@ -41,7 +42,9 @@ impl Rig<'_> {
         for number in 0..self.samples {
             let time = number as f64 * self.sample_time;
             let reference = (self.reference)();
-            let (measured, position) = self.sensor.read(self.servo.position);
+            let (exact, velocity) = (self.servo.position(), self.servo.velocity());
+            let seen = self.sensor_errors.seen(exact, velocity);
+            let (measured, position) = self.sensor.read(seen);
             let step = match closed.process(reference, measured) {
                 Ok(step) => step,
                 Err(error) => {
@@ -78,6 +81,7 @@ impl Rig<'_> {
 mod tests {
     use identifier_core::identifier::Event;
     use identifier_core::model::ServoParameters;
+    use virtual_servo::{Effects, SensorEffects};
 
     use super::*;
     use crate::loops::{Measurement, Step};
@@ -137,7 +141,10 @@ mod tests {
                 reference
             }),
             sensor,
-            servo: Plant::at_rest(servo, SAMPLE_TIME),
+            sensor_errors: SensorErrors::new(&SensorEffects::default(), SAMPLE_TIME, 1)
+                .expect("no errors are allowed"),
+            servo: Servo::at_rest(servo, &Effects::NONE, SAMPLE_TIME, 1)
+                .expect("no effects are allowed"),
         }
     }
 

@@ -3,6 +3,7 @@
 
 mod automatic_gain;
 mod covariance;
+mod evidence;
 mod gain;
 mod gauss_newton;
 mod gradient;
@@ -12,6 +13,7 @@ mod projection;
 
 pub use automatic_gain::{AutomaticGain, GainError};
 pub use covariance::{Covariance, Innovation};
+pub use evidence::{Evidence, Gathered, OnDemand};
 pub use gain::{DiagonalGain, FullGain, Gain};
 pub(crate) use gauss_newton::Factors;
 pub use gauss_newton::{GaussNewton, GaussNewtonConfig, GaussNewtonState, GaussNewtonStep};

@@ -10,14 +10,11 @@ pub struct NormalEquations<N, const Q: usize> {
 
 impl<N: Number, const Q: usize> NormalEquations<N, Q> {
     /// No sample yet.
-    #[must_use]
-    pub fn empty() -> Self {
-        Self {
-            matrix: [[N::ZERO; Q]; Q],
-            right: [N::ZERO; Q],
-            cost: N::ZERO,
-        }
-    }
+    pub const EMPTY: Self = Self {
+        matrix: [[N::ZERO; Q]; Q],
+        right: [N::ZERO; Q],
+        cost: N::ZERO,
+    };
 
     /// The sum of squared errors.
     #[must_use]
@@ -43,6 +40,19 @@ impl<N: Number, const Q: usize> NormalEquations<N, Q> {
     #[must_use]
     pub fn solve(&self, damping: N, free: &[bool; Q]) -> [N; Q] {
         self.factor(damping, free).solve(&self.right)
+    }
+
+    /// By how much the sum of squared errors falls when the unknowns that are `free` are fitted.
+    #[must_use]
+    pub fn explained_by(&self, free: &[bool; Q]) -> N {
+        let fitted = self.solve(N::ZERO, free);
+        let mut sum = N::ZERO;
+        for i in 0..Q {
+            if free[i] {
+                sum += fitted[i] * self.right[i];
+            }
+        }
+        sum
     }
 
     /// A⁻¹, the covariance of the unknowns for errors of variance one. The rows and columns of an
@@ -141,7 +151,7 @@ mod tests {
             truth in prop::array::uniform3(-5.0_f64..5.0),
             rows in prop::collection::vec(prop::array::uniform3(-1.0_f64..1.0), 20..40),
         ) {
-            let mut equations = NormalEquations::<f64, 3>::empty();
+            let mut equations = NormalEquations::<f64, 3>::EMPTY;
             for row in &rows {
                 let error: f64 = (0..3).map(|i| row[i] * truth[i]).sum();
                 equations.add(row, error);
@@ -157,7 +167,7 @@ mod tests {
 
     #[test]
     fn an_unknown_that_nothing_depends_on_stays() {
-        let mut equations = NormalEquations::<f32, 2>::empty();
+        let mut equations = NormalEquations::<f32, 2>::EMPTY;
         for k in 0..10 {
             equations.add(&[k as f32, 0.0], 3.0 * k as f32);
         }

@@ -5,6 +5,7 @@ use crate::control::ControlSample;
 use crate::error::StepError;
 use crate::model::ServoParameters;
 use crate::settings::{FromSettings, PerParameter, Settings};
+use crate::unknowns::{Terms, Unknown};
 
 /// Both halves of an identifier that fits as one, for a PC and for firmwares that have the time:
 /// blocks and fit results are passed on at once, and [`Identify::work`] is the fitter's.
@@ -117,6 +118,22 @@ where
 
     fn at_bounds_of(&self, shown: &Self::Shown) -> PerParameter<bool> {
         self.recorder.at_bounds_of(shown)
+    }
+
+    fn value_of(&self, shown: &Self::Shown, unknown: Unknown) -> Option<f64> {
+        self.recorder.value_of(shown, unknown)
+    }
+
+    fn standard_error_of(&self, state: &Self::State, unknown: Unknown) -> Option<f64> {
+        self.recorder.standard_error_of(&state.recorder, unknown)
+    }
+
+    fn entered(&self, state: &Self::State) -> Terms {
+        self.recorder.entered(&state.recorder)
+    }
+
+    fn place(&self, state: &mut Self::State, position: N) {
+        self.recorder.place(&mut state.recorder, position);
     }
 
     fn standard_errors(&self, state: &Self::State) -> Option<ServoParameters> {

@@ -4,6 +4,7 @@ use crate::adaptation::{GainError, MatrixError};
 use crate::error::OutOfRange;
 use crate::stability::CertificateError;
 use crate::stability::sampled_loop::{EstimateError, SampledLoopError};
+use crate::unknowns::Term;
 
 /// Why an identifier cannot be built.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,6 +23,11 @@ pub enum IdentifierError {
     SampledLoop(SampledLoopError),
     /// The sampled correction is unstable for an estimate that the bounds allow.
     Estimate(EstimateError),
+    /// A term is asked for or declared, and the set of unknowns does not have it.
+    NoSuchTerm {
+        /// The term.
+        term: Term,
+    },
     /// A setting that has no default and was not given.
     NotGiven {
         /// Its name.
@@ -38,6 +44,11 @@ impl fmt::Display for IdentifierError {
             Self::Certificate(error) => error.fmt(f),
             Self::SampledLoop(error) => error.fmt(f),
             Self::Estimate(error) => error.fmt(f),
+            Self::NoSuchTerm { term } => write!(
+                f,
+                "this model has no term \"{}\": take a set of unknowns that has it, or leave the term out",
+                term.name()
+            ),
             Self::NotGiven { setting } => write!(f, "{setting} has to be given here"),
         }
     }

@@ -3,6 +3,7 @@ use crate::error::StepError;
 use crate::model::ServoParameters;
 use crate::number::Number;
 use crate::settings::PerParameter;
+use crate::unknowns::{Terms, Unknown};
 
 /// An identifier: it only listens. It gets two numbers a sample, the increment of the encoder since
 /// the last sample and the command that acts from now until the next.
@@ -93,6 +94,28 @@ pub trait Identify<N: Copy> {
         None
     }
 
+    /// The estimate of an unknown that was shown, SI; none if the model does not have it. For a term
+    /// that has not [entered](Identify::entered) it is its initial value.
+    fn value_of(&self, shown: &Self::Shown, unknown: Unknown) -> Option<f64> {
+        let parameter = unknown.parameter()?;
+        Some(parameter.of(&self.estimates_of(shown)))
+    }
+
+    /// Its standard error, SI, for laws that have it.
+    fn standard_error_of(&self, state: &Self::State, unknown: Unknown) -> Option<f64> {
+        let parameter = unknown.parameter()?;
+        Some(parameter.of(&self.standard_errors(state)?))
+    }
+
+    /// The optional terms that are estimated by now.
+    fn entered(&self, _: &Self::State) -> Terms {
+        Terms::NONE
+    }
+
+    /// Says at which position (position units) the servo is before the first sample, for models that
+    /// depend on the angle.
+    fn place(&self, _: &mut Self::State, _: N) {}
+
     /// Bandwidth of the model's correction, rad/s, where the identifier chooses it and may change it.
     fn bandwidth(&self, _: &Self::State) -> Option<f64> {
         None
@@ -137,6 +160,8 @@ pub enum Event {
     /// The load has changed by a step: it is estimated anew, and the other estimates are kept
     /// meanwhile.
     LoadStep,
+    /// An optional term of the model has entered: there is evidence for it, or it was demanded.
+    TermEntered,
     /// The servo moves where the model's friction would hold it: the friction was lowered.
     FrictionLowered,
     /// The servo does not follow its command: amplifier off, or a limit that was not taken into the

@@ -17,6 +17,7 @@ mod halves;
 mod identify;
 mod servo_loop;
 mod settings;
+mod terms;
 mod window;
 
 pub use combined::{Combined, CombinedState};

@@ -1,12 +1,14 @@
 use super::IdentifierError;
 use super::config::{LARGEST, SMALLEST_GAIN};
 use super::fit::FitterConfig;
+use super::terms::TermConfig;
 use crate::error::Allowed;
 use crate::model::ZeroOrderHoldStep;
 use crate::number::Number;
-use crate::parameters::{Parameter, ParameterSet};
+use crate::parameters::Parameter;
 use crate::settings::Settings;
 use crate::units::Units;
+use crate::unknowns::{Unknown, UnknownSet};
 
 /// The settings that identifiers which fit are built from, with their units.
 #[derive(Debug, Clone, Copy)]
@@ -28,6 +30,13 @@ impl<'a> Listening<'a> {
         self.settings.identifier.memory
     }
 
+    /// The optional terms of a model with the unknowns S.
+    pub(super) fn terms<N: Number, S: UnknownSet<P>, const P: usize>(
+        &self,
+    ) -> Result<TermConfig, IdentifierError> {
+        TermConfig::new::<N, S, P>(&self.settings.identifier.terms, &self.units)
+    }
+
     /// The longest increment that is accepted, counts.
     pub(super) fn longest_increment<N: Number>(&self) -> Result<N, IdentifierError> {
         let longest = self
@@ -36,10 +45,11 @@ impl<'a> Listening<'a> {
         Ok(N::from_f64(longest))
     }
 
-    /// The fitter's configuration for a parameter set: machine units, at most `places` blocks; `time`
+    /// The fitter's configuration for the parameters that a model `has`: machine units, at most `places` blocks; `time`
     /// is the default time span of a fit, s.
-    pub(super) fn fitter<S: ParameterSet<P>, const P: usize>(
+    pub(super) fn fitter(
         &self,
+        has: impl Fn(Parameter) -> bool,
         places: usize,
         time: f64,
     ) -> Result<FitterConfig, IdentifierError> {
@@ -55,7 +65,7 @@ impl<'a> Listening<'a> {
             bandwidth: self.bandwidth_per_sample()?,
         };
         for (i, parameter) in ALL.into_iter().enumerate() {
-            if !S::PARAMETERS.contains(&parameter) {
+            if !has(parameter) {
                 continue;
             }
             let scale = parameter.scale(&self.units);
@@ -145,4 +155,9 @@ pub(super) const ALL: [Parameter; 4] = [
 /// The place of a parameter among the unknowns of a fit.
 pub(super) fn place(parameter: Parameter) -> usize {
     ALL.iter().position(|&p| p == parameter).unwrap_or(0)
+}
+
+/// The place of an unknown among those of a fit; none for the size of a term.
+pub(super) fn place_of(unknown: Unknown) -> Option<usize> {
+    unknown.parameter().map(place)
 }

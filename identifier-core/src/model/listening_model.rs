@@ -1,6 +1,7 @@
-use super::{FrictionStep, Motion, Phase, Response};
+use super::{Acting, FrictionStep, ModelValues, Motion, Phase, Response};
 use crate::number::Number;
-use crate::parameters::{ModelParameters, Parameter, ParameterSet};
+use crate::parameters::ModelParameters;
+use crate::unknowns::UnknownSet;
 
 /// The model of the servo driven by the command that acted on the servo.
 ///
@@ -15,7 +16,8 @@ use crate::parameters::{ModelParameters, Parameter, ParameterSet};
 /// section 4.3) nothing is differentiated: the encoder's rounding enters the velocity only through
 /// l₂ ∫ε, not through l_d ε as in the other, and so disturbs stopping and breaking away far less.
 ///
-/// Only ε and the velocity are kept, never a position, so no travel is too long for `f32`.
+/// The optional terms of an [`UnknownSet`] act beside. Only ε and the velocity are kept, never a
+/// position, so no travel is too long for `f32`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ListeningModel<N> {
     /// ε before the increment of the sample, or after it once [`ListeningModel::observe`] was
@@ -62,192 +64,222 @@ impl<N: Number> ListeningModel<N> {
         self.error += increment;
     }
 
-    /// Moves the model one sample under a held command; `response` is that of the step for the
-    /// parameters' x. Returns the distance that the model itself moved, without the correction of its
-    /// position, and what friction did.
+    /// Moves the model one sample under what acts; `response` is that of the step for the values' x.
+    /// Returns what happened to the model itself, without the correction of its position.
     #[inline]
-    pub fn advance<S: ParameterSet<P>, const P: usize>(
+    pub fn advance<S: UnknownSet<P>, const P: usize>(
         &mut self,
         step: &FrictionStep<N>,
         response: &Response<N>,
-        parameters: &ModelParameters<N>,
-        command: N,
+        values: &ModelValues<N>,
+        acting: &Acting<N>,
         innovation: &Innovation<N>,
-    ) -> (N, Phase<N>) {
-        let drive = self.drive(parameters, command, innovation);
+    ) -> Moved<N> {
+        let push = self.push::<S, P>(response, values, acting, innovation);
+        let x = values.parameters.x;
         let (motion, phase) = if S::HAS_COULOMB {
-            step.process_with(
-                response,
-                parameters.x,
-                drive,
-                parameters.coulomb,
-                self.velocity,
-            )
+            step.process_with(response, x, push.drive, push.coulomb, self.velocity)
         } else {
             let direction = N::ZERO;
-            let motion = response.motion(parameters.x, drive, self.velocity);
+            let motion = response.motion(x, push.drive, self.velocity);
             (motion, Phase::Slid { direction })
         };
-        self.go(motion, innovation);
-        (motion.increment, phase)
+        let lead = push.lead * phase.moving_part();
+        self.go(motion, lead, innovation);
+        Moved {
+            way: motion.increment,
+            phase,
+            bell: push.bell,
+        }
     }
 
     /// [`ListeningModel::advance`] for a sample in which the model moves in one direction throughout,
-    /// as in most. Returns the way it went and the direction, ±1; none, and does nothing, if friction
-    /// has more to say.
+    /// as in most; none, and does nothing, if friction has more to say.
     #[inline]
-    pub fn slide<S: ParameterSet<P>, const P: usize>(
+    pub fn slide<S: UnknownSet<P>, const P: usize>(
         &mut self,
         response: &Response<N>,
-        parameters: &ModelParameters<N>,
-        command: N,
+        values: &ModelValues<N>,
+        acting: &Acting<N>,
         innovation: &Innovation<N>,
-    ) -> Option<(N, N)> {
-        let drive = self.drive(parameters, command, innovation);
-        if !S::HAS_COULOMB {
-            let motion = response.motion(parameters.x, drive, self.velocity);
-            self.go(motion, innovation);
-            return Some((motion.increment, N::ZERO));
-        }
-        let (direction, pushed) = if self.velocity > N::ZERO {
-            (N::ONE, drive - parameters.coulomb)
+    ) -> Option<Slid<N>> {
+        let push = self.push::<S, P>(response, values, acting, innovation);
+        let x = values.parameters.x;
+        let (direction, drive) = if !S::HAS_COULOMB {
+            (N::ZERO, push.drive)
+        } else if self.velocity > N::ZERO {
+            (N::ONE, push.drive - push.coulomb)
         } else {
-            (-N::ONE, drive + parameters.coulomb)
+            (-N::ONE, push.drive + push.coulomb)
         };
-        let motion = response.motion(parameters.x, pushed, self.velocity);
-        if motion.velocity * self.velocity > N::ZERO {
-            self.go(motion, innovation);
-            Some((motion.increment, direction))
-        } else {
-            None
-        }
+        let motion = response.motion(x, drive, self.velocity);
+        let onward = !S::HAS_COULOMB || motion.velocity * self.velocity > N::ZERO;
+        onward.then(|| {
+            self.go(motion, push.lead, innovation);
+            Slid {
+                way: motion.increment,
+                direction,
+                bell: push.bell,
+            }
+        })
     }
 
     /// Whether friction holds the model throughout a sample; if so, the sample is done: only the
     /// correction moves the model.
     #[inline]
-    pub fn rest<S: ParameterSet<P>, const P: usize>(
+    pub fn rest<S: UnknownSet<P>, const P: usize>(
         &mut self,
-        parameters: &ModelParameters<N>,
-        command: N,
+        values: &ModelValues<N>,
+        acting: &Acting<N>,
         innovation: &Innovation<N>,
     ) -> bool {
-        let rests = S::HAS_COULOMB
-            && self.velocity == N::ZERO
-            && self.drive(parameters, command, innovation).magnitude() <= parameters.coulomb;
+        if !S::HAS_COULOMB || self.velocity != N::ZERO {
+            return false;
+        }
+        let holding = if S::HAS_LOW_SPEED {
+            values.parameters.coulomb + values.terms.low_speed
+        } else {
+            values.parameters.coulomb
+        };
+        let drive = drive::<N, S, P>(values, acting) + innovation.velocity * self.error;
+        let rests = drive.magnitude() <= holding;
         if rests {
-            self.go(Motion::NONE, innovation);
+            self.go(Motion::NONE, N::ZERO, innovation);
         }
         rests
     }
 
-    /// The acceleration but for friction.
+    /// The acceleration but for Coulomb friction, and that friction. What depends on the velocity is
+    /// taken in the middle of the sample.
     #[inline]
-    fn drive(&self, parameters: &ModelParameters<N>, command: N, innovation: &Innovation<N>) -> N {
-        parameters.gain * command + parameters.load + innovation.velocity * self.error
+    fn push<S: UnknownSet<P>, const P: usize>(
+        &self,
+        response: &Response<N>,
+        values: &ModelValues<N>,
+        acting: &Acting<N>,
+        innovation: &Innovation<N>,
+    ) -> Push<N> {
+        let ModelValues { parameters, terms } = values;
+        let mut push = Push {
+            drive: drive::<N, S, P>(values, acting) + innovation.velocity * self.error,
+            coulomb: parameters.coulomb,
+            lead: N::ZERO,
+            bell: N::ONE,
+        };
+        if S::HAS_TERMS {
+            push.lead = parameters.gain * acting.lead;
+        }
+        if S::HAS_ASYMMETRY || S::HAS_LOW_SPEED {
+            let middle = self.middle(response, parameters, push.drive);
+            if S::HAS_LOW_SPEED {
+                push.bell = bell(middle * terms.per_low_speed_velocity);
+                let coulomb = parameters.coulomb + terms.low_speed * push.bell;
+                push.coulomb = coulomb.limited(N::ZERO, N::REACH);
+            }
+            push.drive = push.drive - terms.asymmetry * middle.magnitude();
+        }
+        push
+    }
+
+    /// The velocity in the middle of the sample, zero where the model stops before.
+    #[inline]
+    fn middle(&self, response: &Response<N>, parameters: &ModelParameters<N>, drive: N) -> N {
+        let friction = if self.velocity > N::ZERO {
+            parameters.coulomb
+        } else if self.velocity < N::ZERO {
+            -parameters.coulomb
+        } else {
+            return N::ZERO;
+        };
+        let after = response.motion(parameters.x, drive - friction, self.velocity);
+        let middle = N::from_f64(0.5) * (self.velocity + after.velocity);
+        if middle * self.velocity > N::ZERO {
+            middle
+        } else {
+            N::ZERO
+        }
     }
 
     #[inline]
-    fn go(&mut self, motion: Motion<N>, innovation: &Innovation<N>) {
-        self.error = self.error - innovation.position * self.error - motion.increment;
+    fn go(&mut self, motion: Motion<N>, lead: N, innovation: &Innovation<N>) {
+        let moved = motion.increment + lead;
+        self.error = self.error - innovation.position * self.error - moved;
         self.velocity = motion.velocity;
     }
 }
 
-/// The motion of a [`ListeningModel`] per unit of each of Q unknowns, the first P of them the
-/// parameters of a set: ∂q_e/∂θ and ∂v_e/∂θ.
-///
-/// They are of first order in the sample time, which is enough: a tangent only gives a direction; the
-/// step that is taken is judged with the exact model.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tangents<N, const Q: usize> {
-    /// ∂q_e/∂θ.
-    pub position: [N; Q],
-    /// ∂v_e/∂θ.
-    pub velocity: [N; Q],
+/// What acts on a model over a sample.
+struct Push<N> {
+    /// Acceleration but for Coulomb friction.
+    drive: N,
+    coulomb: N,
+    /// How much further it goes because the command came earlier than evenly spread.
+    lead: N,
+    bell: N,
 }
 
-impl<N: Number, const Q: usize> Tangents<N, Q> {
-    /// No motion depends on any parameter yet.
-    pub const NONE: Self = Self {
-        position: [N::ZERO; Q],
-        velocity: [N::ZERO; Q],
-    };
+/// A model's own motion over a sample in which it moved in one direction throughout.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slid<N> {
+    /// The distance, counts.
+    pub way: N,
+    /// The direction, ±1; zero in models without friction.
+    pub direction: N,
+    /// exp(−(v/v_s)²), one in models without friction at low speed.
+    pub bell: N,
+}
 
-    /// Moves the tangents over the sample in which the model went `way` in a `phase`.
-    #[inline]
-    pub fn advance<S: ParameterSet<P>, const P: usize>(
-        &mut self,
-        x: N,
-        command: N,
-        innovation: &Innovation<N>,
-        way: N,
-        phase: Phase<N>,
-    ) {
-        let direction = match phase {
-            Phase::Slid { direction } => direction,
-            _ => return self.advance_through_rest::<S, P>(x, command, innovation, way, phase),
-        };
-        self.slide::<S, P>(x, command, innovation, way, direction);
-    }
+/// A model's own motion over a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Moved<N> {
+    /// The distance, counts.
+    pub way: N,
+    /// What friction did.
+    pub phase: Phase<N>,
+    /// As in [`Slid`].
+    pub bell: N,
+}
 
-    /// A sample in which the model moved, in one direction on the whole.
-    #[inline]
-    pub fn slide<S: ParameterSet<P>, const P: usize>(
-        &mut self,
-        x: N,
-        command: N,
-        innovation: &Innovation<N>,
-        way: N,
-        direction: N,
-    ) {
-        let followed = N::ONE - innovation.position;
-        let braked = N::ONE - x;
-        for i in 0..Q {
-            let position = self.position[i];
-            let kept = braked * self.velocity[i] - innovation.velocity * position;
-            let velocity = match S::PARAMETERS.get(i) {
-                Some(Parameter::A) => kept - way,
-                Some(Parameter::B) => kept + command,
-                Some(Parameter::Coulomb) => kept - direction,
-                Some(Parameter::Load) => kept + N::ONE,
-                None => kept,
-            };
-            self.position[i] = followed * position + velocity;
-            self.velocity[i] = velocity;
+/// The acceleration that does not depend on the model's motion.
+#[inline]
+fn drive<N: Number, S: UnknownSet<P>, const P: usize>(
+    values: &ModelValues<N>,
+    acting: &Acting<N>,
+) -> N {
+    let parameters = &values.parameters;
+    let mut drive = parameters.gain * acting.command + parameters.load;
+    if S::HAS_WAVES {
+        for (size, wave) in values.terms.waves.iter().zip(acting.waves) {
+            drive += *size * wave;
         }
     }
+    drive
+}
 
-    /// A sample in which the model was at rest from beginning to end, so that they have no velocity.
-    #[inline]
-    pub fn rest(&mut self, innovation: &Innovation<N>) {
-        let followed = N::ONE - innovation.position;
-        for position in &mut self.position {
-            *position = *position * followed;
-        }
-    }
+/// exp(−x²) to 10⁻³, without a transcendental: 1/(1 + z + z²/2 + z³/6)⁸ with z = x²/8.
+#[inline]
+fn bell<N: Number>(x: N) -> N {
+    /// Beyond this x² the result is below 10⁻⁸.
+    const FAR: f64 = 20.0;
+    let square = (x * x).limited(N::ZERO, N::from_f64(FAR));
+    let z = square * N::from_f64(0.125);
+    let [half, third] = [1.0 / 2.0, 1.0 / 3.0].map(N::from_f64);
+    let root = N::ONE + z * (N::ONE + half * z * (N::ONE + third * z));
+    let square = root * root;
+    let fourth = square * square;
+    (fourth * fourth).reciprocal()
+}
 
-    /// A sample in which the model was at rest, stopped or turned.
-    #[cold]
-    fn advance_through_rest<S: ParameterSet<P>, const P: usize>(
-        &mut self,
-        x: N,
-        command: N,
-        innovation: &Innovation<N>,
-        way: N,
-        phase: Phase<N>,
-    ) {
-        let kept = match phase {
-            Phase::Turned { slowing, .. } => slowing,
-            _ => N::ZERO,
-        };
-        if matches!(phase, Phase::Stuck) {
-            self.rest(innovation);
-        } else {
-            self.slide::<S, P>(x, command, innovation, way, phase.mean_direction());
-        }
-        for velocity in &mut self.velocity {
-            *velocity = *velocity * kept;
+#[cfg(test)]
+mod tests {
+    use super::bell;
+
+    #[test]
+    fn the_bell_is_near_the_exponential_everywhere() {
+        for k in 0..600 {
+            let x = 0.01 * f64::from(k);
+            assert!((bell(x) - libm::exp(-x * x)).abs() < 1e-3, "{x}");
+            assert!((f64::from(bell(x as f32)) - bell(x)).abs() < 1e-5, "{x}");
         }
     }
 }

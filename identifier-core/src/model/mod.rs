@@ -3,16 +3,22 @@
 
 mod correction;
 mod friction_step;
+mod known_inputs;
 mod listening_model;
 mod model_loop;
 mod servo;
+mod tangents;
+mod terms;
 mod zero_order_hold_step;
 
 pub use correction::{
     AccelerationCorrection, CommandCorrection, Corrected, Correction, IntegralError,
 };
 pub use friction_step::{FrictionStep, Phase};
-pub use listening_model::{Innovation, ListeningModel, Tangents};
+pub use known_inputs::{Acting, AngleSettings, AngledInputs, DelayedInputs, KnownInputs, NoInputs};
+pub use listening_model::{Innovation, ListeningModel, Moved, Slid};
 pub use model_loop::{ModelLoop, ModelState, Observed};
 pub use servo::ServoParameters;
+pub use tangents::Tangents;
+pub use terms::{ModelValues, TermValues};
 pub use zero_order_hold_step::{Motion, Response, ZeroOrderHoldStep};

@@ -61,6 +61,13 @@ pub trait Number:
     /// 1/√x for positive, normal x, to a few units in the last place; for fits in the background.
     fn reciprocal_root(self) -> Self;
 
+    /// The whole part, towards zero; for values within ±2³¹.
+    fn whole(self) -> i32;
+
+    /// sin x and cos x, without a platform's libm, so that every machine computes the same bits; in
+    /// `f32` with an error of up to 2·10⁻³.
+    fn sine_cosine(self) -> (Self, Self);
+
     /// The value moved into `[low, high]`.
     #[inline]
     #[must_use]
@@ -137,6 +144,17 @@ impl Number for f32 {
     fn reciprocal_root(self) -> Self {
         1.0 / libm::sqrtf(self)
     }
+
+    #[inline]
+    #[expect(clippy::cast_possible_truncation, reason = "in the documented range")]
+    fn whole(self) -> i32 {
+        self as i32
+    }
+
+    #[inline]
+    fn sine_cosine(self) -> (Self, Self) {
+        (micromath::F32Ext::sin(self), micromath::F32Ext::cos(self))
+    }
 }
 
 impl Number for f64 {
@@ -182,6 +200,17 @@ impl Number for f64 {
     #[inline]
     fn reciprocal_root(self) -> Self {
         1.0 / libm::sqrt(self)
+    }
+
+    #[inline]
+    #[expect(clippy::cast_possible_truncation, reason = "in the documented range")]
+    fn whole(self) -> i32 {
+        self as i32
+    }
+
+    #[inline]
+    fn sine_cosine(self) -> (Self, Self) {
+        libm::sincos(self)
     }
 }
 

@@ -376,7 +376,7 @@ fn recursions_start_right_while_two_threads_work_on_them() {
 
 #[test]
 fn the_interrupt_keeps_neither_record_nor_fit() {
-    let interrupt = size_of::<GaussNewtonRecursionState<f32, 4>>();
+    let interrupt = size_of::<GaussNewtonRecursionState<f32, AbCoulombLoad, 4>>();
     let background = size_of::<GaussNewtonFitterState<f32, W>>();
     println!(
         "interrupt {interrupt}, background {background}, a block {}, what is found {} bytes",

@@ -11,4 +11,5 @@ mod refusals;
 mod robustness;
 mod shown_estimates;
 mod support;
+mod terms;
 mod window;

@@ -1,4 +1,5 @@
 use crate::number::Number;
+use crate::unknowns::Lower;
 
 /// A covariance P × P kept as L D Lᵀ, L unit lower triangular and D diagonal, updated one column
 /// at a time.
@@ -7,14 +8,14 @@ use crate::number::Number;
 /// parameters in reverse order, so that the variance of the *last* parameter alone can be raised
 /// by raising the last entry of D.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Factors<N, const P: usize> {
-    /// L below its diagonal, row by row; the first P (P − 1)/2 are used.
-    lower: [N; 6],
+pub(crate) struct Factors<N, L, const P: usize> {
+    /// L below its diagonal, row by row: P (P − 1)/2 entries.
+    lower: L,
     /// D.
     diagonal: [N; P],
 }
 
-/// The place of entry (i, j), j < i < 4, of L.
+/// The place of entry (i, j), j < i < P, of L.
 const fn at(i: usize, j: usize) -> usize {
     i * (i - 1) / 2 + j
 }
@@ -47,12 +48,26 @@ impl<N: Number, const P: usize> Measurement<N, P> {
     }
 }
 
-impl<N: Number, const P: usize> Factors<N, P> {
+impl<N: Number, L: Lower<N>, const P: usize> Factors<N, L, P> {
+    const FITS: () = assert!(size_of::<L>() == P * (P - 1) / 2 * size_of::<N>());
+
+    /// Entry (i, j) of L, j < i.
+    #[inline]
+    fn entry(&self, i: usize, j: usize) -> N {
+        self.lower.as_ref()[at(i, j)]
+    }
+
+    #[inline]
+    fn set(&mut self, i: usize, j: usize, value: N) {
+        self.lower.as_mut()[at(i, j)] = value;
+    }
+
     /// The factors of a symmetric positive semidefinite matrix. A direction in which rounding makes it
     /// negative counts as known.
     pub(crate) fn of(matrix: &[[f64; P]; P]) -> Self {
+        const { Self::FITS };
         let mut left = *matrix;
-        let mut lower = [N::ZERO; 6];
+        let mut lower = L::ZERO;
         let mut diagonal = [N::ZERO; P];
         for j in 0..P {
             let pivot = left[j][j].max(0.0);
@@ -60,7 +75,7 @@ impl<N: Number, const P: usize> Factors<N, P> {
             if pivot > 0.0 {
                 for i in j + 1..P {
                     let entry = left[i][j] / pivot;
-                    lower[at(i, j)] = N::from_f64(entry);
+                    lower.as_mut()[at(i, j)] = N::from_f64(entry);
                     for k in j + 1..=i {
                         left[i][k] -= entry * left[k][j];
                     }
@@ -77,7 +92,7 @@ impl<N: Number, const P: usize> Factors<N, P> {
         for j in 0..P {
             let mut sum = regressor[j];
             for i in j + 1..P {
-                sum += self.lower[at(i, j)] * regressor[i];
+                sum += self.entry(i, j) * regressor[i];
             }
             measurement.gain[j] = sum;
             measurement.variance += sum * sum * self.diagonal[j];
@@ -85,27 +100,31 @@ impl<N: Number, const P: usize> Factors<N, P> {
         measurement
     }
 
-    /// Updates column J, if there is one; the columns come from the last to the first.
+    /// Updates the columns from `high` − 1 down to `low`; they come from the last to the first.
     #[inline]
-    pub(super) fn update<const J: usize>(&mut self, measurement: &mut Measurement<N, P>) {
-        if J >= P {
-            return;
+    pub(super) fn update(&mut self, measurement: &mut Measurement<N, P>, low: usize, high: usize) {
+        for j in (low..high).rev() {
+            self.update_column(measurement, j);
         }
+    }
+
+    #[inline(always)]
+    fn update_column(&mut self, measurement: &mut Measurement<N, P>, j: usize) {
         let before = measurement.variance;
-        let projected = measurement.gain[J];
+        let projected = measurement.gain[j];
         let correction = projected * measurement.precision;
-        let weighted = self.diagonal[J] * projected;
+        let weighted = self.diagonal[j] * projected;
         let variance = before + projected * weighted;
         let precision = variance.reciprocal();
         measurement.variance = variance;
         measurement.precision = precision;
-        self.diagonal[J] = self.diagonal[J] * before * precision;
-        for i in J + 1..P {
-            let entry = self.lower[at(i, J)];
-            self.lower[at(i, J)] = entry - measurement.gain[i] * correction;
+        self.diagonal[j] = self.diagonal[j] * before * precision;
+        for i in j + 1..P {
+            let entry = self.entry(i, j);
+            self.set(i, j, entry - measurement.gain[i] * correction);
             measurement.gain[i] += entry * weighted;
         }
-        measurement.gain[J] = weighted;
+        measurement.gain[j] = weighted;
     }
 
     /// Multiplies the covariance by a factor, but no entry of D further than `most`.
@@ -130,13 +149,26 @@ impl<N: Number, const P: usize> Factors<N, P> {
         }
     }
 
+    /// Makes a parameter that was known until now uncertain, independently of the others.
+    pub(super) fn release(&mut self, i: usize, variance: N) {
+        for j in 0..i {
+            self.set(i, j, N::ZERO);
+        }
+        for k in i + 1..P {
+            self.set(k, i, N::ZERO);
+        }
+        if let Some(entry) = self.diagonal.get_mut(i) {
+            *entry = variance;
+        }
+    }
+
     /// Column i of P.
     pub(super) fn column(&self, i: usize) -> [N; P] {
         let mut column = [N::ZERO; P];
         for k in 0..P {
             // L's entry (i, k): zero above its diagonal, one on it.
             let weight = if k < i {
-                self.lower.get(at(i, k)).copied().unwrap_or(N::ZERO) * self.diagonal[k]
+                self.entry(i, k) * self.diagonal[k]
             } else if k == i {
                 self.diagonal[k]
             } else {
@@ -144,7 +176,7 @@ impl<N: Number, const P: usize> Factors<N, P> {
             };
             column[k] += weight;
             for j in k + 1..P {
-                column[j] += self.lower[at(j, k)] * weight;
+                column[j] += self.entry(j, k) * weight;
             }
         }
         column
@@ -154,7 +186,8 @@ impl<N: Number, const P: usize> Factors<N, P> {
     pub(super) fn variance(&self, i: usize) -> N {
         let mut sum = self.diagonal[i];
         for j in 0..i {
-            sum += self.lower[at(i, j)] * self.lower[at(i, j)] * self.diagonal[j];
+            let entry = self.entry(i, j);
+            sum += entry * entry * self.diagonal[j];
         }
         sum
     }
@@ -172,7 +205,7 @@ mod tests {
             noise in 0.1_f64..2.0,
         ) {
             let mut plain = [[1.0, 0.3, 0.1], [0.3, 2.0, -0.2], [0.1, -0.2, 3.0]];
-            let mut factors = Factors::<f64, 3>::of(&plain);
+            let mut factors = Factors::<f64, [f64; 3], 3>::of(&plain);
             for phi in regressors {
                 let p_phi: [f64; 3] =
                     core::array::from_fn(|i| (0..3).map(|j| plain[i][j] * phi[j]).sum());
@@ -180,10 +213,8 @@ mod tests {
                 let mut measurement = factors.project(&phi);
                 prop_assert!((measurement.variance + noise - s).abs() < 1e-9);
                 measurement.weigh(noise);
-                factors.update::<3>(&mut measurement);
-                factors.update::<2>(&mut measurement);
-                factors.update::<1>(&mut measurement);
-                factors.update::<0>(&mut measurement);
+                factors.update(&mut measurement, 1, 3);
+                factors.update(&mut measurement, 0, 1);
                 for i in 0..3 {
                     for j in 0..3 {
                         plain[i][j] -= p_phi[i] * p_phi[j] / s;

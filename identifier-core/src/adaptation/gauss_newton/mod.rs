@@ -6,6 +6,7 @@ use factors::Measurement;
 
 use crate::error::{Allowed, OutOfRange};
 use crate::number::{Number, RunningSum};
+use crate::unknowns::Lower;
 
 /// Recursive Gauss–Newton: the recursive prediction error method (Ljung and Söderström, Theory and
 /// Practice of Recursive Identification, 1983, section 3.4) on the output error of a model, in
@@ -22,9 +23,9 @@ use crate::number::{Number, RunningSum};
 /// |---|---|
 /// | 0 | the caller's tests of its mean error |
 /// | 1 | noise level, forgetting |
-/// | 2 | its weight, the last column of P |
-/// | 3 | two columns |
-/// | 4 | the first column; ψ of the present block |
+/// | 2 | its weight, the last quarter of the columns of P |
+/// | 3 | the columns in between |
+/// | 4 | the first quarter; ψ of the present block |
 /// | 5 | the steps of the estimates, within their bounds |
 /// | 6 | the estimates and the model move |
 /// | 7 | the present block ends: its ψᵀP ψ |
@@ -87,13 +88,13 @@ pub struct GaussNewtonConfig<const P: usize> {
 
 /// What the law remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GaussNewtonState<N: Number, const P: usize> {
+pub struct GaussNewtonState<N: Number, L, const P: usize> {
     /// The sum of the output errors of the block that is being gathered.
     error: N,
     /// Its mean ψ.
     sensitivity: [N; P],
     estimates: [N::Sum; P],
-    factors: Factors<N, P>,
+    factors: Factors<N, L, P>,
     /// The block before, being worked on.
     measurement: Measurement<N, P>,
     mean_error: N,
@@ -165,7 +166,7 @@ pub enum GaussNewtonStep<N, const P: usize> {
     Moved([N; P]),
 }
 
-impl<N: Number, const P: usize> GaussNewtonState<N, P> {
+impl<N: Number, L: Lower<N>, const P: usize> GaussNewtonState<N, L, P> {
     /// The estimates.
     #[inline]
     #[must_use]
@@ -206,6 +207,42 @@ impl<N: Number, const P: usize> GaussNewtonState<N, P> {
         self.factors.grow(factor, most);
     }
 
+    /// Begins to learn estimate i, which was known until now, from a value with a variance.
+    pub fn release(&mut self, i: usize, variance: N) {
+        self.factors.release(i, variance);
+    }
+
+    /// Whether the block that was gathered last is one to learn from.
+    #[inline]
+    #[must_use]
+    pub fn is_learning(&self) -> bool {
+        self.learning
+    }
+
+    /// How many blocks carry the information of one: (1 + ρ)/(1 − ρ) for errors that go on from block
+    /// to block as ρᵏ.
+    #[must_use]
+    pub fn colour(&self) -> f64 {
+        /// The range of correlations that is used. The errors of a corrected model alternate: at the
+        /// low frequencies of the sensitivities they are smaller than their mean square suggests.
+        const CORRELATED: (f64, f64) = (-0.5, 0.98);
+        let square = self.evidence.square.to_f64();
+        if square > 0.0 {
+            let correlation =
+                (self.evidence.lag_one.to_f64() / square).clamp(CORRELATED.0, CORRELATED.1);
+            (1.0 + correlation) / (1.0 - correlation)
+        } else {
+            1.0
+        }
+    }
+
+    /// ψ of the block that was gathered last.
+    #[inline]
+    #[must_use]
+    pub fn sensitivity(&self) -> &[N; P] {
+        &self.sensitivity
+    }
+
     /// Forgets the block that is being gathered and the one that is being worked on.
     pub fn drop_block(&mut self) {
         self.error = N::ZERO;
@@ -217,17 +254,19 @@ impl<N: Number, const P: usize> GaussNewtonState<N, P> {
     /// What the variances of P are to be multiplied by: the mean square of the error over its noise,
     /// times (1 + ρ)/(1 − ρ) for errors that go on from block to block as ρᵏ.
     fn doubted(&self) -> f64 {
-        /// The range of correlations that is used. The errors of a corrected model alternate: at the
-        /// low frequencies of the sensitivities they are smaller than their mean square suggests.
-        const CORRELATED: (f64, f64) = (-0.5, 0.98);
         let square = self.evidence.square.to_f64();
         if square > 0.0 {
-            let correlation =
-                (self.evidence.lag_one.to_f64() / square).clamp(CORRELATED.0, CORRELATED.1);
-            square / f64::from(self.blocks) * (1.0 + correlation) / (1.0 - correlation)
+            square / f64::from(self.blocks) * self.colour()
         } else {
             1.0
         }
+    }
+
+    /// Multiplies the noise level by a factor: errors and sensitivities are known to become smaller
+    /// together.
+    pub fn rescale_noise(&mut self, factor: N) {
+        self.level = self.level * factor;
+        self.peak = self.peak * factor;
     }
 
     /// Takes back the last rise of the noise level as far as P has not followed it yet: it was a step
@@ -253,6 +292,11 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
 
     /// The sample of a block at whose end the estimates move.
     const MOVES: u8 = 6;
+
+    /// Of the P columns of the covariance the last quarter is updated with the weight of a block, then
+    /// those in between, then the first quarter.
+    const LAST_COLUMNS: usize = 3 * P / 4;
+    const FIRST_COLUMNS: usize = P / 4;
 
     /// The memory at the start, s.
     pub const FIRST_MEMORY: f64 = 1.0;
@@ -282,12 +326,6 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     /// `noise` must be above zero, `dead_zone` at least zero, `memory` at least
     /// [`GaussNewton::FIRST_MEMORY`].
     pub fn new(config: &GaussNewtonConfig<P>) -> Result<Self, OutOfRange> {
-        const {
-            assert!(
-                P >= 1 && P <= 4,
-                "the schedule of a block has room for four columns"
-            )
-        };
         Allowed::Above(0.0).check("noise", config.noise)?;
         Allowed::AtLeast(0.0).check("dead_zone", config.dead_zone)?;
         let block = config.sample_time * f64::from(Self::BLOCK);
@@ -320,16 +358,20 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
 
     /// The state from estimates and their covariance.
     #[must_use]
-    pub fn start(&self, estimates: &[N; P], covariance: &[[f64; P]; P]) -> GaussNewtonState<N, P> {
+    pub fn start<L: Lower<N>>(
+        &self,
+        estimates: &[N; P],
+        covariance: &[[f64; P]; P],
+    ) -> GaussNewtonState<N, L, P> {
         self.start_from(estimates, Factors::of(covariance))
     }
 
     /// The same where the covariance is in factors already: it divides nothing.
-    pub(crate) fn start_from(
+    pub(crate) fn start_from<L: Lower<N>>(
         &self,
         estimates: &[N; P],
-        covariance: Factors<N, P>,
-    ) -> GaussNewtonState<N, P> {
+        covariance: Factors<N, L, P>,
+    ) -> GaussNewtonState<N, L, P> {
         GaussNewtonState {
             error: N::ZERO,
             sensitivity: [N::ZERO; P],
@@ -366,9 +408,9 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     /// model's velocity there. `most` gives, for the estimates, the variances that forgetting never
     /// goes beyond.
     #[inline]
-    pub fn update(
+    pub fn update<L: Lower<N>>(
         &self,
-        state: &mut GaussNewtonState<N, P>,
+        state: &mut GaussNewtonState<N, L, P>,
         output_error: N,
         position: &[N; P],
         velocity: &[N; P],
@@ -388,12 +430,17 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             1 if state.learning => self.forget(state, most),
             2 if state.learning => self.weigh(state),
             3 if state.learning => {
-                state.factors.update::<2>(&mut state.measurement);
-                state.factors.update::<1>(&mut state.measurement);
+                state.factors.update(
+                    &mut state.measurement,
+                    Self::FIRST_COLUMNS,
+                    Self::LAST_COLUMNS,
+                );
             }
             Self::LOOKS => {
                 if state.learning {
-                    state.factors.update::<0>(&mut state.measurement);
+                    state
+                        .factors
+                        .update(&mut state.measurement, 0, Self::FIRST_COLUMNS);
                 }
                 for i in 0..P {
                     state.sensitivity[i] = position[i] - self.back * velocity[i];
@@ -416,7 +463,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
 
     /// The block is complete.
     #[inline]
-    fn close(&self, state: &mut GaussNewtonState<N, P>, speed: N) {
+    fn close<L: Lower<N>>(&self, state: &mut GaussNewtonState<N, L, P>, speed: N) {
         state.mean_error = state.error * self.per_block;
         state.error = N::ZERO;
         state.measurement = state.factors.project(&state.sensitivity);
@@ -427,7 +474,11 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
 
     /// Follows the noise level, and makes P larger as the law forgets and as that level rises.
     #[inline]
-    fn forget(&self, state: &mut GaussNewtonState<N, P>, most: impl Fn(&[N; P]) -> [N; P]) {
+    fn forget<L: Lower<N>>(
+        &self,
+        state: &mut GaussNewtonState<N, L, P>,
+        most: impl Fn(&[N; P]) -> [N; P],
+    ) {
         let lost = state.lost_memory;
         state.level += self.short * (state.mean_error * state.mean_error - state.level);
         let faded = larger(state.peak - state.peak * lost, self.noise);
@@ -451,7 +502,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     }
 
     #[inline]
-    fn weigh(&self, state: &mut GaussNewtonState<N, P>) {
+    fn weigh<L: Lower<N>>(&self, state: &mut GaussNewtonState<N, L, P>) {
         let error = state.mean_error;
         let predicted = state.measurement.variance;
         let floor = state.peak - state.peak * state.lost_memory;
@@ -464,12 +515,14 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             state.blocks /= 2;
             state.evidence.fade();
         }
-        state.factors.update::<3>(&mut state.measurement);
+        state
+            .factors
+            .update(&mut state.measurement, Self::LAST_COLUMNS, P);
     }
 
     /// The steps of the estimates, no further than the box. They take the place of the gain.
     #[inline]
-    fn limit_steps(&self, state: &mut GaussNewtonState<N, P>) {
+    fn limit_steps<L: Lower<N>>(&self, state: &mut GaussNewtonState<N, L, P>) {
         let scaled = state.measurement.precision * state.mean_error;
         let mut inside = true;
         for i in 0..P {
@@ -486,7 +539,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
 
     #[cold]
     #[inline(never)]
-    fn stay_inside(&self, state: &mut GaussNewtonState<N, P>) {
+    fn stay_inside<L: Lower<N>>(&self, state: &mut GaussNewtonState<N, L, P>) {
         let mut steps = state.measurement.gain;
         for i in 0..P {
             let after = state.estimates[i].value() + steps[i];
@@ -498,7 +551,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     }
 
     #[inline]
-    fn move_estimates(&self, state: &mut GaussNewtonState<N, P>) -> [N; P] {
+    fn move_estimates<L: Lower<N>>(&self, state: &mut GaussNewtonState<N, L, P>) -> [N; P] {
         let steps = state.measurement.gain;
         let mut change = N::ZERO;
         for i in 0..P {
@@ -513,7 +566,13 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     /// Takes back the part of the steps by which estimate i would leave its bounds, along that column
     /// of P: the other estimates move as if this one were known to be at its bound (the shortest way
     /// in the norm of P⁻¹). Those that then leave theirs are clamped.
-    fn enter(&self, state: &GaussNewtonState<N, P>, steps: &mut [N; P], i: usize, after: N) {
+    fn enter<L: Lower<N>>(
+        &self,
+        state: &GaussNewtonState<N, L, P>,
+        steps: &mut [N; P],
+        i: usize,
+        after: N,
+    ) {
         let before = |j: usize| state.estimates[j].value();
         if !after.is_finite() {
             *steps = [N::ZERO; P];
@@ -540,9 +599,14 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         }
     }
 
+    /// Forgets again as at the start: the gradients were taken far from the truth.
+    pub fn settle_anew<L: Lower<N>>(&self, state: &mut GaussNewtonState<N, L, P>) {
+        state.lost_memory = self.first_lost;
+    }
+
     /// The standard errors of the estimates, machine units, for a report.
     #[must_use]
-    pub fn standard_errors(&self, state: &GaussNewtonState<N, P>) -> [f64; P] {
+    pub fn standard_errors<L: Lower<N>>(&self, state: &GaussNewtonState<N, L, P>) -> [f64; P] {
         let factor = state.doubted();
         core::array::from_fn(|i| libm::sqrt(factor * state.factors.variance(i).to_f64()))
     }

@@ -3,7 +3,7 @@ use super::fitter::{Fit, Fitter};
 use super::record::Record;
 use super::{A, B, POSITION, UNKNOWNS, VELOCITY};
 use crate::adaptation::NormalEquations;
-use crate::model::{ListeningModel, Tangents};
+use crate::model::{Acting, ListeningModel, ModelValues, Tangents, TermValues};
 use crate::number::Number;
 use crate::parameters::{AbCoulombLoad, ModelParameters};
 
@@ -30,7 +30,7 @@ impl<N: Number> Pass<N> {
                 velocity: unknowns[VELOCITY],
             },
             tangents,
-            equations: NormalEquations::empty(),
+            equations: NormalEquations::EMPTY,
             last_error: N::ZERO,
             lag_one: N::ZERO,
             speed_square: N::ZERO,
@@ -90,24 +90,29 @@ impl<N: Number> Fitter<N> {
 
     pub(super) fn model_block(&self, fit: &mut Fit<N>, block: &Block<N>) {
         let [a, b, c, d, _, _] = fit.trial;
-        let parameters = ModelParameters {
-            x: a,
-            gain: b,
-            coulomb: c,
-            load: d,
+        let values = ModelValues {
+            parameters: ModelParameters {
+                x: a,
+                gain: b,
+                coulomb: c,
+                load: d,
+            },
+            terms: TermValues::NONE,
         };
+        let acting = Acting::at_once(block.command);
         let pass = &mut fit.pass;
         let before = pass.model.velocity;
         let response = self.step.step.response(a);
-        let (way, phase) = pass.model.advance::<AbCoulombLoad, 4>(
+        let moved = pass.model.advance::<AbCoulombLoad, 4>(
             &self.step,
             &response,
-            &parameters,
-            block.command,
+            &values,
+            &acting,
             &fit.correction,
         );
         pass.tangents
-            .advance::<AbCoulombLoad, 4>(a, block.command, &fit.correction, way, phase);
+            .advance::<AbCoulombLoad, 4>(&values, &acting, &fit.correction, &moved);
+        let (way, phase) = (moved.way, moved.phase);
         let moving = phase.moving_part();
         pass.model.error = pass.model.error - b * block.lead * moving;
         // The tangents of first order are half a block ahead of the motion.

@@ -1,19 +1,24 @@
 use super::super::identify::Event;
 use super::GaussNewtonRecursion;
 use super::recursion::{Mode, Recursion};
-use crate::model::{Innovation, ListeningModel, Phase, Tangents};
+use crate::model::{Acting, Innovation, ListeningModel, Phase, Tangents};
 use crate::number::Number;
-use crate::parameters::ParameterSet;
+use crate::unknowns::UnknownSet;
 
 impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
-    S: ParameterSet<P>,
+    S: UnknownSet<P>,
 {
     /// A sample in which nothing is learnt, except possibly the load.
     #[cold]
     #[inline(never)]
-    pub(super) fn run_aside(&self, state: &mut Recursion<N, P>, increment: N, command: N) -> Event {
+    pub(super) fn run_aside(
+        &self,
+        state: &mut Recursion<N, S, P>,
+        increment: N,
+        acting: &Acting<N>,
+    ) -> Event {
         state.watch(increment);
         let mut event = Event::None;
         let correction = match state.mode {
@@ -26,7 +31,7 @@ where
             Mode::Waiting => self.stay(state),
             _ => self.approach(state),
         };
-        match self.advance(state, command, &correction) {
+        match self.advance(state, acting, &correction) {
             Phase::Stuck if self.stand(state, increment) => event = Event::FrictionLowered,
             Phase::Stuck => {}
             _ => state.move_on(),
@@ -40,7 +45,7 @@ where
     /// The load has changed in a step. Where it does so repeatedly, it is not the load: the servo does
     /// not follow the command.
     #[cold]
-    pub(super) fn search(&self, state: &mut Recursion<N, P>) -> Event {
+    pub(super) fn search(&self, state: &mut Recursion<N, S, P>) -> Event {
         if state.alarm == 0 {
             state.trusted_load = last(&state.law.estimates());
         }
@@ -61,7 +66,7 @@ where
     }
 
     #[cold]
-    fn wait(&self, state: &mut Recursion<N, P>) -> Event {
+    fn wait(&self, state: &mut Recursion<N, S, P>) -> Event {
         state.law.replace_last(state.trusted_load, N::ZERO);
         state.law.drop_block();
         state.mode = Mode::Waiting;
@@ -72,7 +77,7 @@ where
     }
 
     /// A sample of waiting: until the servo moves, and then for a set time.
-    fn stay(&self, state: &mut Recursion<N, P>) -> Innovation<N> {
+    fn stay(&self, state: &mut Recursion<N, S, P>) -> Innovation<N> {
         if state.still >= self.standing {
             state.model = ListeningModel::alongside(N::ZERO);
         } else if state.is_over() {
@@ -84,7 +89,7 @@ where
 
     /// A sample of the search for the load: 2ω, 2ω², ω³ on position, velocity and load, all three
     /// poles at ω, which narrows from sample to sample as a growing memory does.
-    fn seek(&self, state: &mut Recursion<N, P>) -> Innovation<N> {
+    fn seek(&self, state: &mut Recursion<N, S, P>) -> Innovation<N> {
         let omega = state.quick;
         let square = omega * omega;
         state.law.add_to_last(square * omega * state.model.error);
@@ -94,8 +99,7 @@ where
             let moved = (load - state.suspicion.sought_from) * N::from_f64(0.25);
             state.law.replace_last(load, moved * moved);
             if state.ambiguous {
-                // Where the load is a parameter, it follows friction in the order of the set.
-                state.law.raise(P - 2, moved * moved);
+                state.law.raise(self.friction, moved * moved);
             }
             self.resume(state);
         }
@@ -106,7 +110,7 @@ where
     }
 
     /// A sample in which the model joins the servo's motion.
-    fn approach(&self, state: &mut Recursion<N, P>) -> Innovation<N> {
+    fn approach(&self, state: &mut Recursion<N, S, P>) -> Innovation<N> {
         let omega = state.quick;
         state.quick = state.narrowed(self.narrowing);
         if state.is_over() {
@@ -115,7 +119,7 @@ where
         Innovation::critically_damped(omega)
     }
 
-    fn resume(&self, state: &mut Recursion<N, P>) {
+    fn resume(&self, state: &mut Recursion<N, S, P>) {
         state.mode = Mode::Learning;
         state.tangents = Tangents::NONE;
         state.law.drop_block();

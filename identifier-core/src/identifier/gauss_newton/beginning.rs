@@ -3,24 +3,24 @@ use super::GaussNewtonRecursion;
 use super::interrupt::GaussNewtonRecursionState;
 use super::recursion::{Mode, Recursion};
 use crate::adaptation::Factors;
-use crate::model::{ListeningModel, Tangents};
+use crate::model::{Acting, ListeningModel, ModelValues, Tangents};
 use crate::number::Number;
-use crate::parameters::{ModelParameters, ParameterSet};
+use crate::unknowns::UnknownSet;
 
 /// A fit result prepared for the recursion: 19 words in `f32` with four parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GaussNewtonFitted<N, const P: usize> {
+pub struct GaussNewtonFitted<N: Number, S: UnknownSet<P>, const P: usize> {
     /// The number of the last block that it used.
     pub(super) last: u32,
     /// None where the motion could not be explained.
-    pub(super) explained: Option<Explained<N, P>>,
+    pub(super) explained: Option<Explained<N, S, P>>,
 }
 
 /// The result of a fit that explains the motion, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Explained<N, const P: usize> {
+pub(super) struct Explained<N: Number, S: UnknownSet<P>, const P: usize> {
     pub(super) estimates: [N; P],
-    pub(super) covariance: Factors<N, P>,
+    pub(super) covariance: Factors<N, S::Lower<N>, P>,
     /// Variance of the fit's errors, counts².
     pub(super) unexplained: N,
     /// Root mean square of acceleration over that of velocity, 1/sample.
@@ -34,16 +34,27 @@ pub(super) struct Explained<N, const P: usize> {
 impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
-    S: ParameterSet<P>,
+    S: UnknownSet<P>,
 {
-    /// The recursion that starts from a fit result.
-    fn recursion(&self, result: &Explained<N, P>, velocity: N) -> Recursion<N, P> {
+    /// The recursion that starts from a fit result, and keeps the terms that have entered `before`.
+    fn recursion(
+        &self,
+        result: &Explained<N, S, P>,
+        before: &Recursion<N, S, P>,
+        velocity: N,
+    ) -> Recursion<N, S, P> {
         let omega = self.bandwidth_of(result);
-        let x = ModelParameters::of_set::<S, P>(&result.estimates).x;
+        let x = ModelValues::of_set::<S, P>(&result.estimates).parameters.x;
+        let mut law = self.law.start_from(&result.estimates, result.covariance);
+        if S::HAS_TERMS {
+            self.keep_terms(&mut law, before, omega, result.acceleration);
+        }
         Recursion {
             model: ListeningModel::alongside(velocity),
             tangents: Tangents::NONE,
-            law: self.law.start_from(&result.estimates, result.covariance),
+            law,
+            inputs: before.inputs,
+            evidence: before.evidence,
             response: self.step.step.response(x),
             omega: if self.bandwidth.is_none() && result.unexplained > self.bounded {
                 self.widest
@@ -69,7 +80,7 @@ where
         }
     }
 
-    fn bandwidth_of(&self, result: &Explained<N, P>) -> N {
+    fn bandwidth_of(&self, result: &Explained<N, S, P>) -> N {
         self.bandwidth.unwrap_or_else(|| {
             (N::from_f64(Self::BANDWIDTH) * result.bandwidth).limited(self.slowest, self.fastest)
         })
@@ -80,26 +91,31 @@ where
     #[inline(never)]
     pub(super) fn record(
         &self,
-        state: &mut GaussNewtonRecursionState<N, P>,
+        state: &mut GaussNewtonRecursionState<N, S, P>,
         increment: N,
-        command: N,
+        acting: &Acting<N>,
     ) -> Seen<N> {
-        state.recorder.push(&self.blocking, increment, command);
+        state
+            .recorder
+            .push(&self.blocking, increment, acting.command);
         let mut event = Event::None;
         if let Some(fitted) = state.fitted.take() {
             match &fitted.explained {
                 Some(result) if self.is_due(state, result) => {
-                    state.recursion = self.recursion(result, state.recorder.velocity());
+                    let velocity = state.recorder.velocity();
+                    state.recursion = self.recursion(result, &state.recursion, velocity);
                     state.usual = result.unexplained;
                     state.recording = false;
-                    let _ = self.run(&mut state.recursion, N::ZERO, command);
+                    let _ = self.run(&mut state.recursion, N::ZERO, acting);
                     return Seen {
                         output_error: N::ZERO,
                         event: Event::Started,
                     };
                 }
                 Some(_) => {
+                    // What was learnt so far was weighed as if the model were complete.
                     state.recursion.lacking = true;
+                    self.law.settle_anew(&mut state.recursion.law);
                     state.recording = false;
                 }
                 None => event = Event::NotFollowing,
@@ -111,7 +127,7 @@ where
                 event,
             };
         }
-        let seen = self.run(&mut state.recursion, increment, command);
+        let seen = self.run(&mut state.recursion, increment, acting);
         Seen {
             output_error: seen.output_error,
             event: match seen.event {
@@ -122,17 +138,25 @@ where
     }
 
     /// Whether the recursion is to start from a fit result: it does not run yet, or it has diverged.
-    fn is_due(&self, state: &GaussNewtonRecursionState<N, P>, result: &Explained<N, P>) -> bool {
+    fn is_due(
+        &self,
+        state: &GaussNewtonRecursionState<N, S, P>,
+        result: &Explained<N, S, P>,
+    ) -> bool {
         state.recursion.mode == Mode::Recording || self.corrects(state, result)
     }
 
     /// Whether a new fit shows that the estimates have diverged: it explains the servo, or at least
     /// twice as much as the fit before. A fit to motion in one direction covers half of the friction,
     /// and always explains that better than the estimates explain all data: its b must differ too.
-    fn corrects(&self, state: &GaussNewtonRecursionState<N, P>, result: &Explained<N, P>) -> bool {
+    fn corrects(
+        &self,
+        state: &GaussNewtonRecursionState<N, S, P>,
+        result: &Explained<N, S, P>,
+    ) -> bool {
         /// The relative difference from which b counts as different.
         const APART: f64 = 0.2;
-        let gain_of = |estimates: &[N; P]| ModelParameters::of_set::<S, P>(estimates).gain;
+        let gain_of = |estimates: &[N; P]| ModelValues::of_set::<S, P>(estimates).parameters.gain;
         let better = result.unexplained < self.unexplained
             || result.unexplained + result.unexplained < state.usual;
         let gain = gain_of(&state.recursion.law.estimates());

@@ -3,13 +3,13 @@ use core::marker::PhantomData;
 use super::super::IdentifierError;
 use super::super::fit::{Ended, FitResult, Fits, Fitter, NumberedBlock};
 use super::super::halves::FitBlocks;
-use super::super::settings::{Listening, place};
+use super::super::settings::{Listening, place_of};
 use super::GaussNewtonRecursion;
 use super::beginning::{Explained, GaussNewtonFitted};
 use crate::adaptation::Factors;
 use crate::number::Number;
-use crate::parameters::{Parameter, ParameterSet};
 use crate::settings::{FromSettings, Settings};
+use crate::unknowns::{Unknown, UnknownSet};
 
 /// The background's half of the fast identifier: it collects the blocks that a
 /// [`GaussNewtonRecursion`] of the same settings has recorded, at most W of them, and fits the
@@ -32,17 +32,21 @@ pub struct GaussNewtonFitterState<N, const W: usize = 256> {
 impl<N, S, const P: usize, const W: usize> FromSettings for GaussNewtonFitter<N, S, P, W>
 where
     N: Number,
-    S: ParameterSet<P>,
+    S: UnknownSet<P>,
 {
     /// # Errors
     /// See [`IdentifierError`]; every value out of range is named.
     fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
         const { assert!(W >= 32, "a record of fewer blocks tells too little") };
         let time = GaussNewtonRecursion::<N, S, P, W>::START_TIME;
-        let config = Listening::new(settings)?.fitter::<S, P>(W, time)?;
+        let config = Listening::new(settings)?.fitter(
+            |parameter| S::UNKNOWNS.contains(&parameter.into()),
+            W,
+            time,
+        )?;
         Ok(Self {
             fitter: Fitter::new(&config),
-            free: S::PARAMETERS.map(|parameter| config.free[place(parameter)]),
+            free: S::UNKNOWNS.map(|unknown| place_of(unknown).is_some_and(|i| config.free[i])),
             set: PhantomData,
         })
     }
@@ -51,7 +55,7 @@ where
 impl<N, S, const P: usize, const W: usize> GaussNewtonFitter<N, S, P, W>
 where
     N: Number,
-    S: ParameterSet<P>,
+    S: UnknownSet<P>,
 {
     /// Whether a recursion can start from a fit result. It waits for a motion in both directions,
     /// which separates friction from load.
@@ -63,23 +67,42 @@ where
         }
     }
 
+    /// Of d − c sign(q̇), which is all that motion in one direction tells, makes c as much as it can be
+    /// and d the rest, so that where the fit happened to end does not matter.
+    fn take_all_for_friction(&self, estimates: &mut [N; P], direction: N) {
+        let free = |wanted: Unknown| {
+            let place = S::UNKNOWNS.iter().position(|&own| own == wanted);
+            place.filter(|&i| self.free[i])
+        };
+        let (Some(coulomb), Some(load)) = (free(Unknown::Coulomb), free(Unknown::Load)) else {
+            return;
+        };
+        let resistance = estimates[coulomb] - direction * estimates[load];
+        let friction = resistance.limited(N::ZERO, N::REACH);
+        estimates[coulomb] = friction;
+        estimates[load] = direction * (friction - resistance);
+    }
+
     /// A fit result with its covariance in factors.
-    fn explained(&self, result: &FitResult<N>) -> Explained<N, P> {
+    fn explained(&self, result: &FitResult<N>) -> Explained<N, S, P> {
         /// The factor on the fit's covariance: its gradients were taken far from the truth, and its
         /// errors are not white.
         const DOUBT: f64 = 4.0;
-        let places = S::PARAMETERS.map(place);
+        let places = S::UNKNOWNS.map(place_of);
         let scale = result.acceleration.to_f64();
         // Motion in one direction determines only d − c sign(q̇), not c and d separately.
-        let ambiguity = |i: usize| match S::PARAMETERS[i] {
-            Parameter::Coulomb => scale * 0.5,
-            Parameter::Load => scale * 0.5 * result.only_direction.to_f64(),
-            Parameter::A | Parameter::B => 0.0,
+        let ambiguity = |i: usize| match S::UNKNOWNS[i] {
+            Unknown::Coulomb => scale * 0.5,
+            Unknown::Load => scale * 0.5 * result.only_direction.to_f64(),
+            _ => 0.0,
         };
         let one_way = result.only_direction != N::ZERO;
         let covariance: [[f64; P]; P] = core::array::from_fn(|i| {
             core::array::from_fn(|j| {
-                let known = DOUBT * result.covariance[places[i]][places[j]].to_f64();
+                let (Some(row), Some(column)) = (places[i], places[j]) else {
+                    return 0.0;
+                };
+                let known = DOUBT * result.covariance[row][column].to_f64();
                 if S::HAS_COULOMB && one_way && self.free[i] && self.free[j] {
                     known + ambiguity(i) * ambiguity(j)
                 } else {
@@ -87,8 +110,12 @@ where
                 }
             })
         });
+        let mut estimates = places.map(|place| place.map_or(N::ZERO, |i| result.parameters[i]));
+        if one_way {
+            self.take_all_for_friction(&mut estimates, result.only_direction);
+        }
         Explained {
-            estimates: places.map(|i| result.parameters[i]),
+            estimates,
             covariance: Factors::of(&covariance),
             unexplained: result.unexplained,
             bandwidth: result.bandwidth,
@@ -101,10 +128,10 @@ where
 impl<N, S, const P: usize, const W: usize> FitBlocks<N> for GaussNewtonFitter<N, S, P, W>
 where
     N: Number,
-    S: ParameterSet<P>,
+    S: UnknownSet<P>,
 {
     type State = GaussNewtonFitterState<N, W>;
-    type Fitted = GaussNewtonFitted<N, P>;
+    type Fitted = GaussNewtonFitted<N, S, P>;
 
     fn start(&self) -> Self::State {
         GaussNewtonFitterState {

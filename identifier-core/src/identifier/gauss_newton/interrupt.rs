@@ -4,27 +4,28 @@ use super::super::identify::{Event, Identify, Seen, check};
 use super::GaussNewtonRecursion;
 use super::beginning::GaussNewtonFitted;
 use super::recursion::{Mode, Recursion};
+use crate::adaptation::Evidence;
 use crate::error::StepError;
-use crate::model::{ListeningModel, ServoParameters, Tangents};
+use crate::model::{KnownInputs, ListeningModel, ModelValues, ServoParameters, Tangents};
 use crate::number::Number;
-use crate::parameters::{ModelParameters, ParameterSet};
 use crate::settings::PerParameter;
+use crate::unknowns::{Terms, Unknown, UnknownSet};
 
 /// What the interrupt's half remembers between samples; what every sample needs comes first.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
-pub struct GaussNewtonRecursionState<N: Number, const P: usize> {
-    pub(super) recursion: Recursion<N, P>,
+pub struct GaussNewtonRecursionState<N: Number, S: UnknownSet<P>, const P: usize> {
+    pub(super) recursion: Recursion<N, S, P>,
     /// Whether samples are recorded for a fit.
     pub(super) recording: bool,
     pub(super) recorder: Recorder<N>,
     /// The fit result from which the next sample continues.
-    pub(super) fitted: Option<GaussNewtonFitted<N, P>>,
+    pub(super) fitted: Option<GaussNewtonFitted<N, S, P>>,
     /// The unexplained part of the fit that the recursion started from.
     pub(super) usual: N,
 }
 
-impl<N: Number, const P: usize> GaussNewtonRecursionState<N, P> {
+impl<N: Number, S: UnknownSet<P>, const P: usize> GaussNewtonRecursionState<N, S, P> {
     /// Begins a new recording.
     fn record_anew(&mut self) {
         self.recorder.begin_anew();
@@ -36,11 +37,11 @@ impl<N: Number, const P: usize> GaussNewtonRecursionState<N, P> {
 impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
-    S: ParameterSet<P>,
+    S: UnknownSet<P>,
 {
     /// Whether the recursion runs: the first fit has succeeded.
     #[must_use]
-    pub fn is_running(&self, state: &GaussNewtonRecursionState<N, P>) -> bool {
+    pub fn is_running(&self, state: &GaussNewtonRecursionState<N, S, P>) -> bool {
         !matches!(state.recursion.mode, Mode::Recording)
     }
 }
@@ -48,9 +49,9 @@ where
 impl<N, S, const P: usize, const W: usize> Identify<N> for GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
-    S: ParameterSet<P>,
+    S: UnknownSet<P>,
 {
-    type State = GaussNewtonRecursionState<N, P>;
+    type State = GaussNewtonRecursionState<N, S, P>;
     /// Machine units.
     type Shown = [N; P];
 
@@ -62,6 +63,8 @@ where
                 law: self
                     .law
                     .start(&self.initial.map(N::from_f64), &[[0.0; P]; P]),
+                inputs: S::Inputs::<N>::START,
+                evidence: S::Evidence::<N>::NONE,
                 response: self.step.step.response(N::ZERO),
                 omega: N::ZERO,
                 measured: N::ZERO,
@@ -100,10 +103,11 @@ where
 
     #[inline]
     fn follow(&self, state: &mut Self::State, increment: N, command: N) -> Seen<N> {
+        let acting = self.acting(&mut state.recursion, increment, command);
         if state.recording {
-            return self.record(state, increment, command);
+            return self.record(state, increment, &acting);
         }
-        let seen = self.run(&mut state.recursion, increment, command);
+        let seen = self.run(&mut state.recursion, increment, &acting);
         if seen.event == Event::Restarted {
             state.record_anew();
         }
@@ -116,7 +120,9 @@ where
     }
 
     fn estimates_of(&self, shown: &Self::Shown) -> ServoParameters {
-        ModelParameters::of_set::<S, P>(shown).to_si(&self.units)
+        ModelValues::of_set::<S, P>(shown)
+            .parameters
+            .to_si(&self.units)
     }
 
     fn standard_errors(&self, state: &Self::State) -> Option<ServoParameters> {
@@ -124,7 +130,30 @@ where
             return None;
         }
         let errors = self.law.standard_errors(&state.recursion.law);
-        Some(ModelParameters::of_set::<S, P>(&errors.map(N::from_f64)).to_si(&self.units))
+        let errors = ModelValues::of_set::<S, P>(&errors.map(N::from_f64));
+        Some(errors.parameters.to_si(&self.units))
+    }
+
+    fn value_of(&self, shown: &Self::Shown, unknown: Unknown) -> Option<f64> {
+        let i = S::UNKNOWNS.iter().position(|&own| own == unknown)?;
+        Some(shown[i].to_f64() / unknown.scale(&self.units))
+    }
+
+    fn standard_error_of(&self, state: &Self::State, unknown: Unknown) -> Option<f64> {
+        let i = S::UNKNOWNS.iter().position(|&own| own == unknown)?;
+        if matches!(state.recursion.mode, Mode::Recording) && state.recursion.omega == N::ZERO {
+            return None;
+        }
+        let errors = self.law.standard_errors(&state.recursion.law);
+        Some(errors[i] / unknown.scale(&self.units))
+    }
+
+    fn entered(&self, state: &Self::State) -> Terms {
+        state.recursion.evidence.entered()
+    }
+
+    fn place(&self, state: &mut Self::State, position: N) {
+        state.recursion.inputs.place(&self.angle, position);
     }
 
     /// None before there is a model.
@@ -136,7 +165,7 @@ where
     fn at_bounds_of(&self, shown: &Self::Shown) -> PerParameter<bool> {
         let at = self.law.at_bounds(shown);
         PerParameter::from_fn(|wanted| {
-            let own = S::PARAMETERS.iter().position(|&own| own == wanted);
+            let own = S::UNKNOWNS.iter().position(|&own| own == wanted.into());
             own.is_some_and(|i| at[i] && self.free[i])
         })
     }
@@ -154,9 +183,9 @@ where
 impl<N, S, const P: usize, const W: usize> RecordBlocks<N> for GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
-    S: ParameterSet<P>,
+    S: UnknownSet<P>,
 {
-    type Fitted = GaussNewtonFitted<N, P>;
+    type Fitted = GaussNewtonFitted<N, S, P>;
 
     #[inline]
     fn take_block(&self, state: &mut Self::State) -> Option<NumberedBlock<N>> {

@@ -2,37 +2,45 @@ use super::super::identify::{Event, Seen};
 use super::GaussNewtonRecursion;
 use super::recursion::{Mode, Recursion};
 use crate::adaptation::GaussNewtonStep;
-use crate::model::{Innovation, ListeningModel, Phase, Tangents};
+use crate::model::{Acting, Innovation, KnownInputs, ListeningModel, ModelValues, Phase, Tangents};
 use crate::number::Number;
-use crate::parameters::{ModelParameters, Parameter, ParameterSet};
+use crate::unknowns::{Unknown, UnknownSet};
+
+/// The largest standard deviation of a delay, samples.
+const LONGEST_DOUBTED_DELAY: f64 = 4.0;
 
 impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
-    S: ParameterSet<P>,
+    S: UnknownSet<P>,
 {
     /// One sample of a running recursion.
     #[inline]
-    pub(super) fn run(&self, state: &mut Recursion<N, P>, increment: N, command: N) -> Seen<N> {
+    pub(super) fn run(
+        &self,
+        state: &mut Recursion<N, S, P>,
+        increment: N,
+        acting: &Acting<N>,
+    ) -> Seen<N> {
         state.model.observe(increment);
         let output_error = state.model.error;
         if state.mode != Mode::Learning {
-            let event = self.run_aside(state, increment, command);
+            let event = self.run_aside(state, increment, acting);
             return Seen {
                 output_error,
                 event,
             };
         }
         let correction = Innovation::critically_damped(state.quick);
-        let parameters = ModelParameters::of_set::<S, P>(&state.law.estimates());
+        let values = self.values(state);
         let slid = state
             .model
-            .slide::<S, P>(&state.response, &parameters, command, &correction);
-        if let Some((way, direction)) = slid {
+            .slide::<S, P>(&state.response, &values, acting, &correction);
+        if let Some(slid) = slid {
             state
                 .tangents
-                .slide::<S, P>(parameters.x, command, &correction, way, direction);
-        } else if let Some(event) = self.run_through_rest(state, increment, command) {
+                .slide::<S, P>(&values, acting, &correction, &slid);
+        } else if let Some(event) = self.run_through_rest(state, increment, acting) {
             return Seen {
                 output_error,
                 event,
@@ -44,9 +52,35 @@ where
         }
     }
 
+    /// What acts from this sample to the next.
+    #[inline]
+    pub(super) fn acting(
+        &self,
+        state: &mut Recursion<N, S, P>,
+        increment: N,
+        command: N,
+    ) -> Acting<N> {
+        let terms = self.values(state).terms;
+        state.inputs.take(
+            &self.angle,
+            &terms,
+            increment,
+            command,
+            state.model.velocity,
+        )
+    }
+
+    /// The estimates as those of a model.
+    #[inline]
+    pub(super) fn values(&self, state: &Recursion<N, S, P>) -> ModelValues<N> {
+        let mut values = ModelValues::of_set::<S, P>(&state.law.estimates());
+        values.terms.per_low_speed_velocity = self.per_low_speed_velocity;
+        values
+    }
+
     /// The law's share of a sample, and what goes with it once a block.
     #[inline]
-    fn learn_from(&self, state: &mut Recursion<N, P>, output_error: N) -> Event {
+    fn learn_from(&self, state: &mut Recursion<N, S, P>, output_error: N) -> Event {
         let (omega, scale) = (state.measured, state.scale);
         let step = self.law.update(
             &mut state.law,
@@ -60,8 +94,7 @@ where
             GaussNewtonStep::Working => {}
             GaussNewtonStep::Moved(steps) => {
                 state.follow(&steps);
-                let x = ModelParameters::of_set::<S, P>(&state.law.estimates()).x;
-                state.response = self.step.step.response(x);
+                state.response = self.step.step.response(self.values(state).parameters.x);
             }
             GaussNewtonStep::Ready => {
                 state.straight = state.straight.saturating_add(1);
@@ -77,6 +110,9 @@ where
                 {
                     return self.search(state);
                 }
+                if S::HAS_TERMS && self.gather(state, mean) {
+                    return Event::TermEntered;
+                }
                 if self.in_trouble(state, mean) {
                     return Event::Restarted;
                 }
@@ -86,15 +122,17 @@ where
     }
 
     /// The largest variances that forgetting may lead to: of a from the bandwidth, of b from a factor,
-    /// of friction and load from the acceleration that the command gives.
+    /// of friction, load and what else is an acceleration from that which the command gives.
     #[inline]
     pub(super) fn most(omega: N, scale: N, estimates: &[N; P]) -> [N; P] {
-        let model = ModelParameters::of_set::<S, P>(estimates);
-        S::PARAMETERS.map(|parameter| {
-            let deviation = match parameter {
-                Parameter::A => omega + omega + model.x + model.x,
-                Parameter::B => model.gain + model.gain,
-                Parameter::Coulomb | Parameter::Load => scale,
+        let model = ModelValues::of_set::<S, P>(estimates).parameters;
+        S::UNKNOWNS.map(|unknown| {
+            let deviation = match unknown {
+                Unknown::A | Unknown::Asymmetry => omega + omega + model.x + model.x,
+                Unknown::B => model.gain + model.gain,
+                Unknown::Delay => N::from_f64(LONGEST_DOUBTED_DELAY),
+                Unknown::DeadBand => N::REACH,
+                _ => scale,
             };
             deviation * deviation
         })
@@ -104,28 +142,25 @@ where
     #[inline(never)]
     pub(super) fn advance(
         &self,
-        state: &mut Recursion<N, P>,
-        command: N,
+        state: &mut Recursion<N, S, P>,
+        acting: &Acting<N>,
         correction: &Innovation<N>,
     ) -> Phase<N> {
-        let parameters = ModelParameters::of_set::<S, P>(&state.law.estimates());
-        let (way, phase) = state.model.advance::<S, P>(
-            &self.step,
-            &state.response,
-            &parameters,
-            command,
-            correction,
-        );
+        let values = self.values(state);
+        let moved =
+            state
+                .model
+                .advance::<S, P>(&self.step, &state.response, &values, acting, correction);
         state
             .tangents
-            .advance::<S, P>(parameters.x, command, correction, way, phase);
-        phase
+            .advance::<S, P>(&values, acting, correction, &moved);
+        moved.phase
     }
 
     /// A model that diverged is restarted. Within a block it cannot leave the range of the number
     /// format.
     #[inline]
-    pub(super) fn keep_in_reach(&self, state: &mut Recursion<N, P>) -> Event {
+    pub(super) fn keep_in_reach(&self, state: &mut Recursion<N, S, P>) -> Event {
         // NaN fails the comparison too.
         let near = state.model.error.magnitude() + state.model.velocity.magnitude() <= N::REACH;
         if near {
@@ -139,7 +174,7 @@ where
     /// Whether the output error has exceeded the encoder's for so long that a new fit is due. If the
     /// last one was no better, the model lacks an effect, and the correction is made faster.
     #[inline]
-    fn in_trouble(&self, state: &mut Recursion<N, P>, mean: N) -> bool {
+    fn in_trouble(&self, state: &mut Recursion<N, S, P>, mean: N) -> bool {
         if state.alarm > 0 {
             state.alarm -= 1;
             return false;
@@ -153,6 +188,8 @@ where
             }
             if state.omega < self.widest && self.bandwidth.is_none() {
                 state.omega += state.omega * self.widening;
+                // What the model lacks shows as ω⁻² in the output error, and in its sensitivities.
+                state.law.rescale_noise(self.quieter);
                 if state.quick < state.omega {
                     state.quick = state.omega;
                 }
@@ -166,7 +203,7 @@ where
 
     /// The model restarts alongside the servo; estimates are kept.
     #[cold]
-    pub(super) fn rejoin(&self, state: &mut Recursion<N, P>, velocity: N) {
+    pub(super) fn rejoin(&self, state: &mut Recursion<N, S, P>, velocity: N) {
         state.model = ListeningModel::alongside(velocity);
         state.tangents = Tangents::NONE;
         state.law.drop_block();

@@ -7,6 +7,7 @@ mod load_step;
 mod recursion;
 mod settings;
 mod standing;
+mod terms;
 
 pub use beginning::GaussNewtonFitted;
 pub use first_fit::{GaussNewtonFitter, GaussNewtonFitterState};
@@ -20,10 +21,10 @@ use recursion::Recursion;
 use super::combined::{Combined, CombinedState};
 use super::fit::Blocking;
 use crate::adaptation::GaussNewton;
-use crate::model::FrictionStep;
+use crate::model::{AngleSettings, FrictionStep};
 use crate::number::Number;
-use crate::parameters::ParameterSet;
 use crate::units::Units;
+use crate::unknowns::{Terms, UnknownSet};
 
 /// The fast identifier: recursive Gauss–Newton on a model driven by the command that acted, for the
 /// parameter set S. Its first fit uses a record of W blocks.
@@ -38,8 +39,8 @@ pub type GaussNewtonIdentifier<N, S, const P: usize, const W: usize = 256> =
     Combined<GaussNewtonRecursion<N, S, P, W>, GaussNewtonFitter<N, S, P, W>>;
 
 /// What the identifier remembers between samples.
-pub type GaussNewtonIdentifierState<N, const P: usize, const W: usize = 256> =
-    CombinedState<GaussNewtonRecursionState<N, P>, GaussNewtonFitterState<N, W>>;
+pub type GaussNewtonIdentifierState<N, S, const P: usize, const W: usize = 256> =
+    CombinedState<GaussNewtonRecursionState<N, S, P>, GaussNewtonFitterState<N, W>>;
 
 /// The interrupt's half of the fast identifier: the recursion, and the recording for the fit over W
 /// blocks that the [`GaussNewtonFitter`] makes.
@@ -57,6 +58,13 @@ pub struct GaussNewtonRecursion<N, S, const P: usize, const W: usize = 256> {
     blocking: Blocking<N>,
     step: FrictionStep<N>,
     load_step: LoadStepTest<N>,
+    angle: AngleSettings<N>,
+    /// ρ/(T v_s).
+    per_low_speed_velocity: N,
+    demanded: Terms,
+    allowed: Terms,
+    /// Blocks that the model must have moved in each direction before a term enters.
+    enough: u16,
     units: Units,
     longest: N,
     /// ω T that was given.
@@ -75,12 +83,16 @@ pub struct GaussNewtonRecursion<N, S, const P: usize, const W: usize = 256> {
     waiting: u16,
     reversal: u8,
     widening: N,
+    /// The factor on the noise level while it widens.
+    quieter: N,
     unexplained: N,
     explained: N,
     bounded: N,
     widest: N,
     second: N,
     has_friction: bool,
+    /// The place of friction in the set.
+    friction: usize,
     has_load: bool,
     free: [bool; P],
     initial: [f64; P],
@@ -90,7 +102,7 @@ pub struct GaussNewtonRecursion<N, S, const P: usize, const W: usize = 256> {
 impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
-    S: ParameterSet<P>,
+    S: UnknownSet<P>,
 {
     /// The default time span of the first fit, s.
     pub const START_TIME: f64 = 1.0;
@@ -142,6 +154,10 @@ where
     /// The largest ω T of the correction then. The encoder's noise no longer matters.
     pub const UNEXPLAINED_WIDEST: f64 = 0.15;
 
+    /// The time for which the model must have moved in each direction before a term enters, and
+    /// again before the next does, s.
+    pub const ENOUGH: f64 = 0.5;
+
     /// The time after which a servo that did not follow its command is learnt from again, s.
     pub const WAITING: f64 = 0.5;
 }
@@ -149,15 +165,15 @@ where
 impl<N, S, const P: usize, const W: usize> GaussNewtonIdentifier<N, S, P, W>
 where
     N: Number,
-    S: ParameterSet<P>,
+    S: UnknownSet<P>,
 {
     /// Bytes that the recursion itself keeps; the rest of the state is the record of the first fit
     /// and that fit.
-    pub const RECURSION_BYTES: usize = size_of::<Recursion<N, P>>();
+    pub const RECURSION_BYTES: usize = size_of::<Recursion<N, S, P>>();
 
     /// Whether the recursion runs: the first fit has succeeded.
     #[must_use]
-    pub fn is_running(&self, state: &GaussNewtonIdentifierState<N, P, W>) -> bool {
+    pub fn is_running(&self, state: &GaussNewtonIdentifierState<N, S, P, W>) -> bool {
         self.recorder().is_running(&state.recorder)
     }
 }

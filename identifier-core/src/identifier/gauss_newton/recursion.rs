@@ -2,13 +2,18 @@ use super::load_step::Suspicion;
 use crate::adaptation::GaussNewtonState;
 use crate::model::{ListeningModel, Response, Tangents};
 use crate::number::Number;
+use crate::unknowns::UnknownSet;
 
 /// What runs every sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Recursion<N: Number, const P: usize> {
+pub(super) struct Recursion<N: Number, S: UnknownSet<P>, const P: usize> {
     pub(super) model: ListeningModel<N>,
     pub(super) tangents: Tangents<N, P>,
-    pub(super) law: GaussNewtonState<N, P>,
+    pub(super) law: GaussNewtonState<N, S::Lower<N>, P>,
+    /// Commands given and angle measured.
+    pub(super) inputs: S::Inputs<N>,
+    /// Which terms have entered.
+    pub(super) evidence: S::Evidence<N>,
     /// That of the model's step; it changes when the estimates do.
     pub(super) response: Response<N>,
     /// ω T in normal operation.
@@ -60,7 +65,7 @@ pub(super) enum Mode {
     Waiting,
 }
 
-impl<N: Number, const P: usize> Recursion<N, P> {
+impl<N: Number, S: UnknownSet<P>, const P: usize> Recursion<N, S, P> {
     /// Moves the model with the estimates.
     #[inline]
     pub(super) fn follow(&mut self, steps: &[N; P]) {

@@ -2,19 +2,20 @@ use core::marker::PhantomData;
 
 use super::super::IdentifierError;
 use super::super::fit::Blocking;
-use super::super::settings::{Listening, MOST_PER_SAMPLE, place};
+use super::super::settings::{Listening, MOST_PER_SAMPLE, place, place_of};
 use super::GaussNewtonRecursion;
 use super::load_step::LoadStepTest;
 use crate::adaptation::{GaussNewton, GaussNewtonConfig};
 use crate::model::FrictionStep;
 use crate::number::Number;
-use crate::parameters::{Parameter, ParameterSet};
+use crate::parameters::Parameter;
 use crate::settings::{FromSettings, Settings};
+use crate::unknowns::{Unknown, UnknownSet};
 
 impl<N, S, const P: usize, const W: usize> FromSettings for GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
-    S: ParameterSet<P>,
+    S: UnknownSet<P>,
 {
     /// # Errors
     /// See [`IdentifierError`]; every value out of range is named.
@@ -22,32 +23,31 @@ where
         let config = Listening::new(settings)?;
         let units = config.units;
         let sample_time = units.sample_time();
-        let fitter = config.fitter::<S, P>(W, Self::START_TIME)?;
-        let places = S::PARAMETERS.map(place);
+        let fitter = config.fitter(
+            |parameter| S::UNKNOWNS.contains(&parameter.into()),
+            W,
+            Self::START_TIME,
+        )?;
+        let terms = config.terms::<N, S, P>()?;
         let samples = |time: f64| libm::ceil(time / sample_time).max(2.0) as u16;
         let block_time = f64::from(GaussNewton::<N, P>::BLOCK) * sample_time;
         let blocks = |time: f64| libm::ceil(time / block_time);
-        let low = places.map(|i| {
-            if fitter.free[i] {
-                fitter.low[i]
-            } else {
-                fitter.initial[i].unwrap_or(0.0)
-            }
+        let bounds: [[f64; 2]; P] = S::UNKNOWNS.map(|unknown| match place_of(unknown) {
+            Some(i) if fitter.free[i] => [fitter.low[i], fitter.high[i]],
+            Some(i) => [fitter.initial[i].unwrap_or(0.0); 2],
+            None => terms.bounds(unknown, &units),
         });
-        let high = places.map(|i| {
-            if fitter.free[i] {
-                fitter.high[i]
-            } else {
-                fitter.initial[i].unwrap_or(0.0)
-            }
+        let initial: [f64; P] = S::UNKNOWNS.map(|unknown| match place_of(unknown) {
+            Some(i) => fitter.initial[i].unwrap_or(0.0),
+            None => terms.initial(unknown) * unknown.scale(&units),
         });
         let law = GaussNewton::new(&GaussNewtonConfig {
             sample_time,
             noise: fitter.noise,
             dead_zone: Self::DEAD_ZONE,
             memory: config.memory(),
-            low,
-            high,
+            low: bounds.map(|[low, _]| low),
+            high: bounds.map(|[_, high]| high),
         })?;
         let per_sample = |omega: f64, most: f64| N::from_f64((omega * sample_time).min(most));
         Ok(Self {
@@ -55,6 +55,11 @@ where
             blocking: Blocking::of(fitter.block),
             step: FrictionStep::new(),
             load_step: LoadStepTest::new(sample_time, fitter.noise),
+            angle: terms.angle(&units),
+            per_low_speed_velocity: N::from_f64(terms.per_low_speed_velocity(&units)),
+            demanded: terms.demanded,
+            allowed: terms.allowed,
+            enough: blocks(Self::ENOUGH) as u16,
             units,
             longest: config.longest_increment()?,
             bandwidth: fitter.bandwidth.map(N::from_f64),
@@ -72,16 +77,24 @@ where
             waiting: samples(Self::WAITING),
             reversal: blocks(Self::REVERSAL) as u8,
             widening: N::from_f64(block_time / Self::WIDENING),
+            quieter: N::from_f64(libm::pow(1.0 + block_time / Self::WIDENING, -4.0)),
             unexplained: N::from_f64(4.0 * fitter.noise),
             explained: N::from_f64(1.5 * fitter.noise),
             bounded: N::from_f64(12.0 * fitter.noise),
             widest: N::from_f64(Self::UNEXPLAINED_WIDEST),
             second: N::from_f64(block_time.min(0.1)),
             has_friction: S::HAS_COULOMB && fitter.free[place(Parameter::Coulomb)],
-            has_load: S::PARAMETERS.last() == Some(&Parameter::Load)
+            friction: S::UNKNOWNS
+                .iter()
+                .position(|&own| own == Unknown::Coulomb)
+                .unwrap_or(0),
+            has_load: S::UNKNOWNS.last() == Some(&Unknown::Load)
                 && fitter.free[place(Parameter::Load)],
-            free: places.map(|i| fitter.free[i]),
-            initial: places.map(|i| fitter.initial[i].unwrap_or(0.0)),
+            free: S::UNKNOWNS.map(|unknown| match place_of(unknown) {
+                Some(i) => fitter.free[i],
+                None => unknown.term().is_some_and(|term| terms.may_enter(term)),
+            }),
+            initial,
             set: PhantomData,
         })
     }

@@ -1,14 +1,14 @@
 use super::super::identify::Event;
 use super::GaussNewtonRecursion;
 use super::recursion::Recursion;
-use crate::model::{Innovation, ListeningModel, Phase, Tangents};
+use crate::model::{Acting, Innovation, ListeningModel, Phase, Tangents};
 use crate::number::Number;
-use crate::parameters::{ModelParameters, Parameter, ParameterSet};
+use crate::unknowns::{Unknown, UnknownSet};
 
 impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
-    S: ParameterSet<P>,
+    S: UnknownSet<P>,
 {
     /// The model's part of a sample in which it may rest, stop or turn. In one in which it stops or
     /// turns nothing is learnt, and the law's work is left to the next sample; returns what happened
@@ -17,13 +17,13 @@ where
     #[inline(never)]
     pub(super) fn run_through_rest(
         &self,
-        state: &mut Recursion<N, P>,
+        state: &mut Recursion<N, S, P>,
         increment: N,
-        command: N,
+        acting: &Acting<N>,
     ) -> Option<Event> {
         let correction = Innovation::critically_damped(state.quick);
-        let parameters = ModelParameters::of_set::<S, P>(&state.law.estimates());
-        if state.model.rest::<S, P>(&parameters, command, &correction) {
+        let values = self.values(state);
+        if state.model.rest::<S, P>(&values, acting, &correction) {
             state.tangents.rest(&correction);
             state.watch(increment);
             return self
@@ -31,7 +31,7 @@ where
                 .then_some(Event::FrictionLowered);
         }
         state.move_on();
-        match self.advance(state, command, &correction) {
+        match self.advance(state, acting, &correction) {
             Phase::Slid { .. } | Phase::Stuck => None,
             Phase::Stopped { .. } | Phase::Turned { .. } => {
                 state.straight = 0;
@@ -46,7 +46,7 @@ where
     /// estimated friction is too large; it is lowered, since a model at rest cannot correct it.
     /// Returns whether it was lowered.
     #[inline]
-    pub(super) fn stand(&self, state: &mut Recursion<N, P>, increment: N) -> bool {
+    pub(super) fn stand(&self, state: &mut Recursion<N, S, P>, increment: N) -> bool {
         if state.still >= self.standing {
             state.model.error = N::ZERO;
             state.tangents = Tangents::NONE;
@@ -59,7 +59,7 @@ where
     }
 
     #[cold]
-    fn release_model(&self, state: &mut Recursion<N, P>) -> bool {
+    fn release_model(&self, state: &mut Recursion<N, S, P>) -> bool {
         /// Counts that the servo must have moved meanwhile.
         const GONE: f64 = 4.0;
         /// The factor on the friction.
@@ -70,8 +70,8 @@ where
         if slid.magnitude() < N::from_f64(GONE) {
             return false;
         }
-        for (i, parameter) in S::PARAMETERS.iter().enumerate() {
-            if *parameter == Parameter::Coulomb {
+        for (i, unknown) in S::UNKNOWNS.iter().enumerate() {
+            if *unknown == Unknown::Coulomb {
                 let lowered = state.law.estimates()[i] * N::from_f64(LEFT);
                 state.law.replace(i, lowered);
             }

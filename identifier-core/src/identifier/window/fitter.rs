@@ -41,7 +41,11 @@ where
         };
         let config = Listening::new(settings)?;
         Ok(Self {
-            fitter: Fitter::new(&config.fitter::<S, P>(W, Self::TIME)?),
+            fitter: Fitter::new(&config.fitter(
+                |parameter| S::PARAMETERS.contains(&parameter),
+                W,
+                Self::TIME,
+            )?),
             set: PhantomData,
         })
     }

@@ -71,7 +71,11 @@ where
     /// See [`IdentifierError`]; every value out of range is named.
     fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
         let config = Listening::new(settings)?;
-        let fitter = config.fitter::<S, P>(W, WindowFitter::<N, S, P, W>::TIME)?;
+        let fitter = config.fitter(
+            |parameter| S::PARAMETERS.contains(&parameter),
+            W,
+            WindowFitter::<N, S, P, W>::TIME,
+        )?;
         Ok(Self {
             blocking: Blocking::of(fitter.block),
             units: config.units,

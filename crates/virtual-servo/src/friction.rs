@@ -1,0 +1,52 @@
+//! Friction that depends on speed and direction.
+
+use crate::effects::any;
+
+/// Deceleration by friction: a q̇ + sign(q̇) (δa |q̇| + c + s e^(−(q̇/v)²)), rad/s².
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Friction {
+    /// a, 1/s.
+    pub(crate) viscous: f64,
+    /// δa, 1/s.
+    pub(crate) asymmetry: f64,
+    /// c, rad/s².
+    pub(crate) coulomb: f64,
+    /// s, rad/s².
+    pub(crate) low_speed: f64,
+    /// 1/v, s/rad.
+    pub(crate) per_low_speed_velocity: f64,
+}
+
+impl Friction {
+    /// That much of it.
+    pub(crate) fn scaled(self, factor: f64) -> Self {
+        Self {
+            viscous: factor * self.viscous,
+            asymmetry: factor * self.asymmetry,
+            coulomb: factor * self.coulomb,
+            low_speed: factor * self.low_speed,
+            ..self
+        }
+    }
+
+    /// Whether it depends on the direction, so that a reversal is an event.
+    pub(crate) fn has_directions(&self) -> bool {
+        any([self.asymmetry, self.coulomb, self.low_speed])
+    }
+
+    /// What a servo at rest has to exceed, rad/s².
+    pub(crate) fn breakaway(&self) -> f64 {
+        self.coulomb + self.low_speed
+    }
+
+    /// The deceleration at a velocity, sliding in a direction, which is ±1.
+    #[inline]
+    pub(crate) fn deceleration(&self, velocity: f64, direction: f64) -> f64 {
+        let mut level = self.coulomb;
+        if self.low_speed != 0.0 {
+            let relative = velocity * self.per_low_speed_velocity;
+            level += self.low_speed * libm::exp(-relative * relative);
+        }
+        (self.viscous + direction * self.asymmetry) * velocity + direction * level
+    }
+}

@@ -1,0 +1,83 @@
+//! What happens to a command between the controller and the motor: limit, dead band, delay.
+
+use crate::Effects;
+
+/// Clips a held command, takes the dead band out of it and delays it. It moves once a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct FrontEnd {
+    limit: f64,
+    dead_band: f64,
+    /// Whole samples of the delay.
+    whole: usize,
+    /// Of a sample, the time in which the command before still acts, and the rest, s.
+    parts: [f64; 2],
+    /// The commands that have not acted yet, and the one that acted last.
+    waiting: [f64; Effects::MOST_DELAYED + 2],
+    newest: usize,
+}
+
+/// A command that acts for a time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Held {
+    /// Command units.
+    pub(crate) command: f64,
+    /// S; zero for a part that there is not.
+    pub(crate) time: f64,
+}
+
+impl Held {
+    /// What acts in a part that there is not.
+    pub(crate) const NOTHING: Self = Self {
+        command: 0.0,
+        time: 0.0,
+    };
+}
+
+impl FrontEnd {
+    /// The share of a sample below which a rest of the delay is rounding.
+    const ROUNDING: f64 = 1e-9;
+
+    /// That of some effects, which are known to be allowed, before the first command: nothing acts.
+    pub(crate) fn new(effects: &Effects, sample_time: f64) -> Self {
+        let samples = effects.delay / sample_time + Self::ROUNDING;
+        let whole = (samples as usize).min(Effects::MOST_DELAYED);
+        let rest = samples - whole as f64;
+        let before = if rest > 2.0 * Self::ROUNDING {
+            (rest - Self::ROUNDING) * sample_time
+        } else {
+            0.0
+        };
+        Self {
+            limit: if effects.hidden_limit > 0.0 {
+                effects.hidden_limit
+            } else {
+                f64::INFINITY
+            },
+            dead_band: effects.dead_band,
+            whole,
+            parts: [before, sample_time - before],
+            waiting: [0.0; Effects::MOST_DELAYED + 2],
+            newest: 0,
+        }
+    }
+
+    /// What acts during a sample, one after the other, at whose beginning this command is given.
+    pub(crate) fn process(&mut self, command: f64) -> [Held; 2] {
+        let size = self.waiting.len();
+        let clipped = command.clamp(-self.limit, self.limit);
+        self.newest = (self.newest + 1) % size;
+        self.waiting[self.newest] = clipped - clipped.clamp(-self.dead_band, self.dead_band);
+        let given_before = |samples: usize| self.waiting[(self.newest + size - samples) % size];
+        let [first, second] = self.parts;
+        [
+            Held {
+                command: given_before(self.whole + 1),
+                time: first,
+            },
+            Held {
+                command: given_before(self.whole),
+                time: second,
+            },
+        ]
+    }
+}

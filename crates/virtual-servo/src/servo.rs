@@ -1,0 +1,107 @@
+//! A servo with whatever effects it has.
+
+use identifier_core::model::ServoParameters;
+
+use crate::front_end::{FrontEnd, Held};
+use crate::motion::Motion;
+use crate::play::Play;
+use crate::{EffectError, Effects, Plant};
+
+/// A servo, moved from sample to sample. Without effects it is a [`Plant`], bit for bit.
+#[derive(Debug, Clone)]
+pub struct Servo {
+    front_end: Option<FrontEnd>,
+    mechanics: Mechanics,
+    play: Option<Play>,
+    sample_time: f64,
+}
+
+/// How its motion is computed.
+#[derive(Debug, Clone)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is no heap here, and nobody has many servos"
+)]
+enum Mechanics {
+    ClosedForm(Plant),
+    Integrated(Motion),
+}
+
+impl Servo {
+    /// At rest at position zero, to be moved in steps of `sample_time` (s). What is random follows
+    /// from the seed.
+    ///
+    /// # Errors
+    /// As [`Effects::check`].
+    pub fn at_rest(
+        parameters: &ServoParameters,
+        effects: &Effects,
+        sample_time: f64,
+        seed: u32,
+    ) -> Result<Self, EffectError> {
+        effects.check(parameters, sample_time)?;
+        let mechanics = if effects.change_the_motion() {
+            Mechanics::Integrated(Motion::at_rest(parameters, effects, sample_time, seed))
+        } else {
+            Mechanics::ClosedForm(Plant::at_rest(parameters, sample_time))
+        };
+        let front_end = effects.change_the_command();
+        Ok(Self {
+            front_end: front_end.then(|| FrontEnd::new(effects, sample_time)),
+            mechanics,
+            play: (effects.backlash > 0.0).then(|| Play::new(effects.backlash)),
+            sample_time,
+        })
+    }
+
+    /// Moves one sample, at whose beginning this command is given.
+    pub fn advance(&mut self, command: f64) {
+        let undisturbed = Held {
+            command,
+            time: self.sample_time,
+        };
+        let parts = match &mut self.front_end {
+            Some(front_end) => front_end.process(command),
+            None => [Held::NOTHING, undisturbed],
+        };
+        if let Mechanics::Integrated(motion) = &mut self.mechanics {
+            motion.begin_sample();
+        }
+        for held in parts.iter().filter(|held| held.time > 0.0) {
+            match &mut self.mechanics {
+                Mechanics::ClosedForm(plant) => plant.advance_for(held.time, held.command),
+                Mechanics::Integrated(motion) => motion.advance(held),
+            }
+            if let Some(play) = &mut self.play {
+                play.follow(motor(&self.mechanics)[0]);
+            }
+        }
+    }
+
+    /// Where the encoder is, rad.
+    #[must_use]
+    pub fn position(&self) -> f64 {
+        match &self.play {
+            Some(play) => play.position(),
+            None => motor(&self.mechanics)[0],
+        }
+    }
+
+    /// How fast the encoder turns, rad/s.
+    #[must_use]
+    pub fn velocity(&self) -> f64 {
+        let [_, velocity] = motor(&self.mechanics);
+        match &self.play {
+            Some(play) => play.velocity(velocity),
+            None => velocity,
+        }
+    }
+}
+
+/// Position and velocity of the motor.
+fn motor(mechanics: &Mechanics) -> [f64; 2] {
+    match mechanics {
+        Mechanics::ClosedForm(plant) => [plant.position, plant.velocity],
+        Mechanics::Integrated(motion) => [motion.position(), motion.velocity()],
+    }
+}

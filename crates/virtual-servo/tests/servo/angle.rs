@@ -1,0 +1,72 @@
+//! What depends on the angle: gravity and ripple.
+
+use core::f64::consts::TAU;
+
+use virtual_servo::{Effects, Servo};
+
+use crate::{FREE, SAMPLE_TIME, assert_close, servo};
+
+/// Pushed for a moment, then left alone; the potential is a function of the angle.
+fn keeps_its_energy(effects: &Effects, push: f64, potential: impl Fn(f64) -> f64) {
+    let mut servo = servo(&FREE, effects);
+    for _ in 0..20 {
+        servo.advance(push);
+    }
+    let energy = |servo: &Servo| servo.velocity().powi(2) / 2.0 + potential(servo.position());
+    let at_first = energy(&servo);
+    let mut farthest = 0.0_f64;
+    for _ in 0..10_000 {
+        servo.advance(0.0);
+        assert_close(energy(&servo), at_first, 1e-7, "energy");
+        farthest = farthest.max(servo.position().abs());
+    }
+    assert!(farthest > 0.3, "it moves: {farthest}");
+}
+
+#[test]
+fn gravity_keeps_the_energy_of_a_free_pendulum_below_and_over_the_top() {
+    let effects = Effects {
+        gravity: [-20.0, 3.0],
+        ..Effects::NONE
+    };
+    let potential = |q: f64| -20.0 * q.cos() - 3.0 * q.sin();
+    keeps_its_energy(&effects, 1.5, potential);
+    keeps_its_energy(&effects, 8.0, potential);
+}
+
+#[test]
+fn ripple_keeps_the_energy_of_a_free_servo() {
+    let effects = Effects {
+        ripple: [5.0, -2.0],
+        ripple_order: 24,
+        ..Effects::NONE
+    };
+    keeps_its_energy(&effects, 2.0, |q| {
+        (5.0 * (24.0 * q).cos() + 2.0 * (24.0 * q).sin()) / 24.0
+    });
+}
+
+#[test]
+fn a_hanging_pendulum_swings_at_the_root_of_gravity() {
+    let effects = Effects {
+        gravity: [-36.0, 0.0],
+        ..Effects::NONE
+    };
+    let mut servo = servo(&FREE, &effects);
+    servo.advance(0.05);
+    let mut upward = Vec::new();
+    let mut before = servo.position();
+    for sample in 1..20_000 {
+        servo.advance(0.0);
+        let now = servo.position();
+        if before < 0.0 && now >= 0.0 {
+            let share = before / (before - now);
+            upward.push((f64::from(sample - 1) + share) * SAMPLE_TIME);
+        }
+        before = now;
+    }
+    let periods = (upward.len() - 1) as f64;
+    let period = (upward[upward.len() - 1] - upward[0]) / periods;
+    assert!(periods > 15.0);
+    assert_close(period, TAU / 6.0, 1e-5, "period");
+}

@@ -1,0 +1,153 @@
+//! Friction beyond a and c: asymmetry, low speed.
+
+use identifier_core::model::ServoParameters;
+use virtual_servo::{Effects, Plant, Servo};
+
+use crate::{FREE, RUBBING, SAMPLE_TIME, assert_close, servo};
+
+#[test]
+fn asymmetry_is_another_viscous_friction_in_each_direction() {
+    let effects = Effects {
+        asymmetry: 0.7,
+        ..Effects::NONE
+    };
+    for (command, a) in [(0.4, 2.7), (-0.4, 1.3)] {
+        let mut servo = servo(&RUBBING, &effects);
+        let mut plant = Plant::at_rest(&ServoParameters { a, ..RUBBING }, SAMPLE_TIME);
+        for _ in 0..1000 {
+            servo.advance(command);
+            plant.advance(command);
+            assert_close(servo.position(), plant.position, 1e-10, "position");
+        }
+    }
+}
+
+/// The first acceleration, of those that grow by 0.01 rad/s² each tenth of a second, that moves a servo.
+fn breaks_away_at(servo: &mut Servo, gain: f64) -> f64 {
+    for hundredths in 0..10_000 {
+        let push = f64::from(hundredths) / 100.0;
+        for _ in 0..100 {
+            servo.advance(push / gain);
+        }
+        if servo.velocity() != 0.0 {
+            return push;
+        }
+    }
+    panic!("nothing moves it");
+}
+
+#[test]
+fn it_breaks_away_at_all_that_friction_is_at_rest() {
+    let rubbing = ServoParameters {
+        coulomb: 10.0,
+        ..FREE
+    };
+    for low_speed_friction in [6.5, 0.0, -4.0] {
+        let effects = Effects {
+            low_speed_friction,
+            low_speed_velocity: if low_speed_friction == 0.0 { 0.0 } else { 0.2 },
+            ..Effects::NONE
+        };
+        let mut servo = servo(&rubbing, &effects);
+        let push = breaks_away_at(&mut servo, rubbing.b);
+        let level = 10.0 + low_speed_friction;
+        assert!(
+            (level..level + 0.02).contains(&push),
+            "{push} rad/s² for {level}"
+        );
+    }
+}
+
+#[test]
+fn at_speed_only_coulomb_friction_is_left_and_below_it_the_curve_of_stribeck() {
+    // dv/dt = w − c − s e^(−(v/v_s)²): the time from rest to v is the integral of 1/that.
+    let rubbing = ServoParameters {
+        coulomb: 10.0,
+        ..FREE
+    };
+    let (excess, knee) = (6.0, 0.3);
+    let effects = Effects {
+        low_speed_friction: excess,
+        low_speed_velocity: knee,
+        ..Effects::NONE
+    };
+    let mut servo = servo(&rubbing, &effects);
+    for sample in 1..=200 {
+        servo.advance(0.2);
+        let slices = 2000;
+        let width = servo.velocity() / f64::from(slices);
+        let time: f64 = (0..slices)
+            .map(|slice| {
+                let velocity = (f64::from(slice) + 0.5) * width;
+                width / (20.0 - 10.0 - excess * (-(velocity / knee).powi(2)).exp())
+            })
+            .sum();
+        assert_close(
+            time,
+            f64::from(sample) * SAMPLE_TIME,
+            1e-6,
+            "time to this velocity",
+        );
+    }
+}
+
+#[test]
+fn friction_that_grows_with_speed_from_almost_nothing_lets_it_creep() {
+    // Driven by 8 of 10 rad/s², it creeps where friction is 8: v = v_s √(ln(4/2)).
+    let rubbing = ServoParameters {
+        coulomb: 10.0,
+        ..FREE
+    };
+    for knee in [1e-2, 1e-5] {
+        let effects = Effects {
+            low_speed_friction: -4.0,
+            low_speed_velocity: knee,
+            ..Effects::NONE
+        };
+        let mut servo = servo(&rubbing, &effects);
+        for _ in 0..200 {
+            servo.advance(0.08);
+        }
+        let creep = knee * core::f64::consts::LN_2.sqrt();
+        assert!(
+            (servo.velocity() / creep - 1.0).abs() < 1e-6,
+            "{knee}: {servo:?}"
+        );
+    }
+}
+
+#[test]
+fn energy_falls_with_friction_wherever_gravity_pulls() {
+    let rubbing = ServoParameters {
+        a: 0.1,
+        coulomb: 1.5,
+        ..FREE
+    };
+    let effects = Effects {
+        gravity: [-30.0, 4.0],
+        low_speed_friction: 1.0,
+        low_speed_velocity: 0.3,
+        asymmetry: 0.05,
+        ..Effects::NONE
+    };
+    let mut servo = servo(&rubbing, &effects);
+    for _ in 0..150 {
+        servo.advance(0.5);
+    }
+    let energy = |servo: &Servo| {
+        let (sin, cos) = servo.position().sin_cos();
+        servo.velocity().powi(2) / 2.0 - 30.0 * cos - 4.0 * sin
+    };
+    let mut before = energy(&servo);
+    let at_first = before;
+    for _ in 0..8000 {
+        servo.advance(0.0);
+        let now = energy(&servo);
+        assert!(now <= before + 1e-9, "{now} after {before}");
+        before = now;
+    }
+    assert!(before < at_first - 10.0);
+    assert!(servo.velocity() == 0.0, "friction holds it in the end");
+    let (sin, cos) = servo.position().sin_cos();
+    assert!((-30.0 * sin + 4.0 * cos).abs() <= 2.5, "where it can");
+}

@@ -1,0 +1,113 @@
+//! The errors of a sensor.
+
+use virtual_servo::{SensorEffects, SensorErrors};
+
+use crate::{SAMPLE_TIME, assert_close};
+
+fn errors(effects: &SensorEffects) -> SensorErrors {
+    SensorErrors::new(effects, SAMPLE_TIME, 9).expect("these errors are allowed")
+}
+
+/// The standard deviation of what is seen of a servo at 0.3 rad with a velocity.
+fn spread(effects: &SensorEffects, velocity: f64) -> f64 {
+    const SAMPLES: u32 = 100_000;
+    let mut errors = errors(effects);
+    let (mut sum, mut square) = (0.0, 0.0);
+    for _ in 0..SAMPLES {
+        let error = errors.seen(0.3, velocity) - 0.3;
+        sum += error / f64::from(SAMPLES);
+        square += error * error / f64::from(SAMPLES);
+    }
+    (square - sum * sum).sqrt()
+}
+
+#[test]
+fn without_errors_the_position_is_seen_bit_for_bit() {
+    let mut none = errors(&SensorEffects::default());
+    for position in [0.0, -0.0, 1.0 / 3.0, -1e6] {
+        assert_eq!(none.seen(position, 17.0).to_bits(), f64::to_bits(position));
+    }
+}
+
+#[test]
+fn noise_is_as_large_as_stated() {
+    let effects = SensorEffects {
+        noise: 2e-3,
+        ..SensorEffects::default()
+    };
+    let deviation = spread(&effects, 0.0);
+    assert_close(deviation / 2e-3, 1.0, 0.01, "deviation");
+}
+
+#[test]
+fn the_first_error_belongs_to_the_origin() {
+    let effects = SensorEffects {
+        noise: 2e-3,
+        eccentricity: 1e-3,
+        jitter: 0.1,
+    };
+    let mut errors = errors(&effects);
+    assert!(errors.seen(0.3, 9.0).to_bits() == f64::to_bits(0.3));
+    assert!(errors.seen(0.3, 9.0).to_bits() != f64::to_bits(0.3));
+}
+
+#[test]
+fn jitter_is_seen_in_motion_only() {
+    let effects = SensorEffects {
+        jitter: 0.1,
+        ..SensorEffects::default()
+    };
+    let deviation = spread(&effects, -40.0);
+    assert_close(
+        deviation / (40.0 * 0.1 * SAMPLE_TIME),
+        1.0,
+        0.01,
+        "deviation",
+    );
+    assert!(spread(&effects, 0.0) == 0.0);
+}
+
+#[test]
+fn an_eccentric_disc_is_wrong_once_a_turn() {
+    let effects = SensorEffects {
+        eccentricity: 1e-3,
+        ..SensorEffects::default()
+    };
+    let mut errors = errors(&effects);
+    assert!(errors.seen(0.0, 3.0) == 0.0);
+    for tenths in -100..100 {
+        let position = f64::from(tenths) / 10.0;
+        let seen = errors.seen(position, 3.0);
+        assert_close(seen, position + 1e-3 * position.sin(), 1e-15, "seen");
+    }
+}
+
+#[test]
+fn what_no_sensor_has_is_refused_by_name() {
+    let none = SensorEffects::default();
+    let refused = |effects: SensorEffects| {
+        let error = SensorErrors::new(&effects, SAMPLE_TIME, 9).expect_err("it is out of range");
+        error.parameter
+    };
+    assert_eq!(
+        refused(SensorEffects {
+            noise: -1.0,
+            ..none
+        }),
+        "noise"
+    );
+    assert_eq!(
+        refused(SensorEffects {
+            eccentricity: f64::NAN,
+            ..none
+        }),
+        "eccentricity"
+    );
+    assert_eq!(
+        refused(SensorEffects {
+            jitter: 0.6,
+            ..none
+        }),
+        "jitter"
+    );
+}

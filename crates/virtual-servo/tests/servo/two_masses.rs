@@ -1,0 +1,119 @@
+//! Motor and load on a spring, and a load behind play.
+
+use core::f64::consts::PI;
+
+use identifier_core::model::ServoParameters;
+use virtual_servo::{Effects, Plant};
+
+use crate::{FREE, RUBBING, SAMPLE_TIME, assert_close, servo, to_and_fro};
+
+const RESONANT: Effects = Effects {
+    resonance: 150.0,
+    inertia_ratio: 0.4,
+    ..Effects::NONE
+};
+
+#[test]
+fn the_motor_swings_at_the_resonance_and_decays_with_its_damping() {
+    let effects = Effects {
+        resonance_damping: Some(0.01),
+        ..RESONANT
+    };
+    let mut elastic = servo(&FREE, &effects);
+    let mut rigid = Plant::at_rest(&FREE, SAMPLE_TIME);
+    elastic.advance(1.0);
+    rigid.advance(1.0);
+    // The centre of both moves as the rigid servo; the motor swings around it.
+    let mut swing = Vec::new();
+    for _ in 0..3000 {
+        elastic.advance(0.0);
+        rigid.advance(0.0);
+        swing.push(elastic.position() - rigid.position);
+    }
+    let crossings: Vec<f64> = (1..swing.len())
+        .filter(|&k| swing[k - 1] * swing[k] < 0.0)
+        .map(|k| k as f64 - swing[k] / (swing[k] - swing[k - 1]))
+        .collect();
+    let halves = (crossings.len() - 1) as f64;
+    let frequency = PI * halves / (crossings[crossings.len() - 1] - crossings[0]) / SAMPLE_TIME;
+    let damped = 150.0 * (1.0_f64 - 1e-4).sqrt();
+    assert_close(frequency, damped, 1e-4, "frequency");
+    let largest = |from: usize| {
+        let part = &swing[from..from + 100];
+        part.iter().fold(0.0_f64, |most, x| most.max(x.abs()))
+    };
+    let decay = (largest(0) / largest(1000)).ln();
+    assert_close(decay, 0.01 * 150.0, 0.01, "decay in a second");
+}
+
+#[test]
+fn a_stiff_spring_makes_them_one_body() {
+    let effects = Effects {
+        resonance: 5e4,
+        resonance_damping: Some(0.7),
+        inertia_ratio: 0.4,
+        ..Effects::NONE
+    };
+    let mut elastic = servo(&RUBBING, &effects);
+    let mut rigid = Plant::at_rest(&RUBBING, SAMPLE_TIME);
+    for sample in 0..300 {
+        let command = to_and_fro(sample);
+        elastic.advance(command);
+        rigid.advance(command);
+        assert_close(elastic.position(), rigid.position, 1e-6, "position");
+    }
+}
+
+#[test]
+fn a_load_on_its_spring_breaks_the_friction_of_the_motor() {
+    // The spring overshoots: it pulls with up to 2 d, and d alone is less than c.
+    let loaded = ServoParameters {
+        coulomb: 10.0,
+        load: 7.0,
+        ..FREE
+    };
+    let mut rigid = Plant::at_rest(&loaded, SAMPLE_TIME);
+    let mut elastic = servo(&loaded, &RESONANT);
+    for _ in 0..3000 {
+        rigid.advance(0.0);
+        elastic.advance(0.0);
+    }
+    assert!(rigid.position == 0.0);
+    assert!(elastic.position() > 1e-6, "{}", elastic.position());
+    assert!(elastic.velocity() == 0.0, "it is held again");
+}
+
+#[test]
+fn an_encoder_behind_play_stands_after_a_turn_until_the_play_is_through() {
+    let effects = Effects {
+        backlash: 0.02,
+        ..Effects::NONE
+    };
+    let mut motor = servo(&RUBBING, &Effects::NONE);
+    let mut behind = servo(&RUBBING, &effects);
+    let (mut turned_at, mut stood) = (None, 0);
+    for sample in 0..2000 {
+        let command = if sample < 500 { 0.4 } else { -0.4 };
+        let before = behind.position();
+        motor.advance(command);
+        behind.advance(command);
+        let ahead = motor.position() - behind.position();
+        assert!(ahead.abs() <= 0.01 + 1e-12);
+        if motor.velocity() < 0.0 {
+            let top = *turned_at.get_or_insert(motor.position());
+            let back = top - motor.position();
+            if back < 0.019 {
+                stood += 1;
+                assert!(
+                    behind.position().to_bits() == before.to_bits() && behind.velocity() == 0.0
+                );
+            } else if back > 0.021 {
+                assert_close(ahead, -0.01, 1e-12, "at the other end");
+                assert_close(behind.velocity(), motor.velocity(), 1e-12, "velocity");
+            }
+        } else if motor.position() > 0.01 && motor.velocity() > 0.0 {
+            assert_close(ahead, 0.01, 1e-12, "at the end of the play");
+        }
+    }
+    assert!(stood > 10, "{stood} samples in the play");
+}

@@ -1,0 +1,198 @@
+use super::NormalEquations;
+use crate::number::Number;
+use crate::unknowns::Terms;
+
+/// Which terms of a model have entered, and where the evidence for the others is gathered.
+///
+/// A term is told apart from the parameters only by motion in both directions, and one term from
+/// another only when it is estimated; so they enter one after the other.
+pub trait Evidence<N, const P: usize>: Copy + core::fmt::Debug + PartialEq {
+    /// No evidence yet.
+    const NONE: Self;
+
+    /// The terms that have entered.
+    fn entered(&self) -> Terms;
+
+    /// Lets a term enter. The estimates then move, which is no evidence for another term.
+    fn enter(&mut self, terms: Terms);
+
+    /// Begins anew with the evidence for the terms that have not entered.
+    fn begin_anew(&mut self);
+
+    /// Whether the estimates may still move because of the term that entered last.
+    fn is_settling(&self) -> bool;
+
+    /// Takes in a block in which the model moved in `direction` (its sign): the mean error and its
+    /// sensitivity to every unknown, entered or not.
+    fn observe(&mut self, sensitivity: &[N; P], error: N, direction: N);
+
+    /// The fewest blocks that the model has moved in a direction, forwards or backwards.
+    fn both_ways(&self) -> u16;
+
+    /// The sum of squared errors of the gathered blocks that is left when only the unknowns `free` are
+    /// fitted, over the sum of squared errors; none where it is not gathered.
+    fn left_by(&self, free: &[bool; P]) -> Option<f64>;
+
+    /// Blocks that were gathered.
+    fn blocks(&self) -> f64;
+}
+
+/// For models without terms.
+impl<N: Number, const P: usize> Evidence<N, P> for () {
+    const NONE: Self = ();
+
+    #[inline]
+    fn entered(&self) -> Terms {
+        Terms::NONE
+    }
+
+    fn enter(&mut self, _: Terms) {}
+
+    fn begin_anew(&mut self) {}
+
+    fn is_settling(&self) -> bool {
+        false
+    }
+
+    #[inline]
+    fn observe(&mut self, _: &[N; P], _: N, _: N) {}
+
+    #[inline]
+    fn both_ways(&self) -> u16 {
+        0
+    }
+
+    fn left_by(&self, _: &[bool; P]) -> Option<f64> {
+        None
+    }
+
+    fn blocks(&self) -> f64 {
+        0.0
+    }
+}
+
+/// For models whose terms enter on demand: only motion is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OnDemand {
+    forwards: u16,
+    backwards: u16,
+    entered: Terms,
+    settling: bool,
+}
+
+impl<N: Number, const P: usize> Evidence<N, P> for OnDemand {
+    const NONE: Self = Self {
+        forwards: 0,
+        backwards: 0,
+        entered: Terms::NONE,
+        settling: false,
+    };
+
+    #[inline]
+    fn entered(&self) -> Terms {
+        self.entered
+    }
+
+    fn enter(&mut self, terms: Terms) {
+        *self = Self {
+            forwards: 0,
+            backwards: 0,
+            entered: self.entered.or(terms),
+            settling: true,
+        };
+    }
+
+    fn begin_anew(&mut self) {
+        *self = Self {
+            forwards: 0,
+            backwards: 0,
+            settling: false,
+            ..*self
+        };
+    }
+
+    fn is_settling(&self) -> bool {
+        self.settling
+    }
+
+    #[inline]
+    fn observe(&mut self, _: &[N; P], _: N, direction: N) {
+        if direction > N::ZERO {
+            self.forwards = self.forwards.saturating_add(1);
+        } else {
+            self.backwards = self.backwards.saturating_add(1);
+        }
+    }
+
+    #[inline]
+    fn both_ways(&self) -> u16 {
+        self.forwards.min(self.backwards)
+    }
+
+    fn left_by(&self, _: &[bool; P]) -> Option<f64> {
+        None
+    }
+
+    fn blocks(&self) -> f64 {
+        0.0
+    }
+}
+
+/// For models whose terms enter when there is evidence for them: how well each would explain the
+/// errors, what the unknowns that have entered explain set aside (a score test on the blocks).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gathered<N, const P: usize> {
+    moved: OnDemand,
+    equations: NormalEquations<N, P>,
+    blocks: u32,
+}
+
+impl<N: Number, const P: usize> Evidence<N, P> for Gathered<N, P> {
+    const NONE: Self = Self {
+        moved: <OnDemand as Evidence<N, P>>::NONE,
+        equations: NormalEquations::EMPTY,
+        blocks: 0,
+    };
+
+    #[inline]
+    fn entered(&self) -> Terms {
+        self.moved.entered
+    }
+
+    fn enter(&mut self, terms: Terms) {
+        Evidence::<N, P>::enter(&mut self.moved, terms);
+        self.equations = NormalEquations::EMPTY;
+        self.blocks = 0;
+    }
+
+    fn begin_anew(&mut self) {
+        Evidence::<N, P>::begin_anew(&mut self.moved);
+        self.equations = NormalEquations::EMPTY;
+        self.blocks = 0;
+    }
+
+    fn is_settling(&self) -> bool {
+        self.moved.settling
+    }
+
+    fn observe(&mut self, sensitivity: &[N; P], error: N, direction: N) {
+        Evidence::<N, P>::observe(&mut self.moved, sensitivity, error, direction);
+        self.equations.add(sensitivity, error);
+        self.blocks = self.blocks.saturating_add(1);
+    }
+
+    #[inline]
+    fn both_ways(&self) -> u16 {
+        Evidence::<N, P>::both_ways(&self.moved)
+    }
+
+    fn left_by(&self, free: &[bool; P]) -> Option<f64> {
+        let all = self.equations.cost().to_f64();
+        let explained = self.equations.explained_by(free).to_f64();
+        (all > 0.0).then(|| (1.0 - explained / all).max(0.0))
+    }
+
+    fn blocks(&self) -> f64 {
+        f64::from(self.blocks)
+    }
+}

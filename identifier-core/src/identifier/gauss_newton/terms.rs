@@ -1,0 +1,154 @@
+use super::GaussNewtonRecursion;
+use super::recursion::Recursion;
+use crate::adaptation::{Evidence, GaussNewtonState};
+use crate::model::ModelValues;
+use crate::number::Number;
+use crate::unknowns::{Term, Terms, Unknown, UnknownSet};
+
+/// The least part of the errors that a term must explain, what the estimates explain set aside, and
+/// the least square of the score over its variance.
+const SHARE: f64 = 0.01;
+const SIGNIFICANT: f64 = 30.0;
+
+/// The factor on the variances of the estimates when a term enters: they contain what it explains.
+const DOUBT: f64 = 100.0;
+
+impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
+where
+    N: Number,
+    S: UnknownSet<P>,
+{
+    /// Takes the mean error of a block as evidence for the terms that have not entered; whether one
+    /// enters now.
+    #[inline]
+    pub(super) fn gather(&self, state: &mut Recursion<N, S, P>, mean: N) -> bool {
+        if !state.law.is_learning() {
+            return false;
+        }
+        let direction = state.model.velocity;
+        state
+            .evidence
+            .observe(state.law.sensitivity(), mean, direction);
+        state.evidence.both_ways() >= self.enough && self.consider(state)
+    }
+
+    /// Whether a term enters. The next question is asked after as much motion again.
+    #[cold]
+    #[inline(never)]
+    fn consider(&self, state: &mut Recursion<N, S, P>) -> bool {
+        let entered = state.evidence.entered();
+        let absent = |&term: &Term| {
+            !entered.has(term) && S::UNKNOWNS.iter().any(|&unknown| term.is_of(unknown))
+        };
+        let demanded = Term::ALL
+            .into_iter()
+            .filter(absent)
+            .find(|&term| self.demanded.has(term));
+        let term = demanded.or_else(|| {
+            let settled = !state.evidence.is_settling();
+            settled.then(|| self.best_explanation(state, absent))?
+        });
+        let Some(term) = term else {
+            state.evidence.begin_anew();
+            return false;
+        };
+        state.evidence.enter(Terms::NONE.with(term));
+        self.release(&mut state.law, term, state.measured, state.scale);
+        true
+    }
+
+    /// The term that explains most of the errors that are left, if it explains enough.
+    fn best_explanation(
+        &self,
+        state: &Recursion<N, S, P>,
+        absent: impl Fn(&Term) -> bool,
+    ) -> Option<Term> {
+        let entered = state.evidence.entered();
+        let free_with = |term: Option<Term>| -> [bool; P] {
+            core::array::from_fn(|i| {
+                let own = S::UNKNOWNS[i].term();
+                self.free[i] && own.is_none_or(|own| entered.has(own) || Some(own) == term)
+            })
+        };
+        let left = state.evidence.left_by(&free_with(None))?;
+        let independent = state.evidence.blocks() / state.law.colour();
+        let mut best = None;
+        let mut most = 0.0;
+        for term in Term::ALL
+            .into_iter()
+            .filter(absent)
+            .filter(|&term| self.allowed.has(term))
+        {
+            let with = state.evidence.left_by(&free_with(Some(term)))?;
+            let share = (left - with) / left.max(f64::MIN_POSITIVE);
+            let score = independent * share / (1.0 - share).max(f64::MIN_POSITIVE);
+            if share > SHARE && score > SIGNIFICANT && share > most {
+                most = share;
+                best = Some(term);
+            }
+        }
+        best
+    }
+
+    /// Begins to learn the unknowns of a term.
+    fn release(
+        &self,
+        law: &mut GaussNewtonState<N, S::Lower<N>, P>,
+        term: Term,
+        omega: N,
+        scale: N,
+    ) {
+        let estimates = law.estimates();
+        self.law.settle_anew(law);
+        law.doubt(N::from_f64(DOUBT), &Self::most(omega, scale, &estimates));
+        for (i, &unknown) in S::UNKNOWNS.iter().enumerate() {
+            if term.is_of(unknown) {
+                let deviation = Self::prior(unknown, omega, scale, &estimates);
+                law.release(i, deviation * deviation);
+            }
+        }
+    }
+
+    /// The standard deviation with which the size of a term enters.
+    fn prior(unknown: Unknown, omega: N, scale: N, estimates: &[N; P]) -> N {
+        /// A part of what the term is beside: of friction, of viscosity, of the acceleration that the
+        /// command gives.
+        const PART: f64 = 0.3;
+        /// The dead band beside the command.
+        const NARROW: f64 = 0.1;
+        /// Ripple beside the acceleration that the command gives.
+        const FINE: f64 = 0.1;
+        let [part, narrow, fine] = [PART, NARROW, FINE].map(N::from_f64);
+        let parameters = ModelValues::of_set::<S, P>(estimates).parameters;
+        let larger = |x: N, y: N| if x > y { x } else { y };
+        match unknown {
+            // A tenth of the time in which the loop settles, at least a sample.
+            Unknown::Delay => larger(N::ONE, fine * omega.reciprocal()),
+            Unknown::Asymmetry => part * larger(parameters.x, fine * omega),
+            Unknown::LowSpeed => part * larger(parameters.coulomb, fine * scale),
+            Unknown::DeadBand => narrow * scale * parameters.gain.reciprocal(),
+            Unknown::RippleSine | Unknown::RippleCosine => fine * scale,
+            _ => part * scale,
+        }
+    }
+
+    /// What the terms that have entered were estimated as, in a law that starts from a new fit.
+    pub(super) fn keep_terms(
+        &self,
+        law: &mut GaussNewtonState<N, S::Lower<N>, P>,
+        before: &Recursion<N, S, P>,
+        omega: N,
+        scale: N,
+    ) {
+        let entered = before.evidence.entered();
+        let (old, new) = (before.law.estimates(), law.estimates());
+        for (i, unknown) in S::UNKNOWNS.iter().enumerate() {
+            let Some(term) = unknown.term() else { continue };
+            law.replace(i, old[i]);
+            if entered.has(term) {
+                let deviation = Self::prior(*unknown, omega, scale, &new);
+                law.release(i, deviation * deviation);
+            }
+        }
+    }
+}

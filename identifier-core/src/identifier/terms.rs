@@ -1,0 +1,111 @@
+use super::IdentifierError;
+use super::config::LARGEST;
+use crate::error::Allowed;
+use crate::model::{AngleSettings, KnownInputs};
+use crate::number::Number;
+use crate::settings::TermSettings;
+use crate::units::Units;
+use crate::unknowns::{Term, Terms, Unknown, UnknownSet};
+
+/// The optional terms of a model as checked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct TermConfig {
+    pub(super) demanded: Terms,
+    pub(super) allowed: Terms,
+    delay: f64,
+    dead_band: f64,
+    low_speed_velocity: f64,
+    ripple_order: f64,
+    revolution: f64,
+    /// Samples.
+    longest_delay: f64,
+}
+
+impl TermConfig {
+    /// Checks the settings of the terms for a model with the unknowns S.
+    pub(super) fn new<N: Number, S: UnknownSet<P>, const P: usize>(
+        given: &TermSettings,
+        units: &Units,
+    ) -> Result<Self, IdentifierError> {
+        let has = |term: Term| S::UNKNOWNS.iter().any(|&unknown| term.is_of(unknown));
+        for term in Term::ALL {
+            let declared = match term {
+                Term::Delay => given.delay != 0.0,
+                Term::DeadBand => given.dead_band != 0.0,
+                _ => false,
+            };
+            if (given.may_enter(term) || declared) && !has(term) {
+                return Err(IdentifierError::NoSuchTerm { term });
+            }
+        }
+        // The estimate needs room above what is declared.
+        let longest_delay = S::Inputs::<N>::LONGEST_DELAY;
+        let longest = longest_delay * units.sample_time();
+        let delay = Allowed::Within(0.0, longest).check("delay", given.delay)?;
+        let dead_band = Allowed::Within(0.0, LARGEST).check("dead_band", given.dead_band)?;
+        let declared = |value: Option<f64>, term: Term, setting: &'static str| match value {
+            Some(value) => Ok(Allowed::PositiveUpTo(LARGEST).check(setting, value)?),
+            None if given.may_enter(term) => Err(IdentifierError::NotGiven { setting }),
+            None => Ok(0.0),
+        };
+        Ok(Self {
+            demanded: given.demanded,
+            allowed: given.allowed,
+            delay,
+            dead_band,
+            low_speed_velocity: declared(
+                given.low_speed_velocity,
+                Term::LowSpeed,
+                "low_speed_velocity",
+            )?,
+            ripple_order: declared(given.ripple_order, Term::Ripple, "ripple_order")?,
+            revolution: Allowed::PositiveUpTo(LARGEST).check("revolution", given.revolution)?,
+            longest_delay,
+        })
+    }
+
+    /// Whether a term may be estimated.
+    pub(super) fn may_enter(&self, term: Term) -> bool {
+        self.demanded.or(self.allowed).has(term)
+    }
+
+    /// The initial value of a term's unknown, SI.
+    pub(super) fn initial(&self, unknown: Unknown) -> f64 {
+        match unknown {
+            Unknown::Delay => self.delay,
+            Unknown::DeadBand => self.dead_band,
+            _ => 0.0,
+        }
+    }
+
+    /// The bounds of a term's unknown, machine units.
+    pub(super) fn bounds(&self, unknown: Unknown, units: &Units) -> [f64; 2] {
+        if !unknown.term().is_some_and(|term| self.may_enter(term)) {
+            return [self.initial(unknown) * unknown.scale(units); 2];
+        }
+        match unknown {
+            Unknown::Delay => [0.0, self.longest_delay],
+            Unknown::DeadBand => [0.0, LARGEST],
+            _ => [-LARGEST, LARGEST],
+        }
+    }
+
+    /// What the model needs to know about the angle.
+    pub(super) fn angle<N: Number>(&self, units: &Units) -> AngleSettings<N> {
+        let counts = self.revolution * units.position();
+        AngleSettings {
+            revolution: N::from_f64(counts),
+            resolution: N::from_f64(core::f64::consts::TAU / counts),
+            order: N::from_f64(self.ripple_order),
+        }
+    }
+
+    /// ρ/(T v_s), zero without v_s.
+    pub(super) fn per_low_speed_velocity(&self, units: &Units) -> f64 {
+        if self.low_speed_velocity > 0.0 {
+            1.0 / (self.low_speed_velocity * units.velocity())
+        } else {
+            0.0
+        }
+    }
+}

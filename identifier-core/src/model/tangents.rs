@@ -1,0 +1,116 @@
+use super::{Acting, Innovation, ModelValues, Moved, Phase, Slid};
+use crate::number::Number;
+use crate::unknowns::{Unknown, UnknownSet};
+
+/// The motion of a [`ListeningModel`](super::ListeningModel) per unit of each of Q unknowns, the first P of them the
+/// those of a set: ∂q_e/∂θ and ∂v_e/∂θ.
+///
+/// They are of first order in the sample time, which is enough: a tangent only gives a direction; the
+/// step that is taken is judged with the exact model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tangents<N, const Q: usize> {
+    /// ∂q_e/∂θ.
+    pub position: [N; Q],
+    /// ∂v_e/∂θ.
+    pub velocity: [N; Q],
+}
+
+impl<N: Number, const Q: usize> Tangents<N, Q> {
+    /// No motion depends on any parameter yet.
+    pub const NONE: Self = Self {
+        position: [N::ZERO; Q],
+        velocity: [N::ZERO; Q],
+    };
+
+    /// Moves the tangents over the sample in which the model went `way` in a `phase`.
+    #[inline]
+    pub fn advance<S: UnknownSet<P>, const P: usize>(
+        &mut self,
+        values: &ModelValues<N>,
+        acting: &Acting<N>,
+        innovation: &Innovation<N>,
+        moved: &Moved<N>,
+    ) {
+        let direction = match moved.phase {
+            Phase::Slid { direction } => direction,
+            _ => return self.advance_through_rest::<S, P>(values, acting, innovation, moved),
+        };
+        let slid = Slid {
+            way: moved.way,
+            direction,
+            bell: moved.bell,
+        };
+        self.slide::<S, P>(values, acting, innovation, &slid);
+    }
+
+    /// A sample in which the model moved, in one direction on the whole.
+    #[inline]
+    pub fn slide<S: UnknownSet<P>, const P: usize>(
+        &mut self,
+        values: &ModelValues<N>,
+        acting: &Acting<N>,
+        innovation: &Innovation<N>,
+        slid: &Slid<N>,
+    ) {
+        let followed = N::ONE - innovation.position;
+        let braked = N::ONE - values.parameters.x;
+        for i in 0..Q {
+            let position = self.position[i];
+            let kept = braked * self.velocity[i] - innovation.velocity * position;
+            let velocity = match S::UNKNOWNS.get(i) {
+                Some(Unknown::A) => kept - slid.way,
+                Some(Unknown::B) => kept + acting.command,
+                Some(Unknown::Coulomb) => kept - slid.direction,
+                Some(Unknown::Load) => kept + N::ONE,
+                Some(Unknown::Delay) => kept + values.parameters.gain * acting.per_delay,
+                Some(Unknown::Asymmetry) => kept - slid.way.magnitude(),
+                Some(Unknown::LowSpeed) => kept - slid.direction * slid.bell,
+                Some(Unknown::GravitySine) => kept + acting.waves[0],
+                Some(Unknown::GravityCosine) => kept + acting.waves[1],
+                Some(Unknown::RippleSine) => kept + acting.waves[2],
+                Some(Unknown::RippleCosine) => kept + acting.waves[3],
+                Some(Unknown::DeadBand) => kept + values.parameters.gain * acting.per_dead_band,
+                None => kept,
+            };
+            self.position[i] = followed * position + velocity;
+            self.velocity[i] = velocity;
+        }
+    }
+
+    /// A sample in which the model was at rest from beginning to end, so that they have no velocity.
+    #[inline]
+    pub fn rest(&mut self, innovation: &Innovation<N>) {
+        let followed = N::ONE - innovation.position;
+        for position in &mut self.position {
+            *position = *position * followed;
+        }
+    }
+
+    /// A sample in which the model was at rest, stopped or turned.
+    #[cold]
+    fn advance_through_rest<S: UnknownSet<P>, const P: usize>(
+        &mut self,
+        values: &ModelValues<N>,
+        acting: &Acting<N>,
+        innovation: &Innovation<N>,
+        moved: &Moved<N>,
+    ) {
+        let kept = match moved.phase {
+            Phase::Turned { slowing, .. } => slowing,
+            _ => N::ZERO,
+        };
+        if matches!(moved.phase, Phase::Stuck) {
+            self.rest(innovation);
+        } else {
+            let slid = Slid {
+                way: moved.way,
+                direction: moved.phase.mean_direction(),
+                bell: moved.bell,
+            };
+            self.slide::<S, P>(values, acting, innovation, &slid);
+        }
+        for velocity in &mut self.velocity {
+            *velocity = *velocity * kept;
+        }
+    }
+}

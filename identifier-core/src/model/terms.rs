@@ -1,0 +1,75 @@
+use crate::number::Number;
+use crate::parameters::ModelParameters;
+use crate::unknowns::{Unknown, UnknownSet};
+
+/// The sizes of the optional terms, machine units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TermValues<N> {
+    /// τ/T, samples.
+    pub delay: N,
+    /// δa T.
+    pub asymmetry: N,
+    /// s T²/ρ.
+    pub low_speed: N,
+    /// ρ/(T v_s), declared, not estimated: velocities in multiples of v_s.
+    pub per_low_speed_velocity: N,
+    /// g_s, g_c, r_s and r_c, each times T²/ρ.
+    pub waves: [N; 4],
+    /// δ, command units.
+    pub dead_band: N,
+}
+
+impl<N: Number> TermValues<N> {
+    /// No term.
+    pub const NONE: Self = Self {
+        delay: N::ZERO,
+        asymmetry: N::ZERO,
+        low_speed: N::ZERO,
+        per_low_speed_velocity: N::ZERO,
+        waves: [N::ZERO; 4],
+        dead_band: N::ZERO,
+    };
+}
+
+/// The values of all unknowns of a model, machine units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModelValues<N> {
+    /// The four parameters.
+    pub parameters: ModelParameters<N>,
+    /// The terms.
+    pub terms: TermValues<N>,
+}
+
+impl<N: Number> ModelValues<N> {
+    /// The model of a set with these values.
+    #[inline]
+    #[must_use]
+    pub fn of_set<S: UnknownSet<P>, const P: usize>(values: &[N; P]) -> Self {
+        let mut parameters = ModelParameters {
+            x: N::ZERO,
+            gain: N::ZERO,
+            coulomb: N::ZERO,
+            load: N::ZERO,
+        };
+        let mut terms = TermValues::NONE;
+        let [gravity_sine, gravity_cosine, ripple_sine, ripple_cosine] = &mut terms.waves;
+        for (unknown, &value) in S::UNKNOWNS.iter().zip(values) {
+            let place = match unknown {
+                Unknown::A => &mut parameters.x,
+                Unknown::B => &mut parameters.gain,
+                Unknown::Coulomb => &mut parameters.coulomb,
+                Unknown::Load => &mut parameters.load,
+                Unknown::Delay => &mut terms.delay,
+                Unknown::Asymmetry => &mut terms.asymmetry,
+                Unknown::LowSpeed => &mut terms.low_speed,
+                Unknown::GravitySine => &mut *gravity_sine,
+                Unknown::GravityCosine => &mut *gravity_cosine,
+                Unknown::RippleSine => &mut *ripple_sine,
+                Unknown::RippleCosine => &mut *ripple_cosine,
+                Unknown::DeadBand => &mut terms.dead_band,
+            };
+            *place = value;
+        }
+        Self { parameters, terms }
+    }
+}
