@@ -46,7 +46,9 @@ where
         )?;
         Ok(Self {
             fitter: Fitter::new(&config),
-            free: S::UNKNOWNS.map(|unknown| place_of(unknown).is_some_and(|i| config.free[i])),
+            free: S::UNKNOWNS.map(|unknown| {
+                place_of(unknown).is_some_and(|i| config.free.get(i) == Some(&true))
+            }),
             set: PhantomData,
         })
     }
@@ -70,17 +72,27 @@ where
     /// Of d − c sign(q̇), which is all that motion in one direction tells, makes c as much as it can be
     /// and d the rest, so that where the fit happened to end does not matter.
     fn take_all_for_friction(&self, estimates: &mut [N; P], direction: N) {
-        let free = |wanted: Unknown| {
-            let place = S::UNKNOWNS.iter().position(|&own| own == wanted);
-            place.filter(|&i| self.free[i])
-        };
-        let (Some(coulomb), Some(load)) = (free(Unknown::Coulomb), free(Unknown::Load)) else {
+        let mut resistance = N::ZERO;
+        let mut ambiguous = 0;
+        for i in 0..P {
+            match S::UNKNOWNS[i] {
+                Unknown::Coulomb if self.free[i] => resistance += estimates[i],
+                Unknown::Load if self.free[i] => resistance += -direction * estimates[i],
+                _ => continue,
+            }
+            ambiguous += 1;
+        }
+        if ambiguous < 2 {
             return;
-        };
-        let resistance = estimates[coulomb] - direction * estimates[load];
+        }
         let friction = resistance.limited(N::ZERO, N::REACH);
-        estimates[coulomb] = friction;
-        estimates[load] = direction * (friction - resistance);
+        for i in 0..P {
+            match S::UNKNOWNS[i] {
+                Unknown::Coulomb => estimates[i] = friction,
+                Unknown::Load => estimates[i] = direction * (friction - resistance),
+                _ => {}
+            }
+        }
     }
 
     /// A fit result with its covariance in factors.
@@ -102,7 +114,8 @@ where
                 let (Some(row), Some(column)) = (places[i], places[j]) else {
                     return 0.0;
                 };
-                let known = DOUBT * result.covariance[row][column].to_f64();
+                let entry = result.covariance.get(row).and_then(|row| row.get(column));
+                let known = DOUBT * entry.map_or(0.0, |entry| entry.to_f64());
                 if S::HAS_COULOMB && one_way && self.free[i] && self.free[j] {
                     known + ambiguity(i) * ambiguity(j)
                 } else {
@@ -110,7 +123,10 @@ where
                 }
             })
         });
-        let mut estimates = places.map(|place| place.map_or(N::ZERO, |i| result.parameters[i]));
+        let mut estimates = places.map(|place| {
+            let value = place.and_then(|i| result.parameters.get(i));
+            value.copied().unwrap_or(N::ZERO)
+        });
         if one_way {
             self.take_all_for_friction(&mut estimates, result.only_direction);
         }

@@ -136,7 +136,7 @@ where
 
     fn value_of(&self, shown: &Self::Shown, unknown: Unknown) -> Option<f64> {
         let i = S::UNKNOWNS.iter().position(|&own| own == unknown)?;
-        Some(shown[i].to_f64() / unknown.scale(&self.units))
+        Some(shown.get(i)?.to_f64() / unknown.scale(&self.units))
     }
 
     fn standard_error_of(&self, state: &Self::State, unknown: Unknown) -> Option<f64> {
@@ -145,7 +145,7 @@ where
             return None;
         }
         let errors = self.law.standard_errors(&state.recursion.law);
-        Some(errors[i] / unknown.scale(&self.units))
+        Some(errors.get(i)? / unknown.scale(&self.units))
     }
 
     fn entered(&self, state: &Self::State) -> Terms {
