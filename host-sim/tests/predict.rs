@@ -170,3 +170,60 @@ fn logs_of_different_rates_are_refused() {
     assert_eq!(output.status.code(), Some(2));
     assert!(standard_error(&output).contains("nowhere.csv: the log cannot be read"));
 }
+
+/// An angle is the log's own, wherever a log begins, a second log or what is behind a range left out.
+#[test]
+fn gravity_goes_with_the_angle_of_the_log() {
+    const TURNED: f64 = 1.0;
+    let folder = folder("predict-gravity");
+    let run = |name: &str, seed: u32, turned: f64, from: usize| {
+        let scenario = folder.join(format!("{name}.toml"));
+        let text = format!(
+            "[plant]\na = 0.5\nb = 250.0\ncoulomb = 5.0\ngravity = [-30.0, 12.0]\n{CONTROLLER}\
+             [run]\nduration = 12.0\n[excitation]\nseed = {seed}\npower = 0.2\nsample_time = 0.3\n"
+        );
+        std::fs::write(&scenario, text).expect("written");
+        let log = folder.join(format!("{name}.csv"));
+        let [run, csv] = [&scenario, &log].map(|path| path.display().to_string());
+        let output = host_sim(&["run", &run, "--csv", &csv]);
+        assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
+        let text = std::fs::read_to_string(&log).expect("written");
+        let mut rows = "time_s,reference_rad,position_rad,command\n".to_owned();
+        for line in text.lines().skip(1 + from) {
+            let fields: Vec<f64> = line
+                .split(',')
+                .take(4)
+                .map(|x| x.parse().expect("a number"))
+                .collect();
+            let [time, reference, position, command] = fields[..] else {
+                panic!("{line}")
+            };
+            rows += &format!(
+                "{time},{},{},{command}\n",
+                reference + turned,
+                position + turned
+            );
+        }
+        std::fs::write(&log, rows).expect("written");
+        log
+    };
+    // Where each begins is at another angle.
+    let (a, b) = (run("first", 1, TURNED, 0), run("second", 2, TURNED, 2317));
+    let c = run("third", 3, TURNED, 1234);
+    let parameters = "parameters = [\"a\", \"b\", \"coulomb\"]\nrequired_terms = [\"gravity\"]\narithmetic = \"f64\"";
+    let whole = scenario(&folder, parameters, CONTROLLER);
+    let found = result(&[&a, &b], &[&c], &whole);
+    let term = |name: &str| number(&found["estimates"][name]["final"]);
+    let (sine, cosine) = (TURNED.sin(), TURNED.cos());
+    let (by_sine, by_cosine) = (-30.0 * cosine + 12.0 * sine, 30.0 * sine + 12.0 * cosine);
+    assert!(
+        (term("gravity-sine") - by_sine).abs() < 0.3,
+        "{by_sine}: {found}"
+    );
+    assert!(
+        (term("gravity-cosine") - by_cosine).abs() < 0.3,
+        "{by_cosine}: {found}"
+    );
+    let open = &found["predictions"][0]["open_loop"];
+    assert!(number(&open["relative"]) < 0.02, "{open}");
+}

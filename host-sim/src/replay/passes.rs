@@ -199,6 +199,7 @@ impl Passes<'_> {
             declared,
             filter: settings.build().map_err(fault)?,
             unit,
+            revolution: scenario.stated.identifier.terms.revolution,
             time: 0.0,
             begun: false,
         };

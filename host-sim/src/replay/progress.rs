@@ -17,6 +17,8 @@ pub(super) struct Progress<V: VelocityEstimate<f64>> {
     pub(super) filter: V,
     /// A position unit, rad.
     pub(super) unit: f64,
+    /// After so much travel, rad, an angle is the same again.
+    pub(super) revolution: f64,
     pub(super) outcome: Outcome,
     /// How long everything before this stretch was, s.
     pub(super) time: f64,
@@ -72,7 +74,7 @@ impl<V: VelocityEstimate<f64>> Progress<V> {
     ) -> Result<Option<Sample>, StepError> {
         let heard = stretch.ear.hear(*record);
         let settled = stretch.samples >= stretch.settling;
-        let joins = stretch.samples == stretch.settling && (self.begun || stretch.settling > 0);
+        let begins = stretch.samples == stretch.settling;
         stretch.samples += 1;
         let command = match (record.command, &mut self.declared) {
             (Some(command), declared) => {
@@ -89,8 +91,12 @@ impl<V: VelocityEstimate<f64>> Progress<V> {
             stretch.velocity = self.filter.process(&mut stretch.filtered, heard.increment);
             return Ok(None);
         }
-        if joins {
-            self.listener.join(stretch.velocity);
+        if begins {
+            if self.begun || stretch.settling > 0 {
+                self.listener.join(stretch.velocity);
+            }
+            let angle = record.position.rem_euclid(self.revolution) / self.unit;
+            self.listener.place(angle - heard.increment);
         }
         self.begun = true;
         let Told { command, seen } = self.listener.listen(heard.increment, command)?;
