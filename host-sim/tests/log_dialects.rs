@@ -355,6 +355,22 @@ fn what_is_left_out_is_not_learnt_from_and_not_driven_over() {
     assert!(refusal("no-bridge", &gap, PLAIN).contains("499 samples are missing"));
 }
 
+/// Behind each of many breaks the model goes about as fast as the servo does: what is left is what the
+/// velocity estimate is late by. A model that went on from before would be off a hundred times as much.
+#[test]
+fn a_model_joins_the_motion_behind_a_break() {
+    let plain = result("unbroken", &text(&samples()), PLAIN);
+    let ranges: Vec<String> = (0..10)
+        .map(|k| 2.0 + 0.19 * f64::from(k))
+        .map(|from| format!("[{from:.4}, {:.4}]", from + 0.0905))
+        .collect();
+    let cut = format!("{PLAIN}\ncut = [{}]", ranges.join(", "));
+    let broken = result("joined", &text(&samples()), &cut);
+    let rms = |result: &Value| result["residual"]["rms"].as_f64().expect("a number");
+    assert!(rms(&broken) < 5.0 * rms(&plain), "{broken}\n{plain}");
+    assert_alike("joined", &broken, &plain, 0.02);
+}
+
 #[test]
 fn logs_that_are_none_are_answered_with_place_and_remedy() {
     let rows = text(&samples());

@@ -76,8 +76,8 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
     fn new(servo: &FrozenServo, settings: &Settings) -> Result<Self, IdentifierError> {
         /// What a velocity estimate without a pole looks at.
         const SEEN: f64 = 3.0;
-        /// Time constants after which a low-pass shows all of a step but 0.7 %.
-        const SETTLED: f64 = 5.0;
+        /// Time constants after which a low-pass shows all of a step but 0.03 %.
+        const SETTLED: f64 = 8.0;
         let (given, units) = (settings.own_controller()?, settings.units()?);
         let velocity: V = settings.build()?;
         let pole = velocity.transfer().pole.clamp(0.0, 0.999_9);

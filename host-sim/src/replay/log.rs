@@ -53,6 +53,8 @@ pub struct Found {
 pub(super) struct Stretch {
     /// Its first sample.
     pub(super) first: Record,
+    /// Whether it is the log's first.
+    begins_the_log: bool,
     /// The first two steps of the position.
     beginning: Vec<f64>,
     /// Its samples.
@@ -155,6 +157,7 @@ impl Log {
             }
             _ => self.stretches.push(Stretch {
                 first: *record,
+                begins_the_log: self.stretches.is_empty(),
                 beginning: Vec::new(),
                 samples: 1,
             }),
@@ -280,9 +283,13 @@ impl Stretch {
     /// command, steps from rest are as 1 to 3, and steps at a velocity v are v + 1 to v + 3. So
     /// 3Δ₁ − Δ₂ is twice the velocity at the first sample; it counts as none where rounding (at most
     /// half a resolution for each of three positions) or a command that changed meanwhile explains it.
+    /// Behind a break a servo is taken to be in motion, as it mostly is: slow ones cannot be told.
     pub(super) fn begins_at_rest(&self, resolution: f64) -> bool {
         const ROUNDED: f64 = 4.0;
         const CHANGED: f64 = 0.5;
+        if !self.begins_the_log {
+            return false;
+        }
         match self.beginning[..] {
             [first, ..] if first.abs() <= 1.5 * resolution => true,
             [first, second] => {

@@ -96,8 +96,8 @@ pub(super) fn settling(scenario: &Scenario, stretch: &Stretch) -> u64 {
     /// What a velocity estimate without a pole looks at, and the first row, of which no motion is
     /// known.
     const SEEN: u64 = 3;
-    /// Time constants after which a low-pass shows all of a step but 0.7 %.
-    const SETTLED: f64 = 5.0;
+    /// Time constants after which a low-pass shows all of a step but 0.03 %.
+    const SETTLED: f64 = 8.0;
     /// The most that is given away: this part of the stretch.
     const MOST: u64 = 10;
     let stated = &scenario.stated;
