@@ -58,7 +58,7 @@ impl Clock {
         } else {
             later.round()
         };
-        if samples < 1.0 {
+        if samples.is_nan() || samples < 1.0 {
             return Tick::TooEarly;
         }
         let off = later - samples;

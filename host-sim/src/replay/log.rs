@@ -79,6 +79,10 @@ impl Log {
         let dialect = Dialect::of_file(path)?;
         let rows = |sample_time| Rows::open(path, settings, dialect, sample_time);
         let Some(stated) = sample_time else {
+            if !settings.tells_sample_time() {
+                let fault = "nothing says how long a sample lasts: state log.sample_time";
+                return Err(LogError::of_file(path, fault.to_owned()));
+            }
             let usual = usual_step(rows(f64::NAN)?, settings)?.unwrap_or(f64::NAN);
             let (mut log, mean) = Self::judge(path, settings, dialect, usual)?;
             log.sample_time = mean.unwrap_or(usual);

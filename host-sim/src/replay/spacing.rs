@@ -130,8 +130,8 @@ impl<'a> Records<'a> {
                 self.settings.bridge
             )),
             Tick::Back => Err(format!(
-                "time goes from {} to {} s: it must advance by the sample time, {sample_time} s; \
-                 leave the range out with log.cut{}",
+                "time goes from {} to {} s: it must advance from row to row; leave the range out with \
+                 log.cut{}",
                 from.time,
                 next.time,
                 self.without_time()

@@ -288,6 +288,12 @@ mod tests {
             "[identifier]\nparameters = [\"a\", \"a\"]",
             "[identifier]\nbounds = { a = [1.0] }",
             "[identifier]\nplant_box = { a = [0.0, 1.0] }",
+            "[log]\nposition = 0",
+            "[log]\nposition = 1.5",
+            "[log]\nposition = 1\nposition_unit = \"inch\"",
+            "[log]\nposition = 1\ncut = []",
+            "[log]\nposition = 1\ncut = [[1.0]]",
+            "[log]\nposition = 1\ncut = [1.0, 2.0]",
         ] {
             let text = format!("{plant}{wrong}\n");
             assert!(
@@ -297,6 +303,9 @@ mod tests {
             assert!(!accepts(&text), "{wrong}");
         }
         assert!(accepts(plant));
+        assert!(accepts(&format!(
+            "{plant}[log]\nposition = 1\ncut = [[1.0, 2.0]]\n"
+        )));
     }
 
     /// The example of each required key is one that may be copied.
