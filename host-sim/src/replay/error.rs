@@ -62,3 +62,9 @@ pub(super) fn shortened(text: &str) -> String {
     }
     short
 }
+
+/// A time as a message shows it, s: to the nanosecond.
+pub(super) fn rounded(seconds: f64) -> f64 {
+    const NANOSECONDS: f64 = 1e9;
+    (seconds * NANOSECONDS).round() / NANOSECONDS
+}

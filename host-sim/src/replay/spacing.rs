@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::clock::{Clock, Jitter, Tick};
-use super::error::LogError;
+use super::error::{LogError, rounded};
 use super::rows::{Record, Rows};
 use crate::scenario::{LogSettings, TimeUnit};
 
@@ -110,34 +110,32 @@ impl<'a> Records<'a> {
 
     /// How many samples are missing before a row.
     fn missing(&self, tick: Tick, from: &Record, next: &Record) -> Result<u32, String> {
-        let sample_time = self.sample_time;
-        let step = next.time - from.time;
+        let sample_time = rounded(self.sample_time);
+        let step = rounded(next.time - from.time);
+        let [before, now] = [from.time, next.time].map(rounded);
         let so_far = || match self.mean_step() {
-            Some(mean) => format!(" (so far {mean:.6e} s on average)"),
+            Some(mean) => format!(" (so far {} s on average)", rounded(mean)),
             None => String::new(),
         };
         match tick {
             Tick::After(samples) if samples - 1 <= self.settings.bridge => Ok(samples - 1),
             Tick::After(samples) => Err(format!(
-                "{} missing before {} s, as a sample time is {sample_time} s{}: at most {} may be \
+                "{} missing before {now} s, as a sample time is {sample_time} s{}: at most {} may be \
                  bridged (set log.bridge_gaps to allow more, or leave the gap out with log.cut)",
                 match samples - 1 {
                     1 => "1 sample is".to_owned(),
                     missing => format!("{missing} samples are"),
                 },
-                next.time,
                 so_far(),
                 self.settings.bridge
             )),
             Tick::Back => Err(format!(
-                "time goes from {} to {} s: it must advance from row to row; leave the range out with \
-                 log.cut{}",
-                from.time,
-                next.time,
+                "time goes from {before} to {now} s: it must advance from row to row; leave the range \
+                 out with log.cut{}",
                 self.without_time()
             )),
             Tick::TooEarly => Err(format!(
-                "time advances by {step:.9} s{}: it must advance by the sample time, {sample_time} s, \
+                "time advances by {step} s{}: it must advance by the sample time, {sample_time} s, \
                  to half of it",
                 so_far()
             )),
