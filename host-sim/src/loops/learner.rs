@@ -144,6 +144,7 @@ impl<N: Copy, I: Identify<N>> Learner<N> for Beside<I, I::State> {
     fn outcome(&self) -> Outcome {
         Outcome {
             bandwidth: self.identifier.bandwidth(&self.state),
+            entered: self.entered.clone(),
             terms: self.terms(),
             ..self.known.clone()
         }

@@ -243,6 +243,7 @@ impl Passes<'_> {
         } = progress;
         let known = listener.outcome();
         outcome.bandwidth = known.bandwidth;
+        outcome.entered = known.entered;
         outcome.terms = known.terms;
         Ok(Replayed {
             outcome,

@@ -28,6 +28,7 @@ pub struct Document {
     pub truth: Option<Truth>,
     pub output_error: Option<OutputError>,
     pub settling_time: SettlingTime,
+    pub terms_entered: BTreeMap<&'static str, f64>,
     pub slowed_samples: u64,
     pub model_restarts: u64,
     pub standing_samples: u64,
@@ -215,6 +216,9 @@ impl Document {
                 a: summary.settling_a,
                 b: summary.settling_b,
             },
+            terms_entered: (summary.outcome.entered.iter())
+                .map(|(term, since)| (term.name(), *since as f64 * summary.sample_time))
+                .collect(),
             slowed_samples: events.slowed,
             model_restarts: events.restarted,
             standing_samples: events.standing,

@@ -27,14 +27,13 @@ impl TermConfig {
         given: &TermSettings,
         units: &Units,
     ) -> Result<Self, IdentifierError> {
-        let has = |term: Term| S::UNKNOWNS.iter().any(|&unknown| term.is_of(unknown));
         for term in Term::ALL {
             let declared = match term {
                 Term::Delay => given.delay != 0.0,
                 Term::DeadBand => given.dead_band != 0.0,
                 _ => false,
             };
-            if (given.may_enter(term) || declared) && !has(term) {
+            if (given.may_enter(term) || declared) && !term.is_in::<N, S, P>() {
                 return Err(IdentifierError::NoSuchTerm { term });
             }
         }
