@@ -9,6 +9,7 @@ use crate::analysis::residual::Report;
 use crate::analysis::{Summary, unit};
 use crate::experiment::TermEstimate;
 use crate::replay::Agreement;
+use crate::report::logs::{LogDocument, PredictionDocument};
 
 /// The result of one experiment as the command line promises it.
 #[derive(Debug, Clone, Serialize)]
@@ -39,6 +40,8 @@ pub struct Document {
     pub mu: Option<f64>,
     pub residual: Option<Residual>,
     pub agreement: Option<AgreementDocument>,
+    pub logs: Vec<LogDocument>,
+    pub predictions: Vec<PredictionDocument>,
 }
 
 /// How well the declared controller reproduces the recorded command of a log.
@@ -237,6 +240,18 @@ impl Document {
                 largest: agreement.largest,
                 line: agreement.line,
             }),
+            logs: Vec::new(),
+            predictions: Vec::new(),
+        }
+    }
+
+    /// With what there is to be said of the logs of a replay.
+    #[must_use]
+    pub fn of_logs(self, logs: Vec<LogDocument>, predictions: Vec<PredictionDocument>) -> Self {
+        Self {
+            logs,
+            predictions,
+            ..self
         }
     }
 }
