@@ -16,6 +16,7 @@ pub mod emulated_servo;
 pub mod hand_off;
 pub mod host;
 pub mod instructions;
+pub mod measured;
 mod panic;
 pub mod paper;
 pub mod settings;

@@ -95,10 +95,15 @@ pub struct TermSettings {
     pub demanded: Terms,
     /// Terms that are estimated once there is evidence for them.
     pub allowed: Terms,
-    /// The total delay that is known, s: where the estimate begins, and stays if it is not estimated.
+    /// The delay that is known, s; besides the current loop, if that is declared too. It acts in
+    /// [`BehindAmplifier`](crate::identifier::BehindAmplifier); if it is a term to be estimated, the
+    /// estimate begins at it.
     pub delay: f64,
     /// The dead band that is known, command units: as the delay.
     pub dead_band: f64,
+    /// The time constant of a first-order current loop, s, which acts in
+    /// [`BehindAmplifier`](crate::identifier::BehindAmplifier).
+    pub current_loop: f64,
     /// v_s of friction at low speed, rad/s.
     pub low_speed_velocity: Option<f64>,
     /// The order N of the ripple: periods to a revolution.
@@ -115,10 +120,22 @@ impl TermSettings {
         allowed: Terms::NONE,
         delay: 0.0,
         dead_band: 0.0,
+        current_loop: 0.0,
         low_speed_velocity: None,
         ripple_order: None,
         revolution: core::f64::consts::TAU,
     };
+
+    /// The effects of the amplifier that are declared, by their settings.
+    pub(crate) fn of_amplifier(&self) -> impl Iterator<Item = &'static str> {
+        [
+            ("delay", self.delay),
+            ("dead_band", self.dead_band),
+            ("current_loop", self.current_loop),
+        ]
+        .into_iter()
+        .filter_map(|(setting, value)| (value != 0.0).then_some(setting))
+    }
 
     /// Whether a term may be estimated.
     #[must_use]

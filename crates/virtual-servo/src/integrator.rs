@@ -26,6 +26,9 @@ impl Integrator {
     const FINEST_STEP: f64 = 1.0 / 4096.0;
     const FINEST_EVENT: f64 = 1e-9;
 
+    /// Events in the time that is asked for after which a motor that goes on stopping stands.
+    const MOST_EVENTS: u32 = 1000;
+
     /// With steps of up to `longest`, s.
     pub(crate) fn new(tolerance: f64, longest: f64) -> Self {
         Self {
@@ -38,8 +41,9 @@ impl Integrator {
     /// Moves a state by a time, s, from the beginning of the time for which a command is held.
     pub(crate) fn advance(&mut self, equation: &Equation, state: &mut State, time: f64) {
         let mut mode = equation.mode(0.0, state);
-        let mut now = 0.0;
-        while now < time {
+        let (mut now, mut events) = (0.0, 0);
+        // What has run away stays away.
+        while now < time && events < Self::MOST_EVENTS && state[1].is_finite() {
             let left = time - now;
             let step = self.step.min(left);
             let (next, error) = dormand_prince(equation, mode, now, state, step);
@@ -61,6 +65,7 @@ impl Integrator {
                     state[1] = 0.0;
                 }
                 now += until;
+                events += 1;
                 mode = equation.mode(now, state);
             } else {
                 *state = next;

@@ -4,11 +4,22 @@ use std::collections::VecDeque;
 
 use crate::experiment::Sample;
 
+/// What is kept of a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Kept {
+    /// Rad.
+    pub(super) position: f64,
+    /// The command that acted from there on.
+    pub(super) command: f64,
+    /// Whether what went before is of another motion.
+    pub(super) begins: bool,
+}
+
 /// The last samples of a run: position and the command that acted from there on. A shorter run is
 /// kept whole; of a longer one its end is judged, where the estimates are at their best.
 #[derive(Debug, Clone)]
 pub(super) struct Stretch {
-    samples: VecDeque<(f64, f64)>,
+    samples: VecDeque<Kept>,
     most: usize,
 }
 
@@ -27,7 +38,11 @@ impl Stretch {
         if self.samples.len() == self.most {
             self.samples.pop_front();
         }
-        self.samples.push_back((sample.position, sample.command));
+        self.samples.push_back(Kept {
+            position: sample.position,
+            command: sample.command,
+            begins: sample.begins,
+        });
     }
 
     /// Forgets everything: what was recorded goes on elsewhere.
@@ -35,8 +50,8 @@ impl Stretch {
         self.samples.clear();
     }
 
-    /// Positions, rad, and commands.
-    pub(super) fn samples(&self) -> impl ExactSizeIterator<Item = (f64, f64)> + Clone + '_ {
+    /// What is kept, in order.
+    pub(super) fn samples(&self) -> impl ExactSizeIterator<Item = Kept> + Clone + '_ {
         self.samples.iter().copied()
     }
 }

@@ -139,7 +139,7 @@ impl Summariser {
         }
         self.standard_errors = sample.standard_errors;
         self.stretch.add(sample);
-        if let Some(last) = self.last_position {
+        if let Some(last) = self.last_position.filter(|_| !sample.begins) {
             self.travelled += (sample.position - last).abs();
         }
         self.last_position = Some(sample.position);

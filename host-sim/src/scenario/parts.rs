@@ -159,6 +159,7 @@ impl Scenario {
                 "resolution" => "encoder.counts_per_rev".to_owned(),
                 "delay" => "amplifier.delay".to_owned(),
                 "dead_band" => "amplifier.dead_band".to_owned(),
+                "current_loop" => "amplifier.current_loop".to_owned(),
                 "limit" | "limit_low" | "limit_high" => "amplifier.limit".to_owned(),
                 "a_min" => "identifier.plant_box.a".to_owned(),
                 "b_min" => "identifier.plant_box.b".to_owned(),
@@ -168,6 +169,7 @@ impl Scenario {
                 setting: "controller",
             } => "controller".to_owned(),
             IdentifierError::NotGiven { setting } => format!("identifier.{setting}"),
+            IdentifierError::NoAmplifier { setting } => format!("amplifier.{setting}"),
             IdentifierError::Certificate(CertificateError::ProportionalGainTooSmall { .. }) => {
                 format!("{gains}.kp")
             }

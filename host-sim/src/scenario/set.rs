@@ -36,8 +36,7 @@ impl Scenario {
     #[must_use]
     pub fn has_terms(&self) -> bool {
         let terms = &self.stated.identifier.terms;
-        let declared = terms.delay > 0.0 || terms.dead_band > 0.0;
-        declared || !terms.demanded.or(terms.allowed).is_empty()
+        !terms.demanded.or(terms.allowed).is_empty()
     }
 
     /// The smallest set that holds every parameter that is estimated or known to be there.

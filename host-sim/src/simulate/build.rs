@@ -9,7 +9,8 @@ use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::FixedVelocity;
 use identifier_core::identifier::{
-    GaussNewtonIdentifier, GradientIdentifier, IdentifierError, Identify, WindowIdentifier,
+    BehindAmplifier, GaussNewtonIdentifier, GradientIdentifier, IdentifierError, Identify,
+    TermWindowIdentifier, WindowIdentifier,
 };
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::number::Number;
@@ -35,6 +36,12 @@ use crate::scenario::{Arithmetic, Baseline, BaselineSettings, Fault, Law, Scenar
 
 /// Blocks of a window: a PC has the memory for every sample of half a second at 1 kHz.
 const WINDOW_BLOCKS: usize = 512;
+
+/// The same with terms, for which a block should be a sample: two seconds at 1 kHz.
+const TERM_WINDOW_BLOCKS: usize = 2048;
+
+/// Commands that an amplifier may hold back.
+const HELD_BACK: usize = 128;
 
 impl Simulation {
     /// What a scenario describes.
@@ -235,6 +242,7 @@ pub(super) fn method<N: Number>(
             gauss_newton_with_terms::<N>(scenario, settings)
         }
         Law::GaussNewton => with_set!(scenario => gauss_newton::<N>(settings)),
+        Law::Window if scenario.has_terms() => window_with_terms::<N>(scenario, settings),
         Law::Window => with_set!(scenario => window::<N>(settings)),
         Law::Baseline(baseline, own) => {
             return rival(scenario, &units, *baseline, own).map_err(fault_of_rival);
@@ -263,12 +271,14 @@ where
     V: VelocityEstimate<N> + 'static,
     S: ParameterSet<P> + 'static,
 {
-    let identifier: GradientIdentifier<N, V, S, P> = settings.build()?;
+    let identifier: BehindAmplifier<N, GradientIdentifier<N, V, S, P>, HELD_BACK> =
+        settings.build()?;
+    let law = identifier.identifier();
     let known = Outcome {
         gamma: gamma_of::<S, P>(settings),
-        mu: Some(identifier.mu()),
-        certified: identifier.certificate().is_some(),
-        gain_margin: identifier.gain_margin(),
+        mu: Some(law.mu()),
+        certified: law.certificate().is_some(),
+        gain_margin: law.gain_margin(),
         ..Outcome::default()
     };
     Ok(Box::new(Beside::new(identifier, known)))
@@ -282,13 +292,24 @@ fn gauss_newton<N: Number, S: UnknownSet<P> + 'static, const P: usize>(
 
 /// Every term that there is; those that the settings do not ask for stay away.
 fn gauss_newton_with_terms<N: Number>(scenario: &Scenario, settings: &Settings) -> Listening<N> {
-    // The load is one of its parameters, and without friction its friction stays at zero.
-    let mut settings = *settings;
-    settings.identifier.known.coulomb |= !scenario.identifier.estimates(Parameter::Coulomb);
-    gauss_newton::<N, AllUnknowns, 12>(&settings)
+    gauss_newton::<N, AllUnknowns, 12>(&with_terms(scenario, settings))
 }
 
-fn window<N: Number, S: ParameterSet<P> + 'static, const P: usize>(
+/// The load is one of the parameters of a model with terms, and without friction its friction stays at
+/// zero.
+fn with_terms(scenario: &Scenario, settings: &Settings) -> Settings {
+    let mut settings = *settings;
+    settings.identifier.known.coulomb |= !scenario.identifier.estimates(Parameter::Coulomb);
+    settings
+}
+
+/// A window of as many blocks as a model with terms needs.
+fn window_with_terms<N: Number>(scenario: &Scenario, settings: &Settings) -> Listening<N> {
+    let settings = with_terms(scenario, settings);
+    fitting::<N, TermWindowIdentifier<N, TERM_WINDOW_BLOCKS>>(&settings)
+}
+
+fn window<N: Number, S: UnknownSet<P> + 'static, const P: usize>(
     settings: &Settings,
 ) -> Listening<N> {
     fitting::<N, WindowIdentifier<N, S, P, WINDOW_BLOCKS>>(settings)
@@ -306,7 +327,7 @@ where
             setting: "initial.b",
         });
     }
-    let identifier: I = settings.build()?;
+    let identifier: BehindAmplifier<N, I, HELD_BACK> = settings.build()?;
     Ok(Box::new(Beside::new(identifier, Outcome::default())))
 }
 

@@ -13,8 +13,14 @@ pub trait Evidence<N, const P: usize>: Copy + core::fmt::Debug + PartialEq {
     /// The terms that have entered.
     fn entered(&self) -> Terms;
 
-    /// Lets a term enter, and begins anew with the evidence for the others.
+    /// Lets a term enter. The estimates then move, which is no evidence for another term.
     fn enter(&mut self, terms: Terms);
+
+    /// Begins anew with the evidence for the terms that have not entered.
+    fn begin_anew(&mut self);
+
+    /// Whether the estimates may still move because of the term that entered last.
+    fn is_settling(&self) -> bool;
 
     /// Takes in a block in which the model moved in `direction` (its sign): the mean error and its
     /// sensitivity to every unknown, entered or not.
@@ -42,6 +48,12 @@ impl<N: Number, const P: usize> Evidence<N, P> for () {
 
     fn enter(&mut self, _: Terms) {}
 
+    fn begin_anew(&mut self) {}
+
+    fn is_settling(&self) -> bool {
+        false
+    }
+
     #[inline]
     fn observe(&mut self, _: &[N; P], _: N, _: N) {}
 
@@ -65,6 +77,7 @@ pub struct OnDemand {
     forwards: u16,
     backwards: u16,
     entered: Terms,
+    settling: bool,
 }
 
 impl<N: Number, const P: usize> Evidence<N, P> for OnDemand {
@@ -72,6 +85,7 @@ impl<N: Number, const P: usize> Evidence<N, P> for OnDemand {
         forwards: 0,
         backwards: 0,
         entered: Terms::NONE,
+        settling: false,
     };
 
     #[inline]
@@ -84,7 +98,21 @@ impl<N: Number, const P: usize> Evidence<N, P> for OnDemand {
             forwards: 0,
             backwards: 0,
             entered: self.entered.or(terms),
+            settling: true,
         };
+    }
+
+    fn begin_anew(&mut self) {
+        *self = Self {
+            forwards: 0,
+            backwards: 0,
+            settling: false,
+            ..*self
+        };
+    }
+
+    fn is_settling(&self) -> bool {
+        self.settling
     }
 
     #[inline]
@@ -135,6 +163,16 @@ impl<N: Number, const P: usize> Evidence<N, P> for Gathered<N, P> {
         Evidence::<N, P>::enter(&mut self.moved, terms);
         self.equations = NormalEquations::EMPTY;
         self.blocks = 0;
+    }
+
+    fn begin_anew(&mut self) {
+        Evidence::<N, P>::begin_anew(&mut self.moved);
+        self.equations = NormalEquations::EMPTY;
+        self.blocks = 0;
+    }
+
+    fn is_settling(&self) -> bool {
+        self.moved.settling
     }
 
     fn observe(&mut self, sensitivity: &[N; P], error: N, direction: N) {

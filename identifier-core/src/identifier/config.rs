@@ -113,6 +113,9 @@ impl<const P: usize> GradientPlan<P> {
     ) -> Result<Self, IdentifierError> {
         let units = settings.units()?;
         let given = &settings.identifier;
+        if let Some(setting) = given.terms.of_amplifier().next() {
+            return Err(IdentifierError::NoAmplifier { setting });
+        }
         let gains = settings.correction_gains()?;
         let plant_box = plant_box(settings)?;
         let nominal = nominal_box(settings)?;

@@ -28,6 +28,12 @@ pub enum IdentifierError {
         /// The term.
         term: Term,
     },
+    /// The amplifier has a declared effect, and nothing in front of the identifier that acts on the
+    /// command: see [`BehindAmplifier`](super::BehindAmplifier).
+    NoAmplifier {
+        /// The name of the setting.
+        setting: &'static str,
+    },
     /// A setting that has no default and was not given.
     NotGiven {
         /// Its name.
@@ -48,6 +54,10 @@ impl fmt::Display for IdentifierError {
                 f,
                 "this model has no term \"{}\": take a set of unknowns that has it, or leave the term out",
                 term.name()
+            ),
+            Self::NoAmplifier { setting } => write!(
+                f,
+                "{setting} is declared, and this identifier takes every command as what acts at once: leave it out, or put the amplifier in front of the identifier (there is none in fixed point)"
             ),
             Self::NotGiven { setting } => write!(f, "{setting} has to be given here"),
         }

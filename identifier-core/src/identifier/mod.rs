@@ -5,8 +5,10 @@
 //! sample). [`GaussNewtonIdentifier`] is the fast one, with standard errors, and [`WindowIdentifier`]
 //! fits the last samples again and again in the background; both begin without a guess, and both exist
 //! as two halves, for an interrupt that [records](RecordBlocks) and a background that
-//! [fits](FitBlocks). [`ServoLoop`] is our controller with one of them.
+//! [fits](FitBlocks). [`BehindAmplifier`] puts what is known of the amplifier
+//! in front of any of them. [`ServoLoop`] is our controller with one of them.
 
+mod behind_amplifier;
 mod combined;
 pub(crate) mod config;
 mod error;
@@ -20,6 +22,7 @@ mod settings;
 mod terms;
 mod window;
 
+pub use behind_amplifier::{BehindAmplifier, BehindAmplifierState};
 pub use combined::{Combined, CombinedState};
 pub use error::IdentifierError;
 pub use fit::NumberedBlock;
@@ -35,6 +38,6 @@ pub use halves::{FitBlocks, RecordBlocks};
 pub use identify::{Event, Identify, Seen};
 pub use servo_loop::{LoopStep, ServoLoop, ServoLoopState};
 pub use window::{
-    WindowEstimates, WindowFitted, WindowFitter, WindowFitterState, WindowIdentifier,
-    WindowRecorder, WindowRecorderState, WindowState,
+    TermWindowIdentifier, WindowEstimates, WindowFitted, WindowFitter, WindowFitterState,
+    WindowIdentifier, WindowRecorder, WindowRecorderState, WindowState,
 };

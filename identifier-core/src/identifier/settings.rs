@@ -3,12 +3,12 @@ use super::config::{LARGEST, SMALLEST_GAIN};
 use super::fit::FitterConfig;
 use super::terms::TermConfig;
 use crate::error::Allowed;
-use crate::model::ZeroOrderHoldStep;
+use crate::model::{AngleSettings, ZeroOrderHoldStep};
 use crate::number::Number;
 use crate::parameters::Parameter;
 use crate::settings::Settings;
 use crate::units::Units;
-use crate::unknowns::{Unknown, UnknownSet};
+use crate::unknowns::{Terms, Unknown, UnknownSet};
 
 /// The settings that identifiers which fit are built from, with their units.
 #[derive(Debug, Clone, Copy)]
@@ -63,6 +63,9 @@ impl<'a> Listening<'a> {
             deviation: [None; 4],
             free: [false; 4],
             bandwidth: self.bandwidth_per_sample()?,
+            angle: AngleSettings::NONE,
+            per_low_speed_velocity: 0.0,
+            demanded: Terms::NONE,
         };
         for (i, parameter) in ALL.into_iter().enumerate() {
             if !has(parameter) {
@@ -84,6 +87,47 @@ impl<'a> Listening<'a> {
             config.free[i] = !given.known.of(parameter);
         }
         Ok(config)
+    }
+
+    /// The same for a model with the unknowns F, its parameters those that S has: terms may be among
+    /// them.
+    pub(super) fn fitter_with_terms<N, S, const P: usize, F, const U: usize>(
+        &self,
+        places: usize,
+        time: f64,
+    ) -> Result<FitterConfig<U>, IdentifierError>
+    where
+        N: Number,
+        S: UnknownSet<P>,
+        F: UnknownSet<U>,
+    {
+        let has = |parameter: Parameter| S::UNKNOWNS.contains(&parameter.into());
+        let base = self.fitter(has, places, time)?;
+        let terms = self.terms::<N, F, U>()?;
+        let bounds = F::UNKNOWNS.map(|unknown| match place_of(unknown) {
+            Some(i) => [base.low[i], base.high[i]],
+            None => terms.bounds(unknown, &self.units),
+        });
+        let initial = |unknown: Unknown| match place_of(unknown) {
+            Some(i) => base.initial[i],
+            None => Some(terms.initial(unknown) * unknown.scale(&self.units)),
+        };
+        Ok(FitterConfig {
+            block: base.block,
+            noise: base.noise,
+            low: bounds.map(|[low, _]| low),
+            high: bounds.map(|[_, high]| high),
+            initial: F::UNKNOWNS.map(initial),
+            deviation: F::UNKNOWNS.map(|unknown| base.deviation[place_of(unknown)?]),
+            free: F::UNKNOWNS.map(|unknown| match (place_of(unknown), unknown.term()) {
+                (Some(i), _) => base.free[i],
+                (None, term) => term.is_some_and(|term| terms.may_enter(term)),
+            }),
+            bandwidth: base.bandwidth,
+            angle: terms.angle(&self.units),
+            per_low_speed_velocity: terms.per_low_speed_velocity(&self.units),
+            demanded: terms.demanded,
+        })
     }
 
     /// The bounds of a parameter, SI: those given, or those of arithmetic and physics (a, b and c are

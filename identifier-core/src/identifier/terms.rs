@@ -27,16 +27,19 @@ impl TermConfig {
         given: &TermSettings,
         units: &Units,
     ) -> Result<Self, IdentifierError> {
-        let has = |term: Term| S::UNKNOWNS.iter().any(|&unknown| term.is_of(unknown));
+        let has = |term: Term| term.is_in::<N, S, P>();
         for term in Term::ALL {
-            let declared = match term {
-                Term::Delay => given.delay != 0.0,
-                Term::DeadBand => given.dead_band != 0.0,
-                _ => false,
-            };
-            if (given.may_enter(term) || declared) && !has(term) {
+            if given.may_enter(term) && !has(term) {
                 return Err(IdentifierError::NoSuchTerm { term });
             }
+        }
+        let acts = |setting| match setting {
+            "delay" => has(Term::Delay),
+            "dead_band" => has(Term::DeadBand),
+            _ => false,
+        };
+        if let Some(setting) = given.of_amplifier().find(|&setting| !acts(setting)) {
+            return Err(IdentifierError::NoAmplifier { setting });
         }
         // The estimate needs room above what is declared.
         let longest_delay = S::Inputs::<N>::LONGEST_DELAY;

@@ -145,8 +145,9 @@ impl<N: Number, const L: usize> KnownInputs<N> for DelayedInputs<N, L> {
         command: N,
         _: N,
     ) -> Acting<N> {
-        self.last = self.last.wrapping_add(1) & (L - 1);
-        self.commands[self.last] = command;
+        let last = self.last.wrapping_add(1) & (L - 1);
+        self.last = last;
+        self.commands[last] = command;
         let whole = terms.delay.whole();
         let part = terms.delay - N::from_count(whole);
         let whole = whole.unsigned_abs() as usize;

@@ -1,6 +1,7 @@
 //! The servo (2), its exact step over a sample, and the model loop (5)–(7) with its regressor (9), driven
 //! by the command that acted.
 
+mod amplifier;
 mod correction;
 mod friction_step;
 mod known_inputs;
@@ -11,6 +12,7 @@ mod tangents;
 mod terms;
 mod zero_order_hold_step;
 
+pub use amplifier::{Amplifier, AmplifierState};
 pub use correction::{
     AccelerationCorrection, CommandCorrection, Corrected, Correction, IntegralError,
 };

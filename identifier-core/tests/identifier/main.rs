@@ -1,5 +1,6 @@
 //! The laws over whole records: random servos, anybody's controller, any input.
 
+mod behind_amplifier;
 mod command_driven;
 mod command_driven_robustness;
 mod gradient;
@@ -11,4 +12,7 @@ mod refusals;
 mod robustness;
 mod shown_estimates;
 mod support;
+mod terms;
 mod window;
+mod window_dwells;
+mod window_terms;

@@ -2,14 +2,18 @@
 //! one causal pass driven by the recorded command.
 
 use identifier_core::Settings;
-use identifier_core::identifier::{Event, GaussNewtonIdentifier, Identify};
-use identifier_core::parameters::AbCoulombLoad;
+use identifier_core::identifier::{GaussNewtonIdentifier, Identify};
+use identifier_core::unknowns::{AllUnknowns, Term, Terms, Unknown};
 use std::process::Command;
 
 const SAMPLE_TIME: f64 = 1e-3;
 const FORCE_PER_VOLT: f64 = 35.150_651_882_485_47;
-/// M kg, Fv N/(m/s), Fc N, OF N: the published off-line values.
-const PUBLISHED: [f64; 4] = [95.11, 203.5, 20.39, -3.16];
+/// M kg, Fv forwards and backwards N/(m/s), Fc N: the published off-line values of the model whose
+/// friction differs with the direction; Fc is the mean of 20.144 and 20.628.
+const PUBLISHED: [f64; 4] = [95.154, 166.71, 240.42, 20.386];
+/// How far a causal pass may be from them. What the friction at low speed adds, which this model lacks
+/// too, goes into Fc and Fv; how much depends on how the reversals are weighed.
+const ALLOWED: [f64; 4] = [0.01, 0.06, 0.03, 0.05];
 
 /// Position (m) and command (V) of every sample; none where the log is not at hand. A log that
 /// `EMPS_LOG` names must be there, and one that is there must be sound.
@@ -51,85 +55,71 @@ fn rows(text: &str) -> Option<Vec<(f64, f64)>> {
 }
 
 #[test]
-fn one_pass_from_sixty_starts() {
+fn one_pass_from_sixty_starts_ends_in_one_place() {
     let Some(log) = log() else {
         println!("skipped: the log is not at hand");
         return;
     };
-    // The log does not say what a count is: three guesses. Fv and Fc trade off against each other,
-    // because the real friction is asymmetric (published by direction: Fv 166.7 and 240.4); where a
-    // count is stated too coarse, what is left of it hides in the encoder's noise.
-    for (resolution, allowed) in [
-        (1e-7, [0.5, 4.0, 0.6, 0.35]),
-        (1e-6, [0.5, 4.0, 0.6, 0.35]),
-        (3e-6, [1.5, 45.0, 4.5, 2.0]),
-    ] {
-        let worst = distances(&log, resolution);
-        println!("count {resolution:e} m: largest distance from the published values {worst:.2?}");
-        let within = worst.iter().zip(allowed).all(|(off, most)| *off < most);
-        assert!(within, "{worst:?} beyond {allowed:?}");
+    // The log does not say what a count is: two guesses.
+    for resolution in [1e-7, 1e-6] {
+        let found: Vec<[f64; 4]> = (0..60)
+            .map(|start| {
+                one_pass(
+                    &log,
+                    resolution,
+                    0.3 * 10.0_f64.powf(f64::from(start) / 59.0),
+                )
+            })
+            .collect();
+        println!("count {resolution:e} m: M, Fv+, Fv-, Fc = {:.3?}", found[0]);
+        for values in &found {
+            for i in 0..4 {
+                let off = values[i] / PUBLISHED[i] - 1.0;
+                assert!(
+                    off.abs() < ALLOWED[i],
+                    "count {resolution:e} m: {values:.3?}"
+                );
+                let apart = values[i] / found[0][i] - 1.0;
+                assert!(apart.abs() < 5e-3, "{values:.3?} and {:.3?}", found[0]);
+            }
+        }
     }
 }
 
-/// The largest distances from the published M, Fv, Fc, OF over sixty starts.
-fn distances(log: &[(f64, f64)], resolution: f64) -> [f64; 4] {
-    let mut worst = [0.0_f64; 4];
-    for start in 0..60 {
-        let factor = 0.3 * 10.0_f64.powf(f64::from(start) / 59.0);
-        let mut settings = Settings {
-            resolution,
-            ..Settings::new(SAMPLE_TIME, 1.0)
-        };
-        let b = FORCE_PER_VOLT / PUBLISHED[0];
-        settings.identifier.initial.b = Some(b * factor);
-        settings.identifier.initial.a = Some(PUBLISHED[1] / PUBLISHED[0] * factor);
-        settings.identifier.initial.coulomb = Some(PUBLISHED[2] / PUBLISHED[0] * factor);
-        let identifier = settings
-            .build::<GaussNewtonIdentifier<f32, AbCoulombLoad, 4>>()
-            .expect("settings");
-        let mut state = identifier.start();
-        let mut last = (log[0].0 / resolution).round();
-        let mut square = 0.0;
-        for (k, &(position, command)) in log.iter().enumerate() {
-            let count = (position / resolution).round();
-            let seen = identifier
-                .learn(&mut state, (count - last) as f32, command as f32)
-                .expect("ordinary samples");
-            last = count;
-            identifier.work(&mut state, u32::MAX);
-            square += (f64::from(seen.output_error) * resolution).powi(2);
-            if start == 0 && seen.event != Event::None {
-                println!(
-                    "{:.3} {:?} {:?}",
-                    k as f64 * SAMPLE_TIME,
-                    seen.event,
-                    identifier.estimates(&state)
-                );
-            }
-        }
-        let found = identifier.estimates(&state);
-        let mass = FORCE_PER_VOLT / found.b;
-        let values = [
-            mass,
-            found.a * mass,
-            found.coulomb * mass,
-            -found.load * mass,
-        ];
-        for i in 0..4 {
-            worst[i] = worst[i].max((values[i] - PUBLISHED[i]).abs());
-        }
-        if start % 20 == 0 {
-            println!(
-                "start × {factor:.2}: M {:.2} Fv {:.1} Fc {:.2} OF {:.2}, output error {:.2} µm, bandwidth {:.1} {:?}",
-                values[0],
-                values[1],
-                values[2],
-                values[3],
-                1e6 * (square / log.len() as f64).sqrt(),
-                identifier.bandwidth(&state).unwrap_or(0.0),
-                identifier.standard_errors(&state)
-            );
-        }
+/// M, Fv forwards and backwards, and Fc as found in one causal pass from `factor` times the published
+/// values.
+fn one_pass(log: &[(f64, f64)], resolution: f64, factor: f64) -> [f64; 4] {
+    let [mass, forwards, backwards, coulomb] = PUBLISHED;
+    let mut settings = Settings {
+        resolution,
+        ..Settings::new(SAMPLE_TIME, 1.0)
+    };
+    let given = &mut settings.identifier;
+    given.initial.b = Some(FORCE_PER_VOLT / mass * factor);
+    given.initial.a = Some(0.5 * (forwards + backwards) / mass * factor);
+    given.initial.coulomb = Some(coulomb / mass * factor);
+    given.terms.demanded = Terms::NONE.with(Term::Asymmetry);
+    let identifier: GaussNewtonIdentifier<f32, AllUnknowns, 12> =
+        settings.build().expect("settings");
+    let mut state = identifier.start();
+    let mut last = (log[0].0 / resolution).round();
+    for &(position, command) in log {
+        let count = (position / resolution).round();
+        identifier
+            .learn(&mut state, (count - last) as f32, command as f32)
+            .expect("ordinary samples");
+        last = count;
+        identifier.work(&mut state, u32::MAX);
     }
-    worst
+    let shown = identifier.show(&state);
+    let found = identifier.estimates_of(&shown);
+    let asymmetry = identifier.value_of(&shown, Unknown::Asymmetry);
+    let asymmetry = asymmetry.expect("the model has it");
+    let mass = FORCE_PER_VOLT / found.b;
+    [
+        mass,
+        (found.a + asymmetry) * mass,
+        (found.a - asymmetry) * mass,
+        found.coulomb * mass,
+    ]
 }

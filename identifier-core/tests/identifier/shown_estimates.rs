@@ -43,8 +43,11 @@ fn settings() -> Settings {
 }
 
 /// Six seconds beside a relay. Every so often the estimates are shown, and looked at only when the
-/// servo has gone on for half a second.
-fn shown_later<N: Copy, I: Identify<N>>(identifier: &I, command_of: impl Fn(f64) -> N) {
+/// servo has gone on for half a second. How often they had moved, and how often â was at a bound.
+fn shown_later<N: Copy, I: Identify<N>>(
+    identifier: &I,
+    command_of: impl Fn(f64) -> N,
+) -> (u32, u32) {
     let mut state = identifier.start();
     let mut run = Loop::new(Kind::Relay, &SERVO, 0.5);
     let mut waiting = None;
@@ -69,29 +72,47 @@ fn shown_later<N: Copy, I: Identify<N>>(identifier: &I, command_of: impl Fn(f64)
             at_bound += u32::from(told.1.a);
         }
     }
+    (moved, at_bound)
+}
+
+fn assert_moved_to_the_bound((moved, at_bound): (u32, u32)) {
     assert!(moved > 3, "the estimates moved on {moved} times");
     assert!(at_bound > 2, "â stood at its bound {at_bound} times");
 }
 
-fn of_numbers<I: Identify<f32> + FromSettings>() {
+fn of_numbers<I: Identify<f32> + FromSettings>(settings: &Settings) -> (u32, u32) {
     assert!(size_of::<I::Shown>() <= 6 * size_of::<u32>());
-    let identifier: I = settings().build().expect("valid");
-    shown_later(&identifier, |command| command as f32);
+    let identifier: I = settings.build().expect("valid");
+    shown_later(&identifier, |command| command as f32)
 }
 
 #[test]
 fn a_gradient_shows_what_it_had() {
-    of_numbers::<DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>>();
+    assert_moved_to_the_bound(of_numbers::<
+        DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>,
+    >(&settings()));
 }
 
 #[test]
 fn gauss_newton_shows_what_it_had() {
-    of_numbers::<GaussNewtonIdentifier<f32, AbCoulombLoad, 4>>();
+    assert_moved_to_the_bound(of_numbers::<GaussNewtonIdentifier<f32, AbCoulombLoad, 4>>(
+        &settings(),
+    ));
 }
 
 #[test]
 fn a_window_shows_what_it_had() {
-    of_numbers::<WindowIdentifier<f32, AbCoulombLoad, 4>>();
+    type Window = WindowIdentifier<f32, AbCoulombLoad, 4>;
+    // What a bound stops is no result.
+    let (moved, at_bound) = of_numbers::<Window>(&settings());
+    assert_eq!(moved, 0);
+    assert!(at_bound > 2, "â stood at its bound {at_bound} times");
+
+    let mut wide = settings();
+    wide.identifier.bounds.a = None;
+    let (moved, at_bound) = of_numbers::<Window>(&wide);
+    assert!(moved > 3, "the estimates moved on {moved} times");
+    assert_eq!(at_bound, 0);
 }
 
 #[cfg(feature = "fixed")]
@@ -108,5 +129,7 @@ fn words_show_what_they_had() {
         command: 12.0,
     });
     let identifier: Identifier = settings.build().expect("it fits");
-    shown_later(&identifier, |command| identifier.command_word(command));
+    assert_moved_to_the_bound(shown_later(&identifier, |command| {
+        identifier.command_word(command)
+    }));
 }

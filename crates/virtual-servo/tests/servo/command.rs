@@ -33,7 +33,7 @@ fn a_delay_of_parts_of_a_sample_is_the_exact_response_shifted() {
 #[test]
 fn a_current_loop_makes_it_a_system_of_three_poles() {
     let servo_parameters = ServoParameters { a: 3.0, ..FREE };
-    for time_constant in [1e-5, 4e-4, 1e-3, 0.02] {
+    for time_constant in [1e-6, 1e-5, 4e-4, 1e-3, 0.02] {
         let effects = Effects {
             current_loop: time_constant,
             ..Effects::NONE

@@ -92,6 +92,31 @@ fn at_speed_only_coulomb_friction_is_left_and_below_it_the_curve_of_stribeck() {
 }
 
 #[test]
+fn friction_that_grows_with_speed_from_almost_nothing_lets_it_creep() {
+    // Driven by 8 of 10 rad/s², it creeps where friction is 8: v = v_s √(ln(4/2)).
+    let rubbing = ServoParameters {
+        coulomb: 10.0,
+        ..FREE
+    };
+    for knee in [1e-2, 1e-5] {
+        let effects = Effects {
+            low_speed_friction: -4.0,
+            low_speed_velocity: knee,
+            ..Effects::NONE
+        };
+        let mut servo = servo(&rubbing, &effects);
+        for _ in 0..200 {
+            servo.advance(0.08);
+        }
+        let creep = knee * core::f64::consts::LN_2.sqrt();
+        assert!(
+            (servo.velocity() / creep - 1.0).abs() < 1e-6,
+            "{knee}: {servo:?}"
+        );
+    }
+}
+
+#[test]
 fn energy_falls_with_friction_wherever_gravity_pulls() {
     let rubbing = ServoParameters {
         a: 0.1,

@@ -12,10 +12,12 @@ fn each_is_refused_by_its_name() {
         ("delay", Effects { delay: -1e-3, ..NONE }),
         ("delay", Effects { delay: 0.0641, ..NONE }),
         ("current_loop", Effects { current_loop: 1.1, ..NONE }),
+        ("current_loop", Effects { current_loop: 9e-7, ..NONE }),
         ("asymmetry", Effects { asymmetry: -2.1, ..NONE }),
         ("low_speed_friction", Effects { low_speed_friction: -10.1, low_speed_velocity: 0.1, ..NONE }),
         ("low_speed_friction", Effects { low_speed_friction: 3.0, ..NONE }),
         ("low_speed_velocity", Effects { low_speed_velocity: 0.1, ..NONE }),
+        ("low_speed_velocity", Effects { low_speed_friction: 3.0, low_speed_velocity: 2.9e-6, ..NONE }),
         ("gravity", Effects { gravity: [0.0, f64::NAN], ..NONE }),
         ("ripple", Effects { ripple: [1.0, 0.0], ..NONE }),
         ("ripple", Effects { ripple: [2e6, 0.0], ripple_order: 7, ..NONE }),
@@ -26,6 +28,7 @@ fn each_is_refused_by_its_name() {
         ("resonance", Effects { resonance: 2e5, inertia_ratio: 0.5, ..NONE }),
         ("inertia_ratio", Effects { inertia_ratio: 0.5, ..NONE }),
         ("inertia_ratio", Effects { resonance: 500.0, inertia_ratio: 1.0, ..NONE }),
+        ("inertia_ratio", Effects { resonance: 500.0, inertia_ratio: 1e-4, ..NONE }),
         ("resonance_damping", Effects { resonance_damping: Some(0.1), ..NONE }),
         ("resonance_damping", Effects { resonance: 500.0, inertia_ratio: 0.5, resonance_damping: Some(1.1), ..NONE }),
         ("backlash", Effects { backlash: f64::INFINITY, ..NONE }),
@@ -41,6 +44,19 @@ fn each_is_refused_by_its_name() {
         assert_eq!(error.parameter(), name, "{error}");
         assert!(error.to_string().starts_with(name), "{error}");
     }
+}
+
+#[test]
+fn what_stops_faster_than_can_be_integrated_is_refused_and_a_plain_servo_never_is() {
+    let mut sticky = RUBBING;
+    sticky.a = 1.1e6;
+    let gravity = Effects {
+        gravity: [1.0, 0.0],
+        ..Effects::NONE
+    };
+    let error = Servo::at_rest(&sticky, &gravity, SAMPLE_TIME, 1).expect_err("too sticky");
+    assert_eq!(error.parameter(), "a");
+    assert!(Servo::at_rest(&sticky, &Effects::NONE, SAMPLE_TIME, 1).is_ok());
 }
 
 #[test]
@@ -78,4 +94,10 @@ fn on_another_servo_friction_keeps_its_proportions() {
     let carried = effects.carried_over(&RUBBING, &other);
     assert!(carried.low_speed_friction == 0.0);
     assert!(carried.check(&other, SAMPLE_TIME).is_ok());
+    let stribeck = Effects {
+        low_speed_friction: 5.0,
+        ..effects
+    };
+    let carried = stribeck.carried_over(&other, &RUBBING);
+    assert!(carried.low_speed_friction.to_bits() == f64::to_bits(5.0));
 }

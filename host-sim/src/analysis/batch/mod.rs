@@ -19,6 +19,7 @@ pub use score::Finding;
 use identifier_core::model::ServoParameters;
 use identifier_core::unknowns::Unknown;
 
+use super::stretch::Kept;
 use crate::experiment::TermEstimate;
 use crate::scenario::Scenario;
 use effect::Effect;
@@ -158,7 +159,7 @@ impl Batch {
     /// that a model can follow.
     pub(super) fn of(
         judged: &Judged<'_>,
-        samples: impl ExactSizeIterator<Item = (f64, f64)> + Clone,
+        samples: impl ExactSizeIterator<Item = Kept> + Clone,
         effort: Effort,
     ) -> Option<Self> {
         let prepared = Prepared::of(judged, samples, effort)?;

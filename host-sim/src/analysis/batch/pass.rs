@@ -7,16 +7,47 @@ use identifier_core::model::{
 use identifier_core::unknowns::AllUnknowns;
 
 use super::effect::{Effect, Instant, LAGS, Memory};
+use crate::analysis::stretch::Kept;
 
 /// A stretch of a run, machine units.
 #[derive(Debug, Clone)]
 pub(super) struct Recorded {
-    /// Positions, counts from the first.
+    /// Positions, counts from the first; where a motion begins, it goes on from the last position.
     pub(super) positions: Vec<f64>,
+    /// Positions as they are, counts.
+    angles: Vec<f64>,
+    /// The samples at which a motion begins.
+    begins: Vec<usize>,
     /// Commands that acted from there on.
     pub(super) commands: Vec<f64>,
-    /// The position of the first sample within the angle's revolution, counts.
-    pub(super) first: f64,
+}
+
+impl Recorded {
+    /// Of samples, in so many counts per rad.
+    pub(super) fn of(samples: impl Iterator<Item = Kept>, per_rad: f64) -> Self {
+        let mut recorded = Self {
+            positions: Vec::new(),
+            angles: Vec::new(),
+            begins: Vec::new(),
+            commands: Vec::new(),
+        };
+        for sample in samples {
+            let angle = sample.position * per_rad;
+            let last = recorded.angles.last().zip(recorded.positions.last());
+            let position = match last {
+                Some((last, position)) if !sample.begins => position + (angle - last),
+                Some((_, position)) => *position,
+                None => 0.0,
+            };
+            if sample.begins || last.is_none() {
+                recorded.begins.push(recorded.positions.len());
+            }
+            recorded.positions.push(position);
+            recorded.angles.push(angle);
+            recorded.commands.push(sample.command);
+        }
+        recorded
+    }
 }
 
 /// How a pass is done.
@@ -56,14 +87,15 @@ pub(super) fn pass(recorded: &Recorded, plan: &Plan, effects: &[Effect]) -> Bloc
     let Recorded {
         positions,
         commands,
-        ..
+        angles,
+        begins,
     } = recorded;
+    let mut begins = begins.iter().copied().peekable();
     let step = FrictionStep::<f64>::new();
     let response = step.step.response(plan.values.parameters.x);
     let innovation = Innovation::critically_damped(plan.omega);
     let mut inputs = Inputs::START;
-    inputs.place(&plan.angle, recorded.first);
-    let mut model = ListeningModel::alongside(beginning(positions, plan.omega));
+    let mut model = ListeningModel::alongside(0.0);
     let mut tangents = vec![Tangent::default(); effects.len()];
     let mut gathered = Gathered::new(plan, effects.len(), positions.len());
     let (mut lagged, mut acceleration) = ([0.0; LAGS.len()], 0.0);
@@ -74,6 +106,14 @@ pub(super) fn pass(recorded: &Recorded, plan: &Plan, effects: &[Effect]) -> Bloc
         } else {
             0.0
         };
+        if begins.next_if_eq(&k).is_some() {
+            inputs = Inputs::START;
+            inputs.place(&plan.angle, angles[k] - increment);
+            model = ListeningModel::alongside(beginning(&positions[k..], plan.omega));
+            tangents.fill(Tangent::default());
+            (lagged, acceleration) = ([command; LAGS.len()], 0.0);
+            gathered.leave_out_until(k + plan.settling);
+        }
         model.observe(increment);
         let error = model.error;
         let before = model.velocity;
@@ -90,7 +130,7 @@ pub(super) fn pass(recorded: &Recorded, plan: &Plan, effects: &[Effect]) -> Bloc
             commands: &commands[..=k],
             usual_command: plan.usual_command,
             lagged,
-            angle: (recorded.first + position + 0.5 * before) * plan.angle.resolution,
+            angle: (angles[k] + 0.5 * before) * plan.angle.resolution,
             passed: k as f64 / positions.len() as f64 - 0.5,
             acceleration,
         };
@@ -111,7 +151,7 @@ fn beginning(positions: &[f64], omega: f64) -> f64 {
     let span = ((PART / omega) as usize)
         .clamp(1, 100)
         .min(positions.len() - 1);
-    positions[span] / span.max(1) as f64
+    (positions[span] - positions[0]) / span.max(1) as f64
 }
 
 /// ∂q_e/∂θ and ∂v_e/∂θ of one effect; of first order in the sample time, which is enough for a
@@ -151,6 +191,7 @@ impl Tangent {
 /// Gathers [`Blocks`].
 struct Gathered {
     settling: usize,
+    from: usize,
     block: usize,
     error: Vec<f64>,
     columns: Vec<Vec<f64>>,
@@ -164,6 +205,7 @@ impl Gathered {
         let blocks = samples.saturating_sub(plan.settling) / plan.block;
         Self {
             settling: plan.settling,
+            from: 0,
             block: plan.block,
             error: vec![0.0; blocks],
             columns: vec![vec![0.0; blocks]; columns],
@@ -172,7 +214,15 @@ impl Gathered {
         }
     }
 
+    /// Leaves out what comes before a sample.
+    fn leave_out_until(&mut self, sample: usize) {
+        self.from = sample;
+    }
+
     fn place(&self, sample: usize) -> Option<usize> {
+        if sample < self.from {
+            return None;
+        }
         let block = sample.checked_sub(self.settling)? / self.block;
         (block < self.error.len()).then_some(block)
     }

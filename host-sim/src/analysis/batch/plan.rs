@@ -6,6 +6,7 @@ use identifier_core::unknowns::{AllUnknowns, Term, Unknown};
 use super::pass::{LONGEST_DELAY, Plan, Recorded};
 use super::{Effort, Judged, Scales};
 use crate::analysis::Statistics;
+use crate::analysis::stretch::Kept;
 
 /// A stretch and how to pass over it.
 #[derive(Debug, Clone)]
@@ -41,17 +42,17 @@ const LARGEST_RATE: f64 = 0.5;
 impl Prepared {
     pub(super) fn of(
         judged: &Judged<'_>,
-        samples: impl ExactSizeIterator<Item = (f64, f64)> + Clone,
+        samples: impl ExactSizeIterator<Item = Kept> + Clone,
         effort: Effort,
     ) -> Option<Self> {
         let units = judged.scenario.units();
         let skipped = samples.len().saturating_sub(effort.samples);
-        let samples = samples.skip(skipped);
-        let (first, _) = samples.clone().next()?;
-        let per_unit = units.position();
-        let (positions, commands): (Vec<f64>, Vec<f64>) = samples
-            .map(|(position, command)| ((position - first) * per_unit, command))
-            .unzip();
+        let recorded = Recorded::of(samples.skip(skipped), units.position());
+        let Recorded {
+            positions,
+            commands,
+            ..
+        } = &recorded;
         let values = values(judged)?;
         if positions.len() < FEWEST {
             return None;
@@ -59,7 +60,7 @@ impl Prepared {
         let mut command = Statistics::default();
         commands.iter().for_each(|&value| command.add(value));
         let (velocity, acceleration) = (
-            velocity(&positions, values.parameters.gain, command.deviation()?)?,
+            velocity(positions, values.parameters.gain, command.deviation()?)?,
             values.parameters.gain.abs() * command.deviation()?,
         );
         let slowest = (SLOWEST / positions.len() as f64).min(FASTEST);
@@ -84,12 +85,8 @@ impl Prepared {
                 command: command.deviation()?,
                 position: position.deviation()? * units.position_unit(),
             },
-            high_command: high(&commands),
-            recorded: Recorded {
-                positions,
-                commands,
-                first: first * per_unit,
-            },
+            high_command: high(commands),
+            recorded,
         })
     }
 }

@@ -54,12 +54,15 @@ impl<N: Number, L: Lower<N>, const P: usize> Factors<N, L, P> {
     /// Entry (i, j) of L, j < i.
     #[inline]
     fn entry(&self, i: usize, j: usize) -> N {
-        self.lower.as_ref()[at(i, j)]
+        let entry = self.lower.as_ref().get(at(i, j));
+        entry.copied().unwrap_or(N::ZERO)
     }
 
     #[inline]
     fn set(&mut self, i: usize, j: usize, value: N) {
-        self.lower.as_mut()[at(i, j)] = value;
+        if let Some(entry) = self.lower.as_mut().get_mut(at(i, j)) {
+            *entry = value;
+        }
     }
 
     /// The factors of a symmetric positive semidefinite matrix. A direction in which rounding makes it
@@ -75,7 +78,9 @@ impl<N: Number, L: Lower<N>, const P: usize> Factors<N, L, P> {
             if pivot > 0.0 {
                 for i in j + 1..P {
                     let entry = left[i][j] / pivot;
-                    lower.as_mut()[at(i, j)] = N::from_f64(entry);
+                    if let Some(place) = lower.as_mut().get_mut(at(i, j)) {
+                        *place = N::from_f64(entry);
+                    }
                     for k in j + 1..=i {
                         left[i][k] -= entry * left[k][j];
                     }
@@ -103,8 +108,11 @@ impl<N: Number, L: Lower<N>, const P: usize> Factors<N, L, P> {
     /// Updates the columns from `high` − 1 down to `low`; they come from the last to the first.
     #[inline]
     pub(super) fn update(&mut self, measurement: &mut Measurement<N, P>, low: usize, high: usize) {
-        for j in (low..high).rev() {
-            self.update_column(measurement, j);
+        // All columns are counted, so that the compiler sees constant indices.
+        for j in (0..P).rev() {
+            if j >= low && j < high {
+                self.update_column(measurement, j);
+            }
         }
     }
 

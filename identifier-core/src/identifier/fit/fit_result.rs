@@ -1,19 +1,24 @@
 use super::fitter::{Fit, Fitter};
-use super::{A, B, UNKNOWNS};
+use super::{A, B};
 use crate::number::Number;
+use crate::unknowns::{Term, UnknownSet};
 
 /// A fit result, machine units of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct FitResult<N> {
-    /// a, b, c, d.
-    pub(crate) parameters: [N; 4],
-    pub(crate) covariance: [[N; 4]; 4],
+pub(crate) struct FitResult<N, const P: usize = 4> {
+    /// The unknowns of the set; without terms a, b, c, d.
+    pub(crate) parameters: [N; P],
+    /// Zero for what was not fitted.
+    pub(crate) covariance: [[N; P]; P],
     /// Variance of the fit's errors, counts²; at least the encoder's.
     pub(crate) unexplained: N,
     /// Root mean square of acceleration over that of velocity, 1/sample.
     pub(crate) bandwidth: N,
-    /// Whether a parameter was stopped by a bound.
-    pub(crate) at_bound: [bool; 4],
+    /// Whether an unknown was stopped by a bound. Where zero is the bound, it counts only if the motion
+    /// asks for significantly less than zero: the truth may be zero.
+    pub(crate) at_bound: [bool; P],
+    /// The term to try next.
+    pub(crate) suggests: Option<Term>,
     /// The sum of all distances moved, counts.
     pub(crate) path: N,
     /// The last output error, counts.
@@ -28,7 +33,46 @@ pub(crate) struct FitResult<N> {
     noise: N,
 }
 
-impl<N: Number> FitResult<N> {
+impl<N: Number, const P: usize> FitResult<N, P> {
+    /// Whether any of them was.
+    pub(crate) fn is_at_bound(&self) -> bool {
+        self.at_bound.contains(&true)
+    }
+
+    /// Whether its standard errors are not far larger than those of an earlier result, so that it may
+    /// take its place: a window that has seen little motion knows less than one that has seen much.
+    pub(crate) fn is_as_sure_as(&self, earlier: &Self) -> bool {
+        /// The square of the factor that the same motion seen by another part of it can make.
+        const FAR: f64 = 9.0;
+        (0..P).all(|i| {
+            let before = earlier.covariance[i][i].to_f64();
+            before == 0.0 || self.covariance[i][i].to_f64() <= FAR * before
+        })
+    }
+
+    /// The result with the variances of an earlier one where those are smaller, so that a series of ever
+    /// less sure results takes no place.
+    pub(crate) fn as_sure_as(&self, earlier: &Self) -> Self {
+        let mut surer = *self;
+        for i in 0..P {
+            let before = earlier.covariance[i][i];
+            if before > N::ZERO && before < self.covariance[i][i] {
+                surer.covariance[i][i] = before;
+            }
+        }
+        surer
+    }
+
+    /// Grows its variances, for each later result: after some windows of weaker motion less sure ones
+    /// count too.
+    pub(crate) fn age(&mut self) {
+        /// Over a window of 32 results a factor of two in the standard errors.
+        const GROWTH: f64 = 1.044;
+        for entry in self.covariance.as_flattened_mut() {
+            *entry = N::from_f64(entry.to_f64() * GROWTH);
+        }
+    }
+
     /// Whether a recursion can continue from it: the motion is explained, and the relative standard
     /// error of b is at most `most`.
     pub(crate) fn is_good(&self, most: f64) -> bool {
@@ -37,7 +81,7 @@ impl<N: Number> FitResult<N> {
         let b = self.parameters[B].to_f64();
         let variance = self.covariance[B][B].to_f64();
         let explained = self.left < LEFT || self.unexplained.to_f64() < 4.0 * self.noise.to_f64();
-        let finite = (0..4).all(|i| {
+        let finite = (0..P).all(|i| {
             self.parameters[i].is_finite()
                 && self.covariance[i].iter().all(|entry| entry.is_finite())
         });
@@ -45,13 +89,23 @@ impl<N: Number> FitResult<N> {
     }
 }
 
-impl<N: Number> Fitter<N> {
-    pub(super) fn result(&self, fit: &Fit<N>) -> Option<FitResult<N>> {
+impl<N, S, const P: usize, const Q: usize> Fitter<N, S, P, Q>
+where
+    N: Number,
+    S: UnknownSet<P>,
+{
+    pub(super) fn result(
+        &self,
+        fit: &Fit<N, S::Inputs<N>, P, Q>,
+        suggests: Option<Term>,
+    ) -> Option<FitResult<N, P>> {
         /// The largest correlation from block to block that can be distinguished from one.
         const MOST_CORRELATED: f64 = 0.999;
+        /// Standard errors.
+        const SIGNIFICANT: f64 = 3.0;
         let best = fit.best.as_ref()?;
         let cost = best.pass.equations.cost().to_f64();
-        let freedom = fit.blocks.saturating_sub(UNKNOWNS).max(1) as f64;
+        let freedom = fit.blocks.saturating_sub(Q).max(1) as f64;
         let unexplained = (cost / freedom).max(self.noise.to_f64());
         // Errors correlated from block to block as ρᵏ carry less information than white ones.
         let correlation = if cost > 0.0 {
@@ -62,9 +116,16 @@ impl<N: Number> Fitter<N> {
         let coloured = unexplained * (1.0 + correlation) / (1.0 - correlation);
         let covariance = best.pass.equations.covariance();
         let per = self.scale.map(|scale| 1.0 / scale);
+        let free = self.free_unknowns(&fit.prior);
+        let further = best.pass.equations.solve(N::ZERO, &free);
         let at_bound = core::array::from_fn(|i| {
             let value = best.unknowns[i];
-            self.free[i] && (value <= self.low[i] || value >= self.high[i])
+            let may_be_zero = self.low[i] == N::ZERO && {
+                let variance = coloured * covariance[i][i].to_f64();
+                let below = -further[i].to_f64();
+                below <= 0.0 || below * below <= SIGNIFICANT * SIGNIFICANT * variance
+            };
+            free[i] && ((value <= self.low[i] && !may_be_zero) || value >= self.high[i])
         });
         let speed = best.pass.speed_square.to_f64();
         let acceleration = best.pass.acceleration_square.to_f64();
@@ -77,7 +138,7 @@ impl<N: Number> Fitter<N> {
             parameters: core::array::from_fn(|i| N::from_f64(best.unknowns[i].to_f64() * per[i])),
             covariance: core::array::from_fn(|i| {
                 core::array::from_fn(|j| {
-                    if self.free[i] && self.free[j] {
+                    if free[i] && free[j] {
                         let value = covariance[i][j].to_f64();
                         N::from_f64(coloured * value * per[i] * per[j])
                     } else {
@@ -88,6 +149,7 @@ impl<N: Number> Fitter<N> {
             unexplained: N::from_f64(unexplained),
             bandwidth: N::from_f64(bandwidth),
             at_bound,
+            suggests,
             path: fit.survey.path,
             output_error: best.pass.last_error,
             acceleration: N::from_f64(

@@ -1,10 +1,15 @@
+use core::marker::PhantomData;
+
+use super::block::Block;
 use super::pass::{Pass, direction};
 use super::record::Record;
 use super::survey::{MOVED, Survey};
 use super::trial::Best;
-use super::{A, COULOMB, FitResult, UNKNOWNS};
-use crate::model::{FrictionStep, Innovation};
+use super::{A, FitResult, FitterConfig, Prior};
+use crate::model::{Acting, AngleSettings, FrictionStep, Innovation, KnownInputs, ModelValues};
 use crate::number::Number;
+use crate::parameters::AbCoulombLoad;
+use crate::unknowns::{Term, Terms, Unknown, UnknownSet};
 
 /// Levenberg–Marquardt fit of the model, driven by the recorded command, to the recorded motion.
 ///
@@ -19,64 +24,53 @@ use crate::number::Number;
 /// [`ListeningModel`](crate::model::ListeningModel); the start that explains the motion best wins. The
 /// correction of the model keeps its output error bounded for every trial.
 ///
+/// **Terms.** The model may have optional terms, those of the [`UnknownSet`] S. A term is fitted if the
+/// prior has an initial value of it. Of those that may enter and have not, a last pass finds the one
+/// that explains most of the errors that are left.
+///
+/// P is the number of unknowns in S, and Q that with the initial position and velocity of the model.
 /// All is computed in units of a block: with m samples to a block, a m T, b (m T)²/ρ and so on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Fitter<N> {
+pub(crate) struct Fitter<N, S = AbCoulombLoad, const P: usize = 4, const Q: usize = 6> {
     pub(super) step: FrictionStep<N>,
     /// Variance of the position noise, counts².
     pub(super) noise: N,
-    pub(super) low: [N; 4],
-    pub(super) high: [N; 4],
+    pub(super) low: [N; P],
+    pub(super) high: [N; P],
     /// The given initial values.
-    pub(super) prior: Prior<N>,
-    pub(super) free: [bool; 4],
+    pub(super) prior: Prior<N, P>,
+    /// What is fitted: a parameter always, a term where it may enter.
+    pub(super) free: [bool; P],
     /// Units of a block per unit of a sample.
-    pub(super) scale: [f64; 4],
+    pub(super) scale: [f64; P],
     pub(super) bandwidth: Option<N>,
-}
-
-/// What a fitter is made from, machine units of a sample.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct FitterConfig {
-    pub(crate) block: u32,
-    pub(crate) noise: f64,
-    pub(crate) low: [f64; 4],
-    pub(crate) high: [f64; 4],
-    pub(crate) initial: [Option<f64>; 4],
-    pub(crate) deviation: [Option<f64>; 4],
-    /// Parameters that are fitted; the others keep their initial value, or zero.
-    pub(crate) free: [bool; 4],
-    pub(crate) bandwidth: Option<f64>,
-}
-
-/// What is known before a fit, units of a block.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Prior<N> {
-    /// Initial values: one more start.
-    pub(super) initial: [Option<N>; 4],
-    /// Standard deviation of the noise over those of the initial values; zero where nothing is known.
-    pub(super) weight: [N; 4],
+    angle: AngleSettings<N>,
+    per_low_speed_velocity: N,
+    pub(super) demanded: Terms,
+    set: PhantomData<S>,
 }
 
 /// A fit under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Fit<N> {
-    pub(super) prior: Prior<N>,
+pub(super) struct Fit<N, I, const P: usize, const Q: usize> {
+    pub(super) prior: Prior<N, P>,
+    /// What is known at the first block.
+    pub(super) inputs: I,
     pub(super) blocks: usize,
     pub(super) next: usize,
     pub(super) stage: Stage,
     pub(super) survey: Survey<N>,
     pub(super) omega: N,
     pub(super) correction: Innovation<N>,
-    pub(super) pass: Pass<N>,
-    pub(super) linear: [[N; UNKNOWNS]; 2],
+    pub(super) pass: Pass<N, I, Q>,
+    pub(super) linear: [[N; Q]; 2],
     /// The cost of a model at rest.
     pub(super) standing_cost: N,
-    pub(super) trial: [N; UNKNOWNS],
+    pub(super) trial: [N; Q],
     pub(super) damping: N,
     pub(super) passes: u32,
-    pub(super) this: Option<Best<N>>,
-    pub(super) best: Option<Best<N>>,
+    pub(super) this: Option<Best<N, I, Q>>,
+    pub(super) best: Option<Best<N, I, Q>>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,9 +78,15 @@ pub(super) enum Stage {
     Survey,
     Linear,
     From(u32),
+    /// Which term explains what is left.
+    Weigh,
 }
 
-impl<N: Number> Fitter<N> {
+impl<N, S, const P: usize, const Q: usize> Fitter<N, S, P, Q>
+where
+    N: Number,
+    S: UnknownSet<P>,
+{
     /// The most passes from one start.
     pub(super) const PASSES: u32 = 12;
 
@@ -97,75 +97,71 @@ impl<N: Number> Fitter<N> {
     /// encoder's; then no further start is tried.
     const EXPLAINED: f64 = 2.0;
 
-    pub(crate) fn new(config: &FitterConfig) -> Self {
+    pub(crate) fn new(config: &FitterConfig<P>) -> Self {
+        const {
+            assert!(
+                Q == P + 2,
+                "the unknowns of the set, then initial position and velocity"
+            )
+        };
         let m = f64::from(config.block.max(1));
-        let scale = [m, m * m, m * m, m * m];
-        let of = |values: &[f64; 4]| core::array::from_fn(|i| N::from_f64(values[i] * scale[i]));
-        let mut high: [N; 4] = of(&config.high);
+        let scale = S::UNKNOWNS.map(|unknown| match unknown {
+            Unknown::A | Unknown::Asymmetry => m,
+            Unknown::Delay => 1.0 / m,
+            Unknown::DeadBand => 1.0,
+            _ => m * m,
+        });
+        let of = |values: &[f64; P]| core::array::from_fn(|i| N::from_f64(values[i] * scale[i]));
+        let mut high: [N; P] = of(&config.high);
         let most = N::from_f64(crate::model::ZeroOrderHoldStep::<N>::LARGEST_RATE);
         high[A] = high[A].limited(-most, most);
-        let mut low: [N; 4] = of(&config.low);
+        let mut low: [N; P] = of(&config.low);
         low[A] = low[A].limited(-most, most);
         Self {
             step: FrictionStep::new(),
             noise: N::from_f64(config.noise),
             low,
             high,
-            prior: Prior {
-                initial: core::array::from_fn(|i| {
-                    config.initial[i].map(|value| N::from_f64(value * scale[i]))
-                }),
-                weight: core::array::from_fn(|i| {
-                    N::from_f64(config.deviation[i].map_or(0.0, |deviation| {
-                        libm::sqrt(config.noise) / (deviation * scale[i])
-                    }))
-                }),
-            },
+            prior: Prior::of_config(config, &scale),
             free: config.free,
             scale,
             bandwidth: config.bandwidth.map(|omega| N::from_f64(omega * m)),
+            angle: AngleSettings {
+                revolution: N::from_f64(config.angle.revolution),
+                resolution: N::from_f64(config.angle.resolution),
+                order: N::from_f64(config.angle.order),
+            },
+            per_low_speed_velocity: N::from_f64(config.per_low_speed_velocity / m),
+            demanded: config.demanded,
+            set: PhantomData,
         }
     }
 
-    /// The prior from the settings.
-    pub(crate) fn given(&self) -> Prior<N> {
-        self.prior
-    }
-
-    /// A fit result as the prior of the next fit: with ten times its standard deviations, and a
-    /// fiftieth of the value on top, so that a servo may change.
-    pub(crate) fn known_from(&self, result: &FitResult<N>) -> Prior<N> {
-        let noise = libm::sqrt(self.noise.to_f64());
-        Prior {
-            initial: core::array::from_fn(|i| {
-                Some(N::from_f64(result.parameters[i].to_f64() * self.scale[i]))
-            }),
-            weight: core::array::from_fn(|i| {
-                let deviation = 10.0 * libm::sqrt(result.covariance[i][i].to_f64())
-                    + 0.02 * libm::fabs(result.parameters[i].to_f64());
-                if self.free[i] && deviation > 0.0 {
-                    N::from_f64(noise / (deviation * self.scale[i]))
-                } else {
-                    N::ZERO
-                }
-            }),
-        }
+    /// What the models need to know about the angle.
+    pub(crate) fn angle(&self) -> &AngleSettings<N> {
+        &self.angle
     }
 
     /// Begins a fit to the record.
-    pub(super) fn begin(&self, blocks: usize, prior: Prior<N>) -> Fit<N> {
+    pub(super) fn begin(
+        &self,
+        blocks: usize,
+        prior: Prior<N, P>,
+        inputs: S::Inputs<N>,
+    ) -> Fit<N, S::Inputs<N>, P, Q> {
         Fit {
             prior,
+            inputs,
             blocks,
             next: 0,
             stage: Stage::Survey,
             survey: Survey::NONE,
             omega: N::ZERO,
             correction: Innovation::critically_damped(N::ZERO),
-            pass: Pass::at(&[N::ZERO; UNKNOWNS]),
-            linear: [[N::ZERO; UNKNOWNS]; 2],
+            pass: Pass::at(&[N::ZERO; Q], P, inputs),
+            linear: [[N::ZERO; Q]; 2],
             standing_cost: N::ZERO,
-            trial: [N::ZERO; UNKNOWNS],
+            trial: [N::ZERO; Q],
             damping: N::ZERO,
             passes: 0,
             this: None,
@@ -177,9 +173,9 @@ impl<N: Number> Fitter<N> {
     /// has ended: with its result, or none if the servo has not moved.
     pub(super) fn work<const W: usize>(
         &self,
-        fit: &mut Fit<N>,
-        record: &Record<N, W>,
-    ) -> Option<Option<FitResult<N>>> {
+        fit: &mut Fit<N, S::Inputs<N>, P, Q>,
+        record: &Record<N, S::Inputs<N>, W>,
+    ) -> Option<Option<FitResult<N, P>>> {
         if fit.next < fit.blocks {
             if let Some(block) = record.get(fit.next) {
                 match fit.stage {
@@ -188,7 +184,7 @@ impl<N: Number> Fitter<N> {
                         let direction = direction(record, fit.next);
                         self.linear_block(fit, block, direction);
                     }
-                    Stage::From(_) => self.model_block(fit, block),
+                    Stage::From(_) | Stage::Weigh => self.model_block(fit, block),
                 }
             }
             fit.next += 1;
@@ -212,15 +208,17 @@ impl<N: Number> Fitter<N> {
                 fit.omega = N::from_f64(omega);
                 fit.correction = Innovation::critically_damped(fit.omega);
                 fit.stage = Stage::Linear;
-                fit.pass = Pass::at(&[N::ZERO; UNKNOWNS]);
+                fit.pass = Pass::at(&[N::ZERO; Q], P, fit.inputs);
                 self.add_initial(fit);
             }
             Stage::Linear => {
                 let none = N::ZERO;
                 fit.standing_cost = fit.pass.equations.cost();
-                let mut free = self.free_unknowns();
+                let mut free = self.free_unknowns(&fit.prior);
                 fit.linear[0] = fit.pass.equations.solve(none, &free);
-                free[COULOMB] = false;
+                for (free, unknown) in free.iter_mut().zip(S::UNKNOWNS) {
+                    *free &= unknown != Unknown::Coulomb;
+                }
                 fit.linear[1] = fit.pass.equations.solve(none, &free);
                 fit.stage = Stage::From(0);
                 self.begin_start(fit, 0);
@@ -230,8 +228,9 @@ impl<N: Number> Fitter<N> {
                     self.begin_pass(fit);
                     return None;
                 }
-                let better =
-                    |a: &Best<N>, b: &Best<N>| a.pass.equations.cost() < b.pass.equations.cost();
+                let better = |a: &Best<_, _, Q>, b: &Best<_, _, Q>| {
+                    a.pass.equations.cost() < b.pass.equations.cost()
+                };
                 if let Some(this) = fit.this.take()
                     && fit.best.is_none_or(|best| better(&this, &best))
                 {
@@ -245,17 +244,71 @@ impl<N: Number> Fitter<N> {
                 let last = guesses + Self::LADDER.len() as u32;
                 let next = start + 1;
                 if next >= last || (explained && next >= guesses) {
-                    return Some(self.result(fit));
+                    if !self.has_candidates(&fit.prior) {
+                        return Some(self.result(fit, None));
+                    }
+                    fit.trial = fit.best.as_ref()?.unknowns;
+                    fit.stage = Stage::Weigh;
+                    self.begin_pass(fit);
+                    return None;
                 }
                 fit.stage = Stage::From(next);
                 self.begin_start(fit, next);
             }
+            Stage::Weigh => return Some(self.result(fit, self.suggestion(fit))),
         }
         None
     }
 
-    pub(super) fn free_unknowns(&self) -> [bool; UNKNOWNS] {
-        let [a, b, c, d] = self.free;
-        [a, b, c, d, true, true]
+    /// Whether a term is to be fitted without evidence for it.
+    pub(crate) fn demands(&self, term: Term) -> bool {
+        self.demanded.has(term)
+    }
+
+    /// What a fit with this prior fits.
+    #[inline]
+    pub(super) fn free_unknowns(&self, prior: &Prior<N, P>) -> [bool; Q] {
+        core::array::from_fn(|i| match S::UNKNOWNS.get(i) {
+            Some(unknown) => {
+                self.free[i] && (unknown.term().is_none() || prior.initial[i].is_some())
+            }
+            None => true,
+        })
+    }
+
+    /// What the errors of a pass are measured against.
+    #[inline]
+    pub(super) fn measured_unknowns(&self, fit: &Fit<N, S::Inputs<N>, P, Q>) -> [bool; Q] {
+        match fit.stage {
+            Stage::Weigh => core::array::from_fn(|i| self.free.get(i).is_none_or(|&free| free)),
+            _ => self.free_unknowns(&fit.prior),
+        }
+    }
+
+    /// The unknowns as those of a model.
+    #[inline]
+    pub(super) fn values(&self, unknowns: &[N; Q]) -> ModelValues<N> {
+        let own = core::array::from_fn(|i| unknowns[i]);
+        let mut values = ModelValues::of_set::<S, P>(&own);
+        values.terms.per_low_speed_velocity = self.per_low_speed_velocity;
+        values
+    }
+
+    /// What acts on a model over a block, whose travel is known.
+    #[inline]
+    pub(super) fn acting(
+        &self,
+        inputs: &mut S::Inputs<N>,
+        block: &Block<N>,
+        values: &ModelValues<N>,
+    ) -> Acting<N> {
+        // Where the block ends; its middle is half of the travel back.
+        inputs.take(
+            &self.angle,
+            &values.terms,
+            block.travel,
+            block.command,
+            -block.travel,
+        )
     }
 }

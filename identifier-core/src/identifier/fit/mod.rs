@@ -9,9 +9,11 @@ mod fit_result;
 mod fits;
 mod fitter;
 mod pass;
+mod prior;
 mod record;
 mod recorder;
 mod start;
+mod suggestion;
 mod survey;
 mod trial;
 
@@ -19,18 +21,15 @@ pub(crate) use block::Blocking;
 pub use block::NumberedBlock;
 pub(crate) use fit_result::FitResult;
 pub(crate) use fits::{Ended, Fits};
-pub(crate) use fitter::{Fitter, FitterConfig, Prior};
+pub(crate) use fitter::Fitter;
+pub(crate) use prior::{FitterConfig, Prior};
 pub(crate) use recorder::Recorder;
+pub(crate) use survey::MOVED;
 
-/// The unknowns of a fit: a, b, c, d, then the model's position and velocity at the start.
-const UNKNOWNS: usize = 6;
-
-/// Places of the unknowns.
+/// Places of the first unknowns of every set. Behind those of the set come the model's position and
+/// velocity at the start.
 const A: usize = 0;
 const B: usize = 1;
-const COULOMB: usize = 2;
-const POSITION: usize = 4;
-const VELOCITY: usize = 5;
 
 /// Variance of a count's rounding.
 pub(crate) const ROUNDING: f64 = 1.0 / 12.0;

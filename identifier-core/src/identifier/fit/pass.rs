@@ -1,33 +1,37 @@
+use super::B;
 use super::block::Block;
 use super::fitter::{Fit, Fitter};
 use super::record::Record;
-use super::{A, B, POSITION, UNKNOWNS, VELOCITY};
 use crate::adaptation::NormalEquations;
-use crate::model::{Acting, ListeningModel, ModelValues, Tangents, TermValues};
+use crate::model::{KnownInputs, ListeningModel, Tangents};
 use crate::number::Number;
-use crate::parameters::{AbCoulombLoad, ModelParameters};
+use crate::unknowns::{Unknown, UnknownSet};
 
 /// A pass over the record: the model, its tangents and what they add up to.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Pass<N> {
+pub(super) struct Pass<N, I, const Q: usize> {
+    /// What is known besides the blocks.
+    pub(super) inputs: I,
     pub(super) model: ListeningModel<N>,
-    pub(super) tangents: Tangents<N, UNKNOWNS>,
-    pub(super) equations: NormalEquations<N, UNKNOWNS>,
+    pub(super) tangents: Tangents<N, Q>,
+    pub(super) equations: NormalEquations<N, Q>,
     pub(super) last_error: N,
     pub(super) lag_one: N,
     pub(super) speed_square: N,
     pub(super) acceleration_square: N,
 }
 
-impl<N: Number> Pass<N> {
-    pub(super) fn at(unknowns: &[N; UNKNOWNS]) -> Self {
+impl<N: Number, I, const Q: usize> Pass<N, I, Q> {
+    /// Before the first block: a model of `unknowns`, the initial position and velocity from a place on.
+    pub(super) fn at(unknowns: &[N; Q], initial: usize, inputs: I) -> Self {
         let mut tangents = Tangents::NONE;
-        tangents.position[POSITION] = N::ONE;
-        tangents.velocity[VELOCITY] = N::ONE;
+        tangents.position[initial] = N::ONE;
+        tangents.velocity[initial + 1] = N::ONE;
         Self {
+            inputs,
             model: ListeningModel {
-                error: -unknowns[POSITION],
-                velocity: unknowns[VELOCITY],
+                error: -unknowns[initial],
+                velocity: unknowns[initial + 1],
             },
             tangents,
             equations: NormalEquations::EMPTY,
@@ -39,7 +43,7 @@ impl<N: Number> Pass<N> {
     }
 
     #[inline]
-    pub(super) fn measure(&mut self, free: &[bool; 4]) {
+    pub(super) fn measure(&mut self, free: &[bool; Q]) {
         let mut row = self.tangents.position;
         for (entry, &free) in row.iter_mut().zip(free) {
             if !free {
@@ -53,12 +57,23 @@ impl<N: Number> Pass<N> {
     }
 }
 
-impl<N: Number> Fitter<N> {
+impl<N, S, const P: usize, const Q: usize> Fitter<N, S, P, Q>
+where
+    N: Number,
+    S: UnknownSet<P>,
+{
     /// One block of the linear pass: the model is at rest, the servo's measured motion drives the
     /// tangents.
-    pub(super) fn linear_block(&self, fit: &mut Fit<N>, block: &Block<N>, direction: N) {
+    pub(super) fn linear_block(
+        &self,
+        fit: &mut Fit<N, S::Inputs<N>, P, Q>,
+        block: &Block<N>,
+        direction: N,
+    ) {
+        let free = self.free_unknowns(&fit.prior);
+        let values = self.values(&self.begin_values(&fit.prior));
+        let acting = self.acting(&mut fit.pass.inputs, block, &values);
         let pass = &mut fit.pass;
-        let command = block.command;
         let correction = &fit.correction;
         // The model of zero gain: its velocity is that of the correction.
         let drive = correction.velocity * pass.model.error;
@@ -67,67 +82,63 @@ impl<N: Number> Fitter<N> {
         let pull = correction.position * pass.model.error;
         pass.model.error = pass.model.error - pull - before - half * drive;
         pass.model.velocity = before + drive;
-        let own = [-block.travel, command, -direction, N::ONE];
-        for i in 0..UNKNOWNS {
+        for i in 0..Q {
             let position = pass.tangents.position[i];
             let mut change = -(correction.velocity * position);
             let mut ahead = N::ZERO;
-            if let Some(&own) = own.get(i) {
-                // A servo that friction holds does not depend on any parameter.
-                if direction != N::ZERO || i == A {
-                    change += own;
-                    ahead = if i == B { block.lead } else { N::ZERO };
+            let own = match S::UNKNOWNS.get(i) {
+                Some(Unknown::A) => -block.travel,
+                // A servo that friction holds does not depend on any other parameter.
+                _ if direction == N::ZERO => N::ZERO,
+                Some(Unknown::B) => {
+                    ahead = block.lead;
+                    acting.command
                 }
-            }
+                Some(Unknown::Coulomb) => -direction,
+                Some(Unknown::Load) => N::ONE,
+                _ => N::ZERO,
+            };
+            change += own;
             let velocity = pass.tangents.velocity[i];
             pass.tangents.position[i] =
                 position - correction.position * position + velocity + half * change + ahead;
             pass.tangents.velocity[i] = velocity + change;
         }
         pass.model.observe(block.travel);
-        pass.measure(&self.free);
+        pass.measure(&free);
     }
 
-    pub(super) fn model_block(&self, fit: &mut Fit<N>, block: &Block<N>) {
-        let [a, b, c, d, _, _] = fit.trial;
-        let values = ModelValues {
-            parameters: ModelParameters {
-                x: a,
-                gain: b,
-                coulomb: c,
-                load: d,
-            },
-            terms: TermValues::NONE,
-        };
-        let acting = Acting::at_once(block.command);
+    pub(super) fn model_block(&self, fit: &mut Fit<N, S::Inputs<N>, P, Q>, block: &Block<N>) {
+        let free = self.measured_unknowns(fit);
+        let values = self.values(&fit.trial);
+        let acting = self.acting(&mut fit.pass.inputs, block, &values);
         let pass = &mut fit.pass;
         let before = pass.model.velocity;
-        let response = self.step.step.response(a);
-        let moved = pass.model.advance::<AbCoulombLoad, 4>(
-            &self.step,
-            &response,
-            &values,
-            &acting,
-            &fit.correction,
-        );
+        let response = self.step.step.response(values.parameters.x);
+        let moved =
+            pass.model
+                .advance::<S, P>(&self.step, &response, &values, &acting, &fit.correction);
         pass.tangents
-            .advance::<AbCoulombLoad, 4>(&values, &acting, &fit.correction, &moved);
+            .advance::<S, P>(&values, &acting, &fit.correction, &moved);
         let (way, phase) = (moved.way, moved.phase);
         let moving = phase.moving_part();
-        pass.model.error = pass.model.error - b * block.lead * moving;
+        pass.model.error = pass.model.error - values.parameters.gain * block.lead * moving;
         // The tangents of first order are half a block ahead of the motion.
         pass.tangents.position[B] += block.lead * moving;
         let change = pass.model.velocity - before;
         pass.speed_square += way * way;
         pass.acceleration_square += change * change;
         pass.model.observe(block.travel);
-        pass.measure(&self.free);
+        pass.measure(&free);
     }
 }
 
 /// The direction in which the servo moved during a block, zero at standstill: by its own travel, or,
 /// if that is within the encoder's rounding, by that of the neighbouring blocks too.
-pub(super) fn direction<N: Number, const W: usize>(record: &Record<N, W>, index: usize) -> N {
+pub(super) fn direction<N: Number, I: KnownInputs<N>, const W: usize>(
+    record: &Record<N, I, W>,
+    index: usize,
+) -> N {
     /// Travel that exceeds crossing one edge of the encoder to and fro.
     const BEYOND: f64 = 1.5;
     let beyond = N::from_f64(BEYOND);

@@ -1,12 +1,14 @@
 use super::block::Block;
+use crate::model::{AngleSettings, KnownInputs, TermValues};
 use crate::number::Number;
 
-/// The last blocks of samples, at most W: 12 W bytes in `f32`.
+/// The last blocks of samples, at most W: 12 W bytes in `f32`, and what was known before the first.
 ///
 /// A fit reads the blocks that were there when it began. Meanwhile blocks are only appended, and a
 /// full record takes no more; it then begins anew with the first block after the fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Record<N, const W: usize> {
+pub(super) struct Record<N, I, const W: usize> {
+    before: I,
     blocks: [Block<N>; W],
     first: usize,
     count: usize,
@@ -14,10 +16,11 @@ pub(super) struct Record<N, const W: usize> {
     missed: bool,
 }
 
-impl<N: Number, const W: usize> Record<N, W> {
+impl<N: Number, I: KnownInputs<N>, const W: usize> Record<N, I, W> {
     /// No block yet.
     pub(super) fn empty() -> Self {
         Self {
+            before: I::START,
             blocks: [Block {
                 travel: N::ZERO,
                 command: N::ZERO,
@@ -40,8 +43,32 @@ impl<N: Number, const W: usize> Record<N, W> {
         self.count == W
     }
 
+    /// What is known at the first block.
+    pub(super) fn before(&self) -> &I {
+        &self.before
+    }
+
+    /// Sets the position of the first block.
+    pub(super) fn place(&mut self, angle: &AngleSettings<N>, position: N) {
+        self.before.place(angle, position);
+    }
+
+    /// How far the servo moved to and fro in the last blocks.
+    pub(super) fn path(&self, blocks: usize) -> N {
+        let mut path = N::ZERO;
+        for index in self.count.saturating_sub(blocks)..self.count {
+            path += self
+                .get(index)
+                .map_or(N::ZERO, |block| block.travel.magnitude());
+        }
+        path
+    }
+
     /// Empties the record.
-    pub(super) fn clear(&mut self) {
+    pub(super) fn clear(&mut self, angle: &AngleSettings<N>) {
+        for index in 0..self.count {
+            self.pass(angle, index);
+        }
         self.first = 0;
         self.count = 0;
         self.reading = false;
@@ -49,15 +76,16 @@ impl<N: Number, const W: usize> Record<N, W> {
     }
 
     /// Takes a block.
-    pub(super) fn push(&mut self, block: &Block<N>) {
+    pub(super) fn push(&mut self, angle: &AngleSettings<N>, block: &Block<N>) {
         if self.missed && !self.reading {
-            self.clear();
+            self.clear(angle);
         }
         if self.is_full() {
             if self.reading {
                 self.missed = true;
                 return;
             }
+            self.pass(angle, 0);
             self.first = if self.first + 1 >= W {
                 0
             } else {
@@ -65,21 +93,32 @@ impl<N: Number, const W: usize> Record<N, W> {
             };
             self.count -= 1;
         }
-        let place = self.place(self.count);
+        let place = self.slot(self.count);
         if let Some(slot) = self.blocks.get_mut(place) {
             *slot = *block;
             self.count += 1;
         }
     }
 
-    fn place(&self, index: usize) -> usize {
+    /// Takes a block into what was known before.
+    fn pass(&mut self, angle: &AngleSettings<N>, index: usize) {
+        if let Some(&Block {
+            travel, command, ..
+        }) = self.get(index)
+        {
+            self.before
+                .take(angle, &TermValues::NONE, travel, command, N::ZERO);
+        }
+    }
+
+    fn slot(&self, index: usize) -> usize {
         let place = self.first + index;
         if place >= W { place - W } else { place }
     }
 
     pub(super) fn get(&self, index: usize) -> Option<&Block<N>> {
         self.blocks
-            .get(self.place(index))
+            .get(self.slot(index))
             .filter(|_| index < self.count)
     }
 

@@ -1,9 +1,14 @@
+use super::B;
 use super::fitter::{Fit, Fitter};
 use super::pass::Pass;
-use super::{B, POSITION, UNKNOWNS, VELOCITY};
 use crate::number::Number;
+use crate::unknowns::UnknownSet;
 
-impl<N: Number> Fitter<N> {
+impl<N, S, const P: usize, const Q: usize> Fitter<N, S, P, Q>
+where
+    N: Number,
+    S: UnknownSet<P>,
+{
     /// Standard deviations of the initial position (its rounding), counts, and of the initial
     /// velocity, in counts per block.
     const INITIAL: [f64; 2] = [0.288_675, 1e3];
@@ -12,7 +17,7 @@ impl<N: Number> Fitter<N> {
     pub(super) const LADDER: [f64; 5] = [1.0, 0.2, 5.0, 0.03, 30.0];
 
     /// The unknowns to start from.
-    pub(super) fn begin_start(&self, fit: &mut Fit<N>, start: u32) {
+    pub(super) fn begin_start(&self, fit: &mut Fit<N, S::Inputs<N>, P, Q>, start: u32) {
         let mut trial = fit.linear[usize::from(start == 1)];
         // Where nothing better is known the gain is what the amplitudes suggest.
         let suggested = fit.survey.gain(fit.omega, fit.blocks);
@@ -20,7 +25,7 @@ impl<N: Number> Fitter<N> {
             trial[B] = suggested;
         }
         if start == 2 {
-            if fit.prior.initial.iter().all(Option::is_none) {
+            if !Self::knows_a_parameter(&fit.prior) {
                 fit.next = fit.blocks;
                 fit.this = None;
                 fit.passes = Self::PASSES;
@@ -34,19 +39,23 @@ impl<N: Number> Fitter<N> {
             .checked_sub(3)
             .and_then(|step| Self::LADDER.get(step as usize))
         {
-            trial = [N::ZERO; UNKNOWNS];
+            trial = [N::ZERO; Q];
             trial[B] = suggested * N::from_f64(factor);
         }
-        for i in 0..4 {
-            let value = if self.free[i] {
-                trial[i]
+        let free = self.free_unknowns(&fit.prior);
+        for i in 0..P {
+            let value = if free[i] {
+                match S::UNKNOWNS[i].term() {
+                    Some(_) => fit.prior.initial[i].unwrap_or(N::ZERO),
+                    None => trial[i],
+                }
             } else {
                 self.prior.initial[i].unwrap_or(N::ZERO)
             };
             let value = if value.is_finite() { value } else { N::ZERO };
             trial[i] = value.limited(self.low[i], self.high[i]);
         }
-        for value in &mut trial[POSITION..] {
+        for value in &mut trial[P..] {
             if !value.is_finite() {
                 *value = N::ZERO;
             }
@@ -58,14 +67,14 @@ impl<N: Number> Fitter<N> {
         self.begin_pass(fit);
     }
 
-    pub(super) fn begin_pass(&self, fit: &mut Fit<N>) {
+    pub(super) fn begin_pass(&self, fit: &mut Fit<N, S::Inputs<N>, P, Q>) {
         fit.next = 0;
-        fit.pass = Pass::at(&fit.trial);
+        fit.pass = Pass::at(&fit.trial, P, fit.inputs);
         self.add_initial(fit);
-        for i in 0..4 {
+        for i in 0..P {
             let weight = fit.prior.weight[i];
             if let Some(initial) = fit.prior.initial[i].filter(|_| weight > N::ZERO) {
-                let mut row = [N::ZERO; UNKNOWNS];
+                let mut row = [N::ZERO; Q];
                 row[i] = weight;
                 let error = (initial - fit.trial[i]) * weight;
                 fit.pass.equations.add(&row, error);
@@ -74,10 +83,10 @@ impl<N: Number> Fitter<N> {
     }
 
     /// The prior of the initial state, as two more measurements.
-    pub(super) fn add_initial(&self, fit: &mut Fit<N>) {
+    pub(super) fn add_initial(&self, fit: &mut Fit<N, S::Inputs<N>, P, Q>) {
         let noise = libm::sqrt(self.noise.to_f64());
-        for (place, deviation) in [POSITION, VELOCITY].into_iter().zip(Self::INITIAL) {
-            let mut row = [N::ZERO; UNKNOWNS];
+        for (place, deviation) in (P..Q).zip(Self::INITIAL) {
+            let mut row = [N::ZERO; Q];
             row[place] = N::from_f64(noise / deviation);
             let error = -(fit.trial[place] * row[place]);
             fit.pass.equations.add(&row, error);

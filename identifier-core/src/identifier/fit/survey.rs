@@ -2,7 +2,7 @@ use super::block::Block;
 use crate::number::Number;
 
 /// The shortest travel from which anything can be learnt, counts.
-pub(super) const MOVED: f64 = 8.0;
+pub(crate) const MOVED: f64 = 8.0;
 
 /// What the record shows without a model.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,17 +1,21 @@
-use super::UNKNOWNS;
 use super::fitter::{Fit, Fitter};
 use super::pass::Pass;
 use crate::adaptation::NormalEquations;
 use crate::number::Number;
+use crate::unknowns::UnknownSet;
 
 /// The unknowns that explain the motion best so far, and the pass that showed it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Best<N> {
-    pub(super) unknowns: [N; UNKNOWNS],
-    pub(super) pass: Pass<N>,
+pub(super) struct Best<N, I, const Q: usize> {
+    pub(super) unknowns: [N; Q],
+    pub(super) pass: Pass<N, I, Q>,
 }
 
-impl<N: Number> Fitter<N> {
+impl<N, S, const P: usize, const Q: usize> Fitter<N, S, P, Q>
+where
+    N: Number,
+    S: UnknownSet<P>,
+{
     /// A pass that lowers the cost by less than this fraction is the last.
     const ENOUGH: f64 = 1e-4;
 
@@ -19,7 +23,7 @@ impl<N: Number> Fitter<N> {
     const CHANGE: f64 = 10.0;
 
     /// Judges the pass; true if it was the last from this start.
-    pub(super) fn end_pass(&self, fit: &mut Fit<N>) -> bool {
+    pub(super) fn end_pass(&self, fit: &mut Fit<N, S::Inputs<N>, P, Q>) -> bool {
         if fit.passes >= Self::PASSES {
             return true;
         }
@@ -50,7 +54,12 @@ impl<N: Number> Fitter<N> {
         if little || fit.passes >= Self::PASSES {
             return true;
         }
-        fit.trial = self.next_trial(&best.unknowns, &best.pass.equations, fit.damping);
+        fit.trial = self.next_trial(
+            &best.unknowns,
+            &best.pass.equations,
+            fit.damping,
+            self.free_unknowns(&fit.prior),
+        );
         false
     }
 
@@ -58,15 +67,15 @@ impl<N: Number> Fitter<N> {
     /// step is taken without it, so that the others do not compensate for it.
     fn next_trial(
         &self,
-        unknowns: &[N; UNKNOWNS],
-        equations: &NormalEquations<N, UNKNOWNS>,
+        unknowns: &[N; Q],
+        equations: &NormalEquations<N, Q>,
         damping: N,
-    ) -> [N; UNKNOWNS] {
-        let mut free = self.free_unknowns();
+        mut free: [bool; Q],
+    ) -> [N; Q] {
         let mut step = equations.solve(damping, &free);
-        for _ in 0..4 {
+        for _ in 0..P {
             let mut held = false;
-            for i in 0..4 {
+            for i in 0..P {
                 let at = unknowns[i];
                 let outward = (at <= self.low[i] && step[i] < N::ZERO)
                     || (at >= self.high[i] && step[i] > N::ZERO);
@@ -82,7 +91,7 @@ impl<N: Number> Fitter<N> {
         }
         core::array::from_fn(|i| {
             let moved = unknowns[i] + step[i];
-            if i < 4 && moved.is_finite() {
+            if i < P && moved.is_finite() {
                 moved.limited(self.low[i], self.high[i])
             } else if moved.is_finite() {
                 moved

@@ -46,7 +46,9 @@ where
         )?;
         Ok(Self {
             fitter: Fitter::new(&config),
-            free: S::UNKNOWNS.map(|unknown| place_of(unknown).is_some_and(|i| config.free[i])),
+            free: S::UNKNOWNS.map(|unknown| {
+                place_of(unknown).is_some_and(|i| config.free.get(i) == Some(&true))
+            }),
             set: PhantomData,
         })
     }
@@ -64,6 +66,32 @@ where
             result.is_good(0.2)
         } else {
             result.is_good(0.03) && result.only_direction == N::ZERO
+        }
+    }
+
+    /// Of d − c sign(q̇), which is all that motion in one direction tells, makes c as much as it can be
+    /// and d the rest, so that where the fit happened to end does not matter.
+    fn take_all_for_friction(&self, estimates: &mut [N; P], direction: N) {
+        let mut resistance = N::ZERO;
+        let mut ambiguous = 0;
+        for i in 0..P {
+            match S::UNKNOWNS[i] {
+                Unknown::Coulomb if self.free[i] => resistance += estimates[i],
+                Unknown::Load if self.free[i] => resistance += -direction * estimates[i],
+                _ => continue,
+            }
+            ambiguous += 1;
+        }
+        if ambiguous < 2 {
+            return;
+        }
+        let friction = resistance.limited(N::ZERO, N::REACH);
+        for i in 0..P {
+            match S::UNKNOWNS[i] {
+                Unknown::Coulomb => estimates[i] = friction,
+                Unknown::Load => estimates[i] = direction * (friction - resistance),
+                _ => {}
+            }
         }
     }
 
@@ -86,7 +114,8 @@ where
                 let (Some(row), Some(column)) = (places[i], places[j]) else {
                     return 0.0;
                 };
-                let known = DOUBT * result.covariance[row][column].to_f64();
+                let entry = result.covariance.get(row).and_then(|row| row.get(column));
+                let known = DOUBT * entry.map_or(0.0, |entry| entry.to_f64());
                 if S::HAS_COULOMB && one_way && self.free[i] && self.free[j] {
                     known + ambiguity(i) * ambiguity(j)
                 } else {
@@ -94,8 +123,15 @@ where
                 }
             })
         });
+        let mut estimates = places.map(|place| {
+            let value = place.and_then(|i| result.parameters.get(i));
+            value.copied().unwrap_or(N::ZERO)
+        });
+        if one_way {
+            self.take_all_for_friction(&mut estimates, result.only_direction);
+        }
         Explained {
-            estimates: places.map(|place| place.map_or(N::ZERO, |i| result.parameters[i])),
+            estimates,
             covariance: Factors::of(&covariance),
             unexplained: result.unexplained,
             bandwidth: result.bandwidth,

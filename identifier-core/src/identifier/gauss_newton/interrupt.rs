@@ -72,6 +72,7 @@ where
                 scale: N::ZERO,
                 suspicion: self.load_step.start(N::ZERO),
                 mean_square: N::ZERO,
+                trusted_gain: N::ZERO,
                 trusted_load: N::ZERO,
                 last_move: N::ZERO,
                 slid: N::ZERO,
@@ -136,7 +137,7 @@ where
 
     fn value_of(&self, shown: &Self::Shown, unknown: Unknown) -> Option<f64> {
         let i = S::UNKNOWNS.iter().position(|&own| own == unknown)?;
-        Some(shown[i].to_f64() / unknown.scale(&self.units))
+        Some(shown.get(i)?.to_f64() / unknown.scale(&self.units))
     }
 
     fn standard_error_of(&self, state: &Self::State, unknown: Unknown) -> Option<f64> {
@@ -145,7 +146,7 @@ where
             return None;
         }
         let errors = self.law.standard_errors(&state.recursion.law);
-        Some(errors[i] / unknown.scale(&self.units))
+        Some(errors.get(i)? / unknown.scale(&self.units))
     }
 
     fn entered(&self, state: &Self::State) -> Terms {

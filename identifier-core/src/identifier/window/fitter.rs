@@ -1,34 +1,55 @@
 use core::marker::PhantomData;
 
 use super::super::IdentifierError;
-use super::super::fit::{FitResult, Fits, Fitter, NumberedBlock, Prior};
+use super::super::fit::{FitResult, Fits, Fitter, MOVED, NumberedBlock};
 use super::super::halves::FitBlocks;
 use super::super::settings::Listening;
 use super::recorder::{Explained, WindowFitted};
+use crate::model::NoInputs;
 use crate::number::Number;
-use crate::parameters::ParameterSet;
+use crate::parameters::AbCoulombLoad;
 use crate::settings::{FromSettings, Settings};
+use crate::unknowns::{Term, Terms, UnknownSet};
 
 /// The background's half of the windowed identifier: it collects the blocks that a
 /// [`WindowRecorder`](super::WindowRecorder) of the same settings has recorded, at most W of them, and
-/// fits to them again and again.
+/// fits to them again and again, as long as the servo moves.
+///
+/// F is the set of the model that is fitted, with U unknowns, Q = U + 2 with the model's initial
+/// position and velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WindowFitter<N, S, const P: usize, const W: usize = 256> {
-    fitter: Fitter<N>,
+pub struct WindowFitter<
+    N,
+    S,
+    const P: usize,
+    const W: usize = 256,
+    F = AbCoulombLoad,
+    const U: usize = 4,
+    const Q: usize = 6,
+> {
+    fitter: Fitter<N, F, U, Q>,
     set: PhantomData<S>,
 }
 
 /// What the background's half remembers: the record, the fit under way and the last result.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WindowFitterState<N, const W: usize = 256> {
-    fits: Fits<N, W>,
-    result: Option<FitResult<N>>,
+pub struct WindowFitterState<
+    N,
+    const W: usize = 256,
+    I = NoInputs,
+    const U: usize = 4,
+    const Q: usize = 6,
+> {
+    fits: Fits<N, W, I, U, Q>,
+    result: Option<FitResult<N, U>>,
 }
 
-impl<N, S, const P: usize, const W: usize> FromSettings for WindowFitter<N, S, P, W>
+impl<N, S, const P: usize, const W: usize, F, const U: usize, const Q: usize> FromSettings
+    for WindowFitter<N, S, P, W, F, U, Q>
 where
     N: Number,
-    S: ParameterSet<P>,
+    S: UnknownSet<P>,
+    F: UnknownSet<U>,
 {
     /// # Errors
     /// See [`IdentifierError`]; every value out of range is named.
@@ -39,22 +60,20 @@ where
                 "a window of fewer blocks tells too little"
             )
         };
-        let config = Listening::new(settings)?;
+        let config = Listening::new(settings)?.fitter_with_terms::<N, S, P, F, U>(W, Self::TIME)?;
         Ok(Self {
-            fitter: Fitter::new(&config.fitter(
-                |parameter| S::PARAMETERS.contains(&parameter),
-                W,
-                Self::TIME,
-            )?),
+            fitter: Fitter::new(&config),
             set: PhantomData,
         })
     }
 }
 
-impl<N, S, const P: usize, const W: usize> WindowFitter<N, S, P, W>
+impl<N, S, const P: usize, const W: usize, F, const U: usize, const Q: usize>
+    WindowFitter<N, S, P, W, F, U, Q>
 where
     N: Number,
-    S: ParameterSet<P>,
+    S: UnknownSet<P>,
+    F: UnknownSet<U>,
 {
     /// The default time span of the window, s.
     pub const TIME: f64 = 0.5;
@@ -67,39 +86,105 @@ where
 
     /// Whether a fit is under way.
     #[must_use]
-    pub fn is_fitting(&self, state: &WindowFitterState<N, W>) -> bool {
+    pub fn is_fitting(&self, state: &WindowFitterState<N, W, F::Inputs<N>, U, Q>) -> bool {
         state.fits.is_under_way()
     }
 
-    fn prior(&self, state: &WindowFitterState<N, W>) -> Prior<N> {
-        match &state.result {
-            Some(result) => self.fitter.known_from(result),
+    /// Whether a fit is due: enough is new, and the servo has moved meanwhile. While it stands the
+    /// window loses the motion that it knew, and a fit would rest on the last of it.
+    fn is_due(&self, fits: &Fits<N, W, F::Inputs<N>, U, Q>) -> bool {
+        let blocks = fits.blocks();
+        blocks >= Self::LEAST_BLOCKS
+            && fits.fresh() >= (blocks / 32).max(2)
+            && fits.fresh_path() >= N::from_f64(MOVED)
+    }
+
+    /// Begins a fit: with the term that the last result suggests, if it does.
+    fn begin(&self, state: &mut WindowFitterState<N, W, F::Inputs<N>, U, Q>) {
+        let prior = match &state.result {
             None => self.fitter.given(),
+            Some(result) => match result.suggests {
+                Some(term) => {
+                    let known = self.fitter.known_from(result);
+                    self.fitter.admitting(known, result, term)
+                }
+                None => self.fitter.known_from(result),
+            },
+        };
+        state.fits.begin(&self.fitter, prior);
+    }
+
+    /// Whether a good result takes the place of the last, and if so, puts it there.
+    fn takes(&self, last: &mut Option<FitResult<N, U>>, result: &FitResult<N, U>) -> bool {
+        let before = last.map_or(Terms::NONE, |last| last.entered::<F>());
+        let same_model = result.entered::<F>() == before;
+        let mut sure = *result;
+        if let Some(last) = last
+            && same_model
+        {
+            last.age();
+            if !result.is_as_sure_as(last) {
+                return false;
+            }
+            sure = result.as_sure_as(last);
+        } else if !same_model && !self.admits(before, result) {
+            if let Some(last) = last {
+                // It may be suggested again.
+                last.suggests = None;
+            }
+            return false;
         }
+        *last = Some(sure);
+        true
+    }
+
+    /// Whether a result has reason to have more terms than there were before: each is known better
+    /// than guessed and, if it was not demanded, differs from zero.
+    fn admits(&self, before: Terms, result: &FitResult<N, U>) -> bool {
+        /// The least square of a size over its variance.
+        const SIGNIFICANT: f64 = 30.0;
+        /// The largest standard error of a size, over a usual size.
+        const KNOWN: f64 = 0.5;
+        let now = result.entered::<F>();
+        let new = |term: &Term| now.has(*term) && !before.has(*term);
+        Term::ALL.into_iter().filter(new).all(|term| {
+            let mut own = (0..U).filter(|&i| term.is_of(F::UNKNOWNS[i]));
+            let known = own.clone().all(|i| {
+                let most = KNOWN * result.usual_size::<F>(F::UNKNOWNS[i]);
+                result.covariance[i][i].to_f64() < most * most
+            });
+            let significant = own.any(|i| {
+                let size = result.parameters[i].to_f64();
+                size * size > SIGNIFICANT * result.covariance[i][i].to_f64()
+            });
+            known && (significant || self.fitter.demands(term))
+        })
     }
 }
 
-impl<N: Number> Explained<N> {
-    fn of(result: &FitResult<N>) -> Self {
+impl<N: Number, const U: usize> Explained<N, U> {
+    fn of(result: &FitResult<N, U>, entered: Terms) -> Self {
         Self {
             parameters: result.parameters,
             deviations: core::array::from_fn(|i| {
                 N::from_f64(libm::sqrt(result.covariance[i][i].to_f64()))
             }),
-            at_bound: result.at_bound,
+            entered,
             unexplained: result.unexplained,
             output_error: result.output_error,
         }
     }
 }
 
-impl<N, S, const P: usize, const W: usize> FitBlocks<N> for WindowFitter<N, S, P, W>
+impl<N, S, const P: usize, const W: usize, F, const U: usize, const Q: usize> FitBlocks<N>
+    for WindowFitter<N, S, P, W, F, U, Q>
 where
     N: Number,
-    S: ParameterSet<P>,
+    S: UnknownSet<P>,
+    F: UnknownSet<U>,
 {
-    type State = WindowFitterState<N, W>;
-    type Fitted = WindowFitted<N>;
+    type State = WindowFitterState<N, W, F::Inputs<N>, U, Q>;
+    type Fitted = WindowFitted<N, U>;
 
     fn start(&self) -> Self::State {
         WindowFitterState {
@@ -108,33 +193,50 @@ where
         }
     }
 
+    fn place(&self, state: &mut Self::State, position: N) {
+        state.fits.place(self.fitter.angle(), position);
+    }
+
     fn take(&self, state: &mut Self::State, block: &NumberedBlock<N>) {
-        state.fits.take(block);
+        state.fits.take_at(self.fitter.angle(), block);
     }
 
     fn begin_anew(&self, state: &mut Self::State) {
-        state.fits.begin_anew();
+        state.fits.begin_anew_at(self.fitter.angle());
     }
 
-    /// Begins a fit as soon as a thirty-second of the window, at least two blocks, is new.
+    /// Begins a fit as soon as a thirty-second of the window, at least two blocks, is new and has
+    /// motion in it.
     fn work(&self, state: &mut Self::State, budget: u32) -> Option<Self::Fitted> {
         if !state.fits.is_under_way() {
-            let blocks = state.fits.blocks();
-            if blocks < Self::LEAST_BLOCKS || state.fits.fresh() < (blocks / 32).max(2) {
+            if !self.is_due(&state.fits) {
                 return None;
             }
-            let prior = self.prior(state);
-            state.fits.begin(&self.fitter, prior);
+            self.begin(state);
         }
         let ended = state.fits.go_on(&self.fitter, budget)?;
         let result = ended.result?;
-        let good = result.is_good(Self::UNCERTAIN);
-        if good {
-            state.result = Some(result);
+        let explained = result.is_good(Self::UNCERTAIN);
+        // A motion both ways separates friction from load. What is known from an earlier one lasts.
+        let separated = result.only_direction == N::ZERO || ended.full || state.result.is_some();
+        let good = explained && separated && !result.is_at_bound();
+        if F::HAS_TERMS
+            && !good
+            && ended.full
+            && let Some(term) = result.suggests
+        {
+            // What is refused without a term may be good with it.
+            let prior = self.fitter.admitting(self.fitter.given(), &result, term);
+            state.fits.begin(&self.fitter, prior);
+            return None;
         }
-        (good || ended.full).then(|| WindowFitted {
+        if good && !self.takes(&mut state.result, &result) {
+            return None;
+        }
+        (explained && separated || ended.full).then(|| WindowFitted {
             last: ended.last,
-            explained: good.then(|| Explained::of(&result)),
+            at_bound: result.at_bound,
+            explained: good.then(|| Explained::of(&result, result.entered::<F>())),
         })
     }
 }

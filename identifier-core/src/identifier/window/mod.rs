@@ -5,8 +5,10 @@ pub use fitter::{WindowFitter, WindowFitterState};
 pub use recorder::{WindowEstimates, WindowFitted, WindowRecorder, WindowRecorderState};
 
 use super::combined::{Combined, CombinedState};
+use crate::model::NoInputs;
 use crate::number::Number;
-use crate::parameters::ParameterSet;
+use crate::parameters::AbCoulombLoad;
+use crate::unknowns::{AllUnknowns, UnknownSet};
 
 /// The windowed identifier: Levenberg–Marquardt passes of the model, driven by the recorded command,
 /// over the last W blocks of samples, for the parameter set S; load and friction are parameters of
@@ -21,34 +23,56 @@ use crate::parameters::ParameterSet;
 ///
 /// It consists of two halves: a chip whose interrupt records while its background fits uses
 /// [`WindowRecorder`] and [`WindowFitter`] separately.
-pub type WindowIdentifier<N, S, const P: usize, const W: usize = 256> =
-    Combined<WindowRecorder<N, S, P, W>, WindowFitter<N, S, P, W>>;
+///
+/// F is the model that is fitted, with U unknowns: without optional terms one for all sets of
+/// parameters. [`TermWindowIdentifier`] has them all.
+pub type WindowIdentifier<
+    N,
+    S,
+    const P: usize,
+    const W: usize = 256,
+    F = AbCoulombLoad,
+    const U: usize = 4,
+    const Q: usize = 6,
+> = Combined<WindowRecorder<N, S, P, W, F, U, Q>, WindowFitter<N, S, P, W, F, U, Q>>;
+
+/// The windowed identifier with every optional term, for a PC. A term enters when a fit with it is well
+/// determined and it was demanded, or is significant. Terms are exact where a block is one sample.
+pub type TermWindowIdentifier<N, const W: usize = 256> =
+    WindowIdentifier<N, AllUnknowns, 12, W, AllUnknowns, 12, 14>;
 
 /// What the identifier remembers.
-pub type WindowState<N, const W: usize = 256> =
-    CombinedState<WindowRecorderState<N>, WindowFitterState<N, W>>;
+pub type WindowState<
+    N,
+    const W: usize = 256,
+    I = NoInputs,
+    const U: usize = 4,
+    const Q: usize = 6,
+> = CombinedState<WindowRecorderState<N, U>, WindowFitterState<N, W, I, U, Q>>;
 
-impl<N, S, const P: usize, const W: usize> WindowIdentifier<N, S, P, W>
+impl<N, S, const P: usize, const W: usize, F, const U: usize, const Q: usize>
+    WindowIdentifier<N, S, P, W, F, U, Q>
 where
     N: Number,
-    S: ParameterSet<P>,
+    S: UnknownSet<P>,
+    F: UnknownSet<U>,
 {
     /// Fits that have ended with a result.
     #[must_use]
-    pub fn fits(&self, state: &WindowState<N, W>) -> u32 {
+    pub fn fits(&self, state: &WindowState<N, W, F::Inputs<N>, U, Q>) -> u32 {
         self.recorder().fits(&state.recorder)
     }
 
     /// Whether a fit is under way.
     #[must_use]
-    pub fn is_fitting(&self, state: &WindowState<N, W>) -> bool {
+    pub fn is_fitting(&self, state: &WindowState<N, W, F::Inputs<N>, U, Q>) -> bool {
         self.fitter().is_fitting(&state.fitter)
     }
 
     /// The standard deviation of the last fit's errors, rad; at least a count's rounding. None before
     /// the first fit.
     #[must_use]
-    pub fn unexplained(&self, state: &WindowState<N, W>) -> Option<f64> {
+    pub fn unexplained(&self, state: &WindowState<N, W, F::Inputs<N>, U, Q>) -> Option<f64> {
         self.recorder().unexplained(&state.recorder)
     }
 }

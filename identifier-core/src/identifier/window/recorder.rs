@@ -4,51 +4,63 @@ use super::super::IdentifierError;
 use super::super::fit::{Blocking, NumberedBlock, Recorder};
 use super::super::halves::RecordBlocks;
 use super::super::identify::{Event, Identify, Seen, check};
-use super::super::settings::{Listening, place};
+use super::super::settings::Listening;
 use super::fitter::WindowFitter;
 use crate::error::StepError;
-use crate::model::ServoParameters;
+use crate::model::{ModelValues, ServoParameters};
 use crate::number::Number;
-use crate::parameters::{ModelParameters, ParameterSet};
+use crate::parameters::AbCoulombLoad;
 use crate::settings::{FromSettings, PerParameter, Settings};
 use crate::units::Units;
+use crate::unknowns::{Terms, Unknown, UnknownSet};
 
 /// The interrupt's half of the windowed identifier: it records for a window of W blocks, and holds the
 /// last result of the [`WindowFitter`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WindowRecorder<N, S, const P: usize, const W: usize = 256> {
+pub struct WindowRecorder<
+    N,
+    S,
+    const P: usize,
+    const W: usize = 256,
+    F = AbCoulombLoad,
+    const U: usize = 4,
+    const Q: usize = 6,
+> {
     blocking: Blocking<N>,
     units: Units,
     longest: N,
     initial: [f64; P],
-    set: PhantomData<S>,
+    set: PhantomData<(S, F)>,
 }
 
 /// What the interrupt's half remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WindowRecorderState<N> {
+pub struct WindowRecorderState<N, const U: usize = 4> {
     recorder: Recorder<N>,
-    explained: Option<Explained<N>>,
+    explained: Option<Explained<N, U>>,
+    /// Of the last fit.
+    at_bound: [bool; U],
     event: Event,
     fits: u32,
 }
 
 /// The result of a window fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WindowFitted<N> {
+pub struct WindowFitted<N, const U: usize = 4> {
     /// The number of the last block that it used.
     pub(super) last: u32,
-    /// None where the motion could not be explained.
-    pub(super) explained: Option<Explained<N>>,
+    pub(super) at_bound: [bool; U],
+    /// None where the motion could not be explained, or only at a bound.
+    pub(super) explained: Option<Explained<N, U>>,
 }
 
 /// The result of a fit that explains the motion, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Explained<N> {
-    /// a, b, c, d.
-    pub(super) parameters: [N; 4],
-    pub(super) deviations: [N; 4],
-    pub(super) at_bound: [bool; 4],
+pub(super) struct Explained<N, const U: usize> {
+    /// The unknowns of the fit.
+    pub(super) parameters: [N; U],
+    pub(super) deviations: [N; U],
+    pub(super) entered: Terms,
     /// Variance of the fit's errors, counts².
     pub(super) unexplained: N,
     /// Of the last block, counts.
@@ -58,70 +70,84 @@ pub(super) struct Explained<N> {
 /// The estimates of a sample, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WindowEstimates<N, const P: usize> {
-    parameters: [N; P],
+    values: [N; P],
     at_bounds: [bool; P],
 }
 
-impl<N, S, const P: usize, const W: usize> FromSettings for WindowRecorder<N, S, P, W>
+impl<N, S, const P: usize, const W: usize, F, const U: usize, const Q: usize> FromSettings
+    for WindowRecorder<N, S, P, W, F, U, Q>
 where
     N: Number,
-    S: ParameterSet<P>,
+    S: UnknownSet<P>,
+    F: UnknownSet<U>,
 {
     /// # Errors
     /// See [`IdentifierError`]; every value out of range is named.
     fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
         let config = Listening::new(settings)?;
-        let fitter = config.fitter(
-            |parameter| S::PARAMETERS.contains(&parameter),
-            W,
-            WindowFitter::<N, S, P, W>::TIME,
-        )?;
+        let time = WindowFitter::<N, S, P, W, F, U, Q>::TIME;
+        let fitter = config.fitter_with_terms::<N, S, P, F, U>(W, time)?;
         Ok(Self {
             blocking: Blocking::of(fitter.block),
             units: config.units,
             longest: config.longest_increment()?,
-            initial: S::PARAMETERS.map(|parameter| fitter.initial[place(parameter)].unwrap_or(0.0)),
+            initial: Self::of_set(&fitter.initial).map(|initial| initial.unwrap_or(0.0)),
             set: PhantomData,
         })
     }
 }
 
-impl<N, S, const P: usize, const W: usize> WindowRecorder<N, S, P, W>
+impl<N, S, const P: usize, const W: usize, F, const U: usize, const Q: usize>
+    WindowRecorder<N, S, P, W, F, U, Q>
 where
     N: Number,
-    S: ParameterSet<P>,
+    S: UnknownSet<P>,
+    F: UnknownSet<U>,
 {
     /// Fits that have ended with a result.
     #[must_use]
-    pub fn fits(&self, state: &WindowRecorderState<N>) -> u32 {
+    pub fn fits(&self, state: &WindowRecorderState<N, U>) -> u32 {
         state.fits
     }
 
     /// The standard deviation of the last fit's errors, rad; at least a count's rounding. None before
     /// the first fit.
     #[must_use]
-    pub fn unexplained(&self, state: &WindowRecorderState<N>) -> Option<f64> {
+    pub fn unexplained(&self, state: &WindowRecorderState<N, U>) -> Option<f64> {
         let explained = state.explained.as_ref()?;
         Some(libm::sqrt(explained.unexplained.to_f64()) * self.units.position_unit())
     }
 
-    fn of_set<T: Copy>(values: &[T; 4]) -> [T; P] {
-        S::PARAMETERS.map(|parameter| values[place(parameter)])
+    /// The values of the set's own unknowns.
+    fn of_set<T: Copy>(values: &[T; U]) -> [T; P] {
+        S::UNKNOWNS.map(|own| {
+            let place = F::UNKNOWNS.iter().position(|&unknown| unknown == own);
+            values[place.unwrap_or(0)]
+        })
+    }
+
+    /// The value of an unknown, SI.
+    fn value(&self, values: &[N; P], wanted: Unknown) -> Option<f64> {
+        let place = S::UNKNOWNS.iter().position(|&own| own == wanted)?;
+        Some(values[place].to_f64() / wanted.scale(&self.units))
     }
 }
 
-impl<N, S, const P: usize, const W: usize> Identify<N> for WindowRecorder<N, S, P, W>
+impl<N, S, const P: usize, const W: usize, F, const U: usize, const Q: usize> Identify<N>
+    for WindowRecorder<N, S, P, W, F, U, Q>
 where
     N: Number,
-    S: ParameterSet<P>,
+    S: UnknownSet<P>,
+    F: UnknownSet<U>,
 {
-    type State = WindowRecorderState<N>;
+    type State = WindowRecorderState<N, U>;
     type Shown = WindowEstimates<N, P>;
 
     fn start(&self) -> Self::State {
         WindowRecorderState {
             recorder: Recorder::EMPTY,
             explained: None,
+            at_bound: [false; U],
             event: Event::None,
             fits: 0,
         }
@@ -138,7 +164,8 @@ where
     }
 
     /// Records the sample. The output error is that of the last sample of the last fit, and
-    /// [`Event::Started`] reports a new one.
+    /// [`Event::Started`] reports a new one,
+    /// [`Event::TermEntered`] one with another term, and [`Event::AtBound`] one that was not taken.
     #[inline]
     fn follow(&self, state: &mut Self::State, increment: N, command: N) -> Seen<N> {
         state.recorder.push(&self.blocking, increment, command);
@@ -150,32 +177,46 @@ where
     }
 
     fn show(&self, state: &Self::State) -> Self::Shown {
-        match &state.explained {
-            Some(explained) => WindowEstimates {
-                parameters: Self::of_set(&explained.parameters),
-                at_bounds: Self::of_set(&explained.at_bound),
+        WindowEstimates {
+            values: match &state.explained {
+                Some(explained) => Self::of_set(&explained.parameters),
+                None => self.initial.map(N::from_f64),
             },
-            None => WindowEstimates {
-                parameters: self.initial.map(N::from_f64),
-                at_bounds: [false; P],
-            },
+            at_bounds: Self::of_set(&state.at_bound),
         }
     }
 
     fn estimates_of(&self, shown: &Self::Shown) -> ServoParameters {
-        ModelParameters::of_set::<S, P>(&shown.parameters).to_si(&self.units)
+        ModelValues::of_set::<S, P>(&shown.values)
+            .parameters
+            .to_si(&self.units)
     }
 
     fn at_bounds_of(&self, shown: &Self::Shown) -> PerParameter<bool> {
         PerParameter::from_fn(|wanted| {
-            let mut own = S::PARAMETERS.iter().zip(shown.at_bounds);
-            own.any(|(&own, at)| own == wanted && at)
+            let mut own = S::UNKNOWNS.iter().zip(shown.at_bounds);
+            own.any(|(&own, at)| own == wanted.into() && at)
         })
     }
 
     fn standard_errors(&self, state: &Self::State) -> Option<ServoParameters> {
         let deviations = Self::of_set(&state.explained.as_ref()?.deviations);
-        Some(ModelParameters::of_set::<S, P>(&deviations).to_si(&self.units))
+        let parameters = ModelValues::of_set::<S, P>(&deviations).parameters;
+        Some(parameters.to_si(&self.units))
+    }
+
+    fn value_of(&self, shown: &Self::Shown, unknown: Unknown) -> Option<f64> {
+        self.value(&shown.values, unknown)
+    }
+
+    fn standard_error_of(&self, state: &Self::State, unknown: Unknown) -> Option<f64> {
+        let deviations = Self::of_set(&state.explained.as_ref()?.deviations);
+        self.value(&deviations, unknown)
+    }
+
+    fn entered(&self, state: &Self::State) -> Terms {
+        let explained = state.explained.as_ref();
+        explained.map_or(Terms::NONE, |explained| explained.entered)
     }
 
     fn join(&self, state: &mut Self::State, _: N) {
@@ -183,12 +224,14 @@ where
     }
 }
 
-impl<N, S, const P: usize, const W: usize> RecordBlocks<N> for WindowRecorder<N, S, P, W>
+impl<N, S, const P: usize, const W: usize, F, const U: usize, const Q: usize> RecordBlocks<N>
+    for WindowRecorder<N, S, P, W, F, U, Q>
 where
     N: Number,
-    S: ParameterSet<P>,
+    S: UnknownSet<P>,
+    F: UnknownSet<U>,
 {
-    type Fitted = WindowFitted<N>;
+    type Fitted = WindowFitted<N, U>;
 
     #[inline]
     fn take_block(&self, state: &mut Self::State) -> Option<NumberedBlock<N>> {
@@ -201,12 +244,20 @@ where
         if !state.recorder.has_recorded(fitted.last) {
             return;
         }
-        if fitted.explained.is_some() {
-            state.explained = fitted.explained;
-            state.fits = state.fits.saturating_add(1);
-            state.event = Event::Started;
-        } else {
-            state.event = Event::NotFollowing;
-        }
+        state.at_bound = fitted.at_bound;
+        state.event = match &fitted.explained {
+            Some(explained) => {
+                let entered = Identify::<N>::entered(self, state);
+                state.explained = Some(*explained);
+                state.fits = state.fits.saturating_add(1);
+                if explained.entered == entered {
+                    Event::Started
+                } else {
+                    Event::TermEntered
+                }
+            }
+            None if fitted.at_bound.contains(&true) => Event::AtBound,
+            None => Event::NotFollowing,
+        };
     }
 }

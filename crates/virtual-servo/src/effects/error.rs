@@ -1,0 +1,63 @@
+use core::fmt;
+
+use identifier_core::error::OutOfRange;
+
+/// Why a servo cannot have some effects.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum EffectError {
+    /// A value outside its range.
+    Range(OutOfRange),
+    /// An effect that needs another value beside it.
+    Needs {
+        /// What is given.
+        effect: &'static str,
+        /// What it needs.
+        needs: &'static str,
+    },
+    /// Two effects that contradict each other: the encoder is on the load for the one and on the motor
+    /// for the other.
+    Contradiction {
+        /// The one.
+        effect: &'static str,
+        /// The other.
+        other: &'static str,
+    },
+}
+
+impl EffectError {
+    /// The name of the value that is wrong.
+    #[must_use]
+    pub fn parameter(&self) -> &'static str {
+        match self {
+            Self::Range(error) => error.parameter,
+            Self::Needs { effect, .. } | Self::Contradiction { effect, .. } => effect,
+        }
+    }
+}
+
+impl From<OutOfRange> for EffectError {
+    fn from(error: OutOfRange) -> Self {
+        Self::Range(error)
+    }
+}
+
+impl fmt::Display for EffectError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Range(error) => error.fmt(f),
+            Self::Needs { effect, needs } => {
+                write!(
+                    f,
+                    "{effect} does nothing without {needs}: state both or none"
+                )
+            }
+            Self::Contradiction { effect, other } => write!(
+                f,
+                "{effect} has the encoder on the load, {other} on the motor: state one of them"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for EffectError {}

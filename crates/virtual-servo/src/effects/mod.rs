@@ -1,0 +1,153 @@
+//! What a servo has beside q̈ = −a q̇ + b u + d − c sign(q̇).
+
+mod check;
+mod error;
+
+pub use error::EffectError;
+
+use identifier_core::model::ServoParameters;
+
+/// The effects of a real servo, SI. Zero is an effect that is absent, and [`Effects::NONE`] a servo
+/// that has none.
+///
+/// The command passes, in this order: the hidden limit, the dead band, the delay, the current loop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Effects {
+    /// Time from a command to its acting, s: any fraction of a sample, up to
+    /// [`Effects::LONGEST_DELAY`] and [`Effects::MOST_DELAYED`] samples.
+    pub delay: f64,
+    /// Time constant of the first-order lag with which the acting command follows, s.
+    pub current_loop: f64,
+    /// Half of what viscous friction has more in positive direction than in negative, 1/s: it is
+    /// −(a + δa sign q̇) q̇, with |δa| no larger than a.
+    pub asymmetry: f64,
+    /// What friction has in addition at low speed, s e^(−(q̇/v)²), rad/s²; no less than −c. With a
+    /// positive one the servo breaks away at c + s (Stribeck).
+    pub low_speed_friction: f64,
+    /// The speed v in it, rad/s.
+    pub low_speed_velocity: f64,
+    /// [g_s, g_c], rad/s²: gravity accelerates by g_s sin q + g_c cos q, q being zero where the servo
+    /// starts.
+    pub gravity: [f64; 2],
+    /// [r_s, r_c], rad/s²: cogging accelerates by r_s sin Nq + r_c cos Nq.
+    pub ripple: [f64; 2],
+    /// Its order N, periods per revolution.
+    pub ripple_order: u32,
+    /// The command that a bridge lets pass without effect to either side, command units: u acts as
+    /// u − clamp(u, −δ, δ).
+    pub dead_band: f64,
+    /// Resonance of motor and load on the spring between them, both free, rad/s. The encoder is the
+    /// motor's, and so is friction; load and gravity act behind the spring. a and b are those of both
+    /// as one rigid body.
+    pub resonance: f64,
+    /// Its damping ratio; none for [`Effects::RESONANCE_DAMPING`].
+    pub resonance_damping: Option<f64>,
+    /// The load's share of the inertia.
+    pub inertia_ratio: f64,
+    /// Play between the motor and an encoder on the load, rad: the load is taken along by the end of
+    /// the play and stands within it, without an effect on the motor.
+    pub backlash: f64,
+    /// Relative change of b in a second, 1/s.
+    pub gain_drift: f64,
+    /// Relative change of all friction in a second, 1/s.
+    pub friction_drift: f64,
+    /// Where the amplifier clips although nobody says so, command units.
+    pub hidden_limit: f64,
+    /// Standard deviation, rad/s², and time constant, s, of a load that wanders in addition
+    /// (first-order Gauss–Markov).
+    pub load_wander: [f64; 2],
+}
+
+impl Effects {
+    /// The servo as the identifiers' model has it.
+    pub const NONE: Self = Self {
+        delay: 0.0,
+        current_loop: 0.0,
+        asymmetry: 0.0,
+        low_speed_friction: 0.0,
+        low_speed_velocity: 0.0,
+        gravity: [0.0; 2],
+        ripple: [0.0; 2],
+        ripple_order: 0,
+        dead_band: 0.0,
+        resonance: 0.0,
+        resonance_damping: None,
+        inertia_ratio: 0.0,
+        backlash: 0.0,
+        gain_drift: 0.0,
+        friction_drift: 0.0,
+        hidden_limit: 0.0,
+        load_wander: [0.0; 2],
+    };
+
+    /// The longest delay, s.
+    pub const LONGEST_DELAY: f64 = 0.1;
+    /// The longest delay, samples.
+    pub const MOST_DELAYED: usize = 64;
+    /// The longest time constant of a current loop, s.
+    pub const SLOWEST_CURRENT_LOOP: f64 = 1.0;
+    /// The largest of the accelerations that depend on the angle, rad/s².
+    pub const LARGEST_ACCELERATION: f64 = 1e6;
+    /// The highest order of a ripple.
+    pub const HIGHEST_ORDER: u32 = 10_000;
+    /// The highest resonance, rad/s.
+    pub const HIGHEST_RESONANCE: f64 = 1e5;
+    /// The damping ratio of a resonance of which none is stated: steel with little play.
+    pub const RESONANCE_DAMPING: f64 = 0.02;
+    /// The shares of the inertia that a load can have.
+    pub const INERTIA_RATIOS: [f64; 2] = [0.001, 0.999];
+    /// The fastest drift, 1/s.
+    pub const FASTEST_DRIFT: f64 = 0.1;
+    /// The fastest decay of motion and current where they are integrated, per sample: so many steps
+    /// are not too many.
+    pub const FASTEST_DECAY: f64 = 1000.0;
+
+    /// Whether something happens to the command before it acts, apart from its lag.
+    pub(crate) fn change_the_command(&self) -> bool {
+        any([self.delay, self.dead_band, self.hidden_limit])
+    }
+
+    /// Whether the closed form of a, b, c and d does not describe the motion.
+    pub(crate) fn change_the_motion(&self) -> bool {
+        let without = Self {
+            delay: 0.0,
+            dead_band: 0.0,
+            hidden_limit: 0.0,
+            backlash: 0.0,
+            ..*self
+        };
+        without != Self::NONE
+    }
+
+    /// The same effects on another servo: what belongs to its friction is as large a share of it; of a
+    /// servo without such friction it stays what it was.
+    #[must_use]
+    pub fn carried_over(&self, from: &ServoParameters, to: &ServoParameters) -> Self {
+        let share = |of: f64, whole: f64| if of > 0.0 { whole / of } else { 1.0 };
+        let low_speed_friction = self.low_speed_friction * share(from.coulomb, to.coulomb);
+        // Rounding must not make more of it than a servo can have.
+        let low_speed_friction = low_speed_friction.max(-to.coulomb);
+        let still_there = low_speed_friction != 0.0;
+        Self {
+            asymmetry: (self.asymmetry * share(from.a, to.a)).clamp(-to.a, to.a),
+            low_speed_friction,
+            low_speed_velocity: if still_there {
+                self.low_speed_velocity
+            } else {
+                0.0
+            },
+            ..*self
+        }
+    }
+}
+
+impl Default for Effects {
+    fn default() -> Self {
+        Self::NONE
+    }
+}
+
+/// Whether any of some values is not zero.
+pub(crate) fn any<const COUNT: usize>(values: [f64; COUNT]) -> bool {
+    values.iter().any(|&value| value != 0.0)
+}

@@ -1,0 +1,112 @@
+//! Instructions of a whole sample of Gauss–Newton with one optional term that has entered.
+#![no_std]
+#![no_main]
+
+use cortex_m_rt::entry;
+use firmware_stm32::host::{exit, say};
+use firmware_stm32::instructions::{Counter as Instructions, Tally};
+use firmware_stm32::measured::{COUNTED, Experiment, Halves};
+use firmware_stm32::paper;
+use identifier_core::Settings;
+use identifier_core::adaptation::OnDemand;
+use identifier_core::identifier::{GaussNewtonRecursionState, IdentifierError, Identify};
+use identifier_core::model::{AngledInputs, DelayedInputs};
+use identifier_core::number::Number;
+use identifier_core::settings::IdentifierSettings;
+use identifier_core::unknowns::{AbCoulombDelayLoad, Term, Terms, Unknown, UnknownSet};
+
+/// Samples after which a term that is demanded has entered, and the law has settled.
+const UNTIL_IT_ENTERED: u32 = 5000;
+
+#[entry]
+fn main() -> ! {
+    let done = terms(&Instructions::start());
+    if done.is_err() {
+        say(&["a term did not enter"]);
+    }
+    exit(done.is_ok())
+}
+
+/// Every term for itself.
+fn terms(instructions: &Instructions) -> Result<(), IdentifierError> {
+    with_term::<AbCoulombDelayLoad, 5>(instructions, Term::Delay)?;
+    with_term::<WithAsymmetry, 5>(instructions, Term::Asymmetry)?;
+    with_term::<WithLowSpeed, 5>(instructions, Term::LowSpeed)?;
+    with_term::<WithDeadBand, 5>(instructions, Term::DeadBand)?;
+    with_term::<WithGravity, 6>(instructions, Term::Gravity)?;
+    with_term::<WithRipple, 6>(instructions, Term::Ripple)
+}
+
+/// A set of unknowns: those of Gauss–Newton's four parameters and one term.
+macro_rules! with_term {
+    ($($set:ident, $count:literal, $lower:literal, $inputs:ident: [$($term:ident),*];)*) => {$(
+        #[derive(Debug, Clone, Copy)]
+        struct $set;
+
+        impl UnknownSet<$count> for $set {
+            const UNKNOWNS: [Unknown; $count] = [
+                Unknown::A, Unknown::B, Unknown::Coulomb, $(Unknown::$term,)* Unknown::Load,
+            ];
+            type Lower<N: Number> = [N; $lower];
+            type Inputs<N: Number> = $inputs<N, 8>;
+            type Evidence<N: Number> = OnDemand;
+            type Whitening<N: Number> = ();
+        }
+    )*};
+}
+
+with_term! {
+    WithAsymmetry, 5, 10, DelayedInputs: [Asymmetry];
+    WithLowSpeed, 5, 10, DelayedInputs: [LowSpeed];
+    WithDeadBand, 5, 10, DelayedInputs: [DeadBand];
+    WithGravity, 6, 15, AngledInputs: [GravitySine, GravityCosine];
+    WithRipple, 6, 15, AngledInputs: [RippleSine, RippleCosine];
+}
+
+/// A running recursion with a term that has entered, on the same servo.
+fn with_term<S: UnknownSet<P>, const P: usize>(
+    instructions: &Instructions,
+    term: Term,
+) -> Result<(), IdentifierError> {
+    /// Friction, rad/s², which reverses with the servo.
+    const COULOMB: f64 = 10.0;
+    let mut settings = Settings {
+        identifier: IdentifierSettings::UNSTATED,
+        ..paper::settings()
+    };
+    let terms = &mut settings.identifier.terms;
+    terms.demanded = Terms::NONE.with(term);
+    terms.low_speed_velocity = Some(1.0);
+    terms.ripple_order = Some(24.0);
+    let mut halves = Halves::<S, P>::build(&settings)?;
+    let mut experiment = Experiment::start(COULOMB)?;
+    let mut fitting = Tally::default();
+    let mut sample =
+        |reference, register| halves.counted(instructions, (reference, register), &mut fitting);
+    experiment.count(UNTIL_IT_ENTERED, &mut sample);
+    let tally = experiment.count(COUNTED, &mut sample);
+    let interrupt = &halves.interrupt;
+    let identifier = interrupt.servo_loop.identifier();
+    if !identifier
+        .entered(interrupt.state.identification())
+        .has(term)
+    {
+        return Err(IdentifierError::NotGiven { setting: "motion" });
+    }
+    let bytes = size_of::<GaussNewtonRecursionState<f32, S, P>>();
+    tally.say(term_name(term), bytes);
+    Ok(())
+}
+
+/// Its name among the figures.
+fn term_name(term: Term) -> &'static str {
+    match term {
+        Term::Delay => "gauss-newton-with-delay",
+        Term::Asymmetry => "gauss-newton-with-asymmetry",
+        Term::LowSpeed => "gauss-newton-with-low-speed",
+        Term::Gravity => "gauss-newton-with-gravity",
+        Term::Ripple => "gauss-newton-with-ripple",
+        Term::DeadBand => "gauss-newton-with-dead-band",
+        Term::WanderingLoad => "gauss-newton-with-wandering-load",
+    }
+}

@@ -1,0 +1,240 @@
+//! Loops and laws with the paper's servo around them, sample by sample, and the instructions that a
+//! sample takes.
+
+use core::hint::black_box;
+
+use identifier_core::Settings;
+use identifier_core::excitation::{BandLimitedWhiteNoise, BandLimitedWhiteNoiseState, Excitation};
+use identifier_core::identifier::{
+    FitBlocks, GaussNewtonFitted, GaussNewtonFitter, GaussNewtonFitterState, GaussNewtonRecursion,
+    IdentifierError, Identify, NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState,
+};
+use identifier_core::measurement::counter::Counter;
+use identifier_core::measurement::velocity::{LowPass, LowPassState};
+use identifier_core::settings::FromSettings;
+use identifier_core::unknowns::UnknownSet;
+use virtual_servo::{Encoder, Plant};
+
+use crate::instructions::{Counter as Instructions, Tally};
+use crate::paper;
+
+type Filter = LowPass<f32>;
+/// The PID with an identifier.
+pub type Loop<I> = ServoLoop<f32, Filter, I>;
+type GaussNewton<S, const P: usize> = GaussNewtonRecursion<f32, S, P, 64>;
+type Fitter<S, const P: usize> = GaussNewtonFitter<f32, S, P, 64>;
+
+/// Samples before the count begins.
+pub const STARTING: u32 = 500;
+/// Samples that are counted.
+pub const COUNTED: u32 = 2000;
+
+/// The paper's motion, sample by sample.
+pub struct Experiment {
+    reference: BandLimitedWhiteNoise,
+    wanted: BandLimitedWhiteNoiseState<f64>,
+    plant: Plant,
+    encoder: Encoder,
+}
+
+impl Experiment {
+    /// A servo at rest with so much friction, rad/s².
+    ///
+    /// # Errors
+    /// A reference that cannot be.
+    pub fn start(coulomb: f64) -> Result<Self, IdentifierError> {
+        let reference = paper::reference()?;
+        let (plant, encoder) = paper::servo_with(coulomb);
+        Ok(Self {
+            wanted: Excitation::start(&reference),
+            reference,
+            plant,
+            encoder,
+        })
+    }
+
+    /// Runs some samples and counts them. `sample` gets a reference in counts and the counter's
+    /// register and answers with the command and the instructions that it took.
+    pub fn count(
+        &mut self,
+        samples: u32,
+        sample: &mut impl FnMut(f64, u16) -> (f64, u32),
+    ) -> Tally {
+        let mut tally = Tally::default();
+        for _ in 0..samples {
+            let next: f64 = self.reference.process(&mut self.wanted);
+            // The register has the low bits only.
+            let (command, taken) = sample(next, self.encoder.read(self.plant.position) as u16);
+            tally.add(taken);
+            self.plant.advance(command);
+        }
+        tally
+    }
+}
+
+/// Runs the paper's experiment with `sample`, and counts once it has started.
+///
+/// # Errors
+/// As [`Experiment::start`].
+pub fn measure(
+    name: &str,
+    state_bytes: usize,
+    mut sample: impl FnMut(f64, u16) -> (f64, u32),
+) -> Result<(), IdentifierError> {
+    let mut experiment = Experiment::start(0.0)?;
+    experiment.count(STARTING, &mut sample);
+    let tally = experiment.count(COUNTED, &mut sample);
+    tally.say(name, state_bytes);
+    Ok(())
+}
+
+/// A call's result and its instructions, less those that counting itself takes. What goes in and comes
+/// out passes a black box, or the compiler would move its making and its use in between.
+#[inline(always)]
+pub fn counted<T>(instructions: &Instructions, work: impl FnOnce() -> T) -> (T, u32) {
+    let empty = {
+        let before = instructions.now();
+        instructions.now().wrapping_sub(before)
+    };
+    let before = instructions.now();
+    let result = work();
+    let taken = instructions.now().wrapping_sub(before).wrapping_sub(empty);
+    (black_box(result), taken)
+}
+
+/// A loop in single precision with its counter and its state, as a drive keeps them.
+pub struct Single<I: Identify<f32>> {
+    counter: Counter<u16>,
+    /// The loop.
+    pub servo_loop: Loop<I>,
+    /// Its state.
+    pub state: ServoLoopState<f32, LowPassState<f32>, I::State>,
+}
+
+impl<I: Identify<f32> + FromSettings> Single<I> {
+    /// Builds it from settings.
+    ///
+    /// # Errors
+    /// What is not allowed.
+    pub fn build(settings: &Settings) -> Result<Self, IdentifierError> {
+        let servo_loop: Loop<I> = settings.build()?;
+        Ok(Self {
+            counter: Counter::new(0),
+            state: servo_loop.start(0),
+            servo_loop,
+        })
+    }
+
+    /// A sample that is not inlined.
+    #[inline(never)]
+    pub fn sample(&mut self, setpoint: i32, offset: f32, register: u16) -> f32 {
+        self.step(setpoint, offset, register)
+    }
+
+    /// As in a drive, which acts between control and learning.
+    #[inline(always)]
+    pub fn step(&mut self, setpoint: i32, offset: f32, register: u16) -> f32 {
+        let count = self.counter.read(register);
+        let control = self
+            .servo_loop
+            .control(&mut self.state, setpoint, offset, count);
+        control.map_or(0.0, |sample| {
+            self.servo_loop.learn(&mut self.state, &sample);
+            sample.command
+        })
+    }
+
+    /// Runs a sample and counts its instructions.
+    pub fn counted(
+        &mut self,
+        instructions: &Instructions,
+        given: (f64, u16),
+        sample: impl FnOnce(&mut Self, i32, f32, u16) -> f32,
+    ) -> (f64, u32) {
+        let (whole, offset, register) = black_box(split(given));
+        let (command, taken) = counted(instructions, || sample(self, whole, offset, register));
+        (f64::from(command), taken)
+    }
+}
+
+/// A reference as whole counts and an offset, with the register as it is.
+pub fn split((reference, register): (f64, u16)) -> (i32, f32, u16) {
+    let whole = reference as i32;
+    (whole, (reference - f64::from(whole)) as f32, register)
+}
+
+/// Gauss–Newton's halves, as a drive keeps them: what is to be handed over is on its way in between.
+pub struct Halves<S: UnknownSet<P>, const P: usize> {
+    /// The interrupt's half.
+    pub interrupt: Single<GaussNewton<S, P>>,
+    fitter: Fitter<S, P>,
+    fitting: GaussNewtonFitterState<f32, 64>,
+    fitted: Option<GaussNewtonFitted<f32, S, P>>,
+    block: Option<NumberedBlock<f32>>,
+}
+
+impl<S: UnknownSet<P>, const P: usize> Halves<S, P> {
+    /// Builds it from settings.
+    ///
+    /// # Errors
+    /// What is not allowed.
+    pub fn build(settings: &Settings) -> Result<Self, IdentifierError> {
+        let fitter: Fitter<S, P> = settings.build()?;
+        Ok(Self {
+            interrupt: Single::build(settings)?,
+            fitting: fitter.start(),
+            fitter,
+            fitted: None,
+            block: None,
+        })
+    }
+
+    /// The interrupt's share: a sample, with what is handed over before and after.
+    #[inline(never)]
+    fn sample(&mut self, setpoint: i32, offset: f32, register: u16) -> f32 {
+        let Self {
+            interrupt,
+            fitted,
+            block,
+            ..
+        } = self;
+        if let Some(fitted) = fitted.take() {
+            let identifier = interrupt.servo_loop.identifier();
+            identifier.take_over(interrupt.state.identification_mut(), &fitted);
+        }
+        let command = interrupt.step(setpoint, offset, register);
+        let identifier = interrupt.servo_loop.identifier();
+        *block = identifier.take_block(interrupt.state.identification_mut());
+        command
+    }
+
+    /// The background's share: a block of the first fit.
+    #[inline(never)]
+    fn work(&mut self) {
+        if let Some(block) = self.block.take() {
+            self.fitter.take(&mut self.fitting, &block);
+        }
+        self.fitted = self.fitter.work(&mut self.fitting, 1);
+    }
+
+    /// Whether the recursion runs.
+    #[must_use]
+    pub fn is_running(&self) -> bool {
+        let identifier = self.interrupt.servo_loop.identifier();
+        identifier.is_running(self.interrupt.state.identification())
+    }
+
+    /// Runs a sample and counts the interrupt's instructions, and the background's apart.
+    pub fn counted(
+        &mut self,
+        instructions: &Instructions,
+        given: (f64, u16),
+        background: &mut Tally,
+    ) -> (f64, u32) {
+        let (whole, offset, register) = black_box(split(given));
+        let (command, taken) = counted(instructions, || self.sample(whole, offset, register));
+        let ((), worked) = counted(instructions, || self.work());
+        background.add(worked);
+        (f64::from(command), taken)
+    }
+}

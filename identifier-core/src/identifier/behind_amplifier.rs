@@ -1,0 +1,174 @@
+use super::IdentifierError;
+use super::identify::{Identify, Seen};
+use crate::control::ControlSample;
+use crate::error::{Allowed, StepError};
+use crate::model::{Amplifier, AmplifierState, ServoParameters};
+use crate::number::Number;
+use crate::settings::{FromSettings, PerParameter, Settings, TermSettings};
+use crate::unknowns::{Term, Terms, Unknown};
+
+use super::config::LARGEST;
+
+/// An identifier behind what is declared of the amplifier: the commands that it gets are those that act
+/// on the servo behind dead band, delay and current loop, a ring of L commands long (a power of two; the
+/// delay may be L − 2 samples).
+///
+/// What is declared and not estimated acts here, for every law. A declared delay or dead band that is
+/// also a term to be estimated is where the estimate begins, in the identifier: nothing counts twice,
+/// and a report gives the whole of it.
+///
+/// ```
+/// use identifier_core::Settings;
+/// use identifier_core::identifier::{BehindAmplifier, GaussNewtonIdentifier};
+/// use identifier_core::parameters::AbCoulombLoad;
+///
+/// let mut settings = Settings::new(1e-3, 10_000.0);
+/// settings.identifier.terms.delay = 1.6e-3;
+/// let identifier: BehindAmplifier<f32, GaussNewtonIdentifier<f32, AbCoulombLoad, 4>, 8> =
+///     settings.build()?;
+/// # Ok::<(), identifier_core::identifier::IdentifierError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BehindAmplifier<N, I, const L: usize> {
+    amplifier: Amplifier<N>,
+    identifier: I,
+}
+
+/// What amplifier and identifier remember.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BehindAmplifierState<N, T, const L: usize> {
+    amplifier: AmplifierState<N, L>,
+    identification: T,
+}
+
+impl<N, T, const L: usize> BehindAmplifierState<N, T, L> {
+    /// What the identifier remembers.
+    #[must_use]
+    pub fn identification(&self) -> &T {
+        &self.identification
+    }
+}
+
+impl<N, I, const L: usize> BehindAmplifier<N, I, L> {
+    /// The identifier.
+    #[must_use]
+    pub fn identifier(&self) -> &I {
+        &self.identifier
+    }
+}
+
+impl<N: Number, I: FromSettings, const L: usize> FromSettings for BehindAmplifier<N, I, L> {
+    /// # Errors
+    /// `delay`, `current_loop` or `dead_band` out of range, or what the identifier refuses.
+    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+        /// A slower lag than this is no current loop, s.
+        const SLOWEST: f64 = 0.1;
+        let units = settings.units()?;
+        let given = settings.identifier.terms;
+        let longest = AmplifierState::<N, L>::LONGEST_DELAY * units.sample_time();
+        Allowed::Within(0.0, longest).check("delay", given.delay)?;
+        Allowed::Within(0.0, LARGEST).check("dead_band", given.dead_band)?;
+        Allowed::Within(0.0, SLOWEST).check("current_loop", given.current_loop)?;
+        let unless = |term: Term, declared: f64| match given.may_enter(term) {
+            true => (0.0, declared),
+            false => (declared, 0.0),
+        };
+        let (delay, begins_delayed) = unless(Term::Delay, given.delay);
+        let (dead_band, begins_dead) = unless(Term::DeadBand, given.dead_band);
+        let mut behind = *settings;
+        behind.identifier.terms = TermSettings {
+            delay: begins_delayed,
+            dead_band: begins_dead,
+            current_loop: 0.0,
+            ..given
+        };
+        let samples = |time: f64| time / units.sample_time();
+        Ok(Self {
+            amplifier: Amplifier::new(dead_band, samples(delay), samples(given.current_loop)),
+            identifier: behind.build()?,
+        })
+    }
+}
+
+impl<N: Number, I: Identify<N>, const L: usize> Identify<N> for BehindAmplifier<N, I, L> {
+    type State = BehindAmplifierState<N, I::State, L>;
+    type Shown = I::Shown;
+
+    fn start(&self) -> Self::State {
+        BehindAmplifierState {
+            amplifier: AmplifierState::START,
+            identification: self.identifier.start(),
+        }
+    }
+
+    #[inline]
+    fn increment(&self, moved: i32) -> N {
+        self.identifier.increment(moved)
+    }
+
+    #[inline]
+    fn check(&self, increment: N, command: N) -> Result<(), StepError> {
+        self.identifier.check(increment, command)
+    }
+
+    #[inline]
+    fn follow(&self, state: &mut Self::State, increment: N, command: N) -> Seen<N> {
+        let acts = self.amplifier.process(&mut state.amplifier, command);
+        self.identifier
+            .follow(&mut state.identification, increment, acts)
+    }
+
+    #[inline]
+    fn follow_beside(&self, state: &mut Self::State, sample: &ControlSample<N>) -> Seen<N> {
+        let command = self.amplifier.process(&mut state.amplifier, sample.command);
+        let sample = ControlSample { command, ..*sample };
+        self.identifier
+            .follow_beside(&mut state.identification, &sample)
+    }
+
+    #[inline]
+    fn show(&self, state: &Self::State) -> Self::Shown {
+        self.identifier.show(&state.identification)
+    }
+
+    fn estimates_of(&self, shown: &Self::Shown) -> ServoParameters {
+        self.identifier.estimates_of(shown)
+    }
+
+    fn at_bounds_of(&self, shown: &Self::Shown) -> PerParameter<bool> {
+        self.identifier.at_bounds_of(shown)
+    }
+
+    fn standard_errors(&self, state: &Self::State) -> Option<ServoParameters> {
+        self.identifier.standard_errors(&state.identification)
+    }
+
+    fn value_of(&self, shown: &Self::Shown, unknown: Unknown) -> Option<f64> {
+        self.identifier.value_of(shown, unknown)
+    }
+
+    fn standard_error_of(&self, state: &Self::State, unknown: Unknown) -> Option<f64> {
+        self.identifier
+            .standard_error_of(&state.identification, unknown)
+    }
+
+    fn entered(&self, state: &Self::State) -> Terms {
+        self.identifier.entered(&state.identification)
+    }
+
+    fn place(&self, state: &mut Self::State, position: N) {
+        self.identifier.place(&mut state.identification, position);
+    }
+
+    fn bandwidth(&self, state: &Self::State) -> Option<f64> {
+        self.identifier.bandwidth(&state.identification)
+    }
+
+    fn work(&self, state: &mut Self::State, budget: u32) {
+        self.identifier.work(&mut state.identification, budget);
+    }
+
+    fn join(&self, state: &mut Self::State, increment: N) {
+        self.identifier.join(&mut state.identification, increment);
+    }
+}

@@ -1,0 +1,162 @@
+use super::{FitResult, Fitter};
+use crate::model::AngleSettings;
+use crate::number::Number;
+use crate::unknowns::{Term, Terms, Unknown, UnknownSet};
+
+/// What a fitter is made from, machine units of a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct FitterConfig<const P: usize = 4> {
+    pub(crate) block: u32,
+    pub(crate) noise: f64,
+    pub(crate) low: [f64; P],
+    pub(crate) high: [f64; P],
+    pub(crate) initial: [Option<f64>; P],
+    pub(crate) deviation: [Option<f64>; P],
+    /// Unknowns that may be fitted; the others keep their initial value, or zero.
+    pub(crate) free: [bool; P],
+    pub(crate) bandwidth: Option<f64>,
+    pub(crate) angle: AngleSettings<f64>,
+    pub(crate) per_low_speed_velocity: f64,
+    /// Terms that enter without evidence for them.
+    pub(crate) demanded: Terms,
+}
+
+/// What is known before a fit, units of a block.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Prior<N, const P: usize> {
+    /// Initial values: one more start; for a term, that it is fitted.
+    pub(super) initial: [Option<N>; P],
+    /// Standard deviation of the noise over those of the initial values; zero where nothing is known.
+    pub(super) weight: [N; P],
+}
+
+impl<N: Number, const P: usize> Prior<N, P> {
+    /// The given initial values.
+    pub(super) fn of_config(config: &FitterConfig<P>, scale: &[f64; P]) -> Self {
+        let weight = |i: usize, deviation| libm::sqrt(config.noise) / (deviation * scale[i]);
+        Self {
+            initial: core::array::from_fn(|i| {
+                config.initial[i].map(|value| N::from_f64(value * scale[i]))
+            }),
+            weight: core::array::from_fn(|i| {
+                N::from_f64(config.deviation[i].map_or(0.0, |deviation| weight(i, deviation)))
+            }),
+        }
+    }
+}
+
+impl<N, S, const P: usize, const Q: usize> Fitter<N, S, P, Q>
+where
+    N: Number,
+    S: UnknownSet<P>,
+{
+    /// The prior from the settings, without terms.
+    pub(crate) fn given(&self) -> Prior<N, P> {
+        let mut prior = self.prior;
+        for (initial, unknown) in prior.initial.iter_mut().zip(S::UNKNOWNS) {
+            if unknown.term().is_some() {
+                *initial = None;
+            }
+        }
+        prior
+    }
+
+    /// A fit result as the prior of the next fit: with ten times its standard deviations, and a
+    /// fiftieth of the value on top, so that a servo may change.
+    pub(crate) fn known_from(&self, result: &FitResult<N, P>) -> Prior<N, P> {
+        let noise = libm::sqrt(self.noise.to_f64());
+        let entered = result.entered::<S>();
+        let fitted = |i: usize| match S::UNKNOWNS[i].term() {
+            Some(term) => entered.has(term),
+            None => true,
+        };
+        Prior {
+            initial: core::array::from_fn(|i| {
+                let value = result.parameters[i].to_f64() * self.scale[i];
+                fitted(i).then(|| N::from_f64(value))
+            }),
+            weight: core::array::from_fn(|i| {
+                let deviation = 10.0 * libm::sqrt(result.covariance[i][i].to_f64())
+                    + 0.02 * libm::fabs(result.parameters[i].to_f64());
+                if self.free[i] && fitted(i) && deviation > 0.0 {
+                    N::from_f64(noise / (deviation * self.scale[i]))
+                } else {
+                    N::ZERO
+                }
+            }),
+        }
+    }
+
+    /// A prior with a term besides those of a result, of a size that is usual for what that says of the
+    /// servo.
+    pub(crate) fn admitting(
+        &self,
+        mut prior: Prior<N, P>,
+        result: &FitResult<N, P>,
+        term: Term,
+    ) -> Prior<N, P> {
+        let noise = libm::sqrt(self.noise.to_f64());
+        let entered = result.entered::<S>().with(term);
+        for (i, unknown) in S::UNKNOWNS.into_iter().enumerate() {
+            let enters = unknown.term().is_some_and(|term| entered.has(term));
+            if self.free[i] && enters && prior.initial[i].is_none() {
+                prior.initial[i] = Some(self.prior.initial[i].unwrap_or(N::ZERO));
+                let deviation = result.usual_size::<S>(unknown) * self.scale[i];
+                prior.weight[i] = N::from_f64(noise / deviation);
+            }
+        }
+        prior
+    }
+
+    /// Where the model of a fit with this prior begins: unknowns that are not known at zero.
+    pub(super) fn begin_values(&self, prior: &Prior<N, P>) -> [N; Q] {
+        core::array::from_fn(|i| {
+            let own = |values: &[Option<N>; P]| values.get(i).copied().flatten();
+            let fixed = own(&self.prior.initial);
+            own(&prior.initial).or(fixed).unwrap_or(N::ZERO)
+        })
+    }
+
+    /// Whether a fit has an initial value of one of the parameters.
+    pub(super) fn knows_a_parameter(prior: &Prior<N, P>) -> bool {
+        let mut known = prior.initial.iter().zip(S::UNKNOWNS);
+        known.any(|(initial, unknown)| initial.is_some() && unknown.term().is_none())
+    }
+}
+
+impl<N: Number, const P: usize> FitResult<N, P> {
+    /// The terms that were fitted.
+    pub(crate) fn entered<S: UnknownSet<P>>(&self) -> Terms {
+        let mut entered = Terms::NONE;
+        for (i, unknown) in S::UNKNOWNS.into_iter().enumerate() {
+            if let Some(term) = unknown.term().filter(|_| self.covariance[i][i] > N::ZERO) {
+                entered = entered.with(term);
+            }
+        }
+        entered
+    }
+
+    /// The size that a term of this servo may well have: a part of what it is beside, machine units of
+    /// a sample.
+    pub(crate) fn usual_size<S: UnknownSet<P>>(&self, unknown: Unknown) -> f64 {
+        /// A part of friction, of viscosity, of the acceleration that the command gives.
+        const PART: f64 = 0.3;
+        /// The dead band beside the command, ripple beside the acceleration that it gives.
+        const FINE: f64 = 0.1;
+        let of = |wanted: Unknown| {
+            let place = S::UNKNOWNS.iter().position(|&own| own == wanted);
+            place.map_or(0.0, |i| self.parameters[i].to_f64())
+        };
+        let acceleration = self.acceleration.to_f64();
+        let bandwidth = self.bandwidth.to_f64().max(f64::MIN_POSITIVE);
+        match unknown {
+            // A tenth of the time in which the loop settles, at least a sample.
+            Unknown::Delay => (FINE / bandwidth).max(1.0),
+            Unknown::Asymmetry => PART * of(Unknown::A).max(FINE * bandwidth),
+            Unknown::LowSpeed => PART * of(Unknown::Coulomb).max(FINE * acceleration),
+            Unknown::DeadBand => FINE * acceleration / of(Unknown::B),
+            Unknown::RippleSine | Unknown::RippleCosine => FINE * acceleration,
+            _ => PART * acceleration,
+        }
+    }
+}

@@ -1,0 +1,280 @@
+//! What is declared of the amplifier acts for every law: with it a, b and c are found as without the
+//! effect, and undeclared it spoils them.
+
+use core::f64::consts::TAU;
+
+use identifier_core::Settings;
+use identifier_core::identifier::{
+    BehindAmplifier, GaussNewtonIdentifier, GradientIdentifier, Identify, WindowIdentifier,
+};
+use identifier_core::measurement::velocity::LowPass;
+use identifier_core::model::ServoParameters;
+use identifier_core::parameters::AbCoulombLoad;
+use identifier_core::settings::{BoxSettings, FromSettings, TermSettings, diagonal};
+use identifier_core::unknowns::{AbCoulombDelayLoad, Term, Terms, Unknown};
+use virtual_servo::{Effects, Encoder, Servo as TrueServo};
+
+use crate::support::{Controller, Kind, Reference, Servo, on_all_cores};
+
+type Behind<I> = BehindAmplifier<f64, I, 8>;
+type Gradient = Behind<GradientIdentifier<f64, LowPass<f64>, AbCoulombLoad, 4>>;
+type Window = Behind<WindowIdentifier<f64, AbCoulombLoad, 4, 512>>;
+type GaussNewton = Behind<GaussNewtonIdentifier<f64, AbCoulombLoad, 4>>;
+
+const TRUTH: ServoParameters = ServoParameters {
+    a: 0.2174,
+    b: 257.7,
+    coulomb: 10.0,
+    load: 20.0,
+};
+
+fn paper(seed: u32) -> Servo {
+    Servo {
+        parameters: TRUTH,
+        counts_per_rev: 10_000.0,
+        sample_time: 1e-3,
+        limit: 10.0,
+        bandwidth: 35.0,
+        offset: 0.0,
+        seed,
+    }
+}
+
+/// Effects of the amplifier, the settings that declare them, and a name.
+fn effects() -> [(&'static str, Effects, TermSettings); 3] {
+    let delay = 1.6e-3;
+    let current_loop = 1e-3;
+    let dead_band = 0.1;
+    [
+        (
+            "delay",
+            Effects {
+                delay,
+                ..Effects::NONE
+            },
+            TermSettings {
+                delay,
+                ..TermSettings::NONE
+            },
+        ),
+        (
+            "current loop behind a delay",
+            Effects {
+                delay,
+                current_loop,
+                ..Effects::NONE
+            },
+            TermSettings {
+                delay,
+                current_loop,
+                ..TermSettings::NONE
+            },
+        ),
+        (
+            "dead band",
+            Effects {
+                dead_band,
+                ..Effects::NONE
+            },
+            TermSettings {
+                dead_band,
+                ..TermSettings::NONE
+            },
+        ),
+    ]
+}
+
+fn settings(declared: &TermSettings) -> Settings {
+    let mut settings = Settings::new(1e-3, 10_000.0);
+    let given = &mut settings.identifier;
+    given.plant_box = Some(BoxSettings {
+        a: [0.0, 5.0],
+        b: [150.0, 400.0],
+    });
+    given.bandwidth = Some(35.0);
+    given.correction = None;
+    given.gamma = Some(diagonal(
+        [30.0, 2000.0, 600.0, 0.0].map(|entry| entry + 1e-6),
+    ));
+    given.known.load = true;
+    given.initial.load = Some(TRUTH.load);
+    given.terms = *declared;
+    settings
+}
+
+/// What a law has found after a time (s).
+fn found<I: FromSettings + Identify<f64>>(
+    settings: &Settings,
+    effects: &Effects,
+    seed: u32,
+    time: f64,
+) -> (ServoParameters, Option<f64>) {
+    let servo = paper(seed);
+    let identifier: I = settings.build().expect("sound settings");
+    let mut state = identifier.start();
+    let mut plant = TrueServo::at_rest(&TRUTH, effects, servo.sample_time, seed).expect("sound");
+    let encoder = Encoder::new(servo.counts_per_rev);
+    let mut controller = Controller::new(Kind::Pid, &servo);
+    let mut reference = Reference::new(&servo, 0.5, seed + 3);
+    let mut count = encoder.read(plant.position());
+    for _ in 0..(time / servo.sample_time) as u32 {
+        let now = encoder.read(plant.position());
+        let moved = (now - count) as i32;
+        count = now;
+        let position = now as f64 * TAU / servo.counts_per_rev;
+        let command = controller.command(reference.next(), position);
+        identifier
+            .process(&mut state, moved, command)
+            .expect("ordinary samples");
+        identifier.work(&mut state, u32::MAX);
+        plant.advance(command);
+    }
+    let delay = identifier.value_of(&identifier.show(&state), Unknown::Delay);
+    (identifier.estimates(&state), delay)
+}
+
+/// The largest errors of a law over a few seeds: of a (1/s), b and c (parts).
+fn errors<I: FromSettings + Identify<f64>>(
+    declared: &TermSettings,
+    effects: &Effects,
+    time: f64,
+) -> [f64; 3] {
+    let runs = on_all_cores(4, |seed| {
+        let (found, _) = found::<I>(&settings(declared), effects, seed, time);
+        [
+            (found.a - TRUTH.a).abs(),
+            (found.b / TRUTH.b - 1.0).abs(),
+            (found.coulomb / TRUTH.coulomb - 1.0).abs(),
+        ]
+    });
+    runs.into_iter().fold([0.0; 3], |most, run| {
+        core::array::from_fn(|i| run[i].max(most[i]))
+    })
+}
+
+fn check<I: FromSettings + Identify<f64>>(law: &str, time: f64) {
+    let without = errors::<I>(&TermSettings::NONE, &Effects::NONE, time);
+    println!("{law}: without an effect {without:.4?}");
+    for (name, effects, declared) in effects() {
+        let with = errors::<I>(&declared, &effects, time);
+        let undeclared = errors::<I>(&TermSettings::NONE, &effects, time);
+        println!("{law}, {name}: declared {with:.4?}, undeclared {undeclared:.4?}");
+        // a 1/s, b and c parts: what the effect may add to the errors without it.
+        let most = [0.1, 0.005, 0.03];
+        for i in 0..3 {
+            assert!(
+                with[i] < without[i] + most[i],
+                "{law}, {name}: {with:?} {without:?}"
+            );
+        }
+        assert!(
+            (0..3).any(|i| undeclared[i] > without[i] + 2.0 * most[i]),
+            "{law}, {name}: undeclared {undeclared:?}"
+        );
+    }
+}
+
+#[test]
+fn the_gradient_law_finds_the_servo_behind_its_amplifier() {
+    check::<Gradient>("gradient", 40.0);
+}
+
+#[test]
+fn a_window_finds_the_servo_behind_its_amplifier() {
+    check::<Window>("window", 5.0);
+}
+
+#[test]
+fn gauss_newton_finds_the_servo_behind_its_amplifier() {
+    check::<GaussNewton>("gauss-newton", 20.0);
+}
+
+#[test]
+fn a_declared_delay_that_is_estimated_counts_once() {
+    let delay = 1.6e-3;
+    let effects = Effects {
+        delay,
+        ..Effects::NONE
+    };
+    for declared in [0.0, 1e-3, 2.5e-3] {
+        let terms = TermSettings {
+            delay: declared,
+            demanded: Terms::NONE.with(Term::Delay),
+            ..TermSettings::NONE
+        };
+        let mut settings = settings(&terms);
+        settings.identifier.known.load = false;
+        let (found, total) = found::<Behind<GaussNewtonIdentifier<f64, AbCoulombDelayLoad, 5>>>(
+            &settings, &effects, 1, 20.0,
+        );
+        let total = total.expect("it has a delay");
+        assert!((total / delay - 1.0).abs() < 0.02, "{declared}: {total}");
+        assert!(
+            (found.b / TRUTH.b - 1.0).abs() < 0.005,
+            "{declared}: {found:?}"
+        );
+    }
+}
+
+#[test]
+fn what_nothing_would_act_upon_is_refused_by_name() {
+    type BareGradient = GradientIdentifier<f64, LowPass<f64>, AbCoulombLoad, 4>;
+    type BareWindow = WindowIdentifier<f64, AbCoulombLoad, 4, 512>;
+    type BareGaussNewton = GaussNewtonIdentifier<f64, AbCoulombDelayLoad, 5>;
+    fn refusal<I: FromSettings>(declared: TermSettings) -> String {
+        let built = settings(&declared).build::<I>();
+        built.err().expect("refused").to_string()
+    }
+    let none = TermSettings::NONE;
+    let delay = TermSettings {
+        delay: 1.6e-3,
+        ..none
+    };
+    let current_loop = TermSettings {
+        current_loop: 1e-3,
+        ..none
+    };
+    for said in [refusal::<BareGradient>(delay), refusal::<BareWindow>(delay)] {
+        assert!(said.starts_with("delay is declared"), "{said}");
+    }
+    for said in [
+        refusal::<BareGradient>(current_loop),
+        refusal::<BareWindow>(current_loop),
+        refusal::<BareGaussNewton>(current_loop),
+    ] {
+        assert!(said.starts_with("current_loop is declared"), "{said}");
+    }
+    for (declared, name) in [
+        (
+            TermSettings {
+                delay: 6.1e-3,
+                ..none
+            },
+            "delay",
+        ),
+        (
+            TermSettings {
+                delay: -1e-3,
+                ..none
+            },
+            "delay",
+        ),
+        (
+            TermSettings {
+                current_loop: 1.0,
+                ..none
+            },
+            "current_loop",
+        ),
+        (
+            TermSettings {
+                dead_band: f64::NAN,
+                ..none
+            },
+            "dead_band",
+        ),
+    ] {
+        let said = refusal::<GaussNewton>(declared);
+        assert!(said.starts_with(name), "{said}");
+    }
+}

@@ -1,0 +1,304 @@
+//! Servos with one effect of a real one at a time: with its term the model finds everything, and
+//! evidence lets that term in.
+
+use core::f64::consts::TAU;
+
+use identifier_core::Settings;
+use identifier_core::identifier::{GaussNewtonIdentifier, Identify};
+use identifier_core::model::ServoParameters;
+use identifier_core::unknowns::{AllUnknowns, Term, Terms, Unknown};
+use virtual_servo::{Effects, Encoder, Servo as TrueServo};
+
+use crate::support::{Controller, Kind, Reference, Servo, on_all_cores};
+
+/// A servo and the amplitude of its reference, rad.
+struct Case {
+    name: &'static str,
+    servo: Servo,
+    amplitude: f64,
+    /// Samples.
+    length: u32,
+}
+
+/// The paper's servo with friction, a fast axis, a geared motor.
+fn cases() -> [Case; 3] {
+    let servo =
+        |[a, b, coulomb, load]: [f64; 4], counts_per_rev, sample_time, limit, bandwidth| Servo {
+            parameters: ServoParameters {
+                a,
+                b,
+                coulomb,
+                load,
+            },
+            counts_per_rev,
+            sample_time,
+            limit,
+            bandwidth,
+            offset: 0.0,
+            seed: 0,
+        };
+    [
+        Case {
+            name: "paper",
+            servo: servo([0.2174, 257.7, 10.0, 20.0], 10_000.0, 1e-3, 10.0, 35.0),
+            amplitude: 0.5,
+            length: 30_000,
+        },
+        Case {
+            name: "axis",
+            servo: servo([1.5, 400.0, 150.0, 30.0], 65_536.0, 1e-4, 10.0, 120.0),
+            amplitude: 0.1,
+            length: 150_000,
+        },
+        Case {
+            name: "geared",
+            servo: servo([6.0, 80.0, 15.0, -10.0], 4096.0, 1e-3, 12.0, 25.0),
+            amplitude: 0.5,
+            length: 30_000,
+        },
+    ]
+}
+
+/// An effect, its term, and the true sizes.
+struct Effect {
+    effects: Effects,
+    term: Term,
+    sizes: Vec<(Unknown, f64)>,
+}
+
+fn effects(servo: &Servo) -> Vec<Effect> {
+    let authority = servo.authority();
+    let friction = servo.parameters.coulomb;
+    let delay = 1.6 * servo.sample_time;
+    let asymmetry = 0.2 * servo.parameters.a.max(0.5);
+    let waves = |part: f64| [part * authority, 0.3 * part * authority];
+    let ([gravity_sine, gravity_cosine], [ripple_sine, ripple_cosine]) = (waves(0.1), waves(0.02));
+    let none = Effects::NONE;
+    let effect = |effects, term, sizes: &[(Unknown, f64)]| Effect {
+        effects,
+        term,
+        sizes: sizes.to_vec(),
+    };
+    vec![
+        effect(
+            Effects { delay, ..none },
+            Term::Delay,
+            &[(Unknown::Delay, delay)],
+        ),
+        effect(
+            Effects { asymmetry, ..none },
+            Term::Asymmetry,
+            &[(Unknown::Asymmetry, asymmetry)],
+        ),
+        effect(
+            Effects {
+                low_speed_friction: 0.5 * friction,
+                low_speed_velocity: low_speed(servo),
+                ..none
+            },
+            Term::LowSpeed,
+            &[(Unknown::LowSpeed, 0.5 * friction)],
+        ),
+        effect(
+            Effects {
+                gravity: [gravity_sine, gravity_cosine],
+                ..none
+            },
+            Term::Gravity,
+            &[
+                (Unknown::GravitySine, gravity_sine),
+                (Unknown::GravityCosine, gravity_cosine),
+            ],
+        ),
+        effect(
+            Effects {
+                ripple: [ripple_sine, ripple_cosine],
+                ripple_order: RIPPLE,
+                ..none
+            },
+            Term::Ripple,
+            &[
+                (Unknown::RippleSine, ripple_sine),
+                (Unknown::RippleCosine, ripple_cosine),
+            ],
+        ),
+        effect(
+            Effects {
+                dead_band: 0.01 * servo.limit,
+                ..none
+            },
+            Term::DeadBand,
+            &[(Unknown::DeadBand, 0.01 * servo.limit)],
+        ),
+    ]
+}
+
+const RIPPLE: u32 = 24;
+
+/// v_s of friction at low speed, rad/s.
+fn low_speed(servo: &Servo) -> f64 {
+    0.025 * servo.authority() / servo.bandwidth
+}
+
+/// What is found in single precision, in a set that has every term.
+struct Found {
+    parameters: ServoParameters,
+    sizes: Vec<(Unknown, f64)>,
+    entered: Terms,
+}
+
+impl Found {
+    fn size(&self, unknown: Unknown) -> f64 {
+        let known = self.sizes.iter().find(|(known, _)| *known == unknown);
+        known.map_or(f64::NAN, |(_, size)| *size)
+    }
+}
+
+fn run(case: &Case, seed: u32, effects: &Effects, demanded: Terms, allowed: Terms) -> Found {
+    let servo = Servo { seed, ..case.servo };
+    let mut settings = Settings::new(servo.sample_time, servo.counts_per_rev);
+    let terms = &mut settings.identifier.terms;
+    terms.demanded = demanded;
+    terms.allowed = allowed;
+    terms.low_speed_velocity = Some(low_speed(&servo));
+    terms.ripple_order = Some(f64::from(RIPPLE));
+    let identifier: GaussNewtonIdentifier<f32, AllUnknowns, 12> =
+        settings.build().expect("sound settings");
+    let mut state = identifier.start();
+    let mut plant = TrueServo::at_rest(&servo.parameters, effects, servo.sample_time, seed)
+        .expect("sound effects");
+    let encoder = Encoder::new(servo.counts_per_rev);
+    let mut controller = Controller::new(Kind::Pid, &servo);
+    let mut reference = Reference::new(&servo, case.amplitude, seed + 3);
+    let mut count = encoder.read(plant.position());
+    for _ in 0..case.length {
+        let now = encoder.read(plant.position());
+        let moved = (now - count) as i32;
+        count = now;
+        let position = now as f64 * TAU / servo.counts_per_rev;
+        let command = controller.command(reference.next(), position);
+        identifier
+            .process(&mut state, moved, command as f32)
+            .expect("ordinary samples");
+        identifier.work(&mut state, u32::MAX);
+        plant.advance(command);
+    }
+    let shown = identifier.show(&state);
+    let size = |unknown| Some((unknown, identifier.value_of(&shown, unknown)?));
+    Found {
+        parameters: identifier.estimates(&state),
+        sizes: Unknown::ALL.into_iter().filter_map(size).collect(),
+        entered: identifier.entered(&state),
+    }
+}
+
+/// The four parameters as found are those of the servo.
+fn assert_parameters(what: &str, found: &ServoParameters, servo: &ServoParameters) {
+    let off = |found: f64, truth: f64| (found - truth).abs();
+    assert!(off(found.b, servo.b) < 0.005 * servo.b, "{what}: {found:?}");
+    let most = (0.03 * servo.a).max(0.1);
+    assert!(off(found.a, servo.a) < most, "{what}: {found:?}");
+    let most = 0.05 * servo.coulomb;
+    assert!(
+        off(found.coulomb, servo.coulomb) < most,
+        "{what}: {found:?}"
+    );
+}
+
+#[test]
+fn with_its_term_each_effect_is_found_and_the_parameters_are_right() {
+    for case in cases() {
+        for Effect {
+            effects,
+            term,
+            sizes,
+        } in effects(&case.servo)
+        {
+            let demanded = Terms::NONE.with(term);
+            for found in on_all_cores(2, |seed| run(&case, seed, &effects, demanded, Terms::NONE)) {
+                let what = format!("{}, {}", case.name, term.name());
+                assert!(found.entered.has(term), "{what}");
+                assert_parameters(&what, &found.parameters, &case.servo.parameters);
+                // A wave is measured by its amplitude: the encoder shows the last edge, half a count
+                // behind on the mean, which turns the phase.
+                let amplitude = |of: &dyn Fn(&(Unknown, f64)) -> f64| {
+                    sizes.iter().map(of).fold(0.0, f64::hypot)
+                };
+                let truth = amplitude(&|(_, size)| *size);
+                let off = amplitude(&|(unknown, _)| found.size(*unknown)) / truth - 1.0;
+                println!("{what}: {:+.3} %", 100.0 * off);
+                assert!(off.abs() < 0.02, "{what}: {off}");
+            }
+        }
+    }
+}
+
+#[test]
+fn evidence_lets_the_right_term_in_and_none_into_a_servo_without_effects() {
+    let all = Term::ALL.into_iter().fold(Terms::NONE, Terms::with);
+    for case in cases() {
+        for found in on_all_cores(4, |seed| run(&case, seed, &Effects::NONE, Terms::NONE, all)) {
+            assert!(
+                found.entered.is_empty(),
+                "{}: {:?}",
+                case.name,
+                found.entered
+            );
+        }
+        for Effect { effects, term, .. } in effects(&case.servo) {
+            for found in on_all_cores(2, |seed| run(&case, seed, &effects, Terms::NONE, all)) {
+                let what = format!("{}, {}: {:?}", case.name, term.name(), found.entered);
+                println!("{what}");
+                assert!(found.entered.has(term), "{what}");
+                assert_parameters(&what, &found.parameters, &case.servo.parameters);
+            }
+        }
+    }
+}
+
+/// The load of the geared motor wanders by a third of its friction.
+#[test]
+fn of_a_load_that_wanders_only_the_news_is_learnt_from() {
+    let [.., geared] = cases();
+    let truth = &geared.servo.parameters;
+    let off = |demanded: Terms, time: f64| -> Vec<f64> {
+        let wanders = Effects {
+            load_wander: [5.0, time],
+            ..Effects::NONE
+        };
+        let found = on_all_cores(16, |seed| {
+            run(&geared, seed, &wanders, demanded, Terms::NONE)
+        });
+        let off = found.iter().map(|found| {
+            assert!(
+                (found.parameters.b / truth.b - 1.0).abs() < 0.02,
+                "{:?}",
+                found.parameters
+            );
+            (found.parameters.coulomb / truth.coulomb - 1.0).abs()
+        });
+        off.collect()
+    };
+    let mean = |off: &[f64]| off.iter().sum::<f64>() / off.len() as f64;
+    for time in [0.1, 1.0, 10.0] {
+        let plain = off(Terms::NONE, time);
+        let whitened = off(Terms::NONE.with(Term::WanderingLoad), time);
+        println!("{time} s: friction off by {plain:.3?}, whitened {whitened:.3?}");
+        assert!(mean(&whitened) < 0.8 * mean(&plain));
+        assert!(whitened.iter().all(|&off| off < 0.15), "{whitened:?}");
+    }
+}
+
+#[test]
+fn a_term_that_is_forbidden_stays_away_and_its_effect_shows() {
+    let [paper, ..] = cases();
+    let delay = Effects {
+        delay: 1.6 * paper.servo.sample_time,
+        ..Effects::NONE
+    };
+    let found = run(&paper, 0, &delay, Terms::NONE, Terms::NONE);
+    assert!(found.entered.is_empty());
+    assert!(found.size(Unknown::Delay).abs() < 1e-12);
+    let truth = &paper.servo.parameters;
+    assert!((found.parameters.coulomb / truth.coulomb - 1.0).abs() > 0.15);
+}
