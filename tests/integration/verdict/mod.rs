@@ -2,4 +2,5 @@
 
 mod campaign;
 mod honesty;
+mod misdeclared;
 mod naming;
