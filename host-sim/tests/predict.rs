@@ -40,7 +40,7 @@ fn scenario(folder: &Path, parameters: &str, rest: &str) -> PathBuf {
     let text = format!(
         "[encoder]\ncounts_per_rev = 10000\n[identifier]\nlaw = \"gauss-newton\"\n{parameters}\n\
          {rest}[log]\ntime = \"time_s\"\nreference = \"reference_rad\"\nposition = \"position_rad\"\n\
-         command = \"command\"\n"
+         angle = \"absolute\"\n         command = \"command\"\n"
     );
     std::fs::write(&path, text).expect("written");
     path
@@ -244,4 +244,14 @@ fn gravity_goes_with_the_angle_of_the_log() {
     );
     let open = &found["predictions"][0]["open_loop"];
     assert!(number(&open["relative"]) < 0.02, "{open}");
+    // A counter that began anywhere does not know the angle.
+    let text = std::fs::read_to_string(&whole).expect("it was written");
+    std::fs::write(&whole, text.replace("angle = \"absolute\"", "")).expect("written");
+    let refused = replay(&[&a], &[], &whole);
+    assert_eq!(refused.status.code(), Some(2));
+    let why = standard_error(&refused);
+    assert!(
+        why.contains("log.angle") && why.contains("absolute"),
+        "{why}"
+    );
 }
