@@ -4,7 +4,7 @@ use identifier_core::error::StepError;
 use identifier_core::identifier::Event;
 use identifier_core::model::ServoParameters;
 use identifier_core::settings::PerParameter;
-use identifier_core::unknowns::Unknown;
+use identifier_core::unknowns::{Term, Unknown};
 
 /// One sample of an experiment, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,7 +35,9 @@ pub struct Outcome {
     pub samples: u64,
     /// What happened in them besides learning.
     pub events: Events,
-    /// The sizes of the optional terms that have entered, in their order.
+    /// The optional terms that have entered, and the sample in which each did.
+    pub entered: Vec<(Term, u64)>,
+    /// Their sizes, for those that have any.
     pub terms: Vec<TermEstimate>,
     /// Γ over the model's parameters, SI, for the Γ-gradient law.
     pub gamma: Option<Vec<Vec<f64>>>,

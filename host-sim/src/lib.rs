@@ -10,6 +10,7 @@ pub mod loops;
 pub mod paper;
 pub mod pil;
 pub mod port;
+pub mod prediction;
 pub mod replay;
 pub mod report;
 pub mod scenario;

@@ -80,6 +80,13 @@ fn result(output: &Output) -> serde_json::Value {
     serde_json::from_slice(&output.stdout).expect("JSON")
 }
 
+/// A result without the name of its log.
+fn unnamed(mut result: serde_json::Value) -> serde_json::Value {
+    let file = result["logs"][0]["file"].take();
+    assert!(file.is_string(), "{result}");
+    result
+}
+
 #[test]
 fn the_committed_log_gives_the_servo_that_made_it() {
     let result = result(&host_sim(&[
@@ -149,7 +156,7 @@ fn plain_and_packed_logs_are_alike() {
         "--json",
         "-",
     ]));
-    assert_eq!(plain, packed);
+    assert_eq!(unnamed(plain), unnamed(packed));
 }
 
 #[test]
@@ -191,7 +198,7 @@ fn time_that_does_not_advance_evenly_is_answered_with_its_line() {
         "{answer}"
     );
     let answer = refusal("uneven", |lines| {
-        lines[100] = with_field(&lines[100], 0, "0.09935")
+        lines[100] = with_field(&lines[100], 0, "0.0983")
     });
     assert!(answer.contains("log.csv:101: column time_s"), "{answer}");
     assert!(answer.contains("sample time, 0.001 s"), "{answer}");
@@ -387,8 +394,8 @@ fn columns_that_nobody_states_are_the_tools_own() {
     let stated = lines().join("\n") + "\n";
     let unstated = without(&scenario(), &["[log]"], &[]);
     assert_eq!(
-        result(&replay_text("stated", &stated, &scenario())),
-        result(&replay_text("unstated", &stated, &unstated))
+        unnamed(result(&replay_text("stated", &stated, &scenario()))),
+        unnamed(result(&replay_text("unstated", &stated, &unstated)))
     );
     let foreign = stated.replace("position_rad", "angle");
     let output = replay_text("foreign", &foreign, &unstated);
@@ -406,7 +413,7 @@ fn rows_that_are_too_short_or_too_long_are_answered_with_their_line() {
     let answer = refusal("short-row", |lines| lines[41] = "0.04,1.0".into());
     assert!(answer.contains("log.csv:42: the row"), "{answer}");
     assert!(
-        answer.contains("2 fields where the heading has 4"),
+        answer.contains("2 fields where the first row has 4"),
         "{answer}"
     );
     let endless = |filler: &str| filler.repeat((1 << 21) / filler.len());

@@ -6,7 +6,7 @@
 //! D being the dead band of the bridge. A model has the unknowns of its [`UnknownSet`]; a term that is
 //! not among them costs nothing.
 
-use crate::adaptation::{Evidence, Gathered, OnDemand};
+use crate::adaptation::{Evidence, FirstOrder, Gathered, OnDemand, Whitening};
 use crate::model::{AngledInputs, DelayedInputs, KnownInputs, NoInputs};
 use crate::number::Number;
 use crate::parameters::{Ab, AbCoulomb, AbCoulombLoad, AbLoad, Parameter};
@@ -155,17 +155,21 @@ pub enum Term {
     Ripple,
     /// Dead band of the bridge.
     DeadBand,
+    /// A load that wanders. It has no size: errors that go on from block to block are no longer taken
+    /// for news of the parameters.
+    WanderingLoad,
 }
 
 impl Term {
     /// All terms, in the order in which they enter where several are demanded.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Delay,
         Self::Gravity,
         Self::Asymmetry,
         Self::DeadBand,
         Self::LowSpeed,
         Self::Ripple,
+        Self::WanderingLoad,
     ];
 
     /// Its name in configurations and results.
@@ -178,12 +182,21 @@ impl Term {
             Self::Gravity => "gravity",
             Self::Ripple => "ripple",
             Self::DeadBand => "dead-band",
+            Self::WanderingLoad => "wandering-load",
         }
     }
 
-    /// Its unknowns in a set.
+    /// Whether an unknown is one of its sizes.
     pub(crate) fn is_of(self, unknown: Unknown) -> bool {
         unknown.term() == Some(self)
+    }
+
+    /// Whether a model with the unknowns S can have it.
+    pub(crate) fn is_in<N: Number, S: UnknownSet<P>, const P: usize>(self) -> bool {
+        match self {
+            Self::WanderingLoad => <S::Whitening<N> as Whitening<N, P>>::WHITENS,
+            _ => S::UNKNOWNS.iter().any(|&unknown| self.is_of(unknown)),
+        }
     }
 
     const fn bit(self) -> u8 {
@@ -245,6 +258,7 @@ impl Terms {
 ///     type Lower<N: Number> = [N; 3];
 ///     type Inputs<N: Number> = DelayedInputs<N, 16>;
 ///     type Evidence<N: Number> = identifier_core::adaptation::OnDemand;
+///     type Whitening<N: Number> = ();
 /// }
 /// ```
 pub trait UnknownSet<const P: usize>: Copy + core::fmt::Debug {
@@ -261,6 +275,10 @@ pub trait UnknownSet<const P: usize>: Copy + core::fmt::Debug {
     /// Where evidence for terms is gathered: `()` for models without terms, [`OnDemand`] where a term
     /// enters when the settings demand it, [`Gathered`] where evidence decides.
     type Evidence<N: Number>: Evidence<N, P>;
+
+    /// What is done about a load that wanders: `()` for nothing,
+    /// [`FirstOrder`](crate::adaptation::FirstOrder) for whitening.
+    type Whitening<N: Number>: Whitening<N, P>;
 
     /// Whether Coulomb friction is one of them.
     const HAS_COULOMB: bool = has(&Self::UNKNOWNS, Unknown::Coulomb);
@@ -314,6 +332,7 @@ macro_rules! without_terms {
             type Lower<N: Number> = [N; $lower];
             type Inputs<N: Number> = NoInputs;
             type Evidence<N: Number> = ();
+            type Whitening<N: Number> = ();
         }
     )*};
 }
@@ -340,6 +359,7 @@ impl UnknownSet<5> for AbCoulombDelayLoad {
     type Lower<N: Number> = [N; 10];
     type Inputs<N: Number> = DelayedInputs<N, 8>;
     type Evidence<N: Number> = OnDemand;
+    type Whitening<N: Number> = ();
 }
 
 /// Every unknown, for a PC or a large chip: what is not wanted is left out at run time.
@@ -351,4 +371,5 @@ impl UnknownSet<12> for AllUnknowns {
     type Lower<N: Number> = [N; 66];
     type Inputs<N: Number> = AngledInputs<N, 128>;
     type Evidence<N: Number> = Gathered<N, 12>;
+    type Whitening<N: Number> = FirstOrder<N, 12>;
 }

@@ -6,7 +6,9 @@ use drive_link::{
 };
 use identifier_core::ControllerSettings;
 use identifier_core::identifier::Event;
-use identifier_core::settings::{BoxSettings, IdentifierSettings, PerParameter, RangeSettings};
+use identifier_core::settings::{
+    BoxSettings, IdentifierSettings, PerParameter, RangeSettings, TermSettings,
+};
 use proptest::prelude::*;
 
 /// Settings of any numbers, and of everything that may be left out any part.
@@ -46,6 +48,8 @@ fn filled(next: &mut impl FnMut() -> f64, mut given: u32, overruns: u8) -> Setti
         bandwidth: perhaps(next),
         start_time: perhaps(next),
         memory: perhaps(next),
+        // The drive's models have none.
+        terms: TermSettings::NONE,
         max_speed: perhaps(next),
         ranges: perhaps(next).map(|error| RangeSettings {
             error,

@@ -50,6 +50,7 @@ macro_rules! with_term {
             type Lower<N: Number> = [N; $lower];
             type Inputs<N: Number> = $inputs<N, 8>;
             type Evidence<N: Number> = OnDemand;
+            type Whitening<N: Number> = ();
         }
     )*};
 }
@@ -106,5 +107,6 @@ fn term_name(term: Term) -> &'static str {
         Term::Gravity => "gauss-newton-with-gravity",
         Term::Ripple => "gauss-newton-with-ripple",
         Term::DeadBand => "gauss-newton-with-dead-band",
+        Term::WanderingLoad => "gauss-newton-with-wandering-load",
     }
 }

@@ -10,6 +10,7 @@ use crate::analysis::Status;
 use crate::experiment::Outcome;
 use crate::replay::Agreement;
 use crate::report::json::Document;
+use crate::report::logs::{LogDocument, PredictionDocument};
 use crate::report::panels::{self, Traces};
 use crate::report::table;
 use crate::scenario::Scenario;
@@ -41,13 +42,15 @@ pub(super) struct Results {
     silent: bool,
 }
 
-/// What there is to be said of a log.
+/// What there is to be said of the logs of a replay.
 #[derive(Debug, Default)]
 pub(super) struct Notes {
     /// How well the declared controller reproduces the recorded command.
     pub(super) agreement: Option<Agreement>,
-    /// How many samples were bridged.
-    pub(super) bridged: Option<String>,
+    /// How the logs were read.
+    pub(super) logs: Vec<LogDocument>,
+    /// What was predicted of logs.
+    pub(super) predictions: Vec<PredictionDocument>,
 }
 
 impl Outputs {
@@ -79,36 +82,45 @@ impl Results {
         scenario: &Scenario,
         recording: Recording,
         outcome: Outcome,
-        notes: &Notes,
+        notes: Notes,
     ) -> Result<(), Fault> {
+        let Notes {
+            agreement,
+            logs,
+            predictions,
+        } = notes;
+        let agreement = agreement.as_ref();
         let Recorded {
             summary,
             residual,
             traces,
             rows,
         } = recording.finish(scenario, outcome);
-        let agreement = notes.agreement.as_ref();
         let picture = self.plot.zip(traces);
+        let document =
+            Document::new(&summary, residual.as_ref(), agreement).of_logs(logs, predictions);
         files::commit([
             rows.map(Rows::finish),
             picture.map(|(picture, traces)| {
                 picture.panels("", 2, &panels::experiment(&summary, &traces))
             }),
-            self.json
-                .map(|json| json.document(&Document::new(&summary, residual.as_ref(), agreement))),
+            self.json.map(|json| json.document(&document)),
         ])?;
         if !self.silent {
+            for log in &document.logs {
+                say!("{log}")?;
+            }
             if let Some(agreement) = agreement {
                 let warning = if agreement.holds() { "" } else { "warning: " };
                 say!("{warning}{agreement}")?;
-            }
-            if let Some(bridged) = &notes.bridged {
-                say!("{bridged}")?;
             }
             say!("{}", table::estimates(&[(summary.law, &summary)]))?;
             say!("{}: {}", summary.status.name(), summary.reason)?;
             if let Some(residual) = residual {
                 say!("{residual}")?;
+            }
+            for prediction in &document.predictions {
+                say!("{prediction}")?;
             }
         }
         match summary.status {

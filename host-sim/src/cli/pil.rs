@@ -31,5 +31,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let mut recording = results.record(&scenario, scenario.duration, 1);
     let outcome =
         pil::run(&scenario, &mut port, &mut |sample| recording.add(sample)).map_err(fault)?;
-    results.conclude(&scenario, recording, outcome, &Notes::default())
+    results.conclude(&scenario, recording, outcome, Notes::default())
 }

@@ -21,5 +21,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let mut recording = results.record(&scenario, scenario.duration, 1);
     let outcome = simulate::run(&scenario, &mut |sample| recording.add(sample))
         .map_err(|fault| Fault::of_scenario(&arguments.scenario, fault))?;
-    results.conclude(&scenario, recording, outcome, &Notes::default())
+    results.conclude(&scenario, recording, outcome, Notes::default())
 }

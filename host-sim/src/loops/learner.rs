@@ -37,6 +37,9 @@ pub(crate) trait Learner<N> {
     /// Joins a motion of so much a sample, before its next sample; the estimates are kept.
     fn join(&mut self, increment: N);
 
+    /// Says where the servo is before its next sample, position units, for models with an angle.
+    fn place(&mut self, _: N) {}
+
     /// What is known of it besides its samples.
     fn outcome(&self) -> Outcome {
         Outcome::default()
@@ -134,9 +137,14 @@ impl<N: Copy, I: Identify<N>> Learner<N> for Beside<I, I::State> {
         self.identifier.join(&mut self.state, increment);
     }
 
+    fn place(&mut self, position: N) {
+        self.identifier.place(&mut self.state, position);
+    }
+
     fn outcome(&self) -> Outcome {
         Outcome {
             bandwidth: self.identifier.bandwidth(&self.state),
+            entered: self.entered.clone(),
             terms: self.terms(),
             ..self.known.clone()
         }

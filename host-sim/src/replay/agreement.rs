@@ -11,6 +11,8 @@ pub struct Agreement {
     pub difference: f64,
     /// The largest difference.
     pub largest: f64,
+    /// The log that it is in, from 0.
+    pub log: usize,
     /// Its line in the file.
     pub line: u64,
 }
@@ -41,10 +43,14 @@ impl fmt::Display for Agreement {
         write!(
             f,
             "the declared controller reproduces the recorded command to {:.2} % rms (largest \
-             difference {:.4} in line {})",
+             difference {:.4} in line {}{})",
             100.0 * self.relative(),
             self.largest,
-            self.line
+            self.line,
+            match self.log {
+                0 => String::new(),
+                log => format!(" of log {}", log + 1),
+            }
         )?;
         if self.holds() {
             return Ok(());
@@ -65,18 +71,19 @@ pub(super) struct Comparison {
     command_squares: f64,
     difference_squares: f64,
     largest: f64,
+    log: usize,
     line: u64,
 }
 
 impl Comparison {
-    pub(super) fn add(&mut self, line: u64, recorded: f64, declared: f64) {
+    pub(super) fn add(&mut self, log: usize, line: u64, recorded: f64, declared: f64) {
         let difference = (declared - recorded).abs();
         self.count += 1.0;
         self.command_squares += recorded * recorded;
         self.difference_squares += difference * difference;
         if difference > self.largest {
             self.largest = difference;
-            self.line = line;
+            (self.log, self.line) = (log, line);
         }
     }
 
@@ -85,6 +92,7 @@ impl Comparison {
             command: (self.command_squares / self.count).sqrt(),
             difference: (self.difference_squares / self.count).sqrt(),
             largest: self.largest,
+            log: self.log,
             line: self.line,
         })
     }

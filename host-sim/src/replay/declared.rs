@@ -18,6 +18,8 @@ pub(super) struct Declared<V: VelocityEstimate<f64>> {
     limit: [f64; 2],
     /// Command for a sum of errors of one position unit.
     integral_gain: f64,
+    /// Whether the integral is known where a stretch begins.
+    begins_known: bool,
     /// Whether the integral is what it was in the controller that ran.
     knows_integral: bool,
     is_lost: bool,
@@ -32,20 +34,23 @@ impl<V: VelocityEstimate<f64>> Declared<V> {
         command_recorded: bool,
     ) -> Result<Self, IdentifierError> {
         let (given, units) = (settings.own_controller()?, settings.units()?);
+        let begins_known = given.ki <= 0.0 || !command_recorded;
         Ok(Self {
             controller: settings.build()?,
             control: ControlState::default(),
             limit: given.limit,
             integral_gain: given.ki * units.rate() / units.position(),
-            knows_integral: given.ki <= 0.0 || !command_recorded,
+            begins_known,
+            knows_integral: begins_known,
             is_lost: false,
             comparison: Comparison::default(),
         })
     }
 
-    /// Begins again at the first sample of a log without the command.
+    /// Begins again at the first sample of a stretch.
     pub(super) fn begin(&mut self) {
         self.control = ControlState::default();
+        self.knows_integral = self.begins_known;
     }
 
     /// Its command in a sample, with what was added to it.
@@ -56,15 +61,16 @@ impl<V: VelocityEstimate<f64>> Declared<V> {
         Ok(sample.command + heard.record.injection)
     }
 
-    /// Holds its command against the recorded one, until there is a sample that it cannot compute with.
-    /// `settled` says whether its velocity estimate can be relied on by now.
-    pub(super) fn compare(&mut self, heard: &Heard, settled: bool) {
+    /// Holds its command against the one that was recorded in a log, by its number from 0, until there
+    /// is a sample that it cannot compute with. `settled` says whether its velocity estimate can be
+    /// relied on by now.
+    pub(super) fn compare(&mut self, heard: &Heard, log: usize, settled: bool) {
         if !self.is_lost {
-            self.is_lost = self.try_compare(heard, settled).is_err();
+            self.is_lost = self.try_compare(heard, log, settled).is_err();
         }
     }
 
-    fn try_compare(&mut self, heard: &Heard, settled: bool) -> Result<(), StepError> {
+    fn try_compare(&mut self, heard: &Heard, log: usize, settled: bool) -> Result<(), StepError> {
         let record = &heard.record;
         let before = self.control;
         let mut command = self.process(heard)?;
@@ -79,7 +85,7 @@ impl<V: VelocityEstimate<f64>> Declared<V> {
             self.control = before.with_integral(integral);
             command = self.process(heard)?;
         }
-        self.comparison.add(record.line, recorded, command);
+        self.comparison.add(log, record.line, recorded, command);
         Ok(())
     }
 

@@ -21,6 +21,9 @@ pub(super) trait Listener {
     /// Joins a motion of so much a sample; the estimates are kept.
     fn join(&mut self, increment: f64);
 
+    /// Says where the servo is before the next sample, position units, for models with an angle.
+    fn place(&mut self, _: f64) {}
+
     /// One sample: how far the position has moved since the last one, and the command that acts from
     /// now on.
     fn listen(&mut self, increment: f64, command: f64) -> Result<Told, StepError>;
@@ -70,6 +73,10 @@ struct Numbers<N>(Box<dyn Learner<N>>);
 impl<N: Number> Listener for Numbers<N> {
     fn join(&mut self, increment: f64) {
         self.0.join(N::from_f64(increment));
+    }
+
+    fn place(&mut self, position: f64) {
+        self.0.place(N::from_f64(position));
     }
 
     fn listen(&mut self, increment: f64, command: f64) -> Result<Told, StepError> {

@@ -3,13 +3,14 @@
 use std::fmt;
 
 use identifier_core::Settings;
-use identifier_core::error::StepError;
 use identifier_core::identifier::IdentifierError;
 use identifier_core::measurement::velocity::VelocityEstimate;
+use identifier_core::model::ServoParameters;
 
 use super::declared::Declared;
-use super::heard::Ear;
-use super::listener::{Told, listener};
+use super::listener::listener;
+use super::log::Stretch;
+use super::progress::{InStretch, Progress};
 use super::recorded::RecordedReference;
 use super::{Agreement, Log, LogError};
 use crate::experiment::{Outcome, Sample};
@@ -23,6 +24,8 @@ pub struct Replayed {
     pub outcome: Outcome,
     /// How well the declared controller reproduces the recorded command, where there are both.
     pub agreement: Option<Agreement>,
+    /// The estimates at the end, SI.
+    pub estimates: ServoParameters,
 }
 
 /// Why a log cannot be replayed with a scenario.
@@ -50,11 +53,22 @@ impl fmt::Display for ReplayError {
 
 impl std::error::Error for ReplayError {}
 
-/// The scenario with what only the log knows: the sample time where no controller is declared, the
+impl ReplayError {
+    pub(super) fn of(Fault { key, fault, .. }: Fault) -> Self {
+        Self::Scenario { key, fault }
+    }
+}
+
+/// The scenario with what only the logs know: the sample time where no controller is declared, the
 /// resolution of the position where no encoder is, and the time over which a first fit looks where
-/// the log is shorter than what is usual. A run's own log adds nothing but the last.
+/// the longest stretch is shorter than what is usual. A run's own log adds nothing but the last. The
+/// first log counts where they differ.
 #[must_use]
-pub fn fitted(mut scenario: Scenario, log: &Log) -> Scenario {
+pub fn fitted(mut scenario: Scenario, logs: &(impl AsRef<[Log]> + ?Sized)) -> Scenario {
+    let logs = logs.as_ref();
+    let Some(log) = logs.first() else {
+        return scenario;
+    };
     let own = scenario.is_own_log();
     let stated = &mut scenario.stated;
     if stated.controller.is_none() {
@@ -66,27 +80,28 @@ pub fn fitted(mut scenario: Scenario, log: &Log) -> Scenario {
     if scenario.counts_per_rev.is_none() && !own {
         stated.resolution = log.resolution();
     }
-    let learnt = log.samples - settling(&scenario, log);
+    let stretches = logs.iter().flat_map(Log::stretches);
+    let learnt = stretches.map(|stretch| stretch.samples - settling(&scenario, stretch));
+    let most = learnt.max().unwrap_or(0) as f64 * scenario.sample_time();
     let stated = &mut scenario.stated;
-    let most = learnt as f64 * stated.sample_time;
     if (SHORTEST_START..USUAL_START).contains(&most) {
         stated.identifier.start_time.get_or_insert(most);
     }
     scenario
 }
 
-/// The samples of a log in which nothing is learnt yet: none if the servo stands at first, for then all
-/// is known of its motion; otherwise those in which the velocity estimate settles.
-fn settling(scenario: &Scenario, log: &Log) -> u64 {
+/// The samples of a stretch in which nothing is learnt yet: none if the servo stands at first, for then
+/// all is known of its motion; otherwise those in which the velocity estimate settles.
+pub(super) fn settling(scenario: &Scenario, stretch: &Stretch) -> u64 {
     /// What a velocity estimate without a pole looks at, and the first row, of which no motion is
     /// known.
     const SEEN: u64 = 3;
-    /// Time constants after which a low-pass shows all of a step but 0.7 %.
-    const SETTLED: f64 = 5.0;
-    /// The most that is given away: this part of the log.
+    /// Time constants after which a low-pass shows all of a step but 0.03 %.
+    const SETTLED: f64 = 8.0;
+    /// The most that is given away: this part of the stretch.
     const MOST: u64 = 10;
     let stated = &scenario.stated;
-    if log.begins_at_rest(stated.resolution) {
+    if stretch.begins_at_rest(stated.resolution) {
         return 0;
     }
     let needed = match scenario.velocity {
@@ -94,33 +109,35 @@ fn settling(scenario: &Scenario, log: &Log) -> u64 {
         Velocity::Difference | Velocity::AveragedDifference => SEEN,
     };
     needed
-        .min((log.samples / MOST).max(SEEN))
-        .min(log.samples - 1)
+        .min((stretch.samples / MOST).max(SEEN))
+        .min(stretch.samples - 1)
 }
 
 /// The time over which the core's first fits look where nobody says, and the least that it takes, s.
 const USUAL_START: f64 = 1.0;
 const SHORTEST_START: f64 = 1e-4;
 
-/// Runs `passes` passes over a log with a scenario that is [`fitted`] to it and shows every sample to
-/// `observe`, with the number of its pass from 0; time goes on from pass to pass.
+/// Runs `passes` passes over logs of one servo, one after the other, with a scenario that is [`fitted`]
+/// to them, and shows every sample to `observe`, with the number of its pass from 0. Its time goes on
+/// from log to log and from pass to pass, and does not count what is left out. Behind a break the model
+/// joins the motion that it finds, and the estimates are kept.
 ///
 /// # Errors
 /// See [`ReplayError`].
 pub fn replay(
     scenario: &Scenario,
-    log: &Log,
+    logs: &(impl AsRef<[Log]> + ?Sized),
     passes: u32,
     observe: &mut dyn FnMut(u32, &Sample),
 ) -> Result<Replayed, ReplayError> {
     let work = Passes {
         scenario,
-        log,
+        logs: logs.as_ref(),
         passes,
         observe,
     };
     with_velocity!(scenario, f64 => run(work)).map_err(|failure| match failure {
-        Failure::Scenario(Fault { key, fault, .. }) => ReplayError::Scenario { key, fault },
+        Failure::Scenario(fault) => ReplayError::of(fault),
         Failure::Log(error) => ReplayError::Log(error),
     })
 }
@@ -149,7 +166,7 @@ impl From<LogError> for Failure {
 
 struct Passes<'a> {
     scenario: &'a Scenario,
-    log: &'a Log,
+    logs: &'a [Log],
     passes: u32,
     observe: &'a mut dyn FnMut(u32, &Sample),
 }
@@ -158,88 +175,80 @@ impl Passes<'_> {
     fn run<V: VelocityEstimate<f64>>(self) -> Result<Replayed, Failure> {
         let Self {
             scenario,
-            log,
+            logs,
             passes,
             observe,
         } = self;
+        let Some(log) = logs.first() else {
+            return Err(Fault::new("log", "there is no log").into());
+        };
         let fault = |error: IdentifierError| scenario.fault(&error);
         let unit = scenario.checked_units()?.position_unit();
         let settings = settings(scenario, log)?;
         let command_recorded = log.first().command.is_some();
-        let mut declared = match log.first().reference {
+        let declared = match log.first().reference {
             Some(_) if ran(scenario, &settings, command_recorded) => {
                 Some(Declared::<V>::new(&settings, command_recorded).map_err(fault)?)
             }
             _ => None,
         };
-        let filter: V = settings.build().map_err(fault)?;
-        let mut listener = listener(scenario, &settings)?;
-        let mut outcome = listener.outcome();
-
-        let first = log.first();
-        let settling = settling(scenario, log);
+        let listener = listener(scenario, &settings)?;
+        let mut progress = Progress {
+            outcome: listener.outcome(),
+            listener,
+            declared,
+            filter: settings.build().map_err(fault)?,
+            unit,
+            revolution: scenario.stated.identifier.terms.revolution,
+            time: 0.0,
+            begun: false,
+        };
         'passes: for pass in 0..passes {
-            let mut ear = Ear::new(scenario, first.position, unit);
-            let mut filtered = V::State::default();
-            let mut velocity = 0.0;
-            if !command_recorded && let Some(declared) = &mut declared {
-                declared.begin();
-            }
-            for (k, record) in (0..).zip(log.records()?) {
-                let record = record?;
-                let heard = ear.hear(record);
-                let time = f64::from(pass) * log.duration() + record.time - first.time;
-                let command = match (record.command, &mut declared) {
-                    (Some(command), declared) => {
-                        if let Some(declared) = declared.as_mut().filter(|_| pass == 0) {
-                            declared.compare(&heard, k >= settling);
+            for (number, log) in logs.iter().enumerate() {
+                let mut stretches = log.stretches().iter();
+                let mut on: Option<InStretch<V>> = None;
+                for record in log.records()? {
+                    let record = record?;
+                    if record.begins || on.is_none() {
+                        // A file that has changed since it was judged may have more.
+                        let settling = stretches
+                            .next()
+                            .map_or(0, |stretch| settling(scenario, stretch));
+                        if let Some(before) = on.take() {
+                            progress.time += before.samples as f64 * log.sample_time;
                         }
-                        Ok(command)
+                        progress.begin(pass == 0 || !command_recorded);
+                        on = Some(InStretch::new(scenario, &record, unit, settling));
                     }
-                    (None, Some(declared)) => declared.process(&heard),
-                    // It has been refused when the scenario was read.
-                    (None, None) => Err(StepError::CommandNotFinite),
-                };
-                if k < settling {
-                    velocity = filter.process(&mut filtered, heard.increment);
-                    if let Err(error) = command {
-                        outcome.end_early(time, error);
-                        break 'passes;
+                    let Some(on) = &mut on else { continue };
+                    match progress.hear(on, &record, number, pass) {
+                        Ok(Some(sample)) => observe(pass, &sample),
+                        Ok(None) => {}
+                        Err(error) => {
+                            progress
+                                .outcome
+                                .end_early(progress.time_of(on, &record), error);
+                            break 'passes;
+                        }
                     }
-                    continue;
                 }
-                // A pass that is not the first joins where the log begins again.
-                if k == settling && (pass > 0 || settling > 0) {
-                    listener.join(velocity);
-                }
-                let told = command.and_then(|command| listener.listen(heard.increment, command));
-                let Told { command, seen } = match told {
-                    Ok(told) => told,
-                    Err(error) => {
-                        outcome.end_early(time, error);
-                        break 'passes;
-                    }
-                };
-                outcome.count(seen.map(|(_, event)| event));
-                let sample = Sample {
-                    time,
-                    reference: record.reference.unwrap_or(f64::NAN),
-                    position: record.position,
-                    command,
-                    output_error: seen.map(|(error, _)| error * unit),
-                    estimates: listener.estimates(),
-                    standard_errors: listener.standard_errors(),
-                    at_bounds: listener.at_bounds(),
-                };
-                observe(pass, &sample);
+                progress.time += on.map_or(0, |on| on.samples) as f64 * log.sample_time;
             }
         }
+        let Progress {
+            mut outcome,
+            listener,
+            declared,
+            ..
+        } = progress;
         let known = listener.outcome();
         outcome.bandwidth = known.bandwidth;
+        outcome.entered = known.entered;
         outcome.terms = known.terms;
         Ok(Replayed {
             outcome,
             agreement: declared.and_then(|declared| declared.agreement()),
+            estimates: listener.estimates(),
         })
     }
 }

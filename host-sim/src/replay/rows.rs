@@ -1,26 +1,18 @@
 //! The rows of a log, one at a time: columns, numbers, and bounds on all that is read.
 
-use std::cell::Cell;
-use std::fmt;
-use std::fs::File;
-use std::io::{self, BufReader, Read};
 use std::path::Path;
-use std::rc::Rc;
 
-use flate2::read::MultiGzDecoder;
-
-use crate::scenario::LogSettings;
-
-/// The longest row, bytes, whatever a file unpacks to.
-const LONGEST_ROW: usize = 1 << 20;
-
-/// The most columns of a log.
-const MOST_COLUMNS: usize = 1000;
+use super::cell::Decimals;
+use super::columns::{Columns, Place};
+use super::dialect::Dialect;
+use super::error::LogError;
+use super::text::{self, Allowance, Text};
+use crate::scenario::{Column, LogSettings, MOST_COLUMNS};
 
 /// The most rows of a log.
 const MOST_ROWS: u64 = 1_000_000_000;
 
-/// One sample of a log, in the log's units.
+/// One sample of a log, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Record {
     /// The line of the file, from 1, the heading among them; of a bridged sample, the line after
@@ -38,211 +30,201 @@ pub struct Record {
     pub injection: f64,
     /// Whether a straight line stands in for what was not recorded.
     pub bridged: bool,
+    /// Whether nothing is known of what came directly before: it is the first, or the first behind a
+    /// range that was left out.
+    pub begins: bool,
 }
 
-/// What is wrong with a log, and where.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LogError {
-    /// The file.
-    pub file: String,
-    /// The line, from 1.
-    pub line: Option<u64>,
-    /// The column.
-    pub column: Option<String>,
-    /// What is wrong, what is allowed, what to do.
-    pub fault: String,
-}
-
-impl fmt::Display for LogError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.file)?;
-        if let Some(line) = self.line {
-            write!(f, ":{line}")?;
-        }
-        if let Some(column) = &self.column {
-            write!(f, ": column {column}")?;
-        }
-        write!(f, ": {}", self.fault)
-    }
-}
-
-impl std::error::Error for LogError {}
-
-impl LogError {
-    /// Of a file as a whole.
-    pub(super) fn of_file(path: &Path, fault: String) -> Self {
-        Self {
-            file: path.display().to_string(),
-            line: None,
-            column: None,
-            fault,
-        }
-    }
-
-    /// Of a line, perhaps of one column there.
-    pub(super) fn of_line(path: &Path, line: u64, column: Option<&str>, fault: String) -> Self {
-        Self {
-            line: Some(line),
-            column: column.map(str::to_owned),
-            ..Self::of_file(path, fault)
-        }
-    }
-}
-
-/// Reads a file row by row, of which there is never more than one in memory.
+/// Reads a file row by row, of which there is never more than one in memory. Rows in ranges of time that
+/// are left out are passed over.
 pub(super) struct Rows<'a> {
     path: &'a Path,
-    columns: Columns<'a>,
-    reader: csv::Reader<Bounded<Box<dyn Read>>>,
+    settings: &'a LogSettings,
+    sample_time: f64,
+    columns: Columns,
+    dialect: Dialect,
+    /// Fields that a row must have.
+    width: usize,
+    reader: csv::Reader<Text>,
     row: csv::ByteRecord,
-    /// Bytes that the file may still give before the next row ends.
-    allowance: Rc<Cell<usize>>,
+    /// The line of `row`.
+    line: u64,
+    /// Whether `row` is the first sample, read while a heading was looked for.
+    holds: bool,
+    allowance: Allowance,
+    decimals: Decimals,
     read: u64,
-}
-
-/// Where the columns stand, with their names.
-struct Columns<'a> {
-    time: (usize, &'a str),
-    reference: Option<(usize, &'a str)>,
-    position: (usize, &'a str),
-    command: Option<(usize, &'a str)>,
-    injection: Option<(usize, &'a str)>,
+    /// Rows that were left out.
+    pub(super) left_out: u64,
+    /// What the row of units says, if there is one.
+    pub(super) units_row: Option<String>,
 }
 
 impl<'a> Rows<'a> {
-    /// Opens a `.csv` or `.csv.gz` file and finds its columns.
+    /// Opens a `.csv` or `.csv.gz` file and finds its columns. Rows without a column of time, and those
+    /// of a counter, are `sample_time` (s) apart.
     ///
     /// # Errors
     /// The file, or the column that it has not got.
-    pub(super) fn open(path: &'a Path, settings: &'a LogSettings) -> Result<Self, LogError> {
-        let unreadable =
-            |error: io::Error| LogError::of_file(path, format!("the log cannot be read: {error}"));
-        let file = File::open(path).map_err(unreadable)?;
-        if !file.metadata().map_err(unreadable)?.is_file() {
-            return Err(LogError::of_file(
-                path,
-                "a log is read more than once, so it must be a file: save what comes through a pipe \
-                 first"
-                    .to_owned(),
-            ));
-        }
-        let packed = path.extension().is_some_and(|end| end == "gz");
-        let text: Box<dyn Read> = if packed {
-            Box::new(MultiGzDecoder::new(BufReader::new(file)))
-        } else {
-            Box::new(file)
-        };
-        Self::of_text(path, text, settings)
-    }
-
-    fn of_text(
+    pub(super) fn open(
         path: &'a Path,
-        text: Box<dyn Read>,
         settings: &'a LogSettings,
+        dialect: Dialect,
+        sample_time: f64,
     ) -> Result<Self, LogError> {
         /// Bytes that are read at once.
         const AT_ONCE: usize = 1 << 16;
-        let allowance = Rc::new(Cell::new(LONGEST_ROW));
+        let (text, allowance) = text::open(path)?;
         let mut reader = csv::ReaderBuilder::new()
             .buffer_capacity(AT_ONCE)
-            .from_reader(Bounded {
-                inner: text,
-                allowance: Rc::clone(&allowance),
-            });
-        let heading: Vec<String> = reader
-            .byte_headers()
-            .map_err(|error| {
-                let fault = format!("no heading can be read: {}", explained(&error));
-                LogError::of_line(path, 1, None, fault)
-            })?
-            .iter()
-            .map(|name| String::from_utf8_lossy(name.trim_ascii()).into_owned())
-            .collect();
-        if heading.len() > MOST_COLUMNS {
-            return Err(LogError::of_line(
-                path,
-                1,
-                None,
-                format!(
-                    "the log has {} columns: at most {MOST_COLUMNS} are allowed",
-                    heading.len()
-                ),
-            ));
+            .has_headers(false)
+            .flexible(true)
+            .delimiter(dialect.separator)
+            .from_reader(text);
+        let mut row = csv::ByteRecord::new();
+        reader.read_byte_record(&mut row).map_err(|error| {
+            let fault = format!("no heading can be read: {error}");
+            LogError::of_line(path, 1, None, fault)
+        })?;
+        let line = reader.position().line().saturating_sub(1).max(1);
+        let width = row.len();
+        if width == 0 {
+            let fault = "the file is empty: a log has a row of column names, and a row a sample";
+            return Err(LogError::of_file(path, fault.to_owned()));
         }
-        let place = |column: &'a str| {
-            let place = heading.iter().position(|name| name == column);
-            place.map(|place| (place, column)).ok_or_else(|| {
-                let known = shortened(&heading.join(", "));
-                let fault = format!(
-                    "the log has no such column, but {known}: [log] in the scenario says which \
-                     column is what"
-                );
-                LogError::of_line(path, 1, Some(column), fault)
-            })
-        };
-        let optional = |column: &'a Option<String>| column.as_deref().map(place).transpose();
-        let columns = Columns {
-            time: place(&settings.time)?,
-            reference: optional(&settings.reference)?,
-            position: place(&settings.position)?,
-            command: optional(&settings.command)?,
-            injection: optional(&settings.injection)?,
-        };
-        Ok(Self {
+        if width > MOST_COLUMNS as usize {
+            let fault = format!("the log has {width} columns: at most {MOST_COLUMNS} are allowed");
+            return Err(LogError::of_line(path, line, None, fault));
+        }
+        let columns = Columns::find(path, line, &row, settings, sample_time)?;
+        let mut rows = Self {
             path,
+            settings,
+            sample_time,
+            // Columns that go by number need no heading.
+            holds: !has_names(settings) && !columns.are_words(&row),
             columns,
+            dialect,
+            width,
             reader,
-            row: csv::ByteRecord::new(),
+            row,
+            line,
             allowance,
+            decimals: Decimals::default(),
             read: 0,
-        })
+            left_out: 0,
+            units_row: None,
+        };
+        if !rows.holds && rows.read_row()? {
+            if rows.columns.are_words(&rows.row) {
+                rows.units_row = Some(rows.columns.words(&rows.row));
+            } else {
+                rows.holds = true;
+            }
+        }
+        Ok(rows)
+    }
+
+    /// Whether the numbers were found to have decimal commas.
+    pub(super) fn has_decimal_commas(&self) -> bool {
+        self.decimals.are_commas()
     }
 
     /// Reads the next row; false after the last.
     fn advance(&mut self) -> Result<bool, LogError> {
-        self.allowance.set(LONGEST_ROW);
+        if !std::mem::take(&mut self.holds) && !self.read_row()? {
+            return Ok(false);
+        }
+        self.read += 1;
+        if self.read > MOST_ROWS {
+            let fault = format!("the log has more than {MOST_ROWS} rows: divide it");
+            return Err(self.fault(None, fault));
+        }
+        Ok(true)
+    }
+
+    fn read_row(&mut self) -> Result<bool, LogError> {
+        self.allowance.renew();
         let line = self.reader.position().line();
         let there = self
             .reader
             .read_byte_record(&mut self.row)
             .map_err(|error| {
-                let fault = format!("the row cannot be read: {}", explained(&error));
+                let fault = format!("the row cannot be read: {error}");
                 let line = error.position().map_or(line, csv::Position::line);
                 LogError::of_line(self.path, line, None, fault)
             })?;
-        self.read += u64::from(there);
-        if self.read > MOST_ROWS {
-            let fault = format!("the log has more than {MOST_ROWS} rows: divide it");
-            return Err(LogError::of_line(self.path, line, None, fault));
-        }
+        // Every line ends with a line feed, so the reader stands on the next one.
+        self.line = self.reader.position().line().saturating_sub(1);
         Ok(there)
     }
 
-    fn record(&self) -> Result<Record, LogError> {
-        let line = self.row.position().map_or(0, csv::Position::line);
-        let number = |(index, column): (usize, &str)| {
-            let field = self.row.get(index).unwrap_or_default().trim_ascii();
-            let value = std::str::from_utf8(field)
-                .ok()
-                .and_then(|field| field.parse().ok());
-            value
-                .filter(|value: &f64| value.is_finite())
-                .ok_or_else(|| {
-                    let field = shortened(&String::from_utf8_lossy(field));
-                    let fault = format!("\"{field}\" is not allowed: it must be any finite number");
-                    LogError::of_line(self.path, line, Some(column), fault)
-                })
+    /// A row may have an empty field behind its last.
+    fn check_width(&self) -> Result<(), LogError> {
+        let (width, found) = (self.width, self.row.len());
+        let ends_empty = || {
+            self.row
+                .get(width)
+                .is_some_and(|last| last.trim_ascii().is_empty())
+        };
+        if found == width || found == width + 1 && ends_empty() {
+            return Ok(());
+        }
+        let mut fault = format!(
+            "the row cannot be read: it has {found} fields where the first row has {width}"
+        );
+        if let Some(other) = self.dialect.others(self.row.as_slice()) {
+            let own = self.dialect.separator_name();
+            fault += &format!(
+                "; the first row is separated by a {own}, and this row has a {other}: separate all \
+                 alike"
+            );
+        } else if self.dialect.separator == b',' && found > width {
+            fault += "; numbers with decimal commas need semicolons, tabs or quotation marks";
+        }
+        Err(self.fault(None, fault))
+    }
+
+    fn fault(&self, column: Option<&str>, fault: String) -> LogError {
+        LogError::of_line(self.path, self.line, column, fault)
+    }
+
+    /// The sample of the row; nothing in a range that is left out, whatever else the row has.
+    fn record(&mut self) -> Result<Option<Record>, LogError> {
+        let mut decimals = self.decimals;
+        let (row, line) = (&self.row, self.line);
+        let mut number = |place: &Place| {
+            place
+                .number(row, line, &mut decimals)
+                .map_err(|fault| LogError::of_line(self.path, line, Some(&place.name), fault))
         };
         let columns = &self.columns;
-        Ok(Record {
+        let time = match &columns.time {
+            Some(time) => number(time),
+            None => Ok((self.read - 1) as f64 * self.sample_time),
+        };
+        let is_out = |time: &f64| {
+            let mut ranges = self.settings.cut.iter();
+            ranges.any(|[from, to]| (from..=to).contains(&time))
+        };
+        if time.as_ref().is_ok_and(is_out) {
+            self.left_out += 1;
+            return Ok(None);
+        }
+        self.check_width()?;
+        let time = time?;
+        let record = Record {
             line,
-            time: number(columns.time)?,
-            reference: columns.reference.map(number).transpose()?,
-            position: number(columns.position)?,
-            command: columns.command.map(number).transpose()?,
-            injection: columns.injection.map_or(Ok(0.0), number)?,
+            time,
+            reference: columns.reference.as_ref().map(&mut number).transpose()?,
+            position: number(&columns.position)?,
+            command: columns.command.as_ref().map(&mut number).transpose()?,
+            injection: columns.injection.as_ref().map_or(Ok(0.0), &mut number)?,
             bridged: false,
-        })
+            begins: false,
+        };
+        self.decimals = decimals;
+        Ok(Some(record))
     }
 }
 
@@ -250,54 +232,27 @@ impl Iterator for Rows<'_> {
     type Item = Result<Record, LogError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        match self.advance() {
-            Ok(true) => Some(self.record()),
-            Ok(false) => None,
-            Err(error) => Some(Err(error)),
+        loop {
+            match self.advance() {
+                Ok(true) => match self.record().transpose() {
+                    Some(record) => return Some(record),
+                    None => continue,
+                },
+                Ok(false) => return None,
+                Err(error) => return Some(Err(error)),
+            }
         }
     }
 }
 
-/// Reads until the allowance is used up, so that no row fills the memory, whatever a few packed bytes
-/// unpack to.
-struct Bounded<R> {
-    inner: R,
-    allowance: Rc<Cell<usize>>,
-}
-
-impl<R: Read> Read for Bounded<R> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let allowed = self.allowance.get();
-        if allowed == 0 {
-            return Err(io::Error::other(format!(
-                "it is longer than {LONGEST_ROW} bytes: is a quotation mark or a line's end missing?"
-            )));
-        }
-        let most = buffer.len().min(allowed);
-        let read = self.inner.read(&mut buffer[..most])?;
-        self.allowance.set(allowed - read);
-        Ok(read)
-    }
-}
-
-/// What a reader complains of.
-fn explained(error: &csv::Error) -> String {
-    match error.kind() {
-        csv::ErrorKind::Io(error) => error.to_string(),
-        csv::ErrorKind::UnequalLengths {
-            expected_len, len, ..
-        } => format!("it has {len} fields where the heading has {expected_len}"),
-        _ => error.to_string(),
-    }
-}
-
-/// A text of a log as a message may repeat it: not long, and without control characters.
-fn shortened(text: &str) -> String {
-    const MOST: usize = 80;
-    let shown = |c: char| if c.is_control() { '\u{fffd}' } else { c };
-    let mut short: String = text.chars().map(shown).take(MOST).collect();
-    if text.chars().nth(MOST).is_some() {
-        short.push('…');
-    }
-    short
+/// Whether some column goes by its name.
+fn has_names(settings: &LogSettings) -> bool {
+    let optional = [
+        &settings.time,
+        &settings.reference,
+        &settings.command,
+        &settings.injection,
+    ];
+    let mut stated = optional.into_iter().flatten().chain([&settings.position]);
+    stated.any(|column| matches!(column, Column::Named(_)))
 }

@@ -1,23 +1,31 @@
-//! The time of a log: it must advance evenly; gaps are bridged where that is allowed.
+//! The time of a log: one sample after the other, gaps bridged where that is allowed.
 
 use std::path::Path;
 
-use super::rows::{LogError, Record, Rows};
-
-/// How far a step of time may be from the sample time and count as one, relative.
-const JITTER: f64 = 0.01;
+use super::clock::{Clock, Jitter, Tick};
+use super::error::{LogError, rounded};
+use super::rows::{Record, Rows};
+use crate::scenario::{LogSettings, TimeUnit};
 
 /// The records of a log in even time, one at a time.
 pub(super) struct Records<'a> {
     path: &'a Path,
     rows: Rows<'a>,
-    /// The name of the column of time.
-    column: &'a str,
+    settings: &'a LogSettings,
     sample_time: f64,
-    /// The most missing samples in a row that may be bridged.
-    bridge: u32,
-    last: Option<Record>,
+    last: Option<(Record, Clock)>,
     gap: Option<Gap>,
+    spacing: Spacing,
+}
+
+/// What was found of a log's time.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Spacing {
+    /// Of all stretches but the one that is being read.
+    jitter: Jitter,
+    /// Time that rows cover without those left out, s, and its samples.
+    time: f64,
+    samples: f64,
 }
 
 /// A gap that is being bridged.
@@ -33,66 +41,113 @@ impl<'a> Records<'a> {
     pub(super) fn new(
         path: &'a Path,
         rows: Rows<'a>,
-        column: &'a str,
+        settings: &'a LogSettings,
         sample_time: f64,
-        bridge: u32,
     ) -> Self {
         Self {
             path,
             rows,
-            column,
+            settings,
             sample_time,
-            bridge,
             last: None,
             gap: None,
+            spacing: Spacing::default(),
         }
     }
 
-    /// How many samples are missing between two rows.
-    fn missing(&self, last: &Record, next: &Record) -> Result<u32, String> {
-        let sample_time = self.sample_time;
-        let step = next.time - last.time;
-        let steps = step / sample_time;
-        let whole = steps.round();
-        if step <= 0.0 {
-            return Err(format!(
-                "time goes from {} to {} s: it must advance by the sample time, {sample_time} s",
-                last.time, next.time
-            ));
-        }
-        let even = (steps - whole).abs() <= JITTER * whole.max(1.0) && whole >= 1.0;
-        if !even {
-            return Err(format!(
-                "time advances by {step:.9} s: it must advance by the sample time, {sample_time} s, \
-                 to {} %",
-                100.0 * JITTER
-            ));
-        }
-        let missing = whole - 1.0;
-        if missing > f64::from(self.bridge) {
-            return Err(format!(
-                "{missing} samples are missing before {} s: at most {} may be bridged (set \
-                 log.bridge_gaps to allow more)",
-                next.time, self.bridge
-            ));
-        }
-        Ok(missing as u32)
+    /// The rows as far as they have been read.
+    pub(super) fn rows(&self) -> &Rows<'a> {
+        &self.rows
+    }
+
+    /// What the stamps were off an even clock by.
+    pub(super) fn jitter(&self) -> Jitter {
+        let now = self.last.map(|(_, clock)| clock.jitter());
+        self.spacing.jitter.with(now.unwrap_or_default())
+    }
+
+    /// The mean time from one sample to the next, s, over what was read.
+    pub(super) fn mean_step(&self) -> Option<f64> {
+        let Spacing { time, samples, .. } = self.spacing;
+        (samples > 0.0).then(|| time / samples)
     }
 
     /// The next row, or the first sample of the bridge to it.
-    fn after(&mut self, next: Record) -> Result<Record, LogError> {
-        if let Some(from) = self.last.replace(next) {
-            let missing = self.missing(&from, &next).map_err(|fault| {
-                LogError::of_line(self.path, next.line, Some(self.column), fault)
-            })?;
-            self.gap = (missing > 0).then_some(Gap {
-                from,
-                to: next,
-                missing,
-                bridged: 0,
-            });
+    fn after(&mut self, mut next: Record) -> Result<Record, LogError> {
+        let Some((from, mut clock)) = self.last else {
+            next.begins = true;
+            self.last = Some((next, Clock::new(self.sample_time, next.time)));
+            return Ok(next);
+        };
+        if next.time > from.time && self.is_left_out_between(from.time, next.time) {
+            self.spacing.jitter = self.jitter();
+            next.begins = true;
+            self.last = Some((next, Clock::new(self.sample_time, next.time)));
+            return Ok(next);
         }
+        let missing = self
+            .missing(clock.tick(next.time), &from, &next)
+            .map_err(|fault| {
+                let column = self.settings.time.as_ref().map(ToString::to_string);
+                LogError::of_line(self.path, next.line, column.as_deref(), fault)
+            })?;
+        self.spacing.time += next.time - from.time;
+        self.spacing.samples += f64::from(missing) + 1.0;
+        self.last = Some((next, clock));
+        self.gap = (missing > 0).then_some(Gap {
+            from,
+            to: next,
+            missing,
+            bridged: 0,
+        });
         Ok(self.cross().unwrap_or(next))
+    }
+
+    fn is_left_out_between(&self, from: f64, to: f64) -> bool {
+        let mut ranges = self.settings.cut.iter();
+        ranges.any(|[low, high]| *high > from && *low < to)
+    }
+
+    /// How many samples are missing before a row.
+    fn missing(&self, tick: Tick, from: &Record, next: &Record) -> Result<u32, String> {
+        let sample_time = rounded(self.sample_time);
+        let step = rounded(next.time - from.time);
+        let [before, now] = [from.time, next.time].map(rounded);
+        let so_far = || match self.mean_step() {
+            Some(mean) => format!(" (so far {} s on average)", rounded(mean)),
+            None => String::new(),
+        };
+        match tick {
+            Tick::After(samples) if samples - 1 <= self.settings.bridge => Ok(samples - 1),
+            Tick::After(samples) => Err(format!(
+                "{} missing before {now} s, as a sample time is {sample_time} s{}: at most {} may be \
+                 bridged (set log.bridge_gaps to allow more, or leave the gap out with log.cut)",
+                match samples - 1 {
+                    1 => "1 sample is".to_owned(),
+                    missing => format!("{missing} samples are"),
+                },
+                so_far(),
+                self.settings.bridge
+            )),
+            Tick::Back => Err(format!(
+                "time goes from {before} to {now} s: it must advance from row to row; leave the range \
+                 out with log.cut{}",
+                self.without_time()
+            )),
+            Tick::TooEarly => Err(format!(
+                "time advances by {step} s{}: it must advance by the sample time, {sample_time} s, \
+                 to half of it",
+                so_far()
+            )),
+        }
+    }
+
+    /// What stamps that are too coarse can be replaced by.
+    fn without_time(&self) -> &'static str {
+        match self.settings.units.time {
+            TimeUnit::Sample => "",
+            _ => ", or if the stamps are too coarse state log.sample_time and no log.time",
+        }
     }
 
     /// The next sample of the gap that is being bridged, the row behind it at last.
@@ -121,6 +176,7 @@ impl<'a> Records<'a> {
             command: both(from.command, to.command),
             injection: between(from.injection, to.injection),
             bridged: true,
+            begins: false,
         })
     }
 }
@@ -137,31 +193,44 @@ impl Iterator for Records<'_> {
     }
 }
 
-/// The sample time of a log that nobody states, s: the middle one of its first steps, made exact over
-/// the whole length.
+/// The sample time of a log that nobody states, s, from the steps of its first rows: the mean of those
+/// that no sample is missing in, or, where stamps are so coarse that this cannot be told, of all.
 ///
 /// # Errors
 /// Whatever is wrong with a row.
-pub(super) fn usual_step(rows: Rows<'_>) -> Result<Option<f64>, LogError> {
-    /// Steps that are looked at: their middle does not become truer by more.
+pub(super) fn usual_step(rows: Rows<'_>, settings: &LogSettings) -> Result<Option<f64>, LogError> {
+    /// Steps that are looked at.
     const STEPS: usize = 100_000;
+    /// A step of so many usual ones has a sample missing.
+    const GAP: f64 = 1.5;
+    /// The part of the steps that gaps may be.
+    const FEW: f64 = 0.1;
     let mut steps = Vec::new();
-    let mut ends: Option<(f64, f64)> = None;
+    let mut last: Option<f64> = None;
     for row in rows {
         let time = row?.time;
-        if let Some((_, last)) = ends
-            && steps.len() < STEPS
+        let left_out = |last: f64| {
+            let mut ranges = settings.cut.iter();
+            ranges.any(|[low, high]| *high > last && *low < time)
+        };
+        if let Some(last) = last
+            && time > last
+            && !left_out(last)
         {
             steps.push(time - last);
         }
-        ends = Some((ends.map_or(time, |(first, _)| first), time));
+        last = Some(time);
+        if steps.len() == STEPS {
+            break;
+        }
     }
-    let (Some((first, last)), false) = (ends, steps.is_empty()) else {
+    if steps.is_empty() {
         return Ok(None);
-    };
+    }
     steps.sort_by(f64::total_cmp);
-    let middle = steps[steps.len() / 2];
-    let whole = last - first;
-    let count = (whole / middle).round();
-    Ok(Some(if count >= 1.0 { whole / count } else { middle }))
+    let most = GAP * steps[steps.len() / 2];
+    let whole = steps.partition_point(|step| *step <= most);
+    let few = (steps.len() - whole) as f64 <= FEW * steps.len() as f64;
+    let counted = if few { &steps[..whole] } else { &steps };
+    Ok(Some(counted.iter().sum::<f64>() / counted.len() as f64))
 }

@@ -9,6 +9,7 @@ use crate::analysis::residual::Report;
 use crate::analysis::{Summary, unit};
 use crate::experiment::TermEstimate;
 use crate::replay::Agreement;
+use crate::report::logs::{LogDocument, PredictionDocument};
 
 /// The result of one experiment as the command line promises it.
 #[derive(Debug, Clone, Serialize)]
@@ -27,6 +28,7 @@ pub struct Document {
     pub truth: Option<Truth>,
     pub output_error: Option<OutputError>,
     pub settling_time: SettlingTime,
+    pub terms_entered: BTreeMap<&'static str, f64>,
     pub slowed_samples: u64,
     pub model_restarts: u64,
     pub standing_samples: u64,
@@ -38,6 +40,8 @@ pub struct Document {
     pub mu: Option<f64>,
     pub residual: Option<Residual>,
     pub agreement: Option<AgreementDocument>,
+    pub logs: Vec<LogDocument>,
+    pub predictions: Vec<PredictionDocument>,
 }
 
 /// How well the declared controller reproduces the recorded command of a log.
@@ -212,6 +216,9 @@ impl Document {
                 a: summary.settling_a,
                 b: summary.settling_b,
             },
+            terms_entered: (summary.outcome.entered.iter())
+                .map(|(term, since)| (term.name(), *since as f64 * summary.sample_time))
+                .collect(),
             slowed_samples: events.slowed,
             model_restarts: events.restarted,
             standing_samples: events.standing,
@@ -233,6 +240,18 @@ impl Document {
                 largest: agreement.largest,
                 line: agreement.line,
             }),
+            logs: Vec::new(),
+            predictions: Vec::new(),
+        }
+    }
+
+    /// With what there is to be said of the logs of a replay.
+    #[must_use]
+    pub fn of_logs(self, logs: Vec<LogDocument>, predictions: Vec<PredictionDocument>) -> Self {
+        Self {
+            logs,
+            predictions,
+            ..self
         }
     }
 }

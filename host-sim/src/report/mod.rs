@@ -6,6 +6,7 @@ pub mod distribution;
 pub mod drift;
 mod envelope;
 pub mod json;
+pub mod logs;
 pub mod panels;
 pub mod plot;
 pub mod table;

@@ -4,6 +4,7 @@ use identifier_core::error::Allowed;
 
 use super::error::Fault;
 use super::law::{Closing, Law};
+use super::log;
 use super::{Arithmetic, Baseline, BaselineSettings, Purpose, Scenario};
 
 /// The longest run, control samples.
@@ -84,6 +85,7 @@ fn lasting(scenario: &Scenario) -> Result<(), Fault> {
 
 /// What a replay cannot do without, apart from the log itself.
 fn replayable(scenario: &Scenario) -> Result<(), Fault> {
+    log::check(scenario)?;
     let (given, identifier) = (&scenario.stated, &scenario.stated.identifier);
     let law = &scenario.identifier.law;
     let log = scenario.log_columns();

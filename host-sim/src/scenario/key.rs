@@ -7,9 +7,9 @@ use identifier_core::parameters::Parameter;
 use identifier_core::unknowns::{Term, Terms};
 use virtual_servo::Effects;
 
-use super::Scenario;
 use super::error::shown;
-use super::keys::KEYS;
+use super::keys::{KEYS, MOST_RANGES};
+use super::{Column, Scenario};
 
 /// A key: a line of the table.
 #[derive(Debug, Clone, Copy)]
@@ -42,10 +42,12 @@ pub(super) enum Holds {
     Two(Range, Set<[f64; 2]>),
     /// A list of numbers, at most [`MOST_ENTRIES`](super::keys::MOST_ENTRIES).
     Numbers(Range, TrySet<Vec<f64>>),
+    /// A list of pairs of lowest and highest, at most [`MOST_RANGES`](super::keys::MOST_RANGES).
+    Pairs(Range, TrySet<Vec<[f64; 2]>>),
     /// A whole number from the first to the second.
     Whole([u32; 2], Set<u32>),
-    /// The name of a column.
-    Column(Set<String>),
+    /// The name of a column, or its number.
+    Column(Set<Column>),
     /// One of these names.
     Choice(&'static [Choice]),
     /// The limit of the command: a number, or lowest and highest.
@@ -182,8 +184,13 @@ impl Key {
             Holds::Pair(range, _) => unit(format!("[min, max], each {range}")),
             Holds::Two(range, _) => unit(format!("two numbers [.., ..], each {range}")),
             Holds::Numbers(range, _) => unit(format!("a list of 1 to 16, each {range}")),
+            Holds::Pairs(range, _) => unit(format!(
+                "a list of 1 to {MOST_RANGES} pairs [min, max], each {range}"
+            )),
             Holds::Whole([low, high], _) => format!("a whole number from {low} to {high}"),
-            Holds::Column(_) => unit("the name of a column, 1 to 80 characters".to_owned()),
+            Holds::Column(_) => {
+                unit("the name of a column, 1 to 80 characters, or its number from 1".to_owned())
+            }
             Holds::Choice(choices) => either(choices.iter().map(|choice| choice.name)),
             Holds::Limit(_) => {
                 unit("a number above 0, or [low, high] with low below 0 and high above 0".to_owned())

@@ -19,19 +19,25 @@ use super::ExcitationSettings::{
 };
 use super::key::Absent::{Begins, First, Follows, Is, Required};
 use super::key::Holds::{
-    Choice as OneOf, Column, Limit, Matrix, Number, Numbers, Pair, Parameters, Table,
-    Terms as TermList, Two, Whole,
+    Choice as OneOf, Column as ColumnOf, Limit, Matrix, Number, Numbers, Pair, Pairs, Parameters,
+    Table, Terms as TermList, Two, Whole,
 };
 use super::key::Range::{BelowNyquist, EvenSamples, Fixed, HalfRadian, Lasting, Late, Samples};
 use super::key::When::{Always, InRun, Stated};
 use super::key::{Choice, Key, Range};
 use super::{
-    Arithmetic, Baseline, BaselineSettings, ExcitationSettings, Law, LogSettings, Scenario,
-    Velocity, parts,
+    Arithmetic, Baseline, BaselineSettings, Column, ExcitationSettings, Law, LogSettings,
+    PositionUnit, Scenario, TimeUnit, Velocity, parts,
 };
 
 /// Sines that a multisine and levels that a staircase may have.
 pub(crate) const MOST_ENTRIES: usize = 16;
+
+/// Ranges of time that may be left out of a log.
+pub(crate) const MOST_RANGES: usize = 100;
+
+/// The most columns of a log.
+pub(crate) const MOST_COLUMNS: u32 = 1000;
 
 /// The paper's cut-off of the velocity filter, rad/s.
 const CUTOFF: f64 = 500.0;
@@ -283,17 +289,33 @@ keys! {
 "compare.limit": Number(POSITIVE, |s, v| s.compare.limit = Some(v)), Follows("a ninth of kp"), "command units",
     "the amplifier that saturates";
 
-"log": Table(Stated), Follows("the columns of the tool's own traces"), "", "the columns of a log to replay";
-"log.time": Column(|s, v| log(s).time = v), Required("\"time_s\""), "s", "time of a row";
-"log.reference": Column(|s, v| log(s).reference = Some(v)), Follows("none; required without log.command"), "rad",
+"log": Table(Stated), Follows("the columns of the tool's own traces"), "", "the columns of a log to replay, by name or by number from 1";
+"log.time": ColumnOf(|s, v| log(s).time = Some(v)), Follows("none: the rows are the samples, and log.sample_time says how long one lasts"), "in time_unit",
+    "time of a row";
+"log.time_unit": OneOf(TIME_UNITS), First, "", "unit of log.time; \"samples\" is a counter of them";
+"log.sample_time": Number(SAMPLE_TIME, |s, v| log(s).sample_time = Some(v)), Follows("controller.sample_time; without a controller, what log.time says"), "s",
+    "time from one sample of the log to the next";
+"log.reference": ColumnOf(|s, v| log(s).reference = Some(v)), Follows("none; required without log.command"), "in reference_unit",
     "reference position";
-"log.position": Column(|s, v| log(s).position = v), Required("\"position_rad\""), "rad", "measured position";
-"log.command": Column(|s, v| log(s).command = Some(v)), Follows("the declared controller's, computed again"), "command units",
+"log.reference_unit": OneOf(REFERENCE_UNITS), First, "",
+    "unit of log.reference; \"as-position\" takes position_scale, too";
+"log.reference_scale": Number(ANY, |s, v| log(s).units.reference_scale = v), Is(1.0), "",
+    "reference_unit for one of the column's; below 0 for the other direction";
+"log.position": ColumnOf(|s, v| log(s).position = v), Required("\"position_rad\""), "in position_unit", "measured position";
+"log.position_unit": OneOf(POSITION_UNITS), First, "",
+    "unit of log.position; of a linear axis \"m\" or \"mm\", and m is read for rad everywhere";
+"log.position_scale": Number(ANY, |s, v| log(s).units.position_scale = v), Is(1.0), "",
+    "position_unit for one of the column's, such as \"turns\" and 0.2 for the millimetres of a screw of 5 mm a turn; below 0 for the other direction";
+"log.command": ColumnOf(|s, v| log(s).command = Some(v)), Follows("the declared controller's, computed again"), "scaled by command_scale",
     "the whole command that acted from each row to the next";
-"log.injection": Column(|s, v| log(s).injection = Some(v)), Follows("none"), "command units",
+"log.injection": ColumnOf(|s, v| log(s).injection = Some(v)), Follows("none"), "scaled by command_scale",
     "what was added to the declared controller's command behind its limit";
+"log.command_scale": Number(ANY, |s, v| log(s).units.command_scale = v), Is(1.0), "",
+    "command units for one of the column's, such as 0.24 for the per cent of a bridge of 24 V; below 0 for the other direction";
 "log.bridge_gaps": Whole([0, u32::MAX], |s, v| log(s).bridge = v), Is(0.0), "",
     "the most missing samples in a row that straight lines may bridge";
+"log.cut": Pairs(ANY, |s, v| log(s).leave_out(v)), Follows("nothing is left out"), "s",
+    "ranges of the log's time that are left out";
 }
 
 const fn choice(
@@ -303,6 +325,34 @@ const fn choice(
 ) -> Choice {
     Choice { name, takes, set }
 }
+
+const TIME_UNITS: &[Choice] = &[
+    choice("s", &[], |s| log(s).units.time = TimeUnit::Second),
+    choice("ms", &[], |s| log(s).units.time = TimeUnit::Millisecond),
+    choice("us", &[], |s| log(s).units.time = TimeUnit::Microsecond),
+    choice("samples", &[], |s| log(s).units.time = TimeUnit::Sample),
+];
+
+#[rustfmt::skip]
+const POSITION_UNITS: &[Choice] = &[
+    choice(PositionUnit::Radian.name(), &[], |s| log(s).units.position = PositionUnit::Radian),
+    choice(PositionUnit::Degree.name(), &[], |s| log(s).units.position = PositionUnit::Degree),
+    choice(PositionUnit::Turn.name(), &[], |s| log(s).units.position = PositionUnit::Turn),
+    choice(PositionUnit::Count.name(), &[], |s| log(s).units.position = PositionUnit::Count),
+    choice(PositionUnit::Metre.name(), &[], |s| log(s).units.position = PositionUnit::Metre),
+    choice(PositionUnit::Millimetre.name(), &[], |s| log(s).units.position = PositionUnit::Millimetre),
+];
+
+#[rustfmt::skip]
+const REFERENCE_UNITS: &[Choice] = &[
+    choice("as-position", &[], |s| log(s).units.reference = None),
+    choice(PositionUnit::Radian.name(), &[], |s| log(s).units.reference = Some(PositionUnit::Radian)),
+    choice(PositionUnit::Degree.name(), &[], |s| log(s).units.reference = Some(PositionUnit::Degree)),
+    choice(PositionUnit::Turn.name(), &[], |s| log(s).units.reference = Some(PositionUnit::Turn)),
+    choice(PositionUnit::Count.name(), &[], |s| log(s).units.reference = Some(PositionUnit::Count)),
+    choice(PositionUnit::Metre.name(), &[], |s| log(s).units.reference = Some(PositionUnit::Metre)),
+    choice(PositionUnit::Millimetre.name(), &[], |s| log(s).units.reference = Some(PositionUnit::Millimetre)),
+];
 
 const VELOCITIES: &[Choice] = &[
     choice("low-pass", &["cutoff"], |s| s.velocity = Velocity::LowPass),
@@ -474,14 +524,8 @@ fn rival(s: &mut Scenario, set: impl FnOnce(&mut BaselineSettings)) {
 }
 
 fn log(s: &mut Scenario) -> &mut LogSettings {
-    s.log.get_or_insert_with(|| LogSettings {
-        time: String::new(),
-        reference: None,
-        position: String::new(),
-        command: None,
-        injection: None,
-        bridge: 0,
-    })
+    s.log
+        .get_or_insert_with(|| LogSettings::of_position(Column::Number(1)))
 }
 
 fn adopt(s: &mut Scenario, law: Law) {

@@ -11,6 +11,8 @@ mod error;
 mod key;
 pub mod keys;
 mod law;
+mod log;
+mod log_units;
 mod parts;
 mod read;
 mod reference;
@@ -21,7 +23,10 @@ mod stability;
 
 pub use error::{Fault, ScenarioError};
 pub use key::Key;
+pub(crate) use keys::MOST_COLUMNS;
 pub use law::{Baseline, BaselineSettings, Closing, Law};
+pub use log::{Column, LogSettings};
+pub use log_units::{LogUnits, PositionUnit, TimeUnit};
 pub(crate) use parts::{MOST_PLAYED, place};
 pub use reference::{Reference, ReferenceState};
 pub use set::ModelSet;
@@ -88,48 +93,6 @@ pub enum Purpose {
     Run,
     /// The replay of a log: it needs the log's columns.
     Replay,
-}
-
-/// Which column of a log is what.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct LogSettings {
-    /// Time, s.
-    pub time: String,
-    /// Reference position; a log with the command needs none.
-    pub reference: Option<String>,
-    /// Measured position.
-    pub position: String,
-    /// The command that acted, whatever it was made of. None: the declared controller's, computed
-    /// again.
-    pub command: Option<String>,
-    /// A known signal that was added to the declared controller's command behind its limit.
-    pub injection: Option<String>,
-    /// The longest gap, in missing samples, that may be bridged by straight lines.
-    pub bridge: u32,
-}
-
-impl LogSettings {
-    /// The columns of the tool's own traces.
-    pub const OWN_TIME: &str = "time_s";
-    /// Reference position, rad.
-    pub const OWN_REFERENCE: &str = "reference_rad";
-    /// Measured position, rad.
-    pub const OWN_POSITION: &str = "position_rad";
-    /// The command that acted.
-    pub const OWN_COMMAND: &str = "command";
-
-    /// Those of a trace that the tool itself wrote.
-    #[must_use]
-    pub fn own() -> Self {
-        Self {
-            time: Self::OWN_TIME.to_owned(),
-            reference: Some(Self::OWN_REFERENCE.to_owned()),
-            position: Self::OWN_POSITION.to_owned(),
-            command: Some(Self::OWN_COMMAND.to_owned()),
-            injection: None,
-            bridge: 0,
-        }
-    }
 }
 
 /// The velocity estimates.
@@ -217,12 +180,6 @@ impl Scenario {
     pub fn set_encoder(&mut self, counts_per_rev: f64) {
         self.counts_per_rev = Some(counts_per_rev);
         self.stated.resolution = std::f64::consts::TAU / counts_per_rev;
-    }
-
-    /// The columns of a log to replay: those of the tool's own traces unless others are stated.
-    #[must_use]
-    pub fn log_columns(&self) -> LogSettings {
-        self.log.clone().unwrap_or_else(LogSettings::own)
     }
 
     /// Whether a log that is replayed with it is that of a run of its own: it states the true servo

@@ -10,9 +10,9 @@ use toml::de::{DeArray, DeTable, DeValue};
 
 use super::error::{Fault, shown};
 use super::key::{Absent, Choice, Holds, Key, When, examples, nearest};
-use super::keys::{self, KEYS, MOST_ENTRIES};
+use super::keys::{self, KEYS, MOST_COLUMNS, MOST_ENTRIES, MOST_RANGES};
 use super::source::Source;
-use super::{Purpose, Scenario};
+use super::{Column, Purpose, Scenario};
 
 type Value<'a> = Spanned<DeValue<'a>>;
 
@@ -78,11 +78,7 @@ impl Reading<'_, '_> {
                 self.tables.push(key.path);
             }
             Holds::Number(range, set) => set(scenario, number(key, value, range.fixed())?),
-            Holds::Pair(range, set) => {
-                let [low, high] = pair(key, value, range.fixed(), "[min, max]")?;
-                Interval::new(key.place().1, low, high).map_err(|error| refused(key, error))?;
-                set(scenario, [low, high]);
-            }
+            Holds::Pair(range, set) => set(scenario, interval(key, value, range.fixed())?),
             Holds::Two(range, set) => {
                 set(
                     scenario,
@@ -93,6 +89,11 @@ impl Reading<'_, '_> {
                 let list = list(key, value, MOST_ENTRIES)?;
                 let numbers = list.iter().map(|entry| number(key, entry, range.fixed()));
                 set(scenario, numbers.collect::<Result<_, _>>()?).map_err(fault)?;
+            }
+            Holds::Pairs(range, set) => {
+                let list = list(key, value, MOST_RANGES)?;
+                let pairs = list.iter().map(|entry| interval(key, entry, range.fixed()));
+                set(scenario, pairs.collect::<Result<_, _>>()?).map_err(fault)?;
             }
             Holds::Whole(range, set) => set(scenario, whole(key, value, range)?),
             Holds::Column(set) => set(scenario, column(key, value)?),
@@ -291,6 +292,14 @@ fn pair(key: &Key, value: &Value<'_>, allowed: Allowed, belongs: &str) -> Result
     Ok([number(key, low, allowed)?, number(key, high, allowed)?])
 }
 
+/// A pair of which the first is no larger than the second.
+fn interval(key: &Key, value: &Value<'_>, allowed: Allowed) -> Result<[f64; 2], Fault> {
+    let [low, high] = pair(key, value, allowed, "[min, max]")?;
+    Interval::new(key.place().1, low, high)
+        .map_err(|error| refused(key, error).at(value.span().start))?;
+    Ok([low, high])
+}
+
 fn limit(key: &Key, value: &Value<'_>) -> Result<[f64; 2], Fault> {
     let limit = match value.get_ref() {
         DeValue::Array(_) => {
@@ -306,18 +315,21 @@ fn limit(key: &Key, value: &Value<'_>) -> Result<[f64; 2], Fault> {
     Ok([limit.low(), limit.high()])
 }
 
-fn column(key: &Key, value: &Value<'_>) -> Result<String, Fault> {
+fn column(key: &Key, value: &Value<'_>) -> Result<Column, Fault> {
     /// Characters that a name may have, so that messages can show it.
     const LONGEST: usize = 80;
+    if let DeValue::Integer(_) = value.get_ref() {
+        return Ok(Column::Number(whole(key, value, [1, MOST_COLUMNS])?));
+    }
     let DeValue::String(name) = value.get_ref() else {
-        return Err(other(key, value, "the name of a column"));
+        return Err(other(key, value, "the name or the number of a column"));
     };
     if name.is_empty() || name.chars().nth(LONGEST).is_some() || name.chars().any(char::is_control)
     {
         let fault = "this cannot be the name of a column";
         return Err(Fault::new(key.path, fault).at(value.span().start));
     }
-    Ok(name.to_string())
+    Ok(Column::named(name))
 }
 
 fn chosen(

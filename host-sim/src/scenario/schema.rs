@@ -5,7 +5,7 @@ use identifier_core::unknowns::Term;
 use serde_json::{Map, Value, json};
 
 use super::key::{Absent, Holds, Key, Range};
-use super::keys::MOST_ENTRIES;
+use super::keys::{MOST_COLUMNS, MOST_ENTRIES, MOST_RANGES};
 
 /// The schema of a scenario.
 #[must_use]
@@ -76,7 +76,11 @@ fn property(key: &Key) -> Value {
         Holds::Whole([low, high], _) => {
             json!({ "type": "integer", "minimum": low, "maximum": high })
         }
-        Holds::Column(_) => json!({ "type": "string", "minLength": 1, "maxLength": 80 }),
+        Holds::Pairs(range, _) => list(pair(number(range)), MOST_RANGES),
+        Holds::Column(_) => json!({ "anyOf": [
+            { "type": "string", "minLength": 1, "maxLength": 80 },
+            { "type": "integer", "minimum": 1, "maximum": MOST_COLUMNS },
+        ] }),
         Holds::Choice(choices) => {
             let names: Vec<_> = choices.iter().map(|choice| choice.name).collect();
             json!({ "enum": names })
@@ -284,6 +288,12 @@ mod tests {
             "[identifier]\nparameters = [\"a\", \"a\"]",
             "[identifier]\nbounds = { a = [1.0] }",
             "[identifier]\nplant_box = { a = [0.0, 1.0] }",
+            "[log]\nposition = 0",
+            "[log]\nposition = 1.5",
+            "[log]\nposition = 1\nposition_unit = \"inch\"",
+            "[log]\nposition = 1\ncut = []",
+            "[log]\nposition = 1\ncut = [[1.0]]",
+            "[log]\nposition = 1\ncut = [1.0, 2.0]",
         ] {
             let text = format!("{plant}{wrong}\n");
             assert!(
@@ -293,6 +303,9 @@ mod tests {
             assert!(!accepts(&text), "{wrong}");
         }
         assert!(accepts(plant));
+        assert!(accepts(&format!(
+            "{plant}[log]\nposition = 1\ncut = [[1.0, 2.0]]\n"
+        )));
     }
 
     /// The example of each required key is one that may be copied.

@@ -16,7 +16,9 @@ pub use covariance::{Covariance, Innovation};
 pub use evidence::{Evidence, Gathered, OnDemand};
 pub use gain::{DiagonalGain, FullGain, Gain};
 pub(crate) use gauss_newton::Factors;
-pub use gauss_newton::{GaussNewton, GaussNewtonConfig, GaussNewtonState, GaussNewtonStep};
+pub use gauss_newton::{
+    FirstOrder, GaussNewton, GaussNewtonConfig, GaussNewtonState, GaussNewtonStep, Whitening,
+};
 pub use gradient::{Gradient, GradientConfig, GradientState, GradientWith, Update};
 pub use matrix::{MatrixError, PositiveDefinite};
 pub use normal_equations::NormalEquations;

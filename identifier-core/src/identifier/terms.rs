@@ -27,7 +27,7 @@ impl TermConfig {
         given: &TermSettings,
         units: &Units,
     ) -> Result<Self, IdentifierError> {
-        let has = |term: Term| S::UNKNOWNS.iter().any(|&unknown| term.is_of(unknown));
+        let has = |term: Term| term.is_in::<N, S, P>();
         for term in Term::ALL {
             if given.may_enter(term) && !has(term) {
                 return Err(IdentifierError::NoSuchTerm { term });

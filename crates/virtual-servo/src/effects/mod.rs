@@ -119,10 +119,11 @@ impl Effects {
         without != Self::NONE
     }
 
-    /// The same effects on another servo: what belongs to its friction is as large a share of it.
+    /// The same effects on another servo: what belongs to its friction is as large a share of it; of a
+    /// servo without such friction it stays what it was.
     #[must_use]
     pub fn carried_over(&self, from: &ServoParameters, to: &ServoParameters) -> Self {
-        let share = |of: f64, whole: f64| if of > 0.0 { whole / of } else { 0.0 };
+        let share = |of: f64, whole: f64| if of > 0.0 { whole / of } else { 1.0 };
         let low_speed_friction = self.low_speed_friction * share(from.coulomb, to.coulomb);
         // Rounding must not make more of it than a servo can have.
         let low_speed_friction = low_speed_friction.max(-to.coulomb);

@@ -94,4 +94,10 @@ fn on_another_servo_friction_keeps_its_proportions() {
     let carried = effects.carried_over(&RUBBING, &other);
     assert!(carried.low_speed_friction == 0.0);
     assert!(carried.check(&other, SAMPLE_TIME).is_ok());
+    let stribeck = Effects {
+        low_speed_friction: 5.0,
+        ..effects
+    };
+    let carried = stribeck.carried_over(&other, &RUBBING);
+    assert!(carried.low_speed_friction.to_bits() == f64::to_bits(5.0));
 }

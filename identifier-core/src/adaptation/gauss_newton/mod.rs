@@ -1,12 +1,14 @@
 mod factors;
+mod whitening;
 
 pub(crate) use factors::Factors;
+pub use whitening::{FirstOrder, Whitening};
 
 use factors::Measurement;
 
 use crate::error::{Allowed, OutOfRange};
 use crate::number::{Number, RunningSum};
-use crate::unknowns::Lower;
+use crate::unknowns::UnknownSet;
 
 /// Recursive Gauss–Newton: the recursive prediction error method (Ljung and Söderström, Theory and
 /// Practice of Recursive Identification, 1983, section 3.4) on the output error of a model, in
@@ -88,13 +90,14 @@ pub struct GaussNewtonConfig<const P: usize> {
 
 /// What the law remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GaussNewtonState<N: Number, L, const P: usize> {
+pub struct GaussNewtonState<N: Number, S: UnknownSet<P>, const P: usize> {
     /// The sum of the output errors of the block that is being gathered.
     error: N,
     /// Its mean ψ.
     sensitivity: [N; P],
     estimates: [N::Sum; P],
-    factors: Factors<N, L, P>,
+    factors: Factors<N, S::Lower<N>, P>,
+    whitening: S::Whitening<N>,
     /// The block before, being worked on.
     measurement: Measurement<N, P>,
     mean_error: N,
@@ -166,7 +169,7 @@ pub enum GaussNewtonStep<N, const P: usize> {
     Moved([N; P]),
 }
 
-impl<N: Number, L: Lower<N>, const P: usize> GaussNewtonState<N, L, P> {
+impl<N: Number, S: UnknownSet<P>, const P: usize> GaussNewtonState<N, S, P> {
     /// The estimates.
     #[inline]
     #[must_use]
@@ -212,6 +215,23 @@ impl<N: Number, L: Lower<N>, const P: usize> GaussNewtonState<N, L, P> {
         self.factors.release(i, variance);
     }
 
+    /// The error of the block that is being worked on, as it is learnt from.
+    #[inline]
+    fn news(&self) -> N {
+        self.whitening.news(self.mean_error)
+    }
+
+    /// From now on only what is new in the errors is learnt from, for a load that wanders.
+    pub fn begin_whitening(&mut self) {
+        self.whitening.begin();
+    }
+
+    /// Whether only what is new in the errors is learnt from.
+    #[must_use]
+    pub fn is_whitening(&self) -> bool {
+        self.whitening.has_begun()
+    }
+
     /// Whether the block that was gathered last is one to learn from.
     #[inline]
     #[must_use]
@@ -247,6 +267,7 @@ impl<N: Number, L: Lower<N>, const P: usize> GaussNewtonState<N, L, P> {
     pub fn drop_block(&mut self) {
         self.error = N::ZERO;
         self.mean_error = N::ZERO;
+        self.whitening.interrupt();
         self.phase = 0;
         self.learning = false;
     }
@@ -262,11 +283,12 @@ impl<N: Number, L: Lower<N>, const P: usize> GaussNewtonState<N, L, P> {
         }
     }
 
-    /// Multiplies the noise level by a factor: errors and sensitivities are known to become smaller
-    /// together.
-    pub fn rescale_noise(&mut self, factor: N) {
-        self.level = self.level * factor;
-        self.peak = self.peak * factor;
+    /// Lets the peak of the noise level go towards the level of the moment, by a part of their
+    /// distance: errors and sensitivities become smaller together.
+    pub fn forget_peak(&mut self, part: N) {
+        if self.level < self.peak {
+            self.peak += part * (self.level - self.peak);
+        }
     }
 
     /// Takes back the last rise of the noise level as far as P has not followed it yet: it was a step
@@ -358,20 +380,20 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
 
     /// The state from estimates and their covariance.
     #[must_use]
-    pub fn start<L: Lower<N>>(
+    pub fn start<S: UnknownSet<P>>(
         &self,
         estimates: &[N; P],
         covariance: &[[f64; P]; P],
-    ) -> GaussNewtonState<N, L, P> {
+    ) -> GaussNewtonState<N, S, P> {
         self.start_from(estimates, Factors::of(covariance))
     }
 
     /// The same where the covariance is in factors already: it divides nothing.
-    pub(crate) fn start_from<L: Lower<N>>(
+    pub(crate) fn start_from<S: UnknownSet<P>>(
         &self,
         estimates: &[N; P],
-        covariance: Factors<N, L, P>,
-    ) -> GaussNewtonState<N, L, P> {
+        covariance: Factors<N, S::Lower<N>, P>,
+    ) -> GaussNewtonState<N, S, P> {
         GaussNewtonState {
             error: N::ZERO,
             sensitivity: [N::ZERO; P],
@@ -379,6 +401,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
                 N::Sum::new(estimates[i].limited(self.low[i], self.high[i]))
             }),
             factors: covariance,
+            whitening: S::Whitening::<N>::START,
             measurement: Measurement::NONE,
             mean_error: N::ZERO,
             lost_memory: self.first_lost,
@@ -408,9 +431,9 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     /// model's velocity there. `most` gives, for the estimates, the variances that forgetting never
     /// goes beyond.
     #[inline]
-    pub fn update<L: Lower<N>>(
+    pub fn update<S: UnknownSet<P>>(
         &self,
-        state: &mut GaussNewtonState<N, L, P>,
+        state: &mut GaussNewtonState<N, S, P>,
         output_error: N,
         position: &[N; P],
         velocity: &[N; P],
@@ -463,24 +486,29 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
 
     /// The block is complete.
     #[inline]
-    fn close<L: Lower<N>>(&self, state: &mut GaussNewtonState<N, L, P>, speed: N) {
+    fn close<S: UnknownSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>, speed: N) {
         state.mean_error = state.error * self.per_block;
         state.error = N::ZERO;
-        state.measurement = state.factors.project(&state.sensitivity);
+        let moves = speed.magnitude() >= self.dead_zone;
+        let mut sensitivity = state.sensitivity;
+        state
+            .whitening
+            .process(&mut sensitivity, state.mean_error, moves);
+        state.measurement = state.factors.project(&sensitivity);
         // A sensitivity beyond the range of numbers is not used.
-        state.learning = speed.magnitude() >= self.dead_zone
-            && state.measurement.variance <= N::REACH * N::REACH;
+        state.learning = moves && state.measurement.variance <= N::REACH * N::REACH;
     }
 
     /// Follows the noise level, and makes P larger as the law forgets and as that level rises.
     #[inline]
-    fn forget<L: Lower<N>>(
+    fn forget<S: UnknownSet<P>>(
         &self,
-        state: &mut GaussNewtonState<N, L, P>,
+        state: &mut GaussNewtonState<N, S, P>,
         most: impl Fn(&[N; P]) -> [N; P],
     ) {
         let lost = state.lost_memory;
-        state.level += self.short * (state.mean_error * state.mean_error - state.level);
+        let error = state.news();
+        state.level += self.short * (error * error - state.level);
         let faded = larger(state.peak - state.peak * lost, self.noise);
         // 1/λ = 1 + x + x² + … for λ = 1 − x, x ≤ 1/12.
         let mut growth = N::ONE + lost * (N::ONE + lost);
@@ -502,8 +530,8 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     }
 
     #[inline]
-    fn weigh<L: Lower<N>>(&self, state: &mut GaussNewtonState<N, L, P>) {
-        let error = state.mean_error;
+    fn weigh<S: UnknownSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>) {
+        let error = state.news();
         let predicted = state.measurement.variance;
         let floor = state.peak - state.peak * state.lost_memory;
         let surprise = error * error * self.ninth - predicted;
@@ -522,8 +550,8 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
 
     /// The steps of the estimates, no further than the box. They take the place of the gain.
     #[inline]
-    fn limit_steps<L: Lower<N>>(&self, state: &mut GaussNewtonState<N, L, P>) {
-        let scaled = state.measurement.precision * state.mean_error;
+    fn limit_steps<S: UnknownSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>) {
+        let scaled = state.measurement.precision * state.news();
         let mut inside = true;
         for i in 0..P {
             let step = state.measurement.gain[i] * scaled;
@@ -539,7 +567,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
 
     #[cold]
     #[inline(never)]
-    fn stay_inside<L: Lower<N>>(&self, state: &mut GaussNewtonState<N, L, P>) {
+    fn stay_inside<S: UnknownSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>) {
         let mut steps = state.measurement.gain;
         for i in 0..P {
             let after = state.estimates[i].value() + steps[i];
@@ -551,13 +579,14 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     }
 
     #[inline]
-    fn move_estimates<L: Lower<N>>(&self, state: &mut GaussNewtonState<N, L, P>) -> [N; P] {
+    fn move_estimates<S: UnknownSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>) -> [N; P] {
         let steps = state.measurement.gain;
         let mut change = N::ZERO;
         for i in 0..P {
             state.estimates[i].add(steps[i]);
             change += state.sensitivity[i] * steps[i];
         }
+        state.whitening.follow(&steps);
         // What this block has gathered so far was predicted with the old estimates.
         state.error = state.error - self.moved * change;
         steps
@@ -566,9 +595,9 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     /// Takes back the part of the steps by which estimate i would leave its bounds, along that column
     /// of P: the other estimates move as if this one were known to be at its bound (the shortest way
     /// in the norm of P⁻¹). Those that then leave theirs are clamped.
-    fn enter<L: Lower<N>>(
+    fn enter<S: UnknownSet<P>>(
         &self,
-        state: &GaussNewtonState<N, L, P>,
+        state: &GaussNewtonState<N, S, P>,
         steps: &mut [N; P],
         i: usize,
         after: N,
@@ -600,13 +629,13 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     }
 
     /// Forgets again as at the start: the gradients were taken far from the truth.
-    pub fn settle_anew<L: Lower<N>>(&self, state: &mut GaussNewtonState<N, L, P>) {
+    pub fn settle_anew<S: UnknownSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>) {
         state.lost_memory = self.first_lost;
     }
 
     /// The standard errors of the estimates, machine units, for a report.
     #[must_use]
-    pub fn standard_errors<L: Lower<N>>(&self, state: &GaussNewtonState<N, L, P>) -> [f64; P] {
+    pub fn standard_errors<S: UnknownSet<P>>(&self, state: &GaussNewtonState<N, S, P>) -> [f64; P] {
         let factor = state.doubted();
         core::array::from_fn(|i| libm::sqrt(factor * state.factors.variance(i).to_f64()))
     }

@@ -66,6 +66,9 @@ where
             scale: result.acceleration,
             suspicion: self.load_step.start(result.unexplained),
             mean_square: N::ZERO,
+            trusted_gain: ModelValues::of_set::<S, P>(&result.estimates)
+                .parameters
+                .gain,
             trusted_load: N::ZERO,
             last_move: N::ZERO,
             slid: N::ZERO,
@@ -115,6 +118,7 @@ where
                 Some(_) => {
                     // What was learnt so far was weighed as if the model were complete.
                     state.recursion.lacking = true;
+                    state.recursion.trusted_gain = self.values(&state.recursion).parameters.gain;
                     self.law.settle_anew(&mut state.recursion.law);
                     state.recording = false;
                 }

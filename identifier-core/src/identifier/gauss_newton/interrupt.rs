@@ -72,6 +72,7 @@ where
                 scale: N::ZERO,
                 suspicion: self.load_step.start(N::ZERO),
                 mean_square: N::ZERO,
+                trusted_gain: N::ZERO,
                 trusted_load: N::ZERO,
                 last_move: N::ZERO,
                 slid: N::ZERO,

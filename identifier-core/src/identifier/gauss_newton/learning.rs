@@ -171,10 +171,18 @@ where
         }
     }
 
-    /// Whether the output error has exceeded the encoder's for so long that a new fit is due. If the
-    /// last one was no better, the model lacks an effect, and the correction is made faster.
+    /// Whether the output error has exceeded the encoder's for so long that a new fit is due, or b has
+    /// gone far from what a fit found. If the last one was no better, the model lacks an effect, and
+    /// the correction is made faster.
     #[inline]
     fn in_trouble(&self, state: &mut Recursion<N, S, P>, mean: N) -> bool {
+        /// The factor to either side.
+        const FAR: f64 = 4.0;
+        let far = N::from_f64(FAR);
+        let gain = self.values(state).parameters.gain;
+        if gain * far < state.trusted_gain || gain > far * state.trusted_gain {
+            return true;
+        }
         if state.alarm > 0 {
             state.alarm -= 1;
             return false;
@@ -188,8 +196,8 @@ where
             }
             if state.omega < self.widest && self.bandwidth.is_none() {
                 state.omega += state.omega * self.widening;
-                // What the model lacks shows as ω⁻² in the output error, and in its sensitivities.
-                state.law.rescale_noise(self.quieter);
+                // What the model lacks shows as ω⁻² in errors and in sensitivities.
+                state.law.forget_peak(N::from_f64(4.0) * self.widening);
                 if state.quick < state.omega {
                     state.quick = state.omega;
                 }

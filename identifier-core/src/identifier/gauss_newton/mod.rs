@@ -83,8 +83,6 @@ pub struct GaussNewtonRecursion<N, S, const P: usize, const W: usize = 256> {
     waiting: u16,
     reversal: u8,
     widening: N,
-    /// The factor on the noise level while it widens.
-    quieter: N,
     unexplained: N,
     explained: N,
     bounded: N,

@@ -9,7 +9,7 @@ use crate::unknowns::UnknownSet;
 pub(super) struct Recursion<N: Number, S: UnknownSet<P>, const P: usize> {
     pub(super) model: ListeningModel<N>,
     pub(super) tangents: Tangents<N, P>,
-    pub(super) law: GaussNewtonState<N, S::Lower<N>, P>,
+    pub(super) law: GaussNewtonState<N, S, P>,
     /// Commands given and angle measured.
     pub(super) inputs: S::Inputs<N>,
     /// Which terms have entered.
@@ -28,6 +28,8 @@ pub(super) struct Recursion<N: Number, S: UnknownSet<P>, const P: usize> {
     pub(super) suspicion: Suspicion<N>,
     /// Mean square of the blocks' output error over a second.
     pub(super) mean_square: N,
+    /// b of the last fit, or what a new fit confirmed.
+    pub(super) trusted_gain: N,
     /// The load before the steps of the present alarm.
     pub(super) trusted_load: N,
     pub(super) last_move: N,

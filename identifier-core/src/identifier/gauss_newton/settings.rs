@@ -77,7 +77,6 @@ where
             waiting: samples(Self::WAITING),
             reversal: blocks(Self::REVERSAL) as u8,
             widening: N::from_f64(block_time / Self::WIDENING),
-            quieter: N::from_f64(libm::pow(1.0 + block_time / Self::WIDENING, -4.0)),
             unexplained: N::from_f64(4.0 * fitter.noise),
             explained: N::from_f64(1.5 * fitter.noise),
             bounded: N::from_f64(12.0 * fitter.noise),

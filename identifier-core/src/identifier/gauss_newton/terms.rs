@@ -10,6 +10,10 @@ use crate::unknowns::{Term, Terms, Unknown, UnknownSet};
 const SHARE: f64 = 0.01;
 const SIGNIFICANT: f64 = 30.0;
 
+/// (1 + ρ)/(1 − ρ) of the errors from which a load wanders, ρ being their correlation from block to
+/// block: 0.8.
+const COLOURED: f64 = 9.0;
+
 /// The factor on the variances of the estimates when a term enters: they contain what it explains.
 const DOUBT: f64 = 100.0;
 
@@ -37,9 +41,7 @@ where
     #[inline(never)]
     fn consider(&self, state: &mut Recursion<N, S, P>) -> bool {
         let entered = state.evidence.entered();
-        let absent = |&term: &Term| {
-            !entered.has(term) && S::UNKNOWNS.iter().any(|&unknown| term.is_of(unknown))
-        };
+        let absent = |&term: &Term| !entered.has(term) && term.is_in::<N, S, P>();
         let demanded = Term::ALL
             .into_iter()
             .filter(absent)
@@ -74,10 +76,15 @@ where
         let independent = state.evidence.blocks() / state.law.colour();
         let mut best = None;
         let mut most = 0.0;
+        let wanders = Term::WanderingLoad;
+        if absent(&wanders) && self.allowed.has(wanders) && state.law.colour() > COLOURED {
+            // The last that is thought of: any other effect colours the errors too.
+            best = Some(wanders);
+        }
         for term in Term::ALL
             .into_iter()
             .filter(absent)
-            .filter(|&term| self.allowed.has(term))
+            .filter(|&term| self.allowed.has(term) && term != wanders)
         {
             let with = state.evidence.left_by(&free_with(Some(term)))?;
             let share = (left - with) / left.max(f64::MIN_POSITIVE);
@@ -91,13 +98,10 @@ where
     }
 
     /// Begins to learn the unknowns of a term.
-    fn release(
-        &self,
-        law: &mut GaussNewtonState<N, S::Lower<N>, P>,
-        term: Term,
-        omega: N,
-        scale: N,
-    ) {
+    fn release(&self, law: &mut GaussNewtonState<N, S, P>, term: Term, omega: N, scale: N) {
+        if term == Term::WanderingLoad {
+            law.begin_whitening();
+        }
         let estimates = law.estimates();
         self.law.settle_anew(law);
         law.doubt(N::from_f64(DOUBT), &Self::most(omega, scale, &estimates));
@@ -135,12 +139,15 @@ where
     /// What the terms that have entered were estimated as, in a law that starts from a new fit.
     pub(super) fn keep_terms(
         &self,
-        law: &mut GaussNewtonState<N, S::Lower<N>, P>,
+        law: &mut GaussNewtonState<N, S, P>,
         before: &Recursion<N, S, P>,
         omega: N,
         scale: N,
     ) {
         let entered = before.evidence.entered();
+        if entered.has(Term::WanderingLoad) {
+            law.begin_whitening();
+        }
         let (old, new) = (before.law.estimates(), law.estimates());
         for (i, unknown) in S::UNKNOWNS.iter().enumerate() {
             let Some(term) = unknown.term() else { continue };

@@ -1,0 +1,314 @@
+use identifier_core::Settings;
+use identifier_core::control::{ControlState, Controller};
+use identifier_core::identifier::IdentifierError;
+use identifier_core::measurement::velocity::VelocityEstimate;
+
+use super::{FrozenServo, Observation, Play, Squares, State};
+
+/// What a closed-loop simulation is off the recording by, relative: ‖recorded − simulated‖/‖recorded‖.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClosedLoop {
+    /// Samples that it covers: all but those in which each stretch settles.
+    pub samples: u64,
+    /// Of the position, from where each stretch begins.
+    pub position: f64,
+    /// Of the velocity, by the declared velocity estimate on both sides.
+    pub velocity: f64,
+    /// Of the command; none where none was recorded.
+    pub command: Option<f64>,
+}
+
+/// Lets a servo follow the recorded reference under the declared controller.
+///
+/// **The start is taken from the first samples** of each stretch: there the controller hears what was
+/// recorded, until its velocity estimate has settled and, where it has an integral, until a recorded
+/// command within the limit has shown what that holds. The loop forgets its start, so nothing is
+/// fitted.
+///
+/// None where samples have no reference, or the loop leaves every bound.
+///
+/// # Errors
+/// The setting that the controller cannot be built from, then whatever playing the samples ends with.
+pub fn closed_loop<V: VelocityEstimate<f64>, E>(
+    servo: &FrozenServo,
+    settings: &Settings,
+    play: Play<'_, E>,
+) -> Result<Result<Option<ClosedLoop>, E>, IdentifierError> {
+    let mut simulation = Simulation::<V>::new(servo, settings)?;
+    Ok(play(&mut |sample| simulation.add(sample)).map(|()| simulation.finish()))
+}
+
+struct Simulation<V: VelocityEstimate<f64>> {
+    servo: FrozenServo,
+    controller: Controller<f64, V>,
+    velocity: V,
+    /// A position unit, rad.
+    unit: f64,
+    limit: [f64; 2],
+    /// Command for a sum of errors of one position unit.
+    integral_gain: f64,
+    /// Samples in which a stretch settles.
+    settling: u64,
+    stretch: Option<Stretch<V>>,
+    position: Squares,
+    speed: Squares,
+    command: Squares,
+    commanded: bool,
+    samples: u64,
+    is_lost: bool,
+}
+
+/// On the way through a stretch.
+struct Stretch<V: VelocityEstimate<f64>> {
+    first: f64,
+    /// The recorded position of the last sample, and its filtered velocity.
+    last: f64,
+    filtered: V::State,
+    control: ControlState<f64, V::State>,
+    heard: u64,
+    /// The simulated servo, which is the recorded one until it runs.
+    state: State,
+    runs: bool,
+    knows_integral: bool,
+}
+
+impl<V: VelocityEstimate<f64>> Simulation<V> {
+    fn new(servo: &FrozenServo, settings: &Settings) -> Result<Self, IdentifierError> {
+        /// What a velocity estimate without a pole looks at.
+        const SEEN: f64 = 3.0;
+        /// Time constants after which a low-pass shows all of a step but 0.03 %.
+        const SETTLED: f64 = 8.0;
+        let (given, units) = (settings.own_controller()?, settings.units()?);
+        let velocity: V = settings.build()?;
+        let pole = velocity.transfer().pole.clamp(0.0, 0.999_9);
+        let constant = if pole > 0.0 {
+            -1.0 / libm::log(pole)
+        } else {
+            0.0
+        };
+        Ok(Self {
+            servo: *servo,
+            controller: settings.build()?,
+            velocity,
+            unit: units.position_unit(),
+            limit: given.limit,
+            integral_gain: given.ki * units.rate() / units.position(),
+            settling: (SEEN + SETTLED * constant) as u64,
+            stretch: None,
+            position: Squares::default(),
+            speed: Squares::default(),
+            command: Squares::default(),
+            commanded: true,
+            samples: 0,
+            is_lost: false,
+        })
+    }
+
+    fn add(&mut self, sample: &Observation) {
+        if self.is_lost {
+            return;
+        }
+        self.is_lost = self.follow(sample).is_none();
+    }
+
+    /// None where it cannot go on.
+    fn follow(&mut self, sample: &Observation) -> Option<()> {
+        let reference = sample.reference?;
+        /// A limit that passed through single precision or a few decimals is still the limit.
+        const WITHIN: f64 = 0.999_99;
+        let unit = self.unit;
+        self.commanded &= sample.command.is_some();
+        let (servo, controller) = (&self.servo, &self.controller);
+        let fresh = || Stretch {
+            first: sample.position,
+            last: sample.position,
+            filtered: V::State::default(),
+            control: ControlState::default(),
+            heard: 0,
+            state: servo.start(sample.position, 0.0, sample.command.unwrap_or(0.0)),
+            runs: false,
+            // What it holds when a log begins without the command is taken to be nothing.
+            knows_integral: self.integral_gain <= 0.0 || sample.command.is_none(),
+        };
+        if sample.begins {
+            self.stretch = None;
+        }
+        let stretch = self.stretch.get_or_insert_with(fresh);
+        let moved = (sample.position - stretch.last) / unit;
+        let recorded = self.velocity.process(&mut stretch.filtered, moved);
+        stretch.last = sample.position;
+        stretch.heard += 1;
+        let before = stretch.control;
+        let (position, increment) = if stretch.runs {
+            (stretch.state.position, stretch.state.moved / unit)
+        } else {
+            (sample.position, moved)
+        };
+        let error = (reference - position) / unit;
+        let step = controller
+            .process(&mut stretch.control, error, increment)
+            .ok()?;
+        let command = step.command + sample.injection;
+        if stretch.runs {
+            let first = stretch.first;
+            self.position.add(sample.position - first, position - first);
+            self.speed.add(recorded, step.velocity);
+            if let Some(recorded) = sample.command {
+                self.command.add(recorded, command);
+            }
+            self.samples += 1;
+            servo.advance(&mut stretch.state, command);
+            return Some(());
+        }
+        let settled = stretch.heard >= self.settling;
+        if let (true, false, Some(command)) = (settled, stretch.knows_integral, sample.command) {
+            let own = command - sample.injection;
+            let [low, high] = self.limit.map(|limit| WITHIN * limit);
+            if own > low && own < high {
+                let rest = own - controller.pid.linear(step.error, step.velocity);
+                stretch.control = before.with_integral(rest / self.integral_gain);
+                controller
+                    .process(&mut stretch.control, error, increment)
+                    .ok()?;
+                stretch.knows_integral = true;
+            }
+        }
+        let command = sample.command.unwrap_or(command);
+        if settled && stretch.knows_integral {
+            stretch.state.velocity = recorded * unit;
+            (stretch.state.position, stretch.state.moved) =
+                (sample.position, sample.position - stretch.state.position);
+            servo.advance(&mut stretch.state, command);
+            stretch.runs = true;
+        } else {
+            servo.follow(
+                &mut stretch.state,
+                sample.position,
+                recorded * unit,
+                command,
+            );
+        }
+        Some(())
+    }
+
+    fn finish(self) -> Option<ClosedLoop> {
+        let whole = !self.is_lost && self.samples > 0 && self.position.error.is_finite();
+        whole.then(|| ClosedLoop {
+            samples: self.samples,
+            position: self.position.relative(),
+            velocity: self.speed.relative(),
+            command: self.commanded.then(|| self.command.relative()),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::convert::Infallible;
+
+    use identifier_core::ControllerSettings;
+    use identifier_core::measurement::velocity::LowPass;
+    use identifier_core::model::ServoParameters;
+    use virtual_servo::Plant;
+
+    use super::*;
+
+    const SERVO: ServoParameters = ServoParameters {
+        a: 0.5,
+        b: 250.0,
+        load: 15.0,
+        coulomb: 10.0,
+    };
+
+    fn settings() -> Settings {
+        let pid = ControllerSettings::pid(9.0, 0.19, 4.0).limited(1.0);
+        Settings {
+            controller: Some(pid),
+            ..Settings::new(1e-3, 10_000.0)
+        }
+    }
+
+    /// The simulator's servo under the core's controller, from sample 700 on, which finds it in motion.
+    fn recorded() -> Vec<Observation> {
+        let settings = settings();
+        let controller: Controller<f64, LowPass<f64>> = settings.build().expect("valid");
+        let unit = settings.resolution;
+        let (mut state, mut plant) = (ControlState::default(), Plant::at_rest(&SERVO, 1e-3));
+        let (mut samples, mut before) = (Vec::new(), 0.0);
+        for k in 0..6000_u32 {
+            let time = 1e-3 * f64::from(k);
+            let reference =
+                0.5 * libm::sin(5.0 * time) + if (k / 800) % 2 == 0 { 0.2 } else { 0.0 };
+            let (error, moved) = (reference - plant.position, plant.position - before);
+            before = plant.position;
+            let sample = controller.process(&mut state, error / unit, moved / unit);
+            let command = sample.expect("within bounds").command;
+            if k >= 700 {
+                samples.push(Observation {
+                    reference: Some(3.0 + reference),
+                    position: 3.0 + plant.position,
+                    command: Some(command),
+                    injection: 0.0,
+                    begins: k == 700,
+                });
+            }
+            plant.advance(command);
+        }
+        samples
+    }
+
+    fn simulated(servo: &ServoParameters, samples: &[Observation]) -> Option<ClosedLoop> {
+        let play = |see: &mut dyn FnMut(&Observation)| {
+            samples.iter().for_each(see);
+            Ok::<_, Infallible>(())
+        };
+        let frozen = FrozenServo::new(servo, 1e-3).expect("valid");
+        let found = closed_loop::<LowPass<f64>, _>(&frozen, &settings(), &play);
+        let Ok(found) = found.expect("a controller");
+        found
+    }
+
+    #[test]
+    fn the_true_servo_does_what_was_recorded() {
+        let found = simulated(&SERVO, &recorded()).expect("a loop");
+        assert!((5200..5300).contains(&found.samples), "{found:?}");
+        let command = found.command.expect("it was recorded");
+        // The velocity that it starts with is a filter's, which is late.
+        assert!(
+            found.position < 3e-4 && found.velocity < 1e-3 && command < 2e-2,
+            "{found:?}"
+        );
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_servo_shows_in_the_command() {
+        let samples = recorded();
+        let right = simulated(&SERVO, &samples).expect("a loop").command;
+        for wrong in [
+            ServoParameters { b: 275.0, ..SERVO },
+            ServoParameters {
+                coulomb: 0.0,
+                ..SERVO
+            },
+            ServoParameters { a: 3.0, ..SERVO },
+        ] {
+            let found = simulated(&wrong, &samples).expect("a loop").command;
+            assert!(
+                found > right.map(|right| 2.0 * right),
+                "{found:?}, {right:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_loop_needs_a_reference_and_has_to_stay_in_bounds() {
+        let mut samples = recorded();
+        let wild = ServoParameters {
+            b: f64::NAN,
+            ..SERVO
+        };
+        assert_eq!(simulated(&wild, &samples), None);
+        samples[9].reference = None;
+        assert_eq!(simulated(&SERVO, &samples), None);
+    }
+}

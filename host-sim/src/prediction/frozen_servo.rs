@@ -1,0 +1,244 @@
+use std::f64::consts::TAU;
+
+use identifier_core::error::OutOfRange;
+use identifier_core::model::{
+    Acting, AngleSettings, FrictionStep, Innovation, KnownInputs, ListeningModel, ModelValues,
+    Response, ServoParameters,
+};
+use identifier_core::parameters::{ModelParameters, Parameter};
+use identifier_core::settings::TermSettings;
+use identifier_core::units::Units;
+use identifier_core::unknowns::{AllUnknowns, Unknown, UnknownSet};
+
+/// The commands that a delay reaches back to, and the angle.
+type Inputs = <AllUnknowns as UnknownSet<12>>::Inputs<f64>;
+
+/// A servo whose parameters do not change: the model of the identifiers with every term, without
+/// anything that corrects it.
+///
+/// What the model learns to contain is in the core's own step, and so is here too.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrozenServo {
+    units: Units,
+    values: ModelValues<f64>,
+    angle: AngleSettings<f64>,
+    step: FrictionStep<f64>,
+    response: Response<f64>,
+}
+
+/// Where a servo is, how fast, and which commands are still on their way to it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct State {
+    /// Position, rad.
+    pub position: f64,
+    /// Velocity, rad a sample.
+    pub velocity: f64,
+    /// How far it has moved in the last sample, rad.
+    pub moved: f64,
+    inputs: Inputs,
+}
+
+impl FrozenServo {
+    /// A servo with these parameters and no other terms, in samples of `sample_time`, s. A friction
+    /// below zero is none.
+    ///
+    /// # Errors
+    /// A sample time that is not allowed.
+    pub fn new(servo: &ServoParameters, sample_time: f64) -> Result<Self, OutOfRange> {
+        let units = Units::new(sample_time, 1.0)?;
+        let size = |parameter: Parameter| parameter.of(servo) * parameter.scale(&units);
+        let parameters = ModelParameters {
+            x: size(Parameter::A),
+            gain: size(Parameter::B),
+            coulomb: size(Parameter::Coulomb).max(0.0),
+            load: size(Parameter::Load),
+        };
+        let step = FrictionStep::new();
+        Ok(Self {
+            units,
+            values: ModelValues {
+                parameters,
+                ..ModelValues::of_set::<AllUnknowns, 12>(&[0.0; 12])
+            },
+            angle: AngleSettings {
+                revolution: TAU,
+                resolution: 1.0,
+                order: 0.0,
+            },
+            response: step.step.response(parameters.x),
+            step,
+        })
+    }
+
+    /// The same servo with what is declared of its terms, and the sizes that were found, SI.
+    #[must_use]
+    pub fn with_terms(
+        mut self,
+        declared: &TermSettings,
+        found: impl IntoIterator<Item = (Unknown, f64)>,
+    ) -> Self {
+        let units = self.units;
+        let mut sizes = [0.0; 12];
+        let declared_sizes = [
+            (Unknown::Delay, declared.delay),
+            (Unknown::DeadBand, declared.dead_band),
+        ];
+        for (unknown, size) in declared_sizes.into_iter().chain(found) {
+            let place = Unknown::ALL.iter().position(|one| *one == unknown);
+            if let Some(place) = place {
+                sizes[place] = size * unknown.scale(&units);
+            }
+        }
+        let mut terms = ModelValues::of_set::<AllUnknowns, 12>(&sizes).terms;
+        terms.per_low_speed_velocity = declared
+            .low_speed_velocity
+            .map_or(0.0, |speed| 1.0 / (speed * units.velocity()));
+        self.values.terms = terms;
+        self.angle = AngleSettings {
+            revolution: declared.revolution,
+            resolution: TAU / declared.revolution,
+            order: declared.ripple_order.unwrap_or(0.0),
+        };
+        self
+    }
+
+    /// At a position (rad) with a velocity (rad a sample); the command that acts has acted for long.
+    #[must_use]
+    pub fn start(&self, position: f64, velocity: f64, command: f64) -> State {
+        let mut state = State {
+            position,
+            velocity,
+            moved: 0.0,
+            inputs: Inputs::START,
+        };
+        state.inputs.place(&self.angle, position);
+        let longest = <Inputs as KnownInputs<f64>>::LONGEST_DELAY as u32;
+        for _ in 0..=longest {
+            self.take(&mut state, 0.0, command);
+        }
+        state
+    }
+
+    fn take(&self, state: &mut State, moved: f64, command: f64) -> Acting<f64> {
+        let terms = &self.values.terms;
+        state
+            .inputs
+            .take(&self.angle, terms, moved, command, state.velocity)
+    }
+
+    /// One sample of a servo that is where it was measured, rad, with a velocity, rad a sample.
+    pub fn follow(&self, state: &mut State, position: f64, velocity: f64, command: f64) {
+        let moved = position - state.position;
+        self.take(state, moved, command);
+        (state.position, state.velocity, state.moved) = (position, velocity, moved);
+    }
+
+    /// One sample under a held command.
+    pub fn advance(&self, state: &mut State, command: f64) {
+        const UNCORRECTED: Innovation<f64> = Innovation {
+            position: 0.0,
+            velocity: 0.0,
+        };
+        let acting = self.take(state, state.moved, command);
+        let mut model = ListeningModel::alongside(state.velocity);
+        model.advance::<AllUnknowns, 12>(
+            &self.step,
+            &self.response,
+            &self.values,
+            &acting,
+            &UNCORRECTED,
+        );
+        // What it is ahead of where it stood.
+        state.moved = -model.error;
+        state.position += state.moved;
+        state.velocity = model.velocity;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use virtual_servo::Plant;
+
+    const SERVO: ServoParameters = ServoParameters {
+        a: 0.2174,
+        b: 257.7,
+        load: 20.0,
+        coulomb: 10.0,
+    };
+
+    fn command(k: i64) -> f64 {
+        if k < 0 {
+            return 0.0;
+        }
+        let time = 1e-3 * k as f64;
+        0.3 * libm::sin(7.0 * time) - 0.08
+    }
+
+    /// The servo of the simulator, which was written apart from the core's model.
+    #[test]
+    fn it_moves_as_the_simulated_servo_does() {
+        let frozen = FrozenServo::new(&SERVO, 1e-3).expect("valid");
+        let (mut state, mut plant) = (frozen.start(0.0, 0.0, 0.0), Plant::at_rest(&SERVO, 1e-3));
+        let mut most: f64 = 0.0;
+        for k in 0..20_000 {
+            frozen.advance(&mut state, command(k));
+            plant.advance(command(k));
+            most = most.max((state.position - plant.position).abs());
+        }
+        assert!(plant.position.abs() > 0.1, "{}", plant.position);
+        assert!(most < 1e-6, "{most}");
+    }
+
+    /// A delay is declared or found, and what is found counts.
+    #[test]
+    fn a_whole_delay_is_the_same_motion_later() {
+        let late = FrozenServo::new(&SERVO, 1e-3).expect("valid");
+        let declared = TermSettings {
+            delay: 3e-3,
+            ..TermSettings::NONE
+        };
+        for (found, delay) in [(None, 3), (Some((Unknown::Delay, 5e-3)), 5)] {
+            let late = late.with_terms(&declared, found);
+            let mut state = late.start(0.0, 0.0, 0.0);
+            let mut plant = Plant::at_rest(&SERVO, 1e-3);
+            let mut most: f64 = 0.0;
+            for k in 0..5_000 {
+                late.advance(&mut state, command(k));
+                plant.advance(command(k - delay));
+                most = most.max((state.position - plant.position).abs());
+            }
+            assert!(most < 1e-6, "{most}");
+        }
+    }
+
+    #[test]
+    fn gravity_is_of_the_angle_where_the_servo_is() {
+        let mass = ServoParameters {
+            a: 0.0,
+            b: 1.0,
+            load: 0.0,
+            coulomb: 0.0,
+        };
+        let hanging = FrozenServo::new(&mass, 1e-3)
+            .expect("valid")
+            .with_terms(&TermSettings::NONE, [(Unknown::GravitySine, -25.0)]);
+        // A pendulum: 5 rad/s for small swings about any whole turn.
+        let mut state = hanging.start(3.0 * TAU + 0.01, 0.0, 0.0);
+        let period = TAU / 5.0;
+        for _ in 0..(period / 1e-3) as u32 {
+            hanging.advance(&mut state, 0.0);
+        }
+        assert!(
+            (state.position - 3.0 * TAU - 0.01).abs() < 1e-4,
+            "{state:?}"
+        );
+        for _ in 0..(0.5 * period / 1e-3) as u32 {
+            hanging.advance(&mut state, 0.0);
+        }
+        assert!(
+            (state.position - 3.0 * TAU + 0.01).abs() < 1e-4,
+            "{state:?}"
+        );
+    }
+}

@@ -1,0 +1,121 @@
+//! How the rows of a log are written: found out from its beginning.
+
+use std::io::Read;
+use std::path::Path;
+
+use super::error::LogError;
+use super::text;
+
+/// How the rows of a log are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Dialect {
+    /// The byte between two columns.
+    pub(super) separator: u8,
+}
+
+impl Dialect {
+    /// The bytes that may stand between two columns, the likeliest first where two would do.
+    const SEPARATORS: [u8; 3] = [b';', b'\t', b','];
+
+    /// Finds it out from the beginning of a file.
+    ///
+    /// # Errors
+    /// The file that cannot be read, or is no text of a kind that is known.
+    pub(super) fn of_file(path: &Path) -> Result<Self, LogError> {
+        /// Bytes that are looked at.
+        const LOOKED_AT: u64 = 1 << 16;
+        let (text, _) = text::open(path)?;
+        let mut beginning = Vec::new();
+        text.take(LOOKED_AT)
+            .read_to_end(&mut beginning)
+            .map_err(|error| LogError::of_file(path, format!("the log cannot be read: {error}")))?;
+        if beginning.starts_with(&[0xff, 0xfe]) || beginning.starts_with(&[0xfe, 0xff]) {
+            let fault = "this is text in UTF-16: save the log in UTF-8".to_owned();
+            return Err(LogError::of_file(path, fault));
+        }
+        Ok(Self::of_text(&beginning))
+    }
+
+    /// The first separator that divides the heading and every row looked at alike; otherwise the one
+    /// that the heading has most of.
+    fn of_text(beginning: &[u8]) -> Self {
+        /// Rows that are looked at.
+        const ROWS: usize = 20;
+        let mut rows: Vec<_> = beginning
+            .split(|&byte| byte == b'\n')
+            .filter(|line| !line.trim_ascii().is_empty())
+            .take(ROWS)
+            .collect();
+        // Where the beginning ends may be in the middle of a row.
+        if rows.len() > 1 && !beginning.ends_with(b"\n") {
+            rows.pop();
+        }
+        let count = |row: &&[u8], separator| outside_quotes(row, separator);
+        let divides = |separator: &u8| {
+            let mut counts = rows.iter().map(|row| count(row, *separator));
+            let heading = counts.next().unwrap_or(0);
+            heading > 0 && counts.all(|count| count == heading)
+        };
+        let most = |separator: &u8| rows.first().map_or(0, |row| count(row, *separator));
+        let alike = Self::SEPARATORS.into_iter().find(divides);
+        let likeliest = || Self::SEPARATORS.into_iter().max_by_key(most);
+        Self {
+            separator: alike.or_else(likeliest).unwrap_or(b','),
+        }
+    }
+
+    /// The separator's name.
+    pub(super) fn separator_name(self) -> &'static str {
+        name_of(self.separator)
+    }
+
+    /// The separators that a row has besides the dialect's own, by name.
+    pub(super) fn others(self, row: &[u8]) -> Option<&'static str> {
+        let found = |separator: &u8| *separator != self.separator && row.contains(separator);
+        Self::SEPARATORS.into_iter().find(found).map(name_of)
+    }
+}
+
+fn name_of(separator: u8) -> &'static str {
+    match separator {
+        b';' => "semicolon",
+        b'\t' => "tab",
+        _ => "comma",
+    }
+}
+
+fn outside_quotes(row: &[u8], separator: u8) -> usize {
+    let mut quoted = false;
+    let separates = |&&byte: &&u8| {
+        quoted ^= byte == b'"';
+        !quoted && byte == separator
+    };
+    row.iter().filter(separates).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Dialect;
+
+    #[test]
+    fn separators_are_found_whatever_the_names_contain() {
+        for (text, separator) in [
+            ("t,q,u\n1,2,3\n", b','),
+            ("t;q;u\n1,0;2,5;3,0\n", b';'),
+            ("t\tq\tu\n1,0\t2,5\t3,0\n", b'\t'),
+            ("\"t, s\";\"q, rad\"\n1;2\n", b';'),
+            ("t;s,q;rad\n1,2\n3,4\n", b','),
+            ("\"t;s\",\"q;rad\"\n\"1,5\",\"2,5\"\n", b','),
+            ("t,q,u", b','),
+            ("\n\nt;q\n\n1;2\n", b';'),
+            ("t,q,u\n1;2;3\n", b','),
+            ("", b','),
+        ] {
+            assert_eq!(
+                Dialect::of_text(text.as_bytes()).separator,
+                separator,
+                "{text}"
+            );
+        }
+    }
+}

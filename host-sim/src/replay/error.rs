@@ -1,0 +1,70 @@
+//! What is wrong with a log, and where.
+
+use std::fmt;
+use std::path::Path;
+
+/// What is wrong with a log, and where.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LogError {
+    /// The file.
+    pub file: String,
+    /// The line, from 1.
+    pub line: Option<u64>,
+    /// The column.
+    pub column: Option<String>,
+    /// What is wrong, what is allowed, what to do.
+    pub fault: String,
+}
+
+impl fmt::Display for LogError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.file)?;
+        if let Some(line) = self.line {
+            write!(f, ":{line}")?;
+        }
+        if let Some(column) = &self.column {
+            write!(f, ": column {column}")?;
+        }
+        write!(f, ": {}", self.fault)
+    }
+}
+
+impl std::error::Error for LogError {}
+
+impl LogError {
+    /// Of a file as a whole.
+    pub(super) fn of_file(path: &Path, fault: String) -> Self {
+        Self {
+            file: path.display().to_string(),
+            line: None,
+            column: None,
+            fault,
+        }
+    }
+
+    /// Of a line, perhaps of one column there.
+    pub(super) fn of_line(path: &Path, line: u64, column: Option<&str>, fault: String) -> Self {
+        Self {
+            line: Some(line),
+            column: column.map(str::to_owned),
+            ..Self::of_file(path, fault)
+        }
+    }
+}
+
+/// A text of a log as a message may repeat it: not long, and without control characters.
+pub(super) fn shortened(text: &str) -> String {
+    const MOST: usize = 80;
+    let shown = |c: char| if c.is_control() { '\u{fffd}' } else { c };
+    let mut short: String = text.chars().map(shown).take(MOST).collect();
+    if text.chars().nth(MOST).is_some() {
+        short.push('…');
+    }
+    short
+}
+
+/// A time as a message shows it, s: to the nanosecond.
+pub(super) fn rounded(seconds: f64) -> f64 {
+    const NANOSECONDS: f64 = 1e9;
+    (seconds * NANOSECONDS).round() / NANOSECONDS
+}

@@ -1,0 +1,115 @@
+//! The identifier on its way through the samples of logs, stretch by stretch.
+
+use identifier_core::error::StepError;
+use identifier_core::measurement::velocity::VelocityEstimate;
+
+use super::Record;
+use super::declared::Declared;
+use super::heard::Ear;
+use super::listener::{Listener, Told};
+use crate::experiment::{Outcome, Sample};
+use crate::scenario::Scenario;
+
+/// What goes on from stretch to stretch.
+pub(super) struct Progress<V: VelocityEstimate<f64>> {
+    pub(super) listener: Box<dyn Listener>,
+    pub(super) declared: Option<Declared<V>>,
+    pub(super) filter: V,
+    /// A position unit, rad.
+    pub(super) unit: f64,
+    /// After so much travel, rad, an angle is the same again.
+    pub(super) revolution: f64,
+    pub(super) outcome: Outcome,
+    /// How long everything before this stretch was, s.
+    pub(super) time: f64,
+    /// Whether the identifier has heard anything yet.
+    pub(super) begun: bool,
+}
+
+/// What is known on the way through a stretch.
+pub(super) struct InStretch<V: VelocityEstimate<f64>> {
+    ear: Ear,
+    /// When it began, s, of the log.
+    from: f64,
+    filtered: V::State,
+    velocity: f64,
+    /// Samples in which the velocity settles.
+    settling: u64,
+    /// Samples so far.
+    pub(super) samples: u64,
+}
+
+impl<V: VelocityEstimate<f64>> InStretch<V> {
+    pub(super) fn new(scenario: &Scenario, first: &Record, unit: f64, settling: u64) -> Self {
+        Self {
+            ear: Ear::new(scenario, first.position, unit),
+            from: first.time,
+            filtered: V::State::default(),
+            velocity: 0.0,
+            settling,
+            samples: 0,
+        }
+    }
+}
+
+impl<V: VelocityEstimate<f64>> Progress<V> {
+    /// A stretch begins; `anew` says whether the declared controller does, too.
+    pub(super) fn begin(&mut self, anew: bool) {
+        if let Some(declared) = self.declared.as_mut().filter(|_| anew) {
+            declared.begin();
+        }
+    }
+
+    pub(super) fn time_of(&self, stretch: &InStretch<V>, record: &Record) -> f64 {
+        self.time + record.time - stretch.from
+    }
+
+    /// A sample of a log; nothing comes of it while the velocity settles.
+    pub(super) fn hear(
+        &mut self,
+        stretch: &mut InStretch<V>,
+        record: &Record,
+        log: usize,
+        pass: u32,
+    ) -> Result<Option<Sample>, StepError> {
+        let heard = stretch.ear.hear(*record);
+        let settled = stretch.samples >= stretch.settling;
+        let begins = stretch.samples == stretch.settling;
+        stretch.samples += 1;
+        let command = match (record.command, &mut self.declared) {
+            (Some(command), declared) => {
+                if let Some(declared) = declared.as_mut().filter(|_| pass == 0) {
+                    declared.compare(&heard, log, settled);
+                }
+                command
+            }
+            (None, Some(declared)) => declared.process(&heard)?,
+            // It has been refused when the scenario was read.
+            (None, None) => return Err(StepError::CommandNotFinite),
+        };
+        if !settled {
+            stretch.velocity = self.filter.process(&mut stretch.filtered, heard.increment);
+            return Ok(None);
+        }
+        if begins {
+            if self.begun || stretch.settling > 0 {
+                self.listener.join(stretch.velocity);
+            }
+            let angle = record.position.rem_euclid(self.revolution) / self.unit;
+            self.listener.place(angle - heard.increment);
+        }
+        self.begun = true;
+        let Told { command, seen } = self.listener.listen(heard.increment, command)?;
+        self.outcome.count(seen.map(|(_, event)| event));
+        Ok(Some(Sample {
+            time: self.time_of(stretch, record),
+            reference: record.reference.unwrap_or(f64::NAN),
+            position: record.position,
+            command,
+            output_error: seen.map(|(error, _)| error * self.unit),
+            estimates: self.listener.estimates(),
+            standard_errors: self.listener.standard_errors(),
+            at_bounds: self.listener.at_bounds(),
+        }))
+    }
+}

@@ -1,0 +1,194 @@
+//! What a scenario says of a log: its columns, their units, and what is left out.
+
+use std::fmt;
+
+use super::Scenario;
+use super::error::Fault;
+use super::log_units::{LogUnits, PositionUnit, TimeUnit};
+
+/// Which column of a log is what, and in which unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LogSettings {
+    /// Time. None: the rows are the samples, one after the other.
+    pub time: Option<Column>,
+    /// Reference position; a log with the command needs none.
+    pub reference: Option<Column>,
+    /// Measured position.
+    pub position: Column,
+    /// The command that acted, whatever it was made of. None: the declared controller's, computed
+    /// again.
+    pub command: Option<Column>,
+    /// A known signal that was added to the declared controller's command behind its limit.
+    pub injection: Option<Column>,
+    /// The longest gap, in missing samples, that may be bridged by straight lines.
+    pub bridge: u32,
+    /// The units of the columns.
+    pub units: LogUnits,
+    /// The stated sample time, s.
+    pub sample_time: Option<f64>,
+    /// Ranges of time that are left out, s, ascending.
+    pub cut: Vec<[f64; 2]>,
+}
+
+/// A column of a log.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Column {
+    /// By its name in the heading.
+    Named(String),
+    /// By its number, from 1.
+    Number(u32),
+}
+
+impl Column {
+    /// A column by its name.
+    #[must_use]
+    pub fn named(name: &str) -> Self {
+        Self::Named(name.to_owned())
+    }
+}
+
+impl fmt::Display for Column {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Named(name) => f.write_str(name),
+            Self::Number(number) => number.fmt(f),
+        }
+    }
+}
+
+impl LogSettings {
+    /// The columns of the tool's own traces.
+    pub const OWN_TIME: &str = "time_s";
+    /// Reference position, rad.
+    pub const OWN_REFERENCE: &str = "reference_rad";
+    /// Measured position, rad.
+    pub const OWN_POSITION: &str = "position_rad";
+    /// The command that acted.
+    pub const OWN_COMMAND: &str = "command";
+
+    /// Those of a trace that the tool itself wrote.
+    #[must_use]
+    pub fn own() -> Self {
+        Self {
+            time: Some(Column::named(Self::OWN_TIME)),
+            reference: Some(Column::named(Self::OWN_REFERENCE)),
+            command: Some(Column::named(Self::OWN_COMMAND)),
+            ..Self::of_position(Column::named(Self::OWN_POSITION))
+        }
+    }
+
+    /// Those of a log of which only the position's column is stated.
+    #[must_use]
+    pub fn of_position(position: Column) -> Self {
+        Self {
+            time: None,
+            reference: None,
+            position,
+            command: None,
+            injection: None,
+            bridge: 0,
+            units: LogUnits::SI,
+            sample_time: None,
+            cut: Vec::new(),
+        }
+    }
+
+    /// Whether the rows say how long a sample lasts.
+    #[must_use]
+    pub fn tells_sample_time(&self) -> bool {
+        self.time.is_some() && self.units.time != TimeUnit::Sample
+    }
+
+    /// Keeps ranges of time to be left out, in their order.
+    pub(super) fn leave_out(&mut self, mut ranges: Vec<[f64; 2]>) -> Result<(), String> {
+        ranges.sort_by(|one, other| one[0].total_cmp(&other[0]));
+        for pair in ranges.windows(2) {
+            let ([from, to], [next, end]) = (pair[0], pair[1]);
+            if next <= to {
+                return Err(format!(
+                    "[{from}, {to}] and [{next}, {end}] overlap: write [{from}, {}]",
+                    to.max(end)
+                ));
+            }
+        }
+        self.cut = ranges;
+        Ok(())
+    }
+}
+
+impl Scenario {
+    /// The columns of a log to replay: those of the tool's own traces unless others are stated.
+    #[must_use]
+    pub fn log_columns(&self) -> LogSettings {
+        let mut log = self.log.clone().unwrap_or_else(LogSettings::own);
+        log.units.counts_per_rev = self.counts_per_rev;
+        log
+    }
+
+    /// The sample time that a log must have, s; none where only the log knows it.
+    #[must_use]
+    pub fn log_sample_time(&self) -> Option<f64> {
+        let declared = self.stated.controller.is_some();
+        let stated = self.log.as_ref().and_then(|log| log.sample_time);
+        declared.then_some(self.sample_time()).or(stated)
+    }
+}
+
+/// What a log's columns, units and ranges must be together.
+pub(super) fn check(scenario: &Scenario) -> Result<(), Fault> {
+    let log = scenario.log_columns();
+    if !log.tells_sample_time() && scenario.log_sample_time().is_none() {
+        let why = match log.time {
+            Some(_) => "stamps in samples",
+            None => "rows without log.time",
+        };
+        return Err(Fault::new(
+            "log.sample_time",
+            format!("{why} do not say how long a sample lasts: it has to be stated"),
+        ));
+    }
+    if let (Some(stated), Some(needed)) = (log.sample_time, scenario.log_sample_time())
+        && (stated / needed - 1.0).abs() > 1e-6
+    {
+        return Err(Fault::new(
+            "log.sample_time",
+            format!("the log has one sample time: {stated} s here, {needed} s in [controller]"),
+        ));
+    }
+    for (key, unit) in [
+        ("log.position_unit", Some(log.units.position)),
+        ("log.reference_unit", log.units.reference),
+    ] {
+        if unit == Some(PositionUnit::Count) && log.units.counts_per_rev.is_none() {
+            return Err(Fault::new(
+                key,
+                "\"counts\" need encoder.counts_per_rev, which says what a count is",
+            ));
+        }
+    }
+    for (key, scale) in [
+        ("log.position_scale", log.units.position_scale),
+        ("log.reference_scale", log.units.reference_scale),
+        ("log.command_scale", log.units.command_scale),
+    ] {
+        /// Scales between which a unit can be a unit of anything.
+        const SCALES: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
+        if !SCALES.contains(&scale.abs()) {
+            return Err(Fault::new(
+                key,
+                format!(
+                    "{scale} is not allowed: a scale is from 1e-12 to 1e12, or the same below 0"
+                ),
+            ));
+        }
+    }
+    let controller = scenario.stated.controller.as_ref();
+    if !log.cut.is_empty() && log.command.is_none() && controller.is_some_and(|pid| pid.ki > 0.0) {
+        return Err(Fault::new(
+            "log.cut",
+            "without log.command nothing says what the declared controller's integral holds behind a \
+             range that is left out: cut the file, or record the command",
+        ));
+    }
+    Ok(())
+}

@@ -1,0 +1,117 @@
+//! The units of a log's columns.
+
+use std::f64::consts::TAU;
+
+/// The units of a log's columns. A scale multiplies what its column holds, before its unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LogUnits {
+    /// Of time.
+    pub time: TimeUnit,
+    /// Of the position.
+    pub position: PositionUnit,
+    /// Of the position, log units per log unit; below 0 for the other direction.
+    pub position_scale: f64,
+    /// Of the reference; none for that of the position, its scale included.
+    pub reference: Option<PositionUnit>,
+    /// Of the reference.
+    pub reference_scale: f64,
+    /// Command units for one of the log's, of command and injection.
+    pub command_scale: f64,
+    /// Counts of a revolution, where an encoder is declared.
+    pub counts_per_rev: Option<f64>,
+}
+
+/// A unit of time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TimeUnit {
+    /// Seconds.
+    Second,
+    /// Milliseconds.
+    Millisecond,
+    /// Microseconds.
+    Microsecond,
+    /// Samples: a counter.
+    Sample,
+}
+
+/// A unit of position.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PositionUnit {
+    /// Radians.
+    Radian,
+    /// Degrees.
+    Degree,
+    /// Turns.
+    Turn,
+    /// Counts of the declared encoder.
+    Count,
+    /// Metres of a linear axis, for which m is read for rad everywhere.
+    Metre,
+    /// Millimetres of a linear axis.
+    Millimetre,
+}
+
+impl PositionUnit {
+    /// Its name in a scenario.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Radian => "rad",
+            Self::Degree => "deg",
+            Self::Turn => "turns",
+            Self::Count => "counts",
+            Self::Metre => "m",
+            Self::Millimetre => "mm",
+        }
+    }
+}
+
+impl LogUnits {
+    /// rad, s and command units.
+    pub const SI: Self = Self {
+        time: TimeUnit::Second,
+        position: PositionUnit::Radian,
+        position_scale: 1.0,
+        reference: None,
+        reference_scale: 1.0,
+        command_scale: 1.0,
+        counts_per_rev: None,
+    };
+
+    /// Seconds for one of the time column's units; a sample lasts `sample_time`, s.
+    #[must_use]
+    pub fn seconds(&self, sample_time: f64) -> f64 {
+        match self.time {
+            TimeUnit::Second => 1.0,
+            TimeUnit::Millisecond => 1e-3,
+            TimeUnit::Microsecond => 1e-6,
+            TimeUnit::Sample => sample_time,
+        }
+    }
+
+    /// Radians (or metres) for one of the position column's units.
+    #[must_use]
+    pub fn position(&self) -> f64 {
+        self.position_scale * self.radians(self.position)
+    }
+
+    /// Radians (or metres) for one of the reference column's units.
+    #[must_use]
+    pub fn reference(&self) -> f64 {
+        let unit = self.reference.map(|unit| self.radians(unit));
+        self.reference_scale * unit.unwrap_or_else(|| self.position())
+    }
+
+    /// Radians (or metres) for one of a unit; NaN for counts of no encoder, which is refused when a
+    /// scenario is read.
+    #[must_use]
+    pub fn radians(&self, unit: PositionUnit) -> f64 {
+        match unit {
+            PositionUnit::Radian | PositionUnit::Metre => 1.0,
+            PositionUnit::Degree => TAU / 360.0,
+            PositionUnit::Turn => TAU,
+            PositionUnit::Count => self.counts_per_rev.map_or(f64::NAN, |counts| TAU / counts),
+            PositionUnit::Millimetre => 1e-3,
+        }
+    }
+}
