@@ -245,7 +245,7 @@ keys! {
     "standard deviation of the position noise";
 "identifier.start_time": Number(Fixed(Allowed::Within(1e-4, 1e4)), |s, v| told(s).start_time = Some(v)),
     Follows("1; in a replay, no more than the log has"), "s",
-    "gauss-newton: the time over which the first fit looks; window: its length";
+    "gauss-newton: the time over which the first fit looks; window: its length, for terms best 2 s";
 "identifier.memory": Number(Fixed(Allowed::AtLeast(2.0)), |s, v| told(s).memory = Some(v)), Follows("all that ever was"), "s",
     "how long a sample counts, for a servo that changes";
 "identifier.terms": TermList(|s, v| told(s).terms.allowed = v), Follows("none"), "",
@@ -416,6 +416,11 @@ const FITTING: &[&str] = &[
     "bandwidth",
     "max_speed",
     "start_time",
+    "terms",
+    "required_terms",
+    "low_speed_velocity",
+    "ripple_order",
+    "revolution",
 ];
 
 const GAUSS_NEWTON: &[&str] = &[
