@@ -11,6 +11,9 @@ use identifier_core::unknowns::{Term, Unknown};
 pub struct Sample {
     /// Time, s.
     pub time: f64,
+    /// Whether what went before is of another motion: the first sample of a run, and of every stretch of a
+    /// log.
+    pub begins: bool,
     /// Reference q_d, rad; NaN where it is not known.
     pub reference: f64,
     /// Measured position q, rad.

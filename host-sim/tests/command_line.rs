@@ -74,13 +74,14 @@ fn json_on_standard_output_is_all_there_is_and_has_the_promised_keys() {
     assert_eq!(result["arithmetic"], "f32");
     assert_eq!(result["samples"], 10_000);
     assert_eq!(result["status"], "converged", "{}", result["reason"]);
+    assert_eq!(result["code"], 0);
+    assert!(result["cause"].is_null());
     assert!((result["sample_time"].as_f64().expect("number") - 1e-3).abs() < 1e-15);
     for parameter in ["a", "b", "load"] {
         let estimate = &result["estimates"][parameter];
-        for key in ["final", "tail_mean", "tail_std"] {
+        for key in ["final", "tail_mean", "tail_std", "std_error"] {
             assert!(estimate[key].is_f64(), "estimates.{parameter}.{key}");
         }
-        assert!(estimate["std_error"].is_null());
         assert_eq!(estimate["at_bound"], false);
         assert!(estimate["unit"].is_string());
     }
@@ -345,7 +346,8 @@ fn an_estimate_at_a_bound_is_no_result() {
     let output = host_sim(&["run", &scenario, "--json", "-"]);
     let result: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!(result["estimates"]["b"]["at_bound"], true, "{result}");
-    assert_eq!(result["status"], "not-converged");
+    assert_eq!(result["status"], "no-information");
+    assert_eq!(result["code"], 24);
     let reason = result["reason"].as_str().expect("text");
     assert!(
         reason.starts_with("b = ") && reason.contains("stands at a bound"),
@@ -557,7 +559,7 @@ fn compare_shows_every_method_in_every_case() {
     // Two seconds are too short for a limit cycle: null, not a number.
     let cycle = &cases[0]["methods"][9];
     assert_eq!(cycle["law"], "two-relays");
-    assert!(cycle["error_a"].is_null() && cycle["status"] == "not-converged");
+    assert!(cycle["error_a"].is_null() && cycle["status"] == "no-information");
 }
 
 #[test]

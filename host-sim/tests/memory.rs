@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-/// Lengths of two runs, s: both have more samples than the residual is made from.
+/// Lengths of two runs, s: both have more samples than the verdict looks at.
 const DURATIONS: [f64; 2] = [1100.0, 2200.0];
 
 /// The most that a verb may need, kB.

@@ -20,6 +20,7 @@ pub mod settings;
 pub mod stability;
 pub mod units;
 pub mod unknowns;
+pub mod verdict;
 
 use identifier::{DiagonalGradientIdentifier, ServoLoop};
 use measurement::velocity::LowPass;

@@ -1,7 +1,8 @@
 //! Servos with Coulomb friction and load: both laws, both formats, with and without saturation.
 
-use host_sim::analysis::Summary;
+use host_sim::analysis::{Status, Summary};
 use host_sim::scenario::Scenario;
+use identifier_core::verdict::Cause;
 use integration_tests::{parse, run};
 
 /// A scenario with friction c, a load of 20 rad/s² and |u| ≤ limit.
@@ -68,32 +69,16 @@ fn both_laws_find_friction_three_times_as_large() {
 
 #[test]
 fn a_model_without_friction_is_biased_by_it_and_the_residual_says_why() {
-    use host_sim::analysis::Summariser;
-    use host_sim::analysis::residual::{Cause, Recording, Report};
-    use host_sim::simulate;
-
     let mut lacking = scenario("gauss-newton", "f64", 10.0, 10.0);
     lacking.identifier.parameters.truncate(2);
-    let report = |scenario: &Scenario| {
-        let mut summariser = Summariser::new(scenario);
-        let mut recording = Recording::default();
-        let outcome = simulate::run(scenario, &mut |sample| {
-            summariser.add(sample);
-            recording.add(sample);
-        })
-        .expect("a valid scenario");
-        let summary = summariser.finish(scenario, outcome);
-        Report::new(scenario, &summary, recording)
-    };
-    let without = report(&lacking);
-    assert!(!without.is_the_encoders(), "{without}");
-    assert_eq!(
-        without.cause.map(|(cause, _)| cause),
-        Some(Cause::Coulomb),
-        "{without}"
-    );
-    let with = report(&scenario("gauss-newton", "f64", 10.0, 10.0));
-    assert!(with.is_the_encoders(), "{with}");
+    let without = run(&lacking);
+    let named = without.cause().map(|finding| finding.cause);
+    assert_eq!(named, Some(Cause::Coulomb), "{}", without.reason);
+    assert_ne!(without.status(), Status::Converged, "{}", without.reason);
+    let with = run(&scenario("gauss-newton", "f64", 10.0, 10.0));
+    let batch = with.batch.as_ref().expect("it is long enough");
+    assert!(batch.residual.is_the_encoders(), "{:?}", batch.residual);
+    assert_eq!(with.status(), Status::Converged, "{}", with.reason);
 }
 
 #[test]

@@ -9,4 +9,5 @@ mod number_formats;
 mod paper_experiment;
 mod random_servos;
 mod sweep;
+mod verdict;
 mod window;

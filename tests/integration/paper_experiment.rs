@@ -18,7 +18,7 @@ fn assert_tail(summary: &Summary, a: f64, b: f64) {
     let label = format!("{} d = {}", summary.arithmetic, truth.load);
     let load = summary.load;
     assert_eq!(
-        summary.status,
+        summary.status(),
         Status::Converged,
         "{label}: {}",
         summary.reason

@@ -60,7 +60,7 @@ fn moved_by_a_load(law: &Law) -> [Vec<f64>; 2] {
             Run {
                 index: 0,
                 truth: drawn.plant.expect("a servo"),
-                status: summary.status,
+                status: summary.status(),
                 found: identifier_core::model::ServoParameters {
                     a: summary.a.tail_mean,
                     b: summary.b.tail_mean,

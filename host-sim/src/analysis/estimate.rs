@@ -1,11 +1,9 @@
 //! One estimate over a run: where it ended, how far it spread at the end, how far it still had to go.
 
-use identifier_core::parameters::Parameter;
-
 use super::statistics::Statistics;
 
 /// How far from the truth an estimate may be and count as settled: b̂ within this fraction, â
-/// within this many 1/s. The same tolerances say whether estimates have come to rest.
+/// within this many 1/s.
 pub(super) const SETTLED_B: f64 = 0.02;
 pub(super) const SETTLED_A: f64 = 0.1;
 
@@ -24,7 +22,8 @@ pub struct Estimate {
     /// How far it still had to go when the run ended, judged from the means over the thirds of the
     /// last quarter; infinite if its steps did not get shorter.
     pub to_go: f64,
-    /// The standard error at the end, for laws that have one.
+    /// The standard error of the estimate as it stands: what chance, the encoder and the way that it still had to go
+    /// leave unknown; none where nothing is known of it.
     pub std_error: Option<f64>,
     /// Whether it stood at a bound for most of the last quarter: such a value is no result.
     pub at_bound: bool,
@@ -103,27 +102,6 @@ fn distance_to_go([first, second, third]: [f64; 3], tolerance: f64, deviation: f
         last * last / (before - last)
     } else {
         f64::INFINITY
-    }
-}
-
-/// The unit of a parameter.
-#[must_use]
-pub fn unit(parameter: Parameter) -> &'static str {
-    match parameter {
-        Parameter::A => "1/s",
-        Parameter::B => "rad/s² per command unit",
-        Parameter::Coulomb | Parameter::Load => "rad/s²",
-    }
-}
-
-/// Within what an estimate is at rest, in the parameter's unit. Friction and load are compared to
-/// what the loop's command does: a fiftieth of a hundredth of an acceleration of the servo.
-pub(super) fn tolerance(parameter: Parameter, value: f64, acceleration: f64) -> f64 {
-    let relative = SETTLED_B * value.abs();
-    match parameter {
-        Parameter::A => SETTLED_A.max(relative),
-        Parameter::B => relative,
-        Parameter::Coulomb | Parameter::Load => (2e-4 * acceleration).max(relative),
     }
 }
 

@@ -1,12 +1,14 @@
 //! What is concluded from the samples of an experiment; nothing here says how it is shown.
 
+mod batch;
 mod estimate;
-pub mod residual;
+mod evidence;
 mod statistics;
+mod stretch;
 mod summary;
-mod verdict;
 
-pub use estimate::{Estimate, unit};
+pub use batch::{Batch, Finding, Residual};
+pub use estimate::Estimate;
+pub use identifier_core::verdict::Status;
 pub use statistics::Statistics;
 pub use summary::{Summariser, Summary};
-pub use verdict::Status;

@@ -3,14 +3,27 @@
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Parameter;
 
-use super::estimate::{Estimate, SETTLED_A, SETTLED_B, Tracked, tolerance};
+use identifier_core::unknowns::Unknown;
+use identifier_core::verdict::{Motion, Status, Verdict};
+
+use super::batch::{Batch, Effort, Finding, Judged};
+use super::estimate::{Estimate, SETTLED_A, SETTLED_B, Tracked};
+use super::evidence::{self, Known};
 use super::statistics::Statistics;
-use super::verdict::{PARAMETERS, Status, verdict};
+use super::stretch::Stretch;
 use crate::experiment::{Outcome, Sample};
 use crate::scenario::Scenario;
 
 /// The part of a run, at its end, over which tail means are taken.
 const TAIL: f64 = 0.25;
+
+/// The parameters in the order of a run's estimates.
+const PARAMETERS: [Parameter; 4] = [
+    Parameter::A,
+    Parameter::B,
+    Parameter::Coulomb,
+    Parameter::Load,
+];
 
 /// What came out of an experiment.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,9 +36,9 @@ pub struct Summary {
     pub sample_time: f64,
     /// What the run itself knows.
     pub outcome: Outcome,
-    /// Whether the estimates have come to rest.
-    pub status: Status,
-    /// Why that status, and what else a user should know.
+    /// Whether the estimates may be relied on, and why.
+    pub verdict: Verdict,
+    /// The verdict's reason in words, and what else a user should know.
     pub reason: String,
     /// The parameters that the law estimates.
     pub estimated: Vec<Parameter>,
@@ -39,6 +52,9 @@ pub struct Summary {
     pub load: Estimate,
     /// The true servo, where it is known.
     pub truth: Option<ServoParameters>,
+    /// What the end of the run says of them once more; none where it is too short, or they are no
+    /// servo.
+    pub batch: Option<Batch>,
     /// Root mean square and largest magnitude of the output error, rad, for laws with a model.
     pub output_error: Option<(f64, f64)>,
     /// The last time at which â was outside ±0.1 1/s of the truth, s; none if it still was at the
@@ -57,7 +73,10 @@ pub struct Summariser {
     sample_time: f64,
     tracked: [Tracked; 4],
     standard_errors: Option<ServoParameters>,
-    command_squares: Statistics,
+    stretch: Stretch,
+    effort: Effort,
+    travelled: f64,
+    last_position: Option<f64>,
     error_squares: Statistics,
     error_peak: f64,
     has_model: bool,
@@ -73,9 +92,19 @@ impl Summariser {
         Self::lasting(scenario, scenario.duration)
     }
 
+    /// For one of many runs of this scenario: it looks at less.
+    #[must_use]
+    pub fn brief(scenario: &Scenario) -> Self {
+        Self::with(scenario, scenario.duration, Effort::BRIEF)
+    }
+
     /// For a run that lasts so long, s.
     #[must_use]
     pub fn lasting(scenario: &Scenario, duration: f64) -> Self {
+        Self::with(scenario, duration, Effort::THOROUGH)
+    }
+
+    fn with(scenario: &Scenario, duration: f64, effort: Effort) -> Self {
         Self {
             tail_from: (1.0 - TAIL) * duration,
             duration,
@@ -83,7 +112,10 @@ impl Summariser {
             sample_time: scenario.sample_time(),
             tracked: [Tracked::default(); 4],
             standard_errors: None,
-            command_squares: Statistics::default(),
+            stretch: Stretch::new(effort.samples),
+            effort,
+            travelled: 0.0,
+            last_position: None,
             error_squares: Statistics::default(),
             error_peak: 0.0,
             has_model: false,
@@ -106,7 +138,11 @@ impl Summariser {
             tracked.add(parameter.of(&sample.estimates), at_bound, third);
         }
         self.standard_errors = sample.standard_errors;
-        self.command_squares.add(sample.command * sample.command);
+        self.stretch.add(sample);
+        if let Some(last) = self.last_position.filter(|_| !sample.begins) {
+            self.travelled += (sample.position - last).abs();
+        }
+        self.last_position = Some(sample.position);
         if let Some(error) = sample.output_error {
             self.has_model = true;
             self.error_squares.add(error * error);
@@ -125,35 +161,74 @@ impl Summariser {
         self.end = time;
     }
 
-    /// An acceleration that friction and load are small beside, rad/s²: what the proportional gain
-    /// gives the servo of the initial estimate for an error of one, or else ten times what the command
-    /// gave the servo that was found.
-    fn usual_acceleration(&self, scenario: &Scenario) -> f64 {
-        let given = &scenario.stated;
-        let kp = match given.controller {
-            Some(controller) => Some(controller.kp),
-            None => given.correction_gains().ok().map(|gains| gains.kp()),
+    /// The next pass over a log begins: its end is what is judged.
+    pub fn begin_pass(&mut self) {
+        self.stretch.clear();
+        self.last_position = None;
+    }
+
+    /// The servo that is judged: of laws with standard errors of their own the last estimates, which
+    /// hold all that was seen, of others the mean over the tail.
+    fn judged(&self) -> ServoParameters {
+        let of = |i: usize| {
+            let tail = self.tracked[i].estimate(|_| 0.0, None);
+            if self.standard_errors.is_some() {
+                tail.last
+            } else {
+                tail.tail_mean
+            }
         };
-        let stated = given.identifier.initial.b.zip(kp).map(|(b, kp)| b * kp);
-        stated.unwrap_or_else(|| {
-            let [_, b, ..] = &self.tracked;
-            10.0 * b.last.abs() * self.command_squares.mean().unwrap_or(0.0).sqrt()
-        })
+        ServoParameters {
+            a: of(0),
+            b: of(1),
+            coulomb: of(2),
+            load: of(3),
+        }
     }
 
     /// The summary of a run that has ended.
     #[must_use]
     pub fn finish(self, scenario: &Scenario, outcome: Outcome) -> Summary {
-        let usual = self.usual_acceleration(scenario);
-        let estimates: [Estimate; 4] = std::array::from_fn(|i| {
-            let parameter = PARAMETERS[i];
-            let std_error = self.standard_errors.map(|errors| parameter.of(&errors));
-            self.tracked[i].estimate(|value| tolerance(parameter, value, usual), std_error)
-        });
         let estimated = scenario.estimated();
-        let (status, reason) = verdict(&estimates, scenario, usual, &outcome);
+        let judged = self.judged();
+        let unknowns: Vec<Unknown> = (estimated.iter().copied().map(Unknown::from))
+            .chain(outcome.terms.iter().map(|term| term.unknown))
+            .collect();
+        let batch = (outcome.abort.is_none())
+            .then(|| {
+                let judged = Judged {
+                    scenario,
+                    servo: judged,
+                    terms: &outcome.terms,
+                    unknowns: &unknowns,
+                };
+                Batch::of(&judged, self.stretch.samples(), self.effort)
+            })
+            .flatten();
+        let parameters: Vec<(Parameter, &Tracked, f64)> = (PARAMETERS.iter().zip(&self.tracked))
+            .filter(|(parameter, _)| estimated.contains(parameter))
+            .map(|(parameter, tracked)| (*parameter, tracked, parameter.of(&judged)))
+            .collect();
+        let evidence = evidence::of(&Known {
+            motion: Motion {
+                samples: outcome.samples,
+                counts_travelled: self.travelled / scenario.stated.resolution,
+            },
+            outcome: &outcome,
+            parameters: &parameters,
+            batch: batch.as_ref(),
+        });
+        let verdict = Verdict::on(&evidence);
+        let reason = evidence::reason(&verdict, scenario, &outcome);
+        let estimates: [Estimate; 4] = std::array::from_fn(|i| {
+            let unknown = Unknown::from(PARAMETERS[i]);
+            let of = evidence.unknowns().find(|(known, _)| *known == unknown);
+            let tolerance = of.map_or(0.0, |(_, of)| of.still(unknown));
+            let std_error = of.and_then(|(_, of)| of.uncertainty());
+            self.tracked[i].estimate(|_| tolerance, std_error)
+        });
         let still_outside = |outside: Option<f64>| outside.is_some_and(|time| time >= self.end);
-        let known = self.truth.is_some() && status != Status::Aborted;
+        let known = self.truth.is_some() && verdict.status != Status::Aborted;
         let settling = |outside: Option<f64>| {
             (known && !still_outside(outside))
                 .then(|| outside.map_or(0.0, |time| time + self.sample_time))
@@ -164,8 +239,9 @@ impl Summariser {
             arithmetic: scenario.identifier.arithmetic.name(),
             sample_time: self.sample_time,
             outcome,
-            status,
+            verdict,
             reason,
+            batch,
             estimated,
             a,
             b,
@@ -183,6 +259,18 @@ impl Summariser {
 }
 
 impl Summary {
+    /// The verdict's status.
+    #[must_use]
+    pub fn status(&self) -> Status {
+        self.verdict.status
+    }
+
+    /// What the model lacks, if something stands out.
+    #[must_use]
+    pub fn cause(&self) -> Option<&Finding> {
+        self.batch.as_ref().and_then(evidence::cause)
+    }
+
     /// One estimate; none if the law does not estimate the parameter.
     #[must_use]
     pub fn estimate(&self, parameter: Parameter) -> Option<&Estimate> {

@@ -12,7 +12,7 @@ use crate::replay::Agreement;
 use crate::report::json::Document;
 use crate::report::logs::{LogDocument, PredictionDocument};
 use crate::report::panels::{self, Traces};
-use crate::report::table;
+use crate::report::{residual, table};
 use crate::scenario::Scenario;
 
 /// Where the results of one experiment go.
@@ -92,13 +92,11 @@ impl Results {
         let agreement = agreement.as_ref();
         let Recorded {
             summary,
-            residual,
             traces,
             rows,
         } = recording.finish(scenario, outcome);
         let picture = self.plot.zip(traces);
-        let document =
-            Document::new(&summary, residual.as_ref(), agreement).of_logs(logs, predictions);
+        let document = Document::new(&summary, agreement).of_logs(logs, predictions);
         files::commit([
             rows.map(Rows::finish),
             picture.map(|(picture, traces)| {
@@ -115,17 +113,23 @@ impl Results {
                 say!("{warning}{agreement}")?;
             }
             say!("{}", table::estimates(&[(summary.law, &summary)]))?;
-            say!("{}: {}", summary.status.name(), summary.reason)?;
-            if let Some(residual) = residual {
-                say!("{residual}")?;
+            say!("{}: {}", summary.status().name(), summary.reason)?;
+            if let Some(batch) = &summary.batch {
+                say!(
+                    "{}",
+                    residual::Words {
+                        batch,
+                        cause: summary.cause()
+                    }
+                )?;
             }
             for prediction in &document.predictions {
                 say!("{prediction}")?;
             }
         }
-        match summary.status {
+        match summary.status() {
             Status::Aborted => Err(Fault::Other(summary.reason)),
-            Status::Converged | Status::NotConverged => Ok(()),
+            _ => Ok(()),
         }
     }
 }

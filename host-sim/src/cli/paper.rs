@@ -44,7 +44,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let runs = paper::experiment().map_err(|fault| Fault::Other(fault.to_string()))?;
     let mut written = Vec::new();
     for (run, (csv, json)) in runs.iter().zip(tables) {
-        let document = Document::new(&run.summary, None, None);
+        let document = Document::new(&run.summary, None);
         written.push(csv.map(|csv| csv.table(|file| report::csv::write(file, &run.trace))));
         written.push(json.map(|json| json.document(&document)));
     }

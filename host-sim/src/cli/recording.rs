@@ -4,20 +4,18 @@ use std::io;
 
 use super::fault::Fault;
 use super::files::{Output, io_error};
-use crate::analysis::residual::{self, Report};
-use crate::analysis::{Status, Summariser, Summary};
+use crate::analysis::{Summariser, Summary};
 use crate::experiment::{Outcome, Sample};
 use crate::report::csv::TraceWriter;
 use crate::report::panels::Traces;
 use crate::scenario::Scenario;
 
-/// Takes in an experiment sample by sample. The summary is that of all passes; the residual, the
-/// picture and the rows are those of the last.
+/// Takes in an experiment sample by sample. The summary is that of all passes; what the verdict looks at once
+/// more, the picture and the rows are those of the last.
 #[derive(Debug)]
 pub(super) struct Recording {
     passes_to_come: u32,
     summariser: Summariser,
-    residual: residual::Recording,
     traces: Option<Traces>,
     rows: Option<Rows>,
 }
@@ -26,8 +24,6 @@ pub(super) struct Recording {
 #[derive(Debug)]
 pub(super) struct Recorded {
     pub(super) summary: Summary,
-    /// None for a law without a model.
-    pub(super) residual: Option<Report>,
     pub(super) traces: Option<Traces>,
     pub(super) rows: Option<Rows>,
 }
@@ -44,7 +40,6 @@ impl Recording {
         Self {
             passes_to_come: passes.saturating_sub(1),
             summariser: Summariser::lasting(scenario, duration),
-            residual: residual::Recording::default(),
             traces,
             rows,
         }
@@ -53,7 +48,6 @@ impl Recording {
     /// A sample.
     pub(super) fn add(&mut self, sample: &Sample) {
         self.summariser.add(sample);
-        self.residual.add(sample);
         if let Some(traces) = &mut self.traces {
             traces.add(sample);
         }
@@ -67,7 +61,7 @@ impl Recording {
     /// The next pass begins.
     pub(super) fn begin_pass(&mut self) {
         self.passes_to_come = self.passes_to_come.saturating_sub(1);
-        self.residual.clear();
+        self.summariser.begin_pass();
         if let Some(traces) = &mut self.traces {
             *traces = Traces::default();
         }
@@ -75,12 +69,8 @@ impl Recording {
 
     pub(super) fn finish(self, scenario: &Scenario, outcome: Outcome) -> Recorded {
         let summary = self.summariser.finish(scenario, outcome);
-        // What a loop that broke off leaves says nothing of the model.
-        let judged = summary.output_error.is_some() && summary.status != Status::Aborted;
-        let residual = judged.then(|| Report::new(scenario, &summary, self.residual));
         Recorded {
             summary,
-            residual,
             traces: self.traces,
             rows: self.rows,
         }

@@ -80,10 +80,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     if !files.own_standard_output() {
         say!("{}", distribution::table(&result))?;
         say!(
-            "{law}, {} servos: {} converged, {} not, {} aborted",
+            "{law}, {} servos: {} converged, {} unexplained, {} without information, {} moving, {} aborted",
             result.runs,
             result.converged,
-            result.not_converged,
+            result.unexplained,
+            result.no_information,
+            result.moving,
             result.aborted
         )?;
     }

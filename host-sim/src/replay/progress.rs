@@ -103,6 +103,7 @@ impl<V: VelocityEstimate<f64>> Progress<V> {
         self.outcome.count(seen.map(|(_, event)| event));
         Ok(Some(Sample {
             time: self.time_of(stretch, record),
+            begins,
             reference: record.reference.unwrap_or(f64::NAN),
             position: record.position,
             command,

@@ -106,7 +106,7 @@ fn row(name: &str, summary: &Summary) -> Vec<String> {
             settled(summary.settling_a, Parameter::A),
             settled(summary.settling_b, Parameter::B)
         ),
-        summary.status.name().to_owned(),
+        summary.status().name().to_owned(),
     ]
 }
 
@@ -115,7 +115,7 @@ fn error(summary: &Summary, parameter: Parameter) -> Option<f64> {
     let truth: &ServoParameters = summary.truth.as_ref()?;
     let estimate = summary.estimate(parameter)?;
     let error = estimate.tail_mean - parameter.of(truth);
-    (summary.status != Status::Aborted && error.is_finite()).then_some(error)
+    (summary.status() != Status::Aborted && error.is_finite()).then_some(error)
 }
 
 /// The comparison for a program.
@@ -178,7 +178,7 @@ impl Document {
                     let error = |parameter| error(summary?, parameter);
                     MethodDocument {
                         law: method.name,
-                        status: summary.map_or("refused", |summary| summary.status.name()),
+                        status: summary.map_or("refused", |summary| summary.status().name()),
                         reason: match found {
                             MethodResult::Ran(summary) => summary.reason.clone(),
                             MethodResult::Refused(why) => why.clone(),

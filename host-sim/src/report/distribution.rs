@@ -127,7 +127,9 @@ pub struct Document {
     pub wanted: u32,
     pub runs: usize,
     pub converged: usize,
-    pub not_converged: usize,
+    pub unexplained: usize,
+    pub no_information: usize,
+    pub moving: usize,
     pub aborted: usize,
     pub spreads: Vec<SpreadDocument>,
 }
@@ -160,7 +162,9 @@ impl Document {
             wanted,
             runs: distribution.runs,
             converged: distribution.converged,
-            not_converged: distribution.not_converged,
+            unexplained: distribution.unexplained,
+            no_information: distribution.no_information,
+            moving: distribution.moving,
             aborted: distribution.aborted,
             spreads: distribution
                 .spreads

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use identifier_core::parameters::Parameter;
+use identifier_core::unknowns::Unknown;
 use serde::Serialize;
 
-use crate::analysis::residual::Report;
-use crate::analysis::{Summary, unit};
+use crate::analysis::{Finding, Summary};
 use crate::experiment::TermEstimate;
 use crate::replay::Agreement;
 use crate::report::logs::{LogDocument, PredictionDocument};
@@ -23,7 +23,9 @@ pub struct Document {
     pub samples: u64,
     pub sample_time: f64,
     pub status: &'static str,
+    pub code: u8,
     pub reason: String,
+    pub cause: Option<CauseDocument>,
     pub estimates: Estimates,
     pub truth: Option<Truth>,
     pub output_error: Option<OutputError>,
@@ -67,7 +69,22 @@ pub struct Residual {
     pub rms: f64,
     pub resolution_rms: f64,
     pub correlation: f64,
-    pub likely_cause: Option<String>,
+}
+
+/// What the model lacks, where something stands out.
+#[derive(Debug, Clone, Serialize)]
+#[expect(
+    missing_docs,
+    reason = "the fields are the keys of the result, documented in docs/command-line.md"
+)]
+pub struct CauseDocument {
+    pub name: &'static str,
+    pub meaning: &'static str,
+    pub remedy: &'static str,
+    pub share: f64,
+    pub size: f64,
+    pub unit: &'static str,
+    pub shifts: BTreeMap<&'static str, f64>,
 }
 
 /// The estimates, null where the law has none.
@@ -161,14 +178,27 @@ impl TermDocument {
     }
 }
 
+impl CauseDocument {
+    fn new(finding: &Finding) -> Self {
+        let shifts = finding.shifts.iter();
+        Self {
+            name: finding.cause.name(),
+            meaning: finding.cause.meaning(),
+            remedy: finding.cause.remedy(),
+            share: finding.share,
+            size: finding.size,
+            unit: finding.unit,
+            shifts: shifts
+                .map(|(unknown, shift)| (unknown.name(), *shift))
+                .collect(),
+        }
+    }
+}
+
 impl Document {
     /// The document of a summary.
     #[must_use]
-    pub fn new(
-        summary: &Summary,
-        residual: Option<&Report>,
-        agreement: Option<&Agreement>,
-    ) -> Self {
+    pub fn new(summary: &Summary, agreement: Option<&Agreement>) -> Self {
         let events = &summary.outcome.events;
         let document = |parameter: Parameter| {
             summary
@@ -179,7 +209,7 @@ impl Document {
                     tail_std: estimate.tail_std,
                     std_error: estimate.std_error,
                     at_bound: estimate.at_bound,
-                    unit: unit(parameter),
+                    unit: Unknown::from(parameter).unit(),
                 })
         };
         Self {
@@ -187,8 +217,10 @@ impl Document {
             arithmetic: summary.arithmetic,
             samples: summary.outcome.samples,
             sample_time: summary.sample_time,
-            status: summary.status.name(),
+            status: summary.status().name(),
+            code: summary.verdict.reason.code(),
             reason: summary.reason.clone(),
+            cause: summary.cause().map(CauseDocument::new),
             estimates: Estimates {
                 a: document(Parameter::A),
                 b: document(Parameter::B),
@@ -228,11 +260,10 @@ impl Document {
             gain_margin: summary.outcome.gain_margin,
             gamma: summary.outcome.gamma.clone(),
             mu: summary.outcome.mu,
-            residual: residual.map(|report| Residual {
-                rms: report.rms,
-                resolution_rms: report.resolution_rms,
-                correlation: report.correlation,
-                likely_cause: report.cause.map(|(cause, _)| cause.to_string()),
+            residual: summary.batch.as_ref().map(|batch| Residual {
+                rms: batch.residual.rms,
+                resolution_rms: batch.residual.resolution_rms,
+                correlation: batch.residual.correlation,
             }),
             agreement: agreement.map(|agreement| AgreementDocument {
                 holds: agreement.holds(),

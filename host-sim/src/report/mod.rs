@@ -9,6 +9,7 @@ pub mod json;
 pub mod logs;
 pub mod panels;
 pub mod plot;
+pub mod residual;
 pub mod table;
 
 pub use envelope::Envelope;

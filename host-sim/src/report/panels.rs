@@ -1,10 +1,11 @@
 //! The panels that show an experiment.
 
 use identifier_core::parameters::Parameter;
+use identifier_core::unknowns::Unknown;
 
 use super::Envelope;
 use super::plot::{self, Panel};
-use crate::analysis::{Summary, unit};
+use crate::analysis::Summary;
 use crate::experiment::Sample;
 
 /// Standard errors to each side of an estimate that its band shows.
@@ -85,7 +86,7 @@ fn estimate(parameter: Parameter, title: &str, summary: &Summary, envelope: &Env
         title: title.to_owned(),
         abscissa: plot::TIME.to_owned(),
         logarithmic: false,
-        axis: format!("{} [{}]", parameter.name(), unit(parameter)),
+        axis: format!("{} [{}]", parameter.name(), Unknown::from(parameter).unit()),
         curves: vec![envelope.curve(None)],
         nominal: summary
             .truth

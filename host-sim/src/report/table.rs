@@ -60,7 +60,7 @@ pub fn estimates(rows: &[(&str, &Summary)]) -> String {
                 seconds(summary.settling_b)
             )
         }));
-        row.push(summary.status.name().to_owned());
+        row.push(summary.status().name().to_owned());
         table.add_row(row);
     }
     for column in table.column_iter_mut().skip(1) {

@@ -55,6 +55,7 @@ impl Rig<'_> {
             counted.count(step.event);
             let sample = Sample {
                 time,
+                begins: number == 0,
                 reference: reference * unit,
                 position: position * unit,
                 command: step.command,

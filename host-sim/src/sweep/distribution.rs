@@ -8,10 +8,14 @@ use crate::analysis::Status;
 pub struct Distribution {
     /// Servos that were run.
     pub runs: usize,
-    /// Of them: estimates came to rest, did not, run ended early.
+    /// Of them: the estimates may be relied on.
     pub converged: usize,
+    /// The model lacks something that moves the estimates.
+    pub unexplained: usize,
+    /// The data say too little of an unknown.
+    pub no_information: usize,
     /// Estimates still moved.
-    pub not_converged: usize,
+    pub moving: usize,
     /// The run ended early.
     pub aborted: usize,
     /// What is distributed, with its quantiles.
@@ -83,7 +87,9 @@ impl Distribution {
         Self {
             runs: runs.len(),
             converged: with(Status::Converged),
-            not_converged: with(Status::NotConverged),
+            unexplained: with(Status::Unexplained),
+            no_information: with(Status::NoInformation),
+            moving: with(Status::Moving),
             aborted: with(Status::Aborted),
             spreads: spreads.into_iter().flatten().collect(),
         }

@@ -23,7 +23,7 @@ pub struct Run {
     pub index: u32,
     /// The servo.
     pub truth: ServoParameters,
-    /// Whether the estimates came to rest.
+    /// Whether the estimates may be relied on.
     pub status: Status,
     /// Mean of each estimate over the tail; NaN for what there is none of.
     pub found: ServoParameters,
@@ -71,7 +71,7 @@ pub fn sweep(
 
 fn run(scenario: &Scenario, index: u32) -> Result<Run, Fault> {
     let truth = scenario.servo()?;
-    let mut summariser = Summariser::new(scenario);
+    let mut summariser = Summariser::brief(scenario);
     let outcome = simulate::run(scenario, &mut |sample| summariser.add(sample))?;
     let summary = summariser.finish(scenario, outcome);
     let of = |parameter| {
@@ -82,7 +82,7 @@ fn run(scenario: &Scenario, index: u32) -> Result<Run, Fault> {
     Ok(Run {
         index,
         truth,
-        status: summary.status,
+        status: summary.status(),
         found: ServoParameters {
             a: of(Parameter::A),
             b: of(Parameter::B),

@@ -1,0 +1,98 @@
+//! What a model may lack, as far as it has not got it: each candidate with the effects that it is made
+//! of.
+
+use identifier_core::unknowns::Unknown;
+
+use super::Judged;
+use super::effect::{Effect, LAGS};
+use super::plan::Prepared;
+
+/// Delays that are tried, samples.
+const DELAYS: [usize; 4] = [1, 2, 4, 8];
+
+/// Speeds at which low-speed friction has faded that are tried, over the usual velocity.
+const LOW_SPEEDS: [f64; 3] = [0.05, 0.15, 0.4];
+
+/// Orders of ripple that motors and gears often have.
+const ORDERS: [f64; 10] = [2.0, 4.0, 6.0, 8.0, 12.0, 16.0, 18.0, 24.0, 36.0, 42.0];
+
+/// Limits that are tried, over the largest command.
+const LIMITS: [f64; 3] = [0.35, 0.6, 0.85];
+
+/// Resonances that are tried, over the frequency at which the output error swings most.
+const RESONANCES: [f64; 3] = [0.97, 1.0, 1.03];
+
+/// The periods of a ripple that the usual swing must pass, in radians.
+const PASSED: f64 = 1.0;
+
+/// The part of a revolution that must be travelled for a force to go with the angle.
+const ANGLE: f64 = 0.02;
+
+/// Samples that a period of a ripple must last at the usual velocity.
+const PERIOD: f64 = 8.0;
+
+/// Plays that are tried, counts.
+const PLAYS: [f64; 3] = [3.0, 12.0, 48.0];
+
+/// The candidates; `ringing` is the frequency at which the output error swings most, radians a sample.
+pub(super) fn of(
+    judged: &Judged<'_>,
+    prepared: &Prepared,
+    ringing: Option<f64>,
+) -> Vec<Vec<Effect>> {
+    let has = |unknown: Unknown| judged.unknowns.contains(&unknown);
+    let absent = |unknown: Unknown| (!has(unknown)).then(|| vec![Effect::Own(unknown)]);
+    let units = judged.scenario.units();
+    let velocity = prepared.scales.velocity * units.velocity();
+    let mut candidates = Vec::new();
+    candidates.extend(absent(Unknown::Coulomb));
+    candidates.extend(absent(Unknown::Load));
+    if !has(Unknown::Delay) {
+        candidates.extend(DELAYS.map(|samples| vec![Effect::Later(samples)]));
+        candidates.extend(LAGS.map(|samples| vec![Effect::CurrentLoop(samples)]));
+    }
+    candidates.extend(absent(Unknown::Asymmetry));
+    candidates.extend(absent(Unknown::DeadBand));
+    if !has(Unknown::LowSpeed) {
+        candidates.extend(LOW_SPEEDS.map(|part| vec![Effect::LowSpeed(part * velocity)]));
+    }
+    candidates.push(vec![Effect::Quadratic]);
+    let travels =
+        prepared.scales.position > ANGLE * judged.scenario.stated.identifier.terms.revolution;
+    if travels {
+        if !has(Unknown::GravitySine) {
+            candidates.push(vec![Effect::Sine(1.0), Effect::Cosine(1.0)]);
+        }
+        if !has(Unknown::RippleSine) {
+            let per_order = prepared.plan.angle.resolution * velocity;
+            let swing =
+                prepared.scales.position * units.position() * prepared.plan.angle.resolution;
+            let shows = |order: &f64| {
+                order * per_order * PERIOD < std::f64::consts::TAU && order * swing > PASSED
+            };
+            let declared = judged.scenario.stated.identifier.terms.ripple_order;
+            let others = ORDERS
+                .into_iter()
+                .filter(|order| declared.is_none_or(|own| (own - order).abs() > 0.5));
+            let orders = declared.into_iter().chain(others);
+            candidates.extend(
+                orders
+                    .filter(shows)
+                    .map(|order| vec![Effect::Sine(order), Effect::Cosine(order)]),
+            );
+        }
+        candidates.push(vec![Effect::EccentricSine, Effect::EccentricCosine]);
+    }
+    candidates.push(vec![Effect::Compliance(None)]);
+    if let Some(frequency) = ringing {
+        let near = RESONANCES.map(|factor| vec![Effect::Compliance(Some(factor * frequency))]);
+        candidates.extend(near);
+    }
+    candidates.extend(PLAYS.map(|counts| vec![Effect::Play(counts)]));
+    candidates.push(vec![Effect::GainDrift]);
+    if judged.servo.coulomb > 0.0 {
+        candidates.push(vec![Effect::FrictionDrift]);
+    }
+    candidates.extend(LIMITS.map(|part| vec![Effect::Limit(part * prepared.high_command)]));
+    candidates
+}

@@ -1,0 +1,255 @@
+//! A pass of the model over a stretch, with what each of many effects would do to its output error.
+
+use identifier_core::model::{
+    AngleSettings, AngledInputs, FrictionStep, Innovation, KnownInputs, ListeningModel,
+    ModelValues, Moved, Phase,
+};
+use identifier_core::unknowns::AllUnknowns;
+
+use super::effect::{Effect, Instant, LAGS, Memory};
+use crate::analysis::stretch::Kept;
+
+/// A stretch of a run, machine units.
+#[derive(Debug, Clone)]
+pub(super) struct Recorded {
+    /// Positions, counts from the first; where a motion begins, it goes on from the last position.
+    pub(super) positions: Vec<f64>,
+    /// Positions as they are, counts.
+    angles: Vec<f64>,
+    /// The samples at which a motion begins.
+    begins: Vec<usize>,
+    /// Commands that acted from there on.
+    pub(super) commands: Vec<f64>,
+}
+
+impl Recorded {
+    /// Of samples, in so many counts per rad.
+    pub(super) fn of(samples: impl Iterator<Item = Kept>, per_rad: f64) -> Self {
+        let mut recorded = Self {
+            positions: Vec::new(),
+            angles: Vec::new(),
+            begins: Vec::new(),
+            commands: Vec::new(),
+        };
+        for sample in samples {
+            let angle = sample.position * per_rad;
+            let last = recorded.angles.last().zip(recorded.positions.last());
+            let position = match last {
+                Some((last, position)) if !sample.begins => position + (angle - last),
+                Some((_, position)) => *position,
+                None => 0.0,
+            };
+            if sample.begins || last.is_none() {
+                recorded.begins.push(recorded.positions.len());
+            }
+            recorded.positions.push(position);
+            recorded.angles.push(angle);
+            recorded.commands.push(sample.command);
+        }
+        recorded
+    }
+}
+
+/// How a pass is done.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Plan {
+    pub(super) values: ModelValues<f64>,
+    pub(super) angle: AngleSettings<f64>,
+    /// ω T of the correction that keeps the model with the servo.
+    pub(super) omega: f64,
+    /// The size of a usual command.
+    pub(super) usual_command: f64,
+    /// Samples to a block.
+    pub(super) block: usize,
+    /// Samples at the beginning in which the model and its tangents find the servo.
+    pub(super) settling: usize,
+}
+
+/// What a pass leaves: means over blocks.
+#[derive(Debug, Clone)]
+pub(super) struct Blocks {
+    /// Of the output error, counts.
+    pub(super) error: Vec<f64>,
+    /// Of what a unit of each effect adds to it, counts; in the effects' order.
+    pub(super) columns: Vec<Vec<f64>>,
+    /// Root mean square of the output error, counts, and its correlation from sample to sample.
+    pub(super) rms: f64,
+    pub(super) correlation: f64,
+}
+
+type Inputs = AngledInputs<f64, 128>;
+
+/// The longest delay that a pass can represent, samples.
+pub(super) const LONGEST_DELAY: f64 = <Inputs as KnownInputs<f64>>::LONGEST_DELAY;
+
+/// Runs the model over a stretch.
+pub(super) fn pass(recorded: &Recorded, plan: &Plan, effects: &[Effect]) -> Blocks {
+    let Recorded {
+        positions,
+        commands,
+        angles,
+        begins,
+    } = recorded;
+    let mut begins = begins.iter().copied().peekable();
+    let step = FrictionStep::<f64>::new();
+    let response = step.step.response(plan.values.parameters.x);
+    let innovation = Innovation::critically_damped(plan.omega);
+    let mut inputs = Inputs::START;
+    let mut model = ListeningModel::alongside(0.0);
+    let mut tangents = vec![Tangent::default(); effects.len()];
+    let mut gathered = Gathered::new(plan, effects.len(), positions.len());
+    let (mut lagged, mut acceleration) = ([0.0; LAGS.len()], 0.0);
+    let braked = 1.0 - plan.values.parameters.x;
+    for (k, (&position, &command)) in positions.iter().zip(commands).enumerate() {
+        let increment = if k > 0 {
+            position - positions[k - 1]
+        } else {
+            0.0
+        };
+        if begins.next_if_eq(&k).is_some() {
+            inputs = Inputs::START;
+            inputs.place(&plan.angle, angles[k] - increment);
+            model = ListeningModel::alongside(beginning(&positions[k..], plan.omega));
+            tangents.fill(Tangent::default());
+            (lagged, acceleration) = ([command; LAGS.len()], 0.0);
+            gathered.leave_out_until(k + plan.settling);
+        }
+        model.observe(increment);
+        let error = model.error;
+        let before = model.velocity;
+        let acting = inputs.take(&plan.angle, &plan.values.terms, increment, command, before);
+        let moved =
+            model.advance::<AllUnknowns, 12>(&step, &response, &plan.values, &acting, &innovation);
+        for (lagged, lag) in lagged.iter_mut().zip(LAGS) {
+            *lagged += (command - *lagged) / (1.0 + lag);
+        }
+        let instant = Instant {
+            acting: &acting,
+            moved: &moved,
+            gain: plan.values.parameters.gain,
+            commands: &commands[..=k],
+            usual_command: plan.usual_command,
+            lagged,
+            angle: (angles[k] + 0.5 * before) * plan.angle.resolution,
+            passed: k as f64 / positions.len() as f64 - 0.5,
+            acceleration,
+        };
+        gathered.error(k, error);
+        for (i, (tangent, effect)) in tangents.iter_mut().zip(effects).enumerate() {
+            let output = tangent.position + effect.offset(&mut tangent.memory, &instant);
+            gathered.column(k, i, output);
+            tangent.advance(effect.push(&instant), output, braked, &innovation, &moved);
+        }
+        acceleration = model.velocity - before;
+    }
+    gathered.finish()
+}
+
+/// The velocity at the first sample, counts per sample: over a time in which it hardly changes.
+fn beginning(positions: &[f64], omega: f64) -> f64 {
+    const PART: f64 = 0.3;
+    let span = ((PART / omega) as usize)
+        .clamp(1, 100)
+        .min(positions.len() - 1);
+    (positions[span] - positions[0]) / span.max(1) as f64
+}
+
+/// ∂q_e/∂θ and ∂v_e/∂θ of one effect; of first order in the sample time, which is enough for a
+/// direction.
+#[derive(Debug, Clone, Copy, Default)]
+struct Tangent {
+    position: f64,
+    velocity: f64,
+    memory: Memory,
+}
+
+impl Tangent {
+    /// Over a sample in which the model moved so; `output` is what the effect adds to what is
+    /// measured.
+    fn advance(
+        &mut self,
+        push: f64,
+        output: f64,
+        braked: f64,
+        innovation: &Innovation<f64>,
+        moved: &Moved<f64>,
+    ) {
+        let kept = match moved.phase {
+            Phase::Slid { .. } => 1.0,
+            Phase::Turned { slowing, .. } => slowing,
+            Phase::Stuck | Phase::Stopped { .. } => 0.0,
+        };
+        let velocity = match moved.phase {
+            Phase::Stuck => 0.0,
+            _ => braked * self.velocity - innovation.velocity * output + push,
+        };
+        self.position += velocity - innovation.position * output;
+        self.velocity = kept * velocity;
+    }
+}
+
+/// Gathers [`Blocks`].
+struct Gathered {
+    settling: usize,
+    from: usize,
+    block: usize,
+    error: Vec<f64>,
+    columns: Vec<Vec<f64>>,
+    errors: [f64; 3],
+    last: f64,
+}
+
+impl Gathered {
+    fn new(plan: &Plan, columns: usize, samples: usize) -> Self {
+        // Whole blocks alone.
+        let blocks = samples.saturating_sub(plan.settling) / plan.block;
+        Self {
+            settling: plan.settling,
+            from: 0,
+            block: plan.block,
+            error: vec![0.0; blocks],
+            columns: vec![vec![0.0; blocks]; columns],
+            errors: [0.0; 3],
+            last: 0.0,
+        }
+    }
+
+    /// Leaves out what comes before a sample.
+    fn leave_out_until(&mut self, sample: usize) {
+        self.from = sample;
+    }
+
+    fn place(&self, sample: usize) -> Option<usize> {
+        if sample < self.from {
+            return None;
+        }
+        let block = sample.checked_sub(self.settling)? / self.block;
+        (block < self.error.len()).then_some(block)
+    }
+
+    fn error(&mut self, sample: usize, value: f64) {
+        if let Some(block) = self.place(sample) {
+            self.error[block] += value / self.block as f64;
+            self.errors[0] += 1.0;
+            self.errors[1] += value * value;
+            self.errors[2] += value * self.last;
+        }
+        self.last = value;
+    }
+
+    fn column(&mut self, sample: usize, column: usize, value: f64) {
+        if let Some(block) = self.place(sample) {
+            self.columns[column][block] += value / self.block as f64;
+        }
+    }
+
+    fn finish(self) -> Blocks {
+        let [count, squares, lagged] = self.errors;
+        Blocks {
+            error: self.error,
+            columns: self.columns,
+            rms: (squares / count.max(1.0)).sqrt(),
+            correlation: if squares > 0.0 { lagged / squares } else { 0.0 },
+        }
+    }
+}

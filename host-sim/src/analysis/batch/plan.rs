@@ -1,0 +1,156 @@
+//! How a pass over the end of a run is done: units, usual sizes, the bandwidth of the correction, blocks.
+
+use identifier_core::model::{AngleSettings, ModelValues};
+use identifier_core::unknowns::{AllUnknowns, Term, Unknown};
+
+use super::pass::{LONGEST_DELAY, Plan, Recorded};
+use super::{Effort, Judged, Scales};
+use crate::analysis::Statistics;
+use crate::analysis::stretch::Kept;
+
+/// A stretch and how to pass over it.
+#[derive(Debug, Clone)]
+pub(super) struct Prepared {
+    pub(super) recorded: Recorded,
+    pub(super) plan: Plan,
+    pub(super) scales: Scales,
+    /// The largest command but for one sample in a thousand.
+    pub(super) high_command: f64,
+}
+
+/// Samples without which nothing is looked at.
+const FEWEST: usize = 100;
+
+/// The bandwidth of the correction relative to how fast the velocity changes: slow enough to let the
+/// model show what it is, fast enough to keep it with the servo.
+const BANDWIDTH: f64 = 0.5;
+
+/// The fastest correction, and the slowest that a stretch has time for, as ω T and ω times its length.
+const FASTEST: f64 = 0.1;
+const SLOWEST: f64 = 40.0;
+
+/// The time in which the model and its tangents find the servo, over 1/ω, and the most of a stretch.
+const SETTLING: f64 = 6.0;
+const MOST_SETTLING: usize = 4;
+
+/// The longest block of samples, relative to 1/ω.
+const BLOCK: f64 = 0.15;
+
+/// The largest a T that the core's step is meant for.
+const LARGEST_RATE: f64 = 0.5;
+
+impl Prepared {
+    pub(super) fn of(
+        judged: &Judged<'_>,
+        samples: impl ExactSizeIterator<Item = Kept> + Clone,
+        effort: Effort,
+    ) -> Option<Self> {
+        let units = judged.scenario.units();
+        let skipped = samples.len().saturating_sub(effort.samples);
+        let recorded = Recorded::of(samples.skip(skipped), units.position());
+        let Recorded {
+            positions,
+            commands,
+            ..
+        } = &recorded;
+        let values = values(judged)?;
+        if positions.len() < FEWEST {
+            return None;
+        }
+        let mut command = Statistics::default();
+        commands.iter().for_each(|&value| command.add(value));
+        let (velocity, acceleration) = (
+            velocity(positions, values.parameters.gain, command.deviation()?)?,
+            values.parameters.gain.abs() * command.deviation()?,
+        );
+        let slowest = (SLOWEST / positions.len() as f64).min(FASTEST);
+        let omega = (BANDWIDTH * acceleration / velocity).clamp(slowest, FASTEST);
+        let samples = positions.len();
+        let block = ((BLOCK / omega) as usize)
+            .clamp(1, 8)
+            .max(samples.div_ceil(effort.blocks));
+        let mut position = Statistics::default();
+        positions.iter().for_each(|&value| position.add(value));
+        Some(Self {
+            plan: Plan {
+                values,
+                angle: angle(judged),
+                omega,
+                usual_command: command.deviation()?.max(f64::MIN_POSITIVE),
+                block,
+                settling: ((SETTLING / omega) as usize).min(samples / MOST_SETTLING),
+            },
+            scales: Scales {
+                velocity: velocity / units.velocity(),
+                command: command.deviation()?,
+                position: position.deviation()? * units.position_unit(),
+            },
+            high_command: high(commands),
+            recorded,
+        })
+    }
+}
+
+/// The deviation of the velocity, counts per sample, over spans in which it hardly changes.
+fn velocity(positions: &[f64], gain: f64, command: f64) -> Option<f64> {
+    const SPAN: f64 = 0.3;
+    const LONGEST: usize = 200;
+    let over = |span: usize| {
+        let mut velocity = Statistics::default();
+        for pair in positions.windows(span + 1).step_by(span.div_ceil(4)) {
+            velocity.add((pair[span] - pair[0]) / span as f64);
+        }
+        velocity.deviation().filter(|deviation| *deviation > 0.0)
+    };
+    let rough = over(5)?;
+    let span = (SPAN * rough / (gain.abs() * command)) as usize;
+    over(span.clamp(1, LONGEST.min(positions.len() / 4)))
+}
+
+/// The command that one sample in a thousand exceeds.
+fn high(commands: &[f64]) -> f64 {
+    let mut sizes: Vec<f64> = commands.iter().map(|command| command.abs()).collect();
+    let place = sizes.len() - 1 - sizes.len() / 1000;
+    *sizes.select_nth_unstable_by(place, f64::total_cmp).1
+}
+
+/// The values of the model, machine units; none where they are no model's.
+fn values(judged: &Judged<'_>) -> Option<ModelValues<f64>> {
+    let units = judged.scenario.units();
+    let declared = &judged.scenario.stated.identifier.terms;
+    let value = |unknown: Unknown| -> f64 {
+        if let Some(parameter) = unknown.parameter() {
+            return parameter.of(&judged.servo);
+        }
+        let entered = judged.terms.iter().find(|term| term.unknown == unknown);
+        entered.map_or_else(
+            || match unknown.term() {
+                Some(Term::Delay) => declared.delay,
+                Some(Term::DeadBand) => declared.dead_band,
+                _ => 0.0,
+            },
+            |term| term.value,
+        )
+    };
+    let machine = Unknown::ALL.map(|unknown| value(unknown) * unknown.scale(&units));
+    let mut values = ModelValues::of_set::<AllUnknowns, 12>(&machine);
+    if let Some(speed) = declared.low_speed_velocity {
+        values.terms.per_low_speed_velocity = 1.0 / (speed * units.velocity());
+    }
+    values.terms.delay = values.terms.delay.clamp(0.0, LONGEST_DELAY);
+    let sound = machine.iter().all(|value| value.is_finite())
+        && values.parameters.x.abs() <= LARGEST_RATE
+        && values.parameters.gain > 0.0
+        && values.parameters.coulomb >= 0.0;
+    sound.then_some(values)
+}
+
+fn angle(judged: &Judged<'_>) -> AngleSettings<f64> {
+    let units = judged.scenario.units();
+    let declared = &judged.scenario.stated.identifier.terms;
+    AngleSettings {
+        revolution: declared.revolution * units.position(),
+        resolution: std::f64::consts::TAU / (declared.revolution * units.position()),
+        order: declared.ripple_order.unwrap_or(0.0),
+    }
+}

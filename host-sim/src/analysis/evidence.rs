@@ -1,0 +1,151 @@
+//! The evidence for the estimates of a run, as the core's verdict asks for it.
+
+use identifier_core::parameters::Parameter;
+use identifier_core::stability::sampled_loop::AMPLE_GAIN_MARGIN;
+use identifier_core::unknowns::Unknown;
+use identifier_core::verdict::{Evidence, Lack, Motion, Residual, UnknownEvidence, Verdict};
+
+use super::batch::{Batch, Finding, Residual as Left};
+use super::estimate::Tracked;
+use crate::experiment::{Outcome, TermEstimate};
+use crate::scenario::Scenario;
+
+/// A finding that explains less of the rest than this is none.
+const TELLING: f64 = 0.04;
+
+/// Standard errors by which a finding must differ from nothing.
+const SIGNIFICANT: f64 = 4.0;
+
+/// A finding stands out if what it leaves over is this much smaller than what the next leaves.
+const STANDS_OUT: f64 = 0.97;
+
+/// The fraction of slowed samples from which a result says that the guard sets the pace.
+const MOSTLY_SLOWED: f64 = 0.5;
+
+/// What the evidence is made of.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Known<'a> {
+    pub(super) motion: Motion,
+    pub(super) outcome: &'a Outcome,
+    /// The parameters that are estimated, and how each went.
+    pub(super) parameters: &'a [(Parameter, &'a Tracked, f64)],
+    pub(super) batch: Option<&'a Batch>,
+}
+
+/// The evidence.
+pub(super) fn of(known: &Known<'_>) -> Evidence {
+    let Known {
+        motion,
+        outcome,
+        parameters,
+        batch,
+    } = *known;
+    let mut evidence = Evidence::of(motion);
+    evidence.aborted = outcome.abort.is_some();
+    let b = parameters
+        .iter()
+        .find(|(parameter, ..)| *parameter == Parameter::B)
+        .map_or(0.0, |(.., value)| *value);
+    let begin = |unknown: Unknown, estimate: f64| {
+        let asked = batch.and_then(|batch| batch.unknowns.iter().find(|of| of.unknown == unknown));
+        UnknownEvidence {
+            estimate,
+            // What cannot be looked at is not known.
+            std_error: Some(asked.map_or(f64::INFINITY, |asked| asked.std_error)),
+            pull: asked.map(|asked| asked.pull),
+            ..UnknownEvidence::at(batch.map_or(0.0, |batch| batch.scales.of(unknown, b)))
+        }
+    };
+    for (parameter, tracked, value) in parameters {
+        let unknown = Unknown::from(*parameter);
+        let mut of = begin(unknown, *value);
+        let tolerance = of.still(unknown);
+        let course = tracked.estimate(|_| tolerance, None);
+        of.movement = course.tail_std.max(course.to_go);
+        of.at_bound = course.at_bound;
+        evidence.tell(unknown, of);
+    }
+    for TermEstimate { unknown, value, .. } in &outcome.terms {
+        evidence.tell(*unknown, begin(*unknown, *value));
+    }
+    if let Some(batch) = batch {
+        let Left {
+            rms,
+            resolution_rms,
+            correlation,
+        } = batch.residual;
+        evidence.residual = Some(Residual {
+            beyond_encoder: rms / resolution_rms,
+            correlation,
+        });
+        evidence.lack = lack(batch);
+    }
+    evidence
+}
+
+/// What the model lacks: the finding that stands out, or else that something does.
+fn lack(batch: &Batch) -> Option<Lack> {
+    let found = batch.findings.iter().find(|finding| is_telling(finding))?;
+    let cause = cause(batch).map(|named| named.cause);
+    Some(Lack::new(cause, found.share, &found.shifts))
+}
+
+fn is_telling(finding: &Finding) -> bool {
+    finding.share >= TELLING && finding.significance >= SIGNIFICANT
+}
+
+/// The finding that stands out, if one does.
+pub(super) fn cause(batch: &Batch) -> Option<&Finding> {
+    let mut telling = batch.findings.iter().filter(|finding| is_telling(finding));
+    let best = telling.next()?;
+    let left = |finding: &Finding| 1.0 - finding.share;
+    let stands_out = telling
+        .next()
+        .is_none_or(|next| left(best) < STANDS_OUT * left(next));
+    stands_out.then_some(best)
+}
+
+/// The verdict in words, with what else a user should know.
+pub(super) fn reason(verdict: &Verdict, scenario: &Scenario, outcome: &Outcome) -> String {
+    if let Some(abort) = &outcome.abort {
+        let cause = match scenario.unstable_loop() {
+            Some(unstable) => unstable.to_string(),
+            None => abort.error.to_string(),
+        };
+        return format!("aborted after {:.3} s: {cause}", abort.time);
+    }
+    let mut reason = verdict.reason.to_string();
+    if let Some(failure) = outcome.failure {
+        reason.push_str(&format!(": {failure}"));
+    }
+    let slowed = outcome.events.slowed as f64 / outcome.samples.max(1) as f64;
+    if slowed > MOSTLY_SLOWED {
+        reason.push_str(&format!(
+            "; the guard slowed {:.0} % of the updates: gamma is larger than the sample time bears",
+            100.0 * slowed
+        ));
+    }
+    if let Some(margin) = outcome.gain_margin
+        && margin < AMPLE_GAIN_MARGIN
+    {
+        reason.push_str(&format!(
+            "; the sampled loop keeps a gain margin of only {margin:.1} over the box: below \
+             {AMPLE_GAIN_MARGIN} the estimates may wander, sample faster or lower the gains"
+        ));
+    }
+    let events = &outcome.events;
+    if events.restarted > 0 {
+        reason.push_str(&format!(
+            "; the model loop ran away and was started again {} times: check gains and sample time",
+            events.restarted
+        ));
+    }
+    if events.not_following > 0 {
+        reason.push_str(&format!(
+            "; in {} samples the servo did not follow its command: check the amplifier, and that the \
+             command is the one that acted",
+            events.not_following
+        ));
+    }
+    reason
+}

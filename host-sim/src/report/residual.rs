@@ -1,0 +1,49 @@
+//! What the output error says of the model, in words.
+
+use std::fmt;
+
+use crate::analysis::{Batch, Finding};
+
+/// The output error against what the encoder allows, and what explains the rest.
+#[derive(Debug, Clone, Copy)]
+pub struct Words<'a> {
+    /// What the end of the run says.
+    pub batch: &'a Batch,
+    /// What stands out, if something does.
+    pub cause: Option<&'a Finding>,
+}
+
+impl fmt::Display for Words<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let residual = &self.batch.residual;
+        write!(
+            f,
+            "residual: output error {:.3e} rms, {:.1} times what the encoder's resolution leaves, \
+             correlation from sample to sample {:.2}",
+            residual.rms,
+            residual.rms / residual.resolution_rms,
+            residual.correlation
+        )?;
+        if residual.is_the_encoders() {
+            return write!(f, ": the model explains all that the encoder shows");
+        }
+        match self.cause {
+            Some(finding) => write!(
+                f,
+                "\n  {} ({:.3e} {}) explains {:.0} % of the rest: {}",
+                finding.cause,
+                finding.size,
+                finding.unit,
+                100.0 * finding.share,
+                finding.cause.remedy()
+            ),
+            None if residual.is_coloured() => {
+                write!(f, "\n  the model lacks something; nothing stands out")
+            }
+            None => write!(
+                f,
+                "\n  it is white, as noise of the sensor is; nothing stands out"
+            ),
+        }
+    }
+}

@@ -1,0 +1,142 @@
+use super::Cause;
+use crate::unknowns::Unknown;
+
+/// What is known of an identification besides its estimates, SI. What nobody looked at is none, and is
+/// then not held against it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Evidence {
+    /// The motion that it rests on.
+    pub motion: Motion,
+    /// The run ended early.
+    pub aborted: bool,
+    /// The output error of the model with the estimates.
+    pub residual: Option<Residual>,
+    /// What the model lacks, if something does.
+    pub lack: Option<Lack>,
+    /// Error of the predicted position over data that the estimates have not seen, relative to the
+    /// position's deviation.
+    pub prediction: Option<f64>,
+    unknowns: [Option<UnknownEvidence>; Unknown::ALL.len()],
+}
+
+/// How much the servo moved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    /// Samples that were learnt from.
+    pub samples: u64,
+    /// The distance travelled, forth and back, encoder counts.
+    pub counts_travelled: f64,
+}
+
+/// The evidence for one unknown, in its unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UnknownEvidence {
+    /// The estimate; not finite if there is none.
+    pub estimate: f64,
+    /// The size beside which an error of it is small or large: for friction and load the acceleration
+    /// that the command gives, for a the rate at which the servo's velocity changes.
+    pub scale: f64,
+    /// Standard error that counts the residual's colour and the encoder's resolution; infinite where
+    /// the motion says nothing of it.
+    pub std_error: Option<f64>,
+    /// How far it still moved, or still had to go, at the end.
+    pub movement: f64,
+    /// How far the data would move it from where it ended, if they were asked once more.
+    pub pull: Option<f64>,
+    /// Whether it stands at a bound.
+    pub at_bound: bool,
+}
+
+impl UnknownEvidence {
+    /// An estimate that nothing speaks against; `scale` as in [`UnknownEvidence::scale`].
+    #[must_use]
+    pub const fn at(scale: f64) -> Self {
+        Self {
+            estimate: 0.0,
+            scale,
+            std_error: None,
+            movement: 0.0,
+            pull: None,
+            at_bound: false,
+        }
+    }
+
+    /// The standard error of the estimate as it stands: chance, and the distance to where the data
+    /// say that it should be; none where nothing is known of it.
+    #[must_use]
+    pub fn uncertainty(&self) -> Option<f64> {
+        let known = self.std_error.filter(|error| error.is_finite())?;
+        Some(libm::hypot(known, self.pull.unwrap_or(0.0)))
+    }
+}
+
+/// The output error of the model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Residual {
+    /// Root mean square over what rounding to the encoder's resolution would leave.
+    pub beyond_encoder: f64,
+    /// Correlation from sample to sample.
+    pub correlation: f64,
+}
+
+/// What a model lacks, and what it does to the estimates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lack {
+    /// The effect that stands out; none where several could be it.
+    pub cause: Option<Cause>,
+    /// The part of the output error that it explains.
+    pub share: f64,
+    shifts: [f64; Unknown::ALL.len()],
+}
+
+impl Lack {
+    /// An effect that explains a `share`, with the unknowns that it would move, and how far.
+    #[must_use]
+    pub fn new(cause: Option<Cause>, share: f64, shifts: &[(Unknown, f64)]) -> Self {
+        let mut lack = Self {
+            cause,
+            share,
+            shifts: [0.0; Unknown::ALL.len()],
+        };
+        for (unknown, shift) in shifts {
+            lack.shifts[*unknown as usize] = *shift;
+        }
+        lack
+    }
+
+    /// How far a model that had it would have an unknown from where it is.
+    #[must_use]
+    pub fn shift(&self, unknown: Unknown) -> f64 {
+        self.shifts[unknown as usize]
+    }
+}
+
+impl Evidence {
+    /// Nothing known but the motion.
+    #[must_use]
+    pub const fn of(motion: Motion) -> Self {
+        Self {
+            motion,
+            aborted: false,
+            residual: None,
+            lack: None,
+            prediction: None,
+            unknowns: [None; Unknown::ALL.len()],
+        }
+    }
+
+    /// Adds what is known of an unknown that is estimated.
+    pub fn tell(&mut self, unknown: Unknown, evidence: UnknownEvidence) {
+        self.unknowns[unknown as usize] = Some(evidence);
+    }
+
+    /// The unknowns that are estimated, b first: without it there is no servo.
+    pub fn unknowns(&self) -> impl Iterator<Item = (Unknown, &UnknownEvidence)> {
+        let rest = Unknown::ALL
+            .into_iter()
+            .filter(|&other| other != Unknown::B);
+        core::iter::once(Unknown::B)
+            .chain(rest)
+            .filter_map(|unknown| Some((unknown, self.unknowns[unknown as usize].as_ref()?)))
+    }
+}

@@ -1,0 +1,29 @@
+//! Whether estimates may be relied on, by the evidence for them, and if not, why not and what to do.
+//!
+//! The truth plays no part in it: a drive does not know it either. Nor does the initial guess: the
+//! same evidence leads to the same verdict wherever the estimates began.
+//!
+//! ```
+//! use identifier_core::unknowns::Unknown;
+//! use identifier_core::verdict::{Evidence, Motion, Status, UnknownEvidence, Verdict};
+//!
+//! let motion = Motion { samples: 60_000, counts_travelled: 4e5 };
+//! let mut evidence = Evidence::of(motion);
+//! let gain = UnknownEvidence { estimate: 257.7, std_error: Some(0.01), ..UnknownEvidence::at(257.7) };
+//! evidence.tell(Unknown::B, gain);
+//! assert_eq!(Verdict::on(&evidence).status, Status::Converged);
+//!
+//! // Nothing that moved b was in the data.
+//! evidence.tell(Unknown::B, UnknownEvidence { std_error: Some(40.0), ..gain });
+//! assert_eq!(Verdict::on(&evidence).status, Status::NoInformation);
+//! ```
+
+mod cause;
+mod evidence;
+mod reason;
+mod rules;
+
+pub use cause::Cause;
+pub use evidence::{Evidence, Lack, Motion, Residual, UnknownEvidence};
+pub use reason::Reason;
+pub use rules::{Status, Verdict};

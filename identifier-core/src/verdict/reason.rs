@@ -1,0 +1,250 @@
+use core::fmt;
+
+use super::Cause;
+use crate::unknowns::Unknown;
+
+/// Why a verdict is what it is: the unknown that it concerns, the figure, and what would have been
+/// accepted, in the unknown's unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Reason {
+    /// Nothing speaks against the estimates.
+    Explained,
+    /// The run ended early.
+    EndedEarly,
+    /// There is no estimate.
+    NoEstimate {
+        /// Of this unknown.
+        unknown: Unknown,
+    },
+    /// Too few samples.
+    TooShort {
+        /// Samples that there are.
+        samples: u64,
+        /// Samples without which there is no telling.
+        needed: u64,
+    },
+    /// The servo hardly moved.
+    NoMotion {
+        /// Encoder counts travelled.
+        counts: f64,
+        /// Counts without which there is no telling.
+        needed: f64,
+    },
+    /// The motion hardly depends on an unknown, so that its estimate means little.
+    NotExcited {
+        /// The unknown.
+        unknown: Unknown,
+        /// Its standard error.
+        std_error: f64,
+        /// The largest that would do.
+        limit: f64,
+    },
+    /// An estimate stands at a bound.
+    AtBound {
+        /// The unknown.
+        unknown: Unknown,
+        /// Its estimate.
+        estimate: f64,
+    },
+    /// An estimate still moves.
+    StillMoving {
+        /// The unknown.
+        unknown: Unknown,
+        /// How far it moved, or has still to go.
+        movement: f64,
+        /// The most that counts as still.
+        limit: f64,
+    },
+    /// The model lacks an effect that would move an estimate.
+    Lacks {
+        /// The effect; none where none stands out.
+        cause: Option<Cause>,
+        /// The part of the output error that it explains.
+        share: f64,
+        /// The unknown that it would move most telling.
+        unknown: Unknown,
+        /// How far.
+        shift: f64,
+    },
+    /// The data would have an estimate elsewhere than where it stands.
+    Elsewhere {
+        /// The unknown.
+        unknown: Unknown,
+        /// How far from where it is.
+        pull: f64,
+        /// The most that chance explains, or that does not matter.
+        limit: f64,
+    },
+    /// The model does not predict data that the estimates have not seen.
+    NotPredicted {
+        /// Error relative to the position's deviation.
+        error: f64,
+        /// The largest that would do.
+        limit: f64,
+    },
+}
+
+impl Reason {
+    /// Its number in results, the same in every version: 0 is converged; from 10 aborted, from 20 no
+    /// information, from 30 moving, from 40 unexplained.
+    ///
+    /// | code | reason |
+    /// |---|---|
+    /// | 0 | nothing speaks against the estimates |
+    /// | 10 | the run ended early |
+    /// | 20 | there is no estimate |
+    /// | 21 | too few samples |
+    /// | 22 | the servo hardly moved |
+    /// | 23 | an unknown was not excited |
+    /// | 24 | an estimate stands at a bound |
+    /// | 30 | an estimate still moves |
+    /// | 40 | the model lacks an effect that has a name |
+    /// | 41 | the model lacks something, nothing stands out |
+    /// | 42 | the data would have an estimate elsewhere |
+    /// | 43 | data not seen are not predicted |
+    #[must_use]
+    pub const fn code(&self) -> u8 {
+        match self {
+            Self::Explained => 0,
+            Self::EndedEarly => 10,
+            Self::NoEstimate { .. } => 20,
+            Self::TooShort { .. } => 21,
+            Self::NoMotion { .. } => 22,
+            Self::NotExcited { .. } => 23,
+            Self::AtBound { .. } => 24,
+            Self::StillMoving { .. } => 30,
+            Self::Lacks { cause: Some(_), .. } => 40,
+            Self::Lacks { cause: None, .. } => 41,
+            Self::Elsewhere { .. } => 42,
+            Self::NotPredicted { .. } => 43,
+        }
+    }
+
+    /// The unknown that it concerns, if it concerns one.
+    #[must_use]
+    pub const fn unknown(&self) -> Option<Unknown> {
+        match self {
+            Self::NoEstimate { unknown }
+            | Self::NotExcited { unknown, .. }
+            | Self::AtBound { unknown, .. }
+            | Self::StillMoving { unknown, .. }
+            | Self::Lacks { unknown, .. }
+            | Self::Elsewhere { unknown, .. } => Some(*unknown),
+            _ => None,
+        }
+    }
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Explained => f.write_str(
+                "every estimate is known and keeps still, and nothing in the data would move it",
+            ),
+            Self::EndedEarly => f.write_str("the run ended early"),
+            Self::NoEstimate { unknown } => write!(f, "no estimate of {}", unknown.name()),
+            Self::TooShort { samples, needed } => write!(
+                f,
+                "{samples} samples say too little: {needed} are the least, and seconds are better"
+            ),
+            Self::NoMotion { counts, needed } => write!(
+                f,
+                "the servo travelled {counts:.0} encoder counts: below {needed:.0} nothing can be \
+                 known; let it move further, with turns"
+            ),
+            Self::NotExcited {
+                unknown,
+                std_error,
+                limit,
+            } => write!(
+                f,
+                "{} is not known: its standard error is {}, at most {} would do; move further, \
+                 faster or longer, or leave it out of the parameters",
+                unknown.name(),
+                Quantity(std_error, unknown),
+                Quantity(limit, unknown)
+            ),
+            Self::AtBound { unknown, estimate } => write!(
+                f,
+                "{} = {} stands at a bound: widen it, or look for what the model lacks",
+                unknown.name(),
+                Quantity(estimate, unknown)
+            ),
+            Self::StillMoving {
+                unknown,
+                movement,
+                limit,
+            } => write!(
+                f,
+                "{} still moved by {} over the last quarter of the run, or had that far to go; at \
+                 rest below {}: run longer",
+                unknown.name(),
+                Quantity(movement, unknown),
+                Quantity(limit, unknown)
+            ),
+            Self::Lacks {
+                cause,
+                share,
+                unknown,
+                shift,
+            } => {
+                match cause {
+                    Some(cause) => write!(
+                        f,
+                        "the model lacks {cause}, which explains {:.0} % of what it leaves over and",
+                        100.0 * share
+                    )?,
+                    None => f.write_str(
+                        "the model lacks something, nothing stands out; what is left over",
+                    )?,
+                }
+                write!(
+                    f,
+                    " would move {} by {}",
+                    unknown.name(),
+                    Quantity(shift, unknown)
+                )?;
+                cause.map_or(Ok(()), |cause| write!(f, ": {}", cause.remedy()))
+            }
+            Self::Elsewhere {
+                unknown,
+                pull,
+                limit,
+            } => write!(
+                f,
+                "the end of the data would move {} by {}, at most {} would do: run longer, or look \
+                 for what the model lacks",
+                unknown.name(),
+                Quantity(pull, unknown),
+                Quantity(limit, unknown)
+            ),
+            Self::NotPredicted { error, limit } => write!(
+                f,
+                "data that the estimates have not seen are predicted to {:.1} % of the motion, at \
+                 most {:.1} % would do: the estimates hold only where they come from",
+                100.0 * error,
+                100.0 * limit
+            ),
+        }
+    }
+}
+
+/// A value with the unit of an unknown, to four figures.
+struct Quantity(f64, Unknown);
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(value, unknown) = *self;
+        if value == 0.0 || !value.is_finite() {
+            return write!(f, "{value} {}", unknown.unit());
+        }
+        let order = libm::floor(libm::log10(value.abs()));
+        if (-4.0..6.0).contains(&order) {
+            let digits = (3.0 - order).max(0.0) as usize;
+            write!(f, "{value:.digits$} {}", unknown.unit())
+        } else {
+            write!(f, "{value:.3e} {}", unknown.unit())
+        }
+    }
+}

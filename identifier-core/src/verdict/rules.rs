@@ -1,0 +1,277 @@
+use core::fmt;
+
+use super::{Evidence, Lack, Reason, UnknownEvidence};
+use crate::unknowns::Unknown;
+
+/// What may be made of estimates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Status {
+    /// Every estimate is known, keeps still, and nothing that would move it is left in the data.
+    Converged,
+    /// The estimates keep still, but the model lacks something that moves them.
+    Unexplained,
+    /// The data say too little of an unknown, whatever its estimate.
+    NoInformation,
+    /// Some estimate still moves.
+    Moving,
+    /// The run ended early.
+    Aborted,
+}
+
+impl Status {
+    /// Its name in results.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Converged => "converged",
+            Self::Unexplained => "unexplained",
+            Self::NoInformation => "no-information",
+            Self::Moving => "moving",
+            Self::Aborted => "aborted",
+        }
+    }
+}
+
+/// A status with its reason.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Verdict {
+    /// The status.
+    pub status: Status,
+    /// What led to it.
+    pub reason: Reason,
+}
+
+/// How far an unknown may be off: a part of itself, or of what it acts beside.
+#[derive(Debug, Clone, Copy)]
+struct Tolerance {
+    /// Of b: without it a servo does not move, so that it is judged by itself alone.
+    gain: f64,
+    /// Of friction, load and other forces: of itself, and of the acceleration that the command gives.
+    force: [f64; 2],
+    /// Of a, of asymmetry and of all that is no force: of itself, and of what it acts beside.
+    other: [f64; 2],
+}
+
+impl Tolerance {
+    fn of(self, unknown: Unknown, evidence: &UnknownEvidence) -> f64 {
+        let size = evidence.estimate.abs();
+        let [itself, beside] = match unknown {
+            Unknown::B => return self.gain * size,
+            Unknown::A | Unknown::Asymmetry | Unknown::Delay | Unknown::DeadBand => self.other,
+            _ => self.force,
+        };
+        (itself * size).max(beside * evidence.scale)
+    }
+}
+
+/// The standard error up to which an unknown is known.
+const KNOWN: Tolerance = Tolerance {
+    gain: 0.015,
+    force: [0.05, 0.005],
+    other: [0.05, 0.01],
+};
+
+/// The movement up to which an estimate keeps still.
+const STILL: Tolerance = Tolerance {
+    gain: 0.02,
+    force: [0.04, 0.003],
+    other: [0.02, 0.003],
+};
+
+/// The distance up to which an estimate is where the data say.
+const THERE: Tolerance = Tolerance {
+    gain: 0.02,
+    force: [0.08, 0.005],
+    other: [0.05, 0.01],
+};
+
+/// The shift by what the model lacks up to which it may lack it.
+const UNMOVED: Tolerance = Tolerance {
+    gain: 0.02,
+    force: [0.08, 0.001],
+    other: [0.1, 0.02],
+};
+
+/// Standard errors that chance may pull an estimate away from where the data say.
+const CHANCE: f64 = 3.0;
+
+/// An estimate that the data would move no more than so many times what is allowed is near.
+const NEAR: f64 = 5.0;
+
+/// Samples without which there is no telling.
+const FEWEST_SAMPLES: u64 = 100;
+
+/// Counts that must have been travelled.
+const LEAST_TRAVEL: f64 = 20.0;
+
+/// An output error so many times the encoder's, and so correlated, has a cause, named or not.
+const BEYOND_ENCODER: f64 = 1.5;
+
+/// An estimate nearer to zero than this part of its scale is at no bound: friction is never negative.
+const AT_ZERO: f64 = 0.002;
+
+/// The prediction error from which estimates do not hold outside the data that they come from.
+const PREDICTED: f64 = 0.1;
+
+impl Verdict {
+    /// The verdict on the evidence. Where much speaks against the estimates, what must be mended first
+    /// is the reason.
+    #[must_use]
+    pub fn on(evidence: &Evidence) -> Self {
+        let (status, reason) = aborted(evidence)
+            .or_else(|| without_estimate(evidence))
+            .or_else(|| named(evidence))
+            .or_else(|| not_excited(evidence))
+            .or_else(|| moving(evidence))
+            .or_else(|| unexplained(evidence))
+            .unwrap_or((Status::Converged, Reason::Explained));
+        Self { status, reason }
+    }
+}
+
+impl UnknownEvidence {
+    /// The movement up to which an estimate keeps still.
+    #[must_use]
+    pub fn still(&self, unknown: Unknown) -> f64 {
+        STILL.of(unknown, self)
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.status.name(), self.reason)
+    }
+}
+
+fn aborted(evidence: &Evidence) -> Option<(Status, Reason)> {
+    evidence
+        .aborted
+        .then_some((Status::Aborted, Reason::EndedEarly))
+}
+
+fn without_estimate(evidence: &Evidence) -> Option<(Status, Reason)> {
+    let motion = &evidence.motion;
+    let reason = if motion.samples < FEWEST_SAMPLES {
+        Reason::TooShort {
+            samples: motion.samples,
+            needed: FEWEST_SAMPLES,
+        }
+    } else if motion.counts_travelled.is_nan() || motion.counts_travelled < LEAST_TRAVEL {
+        Reason::NoMotion {
+            counts: motion.counts_travelled,
+            needed: LEAST_TRAVEL,
+        }
+    } else {
+        first(evidence, |unknown, of| {
+            if !of.estimate.is_finite() {
+                return Some(Reason::NoEstimate { unknown });
+            }
+            if of.at_bound && of.estimate.abs() > AT_ZERO * of.scale {
+                let estimate = of.estimate;
+                return Some(Reason::AtBound { unknown, estimate });
+            }
+            None
+        })?
+    };
+    Some((Status::NoInformation, reason))
+}
+
+fn not_excited(evidence: &Evidence) -> Option<(Status, Reason)> {
+    let reason = first(evidence, |unknown, of| {
+        let limit = KNOWN.of(unknown, of);
+        let std_error = of.std_error.filter(|error| !within(*error, limit))?;
+        Some(Reason::NotExcited {
+            unknown,
+            std_error,
+            limit,
+        })
+    })?;
+    Some((Status::NoInformation, reason))
+}
+
+/// What has a name, and moves an estimate that is where the data say, is the reason why it moves too.
+fn named(evidence: &Evidence) -> Option<(Status, Reason)> {
+    let lack = evidence.lack.filter(|lack| lack.cause.is_some())?;
+    let near = |(unknown, of): (Unknown, &UnknownEvidence)| {
+        let limit = NEAR * THERE.of(unknown, of);
+        of.pull.is_some_and(|pull| within(pull, limit))
+    };
+    let reason = lacking(evidence, &lack)?;
+    let there = evidence.unknowns().all(near);
+    there.then_some((Status::Unexplained, reason))
+}
+
+fn moving(evidence: &Evidence) -> Option<(Status, Reason)> {
+    let reason = first(evidence, |unknown, of| {
+        let limit = STILL.of(unknown, of);
+        let movement = of.movement;
+        (!within(movement, limit)).then_some(Reason::StillMoving {
+            unknown,
+            movement,
+            limit,
+        })
+    })?;
+    Some((Status::Moving, reason))
+}
+
+fn unexplained(evidence: &Evidence) -> Option<(Status, Reason)> {
+    let lack = evidence.lack.as_ref();
+    let reason = lack
+        .and_then(|lack| lacking(evidence, lack))
+        .or_else(|| elsewhere(evidence))
+        .or_else(|| unpredicted(evidence))?;
+    Some((Status::Unexplained, reason))
+}
+
+/// What the model lacks moves an estimate.
+fn lacking(evidence: &Evidence, lack: &Lack) -> Option<Reason> {
+    first(evidence, |unknown, of| {
+        let shift = lack.shift(unknown);
+        (!within(shift, UNMOVED.of(unknown, of))).then_some(Reason::Lacks {
+            cause: lack.cause,
+            share: lack.share,
+            unknown,
+            shift,
+        })
+    })
+}
+
+/// The data would have an estimate elsewhere, beyond chance.
+fn elsewhere(evidence: &Evidence) -> Option<Reason> {
+    first(evidence, |unknown, of| {
+        let pull = of.pull?;
+        let chance = CHANCE * of.std_error.unwrap_or(0.0);
+        let limit = THERE.of(unknown, of).max(chance);
+        (!within(pull, limit)).then_some(Reason::Elsewhere {
+            unknown,
+            pull,
+            limit,
+        })
+    })
+}
+
+fn unpredicted(evidence: &Evidence) -> Option<Reason> {
+    let error = evidence.prediction?;
+    let beyond = evidence
+        .residual
+        .is_none_or(|residual| residual.beyond_encoder > BEYOND_ENCODER);
+    (beyond && !within(error, PREDICTED)).then_some(Reason::NotPredicted {
+        error,
+        limit: PREDICTED,
+    })
+}
+
+fn first(
+    evidence: &Evidence,
+    objection: impl Fn(Unknown, &UnknownEvidence) -> Option<Reason>,
+) -> Option<Reason> {
+    evidence
+        .unknowns()
+        .find_map(|(unknown, of)| objection(unknown, of))
+}
+
+/// What is not a number is not within anything.
+fn within(value: f64, limit: f64) -> bool {
+    value.abs() <= limit
+}

@@ -1,0 +1,185 @@
+//! The verdict: what each kind of evidence leads to, whatever else is there.
+
+use identifier_core::unknowns::Unknown;
+use identifier_core::verdict::{
+    Cause, Evidence, Lack, Motion, Reason, Residual, Status, UnknownEvidence, Verdict,
+};
+
+const MOTION: Motion = Motion {
+    samples: 60_000,
+    counts_travelled: 4e5,
+};
+
+/// A servo of which everything is known.
+fn known() -> Evidence {
+    let mut evidence = Evidence::of(MOTION);
+    for (unknown, estimate, scale, std_error) in [
+        (Unknown::A, 0.22, 50.0, 3e-3),
+        (Unknown::B, 257.7, 257.7, 0.01),
+        (Unknown::Coulomb, 10.0, 500.0, 0.02),
+        (Unknown::Load, 0.0, 500.0, 0.02),
+    ] {
+        evidence.tell(
+            unknown,
+            UnknownEvidence {
+                estimate,
+                std_error: Some(std_error),
+                pull: Some(std_error),
+                ..UnknownEvidence::at(scale)
+            },
+        );
+    }
+    evidence
+}
+
+/// What is known of an unknown, changed.
+fn with(unknown: Unknown, change: impl Fn(&mut UnknownEvidence)) -> Evidence {
+    let mut evidence = known();
+    let mut of = *evidence
+        .unknowns()
+        .find(|(known, _)| *known == unknown)
+        .map(|(_, of)| of)
+        .expect("it is estimated");
+    change(&mut of);
+    evidence.tell(unknown, of);
+    evidence
+}
+
+fn moved(motion: Motion) -> Evidence {
+    let mut evidence = known();
+    evidence.motion = motion;
+    evidence
+}
+
+fn lacking(cause: Option<Cause>, unknown: Unknown, shift: f64) -> Evidence {
+    let mut evidence = known();
+    evidence.lack = Some(Lack::new(cause, 0.9, &[(unknown, shift)]));
+    evidence
+}
+
+fn assert_verdict(evidence: &Evidence, status: Status, code: u8, unknown: Option<Unknown>) {
+    let verdict = Verdict::on(evidence);
+    let found = (
+        verdict.status,
+        verdict.reason.code(),
+        verdict.reason.unknown(),
+    );
+    assert_eq!(found, (status, code, unknown), "{verdict}");
+}
+
+#[test]
+fn a_servo_of_which_everything_is_known_is_converged() {
+    assert_verdict(&known(), Status::Converged, 0, None);
+}
+
+#[test]
+fn every_objection_has_its_status_and_code() {
+    let b = Some(Unknown::B);
+    let none = Status::NoInformation;
+    let mut aborted = known();
+    aborted.aborted = true;
+    assert_verdict(&aborted, Status::Aborted, 10, None);
+    let short = Motion {
+        samples: 30,
+        ..MOTION
+    };
+    assert_verdict(&moved(short), none, 21, None);
+    for counts_travelled in [0.0, 15.0, f64::NAN] {
+        let motion = Motion {
+            counts_travelled,
+            ..MOTION
+        };
+        assert_verdict(&moved(motion), none, 22, None);
+    }
+    assert_verdict(&with(Unknown::B, |b| b.estimate = f64::NAN), none, 20, b);
+    assert_verdict(&with(Unknown::B, |b| b.at_bound = true), none, 24, b);
+    for std_error in [10.0, f64::INFINITY, f64::NAN] {
+        let unexcited = with(Unknown::B, |b| b.std_error = Some(std_error));
+        assert_verdict(&unexcited, none, 23, b);
+    }
+    for movement in [20.0, f64::INFINITY, f64::NAN] {
+        let moving = with(Unknown::B, |b| b.movement = movement);
+        assert_verdict(&moving, Status::Moving, 30, b);
+    }
+    let named = lacking(Some(Cause::Delay), Unknown::B, -15.0);
+    assert_verdict(&named, Status::Unexplained, 40, b);
+    let nameless = lacking(None, Unknown::Coulomb, 5.0);
+    assert_verdict(&nameless, Status::Unexplained, 41, Some(Unknown::Coulomb));
+    let elsewhere = with(Unknown::B, |b| b.pull = Some(-10.0));
+    assert_verdict(&elsewhere, Status::Unexplained, 42, b);
+}
+
+#[test]
+fn data_not_seen_must_be_predicted_where_the_error_is_not_the_encoders() {
+    let predicted = |error, beyond_encoder| {
+        let mut evidence = known();
+        evidence.prediction = Some(error);
+        evidence.residual = Some(Residual {
+            beyond_encoder,
+            correlation: 0.9,
+        });
+        evidence
+    };
+    assert_verdict(&predicted(0.3, 20.0), Status::Unexplained, 43, None);
+    assert_verdict(&predicted(0.02, 20.0), Status::Converged, 0, None);
+    assert_verdict(&predicted(0.3, 1.0), Status::Converged, 0, None);
+}
+
+#[test]
+fn what_the_model_lacks_may_be_there_if_it_moves_nothing() {
+    let harmless = lacking(Some(Cause::Eccentricity), Unknown::B, 0.5);
+    assert_verdict(&harmless, Status::Converged, 0, None);
+}
+
+#[test]
+fn no_friction_at_the_bound_of_none_is_a_fact() {
+    let none = with(Unknown::Coulomb, |coulomb| {
+        coulomb.estimate = 0.0;
+        coulomb.at_bound = true;
+    });
+    assert_verdict(&none, Status::Converged, 0, None);
+}
+
+/// A name says more than that estimates move, but not while they are far from where the data say: then
+/// it is their error that has the shape.
+#[test]
+fn a_name_stands_before_movement_but_not_before_a_way_to_go() {
+    let lack = Lack::new(Some(Cause::GainDrift), 0.7, &[(Unknown::B, 20.0)]);
+    let mut near = with(Unknown::B, |b| b.movement = 12.0);
+    near.lack = Some(lack);
+    assert_verdict(&near, Status::Unexplained, 40, Some(Unknown::B));
+    let mut far = with(Unknown::B, |b| {
+        b.movement = 12.0;
+        b.pull = Some(80.0);
+    });
+    far.lack = Some(lack);
+    assert_verdict(&far, Status::Moving, 30, Some(Unknown::B));
+}
+
+#[test]
+fn every_reason_says_what_and_what_to_do() {
+    let unknown = Unknown::B;
+    let said = |reason: Reason| reason.to_string();
+    let not_excited = said(Reason::NotExcited {
+        unknown,
+        std_error: 12.345,
+        limit: 3.8655,
+    });
+    assert!(
+        not_excited.contains("12.35 rad/s² per command unit"),
+        "{not_excited}"
+    );
+    assert!(
+        not_excited.contains("3.865 ") || not_excited.contains("3.866 "),
+        "{not_excited}"
+    );
+    let lacks = said(Reason::Lacks {
+        cause: Some(Cause::Delay),
+        share: 0.93,
+        unknown,
+        shift: -7.5,
+    });
+    for part in ["93 %", "b by -7.5", "amplifier.delay"] {
+        assert!(lacks.contains(part), "{lacks}");
+    }
+}

@@ -1,0 +1,128 @@
+//! Servos as they are, and how many of them a campaign runs.
+
+use host_sim::scenario::Scenario;
+use integration_tests::parse;
+
+/// How many times the usual number of runs a campaign has: `CAMPAIGN=10` for ten times as many.
+pub(super) fn factor() -> u32 {
+    std::env::var("CAMPAIGN")
+        .ok()
+        .and_then(|factor| factor.parse().ok())
+        .unwrap_or(1)
+}
+
+/// A servo of a kind, with what is usual in its motion.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Kind {
+    pub(super) name: &'static str,
+    pub(super) sample_time: f64,
+    pub(super) a: f64,
+    pub(super) b: f64,
+    pub(super) coulomb: f64,
+    pub(super) counts: f64,
+    pub(super) gains: [f64; 3],
+    pub(super) limit: f64,
+    /// Power of the noise reference, rad² s, and the time for which a value is held, s.
+    pub(super) noise: [f64; 2],
+    pub(super) duration: f64,
+    /// A usual command, and velocity, rad/s.
+    pub(super) command: f64,
+    pub(super) velocity: f64,
+}
+
+pub(super) const KINDS: [Kind; 3] = [
+    Kind {
+        name: "paper",
+        sample_time: 1e-3,
+        a: 0.2174,
+        b: 257.7,
+        coulomb: 5.0,
+        counts: 10_000.0,
+        gains: [9.0, 0.19, 4.0],
+        limit: 10.0,
+        noise: [0.05, 0.1],
+        duration: 20.0,
+        command: 3.0,
+        velocity: 10.0,
+    },
+    Kind {
+        name: "axis",
+        sample_time: 1e-4,
+        a: 1.5,
+        b: 3000.0,
+        coulomb: 150.0,
+        counts: 20_000.0,
+        gains: [30.0, 0.14, 60.0],
+        limit: 5.0,
+        noise: [0.002, 0.05],
+        duration: 5.0,
+        command: 2.0,
+        velocity: 20.0,
+    },
+    Kind {
+        name: "geared",
+        sample_time: 1e-3,
+        a: 3.1,
+        b: 120.0,
+        coulomb: 10.0,
+        counts: 4096.0,
+        gains: [6.0, 0.25, 4.0],
+        limit: 3.0,
+        noise: [0.1, 0.15],
+        duration: 20.0,
+        command: 1.5,
+        velocity: 6.0,
+    },
+];
+
+impl Kind {
+    /// A run of it, with what is written of its plant, encoder and identifier besides.
+    pub(super) fn run(&self, seed: u32, plant: &str, encoder: &str, identifier: &str) -> Scenario {
+        let Self {
+            sample_time,
+            a,
+            b,
+            coulomb,
+            counts,
+            gains: [kp, kd, ki],
+            limit,
+            noise: [power, hold],
+            duration,
+            ..
+        } = self;
+        let cutoff = 0.5 / sample_time;
+        parse(&format!(
+            "
+[plant]
+a = {a:?}
+b = {b:?}
+coulomb = {coulomb:?}
+{plant}
+[encoder]
+counts_per_rev = {counts:?}
+{encoder}
+[amplifier]
+limit = {limit:?}
+[controller]
+kp = {kp:?}
+kd = {kd:?}
+ki = {ki:?}
+sample_time = {sample_time:?}
+velocity_filter = {{ kind = \"low-pass\", cutoff = {cutoff:?} }}
+[excitation]
+kind = \"band-limited-white-noise\"
+power = {power:?}
+sample_time = {hold:?}
+seed = {seed}
+[identifier]
+{identifier}
+[run]
+duration = {duration:?}
+"
+        ))
+    }
+}
+
+/// Gauss–Newton that finds all four parameters.
+pub(super) const ALL_FOUR: &str =
+    "law = \"gauss-newton\"\nparameters = [\"a\", \"b\", \"coulomb\", \"load\"]";

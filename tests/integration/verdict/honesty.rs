@@ -1,0 +1,229 @@
+//! What is called converged is right, and what is right is called converged.
+
+use host_sim::analysis::{Status, Summary};
+use host_sim::scenario::Scenario;
+use identifier_core::parameters::Parameter;
+use integration_tests::{Random, in_parallel, run};
+
+use super::campaign::{ALL_FOUR, KINDS, Kind, factor};
+
+/// The laws that are asked; the gradient has a box about the servo.
+const LAWS: [&str; 4] = [
+    ALL_FOUR,
+    "law = \"gauss-newton\"\nparameters = [\"a\", \"b\"]",
+    "law = \"window\"\nparameters = [\"a\", \"b\", \"coulomb\"]",
+    "law = \"gradient\"\nparameters = [\"a\", \"b\", \"coulomb\"]",
+];
+
+/// A kind with everything drawn about it.
+fn drawn(random: &mut Random) -> Kind {
+    let kind = KINDS[random.uniform(0.0, 2.999) as usize];
+    let b = kind.b * random.log_uniform(0.5, 2.0);
+    Kind {
+        a: kind.a * random.log_uniform(0.3, 3.0),
+        b,
+        coulomb: kind.coulomb * random.log_uniform(0.3, 3.0),
+        counts: kind.counts * random.log_uniform(0.25, 2.0),
+        ..kind
+    }
+}
+
+/// The error of an estimate over what it may be: b 5 %, friction and load 20 % of themselves or a
+/// hundredth of what the command gives.
+fn wrongness(summary: &Summary, kind: &Kind) -> f64 {
+    let truth = summary.truth.expect("known");
+    let off = |parameter: Parameter| {
+        let estimate = summary.estimate(parameter)?;
+        let found = if estimate.std_error.is_some() && summary.law == "gauss-newton" {
+            estimate.last
+        } else {
+            estimate.tail_mean
+        };
+        Some((found - parameter.of(&truth)).abs())
+    };
+    let push = 0.01 * truth.b * kind.command;
+    let force = |parameter: Parameter| {
+        let allowed = (0.2 * parameter.of(&truth).abs()).max(push);
+        off(parameter).unwrap_or(0.0) / allowed
+    };
+    let b = off(Parameter::B).unwrap_or(0.0) / (0.05 * truth.b);
+    b.max(force(Parameter::Coulomb)).max(force(Parameter::Load))
+}
+
+/// A scenario in which something is amiss: hardly any excitation, too short, a delay, a dead band, a
+/// coarse encoder with noise.
+fn amiss(random: &mut Random) -> (Kind, Scenario) {
+    let mut kind = drawn(random);
+    let count = std::f64::consts::TAU / kind.counts;
+    let mut plant = String::new();
+    let mut encoder = String::new();
+    match random.uniform(0.0, 6.0) as u32 {
+        0 | 1 => {
+            // Two to twenty counts of amplitude.
+            let amplitude = random.log_uniform(2.0, 20.0) * count;
+            kind.noise[0] = amplitude * amplitude * kind.noise[1];
+            kind.command = kind.gains[0] * amplitude;
+        }
+        2 => kind.duration *= random.log_uniform(0.01, 0.3),
+        3 => plant = format!("delay = {:?}", random.uniform(0.3, 4.0) * kind.sample_time),
+        4 => {
+            plant = format!(
+                "dead_band = {:?}",
+                random.uniform(0.005, 0.05) * kind.command
+            )
+        }
+        _ => encoder = format!("noise = {:?}", random.log_uniform(0.3, 30.0) * count),
+    }
+    let coulomb_free = random.uniform(0.0, 1.0) < 0.3;
+    if coulomb_free {
+        kind.coulomb = 0.0;
+    }
+    let load = random.uniform(-0.1, 0.1) * kind.b * kind.command;
+    plant = format!("load = {load:?}\n{plant}");
+    let place = random.uniform(0.0, 3.999) as usize;
+    let law = if place == 3 {
+        let [low, high] = [
+            kind.b * random.log_uniform(0.4, 0.9),
+            kind.b * random.log_uniform(1.1, 1.5),
+        ];
+        format!(
+            "{}\nplant_box = {{ a = [0.0, 10.0], b = [{low:?}, {high:?}] }}",
+            LAWS[3]
+        )
+    } else {
+        LAWS[place].to_owned()
+    };
+    let scenario = kind.run(random.seed(), &plant, &encoder, &law);
+    (kind, scenario)
+}
+
+#[test]
+fn what_is_called_converged_is_right() {
+    let mut random = Random::new(77);
+    let runs: Vec<(Kind, Scenario)> = (0..150 * factor()).map(|_| amiss(&mut random)).collect();
+    let found = in_parallel(&runs, |(kind, scenario)| (*kind, run(scenario)));
+    let mut statuses = std::collections::BTreeMap::<&str, [u32; 2]>::new();
+    for ((kind, summary), (_, scenario)) in found.iter().zip(&runs) {
+        let wrong = wrongness(summary, kind);
+        let right = wrong <= 1.0;
+        statuses.entry(summary.status().name()).or_default()[usize::from(right)] += 1;
+        if summary.status() == Status::Converged && !right {
+            println!(
+                "{} {wrong:.2} {:?} b{:?} c{:?} d{:?} {:?} {:?} {:?}",
+                summary.law,
+                summary.truth,
+                summary.b,
+                summary.coulomb,
+                summary.load,
+                scenario.effects,
+                scenario.sensor,
+                summary
+                    .batch
+                    .as_ref()
+                    .map(|b| (b.residual, b.findings.first().cloned()))
+            );
+        }
+    }
+    println!("[wrong, right]: {statuses:?}");
+    let [wrong, right] = statuses.get("converged").copied().unwrap_or_default();
+    println!(
+        "wrong of the converged: {:.2} %",
+        100.0 * f64::from(wrong) / f64::from(wrong + right)
+    );
+    assert!(f64::from(wrong) <= 0.005 * f64::from(wrong + right));
+}
+
+#[test]
+fn exact_servos_that_move_are_converged_and_their_standard_errors_cover() {
+    let mut random = Random::new(5);
+    let runs: Vec<(Kind, Scenario)> = (0..60 * factor())
+        .map(|_| {
+            let kind = drawn(&mut random);
+            let load = random.uniform(-0.1, 0.1) * kind.b * kind.command;
+            (
+                kind,
+                kind.run(random.seed(), &format!("load = {load:?}"), "", ALL_FOUR),
+            )
+        })
+        .collect();
+    let found = in_parallel(&runs, |(kind, scenario)| (*kind, run(scenario)));
+    let (mut converged, mut covered, mut all, mut alarms) = (0, 0, 0, 0);
+    for (kind, summary) in &found {
+        converged += u32::from(summary.status() == Status::Converged);
+        alarms += u32::from(summary.status() == Status::Unexplained);
+        if summary.status() != Status::Converged {
+            println!(
+                "{} {} {:?}",
+                kind.name,
+                summary.reason,
+                summary
+                    .batch
+                    .as_ref()
+                    .map(|b| (b.residual, b.findings.first().cloned()))
+            );
+        }
+        for parameter in [
+            Parameter::A,
+            Parameter::B,
+            Parameter::Coulomb,
+            Parameter::Load,
+        ] {
+            let estimate = summary.estimate(parameter).expect("estimated");
+            let error = (estimate.last - parameter.of(&summary.truth.expect("known"))).abs();
+            all += 1;
+            let within = estimate
+                .std_error
+                .is_some_and(|std_error| error <= 3.0 * std_error);
+            covered += u32::from(within);
+            if !within {
+                println!(
+                    "{} {}: {error} {:?}",
+                    kind.name,
+                    parameter.name(),
+                    estimate.std_error
+                );
+            }
+        }
+    }
+    println!(
+        "converged {converged}, unexplained {alarms} of {}; {covered} of {all} within three standard errors",
+        found.len()
+    );
+    assert!(f64::from(converged) >= 0.97 * found.len() as f64);
+    assert!(f64::from(covered) >= 0.98 * f64::from(all));
+}
+
+#[test]
+fn errors_of_the_encoder_alone_raise_no_alarm() {
+    let mut random = Random::new(11);
+    let runs: Vec<(Kind, &str, Scenario)> = (0..30 * factor())
+        .flat_map(|_| {
+            let kind = drawn(&mut random);
+            let count = std::f64::consts::TAU / kind.counts;
+            let seed = random.seed();
+            [
+                ("white noise", format!("noise = {count:?}")),
+                ("jitter", "jitter = 0.1".to_owned()),
+                ("eccentricity", "eccentricity = 0.002".to_owned()),
+            ]
+            .map(|(name, encoder)| (kind, name, kind.run(seed, "", &encoder, ALL_FOUR)))
+        })
+        .collect();
+    let found = in_parallel(&runs, |(kind, name, scenario)| {
+        (*kind, *name, run(scenario))
+    });
+    let mut table = std::collections::BTreeMap::<(&str, &str), u32>::new();
+    for (kind, name, summary) in &found {
+        let status = summary.status();
+        *table.entry((name, status.name())).or_default() += 1;
+        if status != Status::Converged {
+            println!("{} {name}: {}", kind.name, summary.reason);
+        }
+    }
+    println!("{table:?}");
+    let alarms = found
+        .iter()
+        .filter(|(.., summary)| summary.status() == Status::Unexplained)
+        .count();
+    assert!(alarms as f64 <= 0.02 * found.len() as f64);
+}

@@ -1,0 +1,149 @@
+//! One effect at a time that the model lacks: which is named.
+
+use std::collections::BTreeMap;
+
+use host_sim::analysis::{Status, Summary};
+use host_sim::scenario::Scenario;
+use identifier_core::verdict::Cause;
+use integration_tests::{in_parallel, run};
+
+use super::campaign::{ALL_FOUR, KINDS, Kind, factor};
+
+/// An effect of a servo as it is usual in size.
+fn effects(kind: &Kind) -> Vec<(Cause, String)> {
+    let Kind {
+        sample_time: t,
+        b,
+        coulomb,
+        command,
+        velocity,
+        duration,
+        gains,
+        counts,
+        ..
+    } = kind;
+    let push = b * command;
+    let bandwidth = (b * gains[0]).sqrt();
+    let count = std::f64::consts::TAU / counts;
+    vec![
+        (Cause::Delay, format!("delay = {:?}", 1.5 * t)),
+        (Cause::Delay, format!("current_loop = {:?}", 0.8 * t)),
+        (Cause::Asymmetry, format!("asymmetry = {:?}", 0.5 * kind.a)),
+        (
+            Cause::LowSpeedFriction,
+            format!(
+                "low_speed_friction = {:?}\nlow_speed_velocity = {:?}",
+                0.6 * coulomb,
+                0.1 * velocity
+            ),
+        ),
+        (
+            Cause::Gravity,
+            format!("gravity = [{:?}, {:?}]", 0.08 * push, 0.03 * push),
+        ),
+        (
+            Cause::Ripple,
+            format!("ripple = [{:?}, 0.0]\nripple_order = 12", 0.02 * push),
+        ),
+        (Cause::DeadBand, format!("dead_band = {:?}", 0.02 * command)),
+        (
+            Cause::Resonance,
+            format!("resonance = {:?}\ninertia_ratio = 0.4", 4.0 * bandwidth),
+        ),
+        (Cause::Backlash, format!("backlash = {:?}", 12.0 * count)),
+        (
+            Cause::GainDrift,
+            format!("gain_drift = {:?}", 0.1 / duration),
+        ),
+        (
+            Cause::FrictionDrift,
+            format!("friction_drift = {:?}", -0.4 / duration),
+        ),
+        (
+            Cause::HiddenLimit,
+            format!("hidden_limit = {:?}", 1.5 * command),
+        ),
+    ]
+}
+
+fn named(summary: &Summary) -> Option<Cause> {
+    summary.cause().map(|finding| finding.cause)
+}
+
+#[test]
+fn a_single_effect_is_named_and_no_other() {
+    const SEEDS: u32 = 3;
+    let runs: Vec<(usize, Cause, Scenario)> = KINDS
+        .iter()
+        .enumerate()
+        .flat_map(|(place, kind)| {
+            effects(kind).into_iter().flat_map(move |(cause, plant)| {
+                (1..=SEEDS * factor())
+                    .map(move |seed| (place, cause, kind.run(1000 + seed, &plant, "", ALL_FOUR)))
+            })
+        })
+        .collect();
+    let found = in_parallel(&runs, |(place, cause, scenario)| {
+        (*place, *cause, run(scenario))
+    });
+    let mut table: BTreeMap<(usize, &str), BTreeMap<String, u32>> = BTreeMap::new();
+    let (mut right, mut wrong) = (0, 0);
+    for (place, cause, summary) in &found {
+        let name = named(summary);
+        right += u32::from(name == Some(*cause));
+        wrong += u32::from(name.is_some_and(|name| name != *cause));
+        let label = name.map_or("nothing", Cause::name);
+        let status = summary.status();
+        *table
+            .entry((*place, cause.name()))
+            .or_default()
+            .entry(format!("{label}/{}", status.name()))
+            .or_default() += 1;
+        if std::env::var("CAMPAIGN_DETAIL").is_ok() {
+            let truth = summary.truth.expect("known");
+            let findings: Vec<String> = summary
+                .batch
+                .iter()
+                .flat_map(|batch| batch.findings.iter().take(4))
+                .map(|f| {
+                    format!(
+                        "{} {:.3} z{:.1} {:.2e}",
+                        f.cause.name(),
+                        f.share,
+                        f.significance,
+                        f.size
+                    )
+                })
+                .collect();
+            println!(
+                "{} {} b{:+.2}% c{:+.1}% {:.1}x {:.2} {} | {}",
+                KINDS[*place].name,
+                cause.name(),
+                100.0 * (summary.b.last / truth.b - 1.0),
+                100.0 * (summary.coulomb.last / truth.coulomb - 1.0),
+                summary
+                    .batch
+                    .as_ref()
+                    .map_or(0.0, |b| b.residual.rms / b.residual.resolution_rms),
+                summary
+                    .batch
+                    .as_ref()
+                    .map_or(0.0, |b| b.residual.correlation),
+                summary.verdict.reason.code(),
+                findings.join(", ")
+            );
+        }
+        assert_ne!(status, Status::Aborted);
+    }
+    for ((place, cause), names) in &table {
+        println!("{:8} {cause:20} {names:?}", KINDS[*place].name);
+    }
+    let all = found.len() as f64;
+    let (right, wrong) = (f64::from(right) / all, f64::from(wrong) / all);
+    println!(
+        "named right {:.1} %, wrong {:.1} % of {all}",
+        100.0 * right,
+        100.0 * wrong
+    );
+    assert!(right >= 0.85 && wrong <= 0.05);
+}
