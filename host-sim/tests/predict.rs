@@ -13,9 +13,14 @@ const ALL: &str = "parameters = [\"a\", \"b\", \"coulomb\", \"load\"]";
 
 /// The log of a run with a noise of this seed.
 fn log(folder: &Path, seed: u32, sample_time: f64) -> PathBuf {
+    log_of(folder, seed, sample_time, "")
+}
+
+/// The same of a servo with effects.
+fn log_of(folder: &Path, seed: u32, sample_time: f64, effects: &str) -> PathBuf {
     let scenario = folder.join(format!("run-{seed}.toml"));
     let text = format!(
-        "{PLANT}{}[run]\nduration = 4.0\n[excitation]\nseed = {seed}\n",
+        "{PLANT}{effects}{}[run]\nduration = 4.0\n[excitation]\nseed = {seed}\n",
         CONTROLLER.replace(
             "ki = 4.0",
             &format!("ki = 4.0\nsample_time = {sample_time}")
@@ -35,7 +40,7 @@ fn scenario(folder: &Path, parameters: &str, rest: &str) -> PathBuf {
     let text = format!(
         "[encoder]\ncounts_per_rev = 10000\n[identifier]\nlaw = \"gauss-newton\"\n{parameters}\n\
          {rest}[log]\ntime = \"time_s\"\nreference = \"reference_rad\"\nposition = \"position_rad\"\n\
-         command = \"command\"\n"
+         angle = \"absolute\"\n         command = \"command\"\n"
     );
     std::fs::write(&path, text).expect("written");
     path
@@ -101,6 +106,19 @@ fn what_was_learnt_from_two_logs_predicts_a_third() {
             "{name}: {worse}, {closed}"
         );
     }
+}
+
+#[test]
+fn a_declared_current_loop_acts_in_the_prediction_too() {
+    let folder = folder("predict-current-loop");
+    let [a, b] = [1, 2].map(|seed| log_of(&folder, seed, 1e-3, "current_loop = 0.002\n"));
+    let error = |amplifier: &str| {
+        let declared = CONTROLLER.replace("limit = 10.0", &format!("limit = 10.0{amplifier}"));
+        let found = result(&[&a], &[&b], &scenario(&folder, ALL, &declared));
+        number(&found["predictions"][0]["open_loop"]["rms"])
+    };
+    let (declared, hidden) = (error("\ncurrent_loop = 0.002"), error(""));
+    assert!(declared < 0.1 * hidden, "{declared} and {hidden}");
 }
 
 #[test]
@@ -226,4 +244,14 @@ fn gravity_goes_with_the_angle_of_the_log() {
     );
     let open = &found["predictions"][0]["open_loop"];
     assert!(number(&open["relative"]) < 0.02, "{open}");
+    // A counter that began anywhere does not know the angle.
+    let text = std::fs::read_to_string(&whole).expect("it was written");
+    std::fs::write(&whole, text.replace("angle = \"absolute\"", "")).expect("written");
+    let refused = replay(&[&a], &[], &whole);
+    assert_eq!(refused.status.code(), Some(2));
+    let why = standard_error(&refused);
+    assert!(
+        why.contains("log.angle") && why.contains("absolute"),
+        "{why}"
+    );
 }

@@ -126,6 +126,12 @@ impl TermSettings {
         revolution: core::f64::consts::TAU,
     };
 
+    /// Whether an effect of the amplifier is declared.
+    #[must_use]
+    pub fn declares_amplifier(&self) -> bool {
+        self.of_amplifier().next().is_some()
+    }
+
     /// The effects of the amplifier that are declared, by their settings.
     pub(crate) fn of_amplifier(&self) -> impl Iterator<Item = &'static str> {
         [

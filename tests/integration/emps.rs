@@ -7,8 +7,11 @@
 use std::path::{Path, PathBuf};
 
 use host_sim::analysis::{Summariser, Summary};
-use host_sim::replay::{Log, fitted, replay};
+use host_sim::experiment::TermEstimate;
+use host_sim::replay::{Log, fitted, predict, replay};
 use host_sim::scenario::{LogSettings, Purpose, Scenario};
+use identifier_core::model::ServoParameters;
+use identifier_core::unknowns::Unknown;
 use integration_tests::{Random, in_parallel};
 
 /// Force per command, N/V: known.
@@ -175,6 +178,79 @@ fn without_the_asymmetry_every_start_ends_in_one_place() {
     ] {
         assert!(in_one_place(summaries.iter().map(of), 1e-3));
     }
+}
+
+/// Both published protocols, on the log that was learnt from: the whole loop simulated from the
+/// reference (relative errors of position, velocity and command), and the servo driven by the recorded
+/// command (m). Beside what is found stands what the published values predict.
+#[test]
+fn both_published_protocols_stand_beside_the_published_values() {
+    let Some(log) = log() else { return };
+    let scenario_of = |terms: &str| {
+        let law = format!("law = \"gauss-newton\"\n{terms}");
+        fitted(scenario(&law, [1.0; 4]), &log)
+    };
+    let found = |terms: &str| {
+        let scenario = scenario_of(terms);
+        let replayed = replay(&scenario, &log, 1, &mut |_, _| ()).expect("it can be replayed");
+        predict(&scenario, &replayed, &log).expect("it can be predicted")
+    };
+    let published = |[mass, viscous, asymmetry, coulomb, offset]: [f64; 5]| {
+        let scenario = scenario_of("");
+        let mut known = replay(&scenario, &log, 1, &mut |_, _| ()).expect("it can be replayed");
+        known.estimates = ServoParameters {
+            a: viscous / mass,
+            b: FORCE / mass,
+            coulomb: coulomb / mass,
+            load: -offset / mass,
+        };
+        known.outcome.terms = vec![TermEstimate {
+            unknown: Unknown::Asymmetry,
+            value: asymmetry / mass,
+            std_error: 0.0,
+            since: 0,
+        }];
+        predict(&scenario, &known, &log).expect("it can be predicted")
+    };
+    let [mass, forwards, backwards, coulomb] = ASYMMETRIC;
+    let halves = (0.5 * (forwards + backwards), 0.5 * (forwards - backwards));
+    let low_speed = "required_terms = [\"asymmetry\", \"low-speed\"]\nlow_speed_velocity = 0.015";
+    let [m, v, c, o] = PUBLISHED;
+    let rows = [
+        ("published M, Fv, Fc, OF", published([m, v, 0.0, c, o])),
+        (
+            "published M, Fv+, Fv-, Fc",
+            published([mass, halves.0, halves.1, coulomb, 0.0]),
+        ),
+        ("a, b, c, d", found("")),
+        (
+            "a, b, c, d, asymmetry",
+            found("required_terms = [\"asymmetry\"]"),
+        ),
+        ("a, b, c, d, asymmetry, low speed", found(low_speed)),
+    ];
+    let errors = rows.map(|(name, predicted)| {
+        let (closed, open) = predicted
+            .closed_loop
+            .zip(predicted.open_loop)
+            .expect("a loop and a command");
+        let command = closed.command.expect("a recorded command");
+        println!(
+            "{name}: position {:.4} %, velocity {:.3} %, command {:.2} %; open loop {:.2} mm",
+            100.0 * closed.position,
+            100.0 * closed.velocity,
+            100.0 * command,
+            1e3 * open.rms
+        );
+        [closed.position, closed.velocity, command]
+    });
+    let [_, published, ours, with_asymmetry, with_low_speed] = errors;
+    // What is found causally predicts as well as what was published, and each term helps.
+    for i in 0..3 {
+        assert!(with_asymmetry[i] < 1.1 * published[i], "{errors:?}");
+    }
+    assert!(with_asymmetry[2] < 0.9 * ours[2], "{errors:?}");
+    assert!(with_low_speed[2] < 0.9 * with_asymmetry[2], "{errors:?}");
 }
 
 #[test]

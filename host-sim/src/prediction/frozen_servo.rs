@@ -2,8 +2,8 @@ use std::f64::consts::TAU;
 
 use identifier_core::error::OutOfRange;
 use identifier_core::model::{
-    Acting, AngleSettings, FrictionStep, Innovation, KnownInputs, ListeningModel, ModelValues,
-    Response, ServoParameters,
+    Acting, Amplifier, AmplifierState, AngleSettings, FrictionStep, Innovation, KnownInputs,
+    ListeningModel, ModelValues, Response, ServoParameters,
 };
 use identifier_core::parameters::{ModelParameters, Parameter};
 use identifier_core::settings::TermSettings;
@@ -24,6 +24,8 @@ pub struct FrozenServo {
     angle: AngleSettings<f64>,
     step: FrictionStep<f64>,
     response: Response<f64>,
+    /// The declared current loop; delay and dead band, declared or found, are terms of the model.
+    current_loop: Amplifier<f64>,
 }
 
 /// Where a servo is, how fast, and which commands are still on their way to it.
@@ -36,6 +38,7 @@ pub struct State {
     /// How far it has moved in the last sample, rad.
     pub moved: f64,
     inputs: Inputs,
+    current_loop: AmplifierState<f64, 4>,
 }
 
 impl FrozenServo {
@@ -67,6 +70,7 @@ impl FrozenServo {
             },
             response: step.step.response(parameters.x),
             step,
+            current_loop: Amplifier::new(0.0, 0.0, 0.0),
         })
     }
 
@@ -94,6 +98,8 @@ impl FrozenServo {
             .low_speed_velocity
             .map_or(0.0, |speed| 1.0 / (speed * units.velocity()));
         self.values.terms = terms;
+        let lag = declared.current_loop / units.sample_time();
+        self.current_loop = Amplifier::new(0.0, 0.0, lag);
         self.angle = AngleSettings {
             revolution: declared.revolution,
             resolution: TAU / declared.revolution,
@@ -110,6 +116,7 @@ impl FrozenServo {
             velocity,
             moved: 0.0,
             inputs: Inputs::START,
+            current_loop: AmplifierState::START,
         };
         state.inputs.place(&self.angle, position);
         let longest = <Inputs as KnownInputs<f64>>::LONGEST_DELAY as u32;
@@ -121,6 +128,7 @@ impl FrozenServo {
 
     fn take(&self, state: &mut State, moved: f64, command: f64) -> Acting<f64> {
         let terms = &self.values.terms;
+        let command = self.current_loop.process(&mut state.current_loop, command);
         state
             .inputs
             .take(&self.angle, terms, moved, command, state.velocity)

@@ -1,6 +1,7 @@
 //! What the keys of a scenario must be together, and for the purpose that it is read for.
 
 use identifier_core::error::Allowed;
+use identifier_core::unknowns::Term;
 
 use super::error::Fault;
 use super::law::{Closing, Law};
@@ -97,6 +98,14 @@ fn replayable(scenario: &Scenario) -> Result<(), Fault> {
         ));
     }
     let own = scenario.is_own_log();
+    if identifier.terms.may_enter(Term::Gravity) && !log.absolute && !own {
+        return Err(Fault::new(
+            "log.angle",
+            "gravity goes with the angle of the shaft, and a counter that began anywhere does not know \
+             it: if a position of zero is the same angle in every recording, state angle = \"absolute\", \
+             else leave out the term \"gravity\"",
+        ));
+    }
     if !(law.is_replayable() || own && law.closing() == Closing::Pd) {
         return Err(Fault::new(
             "identifier.law",

@@ -245,7 +245,7 @@ keys! {
     "standard deviation of the position noise";
 "identifier.start_time": Number(Fixed(Allowed::Within(1e-4, 1e4)), |s, v| told(s).start_time = Some(v)),
     Follows("1; in a replay, no more than the log has"), "s",
-    "gauss-newton: the time over which the first fit looks; window: its length";
+    "gauss-newton: the time over which the first fit looks; window: its length, for terms best 2 s";
 "identifier.memory": Number(Fixed(Allowed::AtLeast(2.0)), |s, v| told(s).memory = Some(v)), Follows("all that ever was"), "s",
     "how long a sample counts, for a servo that changes";
 "identifier.terms": TermList(|s, v| told(s).terms.allowed = v), Follows("none"), "",
@@ -304,6 +304,8 @@ keys! {
 "log.position": ColumnOf(|s, v| log(s).position = v), Required("\"position_rad\""), "in position_unit", "measured position";
 "log.position_unit": OneOf(POSITION_UNITS), First, "",
     "unit of log.position; of a linear axis \"m\" or \"mm\", and m is read for rad everywhere";
+"log.angle": OneOf(ANGLES), First, "",
+    "whether a position of zero is the same angle in every recording (absolute), or where a counter began; gravity needs an absolute angle";
 "log.position_scale": Number(ANY, |s, v| log(s).units.position_scale = v), Is(1.0), "",
     "position_unit for one of the column's, such as \"turns\" and 0.2 for the millimetres of a screw of 5 mm a turn; below 0 for the other direction";
 "log.command": ColumnOf(|s, v| log(s).command = Some(v)), Follows("the declared controller's, computed again"), "scaled by command_scale",
@@ -331,6 +333,11 @@ const TIME_UNITS: &[Choice] = &[
     choice("ms", &[], |s| log(s).units.time = TimeUnit::Millisecond),
     choice("us", &[], |s| log(s).units.time = TimeUnit::Microsecond),
     choice("samples", &[], |s| log(s).units.time = TimeUnit::Sample),
+];
+
+const ANGLES: &[Choice] = &[
+    choice("relative", &[], |s| log(s).absolute = false),
+    choice("absolute", &[], |s| log(s).absolute = true),
 ];
 
 #[rustfmt::skip]
@@ -409,6 +416,11 @@ const FITTING: &[&str] = &[
     "bandwidth",
     "max_speed",
     "start_time",
+    "terms",
+    "required_terms",
+    "low_speed_velocity",
+    "ripple_order",
+    "revolution",
 ];
 
 const GAUSS_NEWTON: &[&str] = &[

@@ -20,6 +20,8 @@ pub struct LogSettings {
     pub command: Option<Column>,
     /// A known signal that was added to the declared controller's command behind its limit.
     pub injection: Option<Column>,
+    /// Whether a position of zero is the same angle in every recording.
+    pub absolute: bool,
     /// The longest gap, in missing samples, that may be bridged by straight lines.
     pub bridge: u32,
     /// The units of the columns.
@@ -86,6 +88,7 @@ impl LogSettings {
             position,
             command: None,
             injection: None,
+            absolute: false,
             bridge: 0,
             units: LogUnits::SI,
             sample_time: None,

@@ -271,16 +271,29 @@ where
     V: VelocityEstimate<N> + 'static,
     S: ParameterSet<P> + 'static,
 {
-    let identifier: BehindAmplifier<N, GradientIdentifier<N, V, S, P>, HELD_BACK> =
-        settings.build()?;
-    let law = identifier.identifier();
-    let known = Outcome {
+    type Law<N, V, S, const P: usize> = GradientIdentifier<N, V, S, P>;
+    listening(settings, |law: &Law<N, V, S, P>| Outcome {
         gamma: gamma_of::<S, P>(settings),
         mu: Some(law.mu()),
         certified: law.certificate().is_some(),
         gain_margin: law.gain_margin(),
         ..Outcome::default()
-    };
+    })
+}
+
+/// An identifier, behind the amplifier if one is declared, with what is known of it beforehand.
+fn listening<N, I>(settings: &Settings, known: impl FnOnce(&I) -> Outcome) -> Listening<N>
+where
+    N: Number,
+    I: Identify<N> + FromSettings + 'static,
+{
+    if settings.identifier.terms.declares_amplifier() {
+        let behind: BehindAmplifier<N, I, HELD_BACK> = settings.build()?;
+        let known = known(behind.identifier());
+        return Ok(Box::new(Beside::new(behind, known)));
+    }
+    let identifier: I = settings.build()?;
+    let known = known(&identifier);
     Ok(Box::new(Beside::new(identifier, known)))
 }
 
@@ -327,8 +340,7 @@ where
             setting: "initial.b",
         });
     }
-    let identifier: BehindAmplifier<N, I, HELD_BACK> = settings.build()?;
-    Ok(Box::new(Beside::new(identifier, Outcome::default())))
+    listening(settings, |_: &I| Outcome::default())
 }
 
 /// A method that is there for comparison.

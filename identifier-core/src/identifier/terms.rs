@@ -41,6 +41,8 @@ impl TermConfig {
         if let Some(setting) = given.of_amplifier().find(|&setting| !acts(setting)) {
             return Err(IdentifierError::NoAmplifier { setting });
         }
+        /// The highest order of ripple that an encoder shows, as a part of its counts.
+        const SEEN: f64 = 0.25;
         // The estimate needs room above what is declared.
         let longest_delay = S::Inputs::<N>::LONGEST_DELAY;
         let longest = longest_delay * units.sample_time();
@@ -61,7 +63,14 @@ impl TermConfig {
                 Term::LowSpeed,
                 "low_speed_velocity",
             )?,
-            ripple_order: declared(given.ripple_order, Term::Ripple, "ripple_order")?,
+            ripple_order: match given.ripple_order {
+                // A period of fewer counts than four is not seen.
+                Some(order) => {
+                    Allowed::PositiveUpTo(SEEN * given.revolution.max(0.0) * units.position())
+                        .check("ripple_order", order)?
+                }
+                None => declared(None, Term::Ripple, "ripple_order")?,
+            },
             revolution: Allowed::PositiveUpTo(LARGEST).check("revolution", given.revolution)?,
             longest_delay,
         })

@@ -117,15 +117,23 @@ where
         let covariance = best.pass.equations.covariance();
         let per = self.scale.map(|scale| 1.0 / scale);
         let free = self.free_unknowns(&fit.prior);
-        let further = best.pass.equations.solve(N::ZERO, &free);
+        let stopped_at_zero = |i: usize| best.unknowns[i] <= self.low[i] && self.low[i] == N::ZERO;
+        let further = if (0..P).any(|i| free[i] && stopped_at_zero(i)) {
+            best.pass.equations.solve(N::ZERO, &free)
+        } else {
+            [N::ZERO; Q]
+        };
         let at_bound = core::array::from_fn(|i| {
             let value = best.unknowns[i];
-            let may_be_zero = self.low[i] == N::ZERO && {
-                let variance = coloured * covariance[i][i].to_f64();
-                let below = -further[i].to_f64();
-                below <= 0.0 || below * below <= SIGNIFICANT * SIGNIFICANT * variance
+            let below = -further[i].to_f64();
+            let variance = coloured * covariance[i][i].to_f64();
+            let significant = below > 0.0 && below * below > SIGNIFICANT * SIGNIFICANT * variance;
+            let stopped = if stopped_at_zero(i) {
+                significant
+            } else {
+                value <= self.low[i]
             };
-            free[i] && ((value <= self.low[i] && !may_be_zero) || value >= self.high[i])
+            free[i] && (stopped || value >= self.high[i])
         });
         let speed = best.pass.speed_square.to_f64();
         let acceleration = best.pass.acceleration_square.to_f64();

@@ -1,0 +1,61 @@
+//! An amplifier's delay and current loop, declared and not: every law with a model takes them.
+
+use host_sim::scenario::{Purpose, Scenario};
+use host_sim::simulate;
+use identifier_core::model::ServoParameters;
+
+const SERVO: &str = "[plant]\na = 0.2174\nb = 257.7\ncoulomb = 10.0\nload = 20.0\n\
+                     delay = 0.0016\ncurrent_loop = 0.001\n[run]\nduration = 20.0\n";
+const BOX: &str = "plant_box = { a = [0.0, 50.0], b = [150.0, 1000.0] }";
+
+fn scenario(law: &str, amplifier: &str, keys: &str) -> Result<Scenario, String> {
+    let text = format!(
+        "{SERVO}[amplifier]\n{amplifier}\n[identifier]\nlaw = \"{law}\"\n{keys}\n\
+         parameters = [\"a\", \"b\", \"coulomb\"]\n"
+    );
+    Scenario::parse("s.toml", &text, Purpose::Run).map_err(|error| error.to_string())
+}
+
+/// The estimates at the end.
+fn found(law: &str, amplifier: &str, keys: &str) -> ServoParameters {
+    let mut last = None;
+    let scenario = scenario(law, amplifier, keys).unwrap_or_else(|error| panic!("{error}"));
+    simulate::run(&scenario, &mut |sample| {
+        last = Some(sample.estimates);
+    })
+    .expect("it can be built");
+    last.expect("a sample")
+}
+
+/// Relative errors of b and c.
+fn off(found: &ServoParameters) -> [f64; 2] {
+    [found.b / 257.7 - 1.0, found.coulomb / 10.0 - 1.0].map(f64::abs)
+}
+
+#[test]
+fn what_is_declared_acts_for_every_law() {
+    let declared = "delay = 0.0016\ncurrent_loop = 0.001";
+    for (law, keys) in [("gradient", BOX), ("gauss-newton", ""), ("window", "")] {
+        let [b, c] = off(&found(law, declared, keys));
+        assert!(b < 0.005 && c < 0.05, "{law}: {b} {c}");
+        let [_, without] = off(&found(law, "", keys));
+        assert!(without > 0.2, "{law}: {without}");
+    }
+}
+
+#[test]
+fn a_window_finds_the_delay_besides_the_declared_current_loop() {
+    for term in ["terms", "required_terms"] {
+        let keys = format!("{term} = [\"delay\"]\nstart_time = 2.0");
+        let [b, c] = off(&found("window", "current_loop = 0.001", &keys));
+        assert!(b < 0.005 && c < 0.05, "{term}: {b} {c}");
+    }
+}
+
+#[test]
+fn fixed_point_refuses_what_it_does_not_take() {
+    let keys = format!("arithmetic = \"fixed\"\n{BOX}");
+    let said = scenario("gradient", "delay = 0.001", &keys).expect_err("refused");
+    assert!(said.contains("amplifier.delay"), "{said}");
+    assert!(said.contains("fixed point"), "{said}");
+}
