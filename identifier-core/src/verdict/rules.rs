@@ -1,6 +1,6 @@
 use core::fmt;
 
-use super::{Evidence, Lack, Reason, UnknownEvidence};
+use super::{Evidence, Lack, Reason, Residual, UnknownEvidence};
 use crate::unknowns::Unknown;
 
 /// What may be made of estimates.
@@ -107,6 +107,10 @@ const LEAST_TRAVEL: f64 = 20.0;
 
 /// An output error so many times the encoder's, and so correlated, has a cause, named or not.
 const BEYOND_ENCODER: f64 = 1.5;
+
+/// An output error so many times the encoder's is large, and so much of it is most of it.
+const FAR_BEYOND_ENCODER: f64 = 3.0;
+const MOST: f64 = 0.5;
 
 /// An estimate nearer to zero than this part of its scale is at no bound: friction is never negative.
 const AT_ZERO: f64 = 0.002;
@@ -224,11 +228,14 @@ fn unexplained(evidence: &Evidence) -> Option<(Status, Reason)> {
     Some((Status::Unexplained, reason))
 }
 
-/// What the model lacks moves an estimate.
+/// What the model lacks moves an estimate; of what explains most of a large rest it is not asked how
+/// far, as the first step towards it may be short of the way.
 fn lacking(evidence: &Evidence, lack: &Lack) -> Option<Reason> {
+    let large = |residual: Residual| residual.beyond_encoder > FAR_BEYOND_ENCODER;
+    let plain = lack.cause.is_some() && lack.share > MOST && evidence.residual.is_some_and(large);
     first(evidence, |unknown, of| {
         let shift = lack.shift(unknown);
-        (!within(shift, UNMOVED.of(unknown, of))).then_some(Reason::Lacks {
+        (plain || !within(shift, UNMOVED.of(unknown, of))).then_some(Reason::Lacks {
             cause: lack.cause,
             share: lack.share,
             unknown,

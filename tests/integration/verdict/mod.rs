@@ -1,5 +1,7 @@
 //! What the verdict and the names of causes are worth, over many runs.
 
 mod campaign;
+mod effects;
 mod honesty;
+mod misdeclared;
 mod naming;

@@ -1,0 +1,149 @@
+//! Logs with a scenario that says what was not so: other gains, another encoder.
+
+use std::collections::BTreeMap;
+
+use host_sim::analysis::{Status, Summariser, Summary};
+use host_sim::replay::{Log, fitted, replay};
+use host_sim::report::csv;
+use host_sim::scenario::{Purpose, Scenario};
+use host_sim::simulate;
+use identifier_core::parameters::Parameter;
+use integration_tests::{Random, in_parallel};
+
+use super::campaign::{ALL_FOUR, KINDS, Kind, factor};
+
+/// The scenario of a replay that takes gains and counts for this; without the recorded command the
+/// declared controller computes one.
+fn declared(kind: &Kind, with_command: bool) -> Scenario {
+    let Kind {
+        sample_time,
+        counts,
+        gains: [kp, kd, ki],
+        limit,
+        ..
+    } = kind;
+    let cutoff = 0.5 / sample_time;
+    let command = if with_command {
+        "command = \"command\""
+    } else {
+        ""
+    };
+    let text = format!(
+        "
+[encoder]
+counts_per_rev = {counts:?}
+[amplifier]
+limit = {limit:?}
+[controller]
+kp = {kp:?}
+kd = {kd:?}
+ki = {ki:?}
+sample_time = {sample_time:?}
+velocity_filter = {{ kind = \"low-pass\", cutoff = {cutoff:?} }}
+[identifier]
+{ALL_FOUR}
+[log]
+time = \"time_s\"
+reference = \"reference_rad\"
+position = \"position_rad\"
+{command}
+"
+    );
+    Scenario::parse("declared", &text, Purpose::Replay).expect("valid")
+}
+
+/// Runs a servo, writes its log, and replays that with what is declared.
+fn replayed(number: usize, kind: &Kind, seed: u32, taken_for: &Scenario) -> Summary {
+    let scenario = kind.run(seed, "", "", ALL_FOUR);
+    let mut trace = Vec::new();
+    simulate::run(&scenario, &mut |sample| trace.push(*sample)).expect("it runs");
+    let name = format!("misdeclared-{}-{number}.csv", std::process::id());
+    let path = std::env::temp_dir().join(name);
+    let file = std::fs::File::create(&path).expect("a file");
+    csv::write(file, &trace).expect("written");
+    let log = Log::read(&path, &taken_for.log_columns(), Some(kind.sample_time)).expect("a log");
+    let logs = [log];
+    let scenario = fitted(taken_for.clone(), &logs);
+    let mut summariser = Summariser::lasting(&scenario, kind.duration);
+    let replayed = replay(&scenario, &logs, 1, &mut |_, sample| summariser.add(sample));
+    let summary = summariser.finish(&scenario, replayed.expect("it can be replayed").outcome);
+    std::fs::remove_file(&path).expect("it was there");
+    summary
+}
+
+/// Whether b is off by more than 5 %, or friction by more than a fifth and a hundredth of what the
+/// command gives.
+fn is_wrong(summary: &Summary, kind: &Kind) -> bool {
+    let last = |parameter| {
+        summary
+            .estimate(parameter)
+            .map_or(f64::NAN, |estimate| estimate.last)
+    };
+    let push = 0.01 * kind.b * kind.command;
+    let b = (last(Parameter::B) / kind.b - 1.0).abs() <= 0.05;
+    let coulomb = (last(Parameter::Coulomb) - kind.coulomb).abs() <= (0.2 * kind.coulomb).max(push);
+    !(b && coulomb && last(Parameter::Load).abs() <= push)
+}
+
+#[test]
+fn what_is_declared_wrongly_is_not_called_converged_and_wrong() {
+    let mut random = Random::new(31);
+    let cases: Vec<(Kind, &str, u32, Scenario)> = (0..12 * factor())
+        .flat_map(|number| {
+            let kind = Kind {
+                duration: 5.0,
+                ..KINDS[number as usize % KINDS.len()]
+            };
+            let kind = Kind {
+                duration: if kind.sample_time < 5e-4 {
+                    1.5
+                } else {
+                    kind.duration
+                },
+                ..kind
+            };
+            let mut off = |spread: f64| random.log_uniform(1.0 / spread, spread);
+            let [kp, kd, ki] = kind.gains;
+            let proportional = Kind {
+                gains: [kp * off(1.3), kd, ki],
+                ..kind
+            };
+            let derivative = Kind {
+                gains: [kp, kd * off(1.5), ki],
+                ..kind
+            };
+            let coarse = Kind {
+                counts: kind.counts * off(5.0),
+                ..kind
+            };
+            let seed = random.seed();
+            [
+                (kind, "kp", seed, declared(&proportional, false)),
+                (kind, "kd", seed, declared(&derivative, false)),
+                (kind, "encoder", seed, declared(&coarse, true)),
+            ]
+        })
+        .collect();
+    let numbered: Vec<_> = cases.iter().enumerate().collect();
+    let found = in_parallel(&numbered, |(number, (kind, _, seed, scenario))| {
+        let summary = replayed(*number, kind, *seed, scenario);
+        let wrong = is_wrong(&summary, kind);
+        (summary, wrong)
+    });
+    let mut table = BTreeMap::<(&str, &str, &str), u32>::new();
+    for ((summary, wrong), (_, name, ..)) in found.iter().zip(&cases) {
+        let kind = if *wrong { "wrong" } else { "right" };
+        *table
+            .entry((name, summary.status().name(), kind))
+            .or_default() += 1;
+    }
+    println!("{table:#?}");
+    let converged = |wrong: bool| {
+        let of = |(summary, is): &&(Summary, bool)| {
+            *is == wrong && summary.status() == Status::Converged
+        };
+        found.iter().filter(of).count()
+    };
+    assert!(converged(true) as f64 <= 0.005 * (converged(true) + converged(false)) as f64);
+    assert!(converged(false) > 0);
+}
