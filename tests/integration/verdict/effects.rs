@@ -172,3 +172,31 @@ fn with_its_term_an_effect_is_found_and_without_it_no_wrong_result_is_called_con
     assert!(faults.is_empty(), "{faults:?}");
     insta::assert_snapshot!(table);
 }
+
+#[test]
+fn a_declared_amplifier_is_no_lack_of_the_model() {
+    let [paper, ..] = KINDS;
+    for (effect, declare) in [
+        ("current_loop = 0.002", [0.0, 0.0, 0.002]),
+        ("delay = 0.0023", [0.0023, 0.0, 0.0]),
+        ("dead_band = 0.2", [0.0, 0.2, 0.0]),
+        ("current_loop = 0.002\ndead_band = 0.2", [0.0, 0.2, 0.002]),
+    ] {
+        let mut scenario = paper.run(7, effect, "", ALL_FOUR);
+        let hidden = run(&scenario);
+        assert_ne!(hidden.status(), Status::Converged, "{effect}");
+        let terms = &mut scenario.stated.identifier.terms;
+        [terms.delay, terms.dead_band, terms.current_loop] = declare;
+        let declared = run(&scenario);
+        assert_eq!(
+            declared.status(),
+            Status::Converged,
+            "{effect}: {}",
+            declared.reason
+        );
+        let off = declared.b.last / 257.7 - 1.0;
+        assert!(off.abs() < 0.005, "{effect}: {off}");
+        let off = declared.coulomb.last / 5.0 - 1.0;
+        assert!(off.abs() < 0.05, "{effect}: {off}");
+    }
+}

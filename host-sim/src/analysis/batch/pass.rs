@@ -1,8 +1,8 @@
 //! A pass of the model over a stretch, with what each of many effects would do to its output error.
 
 use identifier_core::model::{
-    AngleSettings, AngledInputs, FrictionStep, Innovation, KnownInputs, ListeningModel,
-    ModelValues, Moved, Phase,
+    Amplifier, AmplifierState, AngleSettings, AngledInputs, FrictionStep, Innovation, KnownInputs,
+    ListeningModel, ModelValues, Moved, Phase,
 };
 use identifier_core::unknowns::AllUnknowns;
 
@@ -23,8 +23,13 @@ pub(super) struct Recorded {
 }
 
 impl Recorded {
-    /// Of samples, in so many counts per rad.
-    pub(super) fn of(samples: impl Iterator<Item = Kept>, per_rad: f64) -> Self {
+    /// Of samples, in so many counts per rad, behind a declared amplifier.
+    pub(super) fn of(
+        samples: impl Iterator<Item = Kept>,
+        per_rad: f64,
+        amplifier: &Amplifier<f64>,
+    ) -> Self {
+        let mut current = AmplifierState::<f64, 4>::START;
         let mut recorded = Self {
             positions: Vec::new(),
             angles: Vec::new(),
@@ -41,10 +46,12 @@ impl Recorded {
             };
             if sample.begins || last.is_none() {
                 recorded.begins.push(recorded.positions.len());
+                current = AmplifierState::START;
             }
             recorded.positions.push(position);
             recorded.angles.push(angle);
-            recorded.commands.push(sample.command);
+            let acts = amplifier.process(&mut current, sample.command);
+            recorded.commands.push(acts);
         }
         recorded
     }

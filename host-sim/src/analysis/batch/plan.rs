@@ -1,6 +1,6 @@
 //! How a pass over the end of a run is done: units, usual sizes, the bandwidth of the correction, blocks.
 
-use identifier_core::model::{AngleSettings, ModelValues};
+use identifier_core::model::{Amplifier, AngleSettings, ModelValues};
 use identifier_core::unknowns::{AllUnknowns, Term, Unknown};
 
 use super::pass::{LONGEST_DELAY, Plan, Recorded};
@@ -47,7 +47,8 @@ impl Prepared {
     ) -> Option<Self> {
         let units = judged.scenario.units();
         let skipped = samples.len().saturating_sub(effort.samples);
-        let recorded = Recorded::of(samples.skip(skipped), units.position());
+        let amplifier = amplifier(judged);
+        let recorded = Recorded::of(samples.skip(skipped), units.position(), &amplifier);
         let Recorded {
             positions,
             commands,
@@ -126,7 +127,7 @@ fn values(judged: &Judged<'_>) -> Option<ModelValues<f64>> {
         entered.map_or_else(
             || match unknown.term() {
                 Some(Term::Delay) => declared.delay,
-                Some(Term::DeadBand) => declared.dead_band,
+                // A declared dead band is the amplifier's.
                 _ => 0.0,
             },
             |term| term.value,
@@ -143,6 +144,20 @@ fn values(judged: &Judged<'_>) -> Option<ModelValues<f64>> {
         && values.parameters.gain > 0.0
         && values.parameters.coulomb >= 0.0;
     sound.then_some(values)
+}
+
+/// What is declared of the amplifier, and is no term: dead band, then current loop. The delay is the
+/// model's, which knows what more of it would do.
+fn amplifier(judged: &Judged<'_>) -> Amplifier<f64> {
+    let declared = &judged.scenario.stated.identifier.terms;
+    let entered = |unknown| judged.terms.iter().any(|term| term.unknown == unknown);
+    let dead_band = if entered(Unknown::DeadBand) {
+        0.0
+    } else {
+        declared.dead_band
+    };
+    let current_loop = declared.current_loop / judged.scenario.sample_time();
+    Amplifier::new(dead_band, 0.0, current_loop)
 }
 
 fn angle(judged: &Judged<'_>) -> AngleSettings<f64> {
