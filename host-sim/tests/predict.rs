@@ -109,6 +109,25 @@ fn what_was_learnt_from_two_logs_predicts_a_third() {
 }
 
 #[test]
+fn what_does_not_predict_another_log_is_not_converged() {
+    let folder = folder("predict-another");
+    let [a, b] = [1, 2].map(|seed| log(&folder, seed, 1e-3));
+    // The brake drags.
+    let c = log_of(
+        &folder,
+        3,
+        1e-3,
+        "low_speed_friction = 25.0\nlow_speed_velocity = 100.0\n",
+    );
+    let scenario = scenario(&folder, ALL, CONTROLLER);
+    let same = result(&[&a], &[&b], &scenario);
+    assert_eq!(same["status"], "converged", "{same}");
+    let other = result(&[&a], &[&b, &c], &scenario);
+    assert_eq!(other["status"], "unexplained", "{other}");
+    assert_eq!(other["code"], 43, "{other}");
+}
+
+#[test]
 fn a_declared_current_loop_acts_in_the_prediction_too() {
     let folder = folder("predict-current-loop");
     let [a, b] = [1, 2].map(|seed| log_of(&folder, seed, 1e-3, "current_loop = 0.002\n"));

@@ -13,11 +13,14 @@ use host_sim::scenario::keys::KEYS;
 use host_sim::scenario::{Purpose, Scenario};
 use readable::assert_readable;
 
-const SCENARIOS: [&str; 9] = [
+const SCENARIOS: [&str; 12] = [
     include_str!("../scenarios/compare.toml"),
     include_str!("../scenarios/drift.toml"),
+    include_str!("../scenarios/emps.toml"),
+    include_str!("../scenarios/fast_axis.toml"),
     include_str!("../scenarios/friction.toml"),
     include_str!("../scenarios/geared_axis.toml"),
+    include_str!("../scenarios/gravity_link.toml"),
     include_str!("../scenarios/minimal.toml"),
     include_str!("../scenarios/paper-least-squares.toml"),
     include_str!("../scenarios/paper.toml"),

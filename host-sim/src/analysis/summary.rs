@@ -83,6 +83,7 @@ pub struct Summariser {
     outside_a: Option<f64>,
     outside_b: Option<f64>,
     end: f64,
+    prediction: Option<f64>,
 }
 
 impl Summariser {
@@ -122,6 +123,7 @@ impl Summariser {
             outside_a: None,
             outside_b: None,
             end: 0.0,
+            prediction: None,
         }
     }
 
@@ -167,6 +169,16 @@ impl Summariser {
         self.last_position = None;
     }
 
+    /// The estimates predicted a motion that they have not seen with this error, relative to the
+    /// motion; the largest counts.
+    pub fn predicted(&mut self, error: f64) {
+        // What is not a number is no small error.
+        let worse = |known: f64| error.is_nan() || error > known;
+        if self.prediction.is_none_or(worse) {
+            self.prediction = Some(error);
+        }
+    }
+
     /// The servo that is judged: of laws with standard errors of their own the last estimates, which
     /// hold all that was seen, of others the mean over the tail.
     fn judged(&self) -> ServoParameters {
@@ -188,7 +200,7 @@ impl Summariser {
 
     /// The summary of a run that has ended.
     #[must_use]
-    pub fn finish(self, scenario: &Scenario, outcome: Outcome) -> Summary {
+    pub fn finish(self, scenario: &Scenario, mut outcome: Outcome) -> Summary {
         let estimated = scenario.estimated();
         let judged = self.judged();
         let unknowns: Vec<Unknown> = (estimated.iter().copied().map(Unknown::from))
@@ -209,7 +221,7 @@ impl Summariser {
             .filter(|(parameter, _)| estimated.contains(parameter))
             .map(|(parameter, tracked)| (*parameter, tracked, parameter.of(&judged)))
             .collect();
-        let evidence = evidence::of(&Known {
+        let mut evidence = evidence::of(&Known {
             motion: Motion {
                 samples: outcome.samples,
                 counts_travelled: self.travelled / scenario.stated.resolution,
@@ -218,6 +230,7 @@ impl Summariser {
             parameters: &parameters,
             batch: batch.as_ref(),
         });
+        evidence.prediction = self.prediction;
         let verdict = Verdict::on(&evidence);
         let reason = evidence::reason(&verdict, scenario, &outcome);
         let estimates: [Estimate; 4] = std::array::from_fn(|i| {
@@ -227,6 +240,14 @@ impl Summariser {
             let std_error = of.and_then(|(_, of)| of.uncertainty());
             self.tracked[i].estimate(|_| tolerance, std_error)
         });
+        for term in &mut outcome.terms {
+            let of = evidence
+                .unknowns()
+                .find(|(known, _)| *known == term.unknown);
+            if let Some(uncertainty) = of.and_then(|(_, of)| of.uncertainty()) {
+                term.std_error = uncertainty;
+            }
+        }
         let still_outside = |outside: Option<f64>| outside.is_some_and(|time| time >= self.end);
         let known = self.truth.is_some() && verdict.status != Status::Aborted;
         let settling = |outside: Option<f64>| {

@@ -67,6 +67,11 @@ impl Recording {
         }
     }
 
+    /// The estimates predicted a motion that they have not seen with this relative error.
+    pub(super) fn predicted(&mut self, error: f64) {
+        self.summariser.predicted(error);
+    }
+
     pub(super) fn finish(self, scenario: &Scenario, outcome: Outcome) -> Recorded {
         let summary = self.summariser.finish(scenario, outcome);
         Recorded {

@@ -68,6 +68,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         for log in predicted {
             let seen = is_learnt(log);
             let predicted = replay::predict(&scenario, &replayed, log).map_err(of_replay)?;
+            if let Some(open_loop) = predicted.open_loop.filter(|_| !seen) {
+                recording.predicted(open_loop.relative);
+            }
             predictions.push(PredictionDocument::new(log, seen, &predicted));
         }
     }

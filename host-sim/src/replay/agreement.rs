@@ -19,7 +19,7 @@ pub struct Agreement {
 
 impl Agreement {
     /// Relative difference up to which the declared controller counts as the one that ran.
-    pub const TOLERANCE: f64 = 0.05;
+    pub const TOLERANCE: f64 = 0.005;
 
     /// The root mean square difference relative to the command's.
     #[must_use]

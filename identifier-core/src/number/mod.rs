@@ -219,6 +219,28 @@ mod tests {
     use super::Number;
     use proptest::prelude::*;
 
+    /// Angles as models ask for them: an order of ripple times an angle of up to a revolution.
+    #[test]
+    fn f32_sine_and_cosine_are_off_by_what_is_stated() {
+        const HIGHEST_ORDER: u32 = 200;
+        const ANGLES: u32 = 1_000_000;
+        let mut largest = [0.0_f64; 2];
+        for k in 0..=ANGLES {
+            let order = f64::from(1 + k % HIGHEST_ORDER);
+            let revolutions = 2.0 * f64::from(k) / f64::from(ANGLES) - 1.0;
+            let angle = (core::f64::consts::TAU * order * revolutions) as f32;
+            let (sine, cosine) = angle.sine_cosine();
+            let exact = libm::sincos(f64::from(angle));
+            let off = [f64::from(sine) - exact.0, f64::from(cosine) - exact.1];
+            for (largest, off) in largest.iter_mut().zip(off) {
+                *largest = largest.max(off.abs());
+            }
+        }
+        for largest in largest {
+            assert!((1.1e-3..1.2e-3).contains(&largest), "off by {largest:e}");
+        }
+    }
+
     proptest! {
         #[test]
         fn f32_reciprocal_is_within_a_few_units_in_the_last_place(x in 1e-30_f32..1e30) {

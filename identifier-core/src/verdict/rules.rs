@@ -118,6 +118,10 @@ const AT_ZERO: f64 = 0.002;
 /// The prediction error from which estimates do not hold outside the data that they come from.
 const PREDICTED: f64 = 0.1;
 
+/// The same where the model explains its own data down to the encoder: without a loop the least error
+/// of an estimate adds up.
+const ADDED_UP: f64 = 0.3;
+
 impl Verdict {
     /// The verdict on the evidence. Where much speaks against the estimates, what must be mended first
     /// is the reason.
@@ -263,10 +267,8 @@ fn unpredicted(evidence: &Evidence) -> Option<Reason> {
     let beyond = evidence
         .residual
         .is_none_or(|residual| residual.beyond_encoder > BEYOND_ENCODER);
-    (beyond && !within(error, PREDICTED)).then_some(Reason::NotPredicted {
-        error,
-        limit: PREDICTED,
-    })
+    let limit = if beyond { PREDICTED } else { ADDED_UP };
+    (!within(error, limit)).then_some(Reason::NotPredicted { error, limit })
 }
 
 fn first(
