@@ -117,6 +117,28 @@ fn bounds_that_follow_from_the_box_are_sent() {
     assert!(here == there, "bit for bit");
 }
 
+/// What the chip would refuse, or worse, take no notice of.
+#[test]
+fn terms_and_what_is_declared_of_the_amplifier_are_refused_before_a_chip_is_asked() {
+    let path = folder("pil-terms").join("scenario.toml");
+    for (key, asked) in [
+        ("identifier.terms", "terms = [\"delay\"]"),
+        ("identifier.required_terms", "required_terms = [\"delay\"]"),
+        ("amplifier.delay", "[amplifier]\ndelay = 1e-3"),
+        ("amplifier.dead_band", "[amplifier]\ndead_band = 0.1"),
+        ("amplifier.current_loop", "[amplifier]\ncurrent_loop = 1e-3"),
+    ] {
+        let text = format!(
+            "[plant]\na = 0.5\nb = 250.0\n[identifier]\nlaw = \"gauss-newton\"\n\
+             arithmetic = \"f32\"\nparameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n{asked}\n"
+        );
+        std::fs::write(&path, text).expect("the scenario is written");
+        let scenario = Scenario::load(&path, Purpose::Run).expect("a PC can");
+        let fault = host_sim::pil::loop_settings(&scenario).expect_err(key);
+        assert!(fault.to_string().starts_with(key), "{fault}");
+    }
+}
+
 #[test]
 fn a_run_without_a_sample_is_an_error() {
     let path = scenario("pil-empty", |text| text);

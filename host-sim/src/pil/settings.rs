@@ -55,6 +55,25 @@ pub(super) fn of(scenario: &Scenario) -> Result<(LoopSettings, Outcome), Fault> 
         let fault = "a chip counts, so it must not be 0";
         return refused("encoder.counts_per_rev", fault);
     }
+    let terms = &scenario.stated.identifier.terms;
+    for (key, asked) in [
+        ("identifier.terms", terms.allowed),
+        ("identifier.required_terms", terms.demanded),
+    ] {
+        if !asked.is_empty() {
+            return refused(key, "the models of the firmware have no optional terms");
+        }
+    }
+    for (key, declared) in [
+        ("amplifier.delay", terms.delay),
+        ("amplifier.dead_band", terms.dead_band),
+        ("amplifier.current_loop", terms.current_loop),
+    ] {
+        if declared != 0.0 {
+            let fault = "the firmware takes every command as what acts at once: leave it out";
+            return refused(key, fault);
+        }
+    }
     let core = scenario
         .settings()
         .map_err(|error| scenario.fault(&error))?;

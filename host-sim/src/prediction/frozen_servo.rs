@@ -24,8 +24,9 @@ pub struct FrozenServo {
     angle: AngleSettings<f64>,
     step: FrictionStep<f64>,
     response: Response<f64>,
-    /// The declared current loop; delay and dead band, declared or found, are terms of the model.
-    current_loop: Amplifier<f64>,
+    /// The declared dead band and current loop, in the order in which the identifiers have them; a
+    /// delay, declared or found, and a dead band that was found are terms of the model.
+    amplifier: Amplifier<f64>,
 }
 
 /// Where a servo is, how fast, and which commands are still on their way to it.
@@ -38,7 +39,7 @@ pub struct State {
     /// How far it has moved in the last sample, rad.
     pub moved: f64,
     inputs: Inputs,
-    current_loop: AmplifierState<f64, 4>,
+    amplifier: AmplifierState<f64, 4>,
 }
 
 impl FrozenServo {
@@ -70,7 +71,7 @@ impl FrozenServo {
             },
             response: step.step.response(parameters.x),
             step,
-            current_loop: Amplifier::new(0.0, 0.0, 0.0),
+            amplifier: Amplifier::new(0.0, 0.0, 0.0),
         })
     }
 
@@ -83,11 +84,12 @@ impl FrozenServo {
     ) -> Self {
         let units = self.units;
         let mut sizes = [0.0; 12];
-        let declared_sizes = [
-            (Unknown::Delay, declared.delay),
-            (Unknown::DeadBand, declared.dead_band),
-        ];
-        for (unknown, size) in declared_sizes.into_iter().chain(found) {
+        let mut dead_band = declared.dead_band;
+        let declared_delay = [(Unknown::Delay, declared.delay)];
+        for (unknown, size) in declared_delay.into_iter().chain(found) {
+            if unknown == Unknown::DeadBand {
+                dead_band = 0.0;
+            }
             let place = Unknown::ALL.iter().position(|one| *one == unknown);
             if let Some(place) = place {
                 sizes[place] = size * unknown.scale(&units);
@@ -99,7 +101,7 @@ impl FrozenServo {
             .map_or(0.0, |speed| 1.0 / (speed * units.velocity()));
         self.values.terms = terms;
         let lag = declared.current_loop / units.sample_time();
-        self.current_loop = Amplifier::new(0.0, 0.0, lag);
+        self.amplifier = Amplifier::new(dead_band, 0.0, lag);
         self.angle = AngleSettings {
             revolution: declared.revolution,
             resolution: TAU / declared.revolution,
@@ -116,7 +118,7 @@ impl FrozenServo {
             velocity,
             moved: 0.0,
             inputs: Inputs::START,
-            current_loop: AmplifierState::START,
+            amplifier: AmplifierState::START,
         };
         state.inputs.place(&self.angle, position);
         let longest = <Inputs as KnownInputs<f64>>::LONGEST_DELAY as u32;
@@ -128,7 +130,7 @@ impl FrozenServo {
 
     fn take(&self, state: &mut State, moved: f64, command: f64) -> Acting<f64> {
         let terms = &self.values.terms;
-        let command = self.current_loop.process(&mut state.current_loop, command);
+        let command = self.amplifier.process(&mut state.amplifier, command);
         state
             .inputs
             .take(&self.angle, terms, moved, command, state.velocity)
@@ -166,7 +168,7 @@ impl FrozenServo {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use virtual_servo::Plant;
+    use virtual_servo::{Effects, Plant, Servo};
 
     const SERVO: ServoParameters = ServoParameters {
         a: 0.2174,
@@ -218,6 +220,34 @@ mod tests {
             }
             assert!(most < 1e-6, "{most}");
         }
+    }
+
+    /// A command within the dead band gives no current; a lagging current within it would not act.
+    #[test]
+    fn a_declared_dead_band_comes_before_the_current_loop() {
+        let declared = TermSettings {
+            dead_band: 0.1,
+            current_loop: 5e-3,
+            ..TermSettings::NONE
+        };
+        let effects = Effects {
+            dead_band: 0.1,
+            current_loop: 5e-3,
+            ..Effects::NONE
+        };
+        let frozen = FrozenServo::new(&SERVO, 1e-3)
+            .expect("valid")
+            .with_terms(&declared, []);
+        let mut state = frozen.start(0.0, 0.0, 0.0);
+        let mut servo = Servo::at_rest(&SERVO, &effects, 1e-3, 1).expect("valid");
+        let mut most: f64 = 0.0;
+        for k in 0..5_000 {
+            frozen.advance(&mut state, command(k));
+            servo.advance(command(k));
+            most = most.max((state.position - servo.position()).abs());
+        }
+        assert!(servo.position().abs() > 0.1, "{}", servo.position());
+        assert!(most < 1e-3, "{most}");
     }
 
     #[test]

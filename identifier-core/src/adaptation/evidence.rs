@@ -19,6 +19,9 @@ pub trait Evidence<N, const P: usize>: Copy + core::fmt::Debug + PartialEq {
     /// Begins anew with the evidence for the terms that have not entered.
     fn begin_anew(&mut self);
 
+    /// The next block does not follow the last.
+    fn interrupt(&mut self) {}
+
     /// Whether the estimates may still move because of the term that entered last.
     fn is_settling(&self) -> bool;
 
@@ -33,8 +36,8 @@ pub trait Evidence<N, const P: usize>: Copy + core::fmt::Debug + PartialEq {
     /// fitted, over the sum of squared errors; none where it is not gathered.
     fn left_by(&self, free: &[bool; P]) -> Option<f64>;
 
-    /// Blocks that were gathered.
-    fn blocks(&self) -> f64;
+    /// Independent blocks that were gathered.
+    fn independent(&self) -> f64;
 }
 
 /// For models without terms.
@@ -66,7 +69,7 @@ impl<N: Number, const P: usize> Evidence<N, P> for () {
         None
     }
 
-    fn blocks(&self) -> f64 {
+    fn independent(&self) -> f64 {
         0.0
     }
 }
@@ -133,26 +136,84 @@ impl<N: Number, const P: usize> Evidence<N, P> for OnDemand {
         None
     }
 
-    fn blocks(&self) -> f64 {
+    fn independent(&self) -> f64 {
         0.0
     }
 }
 
 /// For models whose terms enter when there is evidence for them: how well each would explain the
 /// errors, what the unknowns that have entered explain set aside (a score test on the blocks).
+///
+/// Errors that go on from block to block, as those of a load that wanders do, resemble any slow
+/// sensitivity; so errors and sensitivities are whitened alike, to first order, before they are
+/// compared.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gathered<N, const P: usize> {
     moved: OnDemand,
     equations: NormalEquations<N, P>,
     blocks: u32,
+    /// Whether there is a last block.
+    follows: bool,
+    error: N,
+    sensitivity: [N; P],
+    /// How errors go on from block to block as they are, and as they are when whitened.
+    raw: LagOne<N>,
+    white: LagOne<N>,
+}
+
+/// The correlation of a sequence from element to element.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct LagOne<N> {
+    square: N,
+    product: N,
+    last: N,
+}
+
+impl<N: Number> LagOne<N> {
+    /// The largest that is told: a correlation of one would leave nothing.
+    const MOST: f64 = 0.98;
+
+    const NONE: Self = Self {
+        square: N::ZERO,
+        product: N::ZERO,
+        last: N::ZERO,
+    };
+
+    fn observe(&mut self, value: N) {
+        self.square += value * value;
+        self.product += value * self.last;
+        self.last = value;
+    }
+
+    /// From 0 to [`LagOne::MOST`].
+    fn correlation(&self) -> f64 {
+        let square = self.square.to_f64();
+        if square > 0.0 {
+            (self.product.to_f64() / square).clamp(0.0, Self::MOST)
+        } else {
+            0.0
+        }
+    }
+}
+
+impl<N: Number, const P: usize> Gathered<N, P> {
+    /// Nothing was gathered yet.
+    const fn of(moved: OnDemand) -> Self {
+        Self {
+            moved,
+            equations: NormalEquations::EMPTY,
+            blocks: 0,
+            follows: false,
+            error: N::ZERO,
+            sensitivity: [N::ZERO; P],
+            raw: LagOne::NONE,
+            white: LagOne::NONE,
+        }
+    }
 }
 
 impl<N: Number, const P: usize> Evidence<N, P> for Gathered<N, P> {
-    const NONE: Self = Self {
-        moved: <OnDemand as Evidence<N, P>>::NONE,
-        equations: NormalEquations::EMPTY,
-        blocks: 0,
-    };
+    const NONE: Self = Self::of(<OnDemand as Evidence<N, P>>::NONE);
 
     #[inline]
     fn entered(&self) -> Terms {
@@ -161,14 +222,16 @@ impl<N: Number, const P: usize> Evidence<N, P> for Gathered<N, P> {
 
     fn enter(&mut self, terms: Terms) {
         Evidence::<N, P>::enter(&mut self.moved, terms);
-        self.equations = NormalEquations::EMPTY;
-        self.blocks = 0;
+        *self = Self::of(self.moved);
     }
 
     fn begin_anew(&mut self) {
         Evidence::<N, P>::begin_anew(&mut self.moved);
-        self.equations = NormalEquations::EMPTY;
-        self.blocks = 0;
+        *self = Self::of(self.moved);
+    }
+
+    fn interrupt(&mut self) {
+        self.follows = false;
     }
 
     fn is_settling(&self) -> bool {
@@ -177,7 +240,19 @@ impl<N: Number, const P: usize> Evidence<N, P> for Gathered<N, P> {
 
     fn observe(&mut self, sensitivity: &[N; P], error: N, direction: N) {
         Evidence::<N, P>::observe(&mut self.moved, sensitivity, error, direction);
-        self.equations.add(sensitivity, error);
+        let (last_error, last_sensitivity) = (self.error, self.sensitivity);
+        (self.error, self.sensitivity) = (error, *sensitivity);
+        if !core::mem::replace(&mut self.follows, true) {
+            self.raw.last = error;
+            self.white.last = N::ZERO;
+            return;
+        }
+        self.raw.observe(error);
+        let kept = N::from_f64(self.raw.correlation());
+        let news = error - kept * last_error;
+        let row = core::array::from_fn(|i| sensitivity[i] - kept * last_sensitivity[i]);
+        self.white.observe(news);
+        self.equations.add(&row, news);
         self.blocks = self.blocks.saturating_add(1);
     }
 
@@ -192,7 +267,8 @@ impl<N: Number, const P: usize> Evidence<N, P> for Gathered<N, P> {
         (all > 0.0).then(|| (1.0 - explained / all).max(0.0))
     }
 
-    fn blocks(&self) -> f64 {
-        f64::from(self.blocks)
+    fn independent(&self) -> f64 {
+        let correlation = self.white.correlation();
+        f64::from(self.blocks) * (1.0 - correlation) / (1.0 + correlation)
     }
 }

@@ -289,6 +289,26 @@ fn of_a_load_that_wanders_only_the_news_is_learnt_from() {
     }
 }
 
+/// Errors that go on from block to block resemble gravity and whatever else is slow.
+#[test]
+fn a_load_that_wanders_is_not_taken_for_what_else_is_slow() {
+    let all = Term::ALL.into_iter().fold(Terms::NONE, Terms::with);
+    for case in cases() {
+        let load_wander = [0.05 * case.servo.authority(), 0.3];
+        let wanders = Effects {
+            load_wander,
+            ..Effects::NONE
+        };
+        for found in on_all_cores(8, |seed| run(&case, seed, &wanders, Terms::NONE, all)) {
+            let (name, entered) = (case.name, found.entered);
+            println!("{name}: {entered:?}");
+            for term in [Term::Delay, Term::Gravity, Term::Asymmetry, Term::DeadBand] {
+                assert!(!entered.has(term), "{name}: {}", term.name());
+            }
+        }
+    }
+}
+
 #[test]
 fn a_term_that_is_forbidden_stays_away_and_its_effect_shows() {
     let [paper, ..] = cases();

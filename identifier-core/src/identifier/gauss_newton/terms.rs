@@ -27,6 +27,7 @@ where
     #[inline]
     pub(super) fn gather(&self, state: &mut Recursion<N, S, P>, mean: N) -> bool {
         if !state.law.is_learning() {
+            state.evidence.interrupt();
             return false;
         }
         let direction = state.model.velocity;
@@ -73,7 +74,7 @@ where
             })
         };
         let left = state.evidence.left_by(&free_with(None))?;
-        let independent = state.evidence.blocks() / state.law.colour();
+        let independent = state.evidence.independent();
         let mut best = None;
         let mut most = 0.0;
         let wanders = Term::WanderingLoad;
