@@ -277,7 +277,7 @@ pub trait UnknownSet<const P: usize>: Copy + core::fmt::Debug {
     type Evidence<N: Number>: Evidence<N, P>;
 
     /// What is done about a load that wanders: `()` for nothing,
-    /// [`FirstOrder`](crate::adaptation::FirstOrder) for whitening.
+    /// [`FirstOrder`] for whitening.
     type Whitening<N: Number>: Whitening<N, P>;
 
     /// Whether Coulomb friction is one of them.

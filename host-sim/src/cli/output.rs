@@ -12,7 +12,7 @@ use crate::replay::Agreement;
 use crate::report::json::Document;
 use crate::report::logs::{LogDocument, PredictionDocument};
 use crate::report::panels::{self, Traces};
-use crate::report::{residual, table};
+use crate::report::{residual, table, terms};
 use crate::scenario::Scenario;
 
 /// Where the results of one experiment go.
@@ -113,6 +113,11 @@ impl Results {
                 say!("{warning}{agreement}")?;
             }
             say!("{}", table::estimates(&[(summary.law, &summary)]))?;
+            let truth = summary.truth.map(|_| &scenario.effects);
+            let terms = terms::terms(&summary, truth);
+            if !terms.is_empty() {
+                say!("{terms}")?;
+            }
             say!("{}: {}", summary.status().name(), summary.reason)?;
             if let Some(batch) = &summary.batch {
                 say!(

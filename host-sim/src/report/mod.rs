@@ -11,5 +11,6 @@ pub mod panels;
 pub mod plot;
 pub mod residual;
 pub mod table;
+pub mod terms;
 
 pub use envelope::Envelope;

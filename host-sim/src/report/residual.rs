@@ -37,6 +37,10 @@ impl fmt::Display for Words<'_> {
                 100.0 * finding.share,
                 finding.cause.remedy()
             ),
+            None if residual.rms <= residual.resolution_rms => write!(
+                f,
+                "\n  it is no larger than the encoder's; nothing stands out"
+            ),
             None if residual.is_coloured() => {
                 write!(f, "\n  the model lacks something; nothing stands out")
             }
