@@ -136,8 +136,11 @@ pub(super) fn reason(verdict: &Verdict, scenario: &Scenario, outcome: &Outcome) 
     let events = &outcome.events;
     if events.restarted > 0 {
         reason.push_str(&format!(
-            "; the model loop ran away and was started again {} times: check gains and sample time",
-            events.restarted
+            "; on the way its errors were too large for too long, and the model was started again: {}",
+            match events.restarted {
+                1 => "once".to_owned(),
+                times => format!("{times} times"),
+            }
         ));
     }
     if events.not_following > 0 {

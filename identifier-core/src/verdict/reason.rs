@@ -175,6 +175,17 @@ impl fmt::Display for Reason {
                 unknown,
                 movement,
                 limit,
+            } if movement.is_infinite() => write!(
+                f,
+                "{} moved on over the last quarter of the run with steps that did not get shorter; at \
+                 rest they would, to below {}: run longer",
+                unknown.name(),
+                Quantity(limit, unknown)
+            ),
+            Self::StillMoving {
+                unknown,
+                movement,
+                limit,
             } => write!(
                 f,
                 "{} still moved by {} over the last quarter of the run, or had that far to go; at \

@@ -256,7 +256,12 @@ impl Gathered {
             error: self.error,
             columns: self.columns,
             rms: (squares / count.max(1.0)).sqrt(),
-            correlation: if squares > 0.0 { lagged / squares } else { 0.0 },
+            // The first and the last square are in one sum only.
+            correlation: if squares > 0.0 {
+                (lagged / squares).clamp(-1.0, 1.0)
+            } else {
+                0.0
+            },
         }
     }
 }
