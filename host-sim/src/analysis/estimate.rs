@@ -37,12 +37,14 @@ pub(super) struct Tracked {
     thirds: [Statistics; 3],
     samples: f64,
     at_bound: f64,
+    ends_at_bound: bool,
 }
 
 impl Tracked {
     /// Takes in a value; over the tail, in which third of it.
     pub(super) fn add(&mut self, value: f64, at_bound: bool, third: Option<usize>) {
         self.last = value;
+        self.ends_at_bound = at_bound;
         if third.is_some() {
             self.samples += 1.0;
             self.at_bound += f64::from(u8::from(at_bound));
@@ -81,7 +83,7 @@ impl Tracked {
             tail_std,
             to_go: distance_to_go(means, tolerance(tail_mean), tail_std),
             std_error,
-            at_bound: self.at_bound > AT_BOUND * self.samples,
+            at_bound: self.ends_at_bound && self.at_bound > AT_BOUND * self.samples,
         }
     }
 }

@@ -37,7 +37,7 @@ impl fmt::Display for Words<'_> {
                 100.0 * finding.share,
                 finding.cause.remedy()
             ),
-            None if residual.rms <= residual.resolution_rms => write!(
+            None if !residual.is_large() => write!(
                 f,
                 "\n  it is no larger than the encoder's; nothing stands out"
             ),

@@ -227,3 +227,22 @@ fn errors_of_the_encoder_alone_raise_no_alarm() {
         .count();
     assert!(alarms as f64 <= 0.02 * found.len() as f64);
 }
+
+/// The rounding of 256 counts is neither white nor small beside the motion, and resembles a resonance.
+#[test]
+fn a_coarse_encoder_is_not_taken_for_a_resonance() {
+    let [paper, ..] = KINDS;
+    for sample_time in [5e-5, 1e-3] {
+        let coarse = Kind {
+            sample_time,
+            counts: 256.0,
+            duration: 6.0,
+            ..paper
+        };
+        for seed in 1..=4 {
+            let summary = run(&coarse.run(seed, "", "", ALL_FOUR));
+            assert_ne!(summary.status(), Status::Unexplained, "{}", summary.reason);
+            assert!(summary.cause().is_none(), "{}", summary.reason);
+        }
+    }
+}

@@ -35,9 +35,11 @@ const PERIOD: f64 = 8.0;
 const PLAYS: [f64; 3] = [3.0, 12.0, 48.0];
 
 /// The candidates; `ringing` is the frequency at which the output error swings most, radians a sample.
+/// Unless the output error is `large` beside the encoder's, a resonance is none of them.
 pub(super) fn of(
     judged: &Judged<'_>,
     prepared: &Prepared,
+    large: bool,
     ringing: Option<f64>,
 ) -> Vec<Vec<Effect>> {
     let has = |unknown: Unknown| judged.unknowns.contains(&unknown);
@@ -83,10 +85,13 @@ pub(super) fn of(
         }
         candidates.push(vec![Effect::EccentricSine, Effect::EccentricCosine]);
     }
-    candidates.push(vec![Effect::Compliance(None)]);
-    if let Some(frequency) = ringing {
-        let near = RESONANCES.map(|factor| vec![Effect::Compliance(Some(factor * frequency))]);
-        candidates.extend(near);
+    // The rounding of a coarse encoder goes with the acceleration too.
+    if large {
+        candidates.push(vec![Effect::Compliance(None)]);
+        let near = |frequency| {
+            RESONANCES.map(|factor: f64| vec![Effect::Compliance(Some(factor * frequency))])
+        };
+        candidates.extend(ringing.map(near).into_iter().flatten());
     }
     candidates.extend(PLAYS.map(|counts| vec![Effect::Play(counts)]));
     candidates.push(vec![Effect::GainDrift]);

@@ -106,7 +106,13 @@ impl Residual {
     /// Whether the encoder's resolution accounts for the output error.
     #[must_use]
     pub fn is_the_encoders(&self) -> bool {
-        self.rms <= Self::BEYOND_ENCODER * self.resolution_rms && !self.is_coloured()
+        !self.is_large() && !self.is_coloured()
+    }
+
+    /// Whether it is more than the encoder's resolution leaves.
+    #[must_use]
+    pub fn is_large(&self) -> bool {
+        self.rms > Self::BEYOND_ENCODER * self.resolution_rms
     }
 
     /// Whether it is correlated from sample to sample.
@@ -183,7 +189,7 @@ impl Batch {
             let from = ABOVE_MOTION * prepared.plan.omega * block;
             let ringing =
                 ringing::frequency(&fit.unexplained, from).map(|per_block| per_block / block);
-            let candidates = candidates::of(judged, &prepared, ringing);
+            let candidates = candidates::of(judged, &prepared, residual.is_large(), ringing);
             let effects: Vec<Effect> = candidates.iter().flatten().copied().collect();
             let blocks = pass(&prepared.recorded, &prepared.plan, &effects);
             score::of(judged, &fit, &candidates, &blocks.columns, swing)
