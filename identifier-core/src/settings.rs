@@ -78,7 +78,9 @@ pub struct IdentifierSettings {
     pub start_time: Option<f64>,
     /// The memory of Gauss–Newton, s, for a servo that changes. None: unlimited.
     pub memory: Option<f64>,
-    /// Optional terms of the model, for Gauss–Newton.
+    /// Optional terms of the model, for Gauss–Newton and window. They are not serialised: what
+    /// settings are sent to, a drive and its store, has no terms.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub terms: TermSettings,
     /// The fastest that the servo can move, rad/s; a larger jump of the count is refused. None: what
     /// the number format counts exactly in a sample.
@@ -111,6 +113,12 @@ pub struct TermSettings {
     /// The angle after which gravity and ripple repeat, rad: 2π on a motor's shaft; a pole pitch in m
     /// over which a linear motor's ripple of order one repeats.
     pub revolution: f64,
+}
+
+impl Default for TermSettings {
+    fn default() -> Self {
+        Self::NONE
+    }
 }
 
 impl TermSettings {
