@@ -64,11 +64,7 @@ impl FrozenServo {
                 parameters,
                 ..ModelValues::of_set::<AllUnknowns, 12>(&[0.0; 12])
             },
-            angle: AngleSettings {
-                revolution: TAU,
-                resolution: 1.0,
-                order: 0.0,
-            },
+            angle: AngleSettings::new(TAU, 0.0),
             response: step.step.response(parameters.x),
             step,
             amplifier: Amplifier::new(0.0, 0.0, 0.0),
@@ -102,11 +98,7 @@ impl FrozenServo {
         self.values.terms = terms;
         let lag = declared.current_loop / units.sample_time();
         self.amplifier = Amplifier::new(dead_band, 0.0, lag);
-        self.angle = AngleSettings {
-            revolution: declared.revolution,
-            resolution: TAU / declared.revolution,
-            order: declared.ripple_order.unwrap_or(0.0),
-        };
+        self.angle = AngleSettings::new(declared.revolution, declared.ripple_order.unwrap_or(0.0));
         self
     }
 

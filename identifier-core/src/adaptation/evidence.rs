@@ -38,6 +38,12 @@ pub trait Evidence<N, const P: usize>: Copy + core::fmt::Debug + PartialEq {
 
     /// Independent blocks that were gathered.
     fn independent(&self) -> f64;
+
+    /// How the errors of the gathered blocks go on from one to the next: their correlation, from 0 to
+    /// 0.98.
+    fn correlation(&self) -> f64 {
+        0.0
+    }
 }
 
 /// For models without terms.
@@ -265,6 +271,10 @@ impl<N: Number, const P: usize> Evidence<N, P> for Gathered<N, P> {
         let all = self.equations.cost().to_f64();
         let explained = self.equations.explained_by(free).to_f64();
         (all > 0.0).then(|| (1.0 - explained / all).max(0.0))
+    }
+
+    fn correlation(&self) -> f64 {
+        self.raw.correlation()
     }
 
     fn independent(&self) -> f64 {

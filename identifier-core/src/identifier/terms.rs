@@ -104,12 +104,7 @@ impl TermConfig {
 
     /// What the model needs to know about the angle.
     pub(super) fn angle<N: Number>(&self, units: &Units) -> AngleSettings<N> {
-        let counts = self.revolution * units.position();
-        AngleSettings {
-            revolution: N::from_f64(counts),
-            resolution: N::from_f64(core::f64::consts::TAU / counts),
-            order: N::from_f64(self.ripple_order),
-        }
+        AngleSettings::new(self.revolution * units.position(), self.ripple_order)
     }
 
     /// ρ/(T v_s), zero without v_s.

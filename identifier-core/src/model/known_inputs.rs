@@ -40,6 +40,8 @@ impl<N: Number> Acting<N> {
 pub struct AngleSettings<N> {
     /// Position units of a revolution; zero for an axis without angle, or a model that needs none.
     pub revolution: N,
+    /// Its reciprocal.
+    pub per_revolution: N,
     /// Rad per position unit.
     pub resolution: N,
     /// The order N of the ripple.
@@ -50,9 +52,25 @@ impl<N: Number> AngleSettings<N> {
     /// No angle.
     pub const NONE: Self = Self {
         revolution: N::ZERO,
+        per_revolution: N::ZERO,
         resolution: N::ZERO,
         order: N::ZERO,
     };
+
+    /// A revolution of so many position units and the order of the ripple; without a revolution there
+    /// is no angle.
+    #[must_use]
+    pub fn new(revolution: f64, order: f64) -> Self {
+        if revolution.is_nan() || revolution <= 0.0 {
+            return Self::NONE;
+        }
+        Self {
+            revolution: N::from_f64(revolution),
+            per_revolution: N::from_f64(1.0 / revolution),
+            resolution: N::from_f64(core::f64::consts::TAU / revolution),
+            order: N::from_f64(order),
+        }
+    }
 }
 
 /// The part of a model's state that does not depend on its motion: which commands were given, and
@@ -179,13 +197,12 @@ impl<N: Number, const L: usize> AngledInputs<N, L> {
     /// The position within a revolution.
     #[inline]
     fn within(angle: &AngleSettings<N>, position: N) -> N {
-        let revolution = angle.revolution;
-        if position >= revolution {
-            position - revolution
-        } else if position < N::ZERO {
-            position + revolution
+        let turns = (position * angle.per_revolution).whole();
+        let rest = position - N::from_count(turns) * angle.revolution;
+        if rest < N::ZERO {
+            rest + angle.revolution
         } else {
-            position
+            rest
         }
     }
 }
@@ -219,12 +236,7 @@ impl<N: Number, const L: usize> KnownInputs<N> for AngledInputs<N, L> {
     }
 
     fn place(&mut self, angle: &AngleSettings<N>, position: N) {
-        let revolution = angle.revolution.to_f64();
-        if revolution > 0.0 {
-            let position = position.to_f64();
-            let turns = libm::floor(position / revolution);
-            self.position = Self::within(angle, N::from_f64(position - turns * revolution));
-        }
+        self.position = Self::within(angle, position);
     }
 }
 
@@ -294,16 +306,11 @@ mod tests {
 
     #[test]
     fn the_angle_is_measured_through_every_revolution_from_where_it_begins() {
-        let counts = 1000.0;
-        let angle = AngleSettings {
-            revolution: counts,
-            resolution: core::f64::consts::TAU / counts,
-            order: 6.0,
-        };
+        let angle = AngleSettings::<f64>::new(1000.0, 6.0);
         let mut inputs = AngledInputs::<f64, 4>::START;
         let mut position = -12_345.0;
         inputs.place(&angle, position);
-        for increment in [3.0, 700.0, -999.0, 250.0, -1.0, 999.0] {
+        for increment in [3.0, 700.0, -999.0, 250.0, -1.0, 999.0, 5321.0, -7777.0] {
             let acting = inputs.take(&angle, &TermValues::NONE, increment, 0.0, 2.0);
             position += increment;
             let q = (position + 1.0) * angle.resolution;

@@ -163,9 +163,6 @@ fn amplifier(judged: &Judged<'_>) -> Amplifier<f64> {
 fn angle(judged: &Judged<'_>) -> AngleSettings<f64> {
     let units = judged.scenario.units();
     let declared = &judged.scenario.stated.identifier.terms;
-    AngleSettings {
-        revolution: declared.revolution * units.position(),
-        resolution: std::f64::consts::TAU / (declared.revolution * units.position()),
-        order: declared.ripple_order.unwrap_or(0.0),
-    }
+    let counts = declared.revolution * units.position();
+    AngleSettings::new(counts, declared.ripple_order.unwrap_or(0.0))
 }

@@ -64,6 +64,7 @@ pub struct GaussNewton<N, const P: usize> {
     ninth: N,
     steepest: N,
     calming: N,
+    renewed: N,
     per_block: N,
     moved: N,
     back: N,
@@ -108,7 +109,7 @@ pub struct GaussNewtonState<N: Number, S: UnknownSet<P>, const P: usize> {
     owed: N,
     /// How many times P has lately been raised with the noise level; fades to one.
     inflated: N,
-    evidence: Evidence<N>,
+    weighed: WeighedErrors<N>,
     /// How many blocks its sums are of.
     blocks: u16,
     phase: u8,
@@ -117,13 +118,13 @@ pub struct GaussNewtonState<N: Number, S: UnknownSet<P>, const P: usize> {
 
 /// The output error over the noise that it was weighed with, for standard errors: sums over blocks.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Evidence<N> {
+struct WeighedErrors<N> {
     square: N,
     lag_one: N,
     last: N,
 }
 
-impl<N: Number> Evidence<N> {
+impl<N: Number> WeighedErrors<N> {
     /// When the sums are of so many blocks, they are halved: the past fades, and no sum grows so large
     /// that a block is lost in rounding.
     const FADING: u16 = 4000;
@@ -239,23 +240,6 @@ impl<N: Number, S: UnknownSet<P>, const P: usize> GaussNewtonState<N, S, P> {
         self.learning
     }
 
-    /// How many blocks carry the information of one: (1 + ρ)/(1 − ρ) for errors that go on from block
-    /// to block as ρᵏ.
-    #[must_use]
-    pub fn colour(&self) -> f64 {
-        /// The range of correlations that is used. The errors of a corrected model alternate: at the
-        /// low frequencies of the sensitivities they are smaller than their mean square suggests.
-        const CORRELATED: (f64, f64) = (-0.5, 0.98);
-        let square = self.evidence.square.to_f64();
-        if square > 0.0 {
-            let correlation =
-                (self.evidence.lag_one.to_f64() / square).clamp(CORRELATED.0, CORRELATED.1);
-            (1.0 + correlation) / (1.0 - correlation)
-        } else {
-            1.0
-        }
-    }
-
     /// ψ of the block that was gathered last.
     #[inline]
     #[must_use]
@@ -275,9 +259,14 @@ impl<N: Number, S: UnknownSet<P>, const P: usize> GaussNewtonState<N, S, P> {
     /// What the variances of P are to be multiplied by: the mean square of the error over its noise,
     /// times (1 + ρ)/(1 − ρ) for errors that go on from block to block as ρᵏ.
     fn doubted(&self) -> f64 {
-        let square = self.evidence.square.to_f64();
+        /// The range of correlations that is used. The errors of a corrected model alternate: at the
+        /// low frequencies of the sensitivities they are smaller than their mean square suggests.
+        const CORRELATED: (f64, f64) = (-0.5, 0.98);
+        let square = self.weighed.square.to_f64();
         if square > 0.0 {
-            square / f64::from(self.blocks) * self.colour()
+            let correlation =
+                (self.weighed.lag_one.to_f64() / square).clamp(CORRELATED.0, CORRELATED.1);
+            square / f64::from(self.blocks) * (1.0 + correlation) / (1.0 - correlation)
         } else {
             1.0
         }
@@ -339,6 +328,9 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     /// The time constant with which the memory of a risen noise level fades, s.
     pub const CALMING: f64 = 0.5;
 
+    /// The memory of the correlation of the errors from block to block that whitening takes out, s.
+    pub const CORRELATION_MEMORY: f64 = 4.0;
+
     /// The least r over ψᵀP ψ.
     pub const CAUTION: f64 = 20.0;
 
@@ -369,6 +361,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             caution: N::from_f64(Self::CAUTION),
             ninth: N::from_f64(1.0 / 9.0),
             steepest: N::from_f64(Self::STEEPEST),
+            renewed: N::from_f64(1.0 / blocks(Self::CORRELATION_MEMORY, Self::LEAST_BLOCKS)),
             calming: N::from_f64(1.0 / blocks(Self::CALMING, Self::LEAST_BLOCKS)),
             per_block: N::from_f64(1.0 / f64::from(Self::BLOCK)),
             moved: N::from_f64(f64::from(Self::MOVES + 1)),
@@ -409,7 +402,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             peak: self.noise,
             owed: N::ONE,
             inflated: N::ONE,
-            evidence: Evidence::NONE,
+            weighed: WeighedErrors::NONE,
             blocks: 0,
             phase: 0,
             learning: false,
@@ -491,9 +484,10 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         state.error = N::ZERO;
         let moves = speed.magnitude() >= self.dead_zone;
         let mut sensitivity = state.sensitivity;
+        let renewed = if moves { self.renewed } else { N::ZERO };
         state
             .whitening
-            .process(&mut sensitivity, state.mean_error, moves);
+            .process(&mut sensitivity, state.mean_error, renewed);
         state.measurement = state.factors.project(&sensitivity);
         // A sensitivity beyond the range of numbers is not used.
         state.learning = moves && state.measurement.variance <= N::REACH * N::REACH;
@@ -537,11 +531,11 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         let surprise = error * error * self.ninth - predicted;
         let noise = larger(floor, larger(surprise, self.caution * predicted));
         state.measurement.weigh(noise);
-        state.evidence.observe(error, state.measurement.precision);
+        state.weighed.observe(error, state.measurement.precision);
         state.blocks += 1;
-        if state.blocks == Evidence::<N>::FADING {
+        if state.blocks == WeighedErrors::<N>::FADING {
             state.blocks /= 2;
-            state.evidence.fade();
+            state.weighed.fade();
         }
         state
             .factors

@@ -14,9 +14,9 @@ pub trait Whitening<N, const P: usize>: Copy + core::fmt::Debug + PartialEq {
     /// Whether it has begun.
     fn has_begun(&self) -> bool;
 
-    /// Takes the mean error of a block and its sensitivity, and leaves of both what is news; `counts`
-    /// says whether the model moved.
-    fn process(&mut self, sensitivity: &mut [N; P], error: N, counts: bool);
+    /// Takes the mean error of a block and its sensitivity, and leaves of both what is news. `renewed`
+    /// is the part of the correlation that the block renews; zero where the model did not move.
+    fn process(&mut self, sensitivity: &mut [N; P], error: N, renewed: N);
 
     /// The error of the last block as it is to be learnt from; `raw` is that error as it was.
     fn news(&self, raw: N) -> N;
@@ -40,7 +40,7 @@ impl<N: Number, const P: usize> Whitening<N, P> for () {
     }
 
     #[inline]
-    fn process(&mut self, _: &mut [N; P], _: N, _: bool) {}
+    fn process(&mut self, _: &mut [N; P], _: N, _: N) {}
 
     #[inline]
     fn news(&self, raw: N) -> N {
@@ -71,9 +71,6 @@ pub struct FirstOrder<N, const P: usize> {
 }
 
 impl<N: Number, const P: usize> FirstOrder<N, P> {
-    /// The memory of the correlation, as a part of it that each block renews.
-    const RENEWED: f64 = 1.0 / 500.0;
-
     /// The largest correlation that is taken out: a constant load has to stay visible.
     const MOST: f64 = 0.99;
 }
@@ -99,7 +96,7 @@ impl<N: Number, const P: usize> Whitening<N, P> for FirstOrder<N, P> {
         self.begun
     }
 
-    fn process(&mut self, sensitivity: &mut [N; P], error: N, counts: bool) {
+    fn process(&mut self, sensitivity: &mut [N; P], error: N, renewed: N) {
         let (last_error, last_sensitivity) = (self.error, self.sensitivity);
         self.error = error;
         self.sensitivity = *sensitivity;
@@ -107,8 +104,7 @@ impl<N: Number, const P: usize> Whitening<N, P> for FirstOrder<N, P> {
         if !core::mem::replace(&mut self.follows, true) {
             return;
         }
-        if counts {
-            let renewed = N::from_f64(Self::RENEWED);
+        if renewed > N::ZERO {
             self.square += renewed * (error * error - self.square);
             self.lag_one += renewed * (error * last_error - self.lag_one);
             if self.square > N::ZERO && self.square.reciprocal().is_finite() {
@@ -145,6 +141,7 @@ mod tests {
 
     #[test]
     fn of_errors_that_go_on_only_what_is_new_is_left() {
+        const RENEWED: f64 = 1.0 / 500.0;
         let mut whitening = FirstOrder::<f64, 1>::START;
         whitening.begin();
         let (mut error, mut news, mut plain) = (0.0, 0.0, 0.0);
@@ -154,7 +151,7 @@ mod tests {
             let white = f64::from(state) / f64::from(u32::MAX) - 0.5;
             error = 0.9 * error + white;
             let mut sensitivity = [1.0];
-            whitening.process(&mut sensitivity, error, true);
+            whitening.process(&mut sensitivity, error, RENEWED);
             if k > 5000 {
                 news += whitening.news(error).powi(2);
                 plain += white.powi(2);
@@ -169,11 +166,11 @@ mod tests {
         let mut whitening = FirstOrder::<f64, 1>::START;
         whitening.begin();
         for error in [1.0, 1.0, 1.0] {
-            whitening.process(&mut [1.0], error, true);
+            whitening.process(&mut [1.0], error, 0.01);
         }
         whitening.interrupt();
         let mut sensitivity = [1.0];
-        whitening.process(&mut sensitivity, 5.0, true);
+        whitening.process(&mut sensitivity, 5.0, 0.01);
         assert_eq!((whitening.news(5.0), sensitivity), (5.0, [1.0]));
     }
 }

@@ -126,11 +126,7 @@ where
             free: config.free,
             scale,
             bandwidth: config.bandwidth.map(|omega| N::from_f64(omega * m)),
-            angle: AngleSettings {
-                revolution: N::from_f64(config.angle.revolution),
-                resolution: N::from_f64(config.angle.resolution),
-                order: N::from_f64(config.angle.order),
-            },
+            angle: AngleSettings::new(config.angle.revolution, config.angle.order),
             per_low_speed_velocity: N::from_f64(config.per_low_speed_velocity / m),
             demanded: config.demanded,
             set: PhantomData,

@@ -6,9 +6,6 @@ use crate::model::{Acting, Innovation, KnownInputs, ListeningModel, ModelValues,
 use crate::number::Number;
 use crate::unknowns::{Unknown, UnknownSet};
 
-/// The largest standard deviation of a delay, samples.
-const LONGEST_DOUBTED_DELAY: f64 = 4.0;
-
 impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
@@ -88,7 +85,7 @@ where
             &state.tangents.position,
             &state.tangents.velocity,
             state.model.velocity,
-            |estimates| Self::most(omega, scale, estimates),
+            |estimates| self.most(omega, scale, estimates),
         );
         match step {
             GaussNewtonStep::Working => {}
@@ -124,13 +121,13 @@ where
     /// The largest variances that forgetting may lead to: of a from the bandwidth, of b from a factor,
     /// of friction, load and what else is an acceleration from that which the command gives.
     #[inline]
-    pub(super) fn most(omega: N, scale: N, estimates: &[N; P]) -> [N; P] {
+    pub(super) fn most(&self, omega: N, scale: N, estimates: &[N; P]) -> [N; P] {
         let model = ModelValues::of_set::<S, P>(estimates).parameters;
         S::UNKNOWNS.map(|unknown| {
             let deviation = match unknown {
                 Unknown::A | Unknown::Asymmetry => omega + omega + model.x + model.x,
                 Unknown::B => model.gain + model.gain,
-                Unknown::Delay => N::from_f64(LONGEST_DOUBTED_DELAY),
+                Unknown::Delay => self.doubted_delay,
                 Unknown::DeadBand => N::REACH,
                 _ => scale,
             };

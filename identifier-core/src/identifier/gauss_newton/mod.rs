@@ -63,6 +63,8 @@ pub struct GaussNewtonRecursion<N, S, const P: usize, const W: usize = 256> {
     per_low_speed_velocity: N,
     demanded: Terms,
     allowed: Terms,
+    /// The largest standard deviation of a delay, samples.
+    doubted_delay: N,
     /// Blocks that the model must have moved in each direction before a term enters.
     enough: u16,
     units: Units,
@@ -151,6 +153,9 @@ where
 
     /// The largest ω T of the correction then. The encoder's noise no longer matters.
     pub const UNEXPLAINED_WIDEST: f64 = 0.15;
+
+    /// The largest standard deviation of a delay, s; at least four samples.
+    pub const DOUBTED_DELAY: f64 = 4e-3;
 
     /// The time for which the model must have moved in each direction before a term enters, and
     /// again before the next does, s.

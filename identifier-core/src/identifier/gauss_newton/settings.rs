@@ -59,6 +59,7 @@ where
             per_low_speed_velocity: N::from_f64(terms.per_low_speed_velocity(&units)),
             demanded: terms.demanded,
             allowed: terms.allowed,
+            doubted_delay: N::from_f64((Self::DOUBTED_DELAY / sample_time).max(4.0)),
             enough: blocks(Self::ENOUGH) as u16,
             units,
             longest: config.longest_increment()?,

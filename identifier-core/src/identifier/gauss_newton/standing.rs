@@ -76,7 +76,7 @@ where
                 state.law.replace(i, lowered);
             }
         }
-        let most = Self::most(state.measured, state.scale, &state.law.estimates());
+        let most = self.most(state.measured, state.scale, &state.law.estimates());
         state.law.doubt(N::from_f64(4.0), &most);
         state.model = ListeningModel::alongside(slid * N::from_count(i32::from(held)).reciprocal());
         state.tangents = Tangents::NONE;

@@ -10,9 +10,8 @@ use crate::unknowns::{Term, Terms, Unknown, UnknownSet};
 const SHARE: f64 = 0.01;
 const SIGNIFICANT: f64 = 30.0;
 
-/// (1 + ρ)/(1 − ρ) of the errors from which a load wanders, ρ being their correlation from block to
-/// block: 0.8.
-const COLOURED: f64 = 9.0;
+/// The correlation of the errors from block to block above which a load wanders.
+const COLOURED: f64 = 0.8;
 
 /// The factor on the variances of the estimates when a term enters: they contain what it explains.
 const DOUBT: f64 = 100.0;
@@ -78,7 +77,8 @@ where
         let mut best = None;
         let mut most = 0.0;
         let wanders = Term::WanderingLoad;
-        if absent(&wanders) && self.allowed.has(wanders) && state.law.colour() > COLOURED {
+        if absent(&wanders) && self.allowed.has(wanders) && state.evidence.correlation() > COLOURED
+        {
             // The last that is thought of: any other effect colours the errors too.
             best = Some(wanders);
         }
@@ -105,7 +105,7 @@ where
         }
         let estimates = law.estimates();
         self.law.settle_anew(law);
-        law.doubt(N::from_f64(DOUBT), &Self::most(omega, scale, &estimates));
+        law.doubt(N::from_f64(DOUBT), &self.most(omega, scale, &estimates));
         for (i, &unknown) in S::UNKNOWNS.iter().enumerate() {
             if term.is_of(unknown) {
                 let deviation = Self::prior(unknown, omega, scale, &estimates);
