@@ -4,6 +4,7 @@
 #![deny(missing_docs)]
 
 pub mod adaptation;
+pub mod commission;
 pub mod control;
 pub mod drive;
 pub mod error;
@@ -18,6 +19,7 @@ pub mod number;
 pub mod parameters;
 pub mod settings;
 pub mod stability;
+pub mod tuning;
 pub mod units;
 pub mod unknowns;
 pub mod verdict;

@@ -1,0 +1,27 @@
+use super::{IdentifiedServo, Phase, StopReason};
+use crate::identifier::NumberedBlock;
+use crate::tuning::Tuning;
+
+/// What the interrupt's half tells the study.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Finding<N> {
+    /// A motion of this phase begins: [`Phase::Wiggle`], [`Phase::Refine`] or [`Phase::Verify`].
+    Begins(Phase),
+    /// A piece of its record.
+    Block(NumberedBlock<N>),
+    /// It has ended and was recorded: study it.
+    Ended,
+}
+
+/// What the study answers, once for each motion that has ended, and once more when it has tuned.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Answer {
+    /// The servo as it is known now: after the first motion and after the second.
+    Identified(IdentifiedServo),
+    /// The third motion was predicted; gains are looked for next.
+    Verified,
+    /// Gains and what they promise.
+    Tuned(Tuning),
+    /// It cannot go on.
+    Failed(StopReason),
+}

@@ -1,0 +1,69 @@
+/// Where a commissioning stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Phase {
+    /// Not begun.
+    Idle,
+    /// The servo is let go, or held by the gains before, and must stay where it is.
+    ReleasedCheck,
+    /// A relay about the holding command, within the limits.
+    Wiggle,
+    /// The servo is held while the study fits.
+    Fit,
+    /// A second motion, from which the study learns more.
+    Refine,
+    /// A third motion, which the frozen model must predict.
+    Verify,
+    /// The servo is held while the study tunes.
+    Tune,
+    /// The new gains hold, and a step and a disturbance are measured against the promise.
+    Trial,
+    /// The new gains hold for good.
+    Applied,
+    /// The new gains failed; those before hold again.
+    RolledBack,
+    /// Ended before there were new gains; those before hold, or the servo is let go.
+    Aborted,
+}
+
+impl Phase {
+    /// All, in their order.
+    pub const ALL: [Self; 11] = [
+        Self::Idle,
+        Self::ReleasedCheck,
+        Self::Wiggle,
+        Self::Fit,
+        Self::Refine,
+        Self::Verify,
+        Self::Tune,
+        Self::Trial,
+        Self::Applied,
+        Self::RolledBack,
+        Self::Aborted,
+    ];
+
+    /// Its name in results and on the line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Idle => "idle",
+            Self::ReleasedCheck => "released-check",
+            Self::Wiggle => "wiggle",
+            Self::Fit => "fit",
+            Self::Refine => "refine",
+            Self::Verify => "verify",
+            Self::Tune => "tune",
+            Self::Trial => "trial",
+            Self::Applied => "applied",
+            Self::RolledBack => "rolled-back",
+            Self::Aborted => "aborted",
+        }
+    }
+
+    /// Whether it is an end: nothing follows but another commissioning.
+    #[must_use]
+    pub const fn is_end(self) -> bool {
+        matches!(self, Self::Applied | Self::RolledBack | Self::Aborted)
+    }
+}

@@ -1,0 +1,36 @@
+use crate::model::ServoParameters;
+
+/// What a commissioning has found of the servo, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct IdentifiedServo {
+    /// a, b, Coulomb friction and load.
+    pub parameters: ServoParameters,
+    /// The delay from a command to its acceleration besides the hold's, s.
+    pub delay: f64,
+    /// Covariance of [a, b, c, τ, d] in this order, SI; zero for what is known.
+    pub covariance: [[f64; 5]; 5],
+    /// Standard deviation of what the model leaves unexplained of the position, rad; at least the
+    /// encoder's.
+    pub unexplained: f64,
+}
+
+impl IdentifiedServo {
+    /// Places in the covariance.
+    pub const A: usize = 0;
+    /// Of b.
+    pub const B: usize = 1;
+    /// Of c.
+    pub const COULOMB: usize = 2;
+    /// Of τ.
+    pub const DELAY: usize = 3;
+    /// Of d.
+    pub const LOAD: usize = 4;
+
+    /// The standard error of an unknown by its place.
+    #[must_use]
+    pub fn standard_error(&self, place: usize) -> f64 {
+        let variance = self.covariance.get(place).and_then(|row| row.get(place));
+        libm::sqrt(variance.copied().unwrap_or(0.0).max(0.0))
+    }
+}

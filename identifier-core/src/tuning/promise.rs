@@ -1,0 +1,45 @@
+use super::Cap;
+
+/// Gains and what they promise, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Tuning {
+    /// Proportional gain, command units per rad.
+    pub kp: f64,
+    /// Derivative gain, command units per rad/s.
+    pub kd: f64,
+    /// Integral gain, command units per rad s.
+    pub ki: f64,
+    /// Cut-off of the velocity estimate, rad/s.
+    pub cutoff: f64,
+    /// ω of the double pole, rad/s.
+    pub bandwidth: f64,
+    /// What keeps it from being faster; none where it is as fast as was asked for.
+    pub cap: Option<Cap>,
+    /// What it promises.
+    pub promise: Promise,
+}
+
+/// What a loop will do, for the identified servo, and at worst for those that it may be as well.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Promise {
+    /// The step of the reference that it is for, rad.
+    pub step: f64,
+    /// From 10 to 90 % of the step, s.
+    pub rise_time: f64,
+    /// Beyond the step, a part of it.
+    pub overshoot: f64,
+    /// Until the position stays within 2 % of the step, at least two counts, s.
+    pub settling_time: f64,
+    /// Mₛ, the largest sensitivity, at the worst corner.
+    pub sensitivity: f64,
+    /// The factors by which the loop's gain may fall and rise, at the worst corner.
+    pub gain_margins: [f64; 2],
+    /// The largest command of the step, as a part of what there is.
+    pub command_share: f64,
+    /// Standard deviation of the command from the encoder's rounding, command units.
+    pub noise: f64,
+    /// The farthest that a step of the load of one rad/s² moves the servo, rad per rad/s².
+    pub compliance: f64,
+}
