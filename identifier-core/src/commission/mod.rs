@@ -14,17 +14,22 @@
 //! hand in a simulator. A commissioning whose study gets the same slices in the same samples is the same to
 //! the bit wherever it runs.
 
+mod crude;
 mod error;
+mod fit;
 mod machine;
 mod message;
 mod phase;
+mod regression;
 mod servo;
 mod settings;
 mod stop;
 mod study;
 mod wiggle;
 
+pub use crude::Crude;
 pub use error::CommissionError;
+pub use fit::{FitSettings, Motion, MotionRecorder, ServoFit, ServoFitter};
 pub use machine::{Commission, CommissionState, CommissionStep, GainsBefore, Seen};
 pub use message::{Answer, Finding};
 pub use phase::Phase;
@@ -32,4 +37,4 @@ pub use servo::IdentifiedServo;
 pub use settings::{CommissionSettings, Limits};
 pub use stop::StopReason;
 pub use study::Study;
-pub use wiggle::{Crude, LargestMotion, Progress, Wiggle, WiggleSettings, WiggleState, WiggleStep};
+pub use wiggle::{LargestMotion, Progress, Wiggle, WiggleSettings, WiggleState, WiggleStep};
