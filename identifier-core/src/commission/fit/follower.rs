@@ -20,6 +20,16 @@ pub(super) struct Follower<N> {
     velocities: [N; UNKNOWNS],
 }
 
+/// A model's motion over a piece.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Gone<N> {
+    pub(super) way: N,
+    pub(super) acceleration: N,
+    pub(super) phase: Phase<N>,
+    /// What acted.
+    pub(super) command: N,
+}
+
 impl<N: Number> Follower<N> {
     /// Before the first piece.
     pub(super) fn new(step: &FrictionStep<N>, unknowns: &[N; UNKNOWNS], first_command: N) -> Self {
@@ -39,7 +49,7 @@ impl<N: Number> Follower<N> {
     }
 
     /// Moves over a piece.
-    pub(super) fn advance(&mut self, step: &FrictionStep<N>, piece: &Piece<N>) {
+    pub(super) fn advance(&mut self, step: &FrictionStep<N>, piece: &Piece<N>) -> Gone<N> {
         let [x, gain, coulomb] = [A, B, COULOMB].map(|i| self.unknowns[i]);
         let acting = self.inputs.take(piece, self.unknowns[DELAY]);
         let drive = gain * acting.command + self.unknowns[LOAD];
@@ -79,6 +89,12 @@ impl<N: Number> Follower<N> {
         if !matches!(phase, Phase::Stuck) {
             self.positions[B] += acting.lead * moving;
             self.positions[DELAY] += gain * acting.lead_per_delay * moving;
+        }
+        Gone {
+            way: motion.increment,
+            acceleration: motion.velocity - before,
+            phase,
+            command: acting.command,
         }
     }
 

@@ -2,13 +2,17 @@
 
 mod delayed;
 mod follower;
+mod lacking;
 mod motion;
+mod prediction;
+mod predictor;
 mod prior;
 mod recorder;
 mod servo_fit;
 mod servo_fitter;
 
 pub use motion::Motion;
+pub use prediction::{Predicting, Prediction};
 pub use recorder::MotionRecorder;
 pub use servo_fit::ServoFit;
 pub use servo_fitter::{FitSettings, ServoFitter};

@@ -111,6 +111,11 @@ impl<N: Number> ServoFitter<N> {
         Some(self.result(fit, motion))
     }
 
+    /// Position of a count, rad.
+    pub(super) fn resolution(&self) -> f64 {
+        self.settings.resolution
+    }
+
     /// The time of a piece, s.
     pub(super) fn piece_time<const W: usize>(&self, motion: &Motion<N, W>) -> f64 {
         let samples = f64::from(self.settings.block()) * f64::from(motion.blocks_to_a_piece());
