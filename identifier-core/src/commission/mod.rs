@@ -29,7 +29,9 @@ mod wiggle;
 
 pub use crude::Crude;
 pub use error::CommissionError;
-pub use fit::{FitSettings, Motion, MotionRecorder, Predicting, Prediction, ServoFit, ServoFitter};
+pub use fit::{
+    FitSettings, Motion, MotionBlock, MotionRecorder, Predicting, Prediction, ServoFit, ServoFitter,
+};
 pub use machine::{Commission, CommissionState, CommissionStep, GainsBefore, Seen};
 pub use message::{Answer, Finding};
 pub use phase::Phase;

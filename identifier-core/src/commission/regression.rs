@@ -45,6 +45,30 @@ impl<N: Number> Gathered<N> {
         self.equations.add(row, value);
     }
 
+    /// The estimate, if the standard error of b is below a quarter of it.
+    pub(crate) fn sure(&self) -> Option<Crude<N>> {
+        const SQUARE: f64 = 12.0 / 16.0;
+        let estimate = self.estimate()?;
+        let mut unit = [N::ZERO; 4];
+        unit[GAIN] = N::ONE;
+        let variance = self.equations.variance(&unit);
+        let sure = variance < N::from_f64(SQUARE) * estimate.gain * estimate.gain;
+        (sure && variance > N::ZERO).then_some(estimate)
+    }
+
+    /// The servo broke away in a direction at a command: friction and load are in balance with it.
+    pub(crate) fn broke_away(&mut self, command: N, direction: N) {
+        let weight = N::from_f64(1e3);
+        let mut row = [N::ZERO; 4];
+        row[GAIN] = weight * command;
+        row[if direction > N::ZERO {
+            FORWARD
+        } else {
+            BACKWARD
+        }] = weight;
+        self.equations.add(&row, N::ZERO);
+    }
+
     /// The estimate as it is now, where it makes sense.
     pub(crate) fn estimate(&self) -> Option<Crude<N>> {
         let free = [true; 4];
@@ -80,27 +104,43 @@ impl<N: Number> Regression<N> {
         direction: N,
         acted: N,
     ) -> bool {
+        self.observe_for(N::ONE, gathered, increment, direction, acted)
+    }
+
+    /// The same for what happened over a time, samples.
+    #[inline]
+    pub(crate) fn observe_for(
+        &self,
+        time: N,
+        gathered: &mut Gathered<N>,
+        increment: N,
+        direction: N,
+        acted: N,
+    ) -> bool {
         let half = N::from_f64(0.5);
         let [follow, pull] = self.gains;
+        let (follow, pull) = (follow * time, pull * time);
         let drive = pull * gathered.error;
         let before = gathered.error_velocity;
-        gathered.error += increment - follow * gathered.error - before - half * drive;
+        let way = (before + half * drive) * time;
+        gathered.error += increment - follow * gathered.error - way;
         gathered.error_velocity = before + drive;
         let mut own = [N::ZERO; 4];
         if direction != N::ZERO {
-            own[GAIN] = acted;
-            if direction > N::ZERO {
-                own[FORWARD] = N::ONE;
+            own[GAIN] = acted * time;
+            own[if direction > N::ZERO {
+                FORWARD
             } else {
-                own[BACKWARD] = N::ONE;
-            }
+                BACKWARD
+            }] = time;
         }
         own[VISCOUS] = -increment;
         for i in 0..4 {
             let position = gathered.position[i];
             let velocity = gathered.velocity[i];
             let change = own[i] - pull * position;
-            gathered.position[i] = position - follow * position + velocity + half * change;
+            let way = (velocity + half * change) * time;
+            gathered.position[i] = position - follow * position + way;
             gathered.velocity[i] = velocity + change;
         }
         gathered.due += 1;

@@ -50,7 +50,7 @@ impl<N: Number> Wiggle<N> {
         let stride = libm::round(0.0005 / time) as u32;
         Ok(Self {
             plan: Plan::new(settings),
-            observer: Observer::new(omega.min(600.0) * time),
+            observer: Observer::new(omega.min(1200.0) * time),
             regression: Regression::new((80.0 * time).min(0.3), stride),
             settings: *settings,
         })
