@@ -151,10 +151,10 @@ impl<N: Number> Commission<N> {
         state.velocity_now = self
             .velocity
             .process(&mut state.velocity, increment.unwrap_or(N::ZERO));
-        if !state.phase.is_end() {
-            if let Err(reason) = self.watched(state, seen, increment) {
-                self.end(state, reason);
-            }
+        if !state.phase.is_end()
+            && let Err(reason) = self.watched(state, seen, increment)
+        {
+            self.end(state, reason);
         }
         let command = match increment {
             Some(increment) => self.act(state, increment).unwrap_or_else(|reason| {
