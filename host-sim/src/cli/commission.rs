@@ -55,7 +55,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let verdict = report::verdict(before.is_some(), &outcome);
     if !silent {
         say!("{}", report::phases(&outcome))?;
-        if let Some(servo) = &outcome.servo {
+        if let Some(servo) = outcome.servo() {
             say!("{}", report::servo(&scenario, servo))?;
         }
         if let Some(tuning) = &outcome.tuning {

@@ -7,13 +7,15 @@
 mod axis;
 mod course;
 mod record;
+mod response;
 
 pub use axis::Axis;
 pub use course::{Course, Excursion, Stretch};
-pub use record::{End, Outcome, Sample};
+pub use record::{End, Known, Outcome, Sample};
+pub use response::StepResponse;
 
 use identifier_core::commission::{
-    Commission, CommissionSettings, GainsBefore, LargestMotion, Seen, Study,
+    Answer, Commission, CommissionSettings, GainsBefore, LargestMotion, Seen, Study,
 };
 use identifier_core::number::Number;
 
@@ -103,6 +105,7 @@ impl Commissioning {
         let sample_time = self.settings.sample_time;
         let mut course = Course::default();
         let mut state = None;
+        let mut known = Vec::new();
         let mut end: Option<End> = None;
         loop {
             let time = course.samples() as f64 * sample_time;
@@ -119,6 +122,9 @@ impl Commissioning {
                 study.take(finding);
             }
             if let Some(answer) = study.work() {
+                if let Answer::Identified(servo) = answer {
+                    known.push(Known { time, servo });
+                }
                 machine.accept(state, &answer);
             }
             let sample = Sample {
@@ -143,7 +149,7 @@ impl Commissioning {
             if time >= over {
                 return Ok(Outcome {
                     end,
-                    servo: state.servo().copied(),
+                    known,
                     tuning: state.tuning().copied(),
                     course: course.finish(time),
                 });

@@ -33,13 +33,22 @@ pub struct End {
     pub time: f64,
 }
 
+/// What was known of the servo from a time on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Known {
+    /// Since when, s.
+    pub time: f64,
+    /// The servo.
+    pub servo: IdentifiedServo,
+}
+
 /// What is known of a commissioning once it has run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
     /// How it ended; none if it never did, which is a fault of the machine.
     pub end: Option<End>,
-    /// The servo, as far as it is known.
-    pub servo: Option<IdentifiedServo>,
+    /// The servo as it was known after each motion.
+    pub known: Vec<Known>,
     /// The gains that were found, and their promise.
     pub tuning: Option<Tuning>,
     /// Its phases, and how far the servo went.
@@ -51,6 +60,12 @@ impl Outcome {
     #[must_use]
     pub fn is_applied(&self) -> bool {
         self.end.is_some_and(|end| end.phase == Phase::Applied)
+    }
+
+    /// The servo, as far as it is known.
+    #[must_use]
+    pub fn servo(&self) -> Option<&IdentifiedServo> {
+        self.known.last().map(|known| &known.servo)
     }
 
     /// Why they do not.

@@ -139,7 +139,7 @@ impl Document {
             let names = UNKNOWNS.iter().map(|(name, ..)| *name);
             names.zip(values).collect::<BTreeMap<_, _>>()
         };
-        let servo = outcome.servo.as_ref();
+        let servo = outcome.servo();
         let tuning = outcome.tuning.as_ref();
         Self {
             status: end.map_or("unfinished", |end| end.phase.name()),
