@@ -1,5 +1,6 @@
 use super::{
-    Answer, CommissionError, CommissionSettings, Finding, IdentifiedServo, Phase, StopReason,
+    Answer, CommissionError, CommissionSettings, Finding, IdentifiedServo, LargestMotion, Phase,
+    StopReason,
 };
 use crate::number::Number;
 use crate::settings::ControllerSettings;
@@ -42,15 +43,6 @@ pub struct CommissionStep<N> {
     pub phase: Phase,
     /// What the study is to be told.
     pub finding: Option<Finding<N>>,
-}
-
-/// How far and how fast a servo can get in the motion before anything is known of it, SI.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LargestMotion {
-    /// Lowest and highest position, rad from where the servo stands.
-    pub travel: [f64; 2],
-    /// Rad/s.
-    pub speed: f64,
 }
 
 /// A commissioning under way.

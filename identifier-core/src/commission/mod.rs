@@ -22,12 +22,14 @@ mod servo;
 mod settings;
 mod stop;
 mod study;
+mod wiggle;
 
 pub use error::CommissionError;
-pub use machine::{Commission, CommissionState, CommissionStep, GainsBefore, LargestMotion, Seen};
+pub use machine::{Commission, CommissionState, CommissionStep, GainsBefore, Seen};
 pub use message::{Answer, Finding};
 pub use phase::Phase;
 pub use servo::IdentifiedServo;
 pub use settings::{CommissionSettings, Limits};
 pub use stop::StopReason;
 pub use study::Study;
+pub use wiggle::{Crude, LargestMotion, Progress, Wiggle, WiggleSettings, WiggleState, WiggleStep};
