@@ -15,7 +15,7 @@ pub use record::{End, Known, Outcome, Sample};
 pub use response::StepResponse;
 
 use identifier_core::commission::{
-    Answer, Commission, CommissionSettings, GainsBefore, LargestMotion, Seen, Study,
+    Answer, Commission, CommissionSettings, HoldingGains, LargestMotion, Seen, Study,
 };
 use identifier_core::number::Number;
 
@@ -35,7 +35,7 @@ const LONGEST: f64 = 120.0;
 pub struct Commissioning {
     axis: Axis,
     settings: CommissionSettings,
-    before: Option<GainsBefore>,
+    before: Option<HoldingGains>,
     arithmetic: Arithmetic,
     largest: LargestMotion,
 }
@@ -75,7 +75,7 @@ impl Commissioning {
 
     /// The gains that hold the servo before, if there are any.
     #[must_use]
-    pub fn gains_before(&self) -> Option<&GainsBefore> {
+    pub fn gains_before(&self) -> Option<&HoldingGains> {
         self.before.as_ref()
     }
 
@@ -121,7 +121,7 @@ impl Commissioning {
             if let Some(finding) = &step.finding {
                 study.take(finding);
             }
-            if let Some(answer) = study.work() {
+            for answer in (0..machine.slices()).filter_map(|_| study.work()) {
                 if let Answer::Identified(servo) = answer {
                     known.push(Known { time, servo });
                 }

@@ -1,7 +1,7 @@
 //! The step response of a loop, by the simulator's exact position.
 
 use identifier_core::Settings;
-use identifier_core::commission::GainsBefore;
+use identifier_core::commission::HoldingGains;
 use identifier_core::control::{ControlState, Controller, position_error};
 use identifier_core::identifier::IdentifierError;
 use identifier_core::measurement::velocity::LowPass;
@@ -26,7 +26,7 @@ impl StepResponse {
     /// The key that it cannot be built from.
     pub fn of(
         scenario: &Scenario,
-        gains: &GainsBefore,
+        gains: &HoldingGains,
         step: f64,
         [settling, lasting]: [f64; 2],
     ) -> Result<Self, Fault> {

@@ -1,6 +1,6 @@
 //! What a scenario states of a commissioning, and what the core makes of it.
 
-use identifier_core::commission::{CommissionError, CommissionSettings, GainsBefore, Limits};
+use identifier_core::commission::{CommissionError, CommissionSettings, HoldingGains, Limits};
 use identifier_core::tuning::Goal;
 
 use super::{Fault, Key, Scenario, Velocity};
@@ -131,14 +131,14 @@ impl Scenario {
     ///
     /// # Errors
     /// It has no low-pass: a commissioning can go back to no other.
-    pub fn gains_before(&self) -> Result<Option<GainsBefore>, Fault> {
+    pub fn gains_before(&self) -> Result<Option<HoldingGains>, Fault> {
         if self.stated.controller.is_some() && self.velocity != Velocity::LowPass {
             return Err(Fault::new(
                 "controller.velocity_filter.kind",
                 "a commissioning goes back to gains with a \"low-pass\", and to no other",
             ));
         }
-        Ok(self.stated.controller.map(|controller| GainsBefore {
+        Ok(self.stated.controller.map(|controller| HoldingGains {
             controller,
             cutoff: self.stated.cutoff,
         }))

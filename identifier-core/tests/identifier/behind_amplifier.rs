@@ -14,7 +14,7 @@ use identifier_core::settings::{BoxSettings, FromSettings, TermSettings, diagona
 use identifier_core::unknowns::{AbCoulombDelayLoad, Term, Terms, Unknown};
 use virtual_servo::{Effects, Encoder, Servo as TrueServo};
 
-use crate::support::{Controller, Kind, Reference, Servo, TRUTH, on_all_cores, paper};
+use crate::support::{Controller, Kind, Reference, TRUTH, on_all_cores, paper};
 
 type Behind<I> = BehindAmplifier<f64, I, 8>;
 type Gradient = Behind<GradientIdentifier<f64, LowPass<f64>, AbCoulombLoad, 4>>;

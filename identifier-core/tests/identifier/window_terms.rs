@@ -9,7 +9,7 @@ use identifier_core::settings::TermSettings;
 use identifier_core::unknowns::{Term, Terms, Unknown};
 use virtual_servo::{Effects, Encoder, Servo as TrueServo};
 
-use crate::support::{Controller, Kind, Reference, Servo, TRUTH, on_all_cores, paper};
+use crate::support::{Controller, Kind, Reference, TRUTH, on_all_cores, paper};
 
 /// Two seconds of a sample each.
 type Window = TermWindowIdentifier<f64, 2048>;

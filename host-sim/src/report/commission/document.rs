@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use identifier_core::commission::{GainsBefore, LargestMotion, Limits, StopReason};
+use identifier_core::commission::{HoldingGains, LargestMotion, Limits, StopReason};
 use identifier_core::tuning::{Promise, Tuning};
 use serde::Serialize;
 
@@ -131,7 +131,7 @@ impl Document {
         scenario: &Scenario,
         limits: &Limits,
         largest: &LargestMotion,
-        before: Option<&GainsBefore>,
+        before: Option<&HoldingGains>,
         outcome: &Outcome,
     ) -> Self {
         let end = outcome.end.as_ref();
@@ -236,7 +236,7 @@ impl GainsDocument {
         }
     }
 
-    fn of_before(before: &GainsBefore) -> Self {
+    fn of_before(before: &HoldingGains) -> Self {
         Self {
             kp: before.controller.kp,
             kd: before.controller.kd,

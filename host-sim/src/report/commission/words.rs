@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use comfy_table::{CellAlignment, Table, presets};
-use identifier_core::commission::{GainsBefore, IdentifiedServo, LargestMotion};
+use identifier_core::commission::{HoldingGains, IdentifiedServo, LargestMotion};
 use identifier_core::tuning::Tuning;
 
 use super::{UNKNOWNS, truth, values};
@@ -73,9 +73,9 @@ pub fn servo(scenario: &Scenario, servo: &IdentifiedServo) -> String {
 
 /// The gains before and the new ones.
 #[must_use]
-pub fn gains(before: Option<&GainsBefore>, tuning: &Tuning) -> String {
+pub fn gains(before: Option<&HoldingGains>, tuning: &Tuning) -> String {
     let mut table = heading(["gain", "before", "new", "unit"]);
-    let gain = |of: fn(&GainsBefore) -> f64| before.map_or_else(dash, |before| figure(of(before)));
+    let gain = |of: fn(&HoldingGains) -> f64| before.map_or_else(dash, |before| figure(of(before)));
     for (name, before, new, unit) in [
         (
             "kp",
