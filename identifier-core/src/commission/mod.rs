@@ -15,19 +15,28 @@
 //! the bit wherever it runs.
 
 mod error;
+mod gains;
+mod holding;
 mod machine;
 mod message;
 mod phase;
 mod servo;
 mod settings;
+mod state;
 mod stop;
 mod study;
+mod trial;
+mod wiggle;
 
 pub use error::CommissionError;
-pub use machine::{Commission, CommissionState, CommissionStep, GainsBefore, LargestMotion, Seen};
+pub use gains::HoldingGains;
+pub use machine::{Commission, CommissionStep, Seen};
 pub use message::{Answer, Finding};
 pub use phase::Phase;
 pub use servo::IdentifiedServo;
 pub use settings::{CommissionSettings, Limits};
+pub use state::CommissionState;
 pub use stop::StopReason;
 pub use study::Study;
+pub use trial::TrialResult;
+pub use wiggle::{Crude, LargestMotion, Progress, Wiggle, WiggleSettings, WiggleState, WiggleStep};

@@ -12,7 +12,7 @@ mod behind_amplifier;
 mod combined;
 pub(crate) mod config;
 mod error;
-mod fit;
+pub(crate) mod fit;
 mod gauss_newton;
 mod gradient;
 mod halves;
