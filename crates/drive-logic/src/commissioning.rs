@@ -2,7 +2,7 @@
 
 use drive_link::{self, Fault, NotAllowed, Outcome, Protection};
 use identifier_core::commission::{
-    Commission, CommissionSettings, CommissionState, GainsBefore, Phase, Seen, StopReason,
+    Commission, CommissionSettings, CommissionState, HoldingGains, Phase, Seen, StopReason,
 };
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::units::Units;
@@ -55,7 +55,7 @@ impl Commissioning {
     /// The setting that is not allowed.
     pub(crate) fn new(
         settings: &CommissionSettings,
-        before: Option<&GainsBefore>,
+        before: Option<&HoldingGains>,
         protection: &Protection,
     ) -> Result<Self, NotAllowed> {
         let refused = |error| parts::not_commissioned(&error);
@@ -85,6 +85,11 @@ impl Commissioning {
         self.moved.phase = self.state.phase();
         self.started_at = count;
         self.background.begin(channel);
+    }
+
+    /// The slices of work that its study does in each sample.
+    pub(crate) fn slices(&self) -> u32 {
+        self.commission.slices()
     }
 
     /// The host was heard.

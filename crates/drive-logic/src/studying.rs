@@ -13,14 +13,11 @@ pub(crate) const BLOCKS: usize = 256;
 
 pub(crate) type Study = CoreStudy<f32, BLOCKS>;
 
-/// Time of the interrupt for which a turn of the background does a slice, s: so that a study takes as
-/// long at every sample rate.
-const SLICE: f64 = 1e-4;
-
 /// The background's half of a commissioning.
 #[derive(Debug)]
 pub(crate) struct Studying {
     memory: &'static mut Option<Study>,
+    /// Slices that a turn of the background does: as many as go with a sample.
     slices: u32,
     /// What was answered and found no room yet.
     answer: Option<Answer>,
@@ -44,12 +41,12 @@ impl Studying {
     pub(crate) fn begin(
         &mut self,
         settings: &CommissionSettings,
+        slices: u32,
         channel: &mut BackgroundEnd<'_>,
     ) -> Result<(), NotAllowed> {
         let study = Study::new(settings).map_err(|error| parts::not_commissioned(&error))?;
         *self.memory = Some(study);
-        // A cast saturates.
-        self.slices = ((settings.sample_time / SLICE) as u32).max(1);
+        self.slices = slices;
         (self.answer, self.servo) = (None, None);
         // Nothing is found now: what is still there is of a commissioning before.
         while channel.finding().is_some() {}

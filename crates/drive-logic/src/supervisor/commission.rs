@@ -3,7 +3,7 @@
 
 use drive_link::{Commissioning as Standing, Gains, Kept, NotAllowed, Origin, Outcome, Refusal};
 use embedded_storage::nor_flash::NorFlash;
-use identifier_core::commission::{CommissionSettings, GainsBefore, Phase, StopReason};
+use identifier_core::commission::{CommissionSettings, HoldingGains, Phase, StopReason};
 
 use super::Supervisor;
 use super::record::{Commissioned, Record};
@@ -54,13 +54,14 @@ impl<F: NorFlash> Supervisor<'_, F> {
             command_delay: given.command_delay + self.stage.command_delay,
             ..*given
         };
-        let before = core.controller.map(|controller| GainsBefore {
+        let before = core.controller.map(|controller| HoldingGains {
             controller,
             cutoff: core.cutoff,
         });
         let protection = &self.settings.protection;
         let commissioning = Commissioning::new(&settings, before.as_ref(), protection)?;
-        self.studying.begin(&settings, &mut self.channel)?;
+        let slices = commissioning.slices();
+        self.studying.begin(&settings, slices, &mut self.channel)?;
         Ok(commissioning)
     }
 
