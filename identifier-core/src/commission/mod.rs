@@ -17,14 +17,18 @@
 mod crude;
 mod error;
 mod fit;
+mod gains;
+mod holding;
 mod machine;
 mod message;
 mod phase;
 mod regression;
 mod servo;
 mod settings;
+mod state;
 mod stop;
 mod study;
+mod trial;
 mod wiggle;
 
 pub use crude::Crude;
@@ -32,11 +36,14 @@ pub use error::CommissionError;
 pub use fit::{
     FitSettings, Motion, MotionBlock, MotionRecorder, Predicting, Prediction, ServoFit, ServoFitter,
 };
-pub use machine::{Commission, CommissionState, CommissionStep, GainsBefore, Seen};
+pub use gains::HoldingGains;
+pub use machine::{Commission, CommissionStep, Seen};
 pub use message::{Answer, Finding};
 pub use phase::Phase;
 pub use servo::IdentifiedServo;
 pub use settings::{CommissionSettings, Limits};
+pub use state::CommissionState;
 pub use stop::StopReason;
 pub use study::Study;
+pub use trial::TrialResult;
 pub use wiggle::{LargestMotion, Progress, Wiggle, WiggleSettings, WiggleState, WiggleStep};

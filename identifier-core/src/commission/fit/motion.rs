@@ -95,6 +95,25 @@ impl<N: Number, const W: usize> Motion<N, W> {
         self.count
     }
 
+    /// The mean speed over the first samples, at least so many; zero where it is within rounding.
+    pub(crate) fn speed_at_first(&self, samples: N) -> N {
+        /// Counts that a servo at rest may show.
+        const ROUNDING: f64 = 1.5;
+        let (mut time, mut travel) = (N::ZERO, N::ZERO);
+        for index in 0..self.count {
+            time += self.pieces[index].samples;
+            travel += self.pieces[index].travel;
+            if time >= samples {
+                break;
+            }
+        }
+        if travel.magnitude() > N::from_f64(ROUNDING) {
+            travel.magnitude() * time.reciprocal()
+        } else {
+            N::ZERO
+        }
+    }
+
     /// The longest piece, samples.
     pub(crate) fn longest(&self) -> N {
         self.longest

@@ -61,6 +61,8 @@ impl<N: Number> ServoFitter<N> {
         let deviation = Self::UNKNOWN_DELAY.max(time) / time;
         let longest = motion.longest().to_f64();
         let vague = Prior::vague([expected, deviation]);
+        // A record begins at rest, or with a servo that begins to move as it is let go.
+        let speed = 0.02 + 2.0 * motion.speed_at_first(N::from_f64(0.002 / time)).to_f64();
         let mut low = [-f64::from(f32::MAX); UNKNOWNS];
         let mut high = [f64::from(f32::MAX); UNKNOWNS];
         let most_rate = ZeroOrderHoldStep::<N>::LARGEST_RATE / longest;
@@ -69,9 +71,8 @@ impl<N: Number> ServoFitter<N> {
             (B, [0.0, f64::from(f32::MAX)]),
             (COULOMB, [0.0, f64::from(f32::MAX)]),
             (DELAY, [0.0, Self::LONGEST_DELAY / time]),
-            // A record begins at rest.
             (POSITION, [-1.0, 1.0]),
-            (VELOCITY, [-0.02, 0.02]),
+            (VELOCITY, [-speed, speed]),
         ] {
             low[place] = least;
             high[place] = most;
