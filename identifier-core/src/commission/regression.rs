@@ -4,7 +4,8 @@ use crate::number::Number;
 
 /// A linear least-squares estimate of the servo while it moves, without a first guess.
 ///
-/// Behind the filter 1/(p + λ)² the equation of motion is linear in [b, d − c, d + c, a], and its error is
+/// Behind the filter 1/(p + λ)² the equation of motion is linear in [b, d − c, d + c, a, b δ], δ
+/// being what the delay is longer than thought,, and its error is
 /// the encoder's rounding: white, in counts (equation error; Young, Recursive Estimation and Time-Series
 /// Analysis, 2nd edition 2011, chapter 8).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,9 +20,11 @@ pub(crate) struct Regression<N> {
 pub(crate) struct Gathered<N> {
     error: N,
     error_velocity: N,
-    position: [N; 4],
-    velocity: [N; 4],
-    equations: NormalEquations<N, 4>,
+    position: [N; ROW],
+    velocity: [N; ROW],
+    equations: NormalEquations<N, ROW>,
+    /// The command that acted before.
+    before: N,
     due: u32,
 }
 
@@ -29,19 +32,24 @@ const GAIN: usize = 0;
 const FORWARD: usize = 1;
 const BACKWARD: usize = 2;
 const VISCOUS: usize = 3;
+/// b times what the delay is longer than thought.
+const LATE: usize = 4;
+/// Unknowns of a row.
+pub(crate) const ROW: usize = 5;
 
 impl<N: Number> Gathered<N> {
     pub(crate) const NOTHING: Self = Self {
         error: N::ZERO,
         error_velocity: N::ZERO,
-        position: [N::ZERO; 4],
-        velocity: [N::ZERO; 4],
+        position: [N::ZERO; ROW],
+        velocity: [N::ZERO; ROW],
         equations: NormalEquations::EMPTY,
+        before: N::ZERO,
         due: 0,
     };
 
     /// What is known before: a row as a measurement of standard deviation one rounding.
-    pub(crate) fn expect(&mut self, row: &[N; 4], value: N) {
+    pub(crate) fn expect(&mut self, row: &[N; ROW], value: N) {
         self.equations.add(row, value);
     }
 
@@ -49,7 +57,7 @@ impl<N: Number> Gathered<N> {
     pub(crate) fn sure(&self) -> Option<Crude<N>> {
         const SQUARE: f64 = 12.0 / 16.0;
         let estimate = self.estimate()?;
-        let mut unit = [N::ZERO; 4];
+        let mut unit = [N::ZERO; ROW];
         unit[GAIN] = N::ONE;
         let variance = self.equations.variance(&unit);
         let sure = variance < N::from_f64(SQUARE) * estimate.gain * estimate.gain;
@@ -59,7 +67,7 @@ impl<N: Number> Gathered<N> {
     /// The servo broke away in a direction at a command: friction and load are in balance with it.
     pub(crate) fn broke_away(&mut self, command: N, direction: N) {
         let weight = N::from_f64(1e3);
-        let mut row = [N::ZERO; 4];
+        let mut row = [N::ZERO; ROW];
         row[GAIN] = weight * command;
         row[if direction > N::ZERO {
             FORWARD
@@ -71,7 +79,7 @@ impl<N: Number> Gathered<N> {
 
     /// The estimate as it is now, where it makes sense.
     pub(crate) fn estimate(&self) -> Option<Crude<N>> {
-        let free = [true; 4];
+        let free = [true; ROW];
         let found = self.equations.solve(N::ZERO, &free);
         let gain = found[GAIN];
         let sound = found.iter().all(|value| value.is_finite()) && gain > N::ZERO;
@@ -125,7 +133,7 @@ impl<N: Number> Regression<N> {
         let way = (before + half * drive) * time;
         gathered.error += increment - follow * gathered.error - way;
         gathered.error_velocity = before + drive;
-        let mut own = [N::ZERO; 4];
+        let mut own = [N::ZERO; ROW];
         if direction != N::ZERO {
             own[GAIN] = acted * time;
             own[if direction > N::ZERO {
@@ -135,7 +143,11 @@ impl<N: Number> Regression<N> {
             }] = time;
         }
         own[VISCOUS] = -increment;
-        for i in 0..4 {
+        if direction != N::ZERO {
+            own[LATE] = gathered.before - acted;
+        }
+        gathered.before = acted;
+        for i in 0..ROW {
             let position = gathered.position[i];
             let velocity = gathered.velocity[i];
             let change = own[i] - pull * position;

@@ -156,7 +156,9 @@ impl<N: Number> Wiggle<N> {
         let none = N::ZERO;
         state
             .gathered
-            .expect(&[sure, none, none, none], sure * gain);
+            .expect(&[sure, none, none, none, none], sure * gain);
+        // Half of a sample in the delay.
+        state.gathered.expect(&[none, none, none, none, sure], none);
         let (forward, backward) = if state.direction > N::ZERO {
             (usual, none)
         } else {
@@ -164,9 +166,11 @@ impl<N: Number> Wiggle<N> {
         };
         state
             .gathered
-            .expect(&[usual * command, forward, backward, none], none);
+            .expect(&[usual * command, forward, backward, none, none], none);
         // Friction lies between the two directions; how much of it is not known.
         let vague = N::from_f64(0.1) * usual;
-        state.gathered.expect(&[none, vague, -vague, none], none);
+        state
+            .gathered
+            .expect(&[none, vague, -vague, none, none], none);
     }
 }

@@ -69,7 +69,10 @@ impl<N: Number> WiggleState<N> {
     pub(super) fn new(plan: &Plan<N>, held: Option<N>) -> Self {
         let held = held.unwrap_or(N::ZERO);
         let mut gathered = Gathered::NOTHING;
-        gathered.expect(&[N::ZERO, N::ZERO, N::ZERO, plan.usual_viscous], N::ZERO);
+        gathered.expect(
+            &[N::ZERO, N::ZERO, N::ZERO, plan.usual_viscous, N::ZERO],
+            N::ZERO,
+        );
         Self {
             stage: Stage::Seek,
             ending: None,

@@ -46,7 +46,7 @@ impl<N: Number> Wiggle<N> {
         // As fast as rounding lets it be: its acceleration must stay below that of a swing.
         let [low, high] = limits.travel;
         let swing = limits.speed * limits.speed / (high - low);
-        let omega = libm::sqrt(0.2 * swing / settings.resolution).min(0.3 / time);
+        let omega = libm::sqrt(0.2 * swing / settings.resolution).min(0.8 / time);
         let stride = libm::round(0.0005 / time) as u32;
         Ok(Self {
             plan: Plan::new(settings),
