@@ -83,11 +83,17 @@ impl<N: Number> Gathered<N> {
         let found = self.equations.solve(N::ZERO, &free);
         let gain = found[GAIN];
         let sound = found.iter().all(|value| value.is_finite()) && gain > N::ZERO;
+        // Friction is no drive.
+        let (mut forward, mut backward) = (found[FORWARD], found[BACKWARD]);
+        if backward < forward {
+            let load = N::from_f64(0.5) * (forward + backward);
+            (forward, backward) = (load, load);
+        }
         sound.then(|| Crude {
             gain,
             per_gain: gain.reciprocal(),
-            forward: found[FORWARD],
-            backward: found[BACKWARD],
+            forward,
+            backward,
             viscous: found[VISCOUS].limited(N::ZERO, N::ONE),
         })
     }

@@ -95,8 +95,8 @@ impl<N: Number> Wiggle<N> {
         } else {
             by_speed
         };
-        let growth = (N::from_f64(4.0) * soon).limited(plan.growth, N::from_f64(0.3));
-        let urgent = plan.first_step + growth * state.ramp;
+        let growth = (N::from_f64(4.0) * soon).limited(plan.growth, N::from_f64(0.5));
+        let urgent = N::from_f64(4.0) * plan.first_step + growth * state.ramp;
         if urgent > usual { urgent } else { usual }
     }
 
@@ -124,8 +124,15 @@ impl<N: Number> Wiggle<N> {
 
     /// Brakes a servo of which there is an estimate now.
     fn know(&self, state: &mut WiggleState<N>, servo: &Crude<N>) -> N {
-        let acted = state.given(self.plan.delay);
+        let plan = &self.plan;
+        let acted = state.given(plan.delay);
         state.observed.adopt(&Crude::UNKNOWN, servo, acted);
+        // What friction makes different in the other direction is not known: a part of what the command can
+        // do.
+        let (none, weight) = (N::ZERO, (servo.gain * plan.command[1]).reciprocal());
+        state
+            .gathered
+            .expect(&[none, weight, -weight, none, none], none);
         state.servo = *servo;
         state.direction = if state.observed.velocity < N::ZERO {
             -N::ONE
@@ -167,10 +174,5 @@ impl<N: Number> Wiggle<N> {
         state
             .gathered
             .expect(&[usual * command, forward, backward, none, none], none);
-        // Friction lies between the two directions; how much of it is not known.
-        let vague = N::from_f64(0.1) * usual;
-        state
-            .gathered
-            .expect(&[none, vague, -vague, none, none], none);
     }
 }

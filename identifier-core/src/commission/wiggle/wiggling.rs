@@ -7,6 +7,9 @@ use super::state::{Stage, WiggleState};
 use super::{LargestMotion, WiggleSettings};
 use crate::number::Number;
 
+/// Counts that a servo that moves cannot have missed.
+const MISSED: f64 = 2.5;
+
 /// The wiggle, in the sample interrupt: it takes the encoder's increment and gives a command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wiggle<N> {
@@ -136,12 +139,13 @@ impl<N: Number> Wiggle<N> {
         let servo = state.servo;
         self.observer
             .observe(&mut state.observed, &servo, increment, acted);
-        let stands = state.still > plan.standing;
-        if stands && state.servo.is_known() {
-            let held = servo.gain * acted + servo.load();
-            if held.magnitude() <= servo.coulomb() {
-                state.observed.stand();
-            }
+        // One that moves as fast as it is thought to would have passed counts.
+        let still = N::from_count(state.still.min(1 << 20) as i32);
+        let missed = still * state.observed.velocity.magnitude();
+        let stands =
+            state.still > plan.standing || (state.still > 1 && missed > N::from_f64(MISSED));
+        if stands {
+            state.observed.stand();
         }
         if state.first_count.is_none() {
             return;
