@@ -45,6 +45,12 @@ impl<N: Number> Crude<N> {
         self.gain > N::ZERO
     }
 
+    /// Whether its gain is at most three times another, and at least a third.
+    pub(crate) fn is_like(&self, gain: N) -> bool {
+        let three = N::from_f64(3.0);
+        self.gain < three * gain && gain < three * self.gain
+    }
+
     /// d − c sign, in a direction of motion.
     pub(crate) fn without_command(&self, direction: N) -> N {
         if direction > N::ZERO {

@@ -53,15 +53,9 @@ impl<N: Number> Gathered<N> {
         self.equations.add(row, value);
     }
 
-    /// The estimate, if the standard error of b is below a quarter of it.
-    pub(crate) fn sure(&self) -> Option<Crude<N>> {
-        const SQUARE: f64 = 12.0 / 16.0;
-        let estimate = self.estimate()?;
-        let mut unit = [N::ZERO; ROW];
-        unit[GAIN] = N::ONE;
-        let variance = self.equations.variance(&unit);
-        let sure = variance < N::from_f64(SQUARE) * estimate.gain * estimate.gain;
-        (sure && variance > N::ZERO).then_some(estimate)
+    /// Forgets what was gathered; what the filters remember of the motion stays.
+    pub(crate) fn forget(&mut self) {
+        self.equations = NormalEquations::EMPTY;
     }
 
     /// The servo broke away in a direction at a command: friction and load are in balance with it.
@@ -166,6 +160,9 @@ impl<N: Number> Regression<N> {
             return false;
         }
         gathered.due = 0;
+        if direction == N::ZERO {
+            return false;
+        }
         gathered.equations.add(&gathered.position, gathered.error);
         true
     }

@@ -25,6 +25,7 @@ pub(super) struct Plan<N> {
     /// First step of the ramp, its growth a sample and its steepest change a sample.
     pub(super) first_step: N,
     pub(super) growth: N,
+    pub(super) per_growth: N,
     pub(super) steepest: N,
     /// The square of half a swing's time, over two: swing over acceleration.
     pub(super) swing: N,
@@ -44,8 +45,10 @@ pub(super) struct Plan<N> {
     /// Stiffness and damping with which it is held, per sample² and per sample.
     pub(super) hold: [N; 2],
     pub(super) enough: u32,
-    /// Roundings per viscous friction that is usual.
+    /// Viscous friction that is usual, 1/sample.
     pub(super) usual_viscous: N,
+    /// What the crude model is off, counts.
+    pub(super) off: N,
     /// Samples after which braking should show.
     pub(super) reaction: u32,
 }
@@ -93,6 +96,7 @@ impl<N: Number> Plan<N> {
             since_beginning: number(since_beginning),
             first_step: number(0.005 * most),
             growth: number((200.0 * time).min(0.5)),
+            per_growth: number(1.0 / (200.0 * time).min(0.5)),
             steepest: number(20.0 * time * most),
             swing: number(half_swing * half_swing / (8.0 * time * time)),
             swing_speed: number(half_swing / (2.0 * time)),
@@ -107,7 +111,8 @@ impl<N: Number> Plan<N> {
             })),
             quiet: samples(0.004).max(4.0) as u32,
             enough: samples(0.1) as u32,
-            usual_viscous: number(0.3 / (20.0 * time)),
+            usual_viscous: number(20.0 * time),
+            off: number(0.3 + 0.003 * room),
             reaction: (libm::ceil(known_delay + Self::UNKNOWN_DELAY) as u32)
                 + samples(0.001) as u32,
             hold: [number(stiffness * stiffness), number(2.0 * stiffness)],

@@ -44,10 +44,9 @@ impl<N: Number> Wiggle<N> {
         N::from_f64(0.5) * (low + high)
     }
 
-    /// Position and velocity, along the direction of the push, where a decision of now begins to act.
-    fn ahead(&self, state: &WiggleState<N>) -> [N; 2] {
+    /// Position and velocity, along a direction, where a decision of now begins to act.
+    fn ahead(&self, state: &WiggleState<N>, direction: N) -> [N; 2] {
         let horizon = self.plan.horizon;
-        let direction = state.direction;
         let velocity = direction * state.observed.velocity;
         let acceleration = direction * state.observed.acceleration;
         let pushed = acceleration.limited(N::ZERO, N::REACH);
@@ -62,7 +61,11 @@ impl<N: Number> Wiggle<N> {
     pub(super) fn push(&self, state: &mut WiggleState<N>) -> N {
         let plan = &self.plan;
         let direction = state.direction;
-        let [position, velocity] = self.ahead(state);
+        if direction * state.observed.velocity < N::ZERO && !state.stands {
+            // It has not turned yet after all.
+            return self.braking(state, -direction);
+        }
+        let [position, velocity] = self.ahead(state, direction);
         let braking = N::from_f64(0.85) * state.acceleration;
         let room = state.amplitude - position;
         let moves = velocity > N::ZERO;
@@ -80,29 +83,24 @@ impl<N: Number> Wiggle<N> {
             let step = plan.first_step + plan.growth * state.extra;
             state.extra += step.limited(N::ZERO, plan.steepest);
         }
-        let speed = direction * state.observed.velocity;
-        let way = if speed < N::ZERO {
-            -direction
-        } else {
-            direction
-        };
-        state.servo.command(direction * state.acceleration, way) + direction * state.extra
+        state
+            .servo
+            .command(direction * state.acceleration, direction)
+            + direction * state.extra
     }
 
     /// Brakes until the servo turns.
     pub(super) fn brake(&self, state: &mut WiggleState<N>) -> N {
-        let direction = state.direction;
-        if direction * state.observed.velocity <= N::ZERO && state.samples > state.stage_since + 1 {
+        if state.has_turned() {
             return self.turn(state);
         }
-        self.braking(state)
+        self.braking(state, state.direction)
     }
 
     /// The command that brakes, as hard as the room needs.
-    fn braking(&self, state: &mut WiggleState<N>) -> N {
+    fn braking(&self, state: &mut WiggleState<N>, direction: N) -> N {
         let plan = &self.plan;
-        let direction = state.direction;
-        let [position, velocity] = self.ahead(state);
+        let [position, velocity] = self.ahead(state, direction);
         let [low, high] = plan.usable;
         let room = N::from_f64(0.5) * (high - low) - position;
         let least_room = N::from_f64(0.02) * (high - low);
@@ -122,7 +120,7 @@ impl<N: Number> Wiggle<N> {
     fn turn(&self, state: &mut WiggleState<N>) -> N {
         let end = usize::from(state.direction > N::ZERO);
         state.reversals[end] += 1;
-        state.direction = -state.direction;
+        state.aim(-state.direction);
         state.extra = N::ZERO;
         if self.has_evidence(state) {
             state.evidence = Some(state.samples);
@@ -143,17 +141,15 @@ impl<N: Number> Wiggle<N> {
 
     /// Brakes for good.
     pub(super) fn stop(&self, state: &mut WiggleState<N>) -> N {
-        let forward = state.observed.velocity > N::ZERO;
-        let way = if forward { N::ONE } else { -N::ONE };
         if state.samples == state.stage_since {
-            state.direction = way;
+            state.aim(state.way);
         }
-        if way != state.direction || state.still > self.plan.standing {
+        if state.has_turned() {
             state.held_at = state.position;
             state.enter(Stage::Hold);
             return self.hold(state);
         }
-        self.braking(state)
+        self.braking(state, state.direction)
     }
 
     /// Holds the servo where it stopped.
