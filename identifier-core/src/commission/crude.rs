@@ -45,10 +45,10 @@ impl<N: Number> Crude<N> {
         self.gain > N::ZERO
     }
 
-    /// Whether its gain is at most three times another, and at least a third.
+    /// Whether its gain is at most five times another, and at least a fifth.
     pub(crate) fn is_like(&self, gain: N) -> bool {
-        let three = N::from_f64(3.0);
-        self.gain < three * gain && gain < three * self.gain
+        let five = N::from_f64(5.0);
+        self.gain < five * gain && gain < five * self.gain
     }
 
     /// d − c sign, in a direction of motion.

@@ -135,7 +135,14 @@ impl<N: Number> Wiggle<N> {
         let slope = (now - first.command).magnitude() * since.reciprocal();
         let all = since * plan.since_beginning;
         let command = now - state.direction * slope * all;
-        let possible = slope > N::ZERO && state.direction * (command - state.held) >= N::ZERO;
+        // One that moves at the first of the ramp falls.
+        let ramped = state.direction * (first.command - state.held);
+        let possible = slope > N::ZERO && ramped > N::from_f64(6.0) * plan.first_step;
+        let command = if state.direction * (command - state.held) < N::ZERO {
+            state.held
+        } else {
+            command
+        };
         possible.then(|| {
             let way = moved.magnitude() - N::from_f64(0.5);
             let gain = N::from_f64(6.0) * way * (slope * all * all * all).reciprocal();

@@ -49,7 +49,7 @@ impl<N: Number> Wiggle<N> {
         // As fast as rounding lets it be: its acceleration must stay below that of a swing.
         let [low, high] = limits.travel;
         let swing = limits.speed * limits.speed / (high - low);
-        let omega = libm::sqrt(0.2 * swing / settings.resolution).min(0.8 / time);
+        let omega = libm::sqrt(2.0 * swing / settings.resolution).min(0.8 / time);
         let stride = libm::round(0.0005 / time) as u32;
         Ok(Self {
             plan: Plan::new(settings),
@@ -165,7 +165,7 @@ impl<N: Number> Wiggle<N> {
         if news
             && turns > 0
             && let Some(estimate) = state.gathered.estimate()
-            && (turns > 2 || estimate.is_like(state.guessed))
+            && estimate.is_like(state.guessed)
         {
             state.observed.adopt(&servo, &estimate, acted);
             state.servo = estimate;
