@@ -81,7 +81,7 @@ impl<N: Number> Plan<N> {
         let samples = |seconds: f64| libm::ceil(seconds / time);
         // Half a count lies before the first edge on the average; q grows as the cube of time.
         let since_beginning = 1.0 / (1.0 - libm::cbrt(0.5 / (noticed - 0.5)));
-        let half_swing = 0.035_f64.max(16.0 * time);
+        let half_swing = 0.042_f64.max(16.0 * time);
         let stiffness = 60.0_f64.min(0.1 / time) * time;
         Self {
             travel: travel.map(number),

@@ -78,7 +78,7 @@ impl<N: Number> Wiggle<N> {
             return self.brake(state);
         }
         // One that does not begin to move needs more.
-        let late = state.still > plan.standing && state.samples - state.stage_since > plan.standing;
+        let late = state.still > plan.reaction && state.samples - state.stage_since > plan.reaction;
         if late {
             let step = plan.first_step + plan.growth * state.extra;
             state.extra += step.limited(N::ZERO, plan.steepest);
