@@ -58,6 +58,20 @@ impl<N: Number> Gathered<N> {
         self.equations = NormalEquations::EMPTY;
     }
 
+    /// The variance of the acceleration that it predicts under a command, at a velocity in a direction, for
+    /// errors of variance one.
+    pub(crate) fn variance(&self, command: N, velocity: N) -> N {
+        let mut row = [N::ZERO; ROW];
+        row[GAIN] = command;
+        row[if velocity > N::ZERO {
+            FORWARD
+        } else {
+            BACKWARD
+        }] = N::ONE;
+        row[VISCOUS] = -velocity;
+        self.equations.variance(&row)
+    }
+
     /// The servo broke away in a direction at a command: friction and load are in balance with it.
     pub(crate) fn broke_away(&mut self, command: N, direction: N) {
         let weight = N::from_f64(1e3);

@@ -44,7 +44,6 @@ pub(super) struct Plan<N> {
     pub(super) quiet: u32,
     /// Stiffness and damping with which it is held, per sample² and per sample.
     pub(super) hold: [N; 2],
-    pub(super) enough: u32,
     /// Viscous friction that is usual, 1/sample.
     pub(super) usual_viscous: N,
     /// What the crude model is off, counts.
@@ -110,7 +109,6 @@ impl<N: Number> Plan<N> {
                 -1.0
             })),
             quiet: samples(0.004).max(4.0) as u32,
-            enough: samples(0.1) as u32,
             usual_viscous: number(20.0 * time),
             off: number(0.3 + 0.003 * room),
             reaction: (libm::ceil(known_delay + Self::UNKNOWN_DELAY) as u32)

@@ -4,6 +4,9 @@ use super::wiggling::Wiggle;
 use crate::commission::StopReason;
 use crate::number::Number;
 
+/// The shortest fall, counts, that tells something.
+const LEAST_FALL: f64 = 3.0;
+
 /// What is known first of a servo: b, and its acceleration without a command in one direction.
 struct Guess<N> {
     gain: N,
@@ -14,15 +17,15 @@ struct Guess<N> {
 impl<N: Number> Guess<N> {
     /// Of a servo that fell and was caught: its velocity is back at zero, w t + b ∫u = 0, where it has come
     /// furthest, w t²/2 + b ∬u = q.
-    fn caught(fall: &Fall<N>) -> Self {
-        let [time, pushed, way, moved] = fall.furthest;
+    fn caught(fall: &[N; 4], base: N) -> Self {
+        let [time, pushed, way, moved] = *fall;
         let half = N::from_f64(0.5);
         let against = (way - half * pushed * time).magnitude();
         let gain = moved.magnitude() * against.reciprocal();
         let acceleration = -(gain * pushed * time.reciprocal());
         Self {
             gain,
-            without: acceleration - gain * fall.base,
+            without: acceleration - gain * base,
             forward: moved > N::ZERO,
         }
     }
@@ -36,7 +39,7 @@ impl<N: Number> Wiggle<N> {
         let furthest = state.fall.furthest[3];
         let fell = furthest.magnitude() >= plan.noticed && furthest * state.direction < N::ZERO;
         if state.still > plan.standing && fell {
-            let guess = Guess::caught(&state.fall);
+            let guess = Guess::caught(&state.fall.furthest, state.fall.base);
             return self.know(state, &guess);
         }
         if state.still > plan.standing {
@@ -53,6 +56,7 @@ impl<N: Number> Wiggle<N> {
             });
         }
         let furthest = state.fall.furthest[3];
+        let comes_back = (moved - furthest) * state.direction > N::ZERO;
         if furthest.magnitude() >= plan.noticed {
             if furthest * state.direction > N::ZERO {
                 if let Some(guess) = self.breakaway(state, moved) {
@@ -62,10 +66,19 @@ impl<N: Number> Wiggle<N> {
                 state.held += state.direction * state.ramp;
                 state.ramp = N::ZERO;
                 state.direction = -state.direction;
-            } else if (moved - furthest) * state.direction > N::ONE {
-                let guess = Guess::caught(&state.fall);
+            } else if comes_back {
+                let guess = Guess::caught(&state.fall.turning(), state.fall.base);
                 return self.know(state, &guess);
             }
+        } else if comes_back && furthest * state.direction < N::ZERO {
+            if furthest.magnitude() >= N::from_f64(LEAST_FALL) {
+                let guess = Guess::caught(&state.fall.turning(), state.fall.base);
+                return self.know(state, &guess);
+            }
+            // It fell a little, and goes with the ramp from here.
+            state.origin = state.position;
+            state.first_count = None;
+            state.fall = Fall::from(acted);
         }
         let [least, most] = plan.command;
         let command = state.held + state.direction * state.ramp;

@@ -105,6 +105,20 @@ impl<N: Number> Fall<N> {
     }
 }
 
+impl<N: Number> Fall<N> {
+    /// Of a fall whose last count has just been taken back: midway between the two.
+    pub(super) fn turning(&self) -> [N; 4] {
+        let half = N::from_f64(0.5);
+        let [time, pushed, way, moved] = self.furthest;
+        [
+            half * (time + self.time),
+            half * (pushed + self.pushed),
+            half * (way + self.way),
+            moved,
+        ]
+    }
+}
+
 /// The first edge that the ramp has passed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FirstCount<N> {

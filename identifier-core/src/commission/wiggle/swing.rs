@@ -122,8 +122,7 @@ impl<N: Number> Wiggle<N> {
         state.reversals[end] += 1;
         state.aim(-state.direction);
         state.extra = N::ZERO;
-        if self.has_evidence(state) {
-            state.evidence = Some(state.samples);
+        if state.evidence.is_some() {
             state.ending = Some(Ok(()));
             state.held_at = state.position;
             state.enter(Stage::Hold);
@@ -134,9 +133,24 @@ impl<N: Number> Wiggle<N> {
         self.push(state)
     }
 
-    /// Whether the servo is known well enough.
-    fn has_evidence(&self, state: &WiggleState<N>) -> bool {
-        state.reversals.iter().all(|&count| count >= 2) && state.samples >= self.plan.enough
+    /// Whether the servo is known well enough: it has turned twice at either end, and the acceleration of a
+    /// swing is predicted well in both directions.
+    pub(super) fn has_evidence(&self, state: &WiggleState<N>) -> bool {
+        /// The largest standard error of an acceleration, over it.
+        const KNOWN: f64 = 0.008;
+        /// Standard deviation of an equation's error, counts.
+        const ROUNDING: f64 = 0.3;
+        if state.reversals.iter().any(|&count| count < 2) {
+            return false;
+        }
+        let speed = state.acceleration * self.plan.swing_speed * N::from_f64(0.5);
+        let most = N::from_f64(KNOWN / ROUNDING) * state.acceleration;
+        [N::ONE, -N::ONE].into_iter().all(|direction| {
+            let command = state
+                .servo
+                .command(direction * state.acceleration, direction);
+            state.gathered.variance(command, direction * speed) < most * most
+        })
     }
 
     /// Brakes for good.

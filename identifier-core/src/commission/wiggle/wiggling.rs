@@ -87,6 +87,7 @@ impl<N: Number> Wiggle<N> {
         let (time, resolution) = (self.settings.sample_time, self.settings.resolution);
         let mut state = WiggleState::new(&self.plan, None);
         state.servo = Crude::of(&servo.parameters, time, resolution);
+        state.guessed = state.servo.gain;
         state.position = position;
         state.extreme = position;
         state.part = N::from_f64(part);
@@ -169,6 +170,9 @@ impl<N: Number> Wiggle<N> {
         {
             state.observed.adopt(&servo, &estimate, acted);
             state.servo = estimate;
+            if state.evidence.is_none() && self.has_evidence(state) {
+                state.evidence = Some(state.samples);
+            }
         }
     }
 
