@@ -20,8 +20,8 @@ pub(super) struct Plan<N> {
     pub(super) delay: usize,
     /// The travel by which the first motion is noticed.
     pub(super) noticed: N,
-    /// Over the time since its first count, the time since it began.
-    pub(super) since_beginning: N,
+    /// A travel at which it is noticed at once.
+    pub(super) much: N,
     /// First step of the ramp, its growth a sample and its steepest change a sample.
     pub(super) first_step: N,
     pub(super) growth: N,
@@ -78,8 +78,6 @@ impl<N: Number> Plan<N> {
             .then(|| if travel[1] > -travel[0] { 1.0 } else { -1.0 });
         let number = N::from_f64;
         let samples = |seconds: f64| libm::ceil(seconds / time);
-        // Half a count lies before the first edge on the average; q grows as the cube of time.
-        let since_beginning = 1.0 / (1.0 - libm::cbrt(0.5 / (noticed - 0.5)));
         let half_swing = 0.042_f64.max(16.0 * time);
         let stiffness = 60.0_f64.min(0.1 / time) * time;
         Self {
@@ -92,7 +90,7 @@ impl<N: Number> Plan<N> {
             delay: (libm::round(known_delay + 0.5 * Self::UNKNOWN_DELAY) as usize)
                 .min(COMMANDS - 2),
             noticed: number(noticed),
-            since_beginning: number(since_beginning),
+            much: number((room / 12.0).max(3.0)),
             first_step: number(0.005 * most),
             growth: number((200.0 * time).min(0.5)),
             per_growth: number(1.0 / (200.0 * time).min(0.5)),

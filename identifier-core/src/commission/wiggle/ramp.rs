@@ -31,6 +31,14 @@ impl<N: Number> Guess<N> {
     }
 }
 
+/// x^(1/3) from 0 to 1, to a fiftieth: x^(1/4 + 1/16 + 1/64).
+fn cube_root<N: Number>(x: N) -> N {
+    let root = |x: N| x.reciprocal_root().reciprocal_root();
+    let fourth = root(x);
+    let sixteenth = root(fourth);
+    fourth * sixteenth * root(sixteenth)
+}
+
 impl<N: Number> Wiggle<N> {
     /// The command grows until the servo has moved with it.
     pub(super) fn seek(&self, state: &mut WiggleState<N>) -> N {
@@ -53,11 +61,12 @@ impl<N: Number> Wiggle<N> {
             state.first_count = Some(FirstCount {
                 sample: state.samples,
                 command: acted,
+                moved: moved.magnitude(),
             });
         }
         let furthest = state.fall.furthest[3];
         let comes_back = (moved - furthest) * state.direction > N::ZERO;
-        if furthest.magnitude() >= plan.noticed {
+        if furthest.magnitude() >= plan.noticed && self.is_timed(state, moved) {
             if furthest * state.direction > N::ZERO {
                 if let Some(guess) = self.breakaway(state, moved) {
                     return self.know(state, &guess);
@@ -134,6 +143,16 @@ impl<N: Number> Wiggle<N> {
         N::from_f64(4.0) * growth * plan.first_step * plan.per_growth + growth * state.ramp
     }
 
+    /// Whether enough samples have passed since the first count to tell when the servo began to move, or so
+    /// much travel that there is no waiting.
+    fn is_timed(&self, state: &WiggleState<N>, moved: N) -> bool {
+        /// Samples.
+        const TIMED: u32 = 4;
+        let since = |first: FirstCount<N>| state.samples.saturating_sub(first.sample);
+        state.first_count.is_some_and(|first| since(first) >= TIMED)
+            || moved.magnitude() >= self.plan.much
+    }
+
     /// Where the command was when the servo broke away: a command that grows evenly from there on moves it
     /// as the cube of time, q = b u̇ t³/6. None if the ramp had not begun then.
     fn breakaway(&self, state: &WiggleState<N>, moved: N) -> Option<Guess<N>> {
@@ -146,7 +165,10 @@ impl<N: Number> Wiggle<N> {
             .filter(|&since| since > 0)?;
         let since = N::from_count(samples.min(1 << 20) as i32);
         let slope = (now - first.command).magnitude() * since.reciprocal();
-        let all = since * plan.since_beginning;
+        let half = N::from_f64(0.5);
+        let way = moved.magnitude() - half;
+        let all =
+            since * (N::ONE - cube_root((first.moved - half) * way.reciprocal())).reciprocal();
         let command = now - state.direction * slope * all;
         // One that moves at the first of the ramp falls.
         let ramped = state.direction * (first.command - state.held);
@@ -157,7 +179,6 @@ impl<N: Number> Wiggle<N> {
             command
         };
         possible.then(|| {
-            let way = moved.magnitude() - N::from_f64(0.5);
             let gain = N::from_f64(6.0) * way * (slope * all * all * all).reciprocal();
             Guess {
                 gain,

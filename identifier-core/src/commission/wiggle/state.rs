@@ -124,6 +124,8 @@ impl<N: Number> Fall<N> {
 pub(super) struct FirstCount<N> {
     pub(super) sample: u32,
     pub(super) command: N,
+    /// Counts, one or more.
+    pub(super) moved: N,
 }
 
 impl<N: Number> WiggleState<N> {
