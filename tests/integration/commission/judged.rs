@@ -2,7 +2,7 @@
 
 use host_sim::commission::{Commissioning, Outcome, StepResponse};
 use host_sim::scenario::Scenario;
-use identifier_core::commission::{GainsBefore, Phase};
+use identifier_core::commission::{HoldingGains, Phase};
 
 /// Rise time against the promise, and overshoot beyond it.
 pub(super) const RISE: f64 = 0.15;
@@ -111,7 +111,7 @@ fn kept(scenario: &Scenario, outcome: &Outcome) -> Kept {
     let tuning = outcome.tuning.expect("applied gains are there");
     let promise = tuning.promise;
     let [low, high] = scenario.commission.expect("there is one").travel;
-    let gains = GainsBefore {
+    let gains = HoldingGains {
         controller: identifier_core::ControllerSettings {
             kp: tuning.kp,
             kd: tuning.kd,
