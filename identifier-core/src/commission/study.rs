@@ -20,6 +20,10 @@ pub struct Study<N: Number, const W: usize = 256> {
 
 /// What is under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is no heap here, and nobody has many studies"
+)]
 enum Work<N: Number> {
     Nothing,
     Fitting(ServoFit<N>),
@@ -90,7 +94,7 @@ impl<N: Number, const W: usize> Study<N, W> {
                 self.work = match (self.motion, &self.servo) {
                     _ if !record.is_complete() => Work::Failed(StopReason::TooLittleEvidence),
                     (Phase::Verify, Some(servo)) => {
-                        Work::Predicting(self.fitter.begin_prediction(record, servo))
+                        Work::Predicting(self.fitter.begin_prediction(servo))
                     }
                     (_, servo) => Work::Fitting(self.fitter.begin(record, servo.as_ref())),
                 };
