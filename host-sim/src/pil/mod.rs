@@ -1,5 +1,6 @@
 //! Processor in the loop: the plant here, the loop on a chip, one sample a question.
 
+mod commission;
 mod settings;
 
 use std::fmt;
@@ -7,7 +8,8 @@ use std::fmt;
 use drive_link::LoopSettings;
 use identifier_core::number::Number;
 
-use crate::experiment::{Abort, AbortCause, Outcome, Sample};
+pub use self::commission::{commission, commissioning};
+use crate::experiment::{Outcome, Sample};
 use crate::loops::{RemoteError, RemoteLoop};
 use crate::port::Port;
 use crate::scenario::dispatch::with_number;
