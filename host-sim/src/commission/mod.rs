@@ -131,6 +131,9 @@ impl Commissioning {
                 time,
                 phase: step.phase,
                 measured: count.map(|count| f64::from(count) * self.settings.resolution),
+                reference: state
+                    .setpoint()
+                    .map(|setpoint| setpoint.to_f64() * self.settings.resolution),
                 position,
                 velocity,
                 command: step.command.map(Number::to_f64),
@@ -151,6 +154,7 @@ impl Commissioning {
                     end,
                     known,
                     tuning: state.tuning().copied(),
+                    trial: state.trial().copied(),
                     course: course.finish(time),
                 });
             }

@@ -88,3 +88,94 @@ impl Drawn {
             .map_err(|error| error.fault.clone())
     }
 }
+
+/// A servo that is known, and what its user would allow.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Kind {
+    pub(super) name: &'static str,
+    pub(super) sample_time: f64,
+    a: f64,
+    pub(super) b: f64,
+    pub(super) coulomb: f64,
+    pub(super) counts: f64,
+    pub(super) limit: f64,
+    travel: f64,
+    pub(super) speed: f64,
+}
+
+/// The paper's servo with friction, an axis at 10 kHz, and a geared motor.
+pub(super) const KINDS: [Kind; 3] = [
+    Kind {
+        name: "paper",
+        sample_time: 1e-3,
+        a: 0.2174,
+        b: 257.7,
+        coulomb: 5.0,
+        counts: 10_000.0,
+        limit: 10.0,
+        travel: 1.5,
+        speed: 40.0,
+    },
+    Kind {
+        name: "axis",
+        sample_time: 1e-4,
+        a: 1.5,
+        b: 3000.0,
+        coulomb: 150.0,
+        counts: 20_000.0,
+        limit: 5.0,
+        travel: 0.5,
+        speed: 40.0,
+    },
+    Kind {
+        name: "geared",
+        sample_time: 1e-3,
+        a: 3.1,
+        b: 120.0,
+        coulomb: 10.0,
+        counts: 4096.0,
+        limit: 3.0,
+        travel: 1.0,
+        speed: 10.0,
+    },
+];
+
+impl Kind {
+    /// To be commissioned from rest, with what is written of its plant besides. The seed draws a load
+    /// that friction bears.
+    pub(super) fn scenario(&self, plant: &str, seed: u32) -> Scenario {
+        let Self {
+            sample_time,
+            a,
+            b,
+            coulomb,
+            counts,
+            limit,
+            travel,
+            speed,
+            ..
+        } = self;
+        let load = Random::new(seed).uniform(-0.5, 0.5) * coulomb;
+        let text = format!(
+            "
+[plant]
+a = {a:?}
+b = {b:?}
+coulomb = {coulomb:?}
+load = {load:?}
+{plant}
+[encoder]
+counts_per_rev = {counts:?}
+[amplifier]
+limit = {limit:?}
+[commission]
+travel = {travel:?}
+speed = {speed:?}
+sample_time = {sample_time:?}
+[run]
+seed = {seed}
+"
+        );
+        Scenario::parse(self.name, &text, Purpose::Commission).expect("a valid scenario")
+    }
+}
