@@ -42,27 +42,38 @@ pub struct Track {
 
 /// Colours of the stretches. (Paul Tol, "Colour schemes", 2021, light: told apart by colour-blind readers,
 /// and under lines.)
-const SHADES: [&str; 9] = [
-    "#DDDDDD", "#EE8866", "#77AADD", "#EEDD88", "#FFAABB", "#99DDFF", "#44BB99", "#BBCC33",
-    "#AAAA00",
+const SHADES: [&str; 8] = [
+    "#DDDDDD", "#EE8866", "#99DDFF", "#EEDD88", "#BBCC33", "#77AADD", "#FFAABB", "#44BB99",
 ];
 
 /// How much of a shade is seen.
-const OPACITY: f64 = 0.4;
+const OPACITY: f64 = 0.35;
 
 const LIMIT: &str = "#000000";
 const DASHES: &str = "6 4";
 
-/// Size of a panel, pixels before scaling.
-const PANEL: (f64, f64) = (860.0, 210.0);
+/// Width of a panel, and heights of one that is followed by another over the same time, of the last of
+/// these, and of one below, pixels before scaling.
+const WIDTH: f64 = 860.0;
+const HEIGHTS: [f64; 3] = [170.0, 195.0, 260.0];
+
+/// Margins of a panel: left and right, above, and below where nothing, ticks, or ticks and a name stand.
+const SIDES: (f64, f64) = (72.0, 14.0);
+const ABOVE: f64 = 10.0;
+const BELOW: [f64; 2] = [24.0, 48.0];
 
 /// Draws it: the bytes of its file.
 ///
 /// # Errors
 /// [`PlotError::Drawing`].
 pub fn timeline(format: Format, timeline: &Timeline) -> Result<Vec<u8>, PlotError> {
-    let tracks = timeline.tracks.iter().map(|track| {
-        let (plots, mut layout) = plot::draw(&track.panel);
+    let last = timeline.tracks.len().saturating_sub(1);
+    let tracks = timeline.tracks.iter().enumerate().map(|(place, track)| {
+        let (plots, layout) = plot::draw(&track.panel);
+        let below = BELOW[usize::from(place == last)];
+        let mut layout = layout
+            .with_force_margins(SIDES.0, SIDES.1)
+            .with_force_margins_y(ABOVE, below);
         for stretch in &timeline.stretches {
             let [begin, end] = stretch.time;
             let region = ShadedRegion::vertical(begin, end)
@@ -78,12 +89,18 @@ pub fn timeline(format: Format, timeline: &Timeline) -> Result<Vec<u8>, PlotErro
         }
         (plots, layout)
     });
-    let below = timeline.below.iter().map(plot::draw);
+    let below = timeline.below.iter().map(|panel| {
+        let (plots, layout) = plot::draw(panel);
+        (plots, layout.with_force_margins(SIDES.0, SIDES.1))
+    });
     let (plots, layouts): (Vec<_>, Vec<_>) = tracks.chain(below).unzip();
-    let scene = Figure::new(plots.len(), 1)
+    let mut figure = Figure::new(plots.len(), 1).with_cell_size(WIDTH, HEIGHTS[2]);
+    for row in 0..=last {
+        figure = figure.with_row_height(row, HEIGHTS[usize::from(row == last)]);
+    }
+    let scene = figure
         .with_plots(plots)
         .with_layouts(layouts)
-        .with_cell_size(PANEL.0, PANEL.1)
         .with_shared_legend_entries(legend(timeline))
         .with_shared_legend_right_top()
         .render();

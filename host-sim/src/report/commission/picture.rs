@@ -76,7 +76,7 @@ pub fn picture(
             .curves
             .push(traces.reference.curve(Some("reference")));
     }
-    let speed = track("q' [rad/s]", &traces.speed, &[-limits.speed, limits.speed]);
+    let speed = track("q̇ [rad/s]", &traces.speed, &[-limits.speed, limits.speed]);
     let mut command = track("u [command units]", &traces.command, &limits.command);
     command.panel.abscissa = plot::TIME.to_owned();
     Timeline {
