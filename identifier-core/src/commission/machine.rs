@@ -3,10 +3,9 @@ use super::holding::Holding;
 use super::state::{Activity, CommissionState};
 use super::trial::Trial;
 use super::{
-    Answer, CommissionError, CommissionSettings, Finding, IdentifiedServo, LargestMotion, Phase,
-    Progress, StopReason, Wiggle, WiggleState,
+    Answer, CommissionError, CommissionSettings, Finding, IdentifiedServo, LargestMotion,
+    MotionRecorder, Phase, Progress, StopReason, Wiggle, WiggleState,
 };
-use crate::identifier::fit::Blocking;
 use crate::measurement::velocity::{LowPass, VelocityEstimate};
 use crate::number::Number;
 use crate::plausibility::{Observation, Plausibility};
@@ -25,7 +24,6 @@ pub struct Commission<N: Number> {
     pub(super) plausibility: Plausibility<N>,
     /// What tells the velocity to gains that take over.
     velocity: LowPass<N>,
-    blocking: Blocking<N>,
     before: Option<Loop<N>>,
     limit: [N; 2],
     /// Counts a sample, at which the servo is brought to a place.
@@ -80,9 +78,6 @@ impl<N: Number> Commission<N> {
     /// The longest that a slice of the study takes, s: on a Cortex-M4F at 168 MHz, beside the interrupt.
     const SLICE: f64 = 1e-4;
 
-    /// The time span of a block of the record, s.
-    const BLOCK: f64 = 4e-4;
-
     /// The sizes of the second and of the third motion, as parts of the first.
     const PARTS: [f64; 2] = [0.8, 0.6];
 
@@ -109,11 +104,10 @@ impl<N: Number> Commission<N> {
             wiggle: Wiggle::new(&settings.wiggle())?,
             plausibility: Plausibility::new(&settings.plausibility())?,
             velocity: LowPass::new(&units, Self::CUTOFF / settings.sample_time)?,
-            // Casts saturate.
-            blocking: Blocking::of(samples(Self::BLOCK) as u32),
             before: before.map(|gains| gains.build(&units)).transpose()?,
             limit: [N::from_f64(low), N::from_f64(high)],
             pace: N::from_f64(Self::PACE * limits.speed * units.velocity()),
+            // Casts saturate.
             released: samples(Self::RELEASED) as u32 + 1,
             rest: samples(rest).max(fewest) as u32,
             patience: samples(Self::PATIENCE) as u32,
@@ -141,7 +135,14 @@ impl<N: Number> Commission<N> {
             Some(before) => Activity::Holding(self.held_by(before, N::ZERO, N::ZERO, command)),
             None => Activity::Free,
         };
-        CommissionState::begun(count, command, activity, self.plausibility.start())
+        let recorder = MotionRecorder::new(&self.settings.fit());
+        CommissionState::begun(
+            count,
+            command,
+            activity,
+            self.plausibility.start(),
+            recorder,
+        )
     }
 
     /// One sample. After an end it goes on holding the servo, with the new gains or those before, or
@@ -166,7 +167,7 @@ impl<N: Number> Commission<N> {
             None => None,
         };
         state.command = command.unwrap_or(N::ZERO);
-        state.record(&self.blocking, increment.unwrap_or(N::ZERO));
+        state.record(increment.unwrap_or(N::ZERO));
         CommissionStep {
             command,
             phase: state.phase,

@@ -14,12 +14,15 @@
 //! hand in a simulator. A commissioning whose study gets the same slices in the same samples is the same to
 //! the bit wherever it runs.
 
+mod crude;
 mod error;
+mod fit;
 mod gains;
 mod holding;
 mod machine;
 mod message;
 mod phase;
+mod regression;
 mod servo;
 mod settings;
 mod state;
@@ -28,7 +31,9 @@ mod study;
 mod trial;
 mod wiggle;
 
+pub use crude::Crude;
 pub use error::CommissionError;
+pub use fit::{FitSettings, Motion, MotionRecorder, Predicting, Prediction, ServoFit, ServoFitter};
 pub use gains::HoldingGains;
 pub use machine::{Commission, CommissionStep, Seen};
 pub use message::{Answer, Finding};
@@ -39,4 +44,4 @@ pub use state::CommissionState;
 pub use stop::StopReason;
 pub use study::Study;
 pub use trial::TrialResult;
-pub use wiggle::{Crude, LargestMotion, Progress, Wiggle, WiggleSettings, WiggleState, WiggleStep};
+pub use wiggle::{LargestMotion, Progress, Wiggle, WiggleSettings, WiggleState, WiggleStep};

@@ -46,6 +46,17 @@ impl IdentifiedServo {
         })
     }
 
+    /// [a, b, c, τ, d], SI.
+    pub(crate) fn values(&self) -> [f64; 5] {
+        let ServoParameters {
+            a,
+            b,
+            coulomb,
+            load,
+        } = self.parameters;
+        [a, b, coulomb, self.delay, load]
+    }
+
     /// The standard error of an unknown by its place.
     #[must_use]
     pub fn standard_error(&self, place: usize) -> f64 {

@@ -1,4 +1,4 @@
-use super::{CommissionError, WiggleSettings};
+use super::{CommissionError, FitSettings, WiggleSettings};
 use crate::error::Allowed;
 use crate::plausibility::PlausibilitySettings;
 use crate::tuning::Goal;
@@ -67,6 +67,15 @@ impl CommissionSettings {
             resolution: self.resolution,
             limits: self.limits,
             most_gain: self.most_gain,
+            command_delay: self.command_delay,
+        }
+    }
+
+    /// What fits need to know.
+    pub(super) fn fit(&self) -> FitSettings {
+        FitSettings {
+            sample_time: self.sample_time,
+            resolution: self.resolution,
             command_delay: self.command_delay,
         }
     }

@@ -1,7 +1,7 @@
 use super::holding::Holding;
 use super::trial::{Trial, TrialResult};
-use super::{Answer, Finding, IdentifiedServo, Phase, StopReason, WiggleState};
-use crate::identifier::fit::{Blocking, Recorder};
+use super::{Answer, Finding, IdentifiedServo, MotionRecorder, Phase, StopReason, WiggleState};
+use crate::identifier::NumberedBlock;
 use crate::measurement::velocity::LowPassState;
 use crate::number::Number;
 use crate::plausibility::PlausibilityState;
@@ -22,7 +22,8 @@ pub struct CommissionState<N: Number> {
     pub(super) command: N,
     pub(super) held: N,
     pub(super) watch: PlausibilityState<N>,
-    recorder: Recorder<N>,
+    recorder: MotionRecorder<N>,
+    block: Option<NumberedBlock<N>>,
     recording: Recording,
     pub(super) answer: Option<Answer>,
     pub(super) servo: Option<IdentifiedServo>,
@@ -67,6 +68,7 @@ impl<N: Number> CommissionState<N> {
         command: N,
         activity: Activity<N>,
         watch: PlausibilityState<N>,
+        recorder: MotionRecorder<N>,
     ) -> Self {
         Self {
             phase: Phase::ReleasedCheck,
@@ -79,7 +81,8 @@ impl<N: Number> CommissionState<N> {
             command,
             held: command,
             watch,
-            recorder: Recorder::EMPTY,
+            recorder,
+            block: None,
             recording: Recording::None,
             answer: None,
             servo: None,
@@ -148,9 +151,9 @@ impl<N: Number> CommissionState<N> {
     }
 
     /// Takes a sample into the record, with the command that acts from now on.
-    pub(super) fn record(&mut self, blocking: &Blocking<N>, increment: N) {
+    pub(super) fn record(&mut self, increment: N) {
         if matches!(self.recording, Recording::Begins | Recording::Going) {
-            self.recorder.push(blocking, increment, self.command);
+            self.block = self.recorder.push(increment, self.command);
         }
     }
 
@@ -162,7 +165,7 @@ impl<N: Number> CommissionState<N> {
                 self.recording = Recording::Going;
                 Some(Finding::Begins(self.phase))
             }
-            Recording::Going => self.recorder.take().map(Finding::Block),
+            Recording::Going => self.block.take().map(Finding::Block),
             Recording::Ends => {
                 self.recording = Recording::None;
                 Some(Finding::Ended)

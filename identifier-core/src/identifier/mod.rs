@@ -12,7 +12,7 @@ mod behind_amplifier;
 mod combined;
 pub(crate) mod config;
 mod error;
-pub(crate) mod fit;
+mod fit;
 mod gauss_newton;
 mod gradient;
 mod halves;
@@ -26,6 +26,7 @@ pub use behind_amplifier::{BehindAmplifier, BehindAmplifierState};
 pub use combined::{Combined, CombinedState};
 pub use error::IdentifierError;
 pub use fit::NumberedBlock;
+pub(crate) use fit::{Blocking, Recorder};
 pub use gauss_newton::{
     GaussNewtonFitted, GaussNewtonFitter, GaussNewtonFitterState, GaussNewtonIdentifier,
     GaussNewtonIdentifierState, GaussNewtonRecursion, GaussNewtonRecursionState,

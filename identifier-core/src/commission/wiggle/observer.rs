@@ -1,4 +1,4 @@
-use super::Crude;
+use super::super::crude::Crude;
 use crate::number::Number;
 
 /// Velocity and unexplained acceleration of the servo from its counts and the command that acted.

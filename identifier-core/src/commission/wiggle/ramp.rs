@@ -1,4 +1,4 @@
-use super::crude::Crude;
+use super::super::crude::Crude;
 use super::state::{FirstCount, Stage, WiggleState};
 use super::wiggling::Wiggle;
 use crate::commission::StopReason;

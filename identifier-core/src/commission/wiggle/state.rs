@@ -1,7 +1,7 @@
-use super::crude::Crude;
+use super::super::crude::Crude;
+use super::super::regression::Gathered;
 use super::observer::Observed;
 use super::plan::{COMMANDS, Plan};
-use super::regression::Gathered;
 use crate::commission::StopReason;
 use crate::number::Number;
 

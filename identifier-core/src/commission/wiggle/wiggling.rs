@@ -1,8 +1,8 @@
+use super::super::crude::Crude;
+use super::super::regression::Regression;
 use super::super::{CommissionError, IdentifiedServo, StopReason};
-use super::crude::Crude;
 use super::observer::Observer;
 use super::plan::{COMMANDS, Plan};
-use super::regression::Regression;
 use super::state::{Stage, WiggleState};
 use super::{LargestMotion, WiggleSettings};
 use crate::number::Number;

@@ -17,7 +17,7 @@ pub struct Crude<N> {
 }
 
 impl<N: Number> Crude<N> {
-    pub(super) const UNKNOWN: Self = Self {
+    pub(crate) const UNKNOWN: Self = Self {
         gain: N::ZERO,
         per_gain: N::ZERO,
         forward: N::ZERO,
@@ -26,7 +26,7 @@ impl<N: Number> Crude<N> {
     };
 
     /// What is known in SI, for a sample time (s) and a resolution (rad).
-    pub(super) fn of(parameters: &ServoParameters, time: f64, resolution: f64) -> Self {
+    pub(crate) fn of(parameters: &ServoParameters, time: f64, resolution: f64) -> Self {
         let acceleration = time * time / resolution;
         let number = |value: f64| N::from_f64(value * acceleration);
         let gain = number(parameters.b.max(f64::MIN_POSITIVE));
@@ -46,7 +46,7 @@ impl<N: Number> Crude<N> {
     }
 
     /// d − c sign, in a direction of motion.
-    pub(super) fn without_command(&self, direction: N) -> N {
+    pub(crate) fn without_command(&self, direction: N) -> N {
         if direction > N::ZERO {
             self.forward
         } else {
@@ -74,13 +74,13 @@ impl<N: Number> Crude<N> {
 
     /// The acceleration under a command that acts, in motion.
     #[inline]
-    pub(super) fn acceleration(&self, command: N, velocity: N) -> N {
+    pub(crate) fn acceleration(&self, command: N, velocity: N) -> N {
         self.gain * command + self.without_command(velocity) - self.viscous * velocity
     }
 
     /// The command that gives an acceleration in a direction of motion.
     #[inline]
-    pub(super) fn command(&self, acceleration: N, direction: N) -> N {
+    pub(crate) fn command(&self, acceleration: N, direction: N) -> N {
         (acceleration - self.without_command(direction)) * self.per_gain
     }
 }

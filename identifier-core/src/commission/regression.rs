@@ -1,4 +1,4 @@
-use super::Crude;
+use super::crude::Crude;
 use crate::adaptation::NormalEquations;
 use crate::number::Number;
 
@@ -8,7 +8,7 @@ use crate::number::Number;
 /// the encoder's rounding: white, in counts (equation error; Young, Recursive Estimation and Time-Series
 /// Analysis, 2nd edition 2011, chapter 8).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Regression<N> {
+pub(crate) struct Regression<N> {
     gains: [N; 2],
     /// Samples from one equation to the next.
     stride: u32,
@@ -16,7 +16,7 @@ pub(super) struct Regression<N> {
 
 /// The filters' states and what was gathered.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Gathered<N> {
+pub(crate) struct Gathered<N> {
     error: N,
     error_velocity: N,
     position: [N; 4],
@@ -31,7 +31,7 @@ const BACKWARD: usize = 2;
 const VISCOUS: usize = 3;
 
 impl<N: Number> Gathered<N> {
-    pub(super) const NOTHING: Self = Self {
+    pub(crate) const NOTHING: Self = Self {
         error: N::ZERO,
         error_velocity: N::ZERO,
         position: [N::ZERO; 4],
@@ -41,12 +41,12 @@ impl<N: Number> Gathered<N> {
     };
 
     /// What is known before: a row as a measurement of standard deviation one rounding.
-    pub(super) fn expect(&mut self, row: &[N; 4], value: N) {
+    pub(crate) fn expect(&mut self, row: &[N; 4], value: N) {
         self.equations.add(row, value);
     }
 
     /// The estimate as it is now, where it makes sense.
-    pub(super) fn estimate(&self) -> Option<Crude<N>> {
+    pub(crate) fn estimate(&self) -> Option<Crude<N>> {
         let free = [true; 4];
         let found = self.equations.solve(N::ZERO, &free);
         let gain = found[GAIN];
@@ -63,7 +63,7 @@ impl<N: Number> Gathered<N> {
 
 impl<N: Number> Regression<N> {
     /// With a filter of both poles at λ T, and an equation every `stride` samples.
-    pub(super) fn new(lambda: f64, stride: u32) -> Self {
+    pub(crate) fn new(lambda: f64, stride: u32) -> Self {
         Self {
             gains: [2.0 * lambda, lambda * lambda].map(N::from_f64),
             stride: stride.max(1),
@@ -73,7 +73,7 @@ impl<N: Number> Regression<N> {
     /// Takes a sample: how far the servo moved, in which direction (zero: it stood), under the command
     /// that acted. True if there is a new equation.
     #[inline]
-    pub(super) fn observe(
+    pub(crate) fn observe(
         &self,
         gathered: &mut Gathered<N>,
         increment: N,
