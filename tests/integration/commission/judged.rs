@@ -72,7 +72,7 @@ pub(super) fn commission(scenario: &Scenario) -> Judged {
         ));
     }
     match outcome.end {
-        None => broken.push("it never ended".to_owned()),
+        None => broken.push(format!("it never ended in {}", last.name())),
         Some(end) if end.phase != Phase::Applied => {
             if end.reason.is_none() {
                 broken.push("no reason is told".to_owned());
