@@ -81,7 +81,7 @@ impl<N: Number> Wiggle<N> {
         let late = state.still > plan.reaction && state.samples - state.stage_since > plan.reaction;
         if late {
             let step = plan.first_step + plan.growth * state.extra;
-            state.extra += step.limited(N::ZERO, plan.steepest);
+            state.extra += step.limited(N::ZERO, plan.steepest + plan.steepest);
         }
         state
             .servo
