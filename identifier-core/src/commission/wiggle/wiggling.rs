@@ -88,6 +88,7 @@ impl<N: Number> Wiggle<N> {
         let mut state = WiggleState::new(&self.plan, None);
         state.servo = Crude::of(&servo.parameters, time, resolution);
         state.guessed = state.servo.gain;
+        state.guessed_limit = state.servo.gain * self.plan.command[1];
         state.position = position;
         state.extreme = position;
         state.part = N::from_f64(part);
