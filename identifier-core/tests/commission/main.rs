@@ -3,5 +3,5 @@
 mod fit;
 mod machine;
 mod rig;
-mod support;
 mod wiggle;
+mod wiggle_support;
