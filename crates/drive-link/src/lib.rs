@@ -9,6 +9,7 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+mod commissioning;
 mod fault;
 mod frame;
 mod line;
@@ -16,10 +17,11 @@ mod lock_step;
 mod message;
 mod settings;
 
+pub use commissioning::{Commissioning, Gains, Origin, Outcome, Progress};
 pub use fault::Fault;
 pub use frame::{FrameError, LONGEST_FRAME, LONGEST_MESSAGE, Receiver, StopListener, frame};
 pub use line::Line;
-pub use lock_step::{Answer, Question, Reading, Refused};
+pub use lock_step::{Answer, CommissionReading, Question, Reading, Refused};
 pub use message::{
     Command, Ended, Estimates, Kept, Noticed, PROTOCOL, Refusal, Report, Request, Snapshot, State,
     Status,

@@ -1,5 +1,6 @@
 //! Processor in the loop: the plant here, the loop on a chip, one sample a question.
 
+mod commission;
 mod settings;
 
 use std::fmt;
@@ -7,6 +8,7 @@ use std::fmt;
 use drive_link::LoopSettings;
 use identifier_core::number::Number;
 
+pub use self::commission::{commission, commissioning};
 use crate::experiment::{Abort, AbortCause, Outcome, Sample};
 use crate::loops::{RemoteError, RemoteLoop};
 use crate::port::Port;

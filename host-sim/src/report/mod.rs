@@ -1,5 +1,6 @@
 //! How results are shown: tables, JSON, CSV and pictures.
 
+pub mod commission;
 pub mod comparison;
 pub mod csv;
 pub mod distribution;
@@ -12,5 +13,6 @@ pub mod plot;
 pub mod residual;
 pub mod table;
 pub mod terms;
+pub mod timeline;
 
 pub use envelope::Envelope;

@@ -1,3 +1,5 @@
+use core::fmt;
+
 /// What is asked of a loop: one knob.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -24,4 +26,28 @@ pub enum Cap {
     CommandLimit,
     /// A resonance.
     Resonance,
+}
+
+impl Cap {
+    /// Its name in results.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Delay => "delay",
+            Self::EncoderNoise => "encoder-noise",
+            Self::CommandLimit => "command-limit",
+            Self::Resonance => "resonance",
+        }
+    }
+}
+
+impl fmt::Display for Cap {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Delay => "the delay of hold, computation, servo and velocity estimate",
+            Self::EncoderNoise => "the encoder's noise in the command",
+            Self::CommandLimit => "the command that the step asks for",
+            Self::Resonance => "the resonance",
+        })
+    }
 }

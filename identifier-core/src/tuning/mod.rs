@@ -1,9 +1,33 @@
 //! Gains from what was identified, and what they promise.
+//!
+//! A bandwidth gives the gains by pole placement. Whether they are allowed is told by noise and
+//! largest command in closed form, and by the exact frequency response of the sampled loop with all its delay,
+//! for the identified servo and the corners of its confidence ellipsoid. The largest allowed
+//! bandwidth is found by bisection. What the gains promise is what the same sampled loop does in simulation.
+//!
+//! ```text
+//! goal ─► placement ─► margins of every possible servo ─► prediction ─► tuning
+//!             ▲                  │
+//!             └──── search ◄─────┘
+//! ```
 
+mod closed_loop;
+mod complex;
 mod goal;
+mod margins;
+mod placement;
+mod possible_servos;
+mod prediction;
 mod promise;
+mod response_time;
+mod sampled_response;
+mod search;
 mod settings;
+mod step_measure;
+mod tuner;
 
 pub use goal::{Cap, Goal};
 pub use promise::{Promise, Tuning};
 pub use settings::{TuningError, TuningSettings};
+pub use step_measure::StepMeasure;
+pub use tuner::{Tuner, TunerState, tune};

@@ -26,15 +26,21 @@ pub struct Tuning {
 pub struct Promise {
     /// The step of the reference that it is for, rad.
     pub step: f64,
-    /// From 10 to 90 % of the step, s.
+    /// From 10 to 90 % of the step, s, where the integral holds the load and nothing else.
     pub rise_time: f64,
-    /// Beyond the step, a part of it.
+    /// The same where the integral balances friction as well, from a motion before: a servo with friction
+    /// is promised a rise between the two.
+    pub quickest_rise_time: f64,
+    /// Beyond the step, a part of it: at the worst corner, with friction balanced by the integral before
+    /// the step, and a count more, since where within a count a servo stands is not known.
     pub overshoot: f64,
-    /// Until the position stays within 2 % of the step, at least two counts, s.
+    /// Until the position stays within 2 % of the step, at least two counts, s; infinite where friction
+    /// keeps it outside for as long as it is looked for, 25/ω.
     pub settling_time: f64,
     /// Mₛ, the largest sensitivity, at the worst corner.
     pub sensitivity: f64,
-    /// The factors by which the loop's gain may fall and rise, at the worst corner.
+    /// The factors by which the loop's gain may fall (zero for any) and rise (up to 50 is looked for), at
+    /// the worst corner.
     pub gain_margins: [f64; 2],
     /// The largest command of the step, as a part of what there is.
     pub command_share: f64,

@@ -1,4 +1,8 @@
-use super::Goal;
+use core::fmt;
+
+use super::{Cap, Goal};
+use crate::error::{Allowed, OutOfRange};
+use crate::units::Units;
 
 /// What a loop is tuned for, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,13 +29,84 @@ pub struct TuningSettings {
     pub resonance: Option<f64>,
 }
 
+impl TuningSettings {
+    /// The usual largest sensitivity: with it the loop bears its gain falling to 0.62 or rising to 2.7
+    /// times and 36° of phase, at least (Åström and Hägglund, Advanced PID Control, 2006, section 4.6).
+    pub const MOST_SENSITIVITY: f64 = 1.6;
+
+    /// The usual largest part of the command that noise may make up: three standard deviations stay
+    /// below a tenth, and the power that it costs below a thousandth.
+    pub const MOST_NOISE: f64 = 0.03;
+
+    /// The fewest counts that a step may have for its rise to be timed.
+    pub const LEAST_COUNTS: f64 = 10.0;
+
+    /// As stiff as the servo bears, with the usual margins, for a sample time (s), a position of a count
+    /// (rad), a largest command and a step of the reference (rad).
+    #[must_use]
+    pub fn new(sample_time: f64, resolution: f64, command: f64, step: f64) -> Self {
+        Self {
+            sample_time,
+            resolution,
+            cutoff: None,
+            command,
+            command_delay: 0.0,
+            goal: Goal::Stiffest,
+            most_sensitivity: Self::MOST_SENSITIVITY,
+            most_noise: Self::MOST_NOISE,
+            step,
+            resonance: None,
+        }
+    }
+
+    /// # Errors
+    /// The setting that is out of its range.
+    pub(super) fn check(&self) -> Result<(), OutOfRange> {
+        /// Below this no PID reaches; above that a loop is hardly stable.
+        const SENSITIVITIES: Allowed = Allowed::Within(1.05, 3.0);
+        let (shortest, longest) = Units::SAMPLE_TIMES;
+        Allowed::Within(shortest, longest).check("sample_time", self.sample_time)?;
+        Allowed::AtLeast(0.0).check("resolution", self.resolution)?;
+        if let Some(cutoff) = self.cutoff {
+            let nyquist = core::f64::consts::PI / self.sample_time;
+            Allowed::Between(0.0, nyquist).check("cutoff", cutoff)?;
+        }
+        if self.command != f64::INFINITY {
+            Allowed::Above(0.0).check("command", self.command)?;
+        }
+        Allowed::AtLeast(0.0).check("command_delay", self.command_delay)?;
+        match self.goal {
+            Goal::ResponseTime(time) => Allowed::Above(0.0).check("response_time", time)?,
+            Goal::Bandwidth(bandwidth) => Allowed::Above(0.0).check("bandwidth", bandwidth)?,
+            Goal::Stiffest => 0.0,
+        };
+        SENSITIVITIES.check("most_sensitivity", self.most_sensitivity)?;
+        Allowed::PositiveUpTo(1.0).check("most_noise", self.most_noise)?;
+        let least = Self::LEAST_COUNTS * self.resolution;
+        if least > 0.0 {
+            Allowed::AtLeast(least).check("step", self.step)?;
+        } else {
+            Allowed::Above(0.0).check("step", self.step)?;
+        }
+        if let Some(resonance) = self.resonance {
+            Allowed::Above(0.0).check("resonance", resonance)?;
+        }
+        Ok(())
+    }
+
+    /// The largest standard deviation of the command from the encoder's rounding, command units.
+    pub(super) fn allowed_noise(&self) -> f64 {
+        self.most_noise * self.command
+    }
+}
+
 /// Why there are no gains.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum TuningError {
     /// A setting out of its range, by name.
-    OutOfRange(crate::error::OutOfRange),
+    OutOfRange(OutOfRange),
     /// What was asked for is more than the servo bears.
     TooFast {
         /// The bandwidth asked for, rad/s.
@@ -39,8 +114,42 @@ pub enum TuningError {
         /// The largest that would do, rad/s.
         most: f64,
         /// What keeps it there.
-        cap: super::Cap,
+        cap: Cap,
     },
-    /// Nothing was identified well enough to tune for: b may be zero.
+    /// Nothing was identified well enough to tune for: b may be zero, or no loop keeps the margins for all
+    /// servos that it may be.
     NotKnown,
+    /// The step does not get to 90 % within 25/ω: friction holds the servo, and the integral is slow to push
+    /// it on.
+    DoesNotArrive,
 }
+
+impl From<OutOfRange> for TuningError {
+    fn from(error: OutOfRange) -> Self {
+        Self::OutOfRange(error)
+    }
+}
+
+impl fmt::Display for TuningError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::OutOfRange(error) => error.fmt(f),
+            Self::TooFast {
+                bandwidth,
+                most,
+                cap,
+            } => write!(
+                f,
+                "a bandwidth of {bandwidth:.1} rad/s is more than the servo bears: {cap} allows {most:.1} rad/s"
+            ),
+            Self::NotKnown => f.write_str(
+                "the servo is not known well enough for any gains to keep the margins: identify it with more motion",
+            ),
+            Self::DoesNotArrive => f.write_str(
+                "the step does not get to 90 %, as friction holds the servo: ask for a larger step or a faster response",
+            ),
+        }
+    }
+}
+
+impl core::error::Error for TuningError {}

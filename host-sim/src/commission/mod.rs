@@ -1,0 +1,174 @@
+//! A commissioning on the simulated drive: the machine of the firmware, the simulator's servo.
+//!
+//! A sample is always the same, in the simulator, on the chip and with the chip in the loop: the encoder is
+//! read, the interrupt's half gives a command, the background's half does its slices of work, and the command
+//! acts until the next sample. So a commissioning is the same to the bit wherever it runs.
+
+mod axis;
+mod commissioner;
+mod course;
+mod record;
+mod response;
+
+pub use axis::Axis;
+pub use commissioner::{Commissioner, Done};
+pub use course::{Course, Excursion, Stretch};
+pub use record::{End, Known, Outcome, Sample};
+pub use response::StepResponse;
+
+use identifier_core::commission::{
+    Commission, CommissionSettings, HoldingGains, LargestMotion, Seen, Study,
+};
+use identifier_core::number::Number;
+
+use self::commissioner::Here;
+use crate::scenario::{Arithmetic, Fault, Scenario};
+
+/// Blocks that the study's record has, as in the firmware.
+pub const RECORD: usize = 256;
+
+/// For how long what follows on the end is watched, s.
+const AFTERWARDS: f64 = 0.2;
+
+/// The longest that a commissioning may take, s: it is to end by itself long before.
+const LONGEST: f64 = 120.0;
+
+/// A commissioning of a scenario's servo, about to begin.
+#[derive(Debug, Clone)]
+pub struct Commissioning {
+    axis: Axis,
+    settings: CommissionSettings,
+    before: Option<HoldingGains>,
+    arithmetic: Arithmetic,
+    largest: LargestMotion,
+}
+
+impl Commissioning {
+    /// What a scenario describes.
+    ///
+    /// # Errors
+    /// The key that is missing, or that it cannot be done with; nothing has moved then.
+    pub fn of(scenario: &Scenario) -> Result<Self, Fault> {
+        let settings = scenario.commission_settings()?;
+        let before = scenario.gains_before()?;
+        let refused = |error| scenario.fault_of_commission(&error);
+        let machine = Commission::<f64>::new(&settings, before.as_ref()).map_err(refused)?;
+        Study::<f64, RECORD>::new(&settings).map_err(refused)?;
+        let arithmetic = scenario.identifier.arithmetic;
+        if arithmetic == Arithmetic::Fixed {
+            return Err(Fault::new(
+                "identifier.arithmetic",
+                "a commissioning is computed in \"f32\", as on the chip, or in \"f64\"",
+            ));
+        }
+        Ok(Self {
+            axis: Axis::of(scenario)?,
+            settings,
+            before,
+            arithmetic,
+            largest: machine.largest_motion(),
+        })
+    }
+
+    /// What the core is told.
+    #[must_use]
+    pub fn settings(&self) -> &CommissionSettings {
+        &self.settings
+    }
+
+    /// The gains that hold the servo before, if there are any.
+    #[must_use]
+    pub fn gains_before(&self) -> Option<&HoldingGains> {
+        self.before.as_ref()
+    }
+
+    /// The largest motion that there can be before anything is known of the servo.
+    #[must_use]
+    pub fn largest_motion(&self) -> LargestMotion {
+        self.largest
+    }
+
+    /// Runs it and shows every sample to `observe`.
+    ///
+    /// # Errors
+    /// As [`Commissioning::of`].
+    pub fn run(self, observe: &mut dyn FnMut(&Sample)) -> Result<Outcome, Fault> {
+        match self.arithmetic {
+            Arithmetic::F64 => self.run_here::<f64>(observe),
+            Arithmetic::F32 | Arithmetic::Fixed => self.run_here::<f32>(observe),
+        }
+    }
+
+    fn run_here<N: Number>(self, observe: &mut dyn FnMut(&Sample)) -> Result<Outcome, Fault> {
+        let built = Here::<N>::new(&self.settings, self.before.as_ref(), self.held());
+        let mut here = built.map_err(|error| Fault::new("commission", error))?;
+        self.run_by(&mut here, observe)
+            .map_err(|never| match never {})
+    }
+
+    /// The command that the gains before hold the servo with, if there are any, command units.
+    #[must_use]
+    pub fn held(&self) -> Option<f64> {
+        self.before.map(|_| self.axis.balance())
+    }
+
+    /// Runs it with somebody else's machine, and shows every sample to `observe`.
+    ///
+    /// # Errors
+    /// Why that does no further sample.
+    pub fn run_by<C: Commissioner>(
+        mut self,
+        commissioner: &mut C,
+        observe: &mut dyn FnMut(&Sample),
+    ) -> Result<Outcome, C::Error> {
+        let sample_time = self.settings.sample_time;
+        let mut course = Course::default();
+        let mut known = Vec::new();
+        let mut tuning = None;
+        let mut end: Option<End> = None;
+        loop {
+            let time = course.samples() as f64 * sample_time;
+            let (position, velocity) = (self.axis.position(), self.axis.velocity());
+            let count = self.axis.count();
+            let done = commissioner.sample(&Seen {
+                count,
+                late: false,
+                stop: None,
+            })?;
+            known.extend(done.servo.map(|servo| Known { time, servo }));
+            tuning = done.tuning.or(tuning);
+            let sample = Sample {
+                time,
+                phase: done.phase,
+                measured: count.map(|count| f64::from(count) * self.settings.resolution),
+                reference: done
+                    .setpoint
+                    .map(|setpoint| setpoint * self.settings.resolution),
+                position,
+                velocity,
+                command: done.command,
+            };
+            if done.phase.is_end() && end.is_none() {
+                end = Some(End {
+                    phase: done.phase,
+                    within: course.phase(),
+                    reason: done.reason,
+                    time,
+                });
+            }
+            course.add(&sample);
+            observe(&sample);
+            let over = end.as_ref().map_or(LONGEST, |end| end.time + AFTERWARDS);
+            if time >= over {
+                return Ok(Outcome {
+                    end,
+                    known,
+                    tuning,
+                    trial: done.trial,
+                    course: course.finish(time),
+                });
+            }
+            self.axis.advance(done.command.unwrap_or(0.0));
+        }
+    }
+}

@@ -1,0 +1,204 @@
+//! The loop of a design, sample by sample: the controller that will run, the exact servo with friction and
+//! delay, the encoder.
+//!
+//! What holds the load is left out on both sides: a command stands for what goes beyond it.
+
+use super::placement::Design;
+use super::possible_servos::PossibleServo;
+use super::sampled_response::split;
+use crate::control::{CommandLimit, ControlState, Controller, Gains, Pid};
+use crate::error::OutOfRange;
+use crate::measurement::velocity::{LowPass, LowPassState};
+use crate::model::{FrictionStep, Response, ZeroOrderHoldStep};
+use crate::units::Units;
+
+/// What a loop is put to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Trial {
+    /// The step of the reference in the first sample, rad.
+    pub(super) step: f64,
+    /// The step of the load in the first sample, rad/s².
+    pub(super) load: f64,
+    /// Coulomb friction, rad/s².
+    pub(super) coulomb: f64,
+    /// The friction that the integral balances already when the step comes, rad/s².
+    pub(super) balanced: f64,
+    /// Position of a count, rad; zero for an ideal sensor.
+    pub(super) resolution: f64,
+    /// The largest command, command units.
+    pub(super) command: f64,
+}
+
+/// A loop under way. Positions are in rad, time in samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ClosedLoop {
+    controller: Controller<f64, LowPass<f64>>,
+    state: ControlState<f64, LowPassState<f64>>,
+    sample_time: f64,
+    trial: Trial,
+    gain: f64,
+    step: FrictionStep<f64>,
+    /// The two parts of a sample, before and after a command begins to act.
+    parts: [Part; 2],
+    whole_delay: usize,
+    commands: [f64; Self::COMMANDS],
+    newest: usize,
+    position: f64,
+    velocity: f64,
+    measured: f64,
+}
+
+/// A part of a sample, as a sample of its own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Part {
+    length: f64,
+    x: f64,
+    response: Response<f64>,
+}
+
+/// What is seen in a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Seen {
+    /// As the encoder shows it, rad.
+    pub(super) position: f64,
+    /// Command units.
+    pub(super) command: f64,
+}
+
+impl ClosedLoop {
+    /// Commands that are kept while they are delayed.
+    const COMMANDS: usize = 64;
+
+    /// A loop at rest, with the sample time `sample_time` or, where the loop is slow, a multiple of it.
+    ///
+    /// # Errors
+    /// A gain or cut-off that no loop can have.
+    pub(super) fn new(
+        design: &Design,
+        servo: &PossibleServo,
+        sample_time: f64,
+        trial: &Trial,
+    ) -> Result<Self, OutOfRange> {
+        let multiple = multiple(design.bandwidth, servo, sample_time);
+        let cutoff = design
+            .cutoff
+            .min(Self::most_cutoff(multiple * sample_time, sample_time));
+        let sample_time = multiple * sample_time;
+        let units = Units::new(sample_time, 1.0)?;
+        let limit = CommandLimit::of([-trial.command, trial.command])?;
+        let gains = Gains::new(design.kp, design.kd, design.ki)?;
+        let (whole_delay, part) = split(servo.delay / sample_time);
+        let zero_order_hold = ZeroOrderHoldStep::new();
+        let x = servo.a * sample_time;
+        let balancing = trial.balanced / servo.b;
+        let integral = if design.ki > 0.0 {
+            balancing / (design.ki * sample_time)
+        } else {
+            0.0
+        };
+        let state = ControlState::default().with_integral(integral);
+        Ok(Self {
+            controller: Controller::new(
+                Pid::new(&units, &gains, &limit),
+                LowPass::new(&units, cutoff)?,
+            ),
+            state,
+            sample_time,
+            trial: *trial,
+            gain: servo.b,
+            step: FrictionStep::new(),
+            parts: [part, 1.0 - part].map(|length| Part {
+                length,
+                x: x * length,
+                response: zero_order_hold.response(x * length),
+            }),
+            whole_delay: (whole_delay as usize).min(Self::COMMANDS - 2),
+            commands: [balancing; Self::COMMANDS],
+            newest: 0,
+            position: 0.5 * trial.resolution,
+            velocity: 0.0,
+            measured: 0.0,
+        })
+    }
+
+    /// The highest cut-off of a loop at a multiple of the sample time: where the loop is that slow, one
+    /// that is higher makes no difference.
+    fn most_cutoff(multiplied: f64, sample_time: f64) -> f64 {
+        if multiplied > sample_time {
+            2.0 / multiplied
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    /// The sample time that it is computed with, s.
+    pub(super) fn sample_time(&self) -> f64 {
+        self.sample_time
+    }
+
+    /// One sample; none if the loop leaves every range.
+    pub(super) fn advance(&mut self) -> Option<Seen> {
+        let measured = self.reading();
+        let increment = measured - self.measured;
+        self.measured = measured;
+        let error = self.trial.step - measured;
+        let sample = self
+            .controller
+            .process(&mut self.state, error, increment)
+            .ok()?;
+        self.newest = (self.newest + 1) % Self::COMMANDS;
+        if let Some(newest) = self.commands.get_mut(self.newest) {
+            *newest = sample.command;
+        }
+        for (part, delay) in self
+            .parts
+            .into_iter()
+            .zip([self.whole_delay + 1, self.whole_delay])
+        {
+            if part.length > 0.0 {
+                self.move_for(&part, self.delayed(delay));
+            }
+        }
+        Some(Seen {
+            position: measured,
+            command: sample.command,
+        })
+    }
+
+    fn reading(&self) -> f64 {
+        let resolution = self.trial.resolution;
+        if resolution > 0.0 {
+            resolution * libm::floor(self.position / resolution)
+        } else {
+            self.position
+        }
+    }
+
+    fn delayed(&self, samples: usize) -> f64 {
+        let place = (self.newest + Self::COMMANDS - samples) % Self::COMMANDS;
+        self.commands.get(place).copied().unwrap_or(0.0)
+    }
+
+    fn move_for(&mut self, part: &Part, command: f64) {
+        let time = part.length * self.sample_time;
+        let squared = time * time;
+        let drive = (self.gain * command + self.trial.load) * squared;
+        let coulomb = self.trial.coulomb * squared;
+        let velocity = self.velocity * part.length;
+        let (motion, _) =
+            (self.step).process_with(&part.response, part.x, drive, coulomb, velocity);
+        self.position += motion.increment;
+        self.velocity = motion.velocity / part.length;
+    }
+}
+
+/// How many samples are taken together. A loop that is slow against its sampling is computed at a multiple
+/// of the sample time, at which the hold still takes little more than 1 % of 1/ω: what happens does not change,
+/// and the time that it takes to compute is bounded.
+fn multiple(bandwidth: f64, servo: &PossibleServo, sample_time: f64) -> f64 {
+    /// The longest sample, as a part of 1/ω.
+    const LONGEST: f64 = 0.025;
+    let by_bandwidth = LONGEST / bandwidth;
+    let by_friction = 0.8 * ZeroOrderHoldStep::<f64>::LARGEST_RATE / servo.a;
+    libm::floor(by_bandwidth.min(by_friction) / sample_time).max(1.0)
+}

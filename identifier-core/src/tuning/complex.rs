@@ -1,0 +1,93 @@
+use core::ops::{Add, Mul};
+
+/// A complex number, as far as a frequency response needs one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Complex {
+    pub(super) re: f64,
+    pub(super) im: f64,
+}
+
+impl Complex {
+    pub(super) const ONE: Self = Self { re: 1.0, im: 0.0 };
+
+    pub(super) fn conjugate(self) -> Self {
+        Self {
+            im: -self.im,
+            ..self
+        }
+    }
+
+    /// |z|².
+    pub(super) fn power(self) -> f64 {
+        self.re * self.re + self.im * self.im
+    }
+
+    pub(super) fn scaled(self, factor: f64) -> Self {
+        Self {
+            re: factor * self.re,
+            im: factor * self.im,
+        }
+    }
+
+    pub(super) fn raised(self, exponent: u32) -> Self {
+        let (mut result, mut square, mut left) = (Self::ONE, self, exponent);
+        while left > 0 {
+            if left % 2 == 1 {
+                result = result * square;
+            }
+            square = square * square;
+            left /= 2;
+        }
+        result
+    }
+}
+
+impl Mul for Complex {
+    type Output = Self;
+
+    fn mul(self, other: Self) -> Self {
+        Self {
+            re: self.re * other.re - self.im * other.im,
+            im: self.re * other.im + self.im * other.re,
+        }
+    }
+}
+
+impl Add for Complex {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            re: self.re + other.re,
+            im: self.im + other.im,
+        }
+    }
+}
+
+impl Add<f64> for Complex {
+    type Output = Self;
+
+    fn add(self, real: f64) -> Self {
+        Self {
+            re: self.re + real,
+            ..self
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Complex;
+
+    #[test]
+    fn a_power_is_repeated_multiplication() {
+        let z = Complex { re: 0.8, im: -0.6 };
+        let mut product = Complex::ONE;
+        for exponent in 0..40 {
+            let off = z.raised(exponent) + product.scaled(-1.0);
+            assert!(off.power() < 1e-28, "{exponent}");
+            product = product * z;
+        }
+        assert!(((z * z.conjugate()).re - z.power()).abs() < 1e-15);
+    }
+}

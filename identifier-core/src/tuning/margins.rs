@@ -1,0 +1,185 @@
+//! Margins and stability of a loop, from one walk along its frequency response.
+//!
+//! The loop opened has no pole outside the unit circle, and two at z = 1, or three where a = 0. Its
+//! characteristic function D = open + forward, of degree N, has no root outside if and only if its argument
+//! grows by N π from z = 1 to z = −1 (the principle of the argument; Mikhailov's criterion in discrete
+//! time). As open's argument is known, that is a condition on 1 + L: counted from where D is still real and
+//! positive, L must cross the real axis left of −1 upwards in phase once, if it begins with Im L > 0, and
+//! not at all otherwise, crossings the other way subtracted.
+//!
+//! No root is overlooked between two points: they are so close that L moves by less than three quarters of
+//! its distance from −1. The walk begins where D has not moved by half of what it is at z = 1, and ends
+//! where |L| is so small that it encircles nothing any more.
+
+use super::complex::Complex;
+use super::sampled_response::SampledResponse;
+
+/// What a loop bears.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Margins {
+    /// Mₛ, the largest |1/(1 + L)|.
+    pub(super) sensitivity: f64,
+    /// The factors by which the gain may fall, zero for any, and rise.
+    pub(super) gain: [f64; 2],
+}
+
+impl Margins {
+    /// The largest gain margin that is looked for; one that is larger counts as this.
+    pub(super) const MOST_GAIN: f64 = 50.0;
+
+    /// Of a loop that bears everything.
+    pub(super) const AMPLE: Self = Self {
+        sensitivity: 1.0,
+        gain: [0.0, Self::MOST_GAIN],
+    };
+
+    /// What two loops both bear.
+    pub(super) fn both(self, other: Self) -> Self {
+        Self {
+            sensitivity: self.sensitivity.max(other.sensitivity),
+            gain: [
+                self.gain[0].max(other.gain[0]),
+                self.gain[1].min(other.gain[1]),
+            ],
+        }
+    }
+}
+
+/// A walk along the frequency response of a loop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Walk {
+    response: SampledResponse,
+    /// The least |1 + L|² that is allowed.
+    least: f64,
+    nu: f64,
+    last: Option<Last>,
+    margins: Margins,
+    /// Upward crossings left of −1 that are still to come.
+    awaited: i32,
+    falling: bool,
+}
+
+/// What is kept of the points before.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Last {
+    gain: Complex,
+    /// |1 + L|² at the last two points.
+    distances: [f64; 2],
+}
+
+/// How a walk goes on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Progress {
+    /// There are more points.
+    Goes,
+    /// It is stable, and keeps the largest sensitivity.
+    Keeps(Margins),
+    /// It does not.
+    Breaks,
+}
+
+impl Walk {
+    /// The ratio of successive frequencies, 2^(1/8). A peak of the sensitivity is put through three
+    /// points.
+    const RATIO: f64 = 1.090_507_732_665_257_7;
+
+    /// The ν at which it ends at last; z is then −1 but for 2 %.
+    const LAST: f64 = 100.0;
+
+    /// Begins at a frequency far below the loop's poles, rad per sample.
+    pub(super) fn begin(response: SampledResponse, first: f64, most_sensitivity: f64) -> Self {
+        Self {
+            response,
+            least: 1.0 / (most_sensitivity * most_sensitivity),
+            nu: 0.5 * first,
+            last: None,
+            margins: Margins::AMPLE,
+            awaited: 0,
+            falling: false,
+        }
+    }
+
+    /// One frequency.
+    pub(super) fn work(&mut self) -> Progress {
+        let point = self.response.at(self.nu);
+        let gain = point.gain();
+        let distance = (gain + 1.0).power();
+        let far_enough = distance >= self.least;
+        if !far_enough {
+            return Progress::Breaks;
+        }
+        let distances = match self.last {
+            None => {
+                let moved =
+                    (point.open + point.forward).scaled(1.0 / self.response.at_rest()) + -1.0;
+                if moved.power() > 0.25 {
+                    return Progress::Breaks;
+                }
+                self.awaited = i32::from(gain.im > 0.0);
+                [distance, distance]
+            }
+            Some(last) => {
+                let step = gain + last.gain.scaled(-1.0);
+                let [before, here] = last.distances;
+                if step.power() > 0.5625 * here.min(distance) {
+                    return Progress::Breaks;
+                }
+                self.cross(last.gain, gain);
+                if here <= before && here < distance {
+                    let nearest = lowest([before, here, distance]);
+                    if nearest < self.least {
+                        return Progress::Breaks;
+                    }
+                    self.margins.sensitivity =
+                        (1.0 / libm::sqrt(nearest)).max(self.margins.sensitivity);
+                }
+                [here, distance]
+            }
+        };
+        self.last = Some(Last { gain, distances });
+        self.nu *= Self::RATIO;
+        self.ends(gain)
+    }
+
+    /// Takes in whether L has crossed the negative real axis between two points.
+    fn cross(&mut self, from: Complex, to: Complex) {
+        if (from.im > 0.0) == (to.im > 0.0) {
+            return;
+        }
+        let at = from.re + (to.re - from.re) * from.im / (from.im - to.im);
+        if at < -1.0 {
+            self.awaited += if from.im > 0.0 { -1 } else { 1 };
+            self.margins.gain[0] = self.margins.gain[0].max(-1.0 / at);
+        } else if at * Margins::MOST_GAIN < -1.0 {
+            self.margins.gain[1] = self.margins.gain[1].min(-1.0 / at);
+            self.falling = true;
+        }
+    }
+
+    fn ends(&self, gain: Complex) -> Progress {
+        /// Where |L| is below this, and the phase has passed −180°, nothing more is looked for.
+        const SMALL: f64 = 0.1;
+        let power = gain.power();
+        let small = power < SMALL * SMALL && self.falling;
+        let negligible = power * Margins::MOST_GAIN * Margins::MOST_GAIN < 1.0;
+        if small || negligible {
+            if self.awaited == 0 {
+                Progress::Keeps(self.margins)
+            } else {
+                Progress::Breaks
+            }
+        } else if self.nu > Self::LAST {
+            Progress::Breaks
+        } else {
+            Progress::Goes
+        }
+    }
+}
+
+/// The lowest value of the parabola through three values at equal distances, of which the middle one is the
+/// least.
+fn lowest([before, here, after]: [f64; 3]) -> f64 {
+    let slope = after - before;
+    let bend = before - here + (after - here);
+    here - slope * slope / (8.0 * bend)
+}

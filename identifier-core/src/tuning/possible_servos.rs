@@ -1,0 +1,202 @@
+use super::TuningError;
+use crate::commission::IdentifiedServo;
+use crate::model::ZeroOrderHoldStep;
+
+/// A servo that the identified one may be, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct PossibleServo {
+    /// 1/s.
+    pub(super) a: f64,
+    /// Rad/s² per command unit.
+    pub(super) b: f64,
+    /// From a reading to the acceleration of its command, besides the hold's, s.
+    pub(super) delay: f64,
+}
+
+/// The identified servo, first, and the corners of the ellipsoid of its a, b and τ.
+///
+/// The corners lie at [`STANDARD_ERRORS`](Self::STANDARD_ERRORS) to both sides along the columns of the
+/// covariance's Cholesky factor: in each direction what is already fixed by the columns before is kept, so
+/// that a and b that are only known together move together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct PossibleServos {
+    all: [PossibleServo; Self::COUNT],
+}
+
+impl PossibleServos {
+    /// The servo itself and two corners for each of three directions.
+    pub(super) const COUNT: usize = 7;
+
+    /// How far the corners are.
+    pub(super) const STANDARD_ERRORS: f64 = 3.0;
+
+    /// The servos for a delay besides the identified one.
+    pub(super) fn new(
+        servo: &IdentifiedServo,
+        further_delay: f64,
+        sample_time: f64,
+    ) -> Result<Self, TuningError> {
+        let identified = PossibleServo {
+            a: servo.parameters.a,
+            b: servo.parameters.b,
+            delay: servo.delay,
+        };
+        let factor = cholesky(&servo.covariance).ok_or(TuningError::NotKnown)?;
+        let corner = |i: usize| -> Option<PossibleServo> {
+            let (column, sign) = match i.checked_sub(1) {
+                None => (0, 0.0),
+                Some(side) => (side / 2, if side % 2 == 0 { 1.0 } else { -1.0 }),
+            };
+            let far = |row: &[f64; 3]| {
+                let length = row.get(column).copied().unwrap_or(0.0);
+                sign * Self::STANDARD_ERRORS * length
+            };
+            let [a, b, delay] = &factor;
+            let corner = PossibleServo {
+                a: (identified.a + far(a)).max(0.0),
+                b: identified.b + far(b),
+                delay: (identified.delay + far(delay)).max(0.0) + further_delay,
+            };
+            corner.is_tunable(sample_time).then_some(corner)
+        };
+        let mut all = [identified; Self::COUNT];
+        for (i, servo) in all.iter_mut().enumerate() {
+            *servo = corner(i).ok_or(TuningError::NotKnown)?;
+        }
+        Ok(Self { all })
+    }
+
+    /// The identified servo.
+    pub(super) fn identified(&self) -> PossibleServo {
+        let [identified, ..] = self.all;
+        identified
+    }
+
+    /// By its place, the identified one at zero.
+    pub(super) fn get(&self, place: usize) -> Option<&PossibleServo> {
+        self.all.get(place)
+    }
+
+    /// The least viscous friction that one of them has, 1/s.
+    pub(super) fn least_friction(&self) -> f64 {
+        let all = self.all.iter();
+        all.fold(f64::INFINITY, |least, servo| least.min(servo.a))
+    }
+}
+
+impl PossibleServo {
+    /// The longest delay that is computed with, samples.
+    const LONGEST_DELAY: f64 = 1000.0;
+
+    fn is_tunable(&self, sample_time: f64) -> bool {
+        let rates = 0.0..=ZeroOrderHoldStep::<f64>::LARGEST_RATE;
+        let delays = 0.0..=Self::LONGEST_DELAY;
+        rates.contains(&(self.a * sample_time))
+            && delays.contains(&(self.delay / sample_time))
+            && self.b > 0.0
+            && self.b.is_finite()
+    }
+}
+
+/// The lower Cholesky factor of the covariance of [a, b, τ]; what is known without error has zeros. None if
+/// it is no covariance.
+fn cholesky(covariance: &[[f64; 5]; 5]) -> Option<[[f64; 3]; 3]> {
+    /// What rounding may leave of a variance that is zero, relative to its sum.
+    const ROUNDING: f64 = 1e-9;
+    const PLACES: [usize; 3] = [
+        IdentifiedServo::A,
+        IdentifiedServo::B,
+        IdentifiedServo::DELAY,
+    ];
+    let entry = |i: usize, j: usize| covariance[PLACES[i]][PLACES[j]];
+    let mut factor = [[0.0_f64; 3]; 3];
+    for column in 0..3 {
+        let earlier = |factor: &[[f64; 3]; 3], row: usize| {
+            (0..column).fold(0.0, |sum, k| sum + factor[row][k] * factor[column][k])
+        };
+        let variance = entry(column, column);
+        let left = variance - earlier(&factor, column);
+        let is_covariance = variance.is_finite() && left >= -ROUNDING * variance;
+        if !is_covariance {
+            return None;
+        }
+        if left <= ROUNDING * variance {
+            continue;
+        }
+        let length = libm::sqrt(left);
+        for row in column..3 {
+            let value = (entry(row, column) - earlier(&factor, row)) / length;
+            if !value.is_finite() {
+                return None;
+            }
+            factor[row][column] = value;
+        }
+    }
+    Some(factor)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::ServoParameters;
+
+    fn servo(covariance: [[f64; 5]; 5]) -> IdentifiedServo {
+        IdentifiedServo {
+            parameters: ServoParameters {
+                a: 3.0,
+                b: 200.0,
+                coulomb: 1.0,
+                load: 0.0,
+            },
+            delay: 1e-3,
+            covariance,
+            unexplained: 0.0,
+        }
+    }
+
+    /// A covariance F Fᵀ of [a, b, c, τ, d].
+    fn covariance() -> [[f64; 5]; 5] {
+        let factor = [
+            [0.5, 0.0, 0.0],
+            [4.0, 2.0, 0.0],
+            [0.0; 3],
+            [1e-5, 2e-5, 3e-5],
+            [0.0; 3],
+        ];
+        core::array::from_fn(|i| {
+            core::array::from_fn(|j| (0..3).map(|k| factor[i][k] * factor[j][k]).sum())
+        })
+    }
+
+    #[test]
+    fn every_corner_lies_on_the_ellipsoid() {
+        let servos = PossibleServos::new(&servo(covariance()), 0.0, 1e-3).expect("known");
+        let first = servos.identified();
+        // Solved by forward substitution with the factor from above.
+        for place in 1..PossibleServos::COUNT {
+            let corner = servos.get(place).expect("there");
+            let along_a = (corner.a - first.a) / 0.5;
+            let along_b = (corner.b - first.b - 4.0 * along_a) / 2.0;
+            let along_delay = (corner.delay - first.delay - 1e-5 * along_a - 2e-5 * along_b) / 3e-5;
+            let distance = along_a.hypot(along_b).hypot(along_delay);
+            assert!((distance - 3.0).abs() < 1e-6, "{place}: {distance}");
+        }
+        assert!((servos.least_friction() - 1.5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_is_known_has_no_corners_and_what_is_not_is_refused() {
+        let known = PossibleServos::new(&servo([[0.0; 5]; 5]), 5e-4, 1e-3).expect("known");
+        for place in 0..PossibleServos::COUNT {
+            assert_eq!(known.get(place), Some(&known.identified()));
+        }
+        assert!((known.identified().delay - 1.5e-3).abs() < 1e-15);
+        let mut unknown = [[0.0; 5]; 5];
+        unknown[1][1] = 70.0 * 70.0;
+        for bad in [70.0 * 70.0, -1.0, f64::NAN, f64::INFINITY] {
+            unknown[1][1] = bad;
+            let refused = PossibleServos::new(&servo(unknown), 0.0, 1e-3);
+            assert_eq!(refused, Err(TuningError::NotKnown), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,229 @@
+//! What a design will do: its step with the identified servo, how far a load moves it, and how far the
+//! servos that it may be as well overshoot.
+
+use super::closed_loop::{ClosedLoop, Trial};
+use super::margins::Margins;
+use super::placement::Design;
+use super::possible_servos::PossibleServos;
+use super::{Promise, StepMeasure, TuningError, TuningSettings};
+
+/// What a prediction needs to know.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Scene {
+    pub(super) servos: PossibleServos,
+    pub(super) coulomb: f64,
+    pub(super) settings: TuningSettings,
+}
+
+/// A promise under way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Prediction {
+    design: Design,
+    stage: Stage,
+    closed_loop: ClosedLoop,
+    measure: StepMeasure<f64>,
+    /// The farthest from where it was, rad.
+    farthest: f64,
+    promise: Promise,
+}
+
+/// What is being predicted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    /// The step of the identified servo.
+    Step,
+    /// Its answer to a step of the load.
+    Load,
+    /// The overshoot of a corner.
+    Corner(usize),
+}
+
+/// How long a step is followed, in 1/ω: the slow pole's part has then died down to a 200th.
+const LONGEST: f64 = 25.0;
+
+/// How long a turn is waited for, in 1/ω: twice as long as an ideal step takes to its highest.
+const TURN: f64 = 10.0;
+
+/// How long it must have stayed in the band to have settled, in 1/ω.
+const SETTLED: f64 = 6.0;
+
+impl Scene {
+    /// The loop of a design that is to make the step with the identified servo.
+    pub(super) fn step(&self, design: &Design) -> Result<ClosedLoop, TuningError> {
+        self.closed_loop(design, 0, &self.neutral_step())
+    }
+
+    fn neutral_step(&self) -> Trial {
+        Trial {
+            step: self.settings.step,
+            load: 0.0,
+            coulomb: self.coulomb,
+            balanced: 0.0,
+            resolution: self.settings.resolution,
+            command: self.settings.command,
+        }
+    }
+
+    /// A step by a servo whose friction the integral balances from a motion before: it does not hold the
+    /// servo back, which is when it overshoots most.
+    fn balanced_step(&self) -> Trial {
+        Trial {
+            balanced: self.coulomb,
+            ..self.neutral_step()
+        }
+    }
+
+    /// One rad/s² of load, which the loop answers without friction, limit or counts.
+    fn unit_load(&self) -> Trial {
+        Trial {
+            step: 0.0,
+            load: 1.0,
+            coulomb: 0.0,
+            balanced: 0.0,
+            resolution: 0.0,
+            command: f64::INFINITY,
+        }
+    }
+
+    pub(super) fn measure(&self) -> StepMeasure<f64> {
+        StepMeasure::new(self.settings.step, self.settings.resolution)
+    }
+
+    fn closed_loop(
+        &self,
+        design: &Design,
+        place: usize,
+        trial: &Trial,
+    ) -> Result<ClosedLoop, TuningError> {
+        let servo = self.servos.get(place).ok_or(TuningError::NotKnown)?;
+        Ok(ClosedLoop::new(
+            design,
+            servo,
+            self.settings.sample_time,
+            trial,
+        )?)
+    }
+}
+
+/// Samples of a time in 1/ω.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a few thousand at most"
+)]
+pub(super) fn samples(time: f64, design: &Design, closed_loop: &ClosedLoop) -> u32 {
+    (time / (design.bandwidth * closed_loop.sample_time())) as u32 + 1
+}
+
+impl Prediction {
+    pub(super) fn begin(
+        scene: &Scene,
+        design: &Design,
+        margins: &Margins,
+    ) -> Result<Self, TuningError> {
+        Ok(Self {
+            design: *design,
+            stage: Stage::Step,
+            closed_loop: scene.step(design)?,
+            measure: scene.measure(),
+            farthest: 0.0,
+            promise: Promise {
+                step: scene.settings.step,
+                rise_time: f64::INFINITY,
+                quickest_rise_time: f64::INFINITY,
+                overshoot: 0.0,
+                settling_time: f64::INFINITY,
+                sensitivity: margins.sensitivity,
+                gain_margins: margins.gain,
+                command_share: 0.0,
+                noise: design.noise,
+                compliance: 0.0,
+            },
+        })
+    }
+
+    /// One sample of one servo.
+    pub(super) fn work(&mut self, scene: &Scene) -> Option<Result<Promise, TuningError>> {
+        let Some(seen) = self.closed_loop.advance() else {
+            return Some(Err(TuningError::DoesNotArrive));
+        };
+        self.measure.take(seen.position);
+        self.farthest = self.farthest.max(libm::fabs(seen.position));
+        if self.stage == Stage::Step {
+            let share = libm::fabs(seen.command) / scene.settings.command;
+            self.promise.command_share = self.promise.command_share.max(share);
+        }
+        if !self.ends(seen.position) {
+            return None;
+        }
+        match self.next(scene) {
+            Ok(true) => None,
+            Ok(false) => Some(Ok(self.promise)),
+            Err(error) => Some(Err(error)),
+        }
+    }
+
+    /// Whether what is being predicted has been seen.
+    fn ends(&self, position: f64) -> bool {
+        /// The part of the way back from the farthest position after which that was the farthest.
+        const BACK: f64 = 0.25;
+        let taken = self.measure.samples();
+        let longer_than = |time| taken > samples(time, &self.design, &self.closed_loop);
+        match self.stage {
+            Stage::Step => {
+                let settled = self.measure.settled();
+                longer_than(LONGEST)
+                    || settled.is_some_and(|since| {
+                        taken - since > samples(SETTLED, &self.design, &self.closed_loop)
+                    })
+            }
+            Stage::Load => longer_than(TURN) || position < (1.0 - BACK) * self.farthest,
+            Stage::Corner(_) => {
+                let beyond = self.farthest - self.promise.step;
+                longer_than(TURN) || beyond > 0.0 && self.farthest - position > BACK * beyond
+            }
+        }
+    }
+
+    /// Takes in what was seen, and begins what comes next; false if there is nothing more.
+    fn next(&mut self, scene: &Scene) -> Result<bool, TuningError> {
+        let sample_time = self.closed_loop.sample_time();
+        let (stage, trial) = match self.stage {
+            Stage::Step => {
+                let rise = self.measure.rise().ok_or(TuningError::DoesNotArrive)?;
+                self.promise.rise_time = rise * sample_time;
+                self.promise.quickest_rise_time = self.promise.rise_time;
+                self.promise.overshoot = self.measure.overshoot();
+                if let Some(settled) = self.measure.settled() {
+                    self.promise.settling_time = f64::from(settled) * sample_time;
+                }
+                (Stage::Load, scene.unit_load())
+            }
+            Stage::Load => {
+                self.promise.compliance = self.farthest;
+                (Stage::Corner(0), scene.balanced_step())
+            }
+            Stage::Corner(place) => {
+                if let (0, Some(rise)) = (place, self.measure.rise()) {
+                    self.promise.quickest_rise_time = rise * sample_time;
+                }
+                self.promise.overshoot = self.promise.overshoot.max(self.measure.overshoot());
+                (Stage::Corner(place + 1), scene.balanced_step())
+            }
+        };
+        let place = match stage {
+            Stage::Corner(PossibleServos::COUNT) => {
+                // Where within a count the servo stood is not known.
+                self.promise.overshoot += scene.settings.resolution / self.promise.step;
+                return Ok(false);
+            }
+            Stage::Corner(place) => place,
+            Stage::Step | Stage::Load => 0,
+        };
+        self.closed_loop = scene.closed_loop(&self.design, place, &trial)?;
+        self.measure = scene.measure();
+        self.farthest = 0.0;
+        self.stage = stage;
+        Ok(true)
+    }
+}

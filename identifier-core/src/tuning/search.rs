@@ -1,0 +1,170 @@
+//! The largest bandwidth that keeps everything.
+
+use super::margins::{Margins, Progress, Walk};
+use super::placement::{Design, Placement, THIRD_POLE};
+use super::possible_servos::PossibleServos;
+use super::sampled_response::SampledResponse;
+use super::{Cap, TuningSettings};
+
+/// What a bandwidth is judged by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Judge {
+    placement: Placement,
+    servos: PossibleServos,
+    sample_time: f64,
+    most_sensitivity: f64,
+}
+
+/// The judgement of one bandwidth, under way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Case {
+    design: Design,
+    /// The servo whose loop is walked along; none before the first.
+    walk: Option<(usize, Walk)>,
+    margins: Margins,
+}
+
+/// What a bandwidth turned out to be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Verdict {
+    /// These gains keep everything, with these margins at worst.
+    Keeps(Design, Margins),
+    /// This is broken.
+    Breaks(Cap),
+}
+
+/// A search under way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Search {
+    case: Case,
+    low: Option<(Design, Margins)>,
+    high: Option<(f64, Cap)>,
+    tried: u32,
+}
+
+/// The end of a search.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Largest {
+    pub(super) design: Design,
+    pub(super) margins: Margins,
+    pub(super) cap: Cap,
+}
+
+impl Judge {
+    pub(super) fn new(servos: &PossibleServos, settings: &TuningSettings) -> Self {
+        Self {
+            placement: Placement::new(servos, settings),
+            servos: *servos,
+            sample_time: settings.sample_time,
+            most_sensitivity: settings.most_sensitivity,
+        }
+    }
+
+    /// The gains for a bandwidth, rad/s, whatever they keep.
+    pub(super) fn design(&self, bandwidth: f64) -> Design {
+        self.placement.design(bandwidth)
+    }
+
+    /// The highest bandwidth that is looked at, rad/s.
+    pub(super) fn highest(&self) -> f64 {
+        Placement::LARGEST_BANDWIDTH / self.sample_time
+    }
+
+    /// Begins to judge a bandwidth.
+    pub(super) fn open(&self, bandwidth: f64) -> Case {
+        Case {
+            design: self.design(bandwidth),
+            walk: None,
+            margins: Margins::AMPLE,
+        }
+    }
+
+    /// One frequency of one servo.
+    pub(super) fn work(&self, case: &mut Case) -> Option<Verdict> {
+        let Some((place, walk)) = &mut case.walk else {
+            if let Some(cap) = self.placement.forbids(&case.design) {
+                return Some(Verdict::Breaks(cap));
+            }
+            case.walk = self.walk(&case.design, 0);
+            return None;
+        };
+        match walk.work() {
+            Progress::Goes => None,
+            Progress::Breaks => Some(Verdict::Breaks(if case.design.smoothed {
+                Cap::EncoderNoise
+            } else {
+                Cap::Delay
+            })),
+            Progress::Keeps(margins) => {
+                let next = *place + 1;
+                case.margins = case.margins.both(margins);
+                case.walk = self.walk(&case.design, next);
+                let all = case.walk.is_none();
+                all.then_some(Verdict::Keeps(case.design, case.margins))
+            }
+        }
+    }
+
+    fn walk(&self, design: &Design, place: usize) -> Option<(usize, Walk)> {
+        /// Where a walk begins, as a part of the slowest pole.
+        const FIRST: f64 = 1.0 / 16.0;
+        let servo = self.servos.get(place)?;
+        let response = SampledResponse::new(design, servo, self.sample_time);
+        let first = FIRST * THIRD_POLE * design.bandwidth * self.sample_time;
+        Some((place, Walk::begin(response, first, self.most_sensitivity)))
+    }
+}
+
+impl Case {
+    /// The bandwidth that is judged, rad/s.
+    pub(super) fn bandwidth(&self) -> f64 {
+        self.design.bandwidth
+    }
+}
+
+impl Search {
+    /// The ratio of the two bandwidths between which the largest is known to lie.
+    const FINE: f64 = 1.005;
+
+    /// Bandwidths that are tried at most; a range of 10¹⁵ from the first.
+    const MOST: u32 = 50;
+
+    /// Begins at a bandwidth.
+    pub(super) fn from(judge: &Judge, bandwidth: f64) -> Self {
+        Self {
+            case: judge.open(bandwidth),
+            low: None,
+            high: None,
+            tried: 0,
+        }
+    }
+
+    /// One frequency of one servo; at the end the largest bandwidth, or none if there is no such.
+    pub(super) fn work(&mut self, judge: &Judge) -> Option<Option<Largest>> {
+        let bandwidth = self.case.bandwidth();
+        match judge.work(&mut self.case)? {
+            Verdict::Keeps(design, margins) => self.low = Some((design, margins)),
+            Verdict::Breaks(cap) => self.high = Some((bandwidth, cap)),
+        }
+        self.tried += 1;
+        let next = match (self.low, self.high) {
+            (Some((design, margins)), Some((high, cap))) => {
+                if high < Self::FINE * design.bandwidth {
+                    return Some(Some(Largest {
+                        design,
+                        margins,
+                        cap,
+                    }));
+                }
+                libm::sqrt(design.bandwidth * high)
+            }
+            (Some((design, _)), None) => 2.0 * design.bandwidth,
+            (None, _) => 0.5 * bandwidth,
+        };
+        if self.tried >= Self::MOST {
+            return Some(None);
+        }
+        self.case = judge.open(next);
+        None
+    }
+}

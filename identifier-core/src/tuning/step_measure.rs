@@ -1,0 +1,155 @@
+use crate::number::Number;
+
+/// Measures a step of the reference sample by sample, the same way for a promise and on the machine.
+///
+/// Positions are counted from where the servo stood, positive towards the step, in any unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepMeasure<N> {
+    begin: N,
+    end: N,
+    step: N,
+    band: N,
+    /// Between which samples the two levels of the rise were passed.
+    passed: [Option<Passing<N>>; 2],
+    peak: N,
+    last: N,
+    samples: u32,
+    /// The sample since which the position has been in the band.
+    settled: Option<u32>,
+}
+
+/// Two successive positions, the second at or beyond a level.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Passing<N> {
+    sample: u32,
+    before: N,
+    at: N,
+}
+
+impl<N: Number> StepMeasure<N> {
+    /// The part of the step within which it has settled.
+    pub const BAND: f64 = 0.02;
+
+    /// The least that the band is to each side, counts.
+    pub const LEAST_COUNTS: f64 = 2.0;
+
+    /// The levels between which the rise is timed, parts of the step.
+    pub const LEVELS: [f64; 2] = [0.1, 0.9];
+
+    /// A step, above zero, for a sensor with this distance of counts, in the same unit; zero for an ideal
+    /// one.
+    #[must_use]
+    pub fn new(step: f64, count: f64) -> Self {
+        let [begin, end] = Self::LEVELS.map(|level| N::from_f64(level * step));
+        Self {
+            begin,
+            end,
+            step: N::from_f64(step),
+            band: N::from_f64((Self::BAND * step).max(Self::LEAST_COUNTS * count)),
+            passed: [None; 2],
+            peak: N::ZERO,
+            last: N::ZERO,
+            samples: 0,
+            settled: None,
+        }
+    }
+
+    /// Takes the position of a sample; the first is that at which the reference steps.
+    #[inline]
+    pub fn take(&mut self, position: N) {
+        for (level, passed) in [self.begin, self.end].into_iter().zip(&mut self.passed) {
+            if passed.is_none() && position >= level {
+                *passed = Some(Passing {
+                    sample: self.samples,
+                    before: self.last,
+                    at: position,
+                });
+            }
+        }
+        if position > self.peak {
+            self.peak = position;
+        }
+        let away = position - self.step;
+        if away.magnitude() > self.band {
+            self.settled = None;
+        } else if self.settled.is_none() {
+            self.settled = Some(self.samples);
+        }
+        self.last = position;
+        self.samples = self.samples.saturating_add(1);
+    }
+
+    /// The time from 10 to 90 % of the step, samples, interpolated between them; none while it is not
+    /// there.
+    #[must_use]
+    pub fn rise(&self) -> Option<f64> {
+        let [begin, end] = self.passed;
+        Some(end?.time(self.end) - begin?.time(self.begin))
+    }
+
+    /// Beyond the step, a part of it.
+    #[must_use]
+    pub fn overshoot(&self) -> f64 {
+        (self.peak.to_f64() / self.step.to_f64() - 1.0).max(0.0)
+    }
+
+    /// When the position came to stay within [`StepMeasure::BAND`] of the step, samples; none while it is
+    /// outside.
+    #[must_use]
+    pub fn settled(&self) -> Option<u32> {
+        self.settled
+    }
+
+    /// The samples taken.
+    #[must_use]
+    pub fn samples(&self) -> u32 {
+        self.samples
+    }
+}
+
+impl<N: Number> Passing<N> {
+    fn time(&self, level: N) -> f64 {
+        let [before, at, level] = [self.before, self.at, level].map(Number::to_f64);
+        f64::from(self.sample)
+            - if at > before {
+                (at - level) / (at - before)
+            } else {
+                0.0
+            }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::StepMeasure;
+
+    #[test]
+    fn a_first_order_step_has_its_closed_form() {
+        let mut measure = StepMeasure::<f64>::new(2.0, 0.0);
+        for k in 0..1000 {
+            measure.take(2.0 * (1.0 - (-f64::from(k) / 50.0).exp()));
+        }
+        let rise = measure.rise().expect("it rose");
+        assert!((rise - 50.0 * 9.0_f64.ln()).abs() < 0.05, "{rise}");
+        assert_eq!(
+            measure.settled(),
+            Some((50.0 * 50.0_f64.ln()).ceil() as u32)
+        );
+        assert!(measure.overshoot().abs() < 1e-12);
+    }
+
+    #[test]
+    fn overshoot_and_a_late_departure_are_seen() {
+        let mut measure = StepMeasure::<f32>::new(100.0, 1.0);
+        assert_eq!((measure.rise(), measure.settled()), (None, None));
+        for position in [0.0, 50.0, 112.0, 101.0, 100.0, 97.0, 99.0, 98.0] {
+            measure.take(position);
+        }
+        assert!((measure.overshoot() - 0.12).abs() < 1e-6);
+        // From 0.2 samples to 1 + 40/62.
+        let rise = measure.rise().expect("it rose");
+        assert!((rise - (1.0 + 40.0 / 62.0 - 0.2)).abs() < 1e-6, "{rise}");
+        assert_eq!(measure.settled(), Some(6));
+        assert_eq!(measure.samples(), 8);
+    }
+}

@@ -1,0 +1,185 @@
+use super::margins::Margins;
+use super::placement::Design;
+use super::possible_servos::PossibleServos;
+use super::prediction::{Prediction, Scene};
+use super::response_time::ByTime;
+use super::search::{Case, Judge, Largest, Search, Verdict};
+use super::{Cap, Goal, Tuning, TuningError, TuningSettings};
+use crate::commission::IdentifiedServo;
+
+/// Finds gains for an identified servo, in slices of work that are short enough for the background of a
+/// chip: a slice is one frequency of one servo or one sample of a predicted step.
+///
+/// It takes fewer than 20 000 slices, whatever it is asked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tuner {
+    judge: Judge,
+    scene: Scene,
+}
+
+/// A tuning under way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TunerState(Task);
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Task {
+    /// Looks for the bandwidth of a response time.
+    Time(ByTime),
+    /// Judges what was asked for.
+    Ask(Case),
+    /// Looks for the largest bandwidth: for one that was asked for in vain, or for its own sake.
+    Search(Search, Option<f64>),
+    Predict(Found, Prediction),
+    End(Result<Tuning, TuningError>),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Found {
+    design: Design,
+    margins: Margins,
+    cap: Option<Cap>,
+}
+
+impl Tuner {
+    /// The rise time of an ideal loop times its ω: from 10 to 90 % of
+    /// 1 + 0.625 e^(−ωt/5) − (1.625 + 1.5 ωt) e^(−ωt), the step response of the placement without delay.
+    pub const RISE: f64 = 1.913_806_957_6;
+
+    /// For an identified servo.
+    ///
+    /// # Errors
+    /// A setting out of its range, or [`TuningError::NotKnown`] for a servo that is no servo, or known so
+    /// badly that b may be zero.
+    pub fn new(settings: &TuningSettings, servo: &IdentifiedServo) -> Result<Self, TuningError> {
+        settings.check()?;
+        let coulomb = servo.parameters.coulomb.max(0.0);
+        if !coulomb.is_finite() {
+            return Err(TuningError::NotKnown);
+        }
+        let servos = PossibleServos::new(servo, settings.command_delay, settings.sample_time)?;
+        Ok(Self {
+            judge: Judge::new(&servos, settings),
+            scene: Scene {
+                servos,
+                coulomb,
+                settings: *settings,
+            },
+        })
+    }
+
+    /// Begins.
+    #[must_use]
+    pub fn start(&self) -> TunerState {
+        TunerState(match self.scene.settings.goal {
+            Goal::ResponseTime(time) => {
+                let bandwidth = Self::RISE / time;
+                match ByTime::begin(&self.scene, &self.judge, bandwidth, time) {
+                    Ok(by_time) => Task::Time(by_time),
+                    Err(_) => Task::Ask(self.judge.open(bandwidth)),
+                }
+            }
+            Goal::Bandwidth(bandwidth) => Task::Ask(self.judge.open(bandwidth)),
+            Goal::Stiffest => Task::Search(Search::from(&self.judge, self.first_guess()), None),
+        })
+    }
+
+    /// A slice of work. Returns the gains when they are found; from then on the same again.
+    pub fn work(&self, state: &mut TunerState) -> Option<Result<Tuning, TuningError>> {
+        let next = match &mut state.0 {
+            Task::Time(by_time) => {
+                let bandwidth = by_time.work(&self.scene, &self.judge)?;
+                Task::Ask(self.judge.open(bandwidth))
+            }
+            Task::Ask(case) => match self.judge.work(case)? {
+                Verdict::Keeps(design, margins) => self.predict(Found {
+                    design,
+                    margins,
+                    cap: None,
+                }),
+                Verdict::Breaks(_) => {
+                    let asked = case.bandwidth();
+                    Task::Search(Search::from(&self.judge, 0.5 * asked), Some(asked))
+                }
+            },
+            Task::Search(search, asked) => match (search.work(&self.judge)?, *asked) {
+                (None, _) => Task::End(Err(TuningError::NotKnown)),
+                (Some(largest), Some(bandwidth)) => Task::End(Err(TuningError::TooFast {
+                    bandwidth,
+                    most: largest.design.bandwidth,
+                    cap: largest.cap,
+                })),
+                (Some(largest), None) => self.predict(largest.into()),
+            },
+            Task::Predict(found, prediction) => Task::End(
+                prediction
+                    .work(&self.scene)?
+                    .map(|promise| found.tuning(promise)),
+            ),
+            Task::End(result) => return Some(*result),
+        };
+        state.0 = next;
+        match &state.0 {
+            Task::End(result) => Some(*result),
+            _ => None,
+        }
+    }
+
+    /// A tenth of what delay and hold would leave to an ideal loop.
+    fn first_guess(&self) -> f64 {
+        let TuningSettings { sample_time, .. } = self.scene.settings;
+        0.1 / (sample_time + self.scene.servos.identified().delay)
+    }
+
+    fn predict(&self, found: Found) -> Task {
+        match Prediction::begin(&self.scene, &found.design, &found.margins) {
+            Ok(prediction) => Task::Predict(found, prediction),
+            Err(error) => Task::End(Err(error)),
+        }
+    }
+}
+
+/// Gains for an identified servo, all at once.
+///
+/// # Errors
+/// As [`Tuner::new`]; [`TuningError::TooFast`] with what would do, or [`TuningError::DoesNotArrive`].
+pub fn tune(settings: &TuningSettings, servo: &IdentifiedServo) -> Result<Tuning, TuningError> {
+    let tuner = Tuner::new(settings, servo)?;
+    let mut state = tuner.start();
+    loop {
+        if let Some(result) = tuner.work(&mut state) {
+            return result;
+        }
+    }
+}
+
+impl From<Largest> for Found {
+    fn from(largest: Largest) -> Self {
+        Self {
+            design: largest.design,
+            margins: largest.margins,
+            cap: Some(largest.cap),
+        }
+    }
+}
+
+impl Found {
+    fn tuning(&self, promise: super::Promise) -> Tuning {
+        let Design {
+            bandwidth,
+            kp,
+            kd,
+            ki,
+            cutoff,
+            ..
+        } = self.design;
+        Tuning {
+            kp,
+            kd,
+            ki,
+            cutoff,
+            bandwidth,
+            cap: self.cap,
+            promise,
+        }
+    }
+}
