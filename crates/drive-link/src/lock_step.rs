@@ -1,5 +1,5 @@
 use identifier_core::commission::{
-    CommissionSettings, HoldingGains, IdentifiedServo, Phase, StopReason,
+    CommissionSettings, HoldingGains, IdentifiedServo, Phase, StopReason, TrialResult,
 };
 use identifier_core::identifier::Event;
 use identifier_core::tuning::Tuning;
@@ -123,4 +123,8 @@ pub struct CommissionReading {
     pub servo: Option<IdentifiedServo>,
     /// The gains, if they are to be tried from this sample on.
     pub tuning: Option<Tuning>,
+    /// Where a controller wants the servo, counts from where it began; none where none acts.
+    pub setpoint: Option<f64>,
+    /// What the trial has measured, once the commissioning has ended.
+    pub trial: Option<TrialResult>,
 }

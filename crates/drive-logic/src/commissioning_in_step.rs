@@ -71,6 +71,8 @@ impl CommissioningInStep {
             reason: state.reason(),
             servo,
             tuning,
+            setpoint: state.setpoint().map(f64::from),
+            trial: state.trial().copied().filter(|_| step.phase.is_end()),
         }
     }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use super::fault::Fault;
 use super::files::{self, Files, Output, io_error};
 use super::standard_output::say;
-use crate::commission::{Commissioning, Sample};
+use crate::commission::{Commissioning, Sample, StepResponse};
 use crate::pil;
 use crate::port::Port;
 use crate::report::commission::{self as report, Document, RowWriter};
@@ -25,6 +25,9 @@ pub(super) struct Arguments {
     /// Write the samples, a row each, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+    /// Draw phases, limits and signals into this file, .png or .svg; `-` is standard output, as SVG.
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
     /// Replace files that are there already.
     #[arg(long)]
     force: bool,
@@ -43,6 +46,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let mut files = Files::reading(&[&arguments.scenario], arguments.force);
     let json = files.output(arguments.json.as_deref())?;
     let mut rows = files.output(arguments.csv.as_deref())?.map(Rows::begin);
+    let plot = files.picture(arguments.plot.as_deref())?;
+    let mut traces = plot.is_some().then(report::Traces::default);
     let silent = files.own_standard_output();
 
     let largest = commissioning.largest_motion();
@@ -55,6 +60,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         if let Some(rows) = &mut rows {
             rows.add(sample);
         }
+        if let Some(traces) = &mut traces {
+            traces.add(sample);
+        }
     };
     let outcome = match port {
         Some(mut port) => pil::commission(commissioning, &mut port, &mut observe)
@@ -65,6 +73,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let document = Document::new(&scenario, &limits, &largest, before.as_ref(), &outcome);
     files::commit([
         rows.map(Rows::finish),
+        plot.zip(traces).map(|(plot, traces)| {
+            let promised = StepResponse::promised(&scenario, &outcome);
+            plot.timeline(&report::picture(
+                &limits,
+                &outcome,
+                &traces,
+                promised.as_ref(),
+            ))
+        }),
         json.map(|json| json.document(&document)),
     ])?;
     let verdict = report::verdict(before.is_some(), &outcome);

@@ -2,7 +2,7 @@
 
 use identifier_core::commission::{
     Answer, Commission, CommissionError, CommissionSettings, CommissionState, HoldingGains,
-    IdentifiedServo, Phase, Seen, StopReason, Study,
+    IdentifiedServo, Phase, Seen, StopReason, Study, TrialResult,
 };
 use identifier_core::number::Number;
 use identifier_core::tuning::Tuning;
@@ -34,6 +34,10 @@ pub struct Done {
     pub servo: Option<IdentifiedServo>,
     /// The gains, if they were found and not told before.
     pub tuning: Option<Tuning>,
+    /// Where a controller wants the servo, counts from where it began; none where none acts.
+    pub setpoint: Option<f64>,
+    /// What the trial has measured, once the commissioning has ended.
+    pub trial: Option<TrialResult>,
 }
 
 /// The firmware's machine, here.
@@ -94,6 +98,8 @@ impl<N: Number> Commissioner for Here<N> {
             reason: state.reason(),
             servo,
             tuning,
+            setpoint: state.setpoint().map(Number::to_f64),
+            trial: state.trial().copied().filter(|_| step.phase.is_end()),
         })
     }
 }

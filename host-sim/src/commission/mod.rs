@@ -141,6 +141,9 @@ impl Commissioning {
                 time,
                 phase: done.phase,
                 measured: count.map(|count| f64::from(count) * self.settings.resolution),
+                reference: done
+                    .setpoint
+                    .map(|setpoint| setpoint * self.settings.resolution),
                 position,
                 velocity,
                 command: done.command,
@@ -161,6 +164,7 @@ impl Commissioning {
                     end,
                     known,
                     tuning,
+                    trial: done.trial,
                     course: course.finish(time),
                 });
             }

@@ -68,6 +68,8 @@ impl Commissioner for There<'_> {
             reason,
             servo,
             tuning,
+            setpoint,
+            trial,
         } = match ask(self.port, &question)? {
             Answer::Commissioned { step, .. } => step,
             other => return Err(unexpected(&other)),
@@ -79,6 +81,8 @@ impl Commissioner for There<'_> {
             reason,
             servo,
             tuning,
+            setpoint,
+            trial,
         })
     }
 }

@@ -9,7 +9,7 @@ use drive_link::LoopSettings;
 use identifier_core::number::Number;
 
 pub use self::commission::{commission, commissioning};
-use crate::experiment::{Outcome, Sample};
+use crate::experiment::{Abort, AbortCause, Outcome, Sample};
 use crate::loops::{RemoteError, RemoteLoop};
 use crate::port::Port;
 use crate::scenario::dispatch::with_number;

@@ -13,5 +13,6 @@ pub mod plot;
 pub mod residual;
 pub mod table;
 pub mod terms;
+pub mod timeline;
 
 pub use envelope::Envelope;
