@@ -149,7 +149,7 @@ impl<N: Number> Motion<N> {
         let moves = libm::sqrt(2.0 * f64::from(Self::MISSED) / push);
         let least = f64::from(Self::samples(Self::SHORTEST, sample_time));
         let most = f64::from(self.patience);
-        state.patience = (moves + model.delay as f64).clamp(least.min(most), most) as i32;
+        state.patience = (moves + model.delay as f64).max(least.min(most)).min(most) as i32;
     }
 
     /// The servo was seen to change its speed by so much, counts a sample squared.
