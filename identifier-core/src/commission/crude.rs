@@ -72,9 +72,17 @@ impl<N: Number> Crude<N> {
         -(self.load() * self.per_gain)
     }
 
-    /// The acceleration under a command that acts, in motion.
+    /// The acceleration under a command that acts.
     #[inline]
     pub(crate) fn acceleration(&self, command: N, velocity: N) -> N {
+        if velocity == N::ZERO {
+            let push = self.gain * command + self.load();
+            return if push.magnitude() > self.coulomb() {
+                self.gain * command + self.without_command(push)
+            } else {
+                N::ZERO
+            };
+        }
         self.gain * command + self.without_command(velocity) - self.viscous * velocity
     }
 

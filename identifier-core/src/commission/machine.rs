@@ -396,8 +396,12 @@ impl<N: Number> Commission<N> {
         state.passed = 0;
         let mut holding = self.held_by(controller, state.position, state.velocity_now, command);
         // A servo that hunts about its friction is still for a while too.
-        let settling = tuning.promise.settling_time / self.settings.sample_time;
-        holding.rest_for(self.rest.max(settling as u32));
+        let dies_down = Trial::<N>::DIES_DOWN / tuning.bandwidth;
+        let settling = tuning.promise.settling_time.min(dies_down);
+        holding.rest_for(
+            self.rest
+                .max((0.5 * settling / self.settings.sample_time) as u32),
+        );
         let b = servo.parameters.b;
         let trial = Trial::of(&tuning, &self.units, step, disturbance, b);
         state.activity = Activity::OnTrial(holding, trial);

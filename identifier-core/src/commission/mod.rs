@@ -33,7 +33,9 @@ mod wiggle;
 
 pub use crude::Crude;
 pub use error::CommissionError;
-pub use fit::{FitSettings, Motion, MotionRecorder, Predicting, Prediction, ServoFit, ServoFitter};
+pub use fit::{
+    FitSettings, Motion, MotionBlock, MotionRecorder, Predicting, Prediction, ServoFit, ServoFitter,
+};
 pub use gains::HoldingGains;
 pub use machine::{Commission, CommissionStep, Seen};
 pub use message::{Answer, Finding};

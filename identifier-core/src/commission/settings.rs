@@ -73,9 +73,11 @@ impl CommissionSettings {
 
     /// What fits need to know.
     pub(super) fn fit(&self) -> FitSettings {
+        let [least, most] = self.limits.command;
         FitSettings {
             sample_time: self.sample_time,
             resolution: self.resolution,
+            most_command: most.max(-least),
             command_delay: self.command_delay,
         }
     }

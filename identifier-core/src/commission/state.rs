@@ -1,7 +1,8 @@
 use super::holding::Holding;
 use super::trial::{Trial, TrialResult};
-use super::{Answer, Finding, IdentifiedServo, MotionRecorder, Phase, StopReason, WiggleState};
-use crate::identifier::NumberedBlock;
+use super::{
+    Answer, Finding, IdentifiedServo, MotionBlock, MotionRecorder, Phase, StopReason, WiggleState,
+};
 use crate::measurement::velocity::LowPassState;
 use crate::number::Number;
 use crate::plausibility::PlausibilityState;
@@ -23,7 +24,7 @@ pub struct CommissionState<N: Number> {
     pub(super) held: N,
     pub(super) watch: PlausibilityState<N>,
     recorder: MotionRecorder<N>,
-    block: Option<NumberedBlock<N>>,
+    block: Option<MotionBlock<N>>,
     recording: Recording,
     pub(super) answer: Option<Answer>,
     pub(super) servo: Option<IdentifiedServo>,

@@ -20,6 +20,10 @@ pub struct Study<N: Number, const W: usize = 256> {
 
 /// What is under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is no heap here, and nobody has many studies"
+)]
 enum Work<N: Number> {
     Nothing,
     Fitting(ServoFit<N>),
@@ -43,6 +47,12 @@ impl<N: Number, const W: usize> Study<N, W> {
 
     /// The part of the largest speed that the trial's step may reach.
     const OF_SPEED: f64 = 0.7;
+
+    /// The part of the command that it may ask for.
+    const OF_COMMAND: f64 = 0.5;
+
+    /// The least counts of a step that tell an overshoot.
+    const SEEN: f64 = 40.0;
 
     /// The part of the command that the encoder's rounding may make up.
     const NOISE: f64 = 0.02;
@@ -84,7 +94,7 @@ impl<N: Number, const W: usize> Study<N, W> {
                 self.work = match (self.motion, &self.servo) {
                     _ if !record.is_complete() => Work::Failed(StopReason::TooLittleEvidence),
                     (Phase::Verify, Some(servo)) => {
-                        Work::Predicting(self.fitter.begin_prediction(record, servo))
+                        Work::Predicting(self.fitter.begin_prediction(servo))
                     }
                     (_, servo) => Work::Fitting(self.fitter.begin(record, servo.as_ref())),
                 };
@@ -134,7 +144,7 @@ impl<N: Number, const W: usize> Study<N, W> {
         match refuted(prediction) {
             Some(reason) => self.fail(reason),
             None => {
-                self.tune(self.settings.goal, self.longest_step(), false);
+                self.tune(self.settings.goal, self.first_step(), false);
                 Some(Answer::Verified)
             }
         }
@@ -148,13 +158,11 @@ impl<N: Number, const W: usize> Study<N, W> {
     /// Begins to look for gains.
     fn tune(&mut self, goal: Goal, step: f64, fitted: bool) {
         let begun = self.servo.ok_or(TuningError::NotKnown).and_then(|servo| {
-            let [low, high] = self.settings.limits.command;
-            let holding = libm::fabs(servo.parameters.load / servo.parameters.b);
             let settings = TuningSettings {
                 sample_time: self.settings.sample_time,
                 resolution: self.settings.resolution,
                 cutoff: None,
-                command: high.min(-low) - holding,
+                command: self.command(),
                 command_delay: 0.0,
                 goal,
                 most_sensitivity: self.settings.most_sensitivity,
@@ -174,23 +182,52 @@ impl<N: Number, const W: usize> Study<N, W> {
         };
     }
 
-    /// Gains whose step is within the speed; a smaller step is promised anew.
+    /// Gains with the step that is to try them, which is chosen for them.
     fn offer(&mut self, tuning: Tuning, fitted: bool) -> Option<Answer> {
-        let speed = Self::OF_SPEED * self.settings.limits.speed;
-        let most = speed / (Self::SPEED_OF_STEP * tuning.bandwidth);
-        if !fitted && tuning.promise.step > most {
-            self.tune(Goal::Bandwidth(tuning.bandwidth), most, true);
+        let step = self.step_for(&tuning);
+        if !fitted && step != tuning.promise.step {
+            self.tune(Goal::Bandwidth(tuning.bandwidth), step, true);
             return None;
         }
         self.work = Work::Nothing;
         Some(Answer::Tuned(tuning))
     }
 
-    /// The step of the trial where speed does not bind it, rad.
-    fn longest_step(&self) -> f64 {
+    /// The step of the trial for gains: within speed, command and travel, and seen well by the encoder.
+    fn step_for(&self, tuning: &Tuning) -> f64 {
+        let limits = &self.settings.limits;
+        let speed = Self::OF_SPEED * limits.speed / (Self::SPEED_OF_STEP * tuning.bandwidth);
+        let command = Self::OF_COMMAND * self.command() / tuning.kp;
+        let wanted = match self.settings.trial_step {
+            Some(step) => step.min(speed),
+            None => self.room().min(speed).min(command),
+        };
+        wanted.max(self.least_step().min(self.room()))
+    }
+
+    /// The step that gains are looked for with: so small that it binds neither speed nor command.
+    fn first_step(&self) -> f64 {
+        let least = self.least_step().min(self.room());
+        self.settings.trial_step.unwrap_or(least)
+    }
+
+    fn least_step(&self) -> f64 {
+        Self::SEEN * self.settings.resolution
+    }
+
+    /// The largest step within the travel, rad.
+    fn room(&self) -> f64 {
         let [low, high] = self.settings.limits.travel;
-        let room = high.max(-low);
-        self.settings.trial_step.unwrap_or(Self::STEP * room)
+        Self::STEP * high.max(-low)
+    }
+
+    /// The command that is left when the load is held.
+    fn command(&self) -> f64 {
+        let [low, high] = self.settings.limits.command;
+        let holding = self.servo.map_or(0.0, |servo| {
+            libm::fabs(servo.parameters.load / servo.parameters.b)
+        });
+        high.min(-low) - holding
     }
 }
 

@@ -78,6 +78,10 @@ impl<N: Number> Trial<N> {
     const OVER: f64 = 1.5;
     const MOST: f64 = 6.0;
 
+    /// The time after which a transient has died down at the latest, 1/ω: that of a pole at −ω/5, to a
+    /// fiftieth.
+    pub(super) const DIES_DOWN: f64 = 20.0;
+
     /// Time for which the slowest of promises is waited for besides, s.
     const BESIDES: f64 = 0.5;
 
@@ -87,19 +91,24 @@ impl<N: Number> Trial<N> {
         let counts = step * units.position();
         let samples = |time: f64| time / units.sample_time();
         let rise = samples(promise.rise_time);
+        let quickest = samples(promise.quickest_rise_time);
         // Each of the two crossings is uncertain by a count at the speed of the rise, and by a sample's
         // part.
         let per_count = 2.0 * rise / (0.8 * libm::fabs(counts)) + 1.0;
-        let tolerance = Self::RISE * rise + per_count;
         let rounding = Self::ROUNDING / libm::fabs(counts).max(1.0);
         let moved = promise.compliance * b * libm::fabs(disturbance) * units.position();
-        let settling = samples(promise.settling_time);
+        // Friction may hold a servo outside of the band for long.
+        let dies_down = Self::DIES_DOWN / tuning.bandwidth;
+        let settling = samples(promise.settling_time.min(dies_down));
         let most = Self::MOST * settling + samples(Self::BESIDES);
         Self {
             step: N::from_f64(counts),
             disturbance: N::from_f64(disturbance),
             promised: Promised {
-                rise: [N::from_f64(rise - tolerance), N::from_f64(rise + tolerance)],
+                rise: [
+                    N::from_f64((1.0 - Self::RISE) * quickest - per_count),
+                    N::from_f64((1.0 + Self::RISE) * rise + per_count),
+                ],
                 peak: N::from_f64(1.0 + promise.overshoot + Self::OVERSHOOT + rounding),
                 excursion: N::from_f64(Self::EXCURSION * moved + 2.0 * Self::ROUNDING),
                 // Casts saturate.
@@ -249,6 +258,7 @@ mod tests {
             promise: Promise {
                 step: STEP,
                 rise_time: TIME_CONSTANT * libm::log(9.0),
+                quickest_rise_time: TIME_CONSTANT * libm::log(9.0),
                 overshoot: 0.0,
                 settling_time: TIME_CONSTANT * libm::log(50.0),
                 sensitivity: 1.2,

@@ -26,7 +26,6 @@ pub use behind_amplifier::{BehindAmplifier, BehindAmplifierState};
 pub use combined::{Combined, CombinedState};
 pub use error::IdentifierError;
 pub use fit::NumberedBlock;
-pub(crate) use fit::{Blocking, Recorder};
 pub use gauss_newton::{
     GaussNewtonFitted, GaussNewtonFitter, GaussNewtonFitterState, GaussNewtonIdentifier,
     GaussNewtonIdentifierState, GaussNewtonRecursion, GaussNewtonRecursionState,

@@ -193,7 +193,7 @@ impl ClosedLoop {
 }
 
 /// How many samples are taken together. A loop that is slow against its sampling is computed at a multiple
-/// of the sample time, at which the hold still takes less than 1.3 % of 1/ω: what happens does not change,
+/// of the sample time, at which the hold still takes little more than 1 % of 1/ω: what happens does not change,
 /// and the time that it takes to compute is bounded.
 fn multiple(bandwidth: f64, servo: &PossibleServo, sample_time: f64) -> f64 {
     /// The longest sample, as a part of 1/ω.

@@ -19,6 +19,7 @@ mod placement;
 mod possible_servos;
 mod prediction;
 mod promise;
+mod response_time;
 mod sampled_response;
 mod search;
 mod settings;

@@ -49,7 +49,7 @@ impl Placement {
     const HIGHEST_CUTOFF: f64 = 2.0;
 
     /// The largest ω, per sample. No loop with a hold keeps its margins there.
-    const LARGEST_BANDWIDTH: f64 = 0.5;
+    pub(super) const LARGEST_BANDWIDTH: f64 = 0.5;
 
     /// How far below the lowest resonance the loop's gain must have come down to one: at the resonance
     /// the gain of the rigid servo is then a quarter.

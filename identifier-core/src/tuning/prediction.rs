@@ -15,14 +15,6 @@ pub(super) struct Scene {
     pub(super) settings: TuningSettings,
 }
 
-/// The time from 10 to 90 % of a step, under way.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Rise {
-    closed_loop: ClosedLoop,
-    measure: StepMeasure<f64>,
-    longest: u32,
-}
-
 /// A promise under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Prediction {
@@ -46,14 +38,22 @@ enum Stage {
     Corner(usize),
 }
 
-/// How long a step is followed, in 1/ω: the slow pole's part has then died down to a 400th.
-const LONGEST: f64 = 30.0;
+/// How long a step is followed, in 1/ω: the slow pole's part has then died down to a 200th.
+const LONGEST: f64 = 25.0;
+
+/// How long a turn is waited for, in 1/ω: twice as long as an ideal step takes to its highest.
+const TURN: f64 = 10.0;
 
 /// How long it must have stayed in the band to have settled, in 1/ω.
 const SETTLED: f64 = 6.0;
 
 impl Scene {
-    fn step(&self) -> Trial {
+    /// The loop of a design that is to make the step with the identified servo.
+    pub(super) fn step(&self, design: &Design) -> Result<ClosedLoop, TuningError> {
+        self.closed_loop(design, 0, &self.neutral_step())
+    }
+
+    fn neutral_step(&self) -> Trial {
         Trial {
             step: self.settings.step,
             load: 0.0,
@@ -69,7 +69,7 @@ impl Scene {
     fn balanced_step(&self) -> Trial {
         Trial {
             balanced: self.coulomb,
-            ..self.step()
+            ..self.neutral_step()
         }
     }
 
@@ -85,7 +85,7 @@ impl Scene {
         }
     }
 
-    fn measure(&self) -> StepMeasure<f64> {
+    pub(super) fn measure(&self) -> StepMeasure<f64> {
         StepMeasure::new(self.settings.step, self.settings.resolution)
     }
 
@@ -111,32 +111,8 @@ impl Scene {
     clippy::cast_sign_loss,
     reason = "a few thousand at most"
 )]
-fn samples(time: f64, design: &Design, closed_loop: &ClosedLoop) -> u32 {
+pub(super) fn samples(time: f64, design: &Design, closed_loop: &ClosedLoop) -> u32 {
     (time / (design.bandwidth * closed_loop.sample_time())) as u32 + 1
-}
-
-impl Rise {
-    pub(super) fn begin(scene: &Scene, design: &Design) -> Result<Self, TuningError> {
-        let closed_loop = scene.closed_loop(design, 0, &scene.step())?;
-        Ok(Self {
-            closed_loop,
-            measure: scene.measure(),
-            longest: samples(LONGEST, design, &closed_loop),
-        })
-    }
-
-    /// One sample; at the end the rise time, s.
-    pub(super) fn work(&mut self) -> Option<Result<f64, TuningError>> {
-        let Some(seen) = self.closed_loop.advance() else {
-            return Some(Err(TuningError::DoesNotArrive));
-        };
-        self.measure.take(seen.position);
-        match self.measure.rise() {
-            Some(samples) => Some(Ok(samples * self.closed_loop.sample_time())),
-            None if self.measure.samples() >= self.longest => Some(Err(TuningError::DoesNotArrive)),
-            None => None,
-        }
-    }
 }
 
 impl Prediction {
@@ -148,7 +124,7 @@ impl Prediction {
         Ok(Self {
             design: *design,
             stage: Stage::Step,
-            closed_loop: scene.closed_loop(design, 0, &scene.step())?,
+            closed_loop: scene.step(design)?,
             measure: scene.measure(),
             farthest: 0.0,
             promise: Promise {
@@ -192,15 +168,19 @@ impl Prediction {
         /// The part of the way back from the farthest position after which that was the farthest.
         const BACK: f64 = 0.25;
         let taken = self.measure.samples();
-        let over = taken >= samples(LONGEST, &self.design, &self.closed_loop);
-        over || match self.stage {
-            Stage::Step => (self.measure.settled()).is_some_and(|since| {
-                taken - since > samples(SETTLED, &self.design, &self.closed_loop)
-            }),
-            Stage::Load => position < (1.0 - BACK) * self.farthest,
+        let longer_than = |time| taken > samples(time, &self.design, &self.closed_loop);
+        match self.stage {
+            Stage::Step => {
+                let settled = self.measure.settled();
+                longer_than(LONGEST)
+                    || settled.is_some_and(|since| {
+                        taken - since > samples(SETTLED, &self.design, &self.closed_loop)
+                    })
+            }
+            Stage::Load => longer_than(TURN) || position < (1.0 - BACK) * self.farthest,
             Stage::Corner(_) => {
                 let beyond = self.farthest - self.promise.step;
-                beyond > 0.0 && self.farthest - position > BACK * beyond
+                longer_than(TURN) || beyond > 0.0 && self.farthest - position > BACK * beyond
             }
         }
     }

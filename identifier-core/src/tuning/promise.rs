@@ -35,7 +35,7 @@ pub struct Promise {
     /// the step, and a count more, since where within a count a servo stands is not known.
     pub overshoot: f64,
     /// Until the position stays within 2 % of the step, at least two counts, s; infinite where friction
-    /// keeps it outside for as long as it is looked for, 30/ω.
+    /// keeps it outside for as long as it is looked for, 25/ω.
     pub settling_time: f64,
     /// Mₛ, the largest sensitivity, at the worst corner.
     pub sensitivity: f64,

@@ -60,10 +60,20 @@ impl Judge {
         }
     }
 
+    /// The gains for a bandwidth, rad/s, whatever they keep.
+    pub(super) fn design(&self, bandwidth: f64) -> Design {
+        self.placement.design(bandwidth)
+    }
+
+    /// The highest bandwidth that is looked at, rad/s.
+    pub(super) fn highest(&self) -> f64 {
+        Placement::LARGEST_BANDWIDTH / self.sample_time
+    }
+
     /// Begins to judge a bandwidth.
     pub(super) fn open(&self, bandwidth: f64) -> Case {
         Case {
-            design: self.placement.design(bandwidth),
+            design: self.design(bandwidth),
             walk: None,
             margins: Margins::AMPLE,
         }

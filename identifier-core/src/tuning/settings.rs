@@ -119,7 +119,8 @@ pub enum TuningError {
     /// Nothing was identified well enough to tune for: b may be zero, or no loop keeps the margins for all
     /// servos that it may be.
     NotKnown,
-    /// The step ends short of 90 %: friction holds the servo against the command that is left there.
+    /// The step does not get to 90 % within 25/ω: friction holds the servo, and the integral is slow to push
+    /// it on.
     DoesNotArrive,
 }
 
@@ -145,7 +146,7 @@ impl fmt::Display for TuningError {
                 "the servo is not known well enough for any gains to keep the margins: identify it with more motion",
             ),
             Self::DoesNotArrive => f.write_str(
-                "the step ends short of 90 %, as friction holds the servo: ask for a larger step or a faster response",
+                "the step does not get to 90 %, as friction holds the servo: ask for a larger step or a faster response",
             ),
         }
     }

@@ -1,7 +1,8 @@
 use super::margins::Margins;
 use super::placement::Design;
 use super::possible_servos::PossibleServos;
-use super::prediction::{Prediction, Rise, Scene};
+use super::prediction::{Prediction, Scene};
+use super::response_time::ByTime;
 use super::search::{Case, Judge, Largest, Search, Verdict};
 use super::{Cap, Goal, Tuning, TuningError, TuningSettings};
 use crate::commission::IdentifiedServo;
@@ -22,12 +23,12 @@ pub struct TunerState(Task);
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Task {
+    /// Looks for the bandwidth of a response time.
+    Time(ByTime),
     /// Judges what was asked for.
-    Ask(Case, Corrections),
-    /// Looks for the largest bandwidth; for a bandwidth that was asked for in vain, or for its own sake.
+    Ask(Case),
+    /// Looks for the largest bandwidth: for one that was asked for in vain, or for its own sake.
     Search(Search, Option<f64>),
-    /// Times the rise of a design, to correct its bandwidth by.
-    Time(Found, Rise, Corrections),
     Predict(Found, Prediction),
     End(Result<Tuning, TuningError>),
 }
@@ -37,17 +38,6 @@ struct Found {
     design: Design,
     margins: Margins,
     cap: Option<Cap>,
-}
-
-/// The corrections of a bandwidth towards a response time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Corrections {
-    /// How often it may still be corrected.
-    left: u32,
-    /// The power of the bandwidth with which the rise time falls: one, and more with friction.
-    slope: f64,
-    /// Bandwidth and rise time that were tried last.
-    last: Option<[f64; 2]>,
 }
 
 impl Tuner {
@@ -82,9 +72,13 @@ impl Tuner {
     pub fn start(&self) -> TunerState {
         TunerState(match self.scene.settings.goal {
             Goal::ResponseTime(time) => {
-                Task::Ask(self.judge.open(Self::RISE / time), Corrections::FOR_TIME)
+                let bandwidth = Self::RISE / time;
+                match ByTime::begin(&self.scene, &self.judge, bandwidth, time) {
+                    Ok(by_time) => Task::Time(by_time),
+                    Err(_) => Task::Ask(self.judge.open(bandwidth)),
+                }
             }
-            Goal::Bandwidth(bandwidth) => Task::Ask(self.judge.open(bandwidth), Corrections::NONE),
+            Goal::Bandwidth(bandwidth) => Task::Ask(self.judge.open(bandwidth)),
             Goal::Stiffest => Task::Search(Search::from(&self.judge, self.first_guess()), None),
         })
     }
@@ -92,22 +86,21 @@ impl Tuner {
     /// A slice of work. Returns the gains when they are found; from then on the same again.
     pub fn work(&self, state: &mut TunerState) -> Option<Result<Tuning, TuningError>> {
         let next = match &mut state.0 {
-            Task::Ask(case, corrections) => {
-                let bandwidth = case.bandwidth();
-                match self.judge.work(case)? {
-                    Verdict::Keeps(design, margins) => {
-                        let found = Found {
-                            design,
-                            margins,
-                            cap: None,
-                        };
-                        self.correct_or_predict(found, *corrections)
-                    }
-                    Verdict::Breaks(_) => {
-                        Task::Search(Search::from(&self.judge, 0.5 * bandwidth), Some(bandwidth))
-                    }
-                }
+            Task::Time(by_time) => {
+                let bandwidth = by_time.work(&self.scene, &self.judge)?;
+                Task::Ask(self.judge.open(bandwidth))
             }
+            Task::Ask(case) => match self.judge.work(case)? {
+                Verdict::Keeps(design, margins) => self.predict(Found {
+                    design,
+                    margins,
+                    cap: None,
+                }),
+                Verdict::Breaks(_) => {
+                    let asked = case.bandwidth();
+                    Task::Search(Search::from(&self.judge, 0.5 * asked), Some(asked))
+                }
+            },
             Task::Search(search, asked) => match (search.work(&self.judge)?, *asked) {
                 (None, _) => Task::End(Err(TuningError::NotKnown)),
                 (Some(largest), Some(bandwidth)) => Task::End(Err(TuningError::TooFast {
@@ -116,10 +109,6 @@ impl Tuner {
                     cap: largest.cap,
                 })),
                 (Some(largest), None) => self.predict(largest.into()),
-            },
-            Task::Time(found, rise, corrections) => match rise.work()? {
-                Err(error) => Task::End(Err(error)),
-                Ok(time) => self.corrected(*found, time, *corrections),
             },
             Task::Predict(found, prediction) => Task::End(
                 prediction
@@ -141,33 +130,6 @@ impl Tuner {
         0.1 / (sample_time + self.scene.servos.identified().delay)
     }
 
-    fn correct_or_predict(&self, found: Found, corrections: Corrections) -> Task {
-        if corrections.left == 0 {
-            return self.predict(found);
-        }
-        match Rise::begin(&self.scene, &found.design) {
-            Ok(rise) => Task::Time(found, rise, corrections),
-            Err(error) => Task::End(Err(error)),
-        }
-    }
-
-    /// Goes on after a rise that took so long: predicts, or tries the bandwidth at which the rise should
-    /// take as long as was asked for.
-    fn corrected(&self, found: Found, time: f64, corrections: Corrections) -> Task {
-        /// How close a rise time comes to what was asked for.
-        const CLOSE: f64 = 0.01;
-        let Goal::ResponseTime(asked) = self.scene.settings.goal else {
-            return self.predict(found);
-        };
-        let bandwidth = found.design.bandwidth;
-        if libm::fabs(time / asked - 1.0) < CLOSE || corrections.left == 1 {
-            return self.predict(found);
-        }
-        let corrections = corrections.after(bandwidth, time);
-        let next = bandwidth * libm::pow(time / asked, 1.0 / corrections.slope);
-        Task::Ask(self.judge.open(next), corrections)
-    }
-
     fn predict(&self, found: Found) -> Task {
         match Prediction::begin(&self.scene, &found.design, &found.margins) {
             Ok(prediction) => Task::Predict(found, prediction),
@@ -186,39 +148,6 @@ pub fn tune(settings: &TuningSettings, servo: &IdentifiedServo) -> Result<Tuning
     loop {
         if let Some(result) = tuner.work(&mut state) {
             return result;
-        }
-    }
-}
-
-impl Corrections {
-    const NONE: Self = Self {
-        left: 0,
-        slope: 1.0,
-        last: None,
-    };
-    /// Each leaves a small part of what is amiss.
-    const FOR_TIME: Self = Self {
-        left: 6,
-        ..Self::NONE
-    };
-
-    /// After another bandwidth and its rise time: the slope is that between the last two.
-    fn after(self, bandwidth: f64, time: f64) -> Self {
-        /// Counts and samples make a rise time uneven.
-        const SLOPES: (f64, f64) = (0.5, 8.0);
-        let slope = self.last.map_or(self.slope, |[before, took]| {
-            let slope = libm::log(took / time) / libm::log(bandwidth / before);
-            let (least, most) = SLOPES;
-            if slope >= least {
-                slope.min(most)
-            } else {
-                least
-            }
-        });
-        Self {
-            left: self.left - 1,
-            slope,
-            last: Some([bandwidth, time]),
         }
     }
 }

@@ -9,10 +9,10 @@ use crate::number::Number;
 pub(super) struct Lacking<N> {
     pub(super) positions: [N; EFFECTS],
     velocities: [N; EFFECTS],
-    /// 1 − a, a rest of a velocity over a piece.
-    kept: N,
+    /// a, 1/sample.
+    viscous: N,
     gain: N,
-    /// Rad per count; 1/v in friction that fades with speed v, pieces per count.
+    /// Rad per count; 1/v in friction that fades with speed v, samples per count.
     resolution: N,
     per_low_speed: N,
     position: N,
@@ -50,13 +50,13 @@ pub(super) const OF: [(StopReason, [bool; EFFECTS]); 5] = [
 const ACCELERATING: usize = 4;
 
 impl<N: Number> Lacking<N> {
-    /// For a model of a, b (pieces), a resolution (rad) and the speed below which friction is another
-    /// (counts per piece, positive).
+    /// For a model of a, b (samples), a resolution (rad) and the speed below which friction is another
+    /// (counts per sample, positive).
     pub(super) fn new(viscous: N, gain: N, resolution: N, low_speed: N) -> Self {
         Self {
             positions: [N::ZERO; EFFECTS],
             velocities: [N::ZERO; EFFECTS],
-            kept: N::ONE - viscous,
+            viscous,
             gain,
             resolution,
             per_low_speed: low_speed.reciprocal(),
@@ -65,14 +65,15 @@ impl<N: Number> Lacking<N> {
         }
     }
 
-    /// The model has gone over a piece.
+    /// The model has gone over a step.
     pub(super) fn advance(&mut self, gone: &Gone<N>) {
         let half = N::from_f64(0.5);
         let moving = gone.phase.moving_part();
         let direction = gone.phase.mean_direction();
         let (sine, cosine) = ((self.position + half * gone.way) * self.resolution).sine_cosine();
         self.position += gone.way;
-        let relative = gone.way * self.per_low_speed;
+        let time = gone.time;
+        let relative = gone.way * time.reciprocal() * self.per_low_speed;
         // 1/(1 + x²)², a bell without a transcendental.
         let bell = (N::ONE + relative * relative).reciprocal();
         let command = if gone.command > N::ZERO {
@@ -95,16 +96,16 @@ impl<N: Number> Lacking<N> {
         };
         for i in 0..ACCELERATING {
             let velocity = self.velocities[i];
-            let change = own[i] * moving;
-            self.positions[i] += (velocity + half * change) * moving;
-            self.velocities[i] = (self.kept * velocity + change) * kept;
+            let change = (own[i] - self.viscous * velocity) * moving * time;
+            self.positions[i] += (velocity + half * change) * moving * time;
+            self.velocities[i] = (velocity + change) * kept;
         }
         if gone.way > N::ZERO {
             self.direction = N::ONE;
         } else if gone.way < N::ZERO {
             self.direction = -N::ONE;
         }
-        self.positions[ACCELERATING] = gone.acceleration;
+        self.positions[ACCELERATING] = gone.change * time.reciprocal();
         self.positions[ACCELERATING + 1] = self.direction;
     }
 }

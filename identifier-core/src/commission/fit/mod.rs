@@ -1,7 +1,8 @@
 //! The servo from the record of a motion, in slices of background work.
 
-mod delayed;
+mod block;
 mod follower;
+mod inputs;
 mod lacking;
 mod motion;
 mod prediction;
@@ -11,6 +12,7 @@ mod recorder;
 mod servo_fit;
 mod servo_fitter;
 
+pub use block::MotionBlock;
 pub use motion::Motion;
 pub use prediction::{Predicting, Prediction};
 pub use recorder::MotionRecorder;

@@ -1,51 +1,19 @@
-use crate::identifier::NumberedBlock;
+use super::block::{MotionBlock, Piece};
 use crate::number::Number;
 
-/// The record of a motion, of at most W pieces. Where it is full, neighbouring pieces become one, so that
-/// a short motion is kept finely and a long one as a whole.
+/// The record of a motion, of at most W pieces. Where it is full, neighbouring pieces become one, first
+/// those between which the command hardly changes, so that a short motion is kept finely and a long one
+/// as a whole.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion<N, const W: usize> {
     pieces: [Piece<N>; W],
     count: usize,
-    /// Blocks to a piece.
-    blocks: u32,
-    /// The piece that is being gathered, and its blocks.
-    open: (Piece<N>, u32),
+    /// Pieces between which the command changes by no more may be joined.
+    joined: N,
+    /// The longest piece, samples.
+    longest: N,
     next: Option<u32>,
     complete: bool,
-}
-
-/// Successive samples condensed to what moves a model over all of them at once.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Piece<N> {
-    /// How far the servo moved, counts.
-    pub(crate) travel: N,
-    /// Mean command, command units.
-    pub(crate) command: N,
-    /// How much further a unit of gain goes within the piece because the command came earlier than
-    /// evenly spread, command units.
-    pub(crate) lead: N,
-}
-
-impl<N: Number> Piece<N> {
-    pub(crate) const NONE: Self = Self {
-        travel: N::ZERO,
-        command: N::ZERO,
-        lead: N::ZERO,
-    };
-
-    /// Two of `part` and 1 − `part` of the time of both.
-    fn followed_by(&self, next: &Self, part: N) -> Self {
-        let rest = N::ONE - part;
-        let half = N::from_f64(0.5);
-        Self {
-            travel: self.travel + next.travel,
-            command: part * self.command + rest * next.command,
-            lead: part * part * self.lead
-                + rest * rest * next.lead
-                + half * part * rest * (self.command - next.command),
-        }
-    }
 }
 
 impl<N: Number, const W: usize> Motion<N, W> {
@@ -53,56 +21,67 @@ impl<N: Number, const W: usize> Motion<N, W> {
     pub const EMPTY: Self = Self {
         pieces: [Piece::NONE; W],
         count: 0,
-        blocks: 1,
-        open: (Piece::NONE, 0),
+        joined: N::ZERO,
+        longest: N::ONE,
         next: None,
         complete: true,
     };
 
     /// Takes a block. False, and nothing is taken, if one is missing before it.
-    pub fn take(&mut self, numbered: &NumberedBlock<N>) -> bool {
-        let (number, [travel, command, lead]) = numbered.parts();
-        let piece = Piece {
-            travel,
-            command,
-            lead,
-        };
-        if self.next.is_some_and(|next| next != number) {
+    pub fn take(&mut self, block: &MotionBlock<N>) -> bool {
+        let missing = self.next.is_some_and(|next| next != block.number);
+        if missing || !self.complete {
             self.complete = false;
             return false;
         }
-        self.next = Some(number.wrapping_add(1));
-        let (open, gathered) = self.open;
-        let part = N::from_f64(f64::from(gathered) / f64::from(gathered + 1));
-        self.open = (open.followed_by(&piece, part), gathered + 1);
-        if self.open.1 >= self.blocks {
-            self.close();
+        self.next = Some(block.number.wrapping_add(1));
+        let change = (block.piece.command - self.last_command()).magnitude();
+        if self.count == 0 {
+            self.joined = N::ZERO;
+        } else if self.joined == N::ZERO && change > N::ZERO {
+            self.joined = N::from_f64(0.01) * change;
+        }
+        if block.piece.samples > self.longest {
+            self.longest = block.piece.samples;
+        }
+        while self.count == W {
+            self.join();
+        }
+        if let Some(place) = self.pieces.get_mut(self.count) {
+            *place = block.piece;
+            self.count += 1;
         }
         true
     }
 
-    fn close(&mut self) {
-        if self.count == W {
-            self.halve();
-            // The open piece is half of one of the new size.
-            return;
-        }
-        if let Some(place) = self.pieces.get_mut(self.count) {
-            *place = self.open.0;
-            self.count += 1;
-        }
-        self.open = (Piece::NONE, 0);
+    fn last_command(&self) -> N {
+        let last = self.count.checked_sub(1);
+        let piece = last.and_then(|last| self.pieces.get(last));
+        piece.map_or(N::ZERO, |piece| piece.command)
     }
 
-    /// Neighbouring pieces become one.
-    fn halve(&mut self) {
-        let half = N::from_f64(0.5);
-        for index in 0..W / 2 {
-            let (first, second) = (self.pieces[2 * index], self.pieces[2 * index + 1]);
-            self.pieces[index] = first.followed_by(&second, half);
+    /// Neighbouring pieces become one; pieces may be longer, and their commands differ more, from then
+    /// on.
+    fn join(&mut self) {
+        self.longest = self.longest + self.longest;
+        self.joined = self.joined + self.joined;
+        let mut kept = 0;
+        let mut index = 0;
+        while index < self.count {
+            let mut piece = self.pieces[index];
+            index += 1;
+            if index < self.count {
+                let next = self.pieces[index];
+                let alike = (next.command - piece.command).magnitude() <= self.joined;
+                if alike && piece.samples + next.samples <= self.longest {
+                    piece = piece.followed_by(&next);
+                    index += 1;
+                }
+            }
+            self.pieces[kept] = piece;
+            kept += 1;
         }
-        self.count = W / 2;
-        self.blocks *= 2;
+        self.count = kept;
     }
 
     /// Whether no block was missing.
@@ -116,9 +95,28 @@ impl<N: Number, const W: usize> Motion<N, W> {
         self.count
     }
 
-    /// Blocks to a piece.
-    pub(crate) fn blocks_to_a_piece(&self) -> u32 {
-        self.blocks
+    /// The mean speed over the first samples, at least so many; zero where it is within rounding.
+    pub(crate) fn speed_at_first(&self, samples: N) -> N {
+        /// Counts that a servo at rest may show.
+        const ROUNDING: f64 = 1.5;
+        let (mut time, mut travel) = (N::ZERO, N::ZERO);
+        for index in 0..self.count {
+            time += self.pieces[index].samples;
+            travel += self.pieces[index].travel;
+            if time >= samples {
+                break;
+            }
+        }
+        if travel.magnitude() > N::from_f64(ROUNDING) {
+            travel.magnitude() * time.reciprocal()
+        } else {
+            N::ZERO
+        }
+    }
+
+    /// The longest piece, samples.
+    pub(crate) fn longest(&self) -> N {
+        self.longest
     }
 
     pub(crate) fn get(&self, index: usize) -> Option<&Piece<N>> {

@@ -34,14 +34,26 @@ pub(super) const ALL: usize = UNKNOWNS + EFFECTS;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Predicting<N> {
     pub(super) unknowns: [N; UNKNOWNS],
-    /// Covariance of the servo's parameters, units of a piece.
+    /// Covariance of the servo's parameters, machine units.
     pub(super) covariance: [[N; 5]; 5],
     pub(super) next: usize,
     pub(super) pass: Option<Pass<N>>,
     /// Whether position and velocity at the beginning were fitted.
     pub(super) placed: bool,
-    /// Sum of squared ways of the model in the first pass.
+    /// What the model has gone, counts, in so many samples.
     pub(super) ways: N,
+    pub(super) samples: N,
+}
+
+impl<N: Number> Predicting<N> {
+    /// Of the passes before, counts per sample.
+    pub(super) fn mean_speed(&self) -> N {
+        if self.samples > N::ZERO {
+            self.ways * self.samples.reciprocal()
+        } else {
+            N::ZERO
+        }
+    }
 }
 
 /// A pass over the record.

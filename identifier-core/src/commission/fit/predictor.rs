@@ -11,12 +11,8 @@ use crate::number::Number;
 impl<N: Number> ServoFitter<N> {
     /// Begins the prediction of a motion by a servo that is known.
     #[must_use]
-    pub fn begin_prediction<const W: usize>(
-        &self,
-        motion: &Motion<N, W>,
-        servo: &IdentifiedServo,
-    ) -> Predicting<N> {
-        let scale = self.scale(self.piece_time(motion));
+    pub fn begin_prediction(&self, servo: &IdentifiedServo) -> Predicting<N> {
+        let scale = self.scale();
         let values = servo.values();
         let mut unknowns = [N::ZERO; UNKNOWNS];
         for i in 0..5 {
@@ -31,6 +27,7 @@ impl<N: Number> ServoFitter<N> {
             pass: None,
             placed: false,
             ways: N::ZERO,
+            samples: N::ZERO,
         }
     }
 
@@ -40,15 +37,20 @@ impl<N: Number> ServoFitter<N> {
         predicting: &mut Predicting<N>,
         motion: &Motion<N, W>,
     ) -> Option<Prediction> {
+        let speed = predicting.mean_speed();
         let pass = match &mut predicting.pass {
             Some(pass) => pass,
-            empty => empty.insert(self.begin_pass(&predicting.unknowns, predicting.ways, motion)),
+            empty => empty.insert(self.begin_pass(&predicting.unknowns, speed, motion)),
         };
         if let Some(piece) = motion.get(predicting.next) {
-            let gone = pass.follower.advance(&self.step, piece);
-            pass.lacking.advance(&gone);
+            let (lacking, ways) = (&mut pass.lacking, &mut predicting.ways);
+            pass.follower
+                .advance(&self.step, motion, predicting.next, |gone| {
+                    lacking.advance(gone);
+                    *ways += gone.way.magnitude();
+                });
             pass.measure(&predicting.covariance, piece.travel);
-            predicting.ways += gone.way * gone.way;
+            predicting.samples += piece.samples;
             predicting.next += 1;
             return None;
         }
@@ -67,16 +69,14 @@ impl<N: Number> ServoFitter<N> {
     fn begin_pass<const W: usize>(
         &self,
         unknowns: &[N; UNKNOWNS],
-        ways: N,
+        speed: N,
         motion: &Motion<N, W>,
     ) -> Pass<N> {
-        /// Of the root mean square speed: where friction at low speed is another.
+        /// Of the mean speed: where friction at low speed is another.
         const LOW: f64 = 0.2;
-        let first = motion.get(0).map_or(N::ZERO, |piece| piece.command);
-        let speed = libm::sqrt(ways.to_f64() / motion.len().max(1) as f64);
-        let low_speed = (LOW * speed).max(f64::from(f32::EPSILON));
+        let low_speed = (LOW * speed.to_f64()).max(f64::from(f32::EPSILON));
         Pass {
-            follower: Follower::new(&self.step, unknowns, first),
+            follower: Follower::new(unknowns, motion),
             lacking: Lacking::new(
                 unknowns[A],
                 unknowns[B],

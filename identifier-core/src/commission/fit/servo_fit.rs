@@ -23,6 +23,8 @@ pub struct ServoFit<N> {
     starts: u32,
     first: [N; UNKNOWNS],
     this: Option<Best<N>>,
+    /// Whether the servo has moved in the linear pass.
+    moved: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,7 +60,7 @@ impl<N: Number> ServoFit<N> {
     const FIRST_DAMPING: f64 = 1e-3;
     const CHANGE: f64 = 10.0;
     /// A pass that lowers the cost by less than this part is the last.
-    const ENOUGH: f64 = 1e-5;
+    const ENOUGH: f64 = 1e-4;
     /// A motion is explained if the variance of the errors is below this many times the encoder's.
     const EXPLAINED: f64 = 2.0;
     /// Factors on the gain of the linear estimate: further starts where the motion is not explained.
@@ -100,6 +102,7 @@ impl<N: Number> ServoFit<N> {
             starts: 0,
             first,
             this: None,
+            moved: false,
         }
     }
 
@@ -118,11 +121,25 @@ impl<N: Number> ServoFit<N> {
             match (&mut self.stage, &mut self.pass) {
                 (Stage::Linear(regression, gathered, _), _) => {
                     let direction = direction(motion, self.next);
-                    regression.observe(gathered, piece.travel, direction, piece.command);
+                    if direction != N::ZERO && !self.moved {
+                        self.moved = true;
+                        if self.next > 2
+                            && let Some(before) = motion.get(self.next - 1)
+                        {
+                            gathered.broke_away(before.command, direction);
+                        }
+                    }
+                    regression.observe_for(
+                        piece.samples,
+                        gathered,
+                        piece.travel,
+                        direction,
+                        piece.command,
+                    );
                 }
-                (Stage::Model, Some(pass)) => pass.take(step, piece),
+                (Stage::Model, Some(pass)) => pass.take(step, motion, self.next),
                 (Stage::Model, None) => {
-                    self.begin_pass(step, motion, self.first);
+                    self.begin_pass(motion, self.first);
                     return false;
                 }
             }
@@ -140,7 +157,7 @@ impl<N: Number> ServoFit<N> {
             self.first[DELAY] = delay;
             self.first[LOAD] = servo.load();
             self.stage = Stage::Model;
-            self.begin_start(step, motion);
+            self.begin_start(motion);
             return false;
         }
         if !self.end_pass() {
@@ -148,7 +165,7 @@ impl<N: Number> ServoFit<N> {
                 return true;
             };
             let trial = self.next_trial(&best);
-            self.begin_pass(step, motion, trial);
+            self.begin_pass(motion, trial);
             return false;
         }
         if let Some(this) = self.this.take()
@@ -166,32 +183,26 @@ impl<N: Number> ServoFit<N> {
         if explained || self.starts as usize >= Self::LADDER.len() {
             return true;
         }
-        self.begin_start(step, motion);
+        self.begin_start(motion);
         false
     }
 
-    fn begin_start<const W: usize>(&mut self, step: &FrictionStep<N>, motion: &Motion<N, W>) {
+    fn begin_start<const W: usize>(&mut self, motion: &Motion<N, W>) {
         let factor = Self::LADDER.get(self.starts as usize).copied();
         let mut trial = self.first;
         trial[B] = trial[B] * N::from_f64(factor.unwrap_or(1.0));
         self.damping = N::from_f64(Self::FIRST_DAMPING);
         self.passes = 0;
         self.this = None;
-        self.begin_pass(step, motion, trial);
+        self.begin_pass(motion, trial);
     }
 
-    fn begin_pass<const W: usize>(
-        &mut self,
-        step: &FrictionStep<N>,
-        motion: &Motion<N, W>,
-        unknowns: [N; UNKNOWNS],
-    ) {
+    fn begin_pass<const W: usize>(&mut self, motion: &Motion<N, W>, unknowns: [N; UNKNOWNS]) {
         let [low, high] = &self.bounds;
         let trial = core::array::from_fn(|i| unknowns[i].limited(low[i], high[i]));
-        let first = motion.get(0).map_or(N::ZERO, |piece| piece.command);
         let mut pass = Pass {
             unknowns: trial,
-            follower: Follower::new(step, &trial, first),
+            follower: Follower::new(&trial, motion),
             equations: NormalEquations::EMPTY,
             last_error: N::ZERO,
             lag_one: N::ZERO,
@@ -269,8 +280,13 @@ impl<N: Number> ServoFit<N> {
 }
 
 impl<N: Number> Pass<N> {
-    fn take(&mut self, step: &FrictionStep<N>, piece: &super::motion::Piece<N>) {
-        self.follower.advance(step, piece);
+    fn take<const W: usize>(
+        &mut self,
+        step: &FrictionStep<N>,
+        motion: &Motion<N, W>,
+        index: usize,
+    ) {
+        self.follower.advance(step, motion, index, |_| ());
         let error = self.follower.error;
         self.equations.add(&self.follower.positions, error);
         self.lag_one += error * self.last_error;

@@ -1,10 +1,9 @@
 use super::super::regression::Regression;
 use super::super::{IdentifiedServo, StopReason};
-use super::delayed::Delayed;
 use super::motion::Motion;
 use super::prior::Prior;
 use super::servo_fit::ServoFit;
-use super::{A, B, COULOMB, DELAY, LOAD, ROUNDING, UNKNOWNS};
+use super::{A, B, COULOMB, DELAY, LOAD, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
 use crate::model::{FrictionStep, ServoParameters, ZeroOrderHoldStep};
 use crate::number::Number;
 
@@ -15,19 +14,10 @@ pub struct FitSettings {
     pub sample_time: f64,
     /// Position of a count, rad.
     pub resolution: f64,
+    /// The largest magnitude of the command, command units.
+    pub most_command: f64,
     /// From the reading of the encoder to the change of the output, s, as far as it is known.
     pub command_delay: f64,
-}
-
-impl FitSettings {
-    /// The time of a block, s: several to the shortest thing that a servo does.
-    const BLOCK: f64 = 4e-4;
-
-    /// Samples to a block of the record.
-    #[must_use]
-    pub fn block(&self) -> u32 {
-        (libm::round(Self::BLOCK / self.sample_time) as u32).max(1)
-    }
 }
 
 /// A Levenberg–Marquardt fit of q̈ = −a q̇ + b u(t − τ) + d − c sign q̇, driven by the recorded command, to
@@ -46,7 +36,10 @@ impl<N: Number> ServoFitter<N> {
     /// Standard deviation of the delay that is not known, s, but at least a sample.
     const UNKNOWN_DELAY: f64 = 5e-4;
 
-    /// For records of blocks with these settings.
+    /// The longest delay, s.
+    const LONGEST_DELAY: f64 = 0.02;
+
+    /// For records with these settings.
     #[must_use]
     pub fn new(settings: &FitSettings) -> Self {
         Self {
@@ -62,19 +55,24 @@ impl<N: Number> ServoFitter<N> {
         motion: &Motion<N, W>,
         prior: Option<&IdentifiedServo>,
     ) -> ServoFit<N> {
-        let time = self.piece_time(motion);
-        let scale = self.scale(time);
-        let sample = self.settings.sample_time;
-        let expected = (self.settings.command_delay + sample) / time;
-        let deviation = Self::UNKNOWN_DELAY.max(sample) / time;
+        let time = self.settings.sample_time;
+        let scale = self.scale();
+        let expected = self.settings.command_delay / time + 1.0;
+        let deviation = Self::UNKNOWN_DELAY.max(time) / time;
+        let longest = motion.longest().to_f64();
         let vague = Prior::vague([expected, deviation]);
+        // A record begins at rest, or with a servo that begins to move as it is let go.
+        let speed = 0.02 + 2.0 * motion.speed_at_first(N::from_f64(0.002 / time)).to_f64();
         let mut low = [-f64::from(f32::MAX); UNKNOWNS];
         let mut high = [f64::from(f32::MAX); UNKNOWNS];
+        let most_rate = ZeroOrderHoldStep::<N>::LARGEST_RATE / longest;
         for (place, [least, most]) in [
-            (A, [0.0, ZeroOrderHoldStep::<N>::LARGEST_RATE]),
+            (A, [0.0, most_rate]),
             (B, [0.0, f64::from(f32::MAX)]),
             (COULOMB, [0.0, f64::from(f32::MAX)]),
-            (DELAY, [0.0, Delayed::<N>::LONGEST]),
+            (DELAY, [0.0, Self::LONGEST_DELAY / time]),
+            (POSITION, [-1.0, 1.0]),
+            (VELOCITY, [-speed, speed]),
         ] {
             low[place] = least;
             high[place] = most;
@@ -84,7 +82,8 @@ impl<N: Number> ServoFitter<N> {
             None => {
                 // Half of the time that friction, viscous and Coulomb, may need to show.
                 const MEMORY: f64 = 80.0;
-                let regression = Regression::new((MEMORY * time).min(0.3), 1);
+                let lambda = (MEMORY * time).min(0.3 / longest);
+                let regression = Regression::new(lambda, 1);
                 ServoFit::from_nothing(vague, bounds, regression, expected)
             }
             Some(servo) => {
@@ -116,14 +115,9 @@ impl<N: Number> ServoFitter<N> {
         self.settings.resolution
     }
 
-    /// The time of a piece, s.
-    pub(super) fn piece_time<const W: usize>(&self, motion: &Motion<N, W>) -> f64 {
-        let samples = f64::from(self.settings.block()) * f64::from(motion.blocks_to_a_piece());
-        samples * self.settings.sample_time
-    }
-
-    /// Units of a piece per SI unit.
-    pub(super) fn scale(&self, time: f64) -> [f64; 5] {
+    /// Machine units per SI unit.
+    pub(super) fn scale(&self) -> [f64; 5] {
+        let time = self.settings.sample_time;
         let acceleration = time * time / self.settings.resolution;
         let mut scale = [acceleration; 5];
         scale[A] = time;
@@ -141,7 +135,7 @@ impl<N: Number> ServoFitter<N> {
         /// The largest correlation from piece to piece that can be told from one.
         const MOST_CORRELATED: f64 = 0.95;
         let best = fit.best().ok_or(StopReason::TooLittleEvidence)?;
-        let scale = self.scale(self.piece_time(motion));
+        let scale = self.scale();
         let pieces = motion.len().saturating_sub(UNKNOWNS).max(1) as f64;
         let cost = best.equations.cost().to_f64();
         let variance = (cost / pieces).max(ROUNDING);

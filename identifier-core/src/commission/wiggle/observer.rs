@@ -3,8 +3,9 @@ use crate::number::Number;
 
 /// Velocity and unexplained acceleration of the servo from its counts and the command that acted.
 ///
-/// With the crude servo's acceleration g and the rest f: q̂̇ = v̂ + 3 ω ε, v̂̇ = g + f + 3 ω² ε, ḟ = ω³ ε, all
-/// poles at ω. While nothing is known of the servo, f is its whole acceleration.
+/// It predicts with the crude servo's acceleration and a rest, and corrects position, velocity and rest by
+/// the error of the prediction so that all three errors decay as pᵏ. While nothing is known of the servo,
+/// the rest is its whole acceleration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Observer<N> {
     gains: [N; 3],
@@ -42,10 +43,17 @@ impl<N: Number> Observed<N> {
 }
 
 impl<N: Number> Observer<N> {
-    /// With all poles at ω T.
+    /// With p = e^(−ω T): the α–β–γ filter with a triple pole.
     pub(super) fn new(omega: f64) -> Self {
+        let pole = libm::exp(-omega);
+        let off = 1.0 - pole;
+        let gains = [
+            1.0 - pole * pole * pole,
+            1.5 * off * off * (1.0 + pole),
+            off * off * off,
+        ];
         Self {
-            gains: [3.0 * omega, 3.0 * omega * omega, omega * omega * omega].map(N::from_f64),
+            gains: gains.map(N::from_f64),
         }
     }
 

@@ -43,8 +43,9 @@ pub(super) struct Plan<N> {
     pub(super) quiet: u32,
     /// Stiffness and damping with which it is held, per sample² and per sample.
     pub(super) hold: [N; 2],
-    /// 1/s in a sample.
-    pub(super) rate: N,
+    pub(super) enough: u32,
+    /// Roundings per viscous friction that is usual.
+    pub(super) usual_viscous: N,
     /// Samples after which braking should show.
     pub(super) reaction: u32,
 }
@@ -77,7 +78,7 @@ impl<N: Number> Plan<N> {
         let samples = |seconds: f64| libm::ceil(seconds / time);
         // Half a count lies before the first edge on the average; q grows as the cube of time.
         let since_beginning = 1.0 / (1.0 - libm::cbrt(0.5 / (noticed - 0.5)));
-        let half_swing = 0.018_f64.max(16.0 * time);
+        let half_swing = 0.035_f64.max(16.0 * time);
         let stiffness = 60.0_f64.min(0.1 / time) * time;
         Self {
             travel: travel.map(number),
@@ -105,7 +106,8 @@ impl<N: Number> Plan<N> {
                 -1.0
             })),
             quiet: samples(0.004).max(4.0) as u32,
-            rate: number(time),
+            enough: samples(0.1) as u32,
+            usual_viscous: number(0.3 / (20.0 * time)),
             reaction: (libm::ceil(known_delay + Self::UNKNOWN_DELAY) as u32)
                 + samples(0.001) as u32,
             hold: [number(stiffness * stiffness), number(2.0 * stiffness)],

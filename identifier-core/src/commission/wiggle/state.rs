@@ -18,6 +18,8 @@ pub struct WiggleState<N> {
     pub(super) direction: N,
     /// How far the ramp is from where it began.
     pub(super) ramp: N,
+    /// Where it last stood.
+    pub(super) origin: N,
     /// Where and when the first count was passed.
     pub(super) first_count: Option<FirstCount<N>>,
     pub(super) servo: Crude<N>,
@@ -66,6 +68,11 @@ pub(super) struct FirstCount<N> {
 impl<N: Number> WiggleState<N> {
     pub(super) fn new(plan: &Plan<N>, held: Option<N>) -> Self {
         let held = held.unwrap_or(N::ZERO);
+        let mut gathered = Gathered::NOTHING;
+        gathered.expect(
+            &[N::ZERO, N::ZERO, N::ZERO, plan.usual_viscous, N::ZERO],
+            N::ZERO,
+        );
         Self {
             stage: Stage::Seek,
             ending: None,
@@ -74,10 +81,11 @@ impl<N: Number> WiggleState<N> {
             held,
             direction: plan.first_direction,
             ramp: N::ZERO,
+            origin: N::ZERO,
             first_count: None,
             servo: Crude::UNKNOWN,
             observed: Observed::AT_REST,
-            gathered: Gathered::NOTHING,
+            gathered,
             commands: [held; COMMANDS],
             newest: 0,
             still: 0,

@@ -138,7 +138,7 @@ impl<N: Number> Wiggle<N> {
 
     /// Whether the servo is known well enough.
     fn has_evidence(&self, state: &WiggleState<N>) -> bool {
-        state.reversals.iter().all(|&count| count >= 2)
+        state.reversals.iter().all(|&count| count >= 2) && state.samples >= self.plan.enough
     }
 
     /// Brakes for good.

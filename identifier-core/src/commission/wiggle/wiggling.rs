@@ -7,6 +7,9 @@ use super::state::{Stage, WiggleState};
 use super::{LargestMotion, WiggleSettings};
 use crate::number::Number;
 
+/// Counts that a servo that moves cannot have missed.
+const MISSED: f64 = 2.5;
+
 /// The wiggle, in the sample interrupt: it takes the encoder's increment and gives a command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wiggle<N> {
@@ -46,11 +49,11 @@ impl<N: Number> Wiggle<N> {
         // As fast as rounding lets it be: its acceleration must stay below that of a swing.
         let [low, high] = limits.travel;
         let swing = limits.speed * limits.speed / (high - low);
-        let omega = libm::sqrt(0.2 * swing / settings.resolution).min(0.3 / time);
+        let omega = libm::sqrt(0.2 * swing / settings.resolution).min(0.8 / time);
         let stride = libm::round(0.0005 / time) as u32;
         Ok(Self {
             plan: Plan::new(settings),
-            observer: Observer::new(omega.min(600.0) * time),
+            observer: Observer::new(omega.min(1200.0) * time),
             regression: Regression::new((80.0 * time).min(0.3), stride),
             settings: *settings,
         })
@@ -136,12 +139,13 @@ impl<N: Number> Wiggle<N> {
         let servo = state.servo;
         self.observer
             .observe(&mut state.observed, &servo, increment, acted);
-        let stands = state.still > plan.standing;
-        if stands && state.servo.is_known() {
-            let held = servo.gain * acted + servo.load();
-            if held.magnitude() <= servo.coulomb() {
-                state.observed.stand();
-            }
+        // One that moves as fast as it is thought to would have passed counts.
+        let still = N::from_count(state.still.min(1 << 20) as i32);
+        let missed = still * state.observed.velocity.magnitude();
+        let stands =
+            state.still > plan.standing || (state.still > 1 && missed > N::from_f64(MISSED));
+        if stands {
+            state.observed.stand();
         }
         if state.first_count.is_none() {
             return;

@@ -23,18 +23,6 @@ pub struct NumberedBlock<N> {
     pub(super) block: Block<N>,
 }
 
-impl<N: Number> NumberedBlock<N> {
-    /// Its number, how far the servo moved (counts), mean command and lead (command units).
-    pub(crate) fn parts(&self) -> (u32, [N; 3]) {
-        let Block {
-            travel,
-            command,
-            lead,
-        } = self.block;
-        (self.number, [travel, command, lead])
-    }
-}
-
 /// How many samples make a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Blocking<N> {

@@ -1,0 +1,111 @@
+//! The bandwidth with which a step rises in a given time.
+
+use super::closed_loop::ClosedLoop;
+use super::placement::Design;
+use super::prediction::{Scene, samples};
+use super::search::Judge;
+use super::{StepMeasure, TuningError};
+
+/// A search for a bandwidth, by predicted steps. Whether it keeps anything is not asked here.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ByTime {
+    /// The rise time that is asked for, s.
+    asked: f64,
+    rise: Rise,
+    /// The fastest bandwidth that was too slow, rad/s.
+    slow: Option<f64>,
+    /// The slowest that was too fast, rad/s.
+    fast: Option<f64>,
+    left: u32,
+}
+
+/// A rise that is being timed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Rise {
+    bandwidth: f64,
+    closed_loop: ClosedLoop,
+    measure: StepMeasure<f64>,
+    longest: u32,
+}
+
+impl ByTime {
+    /// Steps that are tried at most.
+    const MOST: u32 = 12;
+
+    /// How close a rise time comes to what was asked for.
+    const CLOSE: f64 = 0.01;
+
+    /// Begins with a bandwidth for a rise time, s.
+    ///
+    /// # Errors
+    /// There are no such gains.
+    pub(super) fn begin(
+        scene: &Scene,
+        judge: &Judge,
+        bandwidth: f64,
+        asked: f64,
+    ) -> Result<Self, TuningError> {
+        Ok(Self {
+            asked,
+            rise: Rise::begin(scene, &judge.design(bandwidth))?,
+            slow: None,
+            fast: None,
+            left: Self::MOST,
+        })
+    }
+
+    /// One sample; at the end the bandwidth, rad/s.
+    pub(super) fn work(&mut self, scene: &Scene, judge: &Judge) -> Option<f64> {
+        let time = self.rise.work()?;
+        let ratio = time.map(|time| time / self.asked);
+        let bandwidth = self.rise.bandwidth;
+        let met = ratio.is_some_and(|ratio| libm::fabs(ratio - 1.0) < Self::CLOSE);
+        if met || self.left == 0 || bandwidth > judge.highest() {
+            return Some(bandwidth);
+        }
+        self.left -= 1;
+        match ratio {
+            Some(ratio) if ratio < 1.0 => self.fast = Some(bandwidth),
+            _ => self.slow = Some(bandwidth),
+        }
+        let next = match (self.slow, self.fast) {
+            (Some(slow), Some(fast)) => libm::sqrt(slow * fast),
+            _ => bandwidth * ratio.map_or(2.0, |ratio| ratio.clamp(0.5, 2.0)),
+        };
+        match Rise::begin(scene, &judge.design(next)) {
+            Ok(rise) => {
+                self.rise = rise;
+                None
+            }
+            Err(_) => Some(next),
+        }
+    }
+}
+
+impl Rise {
+    /// How long a rise is timed, in 1/ω: four times what it takes without friction.
+    const LONGEST: f64 = 8.0;
+
+    fn begin(scene: &Scene, design: &Design) -> Result<Self, TuningError> {
+        let closed_loop = scene.step(design)?;
+        Ok(Self {
+            bandwidth: design.bandwidth,
+            closed_loop,
+            measure: scene.measure(),
+            longest: samples(Self::LONGEST, design, &closed_loop),
+        })
+    }
+
+    /// One sample; at the end the rise time, s, or none where it takes too long to be timed.
+    fn work(&mut self) -> Option<Option<f64>> {
+        let Some(seen) = self.closed_loop.advance() else {
+            return Some(None);
+        };
+        self.measure.take(seen.position);
+        match self.measure.rise() {
+            Some(samples) => Some(Some(samples * self.closed_loop.sample_time())),
+            None if self.measure.samples() >= self.longest => Some(None),
+            None => None,
+        }
+    }
+}

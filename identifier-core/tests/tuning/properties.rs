@@ -1,0 +1,210 @@
+//! What holds for every servo.
+
+use identifier_core::commission::IdentifiedServo;
+use identifier_core::control::Gains;
+use identifier_core::measurement::velocity::{LowPass, VelocityEstimate};
+use identifier_core::model::ServoParameters;
+use identifier_core::stability::sampled_loop;
+use identifier_core::tuning::{Goal, Tuning, TuningError, TuningSettings};
+use identifier_core::units::Units;
+use proptest::prelude::*;
+
+use crate::support::{
+    Bench, Candidate, candidates, identified, loop_gain, sensitivity, step, tuned,
+};
+
+/// A servo and what is asked of it.
+#[derive(Debug, Clone, Copy)]
+struct Case {
+    servo: IdentifiedServo,
+    settings: TuningSettings,
+}
+
+fn between(low: f64, high: f64) -> impl Strategy<Value = f64> {
+    (low.ln()..high.ln()).prop_map(f64::exp)
+}
+
+/// Servos of b 20 to 2000, time constants down to 20 ms, friction up to a fifth of the limit, delays of up to
+/// three samples, known to between 0.1 and 3 %, at 250 Hz to 20 kHz.
+fn case() -> impl Strategy<Value = Case> {
+    let servo = (
+        between(20.0, 2000.0),
+        between(0.01, 50.0),
+        0.0..0.2,
+        between(0.001, 0.03),
+    );
+    let drive = (
+        between(250.0, 20_000.0),
+        0.0..3.0,
+        prop_oneof![Just(0.0), between(1000.0, 131_072.0)],
+    );
+    let goal = prop_oneof![
+        2 => Just(Goal::Stiffest),
+        1 => between(0.01, 1.0).prop_map(Goal::ResponseTime),
+        1 => between(1.0, 500.0).prop_map(Goal::Bandwidth),
+    ];
+    (servo, drive, goal, between(0.02, 0.5)).prop_map(
+        |((b, a, friction, error), (rate, delay, counts), goal, part)| {
+            let limit = 10.0;
+            let sample_time = 1.0 / rate;
+            let parameters = ServoParameters {
+                a,
+                b,
+                coulomb: friction * limit * b,
+                load: 0.0,
+            };
+            let resolution = if counts > 0.0 {
+                std::f64::consts::TAU / counts
+            } else {
+                0.0
+            };
+            let errors = [error * (a + 1.0), error * b, error * sample_time];
+            Case {
+                servo: identified(parameters, delay * sample_time, errors),
+                settings: TuningSettings {
+                    goal,
+                    ..TuningSettings::new(
+                        sample_time,
+                        resolution,
+                        limit,
+                        part.max(12.0 * resolution),
+                    )
+                },
+            }
+        },
+    )
+}
+
+/// The goal, or a fifth less than what turned out to be the most.
+fn within_reach(case: &Case) -> Option<(TuningSettings, Tuning)> {
+    let (result, slices) = tuned(&case.settings, &case.servo);
+    assert!(slices < 20_000, "{slices}");
+    match result {
+        Ok(tuning) => Some((case.settings, tuning)),
+        Err(TuningError::TooFast { most, .. }) => {
+            let settings = TuningSettings {
+                goal: Goal::Bandwidth(0.8 * most),
+                ..case.settings
+            };
+            match tuned(&settings, &case.servo) {
+                (Ok(tuning), _) => Some((settings, tuning)),
+                // A slower step may end where friction holds it.
+                (Err(TuningError::DoesNotArrive), _) => None,
+                (Err(error), _) => panic!("0.8 of {most} is refused: {error}"),
+            }
+        }
+        Err(TuningError::DoesNotArrive) => None,
+        Err(error) => panic!("{error:?}"),
+    }
+}
+
+/// Whether a step without friction, counts and limit dies down.
+fn is_stable(tuning: &Tuning, settings: &TuningSettings, candidate: &Candidate) -> bool {
+    let frictionless = ServoParameters {
+        coulomb: 0.0,
+        ..candidate.0
+    };
+    let ideal = TuningSettings {
+        resolution: 0.0,
+        command: f64::INFINITY,
+        ..*settings
+    };
+    let mut bench = Bench::new(tuning, &ideal, &(frictionless, candidate.1), 0.0);
+    let samples = (60.0 / (tuning.bandwidth * settings.sample_time)) as u64;
+    let mut late = 0.0_f64;
+    for k in 0..samples {
+        let (position, _) = bench.advance(1.0);
+        if k > samples * 9 / 10 {
+            late = late.max((position - 1.0).abs());
+        }
+    }
+    late < 1e-3
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+
+    #[test]
+    fn every_possible_servo_keeps_the_margins_and_is_stable(case in case()) {
+        if let Some((settings, tuning)) = within_reach(&case) {
+            let mut worst = 0.0_f64;
+            for candidate in candidates(&case.servo) {
+                prop_assert!(is_stable(&tuning, &settings, &candidate), "{candidate:?} {tuning:?}");
+                worst = worst.max(sensitivity(&tuning, settings.sample_time, &candidate));
+            }
+            prop_assert!(worst < 1.002 * settings.most_sensitivity, "{worst} {tuning:?}");
+            let promised = tuning.promise.sensitivity;
+            prop_assert!((worst / promised - 1.0).abs() < 0.005, "{worst} {tuning:?}");
+            prop_assert!(tuning.promise.noise <= settings.most_noise * settings.command);
+        }
+    }
+
+    /// At the gain margins L is −1 over the factor.
+    #[test]
+    fn gain_margins_are_where_the_loop_crosses(case in case()) {
+        let known = IdentifiedServo { covariance: [[0.0; 5]; 5], ..case.servo };
+        if let Some((settings, tuning)) = within_reach(&Case { servo: known, ..case }) {
+            let candidate = (known.parameters, known.delay);
+            let (mut lower, mut upper) = (0.0_f64, 50.0_f64);
+            let mut before: Option<(f64, f64)> = None;
+            let nyquist = std::f64::consts::PI / settings.sample_time;
+            let low = tuning.bandwidth / 80.0;
+            for i in 0..=20_000 {
+                let omega = low * (0.999 * nyquist / low).powf(f64::from(i) / 20_000.0);
+                let here = loop_gain(&tuning, settings.sample_time, &candidate, omega);
+                if before.is_some_and(|before| (before.1 > 0.0) != (here.1 > 0.0)) && here.0 < 0.0 {
+                    let factor = -1.0 / here.0;
+                    if factor < 1.0 { lower = lower.max(factor) } else { upper = upper.min(factor) }
+                }
+                before = Some(here);
+            }
+            let [fall, rise] = tuning.promise.gain_margins;
+            prop_assert!((fall - lower).abs() < 0.02 * lower + 1e-9, "{fall} {lower} {tuning:?}");
+            prop_assert!((rise - upper).abs() < 0.02 * upper, "{rise} {upper} {tuning:?}");
+        }
+    }
+
+    /// Without delay the characteristic polynomial is exact: the loop is stable up to the gain margins and
+    /// not beyond.
+    #[test]
+    fn without_delay_the_polynomial_agrees(case in case()) {
+        let known = IdentifiedServo { covariance: [[0.0; 5]; 5], delay: 0.0, ..case.servo };
+        if let Some((settings, tuning)) = within_reach(&Case { servo: known, ..case }) {
+            let units = Units::new(settings.sample_time, 1.0).expect("valid");
+            let gains = Gains::new(tuning.kp, tuning.kd, tuning.ki).expect("valid");
+            let filter = LowPass::<f64>::new(&units, tuning.cutoff).expect("valid").transfer();
+            let ServoParameters { a, b, .. } = known.parameters;
+            let stable = |factor: f64| sampled_loop::is_stable(&units, &gains, &filter, a, factor * b);
+            let [fall, rise] = tuning.promise.gain_margins;
+            prop_assert!(stable(1.0));
+            prop_assert!(stable((1.02 * fall).max(0.01)) && stable(0.98 * rise), "{tuning:?}");
+            if fall > 0.0 {
+                prop_assert!(!stable(0.98 * fall), "{tuning:?}");
+            }
+            if rise < 49.0 {
+                prop_assert!(!stable(1.02 * rise), "{tuning:?}");
+            }
+        }
+    }
+
+    /// What the trial on the machine asks: the rise time within 15 %, the overshoot within 3 points.
+    #[test]
+    fn the_promise_is_kept(case in case(), corner in 0_usize..7, friction in -1.0..1.0) {
+        if let Some((settings, tuning)) = within_reach(&case) {
+            let promise = tuning.promise;
+            let candidates = candidates(&case.servo);
+            let duration = 30.0 / tuning.bandwidth;
+            let steps = |candidate: &Candidate, held: f64| {
+                let mut bench = Bench::new(&tuning, &settings, candidate, held);
+                step(&mut bench, &settings, duration)
+            };
+            let nominal = steps(&candidates[0], 0.0);
+            let rise = nominal.rise().expect("it rises") * settings.sample_time;
+            prop_assert!((rise / promise.rise_time - 1.0).abs() < 0.15, "{rise} {promise:?}");
+            // Friction holds the servo wherever the integral has stopped before.
+            let ServoParameters { b, coulomb, .. } = candidates[corner].0;
+            let other = steps(&candidates[corner], friction * coulomb / b);
+            prop_assert!(other.overshoot() < promise.overshoot + 0.03, "{} {promise:?}", other.overshoot());
+        }
+    }
+}
