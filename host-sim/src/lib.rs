@@ -2,6 +2,7 @@
 
 pub mod analysis;
 pub mod cli;
+pub mod commission;
 pub mod compare;
 pub mod drift;
 pub mod drive;

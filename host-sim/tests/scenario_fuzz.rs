@@ -288,7 +288,7 @@ fn hurt_scenarios_are_read_or_refused() {
     let (mut read, mut refused, mut slowest) = (0, 0, Duration::ZERO);
     for seed in 0..count {
         let bytes = Dice(seed).scenario();
-        for purpose in [Purpose::Run, Purpose::Replay] {
+        for purpose in [Purpose::Run, Purpose::Replay, Purpose::Commission] {
             let begun = Instant::now();
             let text = std::str::from_utf8(&bytes);
             let outcome = catch_unwind(AssertUnwindSafe(|| match text {

@@ -17,6 +17,7 @@ pub mod measurement;
 pub mod model;
 pub mod number;
 pub mod parameters;
+pub mod plausibility;
 pub mod settings;
 pub mod stability;
 pub mod tuning;

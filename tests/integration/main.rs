@@ -1,6 +1,7 @@
 //! What crosses crates: scenarios of the simulator against what the project promises of them.
 
 mod certificate;
+mod commission;
 mod compare;
 mod emps;
 mod friction;

@@ -9,6 +9,7 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+mod commissioning;
 mod fault;
 mod frame;
 mod line;
@@ -16,6 +17,7 @@ mod lock_step;
 mod message;
 mod settings;
 
+pub use commissioning::{Commissioning, Gains, Origin, Outcome, Progress};
 pub use fault::Fault;
 pub use frame::{FrameError, LONGEST_FRAME, LONGEST_MESSAGE, Receiver, StopListener, frame};
 pub use line::Line;

@@ -1,13 +1,16 @@
 use core::fmt;
 
+use identifier_core::commission::CommissionSettings;
+use identifier_core::model::ServoParameters;
 use identifier_core::settings::PerParameter;
 use serde::{Deserialize, Serialize};
 
+use crate::commissioning::{Commissioning, Gains, Outcome, Progress};
 use crate::fault::Fault;
 use crate::settings::{NotAllowed, Settings};
 
 /// The version of these messages: a host and a drive of different versions do not talk.
-pub const PROTOCOL: u8 = 4;
+pub const PROTOCOL: u8 = 5;
 
 /// What the host says: a command, and the number that the answer will carry.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -43,6 +46,11 @@ pub enum Command {
     Watch(u16),
     /// Keep settings and estimates through a loss of power; only while the servo is let go.
     Save,
+    /// Come to know the servo, tune to a goal, prove it and keep it; only while the servo is let go.
+    /// The delay that is given adds to the drive's own. Settings and estimates are kept first.
+    Commission(CommissionSettings),
+    /// What did the last commissioning come to? Answered by [`Report::Outcome`].
+    Outcome,
 }
 
 /// What a drive says.
@@ -80,6 +88,15 @@ pub enum Report {
     },
     /// The loop in motion.
     Snapshot(Snapshot),
+    /// A commissioning under way.
+    Progress(Progress),
+    /// What the last commissioning came to.
+    Outcome {
+        /// The request's number.
+        id: u8,
+        /// It.
+        outcome: Outcome,
+    },
     /// The drive let its servo go.
     Fault(Fault),
 }
@@ -98,6 +115,10 @@ pub struct Status {
     pub configured: bool,
     /// How the last run ended since the drive was switched on.
     pub ended: Option<Ended>,
+    /// How the last commissioning stands or ended.
+    pub commissioning: Option<Commissioning>,
+    /// The gains that hold, if there are any.
+    pub gains: Option<Gains>,
     /// From the reading of the encoder to the change of the output, s.
     pub command_delay: f32,
     /// What the last run found, or the one that was kept.
@@ -165,6 +186,8 @@ pub enum State {
     Released,
     /// The loop is closed.
     Running,
+    /// A commissioning moves or holds the servo.
+    Commissioning,
     /// The servo is let go, and stays so until the fault is cleared.
     Faulted(Fault),
 }
@@ -202,6 +225,10 @@ pub enum Refusal {
     Running,
     /// It needs the loop closed: start first.
     NotRunning,
+    /// A commissioning ran and was ended for it: ask again when the servo is let go.
+    EndedCommissioning,
+    /// There was no commissioning.
+    NeverCommissioned,
     /// The fault must be cleared first.
     Faulted(Fault),
     /// A setting is not allowed.
@@ -226,6 +253,11 @@ impl fmt::Display for Refusal {
             Self::Overtaken => f.write_str("a stop came right after it: ask again"),
             Self::Running => f.write_str("the servo must be let go first: stop"),
             Self::NotRunning => f.write_str("the loop must be closed first: start"),
+            Self::EndedCommissioning => f.write_str(
+                "a commissioning ran and was ended for it, the gains before hold: ask again when the \
+                 servo is let go",
+            ),
+            Self::NeverCommissioned => f.write_str("it was never commissioned"),
             Self::Faulted(fault) => fault.fmt(f),
             Self::Setting(refused) => refused.fmt(f),
             Self::TooFar { most } => write!(
@@ -272,4 +304,6 @@ pub struct Estimates {
     pub load: f64,
     /// Which of them stand at a bound: such a value is no result.
     pub at_bounds: PerParameter<bool>,
+    /// Their standard errors, where they are known; a snapshot has none.
+    pub standard_errors: Option<ServoParameters>,
 }

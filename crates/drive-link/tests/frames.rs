@@ -1,14 +1,18 @@
 //! The line may do to the bytes what it likes.
 
 use drive_link::{
-    Answer, Command, Dither, Estimates, Format, FrameError, LONGEST_FRAME, Law, LoopSettings,
-    Protection, Question, Reading, Receiver, Report, Request, Settings, StopListener, frame,
+    Answer, Command, Commissioning, Dither, Estimates, Format, FrameError, LONGEST_FRAME, Law,
+    LoopSettings, Outcome, Protection, Question, Reading, Receiver, Report, Request, Settings,
+    StopListener, frame,
 };
 use identifier_core::ControllerSettings;
+use identifier_core::commission::{CommissionSettings, IdentifiedServo, Limits, Phase, StopReason};
 use identifier_core::identifier::Event;
+use identifier_core::model::ServoParameters;
 use identifier_core::settings::{
     BoxSettings, IdentifierSettings, PerParameter, RangeSettings, TermSettings,
 };
+use identifier_core::tuning::{Cap, Goal, Promise, Tuning};
 use proptest::prelude::*;
 
 /// Settings of any numbers, and of everything that may be left out any part.
@@ -111,6 +115,78 @@ fn settings_with_nothing_left_out_fit_a_message() {
     assert!(frame(&begin).is_ok());
 }
 
+/// Anything that was found.
+const SERVO: ServoParameters = ServoParameters {
+    a: f64::MIN,
+    b: f64::MIN,
+    coulomb: f64::MIN,
+    load: f64::MIN,
+};
+
+fn order() -> CommissionSettings {
+    CommissionSettings {
+        sample_time: 1e-4,
+        resolution: 1e-3,
+        limits: Limits {
+            travel: [-1.0, 1.0],
+            speed: 50.0,
+            command: [-10.0, 10.0],
+            duration: 1.0,
+            one_way: true,
+        },
+        command_delay: 1e-5,
+        most_gain: Some(1e3),
+        goal: Goal::ResponseTime(0.02),
+        most_sensitivity: 1.6,
+        trial_step: Some(0.5),
+    }
+}
+
+#[test]
+fn what_a_commissioning_says_fits_a_message() {
+    let command = Command::Commission(order());
+    assert!(frame(&Request { id: 255, command }).is_ok());
+    let outcome = Outcome {
+        commissioning: Commissioning {
+            phase: Phase::RolledBack,
+            reason: Some(StopReason::AmplifierFault),
+        },
+        servo: Some(IdentifiedServo {
+            parameters: SERVO,
+            delay: f64::MIN,
+            covariance: [[f64::MIN; 5]; 5],
+            unexplained: f64::MIN,
+        }),
+        tuning: Some(Tuning {
+            kp: f64::MIN,
+            kd: f64::MIN,
+            ki: f64::MIN,
+            cutoff: f64::MIN,
+            bandwidth: f64::MIN,
+            cap: Some(Cap::Delay),
+            promise: Promise {
+                step: f64::MIN,
+                rise_time: f64::MIN,
+                overshoot: f64::MIN,
+                settling_time: f64::MIN,
+                sensitivity: f64::MIN,
+                gain_margins: [f64::MIN; 2],
+                command_share: f64::MIN,
+                noise: f64::MIN,
+                compliance: f64::MIN,
+            },
+        }),
+        kept: true,
+    };
+    let report = Report::Outcome { id: 255, outcome };
+    let framed = frame(&report).expect("it fits");
+    let mut receiver = Receiver::new();
+    let heard = framed
+        .iter()
+        .find_map(|&byte| receiver.take::<Report>(byte));
+    assert_eq!(heard, Some(Ok(report)));
+}
+
 #[test]
 fn settings_say_what_was_given_and_nothing_else() {
     let mut settings = filled(&mut || 1.5, u32::MAX, 3);
@@ -133,6 +209,8 @@ fn request() -> impl Strategy<Value = Request> {
         any::<u16>().prop_map(Command::Watch),
         (-1e3_f64..1e3).prop_map(Command::Target),
         Just(Command::Save),
+        Just(Command::Commission(order())),
+        Just(Command::Outcome),
     ];
     (any::<u8>(), command).prop_map(|(id, command)| Request { id, command })
 }
@@ -234,6 +312,7 @@ proptest! {
                     coulomb: 0.0,
                     load: output_error,
                     at_bounds: PerParameter { a: flags.1, ..PerParameter::default() },
+                    standard_errors: flags.0.then_some(SERVO),
                 },
                 event: if flags.0 { Event::LoadStep } else { Event::None },
             },

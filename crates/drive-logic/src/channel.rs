@@ -1,10 +1,12 @@
 //! What goes between the two halves: orders one way, events the other; what is recorded for a first fit,
-//! and what it found; and beside the queues what must never wait for room.
+//! and what it found; what a commissioning finds, and what its study answers; and beside the queues what
+//! must never wait for room.
 
 use core::fmt;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use heapless::spsc::{Consumer, Producer, Queue};
+use identifier_core::commission::{self, Answer};
 use identifier_core::identifier::NumberedBlock;
 
 use crate::first_fit::Fitted;
@@ -21,7 +23,14 @@ const BLOCKS_UNDER_WAY: usize = 8;
 /// Fits on their way back, and one more.
 const FITS: usize = 2;
 
+/// Findings of a commissioning that may be on their way, and one more.
+const FINDINGS: usize = 16;
+
+/// Answers of its study, and one more.
+const ANSWERS: usize = 2;
+
 type Block = NumberedBlock<f32>;
+type Finding = commission::Finding<f32>;
 
 /// Everything between the two halves of a drive.
 #[derive(Debug)]
@@ -30,6 +39,8 @@ pub struct Channel {
     events: Queue<Event, EVENTS>,
     blocks: Queue<Block, BLOCKS_UNDER_WAY>,
     fits: Queue<Fitted, FITS>,
+    findings: Queue<Finding, FINDINGS>,
+    answers: Queue<Answer, ANSWERS>,
     signals: Signals,
 }
 
@@ -47,6 +58,7 @@ struct Signals {
     /// nothing to obey.
     asked: AtomicU32,
     stops: AtomicU32,
+    mode_changes: AtomicU32,
     heard: AtomicU32,
     alive: AtomicU32,
     /// No counter: samples for which the background may be missed while the servo is let go.
@@ -59,6 +71,8 @@ pub struct BackgroundEnd<'a> {
     events: Consumer<'a, Event, EVENTS>,
     blocks: Consumer<'a, Block, BLOCKS_UNDER_WAY>,
     fits: Producer<'a, Fitted, FITS>,
+    findings: Consumer<'a, Finding, FINDINGS>,
+    answers: Producer<'a, Answer, ANSWERS>,
     signals: &'a Signals,
 }
 
@@ -68,6 +82,8 @@ pub struct InterruptEnd<'a> {
     events: Producer<'a, Event, EVENTS>,
     blocks: Producer<'a, Block, BLOCKS_UNDER_WAY>,
     fits: Consumer<'a, Fitted, FITS>,
+    findings: Producer<'a, Finding, FINDINGS>,
+    answers: Consumer<'a, Answer, ANSWERS>,
     signals: &'a Signals,
 }
 
@@ -92,9 +108,12 @@ impl Channel {
             events: Queue::new(),
             blocks: Queue::new(),
             fits: Queue::new(),
+            findings: Queue::new(),
+            answers: Queue::new(),
             signals: Signals {
                 asked: AtomicU32::new(0),
                 stops: AtomicU32::new(0),
+                mode_changes: AtomicU32::new(0),
                 heard: AtomicU32::new(0),
                 alive: AtomicU32::new(0),
                 released_patience: AtomicU32::new(1),
@@ -109,17 +128,23 @@ impl Channel {
             events,
             blocks,
             fits,
+            findings,
+            answers,
             signals,
         } = self;
         let (give, take) = orders.split();
         let (tell, hear) = events.split();
         let (record, fit_to) = blocks.split();
         let (hand_over, go_on_from) = fits.split();
+        let (find, study) = findings.split();
+        let (answer, accept) = answers.split();
         let background = BackgroundEnd {
             orders: give,
             events: hear,
             blocks: fit_to,
             fits: hand_over,
+            findings: study,
+            answers: answer,
             signals,
         };
         let interrupt = InterruptEnd {
@@ -127,6 +152,8 @@ impl Channel {
             events: tell,
             blocks: record,
             fits: go_on_from,
+            findings: find,
+            answers: accept,
             signals,
         };
         (background, interrupt)
@@ -170,6 +197,22 @@ impl BackgroundEnd<'_> {
     /// Hands a fit over, or gives it back.
     pub(crate) fn fitted(&mut self, fitted: Fitted) -> Result<(), Fitted> {
         self.fits.enqueue(fitted)
+    }
+
+    /// The next finding of a commissioning.
+    pub(crate) fn finding(&mut self) -> Option<Finding> {
+        self.findings.dequeue()
+    }
+
+    /// Hands an answer of its study over; false if it finds no room.
+    pub(crate) fn answer(&mut self, answer: &Answer) -> bool {
+        self.answers.enqueue(*answer).is_ok()
+    }
+
+    /// Ends a commissioning for another mode.
+    pub(crate) fn change_mode(&self) {
+        raise(&self.signals.mode_changes);
+        raise(&self.signals.asked);
     }
 
     /// Stops whatever runs and makes void every order that was not done yet.
@@ -231,6 +274,18 @@ impl InterruptEnd<'_> {
         let _ = self.blocks.enqueue(block);
     }
 
+    /// Hands a finding over; false if it finds no room.
+    #[inline]
+    pub(crate) fn finding(&mut self, finding: Finding) -> bool {
+        self.findings.enqueue(finding).is_ok()
+    }
+
+    /// An answer of the study.
+    #[inline]
+    pub(crate) fn answer(&mut self) -> Option<Answer> {
+        self.answers.dequeue()
+    }
+
     /// A fit to go on from.
     #[inline]
     pub(crate) fn fitted(&mut self) -> Option<Fitted> {
@@ -239,6 +294,10 @@ impl InterruptEnd<'_> {
 
     pub(crate) fn stops(&self) -> u32 {
         self.signals.stops.load(Ordering::Acquire)
+    }
+
+    pub(crate) fn mode_changes(&self) -> u32 {
+        self.signals.mode_changes.load(Ordering::Relaxed)
     }
 
     pub(crate) fn times_heard(&self) -> u32 {

@@ -10,6 +10,7 @@ use identifier_core::identifier::{
     IdentifierError, Identify, NumberedBlock, RecordBlocks, Seen, ServoLoop, ServoLoopState,
 };
 use identifier_core::measurement::velocity::{LowPass, LowPassState};
+use identifier_core::model::ServoParameters;
 use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad};
 use identifier_core::settings::{FromSettings, Settings};
 
@@ -190,6 +191,15 @@ where
             Laws::GaussNewton(own) => Learnt::GaussNewton(own.learnt()),
             Laws::Fixed(fixed) => Learnt::Fixed(fixed.learnt()),
         }
+    }
+
+    /// The standard errors of what it has learnt, SI, where its law knows them.
+    pub(crate) fn standard_errors(&self) -> Option<ServoParameters> {
+        let Laws::GaussNewton(own) = &self.0 else {
+            return None;
+        };
+        let identifier = own.servo_loop.identifier();
+        identifier.standard_errors(own.state.identification())
     }
 
     /// What was learnt as estimates, SI; none before the first fit, and of a loop of another law.

@@ -108,7 +108,11 @@ impl Conversation {
         };
         match request.command {
             Command::Stop => self.stops_waiting = self.stops_waiting.saturating_sub(1),
-            Command::Start | Command::Target(_) if self.stops_waiting > 0 => return refused,
+            Command::Start | Command::Target(_) | Command::Commission(_)
+                if self.stops_waiting > 0 =>
+            {
+                return refused;
+            }
             _ => {}
         }
         supervisor.answer_unless(request, |supervisor| {
@@ -134,7 +138,7 @@ impl Conversation {
         let said = self.must_say.is_none() && say(line, &report, LONGEST_FRAME);
         if !said {
             match report {
-                Report::Snapshot(_) => supervisor.unsaid(),
+                Report::Snapshot(_) | Report::Progress(_) => supervisor.unsaid(),
                 // The newest says how things stand now.
                 _ => self.must_say = Some(report),
             }

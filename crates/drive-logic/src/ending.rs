@@ -4,11 +4,8 @@
 use drive_link::{Ended, Fault, Protection};
 use identifier_core::units::Units;
 
+use crate::rest::Rest;
 use crate::time::samples;
-
-/// Counts within which the servo is at rest, and for how long, s.
-const AT_REST: u32 = 4;
-const REST_TIME: f64 = 0.02;
 
 /// The watch over the end of a run.
 ///
@@ -26,20 +23,14 @@ pub(crate) struct Ending {
     /// last look.
     silent_most: Option<u32>,
     silent: u32,
-    stop_time: u32,
-    rest_time: u32,
+    rest: Rest,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
     Driving,
-    /// The reference stands. The servo has stayed within a few counts of a place for some samples.
-    ComingToRest {
-        why: Ended,
-        at: i32,
-        still: u32,
-        left: u32,
-    },
+    /// The reference stands.
+    ComingToRest(Ended),
 }
 
 /// What a sample means for the run.
@@ -63,8 +54,7 @@ impl Ending {
             run_left: bound(given.duration),
             silent_most: bound(given.link_timeout),
             silent: 0,
-            stop_time: samples(given.stop_time, units),
-            rest_time: samples(REST_TIME, units),
+            rest: Rest::within(given.stop_time, units),
         }
     }
 
@@ -114,9 +104,13 @@ impl Ending {
     #[cold]
     #[inline(never)]
     fn look(&mut self, count: i32) -> Course {
-        if let Phase::ComingToRest { .. } = self.phase {
+        if let Phase::ComingToRest(why) = self.phase {
             self.left = 1;
-            return self.rest(count);
+            return if self.rest.is_over(count) {
+                Course::Ended(why)
+            } else {
+                Course::On
+            };
         }
         self.take_in_time();
         if self.run_left == Some(0) {
@@ -130,38 +124,11 @@ impl Ending {
     }
 
     fn begin_rest(&mut self, why: Ended, at: i32) -> Course {
-        self.phase = Phase::ComingToRest {
-            why,
-            at,
-            still: 0,
-            left: self.stop_time,
-        };
+        self.phase = Phase::ComingToRest(why);
+        self.rest.begin(at);
         // From now on every sample is looked at.
         self.left = 1;
         Course::Rest
-    }
-
-    fn rest(&mut self, count: i32) -> Course {
-        let Phase::ComingToRest {
-            why,
-            at,
-            still,
-            left,
-        } = &mut self.phase
-        else {
-            return Course::On;
-        };
-        if count.wrapping_sub(*at).unsigned_abs() > AT_REST {
-            (*at, *still) = (count, 0);
-        } else {
-            *still += 1;
-        }
-        *left = left.saturating_sub(1);
-        if *still >= self.rest_time || *left == 0 {
-            Course::Ended(*why)
-        } else {
-            Course::On
-        }
     }
 }
 

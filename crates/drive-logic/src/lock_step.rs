@@ -2,7 +2,9 @@
 
 use core::convert::Infallible;
 
-use drive_link::{Answer, Format, Law, LoopSettings, NotAllowed, Question, Reading, Refused, Why};
+use drive_link::{
+    Answer, Estimates, Format, Law, LoopSettings, NotAllowed, Question, Reading, Refused, Why,
+};
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, PositionSensor, Setpoint};
 use identifier_core::fixed_point::{
@@ -132,9 +134,12 @@ fn single(
     Ok(Reading {
         command: f64::from(far.command),
         output_error: f64::from(seen.output_error),
-        estimates: closed_loop
-            .estimates(&closed_loop.learnt())
-            .unwrap_or_default(),
+        estimates: Estimates {
+            standard_errors: closed_loop.standard_errors(),
+            ..closed_loop
+                .estimates(&closed_loop.learnt())
+                .unwrap_or_default()
+        },
         event: seen.event,
     })
 }

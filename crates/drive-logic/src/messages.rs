@@ -1,9 +1,11 @@
 //! What the supervisor orders, and what the interrupt tells.
 
 use drive_link::{Ended, Fault, Noticed};
+use identifier_core::commission::{CommissionStep, Finding, Phase};
 use identifier_core::identifier;
 
 use crate::closed_loop::Learnt;
+use crate::commissioning::Commissioning;
 use crate::run::Run;
 
 /// What the supervisor orders.
@@ -11,6 +13,8 @@ use crate::run::Run;
 pub(crate) enum Order {
     /// Close this loop where the servo stands.
     Run(&'static mut Run),
+    /// Commission the servo from where it stands.
+    Commission(&'static mut Commissioning),
     /// Send the servo to a target, counts from where it started.
     Target(i32),
     /// Forget a fault, if its cause is gone.
@@ -26,6 +30,15 @@ pub(crate) enum Event {
     Standing(Standing),
     /// A sample.
     Shown(Shown),
+    /// A sample of a commissioning.
+    Moved(Moved),
+}
+
+/// What comes back from the interrupt: it has ended, or was not begun.
+#[derive(Debug)]
+pub(crate) enum Returned {
+    Run(&'static mut Run),
+    Commissioning(&'static mut Commissioning),
 }
 
 /// How things stand in the interrupt.
@@ -35,8 +48,10 @@ pub(crate) struct Standing {
     pub(crate) fault: Option<Fault>,
     /// How the last run ended.
     pub(crate) ended: Option<Ended>,
-    /// The run that has ended, or was not begun.
-    pub(crate) returned: Option<&'static mut Run>,
+    /// What has ended, or was not begun.
+    pub(crate) returned: Option<Returned>,
+    /// Where a commissioning stands that is under way.
+    pub(crate) phase: Option<Phase>,
     /// The stops that were obeyed.
     pub(crate) stops: u32,
     /// What happened without being a fault.
@@ -71,6 +86,46 @@ pub(crate) struct Shown {
     pub(crate) output_error: f32,
     /// What happened without being a fault.
     pub(crate) counts: Counts,
+}
+
+/// A sample of a commissioning as the interrupt knows it, machine units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Moved {
+    /// Where it stands.
+    pub(crate) phase: Phase,
+    /// Samples since it began.
+    pub(crate) sample: u32,
+    /// The last count from where it began.
+    pub(crate) count: i32,
+    /// The command that acts, command units; none: the servo is let go.
+    pub(crate) command: Option<f32>,
+    /// Blocks of the record of this motion.
+    pub(crate) recorded: u16,
+}
+
+impl Moved {
+    /// Before it begins.
+    pub(crate) const NOT_YET: Self = Self {
+        phase: Phase::Idle,
+        sample: 0,
+        count: 0,
+        command: None,
+        recorded: 0,
+    };
+
+    /// Takes in a sample.
+    #[inline]
+    pub(crate) fn note(&mut self, step: &CommissionStep<f32>, count: Option<i32>) {
+        self.phase = step.phase;
+        self.sample = self.sample.wrapping_add(1);
+        self.count = count.unwrap_or(self.count);
+        self.command = step.command;
+        match step.finding {
+            Some(Finding::Begins(_)) => self.recorded = 0,
+            Some(Finding::Block(_)) => self.recorded = self.recorded.saturating_add(1),
+            Some(Finding::Ended) | None => {}
+        }
+    }
 }
 
 impl Counts {

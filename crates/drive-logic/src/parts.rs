@@ -1,11 +1,14 @@
 //! Between the core and the messages.
 
 use drive_link::{Estimates, Name, NotAllowed, Why};
+use identifier_core::commission::{CommissionError, IdentifiedServo};
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::identifier::{IdentifierError, Identify};
 use identifier_core::model::ServoParameters;
-use identifier_core::settings::IdentifierSettings;
+use identifier_core::settings::{IdentifierSettings, PerParameter};
 use identifier_core::stability::CertificateError;
+
+use crate::chip::Stage;
 
 /// What an identifier has found as a message.
 pub(crate) fn estimates<N: Copy, I: Identify<N>>(identifier: &I, shown: &I::Shown) -> Estimates {
@@ -21,6 +24,30 @@ pub(crate) fn estimates<N: Copy, I: Identify<N>>(identifier: &I, shown: &I::Show
         coulomb,
         load,
         at_bounds: identifier.at_bounds_of(shown),
+        standard_errors: None,
+    }
+}
+
+/// What a commissioning has found as a message. It is none at a bound, or it would have failed.
+pub(crate) fn identified(servo: &IdentifiedServo) -> Estimates {
+    let ServoParameters {
+        a,
+        b,
+        coulomb,
+        load,
+    } = servo.parameters;
+    Estimates {
+        a,
+        b,
+        coulomb,
+        load,
+        at_bounds: PerParameter::default(),
+        standard_errors: Some(ServoParameters {
+            a: servo.standard_error(IdentifiedServo::A),
+            b: servo.standard_error(IdentifiedServo::B),
+            coulomb: servo.standard_error(IdentifiedServo::COULOMB),
+            load: servo.standard_error(IdentifiedServo::LOAD),
+        }),
     }
 }
 
@@ -33,6 +60,7 @@ pub(crate) fn begin_with(known: &Estimates, identifier: &mut IdentifierSettings)
         coulomb,
         load,
         at_bounds,
+        ..
     } = known;
     let initial = &mut identifier.initial;
     for (place, value, at_bound) in [
@@ -78,6 +106,34 @@ pub(crate) fn not_allowed(error: IdentifierError) -> NotAllowed {
     }
 }
 
+/// What a commissioning is refused for as a message.
+pub(crate) fn not_commissioned(error: &CommissionError) -> NotAllowed {
+    match *error {
+        CommissionError::OutOfRange {
+            setting,
+            value,
+            needed,
+        } => {
+            let within = if needed < value {
+                (f64::NEG_INFINITY, needed)
+            } else {
+                (needed, f64::INFINITY)
+            };
+            out_of_range(setting, value, within)
+        }
+        CommissionError::TravelTooSmall { travel, needed } => {
+            too_small("travel", travel, needed, "encoder's counts")
+        }
+        CommissionError::SpeedTooSmall { speed, needed } => {
+            too_small("speed", speed, needed, "encoder's counts")
+        }
+        CommissionError::TooFast { bandwidth, most } => {
+            out_of_range("bandwidth", bandwidth, (0.0, most))
+        }
+        _ => refusal("commission", Why::NotHere),
+    }
+}
+
 /// A setting out of its range as a message.
 pub(crate) fn out_of_range(name: &str, given: f64, (least, most): (f64, f64)) -> NotAllowed {
     refusal(name, Why::OutOfRange { given, least, most })
@@ -94,6 +150,16 @@ pub(crate) fn too_small(name: &str, given: f64, least: f64, other: &str) -> NotA
             other,
         },
     )
+}
+
+/// Whether an output stage can give these limits of a command.
+pub(crate) fn within_stage([low, high]: [f64; 2], stage: &Stage) -> Result<(), NotAllowed> {
+    for (name, limit) in [("limit_high", high), ("limit_low", -low)] {
+        if limit > stage.full_scale {
+            return Err(out_of_range(name, limit, (0.0, stage.full_scale)));
+        }
+    }
+    Ok(())
 }
 
 /// Whether a sample time is a whole number of the output stage's periods.

@@ -6,6 +6,7 @@ use identifier_core::settings::ControllerSettings;
 use identifier_core::units::Units;
 
 use crate::chip::Lines;
+use crate::line_watch::LineWatch;
 use crate::parts::{out_of_range, too_small};
 use crate::reference::FARTHEST;
 use crate::time::samples;
@@ -36,9 +37,6 @@ const ROUNDING_OF_DECIMALS: f64 = 1e-9;
 /// The largest distance that is told from its opposite.
 const MOST: u32 = i32::MAX.unsigned_abs();
 
-/// The time for which a limit switch must be open, s: contacts bounce, and lines catch disturbances.
-const DEBOUNCE: f64 = 2e-3;
-
 /// The watch over one run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Protection {
@@ -47,8 +45,7 @@ pub(crate) struct Protection {
     started_at: i32,
     speed: SpeedWatch,
     stall: StallWatch,
-    switch_open: u32,
-    switch_open_most: u32,
+    lines: LineWatch,
     late_most: u32,
     late: u32,
 }
@@ -175,8 +172,7 @@ impl Protection {
                 from: 0,
                 at_rest: 0.0,
             },
-            switch_open: 0,
-            switch_open_most: samples(DEBOUNCE, units),
+            lines: LineWatch::new(units),
             late_most: u32::from(given.overruns),
             late: 0,
         })
@@ -192,19 +188,7 @@ impl Protection {
     /// Looks at the lines, before the servo is moved.
     #[inline]
     pub(crate) fn check_lines(&mut self, lines: Lines) -> Result<(), Fault> {
-        if !lines.amplifier {
-            return Err(Fault::AmplifierFault);
-        }
-        if lines.low_switch && lines.high_switch {
-            self.switch_open = 0;
-            return Ok(());
-        }
-        self.switch_open += 1;
-        if self.switch_open >= self.switch_open_most {
-            Err(Fault::LimitSwitch)
-        } else {
-            Ok(())
-        }
+        self.lines.check(lines)
     }
 
     /// Looks at a sample that ended at a count.

@@ -1,6 +1,7 @@
 //! One run of a loop: its samples from start to end.
 
 use drive_link::{Ended, Fault, NotAllowed, Settings};
+use identifier_core::ControllerSettings;
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::error::OutOfRange;
@@ -22,11 +23,11 @@ const SAMPLE_TIMES: (f64, f64) = (5e-5, 1e-3);
 
 /// How long the background may not be seen to go round, while the servo is driven, before the watchdog
 /// is left to reset the chip, s.
-const DRIVEN_PATIENCE: f64 = 0.1;
+pub(crate) const DRIVEN_PATIENCE: f64 = 0.1;
 
 /// A loop that is ready to be closed, with its reference and its watch.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Run {
+pub(crate) struct Run {
     closed_loop: ClosedLoop,
     reference: Reference,
     protection: Protection,
@@ -43,21 +44,11 @@ impl Run {
     /// The setting that is not allowed.
     pub(crate) fn new(settings: &Settings, stage: &Stage) -> Result<Self, NotAllowed> {
         let core = &settings.closed_loop.core;
-        let within @ (least, most) = SAMPLE_TIMES;
-        let given = core.sample_time;
-        if !(least..=most).contains(&given) {
-            return Err(parts::out_of_range("sample_time", given, within));
-        }
-        parts::whole_periods(given, stage.period)?;
+        check_sample_time(core.sample_time, stage)?;
         let controller = core.own_controller().map_err(parts::not_allowed)?;
         let range = |error: OutOfRange| parts::not_allowed(error.into());
         controller.command_limit().map_err(range)?;
-        let [low, high] = controller.limit;
-        for (name, limit) in [("limit_high", high), ("limit_low", -low)] {
-            if limit > stage.full_scale {
-                return Err(parts::out_of_range(name, limit, (0.0, stage.full_scale)));
-            }
-        }
+        parts::within_stage(controller.limit, stage)?;
         let units = core.units().map_err(range)?;
         Ok(Self {
             // What contradicts costs nothing to find; the certificate of a box does.
@@ -70,6 +61,24 @@ impl Run {
             count: 0,
             started_at: 0,
         })
+    }
+
+    /// Whether a run could be had of these settings, and of those without a controller, which wait for
+    /// a commissioning, with one that gives nothing.
+    ///
+    /// # Errors
+    /// The setting that is not allowed.
+    pub(crate) fn check(settings: &Settings, stage: &Stage) -> Result<(), NotAllowed> {
+        let core = &settings.closed_loop.core;
+        if core.controller.is_some() {
+            return Self::new(settings, stage).map(|_| ());
+        }
+        check_sample_time(core.sample_time, stage)?;
+        let range = |error: OutOfRange| parts::not_allowed(error.into());
+        let units = core.units().map_err(range)?;
+        Reference::new(settings, &units).map_err(range)?;
+        let none = ControllerSettings::pid(0.0, 0.0, 0.0).limited(stage.full_scale);
+        Protection::new(settings, &none, &units).map(|_| ())
     }
 
     /// From where the servo stands. Not inlined, to be seen in the machine code.
@@ -179,6 +188,14 @@ impl Run {
         *sample = sample.wrapping_add(1);
         Ok(done)
     }
+}
+
+fn check_sample_time(given: f64, stage: &Stage) -> Result<(), NotAllowed> {
+    let within @ (least, most) = SAMPLE_TIMES;
+    if !(least..=most).contains(&given) {
+        return Err(parts::out_of_range("sample_time", given, within));
+    }
+    parts::whole_periods(given, stage.period)
 }
 
 /// What watches over every step of a run.

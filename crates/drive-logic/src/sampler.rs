@@ -1,6 +1,7 @@
 //! The interrupt's half: one call a sample, and nothing in it waits.
 
 use drive_link::{Ended, Fault};
+use identifier_core::commission::StopReason;
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::identifier::Seen;
@@ -8,7 +9,8 @@ use identifier_core::identifier::Seen;
 use crate::background_alive::Patience;
 use crate::channel::InterruptEnd;
 use crate::chip::{Chip, Lines};
-use crate::messages::{Counts, Event, Order, Standing};
+use crate::commissioning::{Commissioning, Course};
+use crate::messages::{Counts, Event, Order, Returned, Standing};
 use crate::run::Run;
 use crate::watch::Watch;
 
@@ -17,16 +19,19 @@ use crate::watch::Watch;
 pub struct Sampler<'a> {
     channel: InterruptEnd<'a>,
     run: Option<&'static mut Run>,
+    commissioning: Option<&'static mut Commissioning>,
     fault: Option<Fault>,
     ended: Option<Ended>,
-    /// A run on its way back.
-    returned: Option<&'static mut Run>,
+    /// What is on its way back.
+    returned: Option<Returned>,
     /// How often was asked when there was nothing left to obey.
     asked: u32,
     /// How often the host had been heard then.
     heard: u32,
     /// The stops that were obeyed.
     stops: u32,
+    /// How often another mode had been asked for then.
+    mode_changes: u32,
     /// How things stand has changed and has found no room yet.
     untold: bool,
     watch: Watch,
@@ -42,8 +47,10 @@ impl<'a> Sampler<'a> {
             asked: channel.times_asked().wrapping_sub(1),
             heard: channel.times_heard(),
             stops: channel.stops(),
+            mode_changes: channel.mode_changes(),
             channel,
             run: None,
+            commissioning: None,
             fault: found_at_boot.err(),
             ended: None,
             returned: None,
@@ -63,7 +70,7 @@ impl<'a> Sampler<'a> {
             self.obey(lines, sensor, output);
         }
         let Some(run) = &mut self.run else {
-            return self.rest(chip);
+            return self.without_a_run(lines, chip);
         };
         let (sensor, output) = chip.servo();
         match run.step(lines, sensor, output) {
@@ -87,6 +94,47 @@ impl<'a> Sampler<'a> {
         if run.has_background(&self.channel) {
             chip.feed_watchdog();
         }
+    }
+
+    /// A sample of a servo that is commissioned, or let go.
+    #[cold]
+    #[inline(never)]
+    fn without_a_run<C: Chip>(&mut self, lines: Lines, chip: &mut C) {
+        let Some(commissioning) = &mut self.commissioning else {
+            return self.rest(chip);
+        };
+        let (sensor, output) = chip.servo();
+        match commissioning.step(lines, sensor, output, &mut self.channel) {
+            Course::On => {}
+            Course::NextPhase => self.tell_anew(),
+            Course::Over => return self.end_commissioning(output),
+        }
+        let Some(commissioning) = &mut self.commissioning else {
+            return;
+        };
+        if self.watch.is_due() {
+            let moved = Event::Moved(commissioning.moved());
+            if self.channel.tell(moved).is_err() {
+                self.counts.dropped = self.counts.dropped.saturating_add(1);
+            }
+        }
+        let in_time = !chip.next_is_due();
+        commissioning.ended(in_time);
+        if !in_time {
+            self.counts.overruns = self.counts.overruns.saturating_add(1);
+        }
+        if commissioning.has_background(&self.channel) {
+            chip.feed_watchdog();
+        }
+    }
+
+    fn end_commissioning<A: Actuator<f32>>(&mut self, actuator: &mut A) {
+        let _ = actuator.release();
+        if let Some(commissioning) = self.commissioning.take() {
+            self.fault = commissioning.fault().or(self.fault);
+            self.returned = Some(Returned::Commissioning(commissioning));
+        }
+        self.tell_anew();
     }
 
     /// A sample of a servo that is let go.
@@ -120,11 +168,27 @@ impl<'a> Sampler<'a> {
             if let Some(run) = &mut self.run {
                 run.heard();
             }
+            if let Some(commissioning) = &mut self.commissioning {
+                commissioning.heard();
+            }
+        }
+        let mode_changes = self.channel.mode_changes();
+        if mode_changes != self.mode_changes {
+            self.mode_changes = mode_changes;
+            if let Some(commissioning) = &mut self.commissioning {
+                commissioning.end(StopReason::ModeChanged);
+            }
         }
         let stops = self.channel.stops();
         if stops != self.stops {
             self.stops = stops;
-            self.end(Ended::Stopped, actuator);
+            if let Some(commissioning) = &mut self.commissioning {
+                // It ends with this sample.
+                commissioning.let_go(StopReason::Stopped);
+                let _ = actuator.release();
+            } else {
+                self.end(Ended::Stopped, actuator);
+            }
         }
         if self.untold {
             self.tell();
@@ -147,13 +211,10 @@ impl<'a> Sampler<'a> {
     ) {
         match order {
             // A stop has overtaken it; a fault that struck while it was on its way stands.
-            Err(Order::Run(run)) => self.give_back(run),
-            Ok(Order::Run(run)) if self.fault.is_some() => self.give_back(run),
+            Err(Order::Run(run)) => self.give_back(Returned::Run(run)),
+            Ok(Order::Run(run)) if self.fault.is_some() => self.give_back(Returned::Run(run)),
             Ok(Order::Run(run)) => {
-                let stands = lines
-                    .before_motion()
-                    .and_then(|()| sensor.count().map_err(|_| Fault::EncoderFailed));
-                match stands {
+                match stands(lines, sensor) {
                     Ok(count) => {
                         self.counts.start();
                         // Of a run before.
@@ -162,8 +223,30 @@ impl<'a> Sampler<'a> {
                         self.run = Some(run);
                     }
                     Err(fault) => {
-                        self.returned = Some(run);
+                        self.returned = Some(Returned::Run(run));
                         self.end(Ended::Faulted(fault), actuator);
+                    }
+                }
+            }
+            Err(Order::Commission(commissioning)) => {
+                commissioning.end(StopReason::Stopped);
+                self.give_back(Returned::Commissioning(commissioning));
+            }
+            Ok(Order::Commission(commissioning)) => {
+                let stands = self.fault.map_or_else(|| stands(lines, sensor), Err);
+                match stands {
+                    Ok(count) => {
+                        self.counts.start();
+                        // Of a commissioning before.
+                        while self.channel.answer().is_some() {}
+                        commissioning.start(count, &self.channel);
+                        self.commissioning = Some(commissioning);
+                        self.tell_anew();
+                    }
+                    Err(fault) => {
+                        commissioning.refuse(fault);
+                        self.commissioning = Some(commissioning);
+                        self.end_commissioning(actuator);
                     }
                 }
             }
@@ -186,14 +269,12 @@ impl<'a> Sampler<'a> {
         if !stays && self.fault.is_some() {
             self.fault = lines.before_motion().err();
         }
-        self.untold = true;
-        self.tell();
+        self.tell_anew();
     }
 
-    fn give_back(&mut self, run: &'static mut Run) {
-        self.returned = Some(run);
-        self.untold = true;
-        self.tell();
+    fn give_back(&mut self, returned: Returned) {
+        self.returned = Some(returned);
+        self.tell_anew();
     }
 
     /// Lets the servo go. Not inlined, to be seen in the machine code.
@@ -205,9 +286,14 @@ impl<'a> Sampler<'a> {
             self.fault = Some(fault);
         }
         if let Some(run) = self.run.take() {
-            self.returned = Some(run);
+            self.returned = Some(Returned::Run(run));
             self.ended = Some(ended);
         }
+        self.tell_anew();
+    }
+
+    #[cold]
+    fn tell_anew(&mut self) {
         self.untold = true;
         self.tell();
     }
@@ -218,6 +304,10 @@ impl<'a> Sampler<'a> {
             fault: self.fault,
             ended: self.ended,
             returned: self.returned.take(),
+            phase: self
+                .commissioning
+                .as_ref()
+                .map(|under_way| under_way.moved().phase),
             stops: self.stops,
             counts: self.counts,
         };
@@ -227,7 +317,7 @@ impl<'a> Sampler<'a> {
                 self.returned = standing.returned;
                 self.come_back();
             }
-            Err(Event::Shown(_)) => {}
+            Err(Event::Shown(_) | Event::Moved(_)) => {}
         }
     }
 
@@ -235,6 +325,12 @@ impl<'a> Sampler<'a> {
     fn come_back(&mut self) {
         self.asked = self.channel.times_asked().wrapping_sub(1);
     }
+}
+
+/// Where the servo stands, unless something keeps it from being moved.
+fn stands<S: PositionSensor>(lines: Lines, sensor: &mut S) -> Result<i32, Fault> {
+    lines.before_motion()?;
+    sensor.count().map_err(|_| Fault::EncoderFailed)
 }
 
 /// Tells a sample, if there is room for it. Not inlined, to be seen in the machine code.

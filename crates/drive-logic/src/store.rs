@@ -37,6 +37,10 @@ const SLOT: usize = 1024;
 /// Bytes before the contents.
 const HEAD: usize = 16;
 
+/// Bytes of the longest contents.
+#[cfg(test)]
+pub(crate) const LONGEST_RECORD: usize = SLOT - HEAD;
+
 /// The areas.
 const AREAS: u32 = 2;
 

@@ -4,7 +4,8 @@
 //! platform's mathematics, so one run gives the same bits wherever it runs.
 //!
 //! [`Plant`] is the servo that the identifiers' model describes, in closed form. [`Servo`] has in
-//! addition what real servos have, each of its [`Effects`] optional; without any it is a [`Plant`].
+//! addition what real servos have, each of its [`Effects`] optional; without any it is a [`Plant`]. What
+//! can go wrong with it while it runs is in [`faults`].
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
@@ -12,6 +13,7 @@
 mod effects;
 mod encoder;
 mod equation;
+pub mod faults;
 mod friction;
 mod front_end;
 mod integrator;

@@ -113,6 +113,12 @@ impl Motion {
         acting.excess = acting.at(held.time) - acting.target;
     }
 
+    /// From the next sample on this load and this Coulomb friction act, rad/s².
+    pub(crate) fn disturb(&mut self, load: f64, coulomb: f64) {
+        self.at_first.load = load;
+        self.at_first.friction.coulomb = coulomb;
+    }
+
     /// Of the motor, rad.
     pub(crate) fn position(&self) -> f64 {
         self.state[0]

@@ -148,6 +148,12 @@ impl Plant {
         }
     }
 
+    /// From now on this load and this Coulomb friction act, rad/s².
+    pub(crate) fn disturb(&mut self, load: f64, coulomb: f64) {
+        self.load = load;
+        self.coulomb = coulomb;
+    }
+
     /// The time of one step, s.
     #[must_use]
     pub fn sample_time(&self) -> f64 {

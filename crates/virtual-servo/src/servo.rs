@@ -14,6 +14,8 @@ pub struct Servo {
     mechanics: Mechanics,
     play: Option<Play>,
     sample_time: f64,
+    /// Its load and Coulomb friction when nothing disturbs it, rad/s².
+    undisturbed: [f64; 2],
 }
 
 /// How its motion is computed.
@@ -51,7 +53,18 @@ impl Servo {
             mechanics,
             play: (effects.backlash > 0.0).then(|| Play::new(effects.backlash)),
             sample_time,
+            undisturbed: [parameters.load, parameters.coulomb],
         })
+    }
+
+    /// From the next sample on it has this load and this Coulomb friction in addition to its own, rad/s².
+    pub fn disturb(&mut self, load: f64, coulomb: f64) {
+        let [own_load, own_coulomb] = self.undisturbed;
+        let (load, coulomb) = (own_load + load, own_coulomb + coulomb);
+        match &mut self.mechanics {
+            Mechanics::ClosedForm(plant) => plant.disturb(load, coulomb),
+            Mechanics::Integrated(motion) => motion.disturb(load, coulomb),
+        }
     }
 
     /// Moves one sample, at whose beginning this command is given.

@@ -6,7 +6,7 @@ use core::convert::Infallible;
 
 use cortex_m_rt::entry;
 use drive_link::{Command, Line, Request, frame};
-use drive_logic::{Channel, Chip, Conversation, Lines, Run, Sampler, Supervisor};
+use drive_logic::{Channel, Chip, Conversation, Lines, Memory, Sampler, Supervisor};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
@@ -25,10 +25,10 @@ fn main() -> ! {
 /// with news.
 fn count(instructions: &Instructions) -> Option<()> {
     let channel = cortex_m::singleton!(: Channel = Channel::new())?;
-    let run = cortex_m::singleton!(: Option<Run> = None)?;
+    let memory = cortex_m::singleton!(: Memory = Memory::new())?;
     let (back, interrupt) = channel.split();
     let built_in = settings::built_in();
-    let supervisor = Supervisor::new(back, run, (NoFlash, 0), &built_in, STAGE, Ok(()));
+    let supervisor = Supervisor::new(back, memory, (NoFlash, 0), &built_in, STAGE, Ok(()));
     let mut background = Background {
         instructions,
         supervisor,

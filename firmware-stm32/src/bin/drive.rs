@@ -9,7 +9,7 @@
 use cortex_m_rt::{ExceptionFrame, entry, exception};
 use drive_chip::{Mmio, interrupts, sample_timer};
 use drive_link::State;
-use drive_logic::{Channel, Chip, Conversation, Lines, Run, Sampler, Supervisor, self_test};
+use drive_logic::{Channel, Chip, Conversation, Lines, Memory, Sampler, Supervisor, self_test};
 use firmware_stm32::board::{self, Encoder, Inputs, Output, Port, SampleTimer, Watchdog, Wired};
 use firmware_stm32::hand_off::HandOff;
 use firmware_stm32::settings;
@@ -108,8 +108,8 @@ unsafe fn NonMaskableInt() {
 
 #[entry]
 fn main() -> ! {
-    if let Some((wired, channel, run)) = parts() {
-        background(wired, channel, run);
+    if let Some((wired, channel, memory)) = parts() {
+        background(wired, channel, memory);
     }
     // Only a second start without a reset ends here.
     loop {
@@ -117,15 +117,15 @@ fn main() -> ! {
     }
 }
 
-fn parts() -> Option<(Wired, &'static mut Channel, &'static mut Option<Run>)> {
+fn parts() -> Option<(Wired, &'static mut Channel, &'static mut Memory)> {
     Some((
         board::wire()?,
         cortex_m::singleton!(: Channel = Channel::new())?,
-        cortex_m::singleton!(: Option<Run> = None)?,
+        cortex_m::singleton!(: Memory = Memory::new())?,
     ))
 }
 
-fn background(wired: Wired, channel: &'static mut Channel, run: &'static mut Option<Run>) {
+fn background(wired: Wired, channel: &'static mut Channel, memory: &'static mut Memory) {
     let Wired {
         encoder,
         output,
@@ -140,7 +140,7 @@ fn background(wired: Wired, channel: &'static mut Channel, run: &'static mut Opt
     let found = self_test().and(found);
     let (back, interrupt) = channel.split();
     let built_in = settings::built_in();
-    let mut supervisor = Supervisor::new(back, run, (flash, 0), &built_in, board::STAGE, found);
+    let mut supervisor = Supervisor::new(back, memory, (flash, 0), &built_in, board::STAGE, found);
     watchdog.start();
     CONTROL.give(Control {
         sampler: Sampler::new(interrupt, found),

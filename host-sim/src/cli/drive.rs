@@ -8,6 +8,8 @@ use drive_link::{
     Command, Ended, Estimates, PROTOCOL, Refusal, Report, Settings, Snapshot, State, Status,
 };
 
+use identifier_core::model::ServoParameters;
+
 use super::fault::Fault;
 use super::files::{Files, Output};
 use super::interruption;
@@ -277,7 +279,7 @@ fn seen(report: &Report) -> Option<Seen> {
         Report::Snapshot(snapshot) => Some(Seen::Sample(*snapshot)),
         Report::Fault(fault) => Some(Seen::Fault(*fault)),
         Report::Status { status, .. } => Some(match status.state {
-            State::Running => Seen::Running,
+            State::Running | State::Commissioning => Seen::Running,
             State::Released => Seen::Ended,
             State::Faulted(fault) => Seen::Fault(fault),
         }),
@@ -439,14 +441,22 @@ fn found(estimates: &Estimates) -> String {
         coulomb,
         load,
         at_bounds,
+        standard_errors,
     } = estimates;
-    let at = |bound: bool| if bound { " (at a bound)" } else { "" };
+    let told = |bound: bool, error: fn(&ServoParameters) -> f64, digits: usize| match (
+        bound,
+        standard_errors,
+    ) {
+        (true, _) => " (at a bound)".to_owned(),
+        (false, Some(errors)) => format!(" ± {:.digits$}", error(errors)),
+        (false, None) => String::new(),
+    };
     format!(
-        "a {a:.4} 1/s{}, b {b:.3} rad/s²/u{}, coulomb {coulomb:.3} rad/s²{}, load {load:.3} rad/s²{}",
-        at(at_bounds.a),
-        at(at_bounds.b),
-        at(at_bounds.coulomb),
-        at(at_bounds.load)
+        "a {a:.4}{} 1/s, b {b:.3}{} rad/s²/u, coulomb {coulomb:.3}{} rad/s², load {load:.3}{} rad/s²",
+        told(at_bounds.a, |errors| errors.a, 4),
+        told(at_bounds.b, |errors| errors.b, 3),
+        told(at_bounds.coulomb, |errors| errors.coulomb, 3),
+        told(at_bounds.load, |errors| errors.load, 3)
     )
 }
 
@@ -454,6 +464,7 @@ fn show(status: &Status, settings: &Settings) -> Result<(), Fault> {
     match status.state {
         State::Released => say!("released: the servo is let go")?,
         State::Running => say!("running: the loop is closed")?,
+        State::Commissioning => say!("commissioning: it moves on its own")?,
         State::Faulted(fault) => say!("{fault}")?,
     }
     match &status.estimates {
@@ -465,6 +476,12 @@ fn show(status: &Status, settings: &Settings) -> Result<(), Fault> {
     }
     if let Some(ended) = &status.ended {
         say!("{ended}")?;
+    }
+    if let Some(gains) = &status.gains {
+        say!("gains: {gains}")?;
+    }
+    if let Some(commissioning) = &status.commissioning {
+        say!("commissioning: {commissioning}")?;
     }
     let noticed = &status.noticed;
     say!(

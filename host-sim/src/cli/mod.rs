@@ -1,5 +1,6 @@
 //! The command line: one verb, one file, and beside them what all verbs write with.
 
+mod commission;
 mod compare;
 mod drift;
 mod drive;
@@ -42,6 +43,8 @@ enum Verb {
     Run(run::Arguments),
     /// Identify from a recorded log with a declared controller.
     Replay(replay::Arguments),
+    /// Commission the simulated drive: wiggle, identify, verify, tune, try, then apply or roll back.
+    Commission(commission::Arguments),
     /// Run every method on the same servo, in cases that each break one assumption.
     Compare(compare::Arguments),
     /// Run one experiment in every number format, side by side on the same measurements.
@@ -85,6 +88,7 @@ impl Arguments {
             Verb::Paper(arguments) => paper::run(&arguments),
             Verb::Run(arguments) => run::run(&arguments),
             Verb::Replay(arguments) => replay::run(&arguments),
+            Verb::Commission(arguments) => commission::run(&arguments),
             Verb::Compare(arguments) => compare::run(&arguments),
             Verb::Drift(arguments) => drift::run(&arguments),
             Verb::Pil(arguments) => pil::run(&arguments),

@@ -193,9 +193,10 @@ impl Client {
         let fits = |report: &Report| match report {
             Report::Status { id: same, .. } => *same == Some(id),
             Report::Settings { id: same, .. }
+            | Report::Outcome { id: same, .. }
             | Report::Done { id: same }
             | Report::Refused { id: same, .. } => *same == id,
-            Report::Snapshot(_) | Report::Fault(_) => false,
+            Report::Snapshot(_) | Report::Progress(_) | Report::Fault(_) => false,
         };
         self.spoke = Instant::now();
         match self.port.ask(&Request { id, command }, fits)? {

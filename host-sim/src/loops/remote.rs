@@ -90,7 +90,7 @@ impl SimLoop for RemoteLoop<'_> {
                 coulomb: estimates.coulomb,
                 load: estimates.load,
             },
-            standard_errors: None,
+            standard_errors: estimates.standard_errors,
             at_bounds: estimates.at_bounds,
         })
     }

@@ -3,6 +3,7 @@
 use identifier_core::error::Allowed;
 use identifier_core::unknowns::Term;
 
+use super::commission;
 use super::error::Fault;
 use super::law::{Closing, Law};
 use super::log;
@@ -23,6 +24,9 @@ pub(super) fn complete(
 ) -> Result<Scenario, Fault> {
     let unit = |counts| std::f64::consts::TAU / counts;
     scenario.stated.resolution = scenario.counts_per_rev.map_or(IDEAL_UNIT, unit);
+    if purpose == Purpose::Commission {
+        commission::adopt_sample_time(&mut scenario)?;
+    }
     scenario.checked_units()?;
     let sample_time = scenario.sample_time();
     Allowed::Within(sample_time, MOST_SAMPLES * sample_time)
@@ -44,6 +48,11 @@ pub(super) fn complete(
             scenario.servo()?;
             lasting(&scenario)?;
             let scenario = scenario.in_own_loop();
+            build(&scenario)?;
+            Ok(scenario)
+        }
+        Purpose::Commission => {
+            scenario.servo()?;
             build(&scenario)?;
             Ok(scenario)
         }

@@ -52,6 +52,10 @@ pub(super) enum Holds {
     Choice(&'static [Choice]),
     /// The limit of the command: a number, or lowest and highest.
     Limit(Set<[f64; 2]>),
+    /// How far to either side: a number, or lowest and highest, one of which may be zero.
+    Reach(Set<[f64; 2]>),
+    /// True or false.
+    Flag(Set<bool>),
     /// A list of parameters.
     Parameters(TrySet<Vec<Parameter>>),
     /// A list of optional terms of the model.
@@ -64,8 +68,10 @@ pub(super) enum Holds {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum When {
     Always,
-    /// In a run and in the replay of its own log, and in any replay where the table is there.
+    /// In a run and in the replay of its own log, and otherwise where the table is there.
     InRun,
+    /// Likewise, and in a commissioning too.
+    Simulated,
     /// Only where the table is there.
     Stated,
 }
@@ -195,6 +201,10 @@ impl Key {
             Holds::Limit(_) => {
                 unit("a number above 0, or [low, high] with low below 0 and high above 0".to_owned())
             }
+            Holds::Reach(_) => unit(
+                "a number above 0, or [low, high] with low at most 0 and high at least 0".to_owned(),
+            ),
+            Holds::Flag(_) => "true or false".to_owned(),
             Holds::Parameters(_) => {
                 "a list of \"a\", \"b\", \"coulomb\" and \"load\", each once, such as [\"a\", \"b\"]"
                     .to_owned()

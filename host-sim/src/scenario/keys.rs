@@ -19,15 +19,15 @@ use super::ExcitationSettings::{
 };
 use super::key::Absent::{Begins, First, Follows, Is, Required};
 use super::key::Holds::{
-    Choice as OneOf, Column as ColumnOf, Limit, Matrix, Number, Numbers, Pair, Pairs, Parameters,
-    Table, Terms as TermList, Two, Whole,
+    Choice as OneOf, Column as ColumnOf, Flag, Limit, Matrix, Number, Numbers, Pair, Pairs,
+    Parameters, Reach, Table, Terms as TermList, Two, Whole,
 };
 use super::key::Range::{BelowNyquist, EvenSamples, Fixed, HalfRadian, Lasting, Late, Samples};
-use super::key::When::{Always, InRun, Stated};
+use super::key::When::{Always, InRun, Simulated, Stated};
 use super::key::{Choice, Key, Range};
 use super::{
-    Arithmetic, Baseline, BaselineSettings, Column, ExcitationSettings, Law, LogSettings,
-    PositionUnit, Scenario, TimeUnit, Velocity, parts,
+    Arithmetic, Baseline, BaselineSettings, Column, CommissionOrder, ExcitationSettings, Law,
+    LogSettings, PositionUnit, Scenario, TimeUnit, Velocity, parts,
 };
 
 /// Sines that a multisine and levels that a staircase may have.
@@ -59,6 +59,7 @@ const DRIFT: Range = Fixed(Allowed::Within(
     -Effects::FASTEST_DRIFT,
     Effects::FASTEST_DRIFT,
 ));
+const ABOVE_ONE: Range = Fixed(Allowed::Above(1.0));
 const SENSOR_ERROR: Range = Fixed(Allowed::Within(0.0, SensorEffects::LARGEST));
 const TYPICAL: BaselineSettings = BaselineSettings::TYPICAL;
 
@@ -117,7 +118,7 @@ keys! {
 "plant.load_wander": Two(NOT_NEGATIVE, |s, v| s.effects.load_wander = v), Follows("none"), "rad/s² and s",
     "[standard deviation, time constant] of a load that wanders in addition, seeded by run.seed";
 
-"encoder": Table(InRun), Follows("10000 counts; in a replay of another log, its own resolution"), "", "the position sensor";
+"encoder": Table(Simulated), Follows("10000 counts; in a replay of another log, its own resolution"), "", "the position sensor";
 "encoder.counts_per_rev": Number(NOT_NEGATIVE, |s, v| s.counts_per_rev = (v > 0.0).then_some(v)), Is(10_000.0), "",
     "counts of a revolution after fourfold evaluation; 0 is an ideal sensor, in a replay the log's own resolution";
 "encoder.noise": Number(SENSOR_ERROR, |s, v| s.sensor.noise = v), Is(0.0), "rad",
@@ -288,6 +289,34 @@ keys! {
 "compare.counts_per_rev": Number(POSITIVE, |s, v| s.compare.counts_per_rev = v), Is(2000.0), "", "the coarse encoder";
 "compare.limit": Number(POSITIVE, |s, v| s.compare.limit = Some(v)), Follows("a ninth of kp"), "command units",
     "the amplifier that saturates";
+
+"commission": Table(Stated), Follows("required for a commissioning"), "",
+    "what a commissioning may do with the axis, and what it is asked for";
+"commission.travel": Reach(|s, v| order(s).travel = v), Required("0.5"), "rad",
+    "how far the servo may go from where it stands";
+"commission.speed": Number(POSITIVE, |s, v| order(s).speed = v), Required("20.0"), "rad/s", "the largest speed";
+"commission.command": Limit(|s, v| order(s).command = Some(v)), Follows("amplifier.limit; required without it"), "command units",
+    "the largest command, at most amplifier.limit";
+"commission.duration": Number(POSITIVE, |s, v| order(s).duration = v), Is(CommissionOrder::DURATION), "s",
+    "the longest time that a motion may take";
+"commission.one_way": Flag(|s, v| order(s).one_way = v), Follows("false"), "",
+    "whether the servo may only move one way, the one in which there is travel";
+"commission.response_time": Number(POSITIVE, |s, v| order(s).response_time = Some(v)), Follows("none"), "s",
+    "goal: the time from 10 to 90 % of a step of the reference";
+"commission.bandwidth": Number(POSITIVE, |s, v| order(s).bandwidth = Some(v)), Follows("none"), "rad/s",
+    "goal: the magnitude of the loop's double pole";
+"commission.stiffest": Flag(|s, v| order(s).stiffest = Some(v)), Follows("true without response_time and bandwidth"), "",
+    "goal: as stiff as this servo bears";
+"commission.max_sensitivity": Number(ABOVE_ONE, |s, v| order(s).most_sensitivity = v), Is(CommissionOrder::MOST_SENSITIVITY), "",
+    "the largest sensitivity that the loop may have, its smallest distance from instability being 1/max_sensitivity";
+"commission.trial_step": Number(POSITIVE, |s, v| order(s).trial_step = Some(v)), Follows("half of the travel that there is"), "rad",
+    "the step of the reference in the trial";
+"commission.most_gain": Number(POSITIVE, |s, v| order(s).most_gain = Some(v)), Follows("the highest b of identifier.plant_box; without it nothing is known"),
+    "rad/s² per command unit", "the largest b that the servo may have: the first motion is planned for it";
+"commission.command_delay": Number(NOT_NEGATIVE, |s, v| order(s).command_delay = Some(v)), Follows("amplifier.delay"), "s",
+    "from the reading of the encoder to the change of the output, as far as it is known; the rest is identified";
+"commission.sample_time": Number(SAMPLE_TIME, |s, v| order(s).sample_time = Some(v)), Follows("controller.sample_time"), "s",
+    "time from one sample to the next, for a scenario without [controller]";
 
 "log": Table(Stated), Follows("the columns of the tool's own traces"), "", "the columns of a log to replay, by name or by number from 1";
 "log.time": ColumnOf(|s, v| log(s).time = Some(v)), Follows("none: the rows are the samples, and log.sample_time says how long one lasts"), "in time_unit",
@@ -528,6 +557,13 @@ fn rival(s: &mut Scenario, set: impl FnOnce(&mut BaselineSettings)) {
     if let Law::Baseline(_, own) = &mut s.identifier.law {
         set(own);
     }
+}
+
+/// The limit of the amplifier stands before it in the table.
+fn order(s: &mut Scenario) -> &mut CommissionOrder {
+    let amplifier = s.stated.controller.map(|controller| controller.limit);
+    s.commission
+        .get_or_insert_with(|| CommissionOrder::behind(amplifier))
 }
 
 fn log(s: &mut Scenario) -> &mut LogSettings {

@@ -6,6 +6,7 @@
 
 mod baselines;
 mod check;
+mod commission;
 pub(crate) mod dispatch;
 mod error;
 mod key;
@@ -21,6 +22,7 @@ mod set;
 mod source;
 mod stability;
 
+pub use commission::CommissionOrder;
 pub use error::{Fault, ScenarioError};
 pub use key::Key;
 pub(crate) use keys::MOST_COLUMNS;
@@ -71,6 +73,8 @@ pub struct Scenario {
     pub log: Option<LogSettings>,
     /// What the cases of a comparison are made of.
     pub compare: CompareSettings,
+    /// What a commissioning may do and is asked for; a commissioning needs it.
+    pub commission: Option<CommissionOrder>,
 }
 
 /// What the cases of a comparison are made of, SI; none for what follows from the servo.
@@ -93,6 +97,9 @@ pub enum Purpose {
     Run,
     /// The replay of a log: it needs the log's columns.
     Replay,
+    /// A simulated commissioning: it needs a plant and what it may do; a controller is one that runs
+    /// already.
+    Commission,
 }
 
 /// The velocity estimates.
@@ -254,6 +261,7 @@ impl Scenario {
                 counts_per_rev: 0.0,
                 limit: None,
             },
+            commission: None,
         }
     }
 

@@ -99,6 +99,8 @@ impl Reading<'_, '_> {
             Holds::Column(set) => set(scenario, column(key, value)?),
             Holds::Choice(choices) => self.choose(key, chosen(key, value, choices)?, choices),
             Holds::Limit(set) => set(scenario, limit(key, value)?),
+            Holds::Reach(set) => set(scenario, reach(key, value)?),
+            Holds::Flag(set) => set(scenario, flag(key, value)?),
             Holds::Terms(set) => set(scenario, terms(key, value)?),
             Holds::Parameters(set) => set(scenario, parameters(key, value)?).map_err(fault)?,
             Holds::Matrix(set) => set(scenario, matrix(key, value)?).map_err(fault)?,
@@ -120,8 +122,10 @@ impl Reading<'_, '_> {
             (_, Holds::Table(when)) => {
                 let holds = match when {
                     When::Always => true,
+                    When::Simulated if self.purpose == Purpose::Commission => true,
+                    When::InRun if self.purpose == Purpose::Commission => false,
                     // A run's own log is what the run took for granted.
-                    When::InRun => {
+                    When::InRun | When::Simulated => {
                         let columns = self.source.value("log");
                         self.purpose == Purpose::Run
                             || scenario.plant.is_some() && columns.is_none()
@@ -313,6 +317,26 @@ fn limit(key: &Key, value: &Value<'_>) -> Result<[f64; 2], Fault> {
     };
     let limit = limit.map_err(|error| refused(key, error))?;
     Ok([limit.low(), limit.high()])
+}
+
+fn reach(key: &Key, value: &Value<'_>) -> Result<[f64; 2], Fault> {
+    let DeValue::Array(_) = value.get_ref() else {
+        let reach = number(key, value, Allowed::Above(0.0))?;
+        return Ok([-reach, reach]);
+    };
+    let [low, high] = pair(key, value, Allowed::Finite, "[low, high]")?;
+    if low > 0.0 || high < 0.0 || low >= high {
+        let fault = format!("[{low}, {high}] does not reach from where the servo stands");
+        return Err(Fault::new(key.path, fault).at(value.span().start));
+    }
+    Ok([low, high])
+}
+
+fn flag(key: &Key, value: &Value<'_>) -> Result<bool, Fault> {
+    match value.get_ref() {
+        DeValue::Boolean(flag) => Ok(*flag),
+        _ => Err(other(key, value, "true or false")),
+    }
 }
 
 fn column(key: &Key, value: &Value<'_>) -> Result<Column, Fault> {

@@ -85,7 +85,8 @@ fn property(key: &Key) -> Value {
             let names: Vec<_> = choices.iter().map(|choice| choice.name).collect();
             json!({ "enum": names })
         }
-        Holds::Limit(_) => {
+        Holds::Flag(_) => json!({ "type": "boolean" }),
+        Holds::Limit(_) | Holds::Reach(_) => {
             let any = || json!({ "type": "number" });
             json!({ "anyOf": [{ "type": "number", "exclusiveMinimum": 0 }, pair(any())] })
         }

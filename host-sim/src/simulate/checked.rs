@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use super::Simulation;
+use crate::commission::Commissioning;
 use crate::scenario::{Fault, Purpose, Scenario, ScenarioError, fetch};
 
 impl Scenario {
@@ -20,6 +21,10 @@ impl Scenario {
     /// # Errors
     /// As [`Scenario::load`].
     pub fn parse(name: &str, text: &str, purpose: Purpose) -> Result<Self, ScenarioError> {
+        let build = match purpose {
+            Purpose::Commission => commissionable,
+            Purpose::Run | Purpose::Replay => build,
+        };
         Self::read(name, text, purpose, build)
     }
 
@@ -34,4 +39,8 @@ impl Scenario {
 
 fn build(scenario: &Scenario) -> Result<(), Fault> {
     Simulation::of(scenario).map(drop)
+}
+
+fn commissionable(scenario: &Scenario) -> Result<(), Fault> {
+    Commissioning::of(scenario).map(drop)
 }

@@ -106,13 +106,13 @@ fn boot(
 ) {
     let mut channel = Channel::new();
     let (background, interrupt) = channel.split();
-    let run = Box::leak(Box::new(None));
+    let memory = Box::leak(Box::new(drive_logic::Memory::new()));
     let stage = Stage {
         full_scale: 10.0,
         period: 5e-5,
         command_delay: 1.25e-5,
     };
-    let mut supervisor = Supervisor::new(background, run, (flash, 0), example, stage, Ok(()));
+    let mut supervisor = Supervisor::new(background, memory, (flash, 0), example, stage, Ok(()));
     let mut sampler = Sampler::new(interrupt, Ok(()));
     let mut conversation = Conversation::new();
     let mut wire = Wire::default();

@@ -69,6 +69,17 @@ impl<N: Number, const Q: usize> NormalEquations<N, Q> {
         })
     }
 
+    /// rᵀ A⁻¹ r, the variance of r times the unknowns for errors of variance one.
+    #[must_use]
+    pub fn variance(&self, row: &[N; Q]) -> N {
+        let solved = self.factor(N::ZERO, &[true; Q]).solve(row);
+        let mut sum = N::ZERO;
+        for i in 0..Q {
+            sum += row[i] * solved[i];
+        }
+        sum
+    }
+
     fn factor(&self, damping: N, free: &[bool; Q]) -> Factor<N, Q> {
         /// The least pivot of the matrix scaled to a unit diagonal.
         const LEAST_PIVOT: f64 = 1e-6;

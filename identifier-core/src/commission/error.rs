@@ -1,5 +1,7 @@
 use core::fmt;
 
+use crate::error::{Allowed, OutOfRange};
+
 /// Why a commissioning is refused before anything moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -35,6 +37,36 @@ pub enum CommissionError {
         /// The largest that would do, rad/s.
         most: f64,
     },
+}
+
+impl From<OutOfRange> for CommissionError {
+    fn from(error: OutOfRange) -> Self {
+        let OutOfRange {
+            parameter,
+            value,
+            allowed,
+        } = error;
+        let needed = match allowed {
+            Allowed::Above(bound)
+            | Allowed::AtLeast(bound)
+            | Allowed::Below(bound)
+            | Allowed::AtMost(bound)
+            | Allowed::PositiveUpTo(bound) => bound,
+            Allowed::Between(low, high) | Allowed::Within(low, high) => {
+                if value > high {
+                    high
+                } else {
+                    low
+                }
+            }
+            _ => 0.0,
+        };
+        Self::OutOfRange {
+            setting: parameter,
+            value,
+            needed,
+        }
+    }
 }
 
 impl fmt::Display for CommissionError {

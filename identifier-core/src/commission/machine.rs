@@ -1,25 +1,37 @@
+use super::gains::{HoldingGains, Loop};
+use super::holding::Holding;
+use super::state::{Activity, CommissionState};
+use super::trial::Trial;
 use super::{
-    Answer, CommissionError, CommissionSettings, Finding, IdentifiedServo, Phase, StopReason,
+    Answer, CommissionError, CommissionSettings, Finding, IdentifiedServo, LargestMotion,
+    MotionRecorder, Phase, Progress, StopReason, Wiggle, WiggleState,
 };
+use crate::measurement::velocity::{LowPass, VelocityEstimate};
 use crate::number::Number;
-use crate::settings::ControllerSettings;
-use crate::tuning::Tuning;
+use crate::plausibility::{Observation, Plausibility};
+use crate::units::Units;
 
-/// The interrupt's half of a commissioning.
+/// The interrupt's half of a commissioning: it moves the servo and watches over it, and waits for nobody.
+///
+/// A sample is [`Commission::process`]; the caller hands its [`Finding`] to the
+/// [`Study`](super::Study), has that do [`Commission::slices`] slices of work, and hands its
+/// [`Answer`] to [`Commission::accept`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Commission<N> {
+pub struct Commission<N: Number> {
     settings: CommissionSettings,
-    number: core::marker::PhantomData<N>,
-}
-
-/// Gains that hold the servo before a commissioning, and again after one that failed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct GainsBefore {
-    /// The PID.
-    pub controller: ControllerSettings,
-    /// The cut-off of its velocity estimate, rad/s.
-    pub cutoff: f64,
+    units: Units,
+    pub(super) wiggle: Wiggle<N>,
+    pub(super) plausibility: Plausibility<N>,
+    /// What tells the velocity to gains that take over.
+    velocity: LowPass<N>,
+    before: Option<Loop<N>>,
+    limit: [N; 2],
+    /// Counts a sample, at which the servo is brought to a place.
+    pace: N,
+    /// Samples of the released check, of a rest, and that the study may take.
+    released: u32,
+    rest: u32,
+    patience: u32,
 }
 
 /// What a commissioning sees in a sample.
@@ -44,100 +56,380 @@ pub struct CommissionStep<N> {
     pub finding: Option<Finding<N>>,
 }
 
-/// How far and how fast a servo can get in the motion before anything is known of it, SI.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LargestMotion {
-    /// Lowest and highest position, rad from where the servo stands.
-    pub travel: [f64; 2],
-    /// Rad/s.
-    pub speed: f64,
-}
-
-/// A commissioning under way.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CommissionState<N> {
-    phase: Phase,
-    reason: Option<StopReason>,
-    servo: Option<IdentifiedServo>,
-    tuning: Option<Tuning>,
-    number: core::marker::PhantomData<N>,
-}
-
 impl<N: Number> Commission<N> {
+    /// For how long a servo that is let go must stand, s.
+    pub const RELEASED: f64 = 0.02;
+
+    /// The counts that such a servo may move.
+    pub const STANDS_WITHIN: f64 = 3.0;
+
+    /// For how long a servo must be still to be at rest, s, and samples.
+    pub const REST: (f64, f64) = (0.02, 8.0);
+
+    /// The longest that the study may take, or a servo may need to come to rest, s.
+    pub const PATIENCE: f64 = 30.0;
+
+    /// The part of the largest speed at which a servo is brought to a place.
+    pub const PACE: f64 = 0.2;
+
+    /// The cut-off of the velocity estimate that gains take over with, ω T.
+    const CUTOFF: f64 = 0.2;
+
+    /// The longest that a slice of the study takes, s: on a Cortex-M4F at 168 MHz, beside the interrupt.
+    const SLICE: f64 = 1e-4;
+
+    /// The sizes of the second and of the third motion, as parts of the first.
+    const PARTS: [f64; 2] = [0.8, 0.6];
+
+    /// The part of the command that disturbs the servo in the trial.
+    const DISTURBANCE: f64 = 0.1;
+
     /// For an axis that stands let go, or is held by the gains before.
     ///
     /// # Errors
     /// What contradicts itself, or cannot be within the limits, with the figure that would do.
     pub fn new(
         settings: &CommissionSettings,
-        _before: Option<&GainsBefore>,
+        before: Option<&HoldingGains>,
     ) -> Result<Self, CommissionError> {
-        settings.limits.check()?;
+        let limits = &settings.limits;
+        limits.check()?;
+        settings.check()?;
+        let units = Units::new(settings.sample_time, settings.resolution)?;
+        let samples = |time: f64| time / settings.sample_time;
+        let [low, high] = limits.command;
+        let (rest, fewest) = Self::REST;
         Ok(Self {
             settings: *settings,
-            number: core::marker::PhantomData,
+            wiggle: Wiggle::new(&settings.wiggle())?,
+            plausibility: Plausibility::new(&settings.plausibility())?,
+            velocity: LowPass::new(&units, Self::CUTOFF / settings.sample_time)?,
+            before: before.map(|gains| gains.build(&units)).transpose()?,
+            limit: [N::from_f64(low), N::from_f64(high)],
+            pace: N::from_f64(Self::PACE * limits.speed * units.velocity()),
+            // Casts saturate.
+            released: samples(Self::RELEASED) as u32 + 1,
+            rest: samples(rest).max(fewest) as u32,
+            patience: samples(Self::PATIENCE) as u32,
+            units,
         })
     }
 
     /// The largest motion that there can be before anything is known of the servo.
     #[must_use]
     pub fn largest_motion(&self) -> LargestMotion {
-        LargestMotion {
-            travel: self.settings.limits.travel,
-            speed: self.settings.limits.speed,
-        }
+        self.wiggle.largest_motion()
     }
 
-    /// Begins where the servo stands. `held` is the command that holds it now.
+    /// The slices of work that the study does in each sample.
     #[must_use]
-    pub fn start(&self, _count: i32, _held: Option<N>) -> CommissionState<N> {
-        CommissionState {
-            phase: Phase::ReleasedCheck,
-            reason: None,
-            servo: None,
-            tuning: None,
-            number: core::marker::PhantomData,
-        }
+    pub fn slices(&self) -> u32 {
+        ((self.settings.sample_time / Self::SLICE) as u32).clamp(1, 32)
+    }
+
+    /// Begins where the servo stands. `held` is the command that the gains before hold it with now.
+    #[must_use]
+    pub fn start(&self, count: i32, held: Option<N>) -> CommissionState<N> {
+        let command = held.unwrap_or(N::ZERO);
+        let activity = match self.before {
+            Some(before) => Activity::Holding(self.held_by(before, N::ZERO, N::ZERO, command)),
+            None => Activity::Free,
+        };
+        let recorder = MotionRecorder::new(&self.settings.fit());
+        CommissionState::begun(
+            count,
+            command,
+            activity,
+            self.plausibility.start(),
+            recorder,
+        )
     }
 
     /// One sample. After an end it goes on holding the servo, with the new gains or those before, or
     /// keeps it let go.
     pub fn process(&self, state: &mut CommissionState<N>, seen: &Seen) -> CommissionStep<N> {
-        state.phase = Phase::Aborted;
-        state.reason = seen.stop.or(Some(StopReason::DoesNotMove));
+        let increment = state.follow(seen.count);
+        state.velocity_now = self
+            .velocity
+            .process(&mut state.velocity, increment.unwrap_or(N::ZERO));
+        if !state.phase.is_end()
+            && let Err(reason) = self.watched(state, seen, increment)
+        {
+            self.end(state, reason);
+        }
+        let command = match increment {
+            Some(increment) => self.act(state, increment).unwrap_or_else(|reason| {
+                self.end(state, reason);
+                self.act(state, N::ZERO).unwrap_or(None)
+            }),
+            // A reading that is missing alone is bridged.
+            None if !state.phase.is_end() => Some(state.command),
+            None => None,
+        };
+        state.command = command.unwrap_or(N::ZERO);
+        state.record(increment.unwrap_or(N::ZERO));
         CommissionStep {
-            command: None,
+            command,
             phase: state.phase,
-            finding: None,
+            finding: state.finding(),
         }
     }
 
     /// Takes an answer of the study.
-    pub fn accept(&self, _state: &mut CommissionState<N>, _answer: &Answer) {}
-}
-
-impl<N: Number> CommissionState<N> {
-    /// Where it stands.
-    #[must_use]
-    pub fn phase(&self) -> Phase {
-        self.phase
+    pub fn accept(&self, state: &mut CommissionState<N>, answer: &Answer) {
+        if state.phase.is_end() {
+            return;
+        }
+        state.answer = Some(*answer);
     }
 
-    /// Why it ended without new gains, if it did.
-    #[must_use]
-    pub fn reason(&self) -> Option<StopReason> {
-        self.reason
+    fn watched(
+        &self,
+        state: &mut CommissionState<N>,
+        seen: &Seen,
+        increment: Option<N>,
+    ) -> Result<(), StopReason> {
+        if let Some(reason) = seen.stop {
+            return Err(reason);
+        }
+        let observation = Observation {
+            increment,
+            command: state.command,
+            position: state.position,
+            setpoint: state.activity.setpoint(),
+            late: seen.late,
+            must_move: false,
+        };
+        self.plausibility.process(&mut state.watch, &observation)
     }
 
-    /// The servo, as far as it is known.
-    #[must_use]
-    pub fn servo(&self) -> Option<&IdentifiedServo> {
-        self.servo.as_ref()
+    /// What the activity of a sample commands; none to let the servo go.
+    fn act(&self, state: &mut CommissionState<N>, increment: N) -> Result<Option<N>, StopReason> {
+        state.passed = state.passed.saturating_add(1);
+        let position = state.position;
+        match state.activity {
+            Activity::Free => {
+                if state.phase == Phase::ReleasedCheck {
+                    let moved = position.magnitude() > N::from_f64(Self::STANDS_WITHIN);
+                    if moved || state.passed >= self.released {
+                        return self.begin_wiggle(state, None).map(Some);
+                    }
+                }
+                Ok(None)
+            }
+            Activity::Wiggling(mut wiggle) => {
+                let step = self.wiggle.process(&mut wiggle, increment);
+                state.activity = Activity::Wiggling(wiggle);
+                match step.progress {
+                    Progress::Going => {}
+                    Progress::AtRest => {
+                        state.end_record();
+                        let crude = IdentifiedServo::of_crude(wiggle.servo(), &self.units);
+                        let servo = state.servo.or(crude);
+                        let servo = servo.ok_or(StopReason::TooLittleEvidence)?;
+                        self.hold(state, &servo, step.command)?;
+                    }
+                    Progress::Failed(reason) => return Err(reason),
+                }
+                Ok(Some(step.command))
+            }
+            Activity::Holding(mut holding) => {
+                let command = holding.process(position, increment);
+                state.activity = Activity::Holding(holding);
+                let command = command.ok_or(StopReason::TravelLeft)?;
+                if state.phase.is_end() {
+                    return Ok(Some(command));
+                }
+                if state.passed > self.patience {
+                    return Err(StopReason::NeverAtRest);
+                }
+                self.go_on(state, &holding, command).map(Some)
+            }
+            Activity::OnTrial(mut holding, mut trial) => {
+                let done = trial.process(&mut holding, position);
+                state.trial = Some(trial.result(&self.units));
+                if done? {
+                    state.phase = Phase::Applied;
+                    state.activity = Activity::Holding(holding);
+                } else {
+                    state.activity = Activity::OnTrial(holding, trial);
+                }
+                let command = match &mut state.activity {
+                    Activity::OnTrial(holding, _) | Activity::Holding(holding) => {
+                        holding.process(position, increment)
+                    }
+                    _ => None,
+                };
+                command.map(Some).ok_or(StopReason::TravelLeft)
+            }
+        }
     }
 
-    /// The gains that were found, on trial or applied, and their promise.
-    #[must_use]
-    pub fn tuning(&self) -> Option<&Tuning> {
-        self.tuning.as_ref()
+    /// What follows on a rest: the next motion once the study has answered, or the trial.
+    fn go_on(
+        &self,
+        state: &mut CommissionState<N>,
+        holding: &Holding<N>,
+        command: N,
+    ) -> Result<N, StopReason> {
+        if state.phase == Phase::ReleasedCheck {
+            if holding.is_at_rest() {
+                return self.begin_wiggle(state, Some(command));
+            }
+            return Ok(command);
+        }
+        match state.answer {
+            None => Ok(command),
+            Some(Answer::Failed(reason)) => Err(reason),
+            Some(Answer::Verified) => {
+                state.answer = None;
+                state.phase = Phase::Tune;
+                state.passed = 0;
+                Ok(command)
+            }
+            Some(Answer::Identified(servo)) => {
+                if state.servo != Some(servo) {
+                    state.servo = Some(servo);
+                    self.plausibility.know(&mut state.watch, &servo);
+                    self.hold(state, &servo, command)?;
+                    return Ok(command);
+                }
+                if holding.is_at_rest() {
+                    state.answer = None;
+                    return self.begin_motion(state, &servo);
+                }
+                Ok(command)
+            }
+            Some(Answer::Tuned(tuning)) => {
+                state.tuning = Some(tuning);
+                if holding.is_at_rest() {
+                    state.answer = None;
+                    self.begin_trial(state, command)?;
+                }
+                Ok(command)
+            }
+        }
+    }
+
+    fn begin_wiggle(
+        &self,
+        state: &mut CommissionState<N>,
+        held: Option<N>,
+    ) -> Result<N, StopReason> {
+        state.phase = Phase::Wiggle;
+        self.begin(state, self.wiggle.start(held))
+    }
+
+    fn begin_motion(
+        &self,
+        state: &mut CommissionState<N>,
+        servo: &IdentifiedServo,
+    ) -> Result<N, StopReason> {
+        let [second, third] = Self::PARTS;
+        let part = if state.phase == Phase::Fit {
+            state.phase = Phase::Refine;
+            second
+        } else {
+            state.phase = Phase::Verify;
+            third
+        };
+        self.begin(
+            state,
+            self.wiggle.start_knowing(servo, state.position, part),
+        )
+    }
+
+    /// Begins a motion, and its record.
+    fn begin(
+        &self,
+        state: &mut CommissionState<N>,
+        mut wiggle: WiggleState<N>,
+    ) -> Result<N, StopReason> {
+        state.passed = 0;
+        state.begin_record();
+        let step = self.wiggle.process(&mut wiggle, N::ZERO);
+        state.activity = Activity::Wiggling(wiggle);
+        match step.progress {
+            Progress::Failed(reason) => Err(reason),
+            _ => Ok(step.command),
+        }
+    }
+
+    /// Holds the servo with careful gains, and brings it back to where it began.
+    fn hold(
+        &self,
+        state: &mut CommissionState<N>,
+        servo: &IdentifiedServo,
+        command: N,
+    ) -> Result<(), StopReason> {
+        if state.phase == Phase::Wiggle {
+            state.phase = Phase::Fit;
+        }
+        state.passed = 0;
+        let gains = HoldingGains::careful(servo, &self.units, &self.settings.limits);
+        let built = gains.build(&self.units);
+        let controller = built.map_err(|_| StopReason::TooLittleEvidence)?;
+        let mut holding = self.held_by(controller, state.position, state.velocity_now, command);
+        if !self.settings.limits.one_way {
+            holding.send(N::ZERO);
+        }
+        state.activity = Activity::Holding(holding);
+        Ok(())
+    }
+
+    fn begin_trial(&self, state: &mut CommissionState<N>, command: N) -> Result<(), StopReason> {
+        let (Some(tuning), Some(servo)) = (state.tuning, state.servo) else {
+            return Err(StopReason::NoGains);
+        };
+        let gains = HoldingGains::tuned(&tuning, &self.settings.limits);
+        let built = gains.build(&self.units);
+        let controller = built.map_err(|_| StopReason::NoGains)?;
+        let [low, high] = self.settings.limits.travel;
+        let step = if high < -low {
+            -tuning.promise.step
+        } else {
+            tuning.promise.step
+        };
+        let [least, most] = self.settings.limits.command;
+        let disturbance = Self::DISTURBANCE * libm::copysign(most.min(-least), step);
+        state.phase = Phase::Trial;
+        state.passed = 0;
+        let mut holding = self.held_by(controller, state.position, state.velocity_now, command);
+        // A servo that hunts about its friction is still for a while too.
+        let dies_down = Trial::<N>::DIES_DOWN / tuning.bandwidth;
+        let settling = tuning.promise.settling_time.min(dies_down);
+        holding.rest_for(
+            self.rest
+                .max((0.5 * settling / self.settings.sample_time) as u32),
+        );
+        let b = servo.parameters.b;
+        let trial = Trial::of(&tuning, &self.units, step, disturbance, b);
+        state.activity = Activity::OnTrial(holding, trial);
+        Ok(())
+    }
+
+    fn held_by(&self, controller: Loop<N>, position: N, velocity: N, command: N) -> Holding<N> {
+        Holding::take_over(
+            controller, self.limit, position, velocity, command, self.pace, self.rest,
+        )
+    }
+
+    /// Ends it: the gains before hold again where they can, or the servo is let go.
+    fn end(&self, state: &mut CommissionState<N>, reason: StopReason) {
+        state.phase = match state.phase {
+            Phase::Trial | Phase::Applied | Phase::RolledBack => Phase::RolledBack,
+            _ => Phase::Aborted,
+        };
+        state.reason = Some(reason);
+        state.drop_record();
+        state.activity = match self.before {
+            Some(before) if !reason.lets_go() => {
+                let command = state.held;
+                let mut holding = self.held_by(before, state.position, state.velocity_now, command);
+                holding.send(N::ZERO);
+                Activity::Holding(holding)
+            }
+            _ => Activity::Free,
+        };
     }
 }

@@ -1,5 +1,4 @@
-use super::{IdentifiedServo, Phase, StopReason};
-use crate::identifier::NumberedBlock;
+use super::{IdentifiedServo, MotionBlock, Phase, StopReason};
 use crate::tuning::Tuning;
 
 /// What the interrupt's half tells the study.
@@ -8,7 +7,7 @@ pub enum Finding<N> {
     /// A motion of this phase begins: [`Phase::Wiggle`], [`Phase::Refine`] or [`Phase::Verify`].
     Begins(Phase),
     /// A piece of its record.
-    Block(NumberedBlock<N>),
+    Block(MotionBlock<N>),
     /// It has ended and was recorded: study it.
     Ended,
 }

@@ -14,20 +14,36 @@
 //! hand in a simulator. A commissioning whose study gets the same slices in the same samples is the same to
 //! the bit wherever it runs.
 
+mod crude;
 mod error;
+mod fit;
+mod gains;
+mod holding;
 mod machine;
 mod message;
 mod phase;
+mod regression;
 mod servo;
 mod settings;
+mod state;
 mod stop;
 mod study;
+mod trial;
+mod wiggle;
 
+pub use crude::Crude;
 pub use error::CommissionError;
-pub use machine::{Commission, CommissionState, CommissionStep, GainsBefore, LargestMotion, Seen};
+pub use fit::{
+    FitSettings, Motion, MotionBlock, MotionRecorder, Predicting, Prediction, ServoFit, ServoFitter,
+};
+pub use gains::HoldingGains;
+pub use machine::{Commission, CommissionStep, Seen};
 pub use message::{Answer, Finding};
 pub use phase::Phase;
 pub use servo::IdentifiedServo;
 pub use settings::{CommissionSettings, Limits};
+pub use state::CommissionState;
 pub use stop::StopReason;
 pub use study::Study;
+pub use trial::TrialResult;
+pub use wiggle::{LargestMotion, Progress, Wiggle, WiggleSettings, WiggleState, WiggleStep};

@@ -1,4 +1,6 @@
-use super::CommissionError;
+use super::{CommissionError, FitSettings, WiggleSettings};
+use crate::error::Allowed;
+use crate::plausibility::PlausibilitySettings;
 use crate::tuning::Goal;
 
 /// What a commissioning may do with the axis, SI. For a linear axis read m for rad.
@@ -40,6 +42,69 @@ pub struct CommissionSettings {
     pub most_sensitivity: f64,
     /// The step of the trial, rad; none: half of the travel that there is.
     pub trial_step: Option<f64>,
+}
+
+impl CommissionSettings {
+    /// The sensitivities that can be asked for: below the first no delay would do, above the second a loop
+    /// is hardly stable.
+    pub const SENSITIVITIES: (f64, f64) = (1.1, 4.0);
+
+    /// What the watch over the servo needs to know.
+    pub(super) fn plausibility(&self) -> PlausibilitySettings {
+        PlausibilitySettings {
+            sample_time: self.sample_time,
+            resolution: self.resolution,
+            travel: self.limits.travel,
+            speed: self.limits.speed,
+            command: self.limits.command,
+        }
+    }
+
+    /// What the motions need to know.
+    pub(super) fn wiggle(&self) -> WiggleSettings {
+        WiggleSettings {
+            sample_time: self.sample_time,
+            resolution: self.resolution,
+            limits: self.limits,
+            most_gain: self.most_gain,
+            command_delay: self.command_delay,
+        }
+    }
+
+    /// What fits need to know.
+    pub(super) fn fit(&self) -> FitSettings {
+        let [least, most] = self.limits.command;
+        FitSettings {
+            sample_time: self.sample_time,
+            resolution: self.resolution,
+            most_command: most.max(-least),
+            command_delay: self.command_delay,
+        }
+    }
+
+    /// # Errors
+    /// The setting that is not allowed.
+    pub(super) fn check(&self) -> Result<(), CommissionError> {
+        self.limits.check()?;
+        let (least, most) = Self::SENSITIVITIES;
+        Allowed::Within(least, most).check("most_sensitivity", self.most_sensitivity)?;
+        Allowed::AtLeast(0.0).check("command_delay", self.command_delay)?;
+        if let Some(gain) = self.most_gain {
+            Allowed::Above(0.0).check("most_gain", gain)?;
+        }
+        if let Some(step) = self.trial_step {
+            let [low, high] = self.limits.travel;
+            // It overshoots.
+            let room = 0.7 * high.max(-low);
+            Allowed::PositiveUpTo(room).check("trial_step", step)?;
+        }
+        match self.goal {
+            Goal::ResponseTime(time) => Allowed::Above(0.0).check("response_time", time)?,
+            Goal::Bandwidth(omega) => Allowed::Above(0.0).check("bandwidth", omega)?,
+            Goal::Stiffest => 0.0,
+        };
+        Ok(())
+    }
 }
 
 impl Limits {

@@ -138,6 +138,25 @@ impl StopReason {
         self.entry().3
     }
 
+    /// Whether the servo is let go for it, whatever gains held it before: no gains help where encoder or
+    /// actuator cannot be relied on, or somebody wants it to stand without force.
+    #[must_use]
+    pub const fn lets_go(self) -> bool {
+        matches!(
+            self,
+            Self::EncoderStuck
+                | Self::EncoderLost
+                | Self::EncoderJumped
+                | Self::Reversed
+                | Self::ActuatorDead
+                | Self::Overrun
+                | Self::Stopped
+                | Self::PowerLost
+                | Self::LimitSwitch
+                | Self::AmplifierFault
+        )
+    }
+
     /// The reason of a number.
     #[must_use]
     pub fn of_number(number: u8) -> Option<Self> {

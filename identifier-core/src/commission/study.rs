@@ -1,35 +1,256 @@
-use super::{Answer, CommissionError, CommissionSettings, Finding};
+use super::{
+    Answer, CommissionError, CommissionSettings, Finding, IdentifiedServo, Motion, Phase,
+    Predicting, Prediction, ServoFit, ServoFitter, StopReason,
+};
 use crate::number::Number;
+use crate::tuning::{Goal, Tuner, TunerState, Tuning, TuningError, TuningSettings};
 
 /// The background's half of a commissioning: it fits, verifies and tunes, a slice at a time. W is the
 /// number of blocks of its record.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Study<N, const W: usize = 256> {
+pub struct Study<N: Number, const W: usize = 256> {
     settings: CommissionSettings,
-    number: core::marker::PhantomData<N>,
+    /// The phase of the motion that is recorded.
+    motion: Phase,
+    fitter: ServoFitter<N>,
+    record: Motion<N, W>,
+    servo: Option<IdentifiedServo>,
+    work: Work<N>,
+}
+
+/// What is under way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is no heap here, and nobody has many studies"
+)]
+enum Work<N: Number> {
+    Nothing,
+    Fitting(ServoFit<N>),
+    Predicting(Predicting<N>),
+    Tuning {
+        tuner: Tuner,
+        state: TunerState,
+        /// Whether the step was already chosen for the bandwidth that was found.
+        fitted: bool,
+    },
+    Failed(StopReason),
 }
 
 impl<N: Number, const W: usize> Study<N, W> {
+    /// The part of the travel in its direction that the trial's step takes where none is given.
+    const STEP: f64 = 0.25;
+
+    /// The largest speed of a step of the reference, over the step and ω: e⁻¹ of the double pole, and a
+    /// fifth for the zero of the integral and the corners of what is known.
+    const SPEED_OF_STEP: f64 = 0.45;
+
+    /// The part of the largest speed that the trial's step may reach.
+    const OF_SPEED: f64 = 0.7;
+
+    /// The part of the command that it may ask for.
+    const OF_COMMAND: f64 = 0.5;
+
+    /// The least counts of a step that tell an overshoot.
+    const SEEN: f64 = 40.0;
+
+    /// The part of the command that the encoder's rounding may make up.
+    const NOISE: f64 = 0.02;
+
     /// For a commissioning with these settings.
     ///
     /// # Errors
     /// As [`Commission::new`](super::Commission::new).
     pub fn new(settings: &CommissionSettings) -> Result<Self, CommissionError> {
         settings.limits.check()?;
+        settings.check()?;
         Ok(Self {
             settings: *settings,
-            number: core::marker::PhantomData,
+            motion: Phase::Idle,
+            fitter: ServoFitter::new(&settings.fit()),
+            record: Motion::EMPTY,
+            servo: None,
+            work: Work::Nothing,
         })
     }
 
     /// Takes what the interrupt has found.
-    pub fn take(&mut self, _finding: &Finding<N>) {
-        let _ = self.settings;
+    pub fn take(&mut self, finding: &Finding<N>) {
+        match finding {
+            Finding::Begins(phase) => {
+                if *phase == Phase::Wiggle {
+                    self.servo = None;
+                }
+                self.motion = *phase;
+                self.work = Work::Nothing;
+                self.record = Motion::EMPTY;
+            }
+            Finding::Block(block) => {
+                // A missing one shows when the motion has ended.
+                let _ = self.record.take(block);
+            }
+            Finding::Ended => {
+                let record = &self.record;
+                self.work = match (self.motion, &self.servo) {
+                    _ if !record.is_complete() => Work::Failed(StopReason::TooLittleEvidence),
+                    (Phase::Verify, Some(servo)) => {
+                        Work::Predicting(self.fitter.begin_prediction(servo))
+                    }
+                    (_, servo) => Work::Fitting(self.fitter.begin(record, servo.as_ref())),
+                };
+            }
+        }
     }
 
     /// A slice of work: at most a block of a pass, a point of the frequency response, or a sample of a
     /// predicted step. Returns an answer when there is one.
     pub fn work(&mut self) -> Option<Answer> {
-        None
+        match &mut self.work {
+            Work::Nothing => None,
+            Work::Failed(reason) => {
+                let reason = *reason;
+                self.work = Work::Nothing;
+                Some(Answer::Failed(reason))
+            }
+            Work::Fitting(fit) => match self.fitter.work(fit, &self.record)? {
+                Ok(servo) => {
+                    self.servo = Some(servo);
+                    self.work = Work::Nothing;
+                    Some(Answer::Identified(servo))
+                }
+                Err(reason) => self.fail(reason),
+            },
+            Work::Predicting(predicting) => {
+                let prediction = self.fitter.predict(predicting, &self.record)?;
+                self.judge(&prediction)
+            }
+            Work::Tuning {
+                tuner,
+                state,
+                fitted,
+            } => {
+                let tuned = tuner.work(state)?;
+                let fitted = *fitted;
+                match tuned {
+                    Ok(tuning) => self.offer(tuning, fitted),
+                    Err(_) => self.fail(StopReason::NoGains),
+                }
+            }
+        }
     }
+
+    /// Judges how a motion that nothing was fitted to was predicted.
+    fn judge(&mut self, prediction: &Prediction) -> Option<Answer> {
+        match refuted(prediction) {
+            Some(reason) => self.fail(reason),
+            None => {
+                self.tune(self.settings.goal, self.first_step(), false);
+                Some(Answer::Verified)
+            }
+        }
+    }
+
+    fn fail(&mut self, reason: StopReason) -> Option<Answer> {
+        self.work = Work::Nothing;
+        Some(Answer::Failed(reason))
+    }
+
+    /// Begins to look for gains.
+    fn tune(&mut self, goal: Goal, step: f64, fitted: bool) {
+        let begun = self.servo.ok_or(TuningError::NotKnown).and_then(|servo| {
+            let settings = TuningSettings {
+                sample_time: self.settings.sample_time,
+                resolution: self.settings.resolution,
+                cutoff: None,
+                command: self.command(),
+                command_delay: 0.0,
+                goal,
+                most_sensitivity: self.settings.most_sensitivity,
+                most_noise: Self::NOISE,
+                step,
+                resonance: None,
+            };
+            Tuner::new(&settings, &servo)
+        });
+        self.work = match begun {
+            Ok(tuner) => Work::Tuning {
+                state: tuner.start(),
+                tuner,
+                fitted,
+            },
+            Err(_) => Work::Failed(StopReason::NoGains),
+        };
+    }
+
+    /// Gains with the step that is to try them, which is chosen for them.
+    fn offer(&mut self, tuning: Tuning, fitted: bool) -> Option<Answer> {
+        let step = self.step_for(&tuning);
+        if !fitted && step != tuning.promise.step {
+            self.tune(Goal::Bandwidth(tuning.bandwidth), step, true);
+            return None;
+        }
+        self.work = Work::Nothing;
+        Some(Answer::Tuned(tuning))
+    }
+
+    /// The step of the trial for gains: within speed, command and travel, and seen well by the encoder.
+    fn step_for(&self, tuning: &Tuning) -> f64 {
+        let limits = &self.settings.limits;
+        let speed = Self::OF_SPEED * limits.speed / (Self::SPEED_OF_STEP * tuning.bandwidth);
+        let command = Self::OF_COMMAND * self.command() / tuning.kp;
+        let wanted = match self.settings.trial_step {
+            Some(step) => step.min(speed),
+            None => self.room().min(speed).min(command),
+        };
+        wanted.max(self.least_step().min(self.room()))
+    }
+
+    /// The step that gains are looked for with: so small that it binds neither speed nor command.
+    fn first_step(&self) -> f64 {
+        let least = self.least_step().min(self.room());
+        self.settings.trial_step.unwrap_or(least)
+    }
+
+    fn least_step(&self) -> f64 {
+        Self::SEEN * self.settings.resolution
+    }
+
+    /// The largest step within the travel, rad.
+    fn room(&self) -> f64 {
+        let [low, high] = self.settings.limits.travel;
+        Self::STEP * high.max(-low)
+    }
+
+    /// The command that is left when the load is held.
+    fn command(&self) -> f64 {
+        let [low, high] = self.settings.limits.command;
+        let holding = self.servo.map_or(0.0, |servo| {
+            libm::fabs(servo.parameters.load / servo.parameters.b)
+        });
+        high.min(-low) - holding
+    }
+}
+
+/// Why a servo that was identified is not the one that moved; none if it may be.
+fn refuted(prediction: &Prediction) -> Option<StopReason> {
+    /// The part of the motion's range that a model may lack: what it is tuned for bears more.
+    const SHARE: f64 = 0.005;
+    /// How many times the standard deviations of rounding and of what is not known the errors may be,
+    /// and the largest of them.
+    const ERRORS: f64 = 3.0;
+    const WORST: f64 = 6.0;
+    /// The part of the errors that an effect explains which is named for them.
+    const NAMED: f64 = 0.3;
+    let band = |times: f64, uncertain: f64| {
+        let (rounding, unknown) = (times * prediction.rounding, times * uncertain);
+        let share = SHARE * times * prediction.range;
+        libm::sqrt(rounding * rounding + unknown * unknown + share * share)
+    };
+    let within = prediction.rms <= band(ERRORS, prediction.uncertain)
+        && prediction.worst <= band(WORST, prediction.most_uncertain);
+    if within {
+        return None;
+    }
+    let named = prediction.lacks.filter(|(_, part)| *part >= NAMED);
+    Some(named.map_or(StopReason::NotPredicted, |(reason, _)| reason))
 }

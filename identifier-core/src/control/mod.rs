@@ -78,6 +78,11 @@ impl<N: Number, S: Default> Default for ControlState<N, S> {
 }
 
 impl<N: Number, S> ControlState<N, S> {
+    /// With what a velocity estimate remembers.
+    pub(crate) fn with_filter(self, filter: S) -> Self {
+        Self { filter, ..self }
+    }
+
     /// With an integral ∑e that a controller has gathered before, machine units.
     #[must_use]
     pub fn with_integral(self, integral: N) -> Self {

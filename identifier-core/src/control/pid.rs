@@ -67,6 +67,18 @@ impl<N: Number> Pid<N> {
         }
     }
 
+    /// The integral ∑e with which a controller that takes over goes on from a command without a bump:
+    /// (u − k_p e + k_d v)/k_i; zero without integral action. For the sample in which it takes over.
+    pub(crate) fn integral_for(&self, command: N, error: N, velocity: N) -> N {
+        let missing = (command - self.linear(error, velocity)).to_f64();
+        let gain = self.integral.to_f64();
+        if gain > 0.0 {
+            N::from_f64(missing / gain)
+        } else {
+            N::ZERO
+        }
+    }
+
     /// The proportional and derivative parts of a command, without limit: k_p e − k_d v.
     #[inline]
     pub fn linear(&self, error: N, velocity: N) -> N {

@@ -75,6 +75,13 @@ impl<N: Number> LowPass<N> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LowPassState<N>(N);
 
+impl<N> LowPassState<N> {
+    /// Of a servo that moves with a velocity, machine units.
+    pub(crate) fn moving(velocity: N) -> Self {
+        Self(velocity)
+    }
+}
+
 impl<N: Number> Default for LowPassState<N> {
     fn default() -> Self {
         Self(N::ZERO)

@@ -14,31 +14,12 @@ use identifier_core::settings::{BoxSettings, FromSettings, TermSettings, diagona
 use identifier_core::unknowns::{AbCoulombDelayLoad, Term, Terms, Unknown};
 use virtual_servo::{Effects, Encoder, Servo as TrueServo};
 
-use crate::support::{Controller, Kind, Reference, Servo, on_all_cores};
+use crate::support::{Controller, Kind, Reference, TRUTH, on_all_cores, paper};
 
 type Behind<I> = BehindAmplifier<f64, I, 8>;
 type Gradient = Behind<GradientIdentifier<f64, LowPass<f64>, AbCoulombLoad, 4>>;
 type Window = Behind<WindowIdentifier<f64, AbCoulombLoad, 4, 512>>;
 type GaussNewton = Behind<GaussNewtonIdentifier<f64, AbCoulombLoad, 4>>;
-
-const TRUTH: ServoParameters = ServoParameters {
-    a: 0.2174,
-    b: 257.7,
-    coulomb: 10.0,
-    load: 20.0,
-};
-
-fn paper(seed: u32) -> Servo {
-    Servo {
-        parameters: TRUTH,
-        counts_per_rev: 10_000.0,
-        sample_time: 1e-3,
-        limit: 10.0,
-        bandwidth: 35.0,
-        offset: 0.0,
-        seed,
-    }
-}
 
 /// Effects of the amplifier, the settings that declare them, and a name.
 fn effects() -> [(&'static str, Effects, TermSettings); 3] {

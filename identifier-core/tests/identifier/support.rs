@@ -56,6 +56,27 @@ impl Servo {
     }
 }
 
+/// The paper's servo with friction and load.
+pub(crate) const TRUTH: ServoParameters = ServoParameters {
+    a: 0.2174,
+    b: 257.7,
+    coulomb: 10.0,
+    load: 20.0,
+};
+
+/// It with an encoder, and what is asked of it.
+pub(crate) fn paper(seed: u32) -> Servo {
+    Servo {
+        parameters: TRUTH,
+        counts_per_rev: 10_000.0,
+        sample_time: 1e-3,
+        limit: 10.0,
+        bandwidth: 35.0,
+        offset: 0.0,
+        seed,
+    }
+}
+
 /// Whose firmware closes the loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {

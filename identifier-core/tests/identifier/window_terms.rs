@@ -9,29 +9,10 @@ use identifier_core::settings::TermSettings;
 use identifier_core::unknowns::{Term, Terms, Unknown};
 use virtual_servo::{Effects, Encoder, Servo as TrueServo};
 
-use crate::support::{Controller, Kind, Reference, Servo, on_all_cores};
+use crate::support::{Controller, Kind, Reference, TRUTH, on_all_cores, paper};
 
 /// Two seconds of a sample each.
 type Window = TermWindowIdentifier<f64, 2048>;
-
-const TRUTH: ServoParameters = ServoParameters {
-    a: 0.2174,
-    b: 257.7,
-    coulomb: 10.0,
-    load: 20.0,
-};
-
-fn paper(seed: u32) -> Servo {
-    Servo {
-        parameters: TRUTH,
-        counts_per_rev: 10_000.0,
-        sample_time: 1e-3,
-        limit: 10.0,
-        bandwidth: 35.0,
-        offset: 0.0,
-        seed,
-    }
-}
 
 /// What a window found in six seconds.
 #[derive(Debug)]

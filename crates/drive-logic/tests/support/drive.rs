@@ -1,7 +1,7 @@
 //! A whole drive on a bench.
 
 use drive_link::{Command, Fault, Refusal, Report, Request, Settings, Snapshot, State, Status};
-use drive_logic::{Channel, Lines, Sampler, Supervisor};
+use drive_logic::{Channel, Lines, Memory, Sampler, Supervisor};
 use identifier_core::model::ServoParameters;
 
 use super::{Bench, Flash, STAGE, settings};
@@ -30,7 +30,7 @@ impl<'a> Drive<'a> {
         found: Result<(), Fault>,
     ) -> Self {
         let (background, interrupt) = channel.split();
-        let memory = Box::leak(Box::new(None));
+        let memory = Box::leak(Box::new(Memory::new()));
         Self {
             sampler: Sampler::new(interrupt, found),
             supervisor: Supervisor::new(

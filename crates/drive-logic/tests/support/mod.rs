@@ -3,6 +3,7 @@
 
 #[macro_use]
 pub(crate) mod drive;
+pub(crate) mod commission;
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;

@@ -3,6 +3,7 @@
 mod angle;
 mod command;
 mod drift;
+mod faults;
 mod friction;
 mod refusals;
 mod sensor;

@@ -1,38 +1,36 @@
 //! The background's half: everything that may take its time.
 
+mod commission;
+mod record;
+mod reports;
+
 use core::fmt;
 
 use drive_link::{
-    Command, Ended, Estimates, Fault, Kept, LoopSettings, NotAllowed, PROTOCOL, Refusal, Report,
-    Request, Settings, Snapshot, State, Status,
+    Command, Ended, Estimates, Fault, Kept, LoopSettings, NotAllowed, Outcome, Refusal, Report,
+    Request, Settings, State,
 };
 use embedded_storage::nor_flash::NorFlash;
-use serde::{Deserialize, Serialize};
+use identifier_core::commission::{CommissionSettings, Phase};
 
+use self::record::{Commissioned, Record, VERSION};
 use crate::channel::BackgroundEnd;
 use crate::chip::Stage;
-use crate::closed_loop::{ClosedLoop, Learnt};
+use crate::closed_loop::ClosedLoop;
+use crate::commissioning::Commissioning;
 use crate::first_fit::FirstFit;
-use crate::messages::{Counts, Event, Order, Shown};
+use crate::memory::Memory;
+use crate::messages::{Counts, Order};
 use crate::parts;
 use crate::protection::reach;
 use crate::run::Run;
+use crate::spare::Spare;
 use crate::store::Store;
-
-/// The version of the [`Record`]: another one is another meaning of the bytes.
-const VERSION: u16 = 3;
+use crate::studying::Studying;
 
 /// How long the background may be busy while the servo is let go, s: building a loop takes a hundredth of
 /// that, and while the flash erases there are no samples that could miss it.
 const RELEASED_PATIENCE: f64 = 5.0;
-
-/// What survives a loss of power.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-struct Record {
-    settings: Settings,
-    /// What the last run that was kept had found.
-    estimates: Option<Estimates>,
-}
 
 /// The background's half of a drive.
 pub struct Supervisor<'a, F> {
@@ -43,11 +41,20 @@ pub struct Supervisor<'a, F> {
     settings: Settings,
     configured: bool,
     /// Where a run is built, unless the interrupt has it.
-    spare: Option<Spare>,
+    spare: Option<Spare<Run>>,
     /// The loop that was started last: it says in SI what the interrupt tells in its own units.
     closed_loop: Option<ClosedLoop>,
     first_fit: Option<FirstFit>,
     estimates: Option<Estimates>,
+    /// Where a commissioning is built, unless the interrupt has it; and its other half.
+    spare_commissioning: Option<Spare<Commissioning>>,
+    studying: Studying,
+    /// The last that was ordered, where it stands if it is under way, and what the last one came to.
+    ordered: Option<CommissionSettings>,
+    phase: Phase,
+    outcome: Option<Outcome>,
+    /// What the gains that hold come from, unless they were given.
+    commissioned: Option<Commissioned>,
     fault: Option<Fault>,
     ended: Option<Ended>,
     /// The stops that the interrupt has obeyed.
@@ -56,25 +63,6 @@ pub struct Supervisor<'a, F> {
     /// Samples that were told, but not said for want of room on the line.
     unsaid: u32,
     garbled: u32,
-}
-
-/// Memory of a run.
-enum Spare {
-    /// Never used.
-    Blank(&'static mut Option<Run>),
-    Used(&'static mut Run),
-}
-
-impl Spare {
-    fn filled(self, run: Run) -> &'static mut Run {
-        match self {
-            Self::Blank(slot) => slot.insert(run),
-            Self::Used(slot) => {
-                *slot = run;
-                slot
-            }
-        }
-    }
 }
 
 impl<F> fmt::Debug for Supervisor<'_, F> {
@@ -91,7 +79,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     /// found wrong holds from the beginning.
     pub fn new(
         channel: BackgroundEnd<'a>,
-        memory: &'static mut Option<Run>,
+        memory: &'static mut Memory,
         (flash, start): (F, u32),
         built_in: &Settings,
         stage: Stage,
@@ -100,13 +88,13 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         let (store, record, kept) = Store::open::<Record>(flash, start, VERSION);
         // A record that this firmware would refuse is of no use, however whole it is.
         let read = record.is_some();
-        let record = record.filter(|record| Run::new(&record.settings, &stage).is_ok());
+        let record = record.filter(|record| Run::check(&record.settings, &stage).is_ok());
         let kept = if read && record.is_none() {
             Kept::OtherVersion
         } else {
             kept
         };
-        let supervisor = Self {
+        let mut supervisor = Self {
             stops: channel.stops(),
             channel,
             store,
@@ -114,16 +102,26 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             stage,
             configured: record.is_some(),
             settings: record.map_or(*built_in, |record| record.settings),
-            spare: Some(Spare::Blank(memory)),
+            spare: Some(Spare::Blank(&mut memory.run)),
             closed_loop: None,
             first_fit: None,
             estimates: record.and_then(|record| record.estimates),
+            spare_commissioning: Some(Spare::Blank(&mut memory.commissioning)),
+            studying: Studying::in_memory(&mut memory.study),
+            ordered: None,
+            phase: Phase::Idle,
+            outcome: record.as_ref().and_then(Self::outcome_of),
+            commissioned: record.and_then(|record| record.commissioned),
             fault: found_at_boot.err(),
             ended: None,
             counts: Counts::default(),
             unsaid: 0,
             garbled: 0,
         };
+        if record.is_some_and(|record| record.under_way) {
+            // Told once. If it cannot be kept, it is told again.
+            let _ = supervisor.keep(false);
+        }
         supervisor.be_missed_for(RELEASED_PATIENCE);
         supervisor
     }
@@ -146,14 +144,20 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     pub fn state(&self) -> State {
         match self.fault {
             Some(fault) => State::Faulted(fault),
-            None if self.is_out() => State::Running,
+            None if self.is_commissioning() => State::Commissioning,
+            None if self.spare.is_none() => State::Running,
             None => State::Released,
         }
     }
 
-    /// Whether the interrupt has a run, as far as it has told.
+    /// Whether the interrupt has a run or a commissioning, as far as it has told.
     fn is_out(&self) -> bool {
-        self.spare.is_none()
+        self.spare.is_none() || self.is_commissioning()
+    }
+
+    /// Whether it has a commissioning.
+    fn is_commissioning(&self) -> bool {
+        self.spare_commissioning.is_none()
     }
 
     /// Whether the interrupt has been told to stop and has not said yet that it did.
@@ -177,39 +181,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         if let Some(first_fit) = &mut self.first_fit {
             first_fit.work(&mut self.channel);
         }
-    }
-
-    /// Takes note of a sample that was told and found no room on the line.
-    pub fn unsaid(&mut self) {
-        self.unsaid = self.unsaid.saturating_add(1);
-    }
-
-    /// Takes note of a frame that was not understood.
-    pub fn garbled(&mut self) {
-        self.garbled = self.garbled.saturating_add(1);
-    }
-
-    /// The next thing that the interrupt tells, as a report.
-    pub fn news(&mut self) -> Option<Report> {
-        Some(match self.channel.event()? {
-            Event::Shown(shown) => Report::Snapshot(self.snapshot(&shown)),
-            Event::Standing(standing) => {
-                self.counts = standing.counts;
-                self.fault = standing.fault;
-                self.ended = standing.ended;
-                self.stops = standing.stops;
-                if let Some(run) = standing.returned {
-                    if run.has_run() {
-                        self.take_in(&run.closed_loop().learnt());
-                    }
-                    self.spare = Some(Spare::Used(run));
-                }
-                match standing.fault {
-                    Some(fault) => Report::Fault(fault),
-                    None => self.status(None),
-                }
-            }
-        })
+        self.studying.work(&mut self.channel);
     }
 
     /// Lets the servo go, at once, whatever is asked or told besides.
@@ -231,6 +203,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     ) -> Report {
         self.channel.heard();
         let id = request.id;
+        let refused = |refusal| Report::Refused { id, refusal };
         match self.obey(&request.command, overtaken) {
             Ok(()) => match request.command {
                 Command::Hello => self.status(Some(id)),
@@ -238,9 +211,13 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                     id,
                     settings: self.settings,
                 },
+                Command::Outcome => self.outcome.map_or_else(
+                    || refused(Refusal::NeverCommissioned),
+                    |outcome| Report::Outcome { id, outcome },
+                ),
                 _ => Report::Done { id },
             },
-            Err(refusal) => Report::Refused { id, refusal },
+            Err(refusal) => refused(refusal),
         }
     }
 
@@ -250,13 +227,18 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         overtaken: impl FnOnce(&Self) -> bool,
     ) -> Result<(), Refusal> {
         match *command {
-            Command::Hello | Command::Show => {}
+            Command::Hello | Command::Show | Command::Outcome => {}
+            Command::Configure(_) | Command::Start if self.is_commissioning() => {
+                self.channel.change_mode();
+                return Err(Refusal::EndedCommissioning);
+            }
             Command::Configure(settings) => {
                 self.must_be_let_go()?;
-                Run::new(&settings, &self.stage).map_err(Refusal::Setting)?;
+                Run::check(&settings, &self.stage).map_err(Refusal::Setting)?;
                 // What is said of a servo now holds more than what was learnt of another.
                 if settings.closed_loop != self.settings.closed_loop {
                     self.estimates = None;
+                    self.commissioned = None;
                 }
                 self.settings = settings;
                 self.configured = true;
@@ -286,25 +268,15 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             Command::Save => {
                 // Writing stops the processor, and with it the loop.
                 self.must_be_let_go()?;
-                let record = Record {
-                    settings: self.settings,
-                    estimates: self.estimates,
-                };
-                self.store.keep(&record).map_err(|_| Refusal::NotKept)?;
-                self.kept = Kept::Record;
+                self.keep(false).map_err(|_| Refusal::NotKept)?;
             }
+            Command::Commission(settings) => self.commission(&settings, overtaken)?,
         }
         Ok(())
     }
 
     fn start(&mut self, overtaken: impl FnOnce(&Self) -> bool) -> Result<(), Refusal> {
-        if let State::Faulted(fault) = self.state() {
-            return Err(Refusal::Faulted(fault));
-        }
-        if !self.configured {
-            return Err(Refusal::NotConfigured);
-        }
-        self.must_be_let_go()?;
+        self.must_be_ready()?;
         let (run, begun_from) = self.prepared().map_err(Refusal::Setting)?;
         if overtaken(self) {
             return Err(Refusal::Overtaken);
@@ -344,6 +316,17 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         Run::new(&self.settings, &self.stage).map(|run| (run, self.settings.closed_loop))
     }
 
+    /// Released and configured.
+    fn must_be_ready(&self) -> Result<(), Refusal> {
+        if let State::Faulted(fault) = self.state() {
+            return Err(Refusal::Faulted(fault));
+        }
+        if !self.configured {
+            return Err(Refusal::NotConfigured);
+        }
+        self.must_be_let_go()
+    }
+
     /// Released or faulted, and the interrupt has said so.
     fn must_be_let_go(&self) -> Result<(), Refusal> {
         if self.is_out() || self.is_stopping() {
@@ -364,43 +347,5 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         }
         // Within what 32 bits hold, as the travel is.
         Ok((radians / self.settings.closed_loop.core.resolution) as i32)
-    }
-
-    fn status(&self, id: Option<u8>) -> Report {
-        let status = Status {
-            protocol: PROTOCOL,
-            state: self.state(),
-            kept: self.kept,
-            configured: self.configured,
-            ended: self.ended,
-            command_delay: self.stage.command_delay as f32,
-            estimates: self.estimates,
-            noticed: self.counts.noticed,
-            overruns: self.counts.overruns,
-            dropped: self.counts.dropped.saturating_add(self.unsaid),
-            garbled: self.garbled,
-        };
-        Report::Status { id, status }
-    }
-
-    fn snapshot(&mut self, shown: &Shown) -> Snapshot {
-        let resolution = self.settings.closed_loop.core.resolution;
-        let radians = |counts: f64| (counts * resolution) as f32;
-        self.take_in(&shown.learnt);
-        self.counts = shown.counts;
-        Snapshot {
-            sample: shown.sample,
-            reference: radians(f64::from(shown.count) + f64::from(shown.error)),
-            position: radians(f64::from(shown.count)),
-            command: shown.command,
-            output_error: radians(f64::from(shown.output_error)),
-            estimates: self.estimates.unwrap_or_default(),
-        }
-    }
-
-    fn take_in(&mut self, learnt: &Learnt) {
-        let closed_loop = self.closed_loop.as_ref();
-        let found = closed_loop.and_then(|closed_loop| closed_loop.estimates(learnt));
-        self.estimates = found.or(self.estimates);
     }
 }

@@ -1,0 +1,88 @@
+//! A commissioning in the background: its study, in slices.
+
+use drive_link::NotAllowed;
+use identifier_core::commission::{
+    Answer, CommissionSettings, IdentifiedServo, Study as CoreStudy,
+};
+
+use crate::channel::BackgroundEnd;
+use crate::parts;
+
+/// Blocks of the record of a motion: as many as the simulator's.
+pub(crate) const BLOCKS: usize = 256;
+
+pub(crate) type Study = CoreStudy<f32, BLOCKS>;
+
+/// The background's half of a commissioning.
+#[derive(Debug)]
+pub(crate) struct Studying {
+    memory: &'static mut Option<Study>,
+    /// Slices that a turn of the background does: as many as go with a sample.
+    slices: u32,
+    /// What was answered and found no room yet.
+    answer: Option<Answer>,
+    servo: Option<IdentifiedServo>,
+}
+
+impl Studying {
+    pub(crate) fn in_memory(memory: &'static mut Option<Study>) -> Self {
+        Self {
+            memory,
+            slices: 1,
+            answer: None,
+            servo: None,
+        }
+    }
+
+    /// Begins a study.
+    ///
+    /// # Errors
+    /// The setting that is not allowed.
+    pub(crate) fn begin(
+        &mut self,
+        settings: &CommissionSettings,
+        slices: u32,
+        channel: &mut BackgroundEnd<'_>,
+    ) -> Result<(), NotAllowed> {
+        let study = Study::new(settings).map_err(|error| parts::not_commissioned(&error))?;
+        *self.memory = Some(study);
+        self.slices = slices;
+        (self.answer, self.servo) = (None, None);
+        // Nothing is found now: what is still there is of a commissioning before.
+        while channel.finding().is_some() {}
+        Ok(())
+    }
+
+    /// There is nothing to study any more.
+    pub(crate) fn end(&mut self) {
+        *self.memory = None;
+    }
+
+    /// The servo as it is known so far.
+    pub(crate) fn servo(&self) -> Option<&IdentifiedServo> {
+        self.servo.as_ref()
+    }
+
+    /// Takes what was found, does some slices, and hands over what they answer.
+    pub(crate) fn work(&mut self, channel: &mut BackgroundEnd<'_>) {
+        let Some(study) = self.memory else {
+            return;
+        };
+        while let Some(finding) = channel.finding() {
+            study.take(&finding);
+        }
+        for _ in 0..self.slices {
+            if self.answer.is_none() {
+                self.answer = study.work();
+            }
+            if let Some(Answer::Identified(servo)) = &self.answer {
+                self.servo = Some(*servo);
+            }
+            if let Some(answer) = &self.answer
+                && channel.answer(answer)
+            {
+                self.answer = None;
+            }
+        }
+    }
+}

@@ -1,0 +1,239 @@
+//! What survives a loss of power.
+
+use drive_link::{Estimates, Format, Law, NotAllowed, Settings};
+use identifier_core::ControllerSettings;
+use identifier_core::commission::IdentifiedServo;
+use identifier_core::model::ServoParameters;
+use identifier_core::settings::IdentifierSettings;
+use identifier_core::tuning::Tuning;
+use serde::{Deserialize, Serialize};
+
+use crate::chip::Stage;
+use crate::run::Run;
+
+/// The version of the [`Record`]: another one is another meaning of the bytes.
+pub(super) const VERSION: u16 = 4;
+
+/// All of it, so that nothing of one record ever holds beside something of another.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Record {
+    /// What was configured; the gains are those that hold.
+    pub(super) settings: Settings,
+    /// What the last run that was kept had found.
+    pub(super) estimates: Option<Estimates>,
+    /// Where the gains come from, unless they were given.
+    pub(super) commissioned: Option<Commissioned>,
+    /// A commissioning has begun since, and its end was not kept.
+    pub(super) under_way: bool,
+}
+
+/// What a commissioning has found and proved.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Commissioned {
+    parameters: ServoParameters,
+    delay: f64,
+    /// The covariance is symmetric: row by row up to the diagonal.
+    covariance: [f64; ENTRIES],
+    unexplained: f64,
+    pub(super) tuning: Tuning,
+}
+
+/// Entries of a covariance of five unknowns that are not there twice.
+const ENTRIES: usize = 15;
+
+impl Commissioned {
+    pub(super) fn new(servo: &IdentifiedServo, tuning: Tuning) -> Self {
+        let mut covariance = [0.0; ENTRIES];
+        let lower = servo
+            .covariance
+            .iter()
+            .zip(1..)
+            .flat_map(|(row, columns)| row.iter().take(columns));
+        for (place, &entry) in covariance.iter_mut().zip(lower) {
+            *place = entry;
+        }
+        Self {
+            parameters: servo.parameters,
+            delay: servo.delay,
+            covariance,
+            unexplained: servo.unexplained,
+            tuning,
+        }
+    }
+
+    /// The servo that was found.
+    pub(super) fn servo(&self) -> IdentifiedServo {
+        let entry = |i: usize, j: usize| {
+            let (row, column) = (i.max(j), i.min(j));
+            let place = row * (row + 1) / 2 + column;
+            self.covariance.get(place).copied().unwrap_or_default()
+        };
+        IdentifiedServo {
+            parameters: self.parameters,
+            delay: self.delay,
+            covariance: core::array::from_fn(|i| core::array::from_fn(|j| entry(i, j))),
+            unexplained: self.unexplained,
+        }
+    }
+
+    /// Settings with its gains, within the limits of the command that were given, or else these. A law
+    /// that cannot be had with its gains, as of a box that was given for others, gives way to the one
+    /// that needs no box.
+    ///
+    /// # Errors
+    /// The setting that is not allowed all the same.
+    pub(super) fn settings(
+        &self,
+        given: &Settings,
+        limit: [f64; 2],
+        stage: &Stage,
+    ) -> Result<Settings, NotAllowed> {
+        let Tuning {
+            kp, kd, ki, cutoff, ..
+        } = self.tuning;
+        let mut settings = *given;
+        let closed_loop = &mut settings.closed_loop;
+        let limit = closed_loop.core.controller.map_or(limit, |own| own.limit);
+        closed_loop.core.cutoff = cutoff;
+        closed_loop.core.controller = Some(ControllerSettings { kp, kd, ki, limit });
+        if Run::check(&settings, stage).is_err() {
+            let closed_loop = &mut settings.closed_loop;
+            closed_loop.core.identifier = IdentifierSettings::UNSTATED;
+            closed_loop.law = Law::GaussNewton;
+            closed_loop.format = Format::Single;
+            Run::check(&settings, stage)?;
+        }
+        Ok(settings)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use drive_link::{Dither, LoopSettings, Protection};
+    use identifier_core::settings::{BoxSettings, PerParameter, RangeSettings, TermSettings};
+    use identifier_core::tuning::{Cap, Promise};
+
+    use super::*;
+    use crate::store::LONGEST_RECORD;
+
+    const ANY: f64 = 1.0;
+
+    /// With nothing left out.
+    fn settings() -> Settings {
+        let identifier = IdentifierSettings {
+            initial: PerParameter::from_fn(|_| Some(ANY)),
+            known: PerParameter::from_fn(|_| true),
+            bounds: PerParameter::from_fn(|_| Some([ANY; 2])),
+            uncertainty: PerParameter::from_fn(|_| Some(ANY)),
+            noise: Some(ANY),
+            plant_box: Some(BoxSettings {
+                a: [ANY; 2],
+                b: [ANY; 2],
+            }),
+            gamma: Some([[ANY; 4]; 4]),
+            mu: Some(ANY),
+            correction: Some([ANY; 3]),
+            bandwidth: Some(ANY),
+            start_time: Some(ANY),
+            memory: Some(ANY),
+            // The drive's models have none.
+            terms: TermSettings::NONE,
+            max_speed: Some(ANY),
+            ranges: Some(RangeSettings {
+                error: ANY,
+                velocity: ANY,
+                command: ANY,
+            }),
+        };
+        Settings {
+            closed_loop: LoopSettings {
+                core: identifier_core::Settings {
+                    controller: Some(ControllerSettings::pid(ANY, ANY, ANY)),
+                    identifier,
+                    ..identifier_core::Settings::new(ANY, ANY)
+                },
+                law: Law::Gradient { friction: true },
+                format: Format::Single,
+            },
+            dither: Dither {
+                amplitude: ANY,
+                hold: ANY,
+            },
+            protection: Protection {
+                following_error: ANY,
+                travel: ANY,
+                pace: ANY,
+                speed: ANY,
+                breakaway: ANY,
+                stall_time: ANY,
+                overruns: 1,
+                duration: ANY,
+                link_timeout: ANY,
+                stop_time: ANY,
+            },
+        }
+    }
+
+    const SERVO: ServoParameters = ServoParameters {
+        a: ANY,
+        b: ANY,
+        coulomb: ANY,
+        load: ANY,
+    };
+
+    const TUNING: Tuning = Tuning {
+        kp: ANY,
+        kd: ANY,
+        ki: ANY,
+        cutoff: ANY,
+        bandwidth: ANY,
+        cap: Some(Cap::Delay),
+        promise: Promise {
+            step: ANY,
+            rise_time: ANY,
+            overshoot: ANY,
+            settling_time: ANY,
+            sensitivity: ANY,
+            gain_margins: [ANY; 2],
+            command_share: ANY,
+            noise: ANY,
+            compliance: ANY,
+        },
+    };
+
+    fn servo() -> IdentifiedServo {
+        IdentifiedServo {
+            parameters: SERVO,
+            delay: ANY,
+            covariance: core::array::from_fn(|i| {
+                core::array::from_fn(|j| (i * j) as f64 + 1.0 / (i + j + 1) as f64)
+            }),
+            unexplained: ANY,
+        }
+    }
+
+    #[test]
+    fn a_record_with_nothing_left_out_fits_a_slot() {
+        let record = Record {
+            settings: settings(),
+            estimates: Some(Estimates {
+                a: ANY,
+                b: ANY,
+                coulomb: ANY,
+                load: ANY,
+                at_bounds: PerParameter::from_fn(|_| true),
+                standard_errors: Some(SERVO),
+            }),
+            commissioned: Some(Commissioned::new(&servo(), TUNING)),
+            under_way: true,
+        };
+        let mut bytes = [0; LONGEST_RECORD];
+        let written = postcard::to_slice(&record, &mut bytes).expect("it fits");
+        assert!(written.len() > LONGEST_RECORD / 2, "{}", written.len());
+    }
+
+    #[test]
+    fn the_servo_that_was_found_is_kept_whole() {
+        assert_eq!(Commissioned::new(&servo(), TUNING).servo(), servo());
+    }
+}

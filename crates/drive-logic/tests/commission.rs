@@ -1,0 +1,240 @@
+//! A drive that is to commission its servo: who may order it, and that it is all or nothing whatever
+//! happens.
+
+#[macro_use]
+mod support;
+
+use drive_link::{Command, Commissioning, Fault, Origin, Outcome, Refusal, Report, State};
+use drive_logic::Channel;
+use identifier_core::commission::{Phase, StopReason};
+use support::commission::{ORDER, SERVO, outcome, over, ready};
+use support::drive::Drive;
+use support::{Bench, Flash, settings};
+
+#[test]
+fn in_the_wrong_state_it_is_refused_with_a_reason_before_anything_moves() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    let mut channel = Channel::new();
+    let mut drive = Drive::as_it_comes(&mut channel, &bench, &flash, Ok(()));
+    let order = Command::Commission(ORDER);
+    assert_eq!(drive.refusal(Command::Outcome), Refusal::NeverCommissioned);
+    assert_eq!(drive.refusal(order), Refusal::NotConfigured);
+    drive.done(Command::Configure(settings()));
+    drive.done(Command::Start);
+    drive.pass(10);
+    assert_eq!(drive.refusal(order), Refusal::Running);
+    drive.lines(|lines| lines.amplifier = false);
+    drive.pass(3);
+    let struck = Refusal::Faulted(Fault::AmplifierFault);
+    assert_eq!(drive.refusal(order), struck);
+    drive.pass(10);
+    assert_eq!(bench.held.get(), None);
+    assert_eq!(drive.status().commissioning, None);
+    assert_eq!(flash.steps.get(), 0, "nothing was kept");
+}
+
+#[test]
+fn what_contradicts_is_refused_by_name_before_anything_is_kept_or_moves() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let orders = [
+        ("sample_time", {
+            let mut order = ORDER;
+            order.sample_time *= 2.0;
+            order
+        }),
+        ("resolution", {
+            let mut order = ORDER;
+            order.resolution *= 2.0;
+            order
+        }),
+        ("limit_high", {
+            let mut order = ORDER;
+            order.limits.command[1] = 10.1;
+            order
+        }),
+        ("travel", {
+            let mut order = ORDER;
+            order.limits.travel = [1.0, 2.0];
+            order
+        }),
+        ("speed", {
+            let mut order = ORDER;
+            order.limits.speed = f64::NAN;
+            order
+        }),
+    ];
+    for (name, order) in orders {
+        match drive.refusal(Command::Commission(order)) {
+            Refusal::Setting(refused) => assert_eq!(refused.name, name, "{refused}"),
+            other => panic!("{name}: {other:?}"),
+        }
+    }
+    drive.pass(10);
+    assert_eq!(bench.held.get(), None);
+    assert_eq!(flash.steps.get(), 0, "nothing was kept");
+}
+
+#[test]
+fn a_flash_that_does_not_keep_what_holds_lets_nothing_begin() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    flash.steps_left.set(3);
+    let refused = drive.refusal(Command::Commission(ORDER));
+    assert_eq!(refused, Refusal::NotKept);
+    drive.pass(10);
+    assert_eq!(bench.held.get(), None);
+    assert_eq!(drive.supervisor.state(), State::Released);
+    // And the drive is of use still.
+    flash.steps_left.set(usize::MAX);
+    drive.done(Command::Commission(ORDER));
+    assert_eq!(drive.supervisor.state(), State::Commissioning);
+}
+
+#[test]
+fn an_axis_at_its_switch_is_not_moved() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    drive.lines(|lines| lines.low_switch = false);
+    drive.done(Command::Commission(ORDER));
+    over(&mut drive);
+    assert_eq!(bench.held.get(), None);
+    let aborted = Commissioning {
+        phase: Phase::Aborted,
+        reason: Some(StopReason::LimitSwitch),
+    };
+    assert_eq!(outcome(&mut drive).commissioning, aborted);
+    let stuck = State::Faulted(Fault::LimitSwitchesStuck);
+    assert_eq!(drive.supervisor.state(), stuck);
+    assert_eq!(drive.shown(), settings());
+}
+
+#[test]
+fn a_stop_that_overtakes_it_lets_nothing_begin() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    drive.done(Command::Commission(ORDER));
+    drive.done(Command::Stop);
+    over(&mut drive);
+    assert_eq!(bench.held.get(), None);
+    let stopped = Commissioning {
+        phase: Phase::Aborted,
+        reason: Some(StopReason::Stopped),
+    };
+    assert_eq!(outcome(&mut drive).commissioning, stopped);
+    drive.done(Command::Start);
+}
+
+#[test]
+fn without_gains_a_drive_waits_for_a_commissioning() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    let mut channel = Channel::new();
+    let mut drive = Drive::as_it_comes(&mut channel, &bench, &flash, Ok(()));
+    assert_eq!(drive.status().gains, None, "an example is not of its servo");
+    let mut without = settings();
+    without.closed_loop.core.controller = None;
+    drive.done(Command::Configure(without));
+    assert_eq!(drive.status().gains, None);
+    match drive.refusal(Command::Start) {
+        Refusal::Setting(refused) => assert_eq!(refused.name, "controller"),
+        other => panic!("{other:?}"),
+    }
+    let mut wrong = without;
+    wrong.protection.stop_time = f64::NAN;
+    match drive.refusal(Command::Configure(wrong)) {
+        Refusal::Setting(refused) => assert_eq!(refused.name, "stop_time"),
+        other => panic!("{other:?}"),
+    }
+    drive.done(Command::Commission(ORDER));
+    assert_eq!(drive.supervisor.state(), State::Commissioning);
+}
+
+#[test]
+fn gains_that_were_given_are_said_to_be() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let gains = drive.status().gains.expect("they were given");
+    let core = settings().closed_loop.core;
+    assert_eq!(Some(gains.controller), core.controller);
+    assert_eq!((gains.cutoff, gains.origin), (core.cutoff, Origin::Given));
+}
+
+#[test]
+fn an_order_that_is_said_again_is_done_once_and_another_is_refused() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    drive.done(Command::Commission(ORDER));
+    drive.done(Command::Commission(ORDER));
+    let mut other = ORDER;
+    other.limits.duration *= 2.0;
+    let refused = drive.refusal(Command::Commission(other));
+    assert_eq!(refused, Refusal::Running);
+    assert_eq!(drive.refusal(Command::Save), Refusal::Running);
+    assert_eq!(drive.refusal(Command::Target(0.1)), Refusal::NotRunning);
+    assert_eq!(drive.supervisor.state(), State::Commissioning);
+}
+
+#[test]
+fn wherever_the_power_goes_before_the_end_the_gains_before_hold_and_it_is_told_once() {
+    let cold = ready();
+    // Steps of keeping what holds, and of taking the mark away again.
+    let steps = {
+        let (bench, flash) = (Bench::new(&SERVO), Flash::with(cold.clone()));
+        boot!(drive, &bench, &flash);
+        drive.done(Command::Commission(ORDER));
+        let marked = flash.steps.get();
+        drive.done(Command::Stop);
+        over(&mut drive);
+        (marked, flash.steps.get())
+    };
+    let lost = Commissioning {
+        phase: Phase::Aborted,
+        reason: Some(StopReason::PowerLost),
+    };
+    let mut told = 0;
+    for cut in 0..steps.1 {
+        let (bench, flash) = (Bench::new(&SERVO), Flash::with(cold.clone()));
+        {
+            boot!(drive, &bench, &flash);
+            flash.steps_left.set(cut);
+            if let Report::Done { .. } = drive.ask(Command::Commission(ORDER)) {
+                assert!(cut >= steps.0, "it began without a mark");
+                drive.done(Command::Stop);
+                over(&mut drive);
+            }
+        }
+        let after = Flash::with(flash.bytes.borrow().clone());
+        for boot in 0..2 {
+            boot!(drive, &bench, &after);
+            assert_eq!(drive.shown(), settings(), "cut after {cut} of {steps:?}");
+            let says = drive.status().commissioning;
+            if boot == 0 && says.is_some() {
+                assert_eq!(says, Some(lost), "cut after {cut} of {steps:?}");
+                told += 1;
+            } else {
+                assert_eq!(says, None, "cut after {cut} of {steps:?}: told twice");
+            }
+            drive.done(Command::Start);
+        }
+    }
+    assert!(told > 0, "it was never told");
+}
+
+#[test]
+fn what_was_never_ended_is_told_with_its_number_after_the_power_came_back() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::with(ready()));
+    {
+        boot!(drive, &bench, &flash);
+        drive.done(Command::Commission(ORDER));
+    }
+    boot!(drive, &bench, &flash);
+    let Outcome {
+        commissioning,
+        servo,
+        tuning,
+        kept,
+    } = outcome(&mut drive);
+    let number = commissioning.reason.map(StopReason::number);
+    assert_eq!((commissioning.phase, number), (Phase::Aborted, Some(173)));
+    assert_eq!((servo, tuning, kept), (None, None, false));
+}

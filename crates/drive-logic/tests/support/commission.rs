@@ -1,0 +1,66 @@
+//! Orders to commission, and what they come to.
+
+use drive_link::{Command, Outcome, Report, State};
+use identifier_core::commission::{CommissionSettings, Limits};
+use identifier_core::model::ServoParameters;
+use identifier_core::tuning::Goal;
+
+use super::drive::Drive;
+use super::{Bench, COUNTS, Flash, SAMPLE_TIME};
+
+/// A servo that lies still when it is let go.
+pub(crate) const SERVO: ServoParameters = ServoParameters {
+    a: 0.2174,
+    b: 257.7,
+    coulomb: 15.0,
+    load: 0.0,
+};
+
+/// An order that fits it and the settings of the bench.
+pub(crate) const ORDER: CommissionSettings = CommissionSettings {
+    sample_time: SAMPLE_TIME,
+    resolution: core::f64::consts::TAU / COUNTS,
+    limits: Limits {
+        travel: [-2.0, 2.0],
+        speed: 60.0,
+        command: [-10.0, 10.0],
+        duration: 2.0,
+        one_way: false,
+    },
+    command_delay: 0.0,
+    most_gain: None,
+    goal: Goal::Bandwidth(40.0),
+    most_sensitivity: 1.6,
+    trial_step: None,
+};
+
+/// The longest commissioning, samples.
+const LONGEST: u32 = 60_000;
+
+/// Lets it go on until it is over.
+pub(crate) fn over(drive: &mut Drive<'_>) -> Vec<Report> {
+    let mut told = Vec::new();
+    for _ in 0..LONGEST {
+        told.extend(drive.pass(1));
+        if drive.supervisor.state() != State::Commissioning {
+            return told;
+        }
+    }
+    panic!("the commissioning has no end: {:?}", drive.status());
+}
+
+/// What the last commissioning came to.
+pub(crate) fn outcome(drive: &mut Drive<'_>) -> Outcome {
+    match drive.ask(Command::Outcome) {
+        Report::Outcome { outcome, .. } => outcome,
+        other => panic!("{other:?} is no outcome"),
+    }
+}
+
+/// The flash of a drive that was configured and saved.
+pub(crate) fn ready() -> Vec<u8> {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    drive.done(Command::Save);
+    flash.bytes.borrow().clone()
+}

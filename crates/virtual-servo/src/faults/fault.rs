@@ -1,0 +1,123 @@
+use identifier_core::error::{Allowed, OutOfRange};
+
+use crate::Effects;
+
+/// A fault and when it is there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InjectedFault {
+    /// What it is.
+    pub kind: FaultKind,
+    /// When it begins, s from the first sample.
+    pub time: f64,
+    /// How long it lasts, s; infinite for one that stays. A jump has no duration.
+    pub duration: f64,
+    /// How large it is, in the unit of its kind; what it is has no meaning for a kind that has no size.
+    pub size: f64,
+}
+
+/// What can fail.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FaultKind {
+    /// The encoder's counter stands still; when it goes on, the counts between are lost.
+    EncoderStuck,
+    /// The encoder gives no valid reading; its counter goes on meanwhile.
+    EncoderLost,
+    /// The counter jumps by `size` counts.
+    EncoderJump,
+    /// The counter counts the other way.
+    EncoderReversed,
+    /// No command acts.
+    ActuatorDead,
+    /// The share `size` of the command acts.
+    ActuatorWeak,
+    /// The command acts the other way.
+    ActuatorReversed,
+    /// A load of `size`, rad/s², is there in addition.
+    LoadStep,
+    /// Coulomb friction is higher by `size`, rad/s².
+    FrictionRise,
+    /// Samples end too late: the command before acts for one more.
+    Overrun,
+    /// A limit switch is open.
+    LimitSwitch,
+    /// The amplifier reports a fault and lets the servo go.
+    AmplifierFault,
+}
+
+impl FaultKind {
+    /// All of them.
+    pub const ALL: [Self; 12] = [
+        Self::EncoderStuck,
+        Self::EncoderLost,
+        Self::EncoderJump,
+        Self::EncoderReversed,
+        Self::ActuatorDead,
+        Self::ActuatorWeak,
+        Self::ActuatorReversed,
+        Self::LoadStep,
+        Self::FrictionRise,
+        Self::Overrun,
+        Self::LimitSwitch,
+        Self::AmplifierFault,
+    ];
+
+    /// Its name in scenarios.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::EncoderStuck => "encoder-stuck",
+            Self::EncoderLost => "encoder-lost",
+            Self::EncoderJump => "encoder-jump",
+            Self::EncoderReversed => "encoder-reversed",
+            Self::ActuatorDead => "actuator-dead",
+            Self::ActuatorWeak => "actuator-weak",
+            Self::ActuatorReversed => "actuator-reversed",
+            Self::LoadStep => "load-step",
+            Self::FrictionRise => "friction-rise",
+            Self::Overrun => "overrun",
+            Self::LimitSwitch => "limit-switch",
+            Self::AmplifierFault => "amplifier-fault",
+        }
+    }
+
+    /// What its size may be; none for a kind that has no size.
+    #[must_use]
+    pub fn sizes(self) -> Option<Allowed> {
+        /// The largest jump: half of what a counter of 32 bits tells from one the other way.
+        const FARTHEST: f64 = (1_u32 << 30) as f64;
+        const MOST: f64 = Effects::LARGEST_ACCELERATION;
+        match self {
+            Self::EncoderJump => Some(Allowed::Within(-FARTHEST, FARTHEST)),
+            Self::ActuatorWeak => Some(Allowed::Within(0.0, 1.0)),
+            Self::LoadStep => Some(Allowed::Within(-MOST, MOST)),
+            Self::FrictionRise => Some(Allowed::Within(0.0, MOST)),
+            _ => None,
+        }
+    }
+}
+
+impl InjectedFault {
+    /// One that stays.
+    #[must_use]
+    pub fn lasting(kind: FaultKind, time: f64, size: f64) -> Self {
+        Self {
+            kind,
+            time,
+            duration: f64::INFINITY,
+            size,
+        }
+    }
+
+    /// # Errors
+    /// The value that is not allowed.
+    pub fn check(&self) -> Result<(), OutOfRange> {
+        Allowed::AtLeast(0.0).check("time", self.time)?;
+        if self.duration != f64::INFINITY {
+            Allowed::Above(0.0).check("duration", self.duration)?;
+        }
+        if let Some(allowed) = self.kind.sizes() {
+            allowed.check("size", self.size)?;
+        }
+        Ok(())
+    }
+}

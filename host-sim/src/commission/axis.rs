@@ -1,0 +1,79 @@
+//! The simulated axis that a commissioning moves.
+
+use std::f64::consts::TAU;
+
+use virtual_servo::{Encoder, SensorErrors, Servo};
+
+use crate::scenario::{Fault, Scenario};
+
+/// A servo with its encoder, as a scenario describes them.
+#[derive(Debug, Clone)]
+pub struct Axis {
+    servo: Servo,
+    errors: SensorErrors,
+    encoder: Encoder,
+    /// Command units; what balances the load where the servo stands at first.
+    balance: f64,
+}
+
+impl Axis {
+    /// At rest where its encoder counts zero.
+    ///
+    /// # Errors
+    /// The key that it cannot be built from.
+    pub fn of(scenario: &Scenario) -> Result<Self, Fault> {
+        let units = scenario.checked_units()?;
+        let (time, seed) = (units.sample_time(), scenario.noise_seed());
+        let parameters = scenario.servo()?;
+        let servo = Servo::at_rest(&parameters, &scenario.effects, time, seed)
+            .map_err(|error| Fault::of_effect(&error))?;
+        let errors = SensorErrors::new(&scenario.sensor, time, seed)
+            .map_err(|error| Fault::new(format!("encoder.{}", error.parameter), error))?;
+        let counts = scenario.counts_per_rev;
+        let effects = &scenario.effects;
+        // Gravity and cogging at an angle of zero are their cosines.
+        let load = parameters.load + effects.gravity[1] + effects.ripple[1];
+        let acting = -load / parameters.b;
+        let balance = match acting {
+            0.0 => 0.0,
+            acting => acting + effects.dead_band * acting.signum(),
+        };
+        Ok(Self {
+            servo,
+            errors,
+            encoder: Encoder::new(counts.unwrap_or(TAU / units.position_unit())),
+            balance,
+        })
+    }
+
+    /// The command that keeps it where it stands at first, command units.
+    #[must_use]
+    pub fn balance(&self) -> f64 {
+        self.balance
+    }
+
+    /// Reads the encoder, whose counter wraps at 32 bits.
+    pub fn count(&mut self) -> Option<i32> {
+        let seen = self
+            .errors
+            .seen(self.servo.position(), self.servo.velocity());
+        Some(self.encoder.read(seen) as i32)
+    }
+
+    /// Where it is in truth, rad.
+    #[must_use]
+    pub fn position(&self) -> f64 {
+        self.servo.position()
+    }
+
+    /// How fast it is in truth, rad/s.
+    #[must_use]
+    pub fn velocity(&self) -> f64 {
+        self.servo.velocity()
+    }
+
+    /// Moves one sample under a held command.
+    pub fn advance(&mut self, command: f64) {
+        self.servo.advance(command);
+    }
+}

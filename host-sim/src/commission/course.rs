@@ -1,0 +1,86 @@
+use identifier_core::commission::Phase;
+
+use super::Sample;
+
+/// The course of a commissioning: its phases, and how far the servo went.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Course {
+    samples: u64,
+    /// The phases, in their order.
+    pub phases: Vec<Stretch>,
+    /// How far the servo went while it was commanded, in truth.
+    pub excursion: Excursion,
+}
+
+/// A phase, from when to when.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stretch {
+    /// Which.
+    pub phase: Phase,
+    /// Its first sample, s.
+    pub begin: f64,
+    /// The first sample of the next, or the last that was watched, s.
+    pub end: f64,
+}
+
+/// How far and how fast the servo went, and the commands that acted.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Excursion {
+    /// Lowest and highest position, rad from where it stood.
+    pub position: [f64; 2],
+    /// The largest speed, rad/s.
+    pub speed: f64,
+    /// Lowest and highest command, command units.
+    pub command: [f64; 2],
+}
+
+impl Course {
+    pub(super) fn add(&mut self, sample: &Sample) {
+        self.samples += 1;
+        match self.phases.last_mut() {
+            Some(last) if last.phase == sample.phase => {}
+            last => {
+                if let Some(last) = last {
+                    last.end = sample.time;
+                }
+                self.phases.push(Stretch {
+                    phase: sample.phase,
+                    begin: sample.time,
+                    end: sample.time,
+                });
+            }
+        }
+        // A servo that was let go for good goes where its load takes it.
+        let let_go = sample.phase.is_end() && sample.command.is_none();
+        if !let_go {
+            self.excursion.add(sample);
+        }
+    }
+
+    pub(super) fn finish(mut self, time: f64) -> Self {
+        if let Some(last) = self.phases.last_mut() {
+            last.end = time;
+        }
+        self
+    }
+
+    /// Where it stands.
+    pub(super) fn phase(&self) -> Phase {
+        self.phases.last().map_or(Phase::Idle, |last| last.phase)
+    }
+
+    /// The samples that were run.
+    #[must_use]
+    pub fn samples(&self) -> u64 {
+        self.samples
+    }
+}
+
+impl Excursion {
+    fn add(&mut self, sample: &Sample) {
+        let widen = |[low, high]: [f64; 2], value: f64| [low.min(value), high.max(value)];
+        self.position = widen(self.position, sample.position);
+        self.speed = self.speed.max(sample.velocity.abs());
+        self.command = widen(self.command, sample.command.unwrap_or(0.0));
+    }
+}

@@ -1,0 +1,161 @@
+//! A commissioning on the simulated drive: the machine of the firmware, the simulator's servo.
+//!
+//! A sample is always the same, in the simulator, on the chip and with the chip in the loop: the encoder is
+//! read, the interrupt's half gives a command, the background's half does its slices of work, and the command
+//! acts until the next sample. So a commissioning is the same to the bit wherever it runs.
+
+mod axis;
+mod course;
+mod record;
+mod response;
+
+pub use axis::Axis;
+pub use course::{Course, Excursion, Stretch};
+pub use record::{End, Known, Outcome, Sample};
+pub use response::StepResponse;
+
+use identifier_core::commission::{
+    Answer, Commission, CommissionSettings, HoldingGains, LargestMotion, Seen, Study,
+};
+use identifier_core::number::Number;
+
+use crate::scenario::{Arithmetic, Fault, Scenario};
+
+/// Blocks that the study's record has, as in the firmware.
+pub const RECORD: usize = 256;
+
+/// For how long what follows on the end is watched, s.
+const AFTERWARDS: f64 = 0.2;
+
+/// The longest that a commissioning may take, s: it is to end by itself long before.
+const LONGEST: f64 = 120.0;
+
+/// A commissioning of a scenario's servo, about to begin.
+#[derive(Debug, Clone)]
+pub struct Commissioning {
+    axis: Axis,
+    settings: CommissionSettings,
+    before: Option<HoldingGains>,
+    arithmetic: Arithmetic,
+    largest: LargestMotion,
+}
+
+impl Commissioning {
+    /// What a scenario describes.
+    ///
+    /// # Errors
+    /// The key that is missing, or that it cannot be done with; nothing has moved then.
+    pub fn of(scenario: &Scenario) -> Result<Self, Fault> {
+        let settings = scenario.commission_settings()?;
+        let before = scenario.gains_before()?;
+        let refused = |error| scenario.fault_of_commission(&error);
+        let machine = Commission::<f64>::new(&settings, before.as_ref()).map_err(refused)?;
+        Study::<f64, RECORD>::new(&settings).map_err(refused)?;
+        let arithmetic = scenario.identifier.arithmetic;
+        if arithmetic == Arithmetic::Fixed {
+            return Err(Fault::new(
+                "identifier.arithmetic",
+                "a commissioning is computed in \"f32\", as on the chip, or in \"f64\"",
+            ));
+        }
+        Ok(Self {
+            axis: Axis::of(scenario)?,
+            settings,
+            before,
+            arithmetic,
+            largest: machine.largest_motion(),
+        })
+    }
+
+    /// What the core is told.
+    #[must_use]
+    pub fn settings(&self) -> &CommissionSettings {
+        &self.settings
+    }
+
+    /// The gains that hold the servo before, if there are any.
+    #[must_use]
+    pub fn gains_before(&self) -> Option<&HoldingGains> {
+        self.before.as_ref()
+    }
+
+    /// The largest motion that there can be before anything is known of the servo.
+    #[must_use]
+    pub fn largest_motion(&self) -> LargestMotion {
+        self.largest
+    }
+
+    /// Runs it and shows every sample to `observe`.
+    ///
+    /// # Errors
+    /// As [`Commissioning::of`].
+    pub fn run(self, observe: &mut dyn FnMut(&Sample)) -> Result<Outcome, Fault> {
+        match self.arithmetic {
+            Arithmetic::F64 => self.run_in::<f64>(observe),
+            Arithmetic::F32 | Arithmetic::Fixed => self.run_in::<f32>(observe),
+        }
+    }
+
+    fn run_in<N: Number>(mut self, observe: &mut dyn FnMut(&Sample)) -> Result<Outcome, Fault> {
+        let refused = |error| Fault::new("commission", error);
+        let machine =
+            Commission::<N>::new(&self.settings, self.before.as_ref()).map_err(refused)?;
+        let mut study = Study::<N, RECORD>::new(&self.settings).map_err(refused)?;
+        let held = self.before.map(|_| N::from_f64(self.axis.balance()));
+        let sample_time = self.settings.sample_time;
+        let mut course = Course::default();
+        let mut state = None;
+        let mut known = Vec::new();
+        let mut end: Option<End> = None;
+        loop {
+            let time = course.samples() as f64 * sample_time;
+            let (position, velocity) = (self.axis.position(), self.axis.velocity());
+            let count = self.axis.count();
+            let state = state.get_or_insert_with(|| machine.start(count.unwrap_or(0), held));
+            let seen = Seen {
+                count,
+                late: false,
+                stop: None,
+            };
+            let step = machine.process(state, &seen);
+            if let Some(finding) = &step.finding {
+                study.take(finding);
+            }
+            for answer in (0..machine.slices()).filter_map(|_| study.work()) {
+                if let Answer::Identified(servo) = answer {
+                    known.push(Known { time, servo });
+                }
+                machine.accept(state, &answer);
+            }
+            let sample = Sample {
+                time,
+                phase: step.phase,
+                measured: count.map(|count| f64::from(count) * self.settings.resolution),
+                position,
+                velocity,
+                command: step.command.map(Number::to_f64),
+            };
+            if step.phase.is_end() && end.is_none() {
+                end = Some(End {
+                    phase: step.phase,
+                    within: course.phase(),
+                    reason: state.reason(),
+                    time,
+                });
+            }
+            course.add(&sample);
+            observe(&sample);
+            let over = end.as_ref().map_or(LONGEST, |end| end.time + AFTERWARDS);
+            if time >= over {
+                return Ok(Outcome {
+                    end,
+                    known,
+                    tuning: state.tuning().copied(),
+                    course: course.finish(time),
+                });
+            }
+            let acting = sample.command.unwrap_or(0.0);
+            self.axis.advance(acting);
+        }
+    }
+}

@@ -1,0 +1,76 @@
+use identifier_core::commission::{IdentifiedServo, Phase, StopReason};
+use identifier_core::tuning::Tuning;
+
+use super::Course;
+
+/// One sample of a commissioning, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Time since it began, s.
+    pub time: f64,
+    /// Where it stands.
+    pub phase: Phase,
+    /// What the encoder shows, rad; none if it gave no valid reading.
+    pub measured: Option<f64>,
+    /// Where the servo is in truth, rad.
+    pub position: f64,
+    /// How fast it is in truth, rad/s.
+    pub velocity: f64,
+    /// The command that acts from here on, command units; none if the servo is let go.
+    pub command: Option<f64>,
+}
+
+/// How a commissioning ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct End {
+    /// Applied, rolled back or aborted.
+    pub phase: Phase,
+    /// The phase in which that was decided.
+    pub within: Phase,
+    /// Why there are no new gains, if there are none.
+    pub reason: Option<StopReason>,
+    /// When, s.
+    pub time: f64,
+}
+
+/// What was known of the servo from a time on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Known {
+    /// Since when, s.
+    pub time: f64,
+    /// The servo.
+    pub servo: IdentifiedServo,
+}
+
+/// What is known of a commissioning once it has run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// How it ended; none if it never did, which is a fault of the machine.
+    pub end: Option<End>,
+    /// The servo as it was known after each motion.
+    pub known: Vec<Known>,
+    /// The gains that were found, and their promise.
+    pub tuning: Option<Tuning>,
+    /// Its phases, and how far the servo went.
+    pub course: Course,
+}
+
+impl Outcome {
+    /// Whether the new gains hold.
+    #[must_use]
+    pub fn is_applied(&self) -> bool {
+        self.end.is_some_and(|end| end.phase == Phase::Applied)
+    }
+
+    /// The servo, as far as it is known.
+    #[must_use]
+    pub fn servo(&self) -> Option<&IdentifiedServo> {
+        self.known.last().map(|known| &known.servo)
+    }
+
+    /// Why they do not.
+    #[must_use]
+    pub fn reason(&self) -> Option<StopReason> {
+        self.end.and_then(|end| end.reason)
+    }
+}

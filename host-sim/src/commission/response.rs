@@ -1,0 +1,107 @@
+//! The step response of a loop, by the simulator's exact position.
+
+use identifier_core::Settings;
+use identifier_core::commission::HoldingGains;
+use identifier_core::control::{ControlState, Controller, position_error};
+use identifier_core::identifier::IdentifierError;
+use identifier_core::measurement::velocity::LowPass;
+
+use super::Axis;
+use crate::scenario::{Fault, Scenario};
+
+/// A servo under gains that follows a step of its reference, SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StepResponse {
+    sample_time: f64,
+    step: f64,
+    /// Position from where it stood, a part of the step, sample by sample from the step on.
+    done: Vec<f64>,
+}
+
+impl StepResponse {
+    /// Of a scenario's servo, encoder included: it is held until it has had `settling` to come to rest, then
+    /// steps, and is watched for `lasting`.
+    ///
+    /// # Errors
+    /// The key that it cannot be built from.
+    pub fn of(
+        scenario: &Scenario,
+        gains: &HoldingGains,
+        step: f64,
+        [settling, lasting]: [f64; 2],
+    ) -> Result<Self, Fault> {
+        let settings = Settings {
+            cutoff: gains.cutoff,
+            controller: Some(gains.controller),
+            ..scenario.stated
+        };
+        let controller: Result<Controller<f64, LowPass<f64>>, IdentifierError> = settings.build();
+        let controller = controller.map_err(|error| scenario.fault(&error))?;
+        let units = scenario.checked_units()?;
+        let sample_time = units.sample_time();
+        let mut axis = Axis::of(scenario)?;
+        let mut state = ControlState::default();
+        let mut before = axis.count().unwrap_or(0);
+        let first = before;
+        let mut advance = |axis: &mut Axis, reference: f64| {
+            let count = axis.count().unwrap_or(before);
+            let moved = f64::from(count.wrapping_sub(before));
+            before = count;
+            let error = position_error(first, reference * units.position(), count);
+            let sample = controller.process(&mut state, error, moved);
+            // A loop that has run away beyond what it can count goes nowhere any more.
+            axis.advance(sample.map_or(0.0, |sample| sample.command));
+        };
+        let samples = |time: f64| (time / sample_time).ceil() as u64;
+        for _ in 0..samples(settling) {
+            advance(&mut axis, 0.0);
+        }
+        let from = axis.position();
+        let mut done = Vec::new();
+        for _ in 0..samples(lasting) {
+            done.push((axis.position() - from) / step);
+            advance(&mut axis, step);
+        }
+        Ok(Self {
+            sample_time,
+            step,
+            done,
+        })
+    }
+
+    /// From 10 to 90 % of the step, s; none if it did not get there.
+    #[must_use]
+    pub fn rise_time(&self) -> Option<f64> {
+        Some(self.passes(0.9)? - self.passes(0.1)?)
+    }
+
+    /// Beyond the step, a part of it.
+    #[must_use]
+    pub fn overshoot(&self) -> f64 {
+        let highest = self.done.iter().copied().fold(0.0, f64::max);
+        (highest - 1.0).max(0.0)
+    }
+
+    /// The largest distance from the step in the last quarter of the time, a part of it.
+    #[must_use]
+    pub fn left_over(&self) -> f64 {
+        let last = &self.done[self.done.len() / 4 * 3..];
+        last.iter()
+            .map(|done| (done - 1.0).abs())
+            .fold(0.0, f64::max)
+    }
+
+    /// Time since the step, s, and position from where it stood, rad.
+    pub fn points(&self) -> impl Iterator<Item = (f64, f64)> {
+        let point = |(k, done): (usize, &f64)| (k as f64 * self.sample_time, done * self.step);
+        self.done.iter().enumerate().map(point)
+    }
+
+    /// When a part of the step is passed, s, on a straight line between two samples.
+    fn passes(&self, level: f64) -> Option<f64> {
+        let after = self.done.iter().position(|&done| done >= level)?;
+        let (before, next) = (self.done[after.checked_sub(1)?], self.done[after]);
+        let part = (level - before) / (next - before);
+        Some((after as f64 - 1.0 + part) * self.sample_time)
+    }
+}

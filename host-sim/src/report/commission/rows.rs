@@ -1,0 +1,56 @@
+use std::io::{self, Write};
+
+use crate::commission::Sample;
+use crate::scenario::LogSettings;
+
+/// Names and units of the columns; time, position and command are what a replay looks for.
+const COLUMNS: [&str; 6] = [
+    LogSettings::OWN_TIME,
+    LogSettings::OWN_POSITION,
+    LogSettings::OWN_COMMAND,
+    "phase",
+    "true_position_rad",
+    "true_velocity_rad_per_s",
+];
+
+/// Writes the samples of a commissioning row by row, SI. A servo that is let go has a command of zero; a
+/// reading that the encoder did not give is left empty.
+#[derive(Debug)]
+pub struct RowWriter<W: Write>(csv::Writer<W>);
+
+impl<W: Write> RowWriter<W> {
+    /// Begins with the heading.
+    ///
+    /// # Errors
+    /// Whatever the writer answers.
+    pub fn new(out: W) -> Result<Self, csv::Error> {
+        let mut rows = csv::Writer::from_writer(out);
+        rows.write_record(COLUMNS)?;
+        Ok(Self(rows))
+    }
+
+    /// Writes a sample.
+    ///
+    /// # Errors
+    /// Whatever the writer answers.
+    pub fn add(&mut self, sample: &Sample) -> Result<(), csv::Error> {
+        let measured = sample.measured.map_or_else(String::new, |q| q.to_string());
+        self.0.write_record([
+            sample.time.to_string(),
+            measured,
+            sample.command.unwrap_or(0.0).to_string(),
+            sample.phase.name().to_owned(),
+            sample.position.to_string(),
+            sample.velocity.to_string(),
+        ])
+    }
+
+    /// Ends the file; what it was written into comes back.
+    ///
+    /// # Errors
+    /// Whatever the writer answers.
+    pub fn finish(self) -> io::Result<W> {
+        let out = self.0.into_inner();
+        out.map_err(csv::IntoInnerError::into_error)
+    }
+}

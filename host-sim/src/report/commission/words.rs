@@ -1,0 +1,203 @@
+//! What is said of a commissioning at a terminal.
+
+use std::fmt::Write as _;
+
+use comfy_table::{CellAlignment, Table, presets};
+use identifier_core::commission::{HoldingGains, IdentifiedServo, LargestMotion};
+use identifier_core::tuning::Tuning;
+
+use super::{UNKNOWNS, truth, values};
+use crate::commission::Outcome;
+use crate::scenario::Scenario;
+
+/// What is printed before anything moves.
+#[must_use]
+pub fn largest_motion(motion: &LargestMotion) -> String {
+    let [low, high] = motion.travel;
+    format!(
+        "Until the servo is known it moves at most from {low:.4} to {high:+.4} rad of where it stands, at \
+         {:.4} rad/s at most.",
+        motion.speed
+    )
+}
+
+/// A line for each phase.
+#[must_use]
+pub fn phases(outcome: &Outcome) -> String {
+    let mut lines = String::new();
+    for stretch in &outcome.course.phases {
+        let name = stretch.phase.name();
+        let (begin, lasting) = (stretch.begin, stretch.end - stretch.begin);
+        // Nothing can fail that is written into memory.
+        let _ = if stretch.phase.is_end() {
+            writeln!(lines, "{begin:>9.4} s  {name}")
+        } else {
+            writeln!(lines, "{begin:>9.4} s  {name:<15}{lasting:>9.4} s long")
+        };
+    }
+    lines
+}
+
+/// What was identified beside the truth.
+#[must_use]
+pub fn servo(scenario: &Scenario, servo: &IdentifiedServo) -> String {
+    let mut table = heading(["servo", "identified", "unit", "true", "error"]);
+    let known = values(&servo.parameters, servo.delay);
+    let truth = truth(scenario);
+    for (i, (name, unit, place)) in UNKNOWNS.into_iter().enumerate() {
+        let (value, std_error) = (known[i], servo.standard_error(place));
+        let digits = digits(std_error, value);
+        let (actual, error) = match truth.map(|truth| truth[i]) {
+            Some(actual) => {
+                let off = value - actual;
+                let relative = 100.0 * off / actual;
+                let error = match actual {
+                    0.0 => format!("{off:+.digits$}"),
+                    _ => format!("{relative:+.2} %"),
+                };
+                (format!("{actual}"), error)
+            }
+            None => (dash(), dash()),
+        };
+        table.add_row([
+            name.to_owned(),
+            format!("{value:.digits$} ± {std_error:.digits$}"),
+            unit.to_owned(),
+            actual,
+            error,
+        ]);
+    }
+    right_aligned(&mut table, &[1, 3, 4]);
+    table.to_string()
+}
+
+/// The gains before and the new ones.
+#[must_use]
+pub fn gains(before: Option<&HoldingGains>, tuning: &Tuning) -> String {
+    let mut table = heading(["gain", "before", "new", "unit"]);
+    let gain = |of: fn(&HoldingGains) -> f64| before.map_or_else(dash, |before| figure(of(before)));
+    for (name, before, new, unit) in [
+        (
+            "kp",
+            gain(|g| g.controller.kp),
+            tuning.kp,
+            "command units per rad",
+        ),
+        (
+            "kd",
+            gain(|g| g.controller.kd),
+            tuning.kd,
+            "command units per rad/s",
+        ),
+        (
+            "ki",
+            gain(|g| g.controller.ki),
+            tuning.ki,
+            "command units per rad s",
+        ),
+        ("cutoff", gain(|g| g.cutoff), tuning.cutoff, "rad/s"),
+    ] {
+        table.add_row([name.to_owned(), before, figure(new), unit.to_owned()]);
+    }
+    right_aligned(&mut table, &[1, 2]);
+    table.to_string()
+}
+
+/// What the new gains promise.
+#[must_use]
+pub fn promise(tuning: &Tuning) -> String {
+    let promise = &tuning.promise;
+    let mut table = heading(["response", "promised", "unit"]);
+    let [least, most] = promise.gain_margins;
+    for (name, promised, unit) in [
+        ("bandwidth", figure(tuning.bandwidth), "rad/s"),
+        ("step", figure(promise.step), "rad"),
+        ("rise time", figure(1e3 * promise.rise_time), "ms"),
+        ("overshoot", figure(100.0 * promise.overshoot), "%"),
+        ("settling time", figure(1e3 * promise.settling_time), "ms"),
+        ("largest sensitivity", figure(promise.sensitivity), ""),
+        ("gain margins", format!("{least:.2} to {most:.2}"), ""),
+        (
+            "command of the step",
+            figure(100.0 * promise.command_share),
+            "% of the limit",
+        ),
+        (
+            "noise of the command",
+            figure(promise.noise),
+            "command units",
+        ),
+        ("compliance", figure(promise.compliance), "rad per rad/s²"),
+    ] {
+        table.add_row([name.to_owned(), promised, unit.to_owned()]);
+    }
+    right_aligned(&mut table, &[1]);
+    table.to_string()
+}
+
+/// How it ended, in a sentence.
+#[must_use]
+pub fn verdict(before: bool, outcome: &Outcome) -> String {
+    let Some(end) = &outcome.end else {
+        return "unfinished: it did not end by itself".to_owned();
+    };
+    match end.reason {
+        None => format!(
+            "{}: the new gains hold since {:.4} s",
+            end.phase.name(),
+            end.time
+        ),
+        Some(reason) => {
+            let since = if before {
+                "the gains before hold again"
+            } else {
+                "the servo is let go"
+            };
+            format!(
+                "{} in {}: {reason} ({since} since {:.4} s)",
+                end.phase.name(),
+                end.within.name(),
+                end.time
+            )
+        }
+    }
+}
+
+fn heading<const N: usize>(names: [&str; N]) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_BORDERS_ONLY);
+    table.set_header(names);
+    table
+}
+
+fn right_aligned(table: &mut Table, columns: &[usize]) {
+    for &column in columns {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+}
+
+fn dash() -> String {
+    "–".to_owned()
+}
+
+/// Four digits that count.
+fn figure(value: f64) -> String {
+    format!("{value:.*}", digits(value.abs() / 1e3, value))
+}
+
+/// The digits behind the point that show two of a standard error, or four of a value known exactly.
+fn digits(std_error: f64, value: f64) -> usize {
+    /// Digits behind the point that a table has room for.
+    const MOST: f64 = 9.0;
+    let smallest = if std_error > 0.0 {
+        std_error / 10.0
+    } else {
+        value.abs() / 1e3
+    };
+    match smallest {
+        0.0 => 0,
+        smallest => (-smallest.log10().floor()).clamp(0.0, MOST) as usize,
+    }
+}

@@ -1,0 +1,191 @@
+//! What a scenario states of a commissioning, and what the core makes of it.
+
+use identifier_core::commission::{CommissionError, CommissionSettings, HoldingGains, Limits};
+use identifier_core::tuning::Goal;
+
+use super::{Fault, Key, Scenario, Velocity};
+
+/// What a commissioning may do and is asked for, SI; none for what follows from something else.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(
+    missing_docs,
+    reason = "the fields are the keys of the scenario file, documented there"
+)]
+pub struct CommissionOrder {
+    pub travel: [f64; 2],
+    pub speed: f64,
+    pub command: Option<[f64; 2]>,
+    pub duration: f64,
+    pub one_way: bool,
+    pub response_time: Option<f64>,
+    pub bandwidth: Option<f64>,
+    pub stiffest: Option<bool>,
+    pub most_sensitivity: f64,
+    pub trial_step: Option<f64>,
+    pub most_gain: Option<f64>,
+    pub command_delay: Option<f64>,
+    pub sample_time: Option<f64>,
+    /// The amplifier's own limit, which the command keeps in any case.
+    amplifier: Option<[f64; 2]>,
+}
+
+impl CommissionOrder {
+    pub(super) const DURATION: f64 = 1.0;
+    pub(super) const MOST_SENSITIVITY: f64 = 1.6;
+
+    /// Of which nothing is stated yet, behind an amplifier with a limit, if it has one.
+    pub(super) fn behind(amplifier: Option<[f64; 2]>) -> Self {
+        let limited = amplifier.filter(|limit| limit.iter().all(|end| end.is_finite()));
+        Self {
+            travel: [0.0; 2],
+            speed: 0.0,
+            command: None,
+            duration: Self::DURATION,
+            one_way: false,
+            response_time: None,
+            bandwidth: None,
+            stiffest: None,
+            most_sensitivity: Self::MOST_SENSITIVITY,
+            trial_step: None,
+            most_gain: None,
+            command_delay: None,
+            sample_time: None,
+            amplifier: limited,
+        }
+    }
+
+    /// The lowest and highest command.
+    fn command_limit(&self) -> Result<[f64; 2], Fault> {
+        const KEY: &str = "commission.command";
+        match (self.command, self.amplifier) {
+            (Some([low, high]), Some([least, most])) if low < least || high > most => {
+                let fault = format!(
+                    "[{low}, {high}] is more than the amplifier gives: amplifier.limit is [{least}, {most}]"
+                );
+                Err(Fault::new(KEY, fault))
+            }
+            (Some(command), _) | (None, Some(command)) => Ok(command),
+            (None, None) => Err(Fault::new(
+                KEY,
+                "without amplifier.limit this has to be stated",
+            )),
+        }
+    }
+
+    /// What is asked of the gains.
+    fn goal(&self) -> Result<Goal, Fault> {
+        match (self.response_time, self.bandwidth, self.stiffest) {
+            (Some(time), None, None | Some(false)) => Ok(Goal::ResponseTime(time)),
+            (None, Some(bandwidth), None | Some(false)) => Ok(Goal::Bandwidth(bandwidth)),
+            (None, None, None | Some(true)) => Ok(Goal::Stiffest),
+            (None, None, Some(false)) => Err(Fault::new(
+                "commission.stiffest",
+                "without it response_time or bandwidth has to be stated",
+            )),
+            (_, Some(_), _) => Err(Fault::new(
+                "commission.bandwidth",
+                "there is another goal beside it: state one of response_time, bandwidth and stiffest",
+            )),
+            (Some(_), None, _) => Err(Fault::new(
+                "commission.response_time",
+                "there is another goal beside it: state one of response_time, bandwidth and stiffest",
+            )),
+        }
+    }
+}
+
+impl Scenario {
+    /// What the core is told of a commissioning.
+    ///
+    /// # Errors
+    /// The key that is missing or contradicts another.
+    pub fn commission_settings(&self) -> Result<CommissionSettings, Fault> {
+        let order = self.commission.as_ref().ok_or_else(|| {
+            let about = Key::of("commission").map_or("", |key| key.about);
+            Fault::new("commission", format!("a commissioning needs {about}"))
+        })?;
+        let plant_box = self.stated.identifier.plant_box;
+        Ok(CommissionSettings {
+            sample_time: self.sample_time(),
+            resolution: self.stated.resolution,
+            limits: Limits {
+                travel: order.travel,
+                speed: order.speed,
+                command: order.command_limit()?,
+                duration: order.duration,
+                one_way: order.one_way,
+            },
+            command_delay: order
+                .command_delay
+                .unwrap_or(self.stated.identifier.terms.delay),
+            most_gain: order
+                .most_gain
+                .or(plant_box.map(|plant_box| plant_box.b[1])),
+            goal: order.goal()?,
+            most_sensitivity: order.most_sensitivity,
+            trial_step: order.trial_step,
+        })
+    }
+
+    /// The gains that hold the servo before a commissioning, if there is a controller.
+    ///
+    /// # Errors
+    /// It has no low-pass: a commissioning can go back to no other.
+    pub fn gains_before(&self) -> Result<Option<HoldingGains>, Fault> {
+        if self.stated.controller.is_some() && self.velocity != Velocity::LowPass {
+            return Err(Fault::new(
+                "controller.velocity_filter.kind",
+                "a commissioning goes back to gains with a \"low-pass\", and to no other",
+            ));
+        }
+        Ok(self.stated.controller.map(|controller| HoldingGains {
+            controller,
+            cutoff: self.stated.cutoff,
+        }))
+    }
+
+    /// What a commissioning is refused for, at the key that it is best mended at.
+    pub(crate) fn fault_of_commission(&self, error: &CommissionError) -> Fault {
+        let asked = self.commission.and_then(|order| order.response_time);
+        match (error, asked) {
+            (CommissionError::TooFast { bandwidth, most }, Some(time)) => {
+                // The response takes the longer the lower the bandwidth.
+                let needed = time * bandwidth / most;
+                let fault = format!(
+                    "a response within {time} s is faster than sampling and delay permit: ask for {needed:.4} s or more"
+                );
+                Fault::new("commission.response_time", fault)
+            }
+            (CommissionError::TooFast { .. }, None) => Fault::new("commission.bandwidth", error),
+            (CommissionError::TravelTooSmall { .. }, _) => Fault::new("commission.travel", error),
+            (CommissionError::SpeedTooSmall { .. }, _) => Fault::new("commission.speed", error),
+            (CommissionError::OutOfRange { setting, .. }, _) => {
+                let key = match *setting {
+                    "resolution" => "encoder.counts_per_rev",
+                    "most_sensitivity" => "commission.max_sensitivity",
+                    "cutoff" => "controller.velocity_filter.cutoff",
+                    "kp" => "controller.kp",
+                    "kd" => "controller.kd",
+                    "ki" => "controller.ki",
+                    setting => return Fault::new(format!("commission.{setting}"), error),
+                };
+                Fault::new(key, error)
+            }
+            (_, _) => Fault::new("commission", error),
+        }
+    }
+}
+
+/// The sample time of a commissioning: the controller's, or its own where there is none.
+pub(super) fn adopt_sample_time(scenario: &mut Scenario) -> Result<(), Fault> {
+    let Some(own) = scenario.commission.and_then(|order| order.sample_time) else {
+        return Ok(());
+    };
+    let running = scenario.stated.sample_time;
+    if scenario.stated.controller.is_some() && own.to_bits() != running.to_bits() {
+        let fault = format!("{own} s contradicts controller.sample_time, {running} s");
+        return Err(Fault::new("commission.sample_time", fault));
+    }
+    scenario.stated.sample_time = own;
+    Ok(())
+}

@@ -1,0 +1,94 @@
+use crate::model::ServoParameters;
+use crate::number::Number;
+
+/// What the wiggle has found of the servo on its way: enough to brake it, not more. Counts and samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Crude<N> {
+    /// b, counts per sample² and command unit; zero while nothing is known.
+    pub gain: N,
+    /// 1/b; zero while nothing is known.
+    pub per_gain: N,
+    /// d − c, the acceleration without a command in forward motion, counts per sample².
+    pub forward: N,
+    /// d + c, the same backwards.
+    pub backward: N,
+    /// a, 1/sample.
+    pub viscous: N,
+}
+
+impl<N: Number> Crude<N> {
+    pub(crate) const UNKNOWN: Self = Self {
+        gain: N::ZERO,
+        per_gain: N::ZERO,
+        forward: N::ZERO,
+        backward: N::ZERO,
+        viscous: N::ZERO,
+    };
+
+    /// What is known in SI, for a sample time (s) and a resolution (rad).
+    pub(crate) fn of(parameters: &ServoParameters, time: f64, resolution: f64) -> Self {
+        let acceleration = time * time / resolution;
+        let number = |value: f64| N::from_f64(value * acceleration);
+        let gain = number(parameters.b.max(f64::MIN_POSITIVE));
+        Self {
+            gain,
+            per_gain: N::from_f64(1.0 / gain.to_f64()),
+            forward: number(parameters.load - parameters.coulomb),
+            backward: number(parameters.load + parameters.coulomb),
+            viscous: N::from_f64(parameters.a * time),
+        }
+    }
+
+    /// Whether anything is known.
+    #[must_use]
+    pub fn is_known(&self) -> bool {
+        self.gain > N::ZERO
+    }
+
+    /// d − c sign, in a direction of motion.
+    pub(crate) fn without_command(&self, direction: N) -> N {
+        if direction > N::ZERO {
+            self.forward
+        } else {
+            self.backward
+        }
+    }
+
+    /// d, counts per sample².
+    #[must_use]
+    pub fn load(&self) -> N {
+        N::from_f64(0.5) * (self.forward + self.backward)
+    }
+
+    /// c, counts per sample².
+    #[must_use]
+    pub fn coulomb(&self) -> N {
+        N::from_f64(0.5) * (self.backward - self.forward)
+    }
+
+    /// The command that balances the load.
+    #[must_use]
+    pub fn holding(&self) -> N {
+        -(self.load() * self.per_gain)
+    }
+
+    /// The acceleration under a command that acts.
+    #[inline]
+    pub(crate) fn acceleration(&self, command: N, velocity: N) -> N {
+        if velocity == N::ZERO {
+            let push = self.gain * command + self.load();
+            return if push.magnitude() > self.coulomb() {
+                self.gain * command + self.without_command(push)
+            } else {
+                N::ZERO
+            };
+        }
+        self.gain * command + self.without_command(velocity) - self.viscous * velocity
+    }
+
+    /// The command that gives an acceleration in a direction of motion.
+    #[inline]
+    pub(crate) fn command(&self, acceleration: N, direction: N) -> N {
+        (acceleration - self.without_command(direction)) * self.per_gain
+    }
+}

@@ -1,0 +1,97 @@
+use super::block::Piece;
+use super::motion::Motion;
+use crate::number::Number;
+
+/// Where a delayed command is in the record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Inputs<N> {
+    /// What acts now: a piece of the record, or before it the command with which it begins.
+    piece: Piece<N>,
+    /// Samples for which it goes on.
+    left: N,
+    next: usize,
+}
+
+/// A command that acts for a while.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Acting<N> {
+    /// Samples.
+    pub(super) time: N,
+    /// Its mean, and how much further a unit of gain goes because it came earlier than evenly spread,
+    /// over the square of the time.
+    pub(super) command: N,
+    pub(super) lead: N,
+    /// By how much it falls in a sample.
+    pub(super) falls: N,
+    /// What acted before less what follows, where it ends.
+    pub(super) step: N,
+}
+
+impl<N: Number> Inputs<N> {
+    /// A delay (samples) before the first piece.
+    pub(super) fn delayed<const W: usize>(motion: &Motion<N, W>, delay: N) -> Self {
+        let first = motion.get(0).copied().unwrap_or(Piece::NONE);
+        let before = Piece {
+            samples: delay,
+            lead: N::ZERO,
+            ..first
+        };
+        Self {
+            piece: before,
+            left: delay,
+            next: 0,
+        }
+    }
+
+    /// What acts next, for at most a time.
+    pub(super) fn take<const W: usize>(&mut self, motion: &Motion<N, W>, most: N) -> Acting<N> {
+        let (half, twelve) = (N::from_f64(0.5), N::from_f64(12.0));
+        let piece = self.piece;
+        if self.left <= N::ZERO || piece.samples <= N::ZERO {
+            let step = self.follow(motion);
+            return Acting {
+                time: N::ZERO,
+                command: piece.command,
+                lead: N::ZERO,
+                falls: N::ZERO,
+                step,
+            };
+        }
+        let per_sample = piece.samples.reciprocal();
+        let falls = twelve * piece.lead * per_sample;
+        let done = piece.samples - self.left;
+        let ends = self.left <= most;
+        let time = if ends { self.left } else { most };
+        // The command falls evenly from one end of the piece to the other.
+        let command = piece.command + falls * (half * (piece.samples - time) - done);
+        let lead = piece.lead * time * per_sample;
+        self.left = self.left - time;
+        let step = if ends { self.follow(motion) } else { N::ZERO };
+        Acting {
+            time,
+            command,
+            lead,
+            falls,
+            step,
+        }
+    }
+
+    /// Goes on to the next piece; what acted less what follows. The last goes on for ever.
+    fn follow<const W: usize>(&mut self, motion: &Motion<N, W>) -> N {
+        let end = |piece: &Piece<N>| N::from_f64(6.0) * piece.lead;
+        let Some(&piece) = motion.get(self.next) else {
+            self.left = N::REACH;
+            self.piece = Piece {
+                samples: N::REACH,
+                lead: N::ZERO,
+                ..self.piece
+            };
+            return N::ZERO;
+        };
+        self.next += 1;
+        let step = self.piece.command - end(&self.piece) - piece.command - end(&piece);
+        self.left = piece.samples;
+        self.piece = piece;
+        step
+    }
+}

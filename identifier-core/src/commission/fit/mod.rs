@@ -1,0 +1,34 @@
+//! The servo from the record of a motion, in slices of background work.
+
+mod block;
+mod follower;
+mod inputs;
+mod lacking;
+mod motion;
+mod prediction;
+mod predictor;
+mod prior;
+mod recorder;
+mod servo_fit;
+mod servo_fitter;
+
+pub use block::MotionBlock;
+pub use motion::Motion;
+pub use prediction::{Predicting, Prediction};
+pub use recorder::MotionRecorder;
+pub use servo_fit::ServoFit;
+pub use servo_fitter::{FitSettings, ServoFitter};
+
+/// What is fitted, in the order of [`IdentifiedServo`](super::IdentifiedServo)'s covariance, then position
+/// and velocity with which the record begins.
+const UNKNOWNS: usize = 7;
+const A: usize = super::IdentifiedServo::A;
+const B: usize = super::IdentifiedServo::B;
+const COULOMB: usize = super::IdentifiedServo::COULOMB;
+const DELAY: usize = super::IdentifiedServo::DELAY;
+const LOAD: usize = super::IdentifiedServo::LOAD;
+const POSITION: usize = 5;
+const VELOCITY: usize = 6;
+
+/// Variance of a count's rounding.
+const ROUNDING: f64 = 1.0 / 12.0;

@@ -1,0 +1,125 @@
+use super::block::{MotionBlock, Piece};
+use crate::number::Number;
+
+/// The record of a motion, of at most W pieces. Where it is full, neighbouring pieces become one, first
+/// those between which the command hardly changes, so that a short motion is kept finely and a long one
+/// as a whole.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion<N, const W: usize> {
+    pieces: [Piece<N>; W],
+    count: usize,
+    /// Pieces between which the command changes by no more may be joined.
+    joined: N,
+    /// The longest piece, samples.
+    longest: N,
+    next: Option<u32>,
+    complete: bool,
+}
+
+impl<N: Number, const W: usize> Motion<N, W> {
+    /// Nothing recorded yet.
+    pub const EMPTY: Self = Self {
+        pieces: [Piece::NONE; W],
+        count: 0,
+        joined: N::ZERO,
+        longest: N::ONE,
+        next: None,
+        complete: true,
+    };
+
+    /// Takes a block. False, and nothing is taken, if one is missing before it.
+    pub fn take(&mut self, block: &MotionBlock<N>) -> bool {
+        let missing = self.next.is_some_and(|next| next != block.number);
+        if missing || !self.complete {
+            self.complete = false;
+            return false;
+        }
+        self.next = Some(block.number.wrapping_add(1));
+        let change = (block.piece.command - self.last_command()).magnitude();
+        if self.count == 0 {
+            self.joined = N::ZERO;
+        } else if self.joined == N::ZERO && change > N::ZERO {
+            self.joined = N::from_f64(0.01) * change;
+        }
+        if block.piece.samples > self.longest {
+            self.longest = block.piece.samples;
+        }
+        while self.count == W {
+            self.join();
+        }
+        if let Some(place) = self.pieces.get_mut(self.count) {
+            *place = block.piece;
+            self.count += 1;
+        }
+        true
+    }
+
+    fn last_command(&self) -> N {
+        let last = self.count.checked_sub(1);
+        let piece = last.and_then(|last| self.pieces.get(last));
+        piece.map_or(N::ZERO, |piece| piece.command)
+    }
+
+    /// Neighbouring pieces become one; pieces may be longer, and their commands differ more, from then
+    /// on.
+    fn join(&mut self) {
+        self.longest = self.longest + self.longest;
+        self.joined = self.joined + self.joined;
+        let mut kept = 0;
+        let mut index = 0;
+        while index < self.count {
+            let mut piece = self.pieces[index];
+            index += 1;
+            if index < self.count {
+                let next = self.pieces[index];
+                let alike = (next.command - piece.command).magnitude() <= self.joined;
+                if alike && piece.samples + next.samples <= self.longest {
+                    piece = piece.followed_by(&next);
+                    index += 1;
+                }
+            }
+            self.pieces[kept] = piece;
+            kept += 1;
+        }
+        self.count = kept;
+    }
+
+    /// Whether no block was missing.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.complete
+    }
+
+    /// Pieces in the record.
+    pub(crate) fn len(&self) -> usize {
+        self.count
+    }
+
+    /// The mean speed over the first samples, at least so many; zero where it is within rounding.
+    pub(crate) fn speed_at_first(&self, samples: N) -> N {
+        /// Counts that a servo at rest may show.
+        const ROUNDING: f64 = 1.5;
+        let (mut time, mut travel) = (N::ZERO, N::ZERO);
+        for index in 0..self.count {
+            time += self.pieces[index].samples;
+            travel += self.pieces[index].travel;
+            if time >= samples {
+                break;
+            }
+        }
+        if travel.magnitude() > N::from_f64(ROUNDING) {
+            travel.magnitude() * time.reciprocal()
+        } else {
+            N::ZERO
+        }
+    }
+
+    /// The longest piece, samples.
+    pub(crate) fn longest(&self) -> N {
+        self.longest
+    }
+
+    pub(crate) fn get(&self, index: usize) -> Option<&Piece<N>> {
+        self.pieces.get(index).filter(|_| index < self.count)
+    }
+}

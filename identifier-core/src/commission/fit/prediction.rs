@@ -1,0 +1,133 @@
+use super::super::StopReason;
+use super::follower::Follower;
+use super::lacking::{EFFECTS, Lacking, OF};
+use super::{POSITION, UNKNOWNS, VELOCITY};
+use crate::adaptation::NormalEquations;
+use crate::number::Number;
+
+/// How well a known servo predicts a motion, only position and velocity at its beginning being fitted;
+/// rad.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prediction {
+    /// Root mean square and largest magnitude of the prediction's errors.
+    pub rms: f64,
+    /// See above.
+    pub worst: f64,
+    /// The standard deviation of the encoder's rounding.
+    pub rounding: f64,
+    /// Root mean square and largest standard error of the prediction that follow from those of the
+    /// servo's parameters.
+    pub uncertain: f64,
+    /// See above.
+    pub most_uncertain: f64,
+    /// From the lowest to the highest position of the motion.
+    pub range: f64,
+    /// The effect that explains most of what is left when the servo's parameters are fitted anew, and
+    /// the part of it that it explains, 0 to 1.
+    pub lacks: Option<(StopReason, f64)>,
+}
+
+/// Unknowns of the servo, then sizes of effects.
+pub(super) const ALL: usize = UNKNOWNS + EFFECTS;
+
+/// A prediction under way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Predicting<N> {
+    pub(super) unknowns: [N; UNKNOWNS],
+    /// Covariance of the servo's parameters, machine units.
+    pub(super) covariance: [[N; 5]; 5],
+    pub(super) next: usize,
+    pub(super) pass: Option<Pass<N>>,
+    /// Whether position and velocity at the beginning were fitted.
+    pub(super) placed: bool,
+    /// What the model has gone, counts, in so many samples.
+    pub(super) ways: N,
+    pub(super) samples: N,
+}
+
+impl<N: Number> Predicting<N> {
+    /// Of the passes before, counts per sample.
+    pub(super) fn mean_speed(&self) -> N {
+        if self.samples > N::ZERO {
+            self.ways * self.samples.reciprocal()
+        } else {
+            N::ZERO
+        }
+    }
+}
+
+/// A pass over the record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Pass<N> {
+    pub(super) follower: Follower<N>,
+    pub(super) lacking: Lacking<N>,
+    pub(super) equations: NormalEquations<N, ALL>,
+    pub(super) worst: N,
+    pub(super) uncertain: N,
+    pub(super) most_uncertain: N,
+    pub(super) position: N,
+    pub(super) range: [N; 2],
+}
+
+impl<N: Number> Pass<N> {
+    /// Takes a piece that the follower and what is lacking have passed.
+    pub(super) fn measure(&mut self, covariance: &[[N; 5]; 5], travel: N) {
+        let error = self.follower.error;
+        let own = &self.follower.positions;
+        let row: [N; ALL] = core::array::from_fn(|i| match i.checked_sub(UNKNOWNS) {
+            None => own[i],
+            Some(effect) => self.lacking.positions[effect],
+        });
+        self.equations.add(&row, error);
+        if error.magnitude() > self.worst {
+            self.worst = error.magnitude();
+        }
+        let mut variance = N::ZERO;
+        for i in 0..5 {
+            for j in 0..5 {
+                variance += covariance[i][j] * own[i] * own[j];
+            }
+        }
+        if variance > N::ZERO {
+            self.uncertain += variance;
+            if variance > self.most_uncertain {
+                self.most_uncertain = variance;
+            }
+        }
+        self.position += travel;
+        let [low, high] = &mut self.range;
+        if self.position < *low {
+            *low = self.position;
+        }
+        if self.position > *high {
+            *high = self.position;
+        }
+    }
+
+    /// Position and velocity at the beginning that explain the errors best.
+    pub(super) fn placed(&self) -> [N; 2] {
+        let free = core::array::from_fn(|i| i == POSITION || i == VELOCITY);
+        let step = self.equations.solve(N::ZERO, &free);
+        [step[POSITION], step[VELOCITY]]
+    }
+
+    /// The effect that explains most of what the servo's own parameters do not.
+    pub(super) fn lacks(&self) -> Option<(StopReason, f64)> {
+        let own: [bool; ALL] = core::array::from_fn(|i| i < UNKNOWNS);
+        let cost = self.equations.cost().to_f64();
+        let left = cost - self.equations.explained_by(&own).to_f64();
+        if left <= 0.0 {
+            return None;
+        }
+        OF.into_iter()
+            .map(|(reason, sizes)| {
+                let with = core::array::from_fn(|i| match i.checked_sub(UNKNOWNS) {
+                    None => true,
+                    Some(effect) => sizes[effect],
+                });
+                let explained = self.equations.explained_by(&with).to_f64();
+                (reason, (1.0 - (cost - explained) / left).clamp(0.0, 1.0))
+            })
+            .max_by(|(_, one), (_, other)| one.total_cmp(other))
+    }
+}

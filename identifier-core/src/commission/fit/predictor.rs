@@ -1,0 +1,109 @@
+use super::super::IdentifiedServo;
+use super::follower::Follower;
+use super::lacking::Lacking;
+use super::motion::Motion;
+use super::prediction::{Pass, Predicting, Prediction};
+use super::servo_fitter::ServoFitter;
+use super::{A, B, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
+use crate::adaptation::NormalEquations;
+use crate::number::Number;
+
+impl<N: Number> ServoFitter<N> {
+    /// Begins the prediction of a motion by a servo that is known.
+    #[must_use]
+    pub fn begin_prediction(&self, servo: &IdentifiedServo) -> Predicting<N> {
+        let scale = self.scale();
+        let values = servo.values();
+        let mut unknowns = [N::ZERO; UNKNOWNS];
+        for i in 0..5 {
+            unknowns[i] = N::from_f64(values[i] * scale[i]);
+        }
+        Predicting {
+            unknowns,
+            covariance: core::array::from_fn(|i| {
+                core::array::from_fn(|j| N::from_f64(servo.covariance[i][j] * scale[i] * scale[j]))
+            }),
+            next: 0,
+            pass: None,
+            placed: false,
+            ways: N::ZERO,
+            samples: N::ZERO,
+        }
+    }
+
+    /// Continues by a piece of the record. Returns once it has ended.
+    pub fn predict<const W: usize>(
+        &self,
+        predicting: &mut Predicting<N>,
+        motion: &Motion<N, W>,
+    ) -> Option<Prediction> {
+        let speed = predicting.mean_speed();
+        let pass = match &mut predicting.pass {
+            Some(pass) => pass,
+            empty => empty.insert(self.begin_pass(&predicting.unknowns, speed, motion)),
+        };
+        if let Some(piece) = motion.get(predicting.next) {
+            let (lacking, ways) = (&mut pass.lacking, &mut predicting.ways);
+            pass.follower
+                .advance(&self.step, motion, predicting.next, |gone| {
+                    lacking.advance(gone);
+                    *ways += gone.way.magnitude();
+                });
+            pass.measure(&predicting.covariance, piece.travel);
+            predicting.samples += piece.samples;
+            predicting.next += 1;
+            return None;
+        }
+        if predicting.placed {
+            return Some(self.prediction(pass, motion.len()));
+        }
+        let [position, velocity] = pass.placed();
+        predicting.unknowns[POSITION] += position;
+        predicting.unknowns[VELOCITY] += velocity;
+        predicting.placed = true;
+        predicting.pass = None;
+        predicting.next = 0;
+        None
+    }
+
+    fn begin_pass<const W: usize>(
+        &self,
+        unknowns: &[N; UNKNOWNS],
+        speed: N,
+        motion: &Motion<N, W>,
+    ) -> Pass<N> {
+        /// Of the mean speed: where friction at low speed is another.
+        const LOW: f64 = 0.2;
+        let low_speed = (LOW * speed.to_f64()).max(f64::from(f32::EPSILON));
+        Pass {
+            follower: Follower::new(unknowns, motion),
+            lacking: Lacking::new(
+                unknowns[A],
+                unknowns[B],
+                N::from_f64(self.resolution()),
+                N::from_f64(low_speed),
+            ),
+            equations: NormalEquations::EMPTY,
+            worst: N::ZERO,
+            uncertain: N::ZERO,
+            most_uncertain: N::ZERO,
+            position: N::ZERO,
+            range: [N::ZERO; 2],
+        }
+    }
+
+    fn prediction(&self, pass: &Pass<N>, pieces: usize) -> Prediction {
+        let resolution = self.resolution();
+        let mean_root = |sum: N| libm::sqrt(sum.to_f64() / pieces.max(1) as f64);
+        let [low, high] = pass.range;
+        Prediction {
+            rms: mean_root(pass.equations.cost()) * resolution,
+            worst: pass.worst.to_f64() * resolution,
+            rounding: libm::sqrt(ROUNDING) * resolution,
+            uncertain: mean_root(pass.uncertain) * resolution,
+            most_uncertain: libm::sqrt(pass.most_uncertain.to_f64()) * resolution,
+            range: (high - low).to_f64() * resolution,
+            lacks: pass.lacks(),
+        }
+    }
+}

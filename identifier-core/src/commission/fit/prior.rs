@@ -1,0 +1,116 @@
+use super::super::IdentifiedServo;
+use super::{DELAY, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
+use crate::adaptation::NormalEquations;
+use crate::number::Number;
+
+/// What is known before a fit: rows of equations for errors of the encoder's rounding.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Prior<N> {
+    rows: [[N; UNKNOWNS]; UNKNOWNS],
+    expected: [N; UNKNOWNS],
+}
+
+impl<N: Number> Prior<N> {
+    /// A delay (expected, standard deviation; pieces), and a servo that stands where its count begins.
+    pub(super) fn vague(delay: [f64; 2]) -> Self {
+        let mut prior = Self {
+            rows: [[N::ZERO; UNKNOWNS]; UNKNOWNS],
+            expected: [N::ZERO; UNKNOWNS],
+        };
+        let rounding = libm::sqrt(ROUNDING);
+        prior.expected[DELAY] = N::from_f64(delay[0]);
+        prior.rows[DELAY][DELAY] = N::from_f64(rounding / delay[1]);
+        prior.rows[POSITION][POSITION] = N::ONE;
+        // At rest, but for a count in a hundred pieces.
+        prior.rows[VELOCITY][VELOCITY] = N::from_f64(100.0 * rounding);
+        prior
+    }
+
+    /// And a servo that is known, per unit of which there are so many of a piece: with twice its standard
+    /// errors, as a servo may change.
+    pub(super) fn knowing(mut self, servo: &IdentifiedServo, scale: &[f64; 5]) -> Self {
+        const CAUTION: f64 = 2.0;
+        let weight = libm::sqrt(ROUNDING) / CAUTION;
+        let values = servo.values();
+        let lower = inverse_factor(&servo.covariance);
+        for i in 0..5 {
+            self.expected[i] = N::from_f64(values[i] * scale[i]);
+            for j in 0..5 {
+                self.rows[i][j] = N::from_f64(weight * lower[i][j] / scale[j]);
+            }
+        }
+        self
+    }
+
+    /// What it adds to the equations of a pass at these unknowns.
+    pub(super) fn add_to(
+        &self,
+        equations: &mut NormalEquations<N, UNKNOWNS>,
+        unknowns: &[N; UNKNOWNS],
+    ) {
+        for row in &self.rows {
+            let mut error = N::ZERO;
+            for i in 0..UNKNOWNS {
+                error += row[i] * (self.expected[i] - unknowns[i]);
+            }
+            equations.add(row, error);
+        }
+    }
+}
+
+/// G⁻¹ of a covariance G Gᵀ, lower triangular. What has no variance gets no weight.
+fn inverse_factor(covariance: &[[f64; 5]; 5]) -> [[f64; 5]; 5] {
+    /// Of a variance, what is left of it where others tell the rest.
+    const LEAST: f64 = 1e-9;
+    let mut factor = [[0.0; 5]; 5];
+    let mut inverse = [[0.0; 5]; 5];
+    for i in 0..5 {
+        if covariance[i][i] <= 0.0 {
+            continue;
+        }
+        for j in 0..=i {
+            let mut sum = covariance[i][j];
+            for k in 0..j {
+                sum -= factor[i][k] * factor[j][k];
+            }
+            if i == j {
+                factor[i][i] = libm::sqrt(sum.max(LEAST * covariance[i][i]));
+            } else if factor[j][j] > 0.0 {
+                factor[i][j] = sum / factor[j][j];
+            }
+        }
+        inverse[i][i] = 1.0 / factor[i][i];
+        for j in 0..i {
+            let sum: f64 = (j..i).map(|k| factor[i][k] * inverse[k][j]).sum();
+            inverse[i][j] = -sum / factor[i][i];
+        }
+    }
+    inverse
+}
+
+#[cfg(test)]
+mod tests {
+    use super::inverse_factor;
+
+    #[test]
+    fn the_factor_makes_a_covariance_white() {
+        let root = [
+            [2.0, 0.0, 0.0, 0.0, 0.0],
+            [1.0, 3.0, 0.0, 0.0, 0.0],
+            [0.5, -1.0, 0.2, 0.0, 0.0],
+            [0.0, 0.3, 0.1, 1.0, 0.0],
+            [4.0, -2.0, 0.0, 0.5, 0.1],
+        ];
+        let covariance: [[f64; 5]; 5] = core::array::from_fn(|i| {
+            core::array::from_fn(|j| (0..5).map(|k| root[i][k] * root[j][k]).sum())
+        });
+        let inverse = inverse_factor(&covariance);
+        for i in 0..5 {
+            for j in 0..5 {
+                let product: f64 = (0..5).map(|k| inverse[i][k] * root[k][j]).sum();
+                let one = if i == j { 1.0 } else { 0.0 };
+                assert!((product - one).abs() < 1e-9, "{i} {j}: {product}");
+            }
+        }
+    }
+}

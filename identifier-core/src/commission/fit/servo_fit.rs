@@ -1,0 +1,315 @@
+use super::super::regression::{Gathered, Regression};
+use super::follower::Follower;
+use super::motion::Motion;
+use super::prior::Prior;
+use super::{A, B, COULOMB, DELAY, LOAD, ROUNDING, UNKNOWNS};
+use crate::adaptation::NormalEquations;
+use crate::model::FrictionStep;
+use crate::number::Number;
+
+/// A fit under way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ServoFit<N> {
+    prior: Prior<N>,
+    bounds: [[N; UNKNOWNS]; 2],
+    stage: Stage<N>,
+    /// The piece that comes next.
+    next: usize,
+    pass: Option<Pass<N>>,
+    best: Option<Best<N>>,
+    damping: N,
+    passes: u32,
+    /// Starts that were tried, and from where the next ones are taken.
+    starts: u32,
+    first: [N; UNKNOWNS],
+    this: Option<Best<N>>,
+    /// Whether the servo has moved in the linear pass.
+    moved: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Stage<N> {
+    /// The linear estimate is gathered.
+    Linear(Regression<N>, Gathered<N>, N),
+    /// The model is fitted.
+    Model,
+}
+
+/// A pass over the record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Pass<N> {
+    unknowns: [N; UNKNOWNS],
+    follower: Follower<N>,
+    equations: NormalEquations<N, UNKNOWNS>,
+    last_error: N,
+    lag_one: N,
+}
+
+/// The unknowns that explain the motion best so far.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Best<N> {
+    pub(super) unknowns: [N; UNKNOWNS],
+    pub(super) equations: NormalEquations<N, UNKNOWNS>,
+    pub(super) lag_one: N,
+}
+
+impl<N: Number> ServoFit<N> {
+    /// The most passes from one start.
+    const PASSES: u32 = 12;
+    /// Levenberg's and Marquardt's damping at the start, and its change with a pass.
+    const FIRST_DAMPING: f64 = 1e-3;
+    const CHANGE: f64 = 10.0;
+    /// A pass that lowers the cost by less than this part is the last.
+    const ENOUGH: f64 = 1e-4;
+    /// A motion is explained if the variance of the errors is below this many times the encoder's.
+    const EXPLAINED: f64 = 2.0;
+    /// Factors on the gain of the linear estimate: further starts where the motion is not explained.
+    const LADDER: [f64; 4] = [1.0, 0.5, 2.0, 0.2];
+
+    pub(super) fn from_nothing(
+        prior: Prior<N>,
+        bounds: [[N; UNKNOWNS]; 2],
+        regression: Regression<N>,
+        delay: f64,
+    ) -> Self {
+        let stage = Stage::Linear(regression, Gathered::NOTHING, N::from_f64(delay));
+        Self::at(prior, bounds, stage, [N::ZERO; UNKNOWNS])
+    }
+
+    pub(super) fn from_known(
+        prior: Prior<N>,
+        bounds: [[N; UNKNOWNS]; 2],
+        first: [N; UNKNOWNS],
+    ) -> Self {
+        Self::at(prior, bounds, Stage::Model, first)
+    }
+
+    fn at(
+        prior: Prior<N>,
+        bounds: [[N; UNKNOWNS]; 2],
+        stage: Stage<N>,
+        first: [N; UNKNOWNS],
+    ) -> Self {
+        Self {
+            prior,
+            bounds,
+            stage,
+            next: 0,
+            pass: None,
+            best: None,
+            damping: N::from_f64(Self::FIRST_DAMPING),
+            passes: 0,
+            starts: 0,
+            first,
+            this: None,
+            moved: false,
+        }
+    }
+
+    /// The unknowns that explain the motion best; none if none was tried.
+    pub(super) fn best(&self) -> Option<&Best<N>> {
+        self.best.as_ref()
+    }
+
+    /// Continues by a piece; true if there is no more to do.
+    pub(super) fn goes_on<const W: usize>(
+        &mut self,
+        step: &FrictionStep<N>,
+        motion: &Motion<N, W>,
+    ) -> bool {
+        if let Some(piece) = motion.get(self.next) {
+            match (&mut self.stage, &mut self.pass) {
+                (Stage::Linear(regression, gathered, _), _) => {
+                    let direction = direction(motion, self.next);
+                    if direction != N::ZERO && !self.moved {
+                        self.moved = true;
+                        if self.next > 2
+                            && let Some(before) = motion.get(self.next - 1)
+                        {
+                            gathered.broke_away(before.command, direction);
+                        }
+                    }
+                    regression.observe_for(
+                        piece.samples,
+                        gathered,
+                        piece.travel,
+                        direction,
+                        piece.command,
+                    );
+                }
+                (Stage::Model, Some(pass)) => pass.take(step, motion, self.next),
+                (Stage::Model, None) => {
+                    self.begin_pass(motion, self.first);
+                    return false;
+                }
+            }
+            self.next += 1;
+            return false;
+        }
+        self.next = 0;
+        if let Stage::Linear(_, gathered, delay) = self.stage {
+            let Some(servo) = gathered.estimate() else {
+                return true;
+            };
+            self.first[A] = servo.viscous;
+            self.first[B] = servo.gain;
+            self.first[COULOMB] = servo.coulomb();
+            self.first[DELAY] = delay;
+            self.first[LOAD] = servo.load();
+            self.stage = Stage::Model;
+            self.begin_start(motion);
+            return false;
+        }
+        if !self.end_pass() {
+            let Some(best) = self.this else {
+                return true;
+            };
+            let trial = self.next_trial(&best);
+            self.begin_pass(motion, trial);
+            return false;
+        }
+        if let Some(this) = self.this.take()
+            && self
+                .best
+                .is_none_or(|best| this.equations.cost() < best.equations.cost())
+        {
+            self.best = Some(this);
+        }
+        self.starts += 1;
+        let explained = self.best.is_some_and(|best| {
+            let pieces = motion.len() as f64;
+            best.equations.cost().to_f64() < Self::EXPLAINED * ROUNDING * pieces
+        });
+        if explained || self.starts as usize >= Self::LADDER.len() {
+            return true;
+        }
+        self.begin_start(motion);
+        false
+    }
+
+    fn begin_start<const W: usize>(&mut self, motion: &Motion<N, W>) {
+        let factor = Self::LADDER.get(self.starts as usize).copied();
+        let mut trial = self.first;
+        trial[B] = trial[B] * N::from_f64(factor.unwrap_or(1.0));
+        self.damping = N::from_f64(Self::FIRST_DAMPING);
+        self.passes = 0;
+        self.this = None;
+        self.begin_pass(motion, trial);
+    }
+
+    fn begin_pass<const W: usize>(&mut self, motion: &Motion<N, W>, unknowns: [N; UNKNOWNS]) {
+        let [low, high] = &self.bounds;
+        let trial = core::array::from_fn(|i| unknowns[i].limited(low[i], high[i]));
+        let mut pass = Pass {
+            unknowns: trial,
+            follower: Follower::new(&trial, motion),
+            equations: NormalEquations::EMPTY,
+            last_error: N::ZERO,
+            lag_one: N::ZERO,
+        };
+        self.prior.add_to(&mut pass.equations, &trial);
+        self.pass = Some(pass);
+        self.next = 0;
+    }
+
+    /// Judges the pass; true if it was the last from this start.
+    fn end_pass(&mut self) -> bool {
+        let Some(pass) = self.pass.take() else {
+            return true;
+        };
+        let cost = pass.equations.cost();
+        let mut helped = cost.is_finite();
+        let mut little = false;
+        if let Some(before) = &self.this {
+            let least = before.equations.cost();
+            little = (least - cost).magnitude() <= N::from_f64(Self::ENOUGH) * least;
+            helped = helped && cost < least;
+        }
+        if helped {
+            self.this = Some(Best {
+                unknowns: pass.unknowns,
+                equations: pass.equations,
+                lag_one: pass.lag_one,
+            });
+        }
+        let change = if helped {
+            1.0 / Self::CHANGE
+        } else {
+            Self::CHANGE
+        };
+        self.damping = self.damping * N::from_f64(change);
+        self.passes += 1;
+        little || self.passes >= Self::PASSES
+    }
+
+    /// A step from the best; an unknown at a bound that would leave it is kept there, so that the others
+    /// do not compensate for it.
+    fn next_trial(&self, best: &Best<N>) -> [N; UNKNOWNS] {
+        let [low, high] = &self.bounds;
+        let mut free = [true; UNKNOWNS];
+        let mut step = best.equations.solve(self.damping, &free);
+        for _ in 0..UNKNOWNS {
+            let mut held = false;
+            for i in 0..UNKNOWNS {
+                let at = best.unknowns[i];
+                let outward =
+                    (at <= low[i] && step[i] < N::ZERO) || (at >= high[i] && step[i] > N::ZERO);
+                if free[i] && outward {
+                    free[i] = false;
+                    held = true;
+                }
+            }
+            if !held {
+                break;
+            }
+            step = best.equations.solve(self.damping, &free);
+        }
+        // A gain does not change its sign, nor its size at once.
+        let gain = best.unknowns[B];
+        let half = N::from_f64(0.5);
+        step[B] = step[B].limited(-(half * gain), gain + gain);
+        core::array::from_fn(|i| {
+            let moved = best.unknowns[i] + step[i];
+            if moved.is_finite() {
+                moved
+            } else {
+                best.unknowns[i]
+            }
+        })
+    }
+}
+
+impl<N: Number> Pass<N> {
+    fn take<const W: usize>(
+        &mut self,
+        step: &FrictionStep<N>,
+        motion: &Motion<N, W>,
+        index: usize,
+    ) {
+        self.follower.advance(step, motion, index, |_| ());
+        let error = self.follower.error;
+        self.equations.add(&self.follower.positions, error);
+        self.lag_one += error * self.last_error;
+        self.last_error = error;
+    }
+}
+
+/// The direction in which the servo moved during a piece, zero at standstill: by its own travel, or, if
+/// that is within the encoder's rounding, by that of the neighbouring pieces too.
+fn direction<N: Number, const W: usize>(motion: &Motion<N, W>, index: usize) -> N {
+    /// Travel that exceeds crossing one edge of the encoder to and fro.
+    const BEYOND: f64 = 1.5;
+    let beyond = N::from_f64(BEYOND);
+    let travel = |index: usize| motion.get(index).map_or(N::ZERO, |piece| piece.travel);
+    let own = travel(index);
+    let around = own + travel(index + 1) + index.checked_sub(1).map_or(N::ZERO, travel);
+    for way in [own, around] {
+        if way > beyond {
+            return N::ONE;
+        }
+        if way < -beyond {
+            return -N::ONE;
+        }
+    }
+    N::ZERO
+}

@@ -1,0 +1,172 @@
+use super::super::regression::Regression;
+use super::super::{IdentifiedServo, StopReason};
+use super::motion::Motion;
+use super::prior::Prior;
+use super::servo_fit::ServoFit;
+use super::{A, B, COULOMB, DELAY, LOAD, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
+use crate::model::{FrictionStep, ServoParameters, ZeroOrderHoldStep};
+use crate::number::Number;
+
+/// What a fitter is made from, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FitSettings {
+    /// Sample time, s.
+    pub sample_time: f64,
+    /// Position of a count, rad.
+    pub resolution: f64,
+    /// The largest magnitude of the command, command units.
+    pub most_command: f64,
+    /// From the reading of the encoder to the change of the output, s, as far as it is known.
+    pub command_delay: f64,
+}
+
+/// A Levenberg–Marquardt fit of q̈ = −a q̇ + b u(t − τ) + d − c sign q̇, driven by the recorded command, to
+/// the recorded motion.
+///
+/// It begins with the linear estimate of [`Regression`] where nothing is known. Only the servo's motion
+/// enters, without any correction of the model by it (output error), so that nothing is lost where a
+/// count is much of the motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ServoFitter<N> {
+    settings: FitSettings,
+    pub(super) step: FrictionStep<N>,
+}
+
+impl<N: Number> ServoFitter<N> {
+    /// Standard deviation of the delay that is not known, s, but at least a sample.
+    const UNKNOWN_DELAY: f64 = 5e-4;
+
+    /// The longest delay, s.
+    const LONGEST_DELAY: f64 = 0.02;
+
+    /// For records with these settings.
+    #[must_use]
+    pub fn new(settings: &FitSettings) -> Self {
+        Self {
+            settings: *settings,
+            step: FrictionStep::new(),
+        }
+    }
+
+    /// Begins a fit.
+    #[must_use]
+    pub fn begin<const W: usize>(
+        &self,
+        motion: &Motion<N, W>,
+        prior: Option<&IdentifiedServo>,
+    ) -> ServoFit<N> {
+        let time = self.settings.sample_time;
+        let scale = self.scale();
+        let expected = self.settings.command_delay / time + 1.0;
+        let deviation = Self::UNKNOWN_DELAY.max(time) / time;
+        let longest = motion.longest().to_f64();
+        let vague = Prior::vague([expected, deviation]);
+        // A record begins at rest, or with a servo that begins to move as it is let go.
+        let speed = 0.02 + 2.0 * motion.speed_at_first(N::from_f64(0.002 / time)).to_f64();
+        let mut low = [-f64::from(f32::MAX); UNKNOWNS];
+        let mut high = [f64::from(f32::MAX); UNKNOWNS];
+        let most_rate = ZeroOrderHoldStep::<N>::LARGEST_RATE / longest;
+        for (place, [least, most]) in [
+            (A, [0.0, most_rate]),
+            (B, [0.0, f64::from(f32::MAX)]),
+            (COULOMB, [0.0, f64::from(f32::MAX)]),
+            (DELAY, [0.0, Self::LONGEST_DELAY / time]),
+            (POSITION, [-1.0, 1.0]),
+            (VELOCITY, [-speed, speed]),
+        ] {
+            low[place] = least;
+            high[place] = most;
+        }
+        let bounds = [low, high].map(|bound| bound.map(N::from_f64));
+        match prior {
+            None => {
+                // Half of the time that friction, viscous and Coulomb, may need to show.
+                const MEMORY: f64 = 80.0;
+                let lambda = (MEMORY * time).min(0.3 / longest);
+                let regression = Regression::new(lambda, 1);
+                ServoFit::from_nothing(vague, bounds, regression, expected)
+            }
+            Some(servo) => {
+                let values = servo.values();
+                let mut start = [N::ZERO; UNKNOWNS];
+                for i in 0..5 {
+                    start[i] = N::from_f64(values[i] * scale[i]);
+                }
+                ServoFit::from_known(vague.knowing(servo, &scale), bounds, start)
+            }
+        }
+    }
+
+    /// Continues a fit by a piece of the record, or by the work between two passes. Returns once it has
+    /// ended.
+    pub fn work<const W: usize>(
+        &self,
+        fit: &mut ServoFit<N>,
+        motion: &Motion<N, W>,
+    ) -> Option<Result<IdentifiedServo, StopReason>> {
+        if !fit.goes_on(&self.step, motion) {
+            return None;
+        }
+        Some(self.result(fit, motion))
+    }
+
+    /// Position of a count, rad.
+    pub(super) fn resolution(&self) -> f64 {
+        self.settings.resolution
+    }
+
+    /// Machine units per SI unit.
+    pub(super) fn scale(&self) -> [f64; 5] {
+        let time = self.settings.sample_time;
+        let acceleration = time * time / self.settings.resolution;
+        let mut scale = [acceleration; 5];
+        scale[A] = time;
+        scale[DELAY] = 1.0 / time;
+        scale
+    }
+
+    fn result<const W: usize>(
+        &self,
+        fit: &ServoFit<N>,
+        motion: &Motion<N, W>,
+    ) -> Result<IdentifiedServo, StopReason> {
+        /// The largest relative standard error of b with which there is a servo at all.
+        const UNCERTAIN: f64 = 0.2;
+        /// The largest correlation from piece to piece that can be told from one.
+        const MOST_CORRELATED: f64 = 0.95;
+        let best = fit.best().ok_or(StopReason::TooLittleEvidence)?;
+        let scale = self.scale();
+        let pieces = motion.len().saturating_sub(UNKNOWNS).max(1) as f64;
+        let cost = best.equations.cost().to_f64();
+        let variance = (cost / pieces).max(ROUNDING);
+        let correlation =
+            (best.lag_one.to_f64() / cost.max(f64::MIN_POSITIVE)).clamp(0.0, MOST_CORRELATED);
+        let coloured = variance * (1.0 + correlation) / (1.0 - correlation);
+        let inverse = best.equations.covariance();
+        let value = |i: usize| best.unknowns[i].to_f64() / scale[i];
+        let covariance: [[f64; 5]; 5] = core::array::from_fn(|i| {
+            core::array::from_fn(|j| coloured * inverse[i][j].to_f64() / (scale[i] * scale[j]))
+        });
+        let servo = IdentifiedServo {
+            parameters: ServoParameters {
+                a: value(A),
+                b: value(B),
+                coulomb: value(COULOMB),
+                load: value(LOAD),
+            },
+            delay: value(DELAY),
+            covariance,
+            unexplained: libm::sqrt(variance) * self.settings.resolution,
+        };
+        let finite = servo.values().iter().all(|value| value.is_finite())
+            && covariance
+                .as_flattened()
+                .iter()
+                .all(|entry| entry.is_finite());
+        let uncertain = servo.standard_error(B) > UNCERTAIN * servo.parameters.b;
+        if !finite || servo.parameters.b <= 0.0 || uncertain {
+            return Err(StopReason::TooLittleEvidence);
+        }
+        Ok(servo)
+    }
+}

@@ -1,0 +1,122 @@
+use super::gains::Loop;
+use crate::control::ControlState;
+use crate::measurement::velocity::LowPassState;
+use crate::number::Number;
+
+/// A servo that is held, or brought to a place at a bounded speed. Positions in counts from where the
+/// commissioning began.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Holding<N: Number> {
+    controller: Loop<N>,
+    state: ControlState<N, LowPassState<N>>,
+    /// The reference, and where it goes.
+    reference: N,
+    target: N,
+    /// Counts a sample.
+    pace: N,
+    /// Added to the command: a disturbance.
+    disturbance: N,
+    limit: [N; 2],
+    rest: RestWatch<N>,
+}
+
+/// Whether a servo stays within a few counts of a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct RestWatch<N> {
+    at: N,
+    within: N,
+    still: u32,
+    needed: u32,
+}
+
+impl<N: Number> Holding<N> {
+    /// Counts within which a servo is at rest: an edge of the encoder to either side.
+    const AT_REST: f64 = 2.0;
+
+    /// Takes over where the servo is, without a bump of the command. `rest` is the number of samples for
+    /// which it must be still to be at rest.
+    pub(super) fn take_over(
+        controller: Loop<N>,
+        limit: [N; 2],
+        position: N,
+        velocity: N,
+        command: N,
+        pace: N,
+        rest: u32,
+    ) -> Self {
+        let integral = controller.pid.integral_for(command, N::ZERO, velocity);
+        Self {
+            state: ControlState::default()
+                .with_integral(integral)
+                .with_filter(LowPassState::moving(velocity)),
+            controller,
+            reference: position,
+            target: position,
+            pace,
+            disturbance: N::ZERO,
+            limit,
+            rest: RestWatch {
+                at: position,
+                within: N::from_f64(Self::AT_REST),
+                still: 0,
+                needed: rest,
+            },
+        }
+    }
+
+    /// Counts it as at rest only after so many samples.
+    pub(super) fn rest_for(&mut self, samples: u32) {
+        self.rest.needed = samples;
+    }
+
+    /// Brings the servo to a place.
+    pub(super) fn send(&mut self, target: N) {
+        self.target = target;
+        self.rest.still = 0;
+    }
+
+    /// A step of the reference.
+    pub(super) fn step_to(&mut self, target: N) {
+        self.send(target);
+        self.reference = target;
+    }
+
+    /// Disturbs the servo by a command on top of the controller's.
+    pub(super) fn disturb(&mut self, command: N) {
+        self.disturbance = command;
+        self.rest.still = 0;
+    }
+
+    /// The reference.
+    pub(super) fn reference(&self) -> N {
+        self.reference
+    }
+
+    /// A sample: the command. None if the position is beyond what the loop can count.
+    pub(super) fn process(&mut self, position: N, increment: N) -> Option<N> {
+        let left = self.target - self.reference;
+        self.reference += left.limited(-self.pace, self.pace);
+        self.rest.observe(position);
+        let error = self.reference - position;
+        let sample = self.controller.process(&mut self.state, error, increment);
+        let [low, high] = self.limit;
+        let command = sample.ok()?.command + self.disturbance;
+        Some(command.limited(low, high))
+    }
+
+    /// Whether the servo has arrived and stands.
+    pub(super) fn is_at_rest(&self) -> bool {
+        self.reference == self.target && self.rest.still >= self.rest.needed
+    }
+}
+
+impl<N: Number> RestWatch<N> {
+    fn observe(&mut self, position: N) {
+        if (position - self.at).magnitude() > self.within {
+            self.at = position;
+            self.still = 0;
+        } else {
+            self.still = self.still.saturating_add(1);
+        }
+    }
+}

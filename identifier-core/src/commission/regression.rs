@@ -1,0 +1,172 @@
+use super::crude::Crude;
+use crate::adaptation::NormalEquations;
+use crate::number::Number;
+
+/// A linear least-squares estimate of the servo while it moves, without a first guess.
+///
+/// Behind the filter 1/(p + λ)² the equation of motion is linear in [b, d − c, d + c, a, b δ], δ
+/// being what the delay is longer than thought,, and its error is
+/// the encoder's rounding: white, in counts (equation error; Young, Recursive Estimation and Time-Series
+/// Analysis, 2nd edition 2011, chapter 8).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Regression<N> {
+    gains: [N; 2],
+    /// Samples from one equation to the next.
+    stride: u32,
+}
+
+/// The filters' states and what was gathered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Gathered<N> {
+    error: N,
+    error_velocity: N,
+    position: [N; ROW],
+    velocity: [N; ROW],
+    equations: NormalEquations<N, ROW>,
+    /// The command that acted before.
+    before: N,
+    due: u32,
+}
+
+const GAIN: usize = 0;
+const FORWARD: usize = 1;
+const BACKWARD: usize = 2;
+const VISCOUS: usize = 3;
+/// b times what the delay is longer than thought.
+const LATE: usize = 4;
+/// Unknowns of a row.
+pub(crate) const ROW: usize = 5;
+
+impl<N: Number> Gathered<N> {
+    pub(crate) const NOTHING: Self = Self {
+        error: N::ZERO,
+        error_velocity: N::ZERO,
+        position: [N::ZERO; ROW],
+        velocity: [N::ZERO; ROW],
+        equations: NormalEquations::EMPTY,
+        before: N::ZERO,
+        due: 0,
+    };
+
+    /// What is known before: a row as a measurement of standard deviation one rounding.
+    pub(crate) fn expect(&mut self, row: &[N; ROW], value: N) {
+        self.equations.add(row, value);
+    }
+
+    /// The estimate, if the standard error of b is below a quarter of it.
+    pub(crate) fn sure(&self) -> Option<Crude<N>> {
+        const SQUARE: f64 = 12.0 / 16.0;
+        let estimate = self.estimate()?;
+        let mut unit = [N::ZERO; ROW];
+        unit[GAIN] = N::ONE;
+        let variance = self.equations.variance(&unit);
+        let sure = variance < N::from_f64(SQUARE) * estimate.gain * estimate.gain;
+        (sure && variance > N::ZERO).then_some(estimate)
+    }
+
+    /// The servo broke away in a direction at a command: friction and load are in balance with it.
+    pub(crate) fn broke_away(&mut self, command: N, direction: N) {
+        let weight = N::from_f64(1e3);
+        let mut row = [N::ZERO; ROW];
+        row[GAIN] = weight * command;
+        row[if direction > N::ZERO {
+            FORWARD
+        } else {
+            BACKWARD
+        }] = weight;
+        self.equations.add(&row, N::ZERO);
+    }
+
+    /// The estimate as it is now, where it makes sense.
+    pub(crate) fn estimate(&self) -> Option<Crude<N>> {
+        let free = [true; ROW];
+        let found = self.equations.solve(N::ZERO, &free);
+        let gain = found[GAIN];
+        let sound = found.iter().all(|value| value.is_finite()) && gain > N::ZERO;
+        // Friction is no drive.
+        let (mut forward, mut backward) = (found[FORWARD], found[BACKWARD]);
+        if backward < forward {
+            let load = N::from_f64(0.5) * (forward + backward);
+            (forward, backward) = (load, load);
+        }
+        sound.then(|| Crude {
+            gain,
+            per_gain: gain.reciprocal(),
+            forward,
+            backward,
+            viscous: found[VISCOUS].limited(N::ZERO, N::ONE),
+        })
+    }
+}
+
+impl<N: Number> Regression<N> {
+    /// With a filter of both poles at λ T, and an equation every `stride` samples.
+    pub(crate) fn new(lambda: f64, stride: u32) -> Self {
+        Self {
+            gains: [2.0 * lambda, lambda * lambda].map(N::from_f64),
+            stride: stride.max(1),
+        }
+    }
+
+    /// Takes a sample: how far the servo moved, in which direction (zero: it stood), under the command
+    /// that acted. True if there is a new equation.
+    #[inline]
+    pub(crate) fn observe(
+        &self,
+        gathered: &mut Gathered<N>,
+        increment: N,
+        direction: N,
+        acted: N,
+    ) -> bool {
+        self.observe_for(N::ONE, gathered, increment, direction, acted)
+    }
+
+    /// The same for what happened over a time, samples.
+    #[inline]
+    pub(crate) fn observe_for(
+        &self,
+        time: N,
+        gathered: &mut Gathered<N>,
+        increment: N,
+        direction: N,
+        acted: N,
+    ) -> bool {
+        let half = N::from_f64(0.5);
+        let [follow, pull] = self.gains;
+        let (follow, pull) = (follow * time, pull * time);
+        let drive = pull * gathered.error;
+        let before = gathered.error_velocity;
+        let way = (before + half * drive) * time;
+        gathered.error += increment - follow * gathered.error - way;
+        gathered.error_velocity = before + drive;
+        let mut own = [N::ZERO; ROW];
+        if direction != N::ZERO {
+            own[GAIN] = acted * time;
+            own[if direction > N::ZERO {
+                FORWARD
+            } else {
+                BACKWARD
+            }] = time;
+        }
+        own[VISCOUS] = -increment;
+        if direction != N::ZERO {
+            own[LATE] = gathered.before - acted;
+        }
+        gathered.before = acted;
+        for i in 0..ROW {
+            let position = gathered.position[i];
+            let velocity = gathered.velocity[i];
+            let change = own[i] - pull * position;
+            let way = (velocity + half * change) * time;
+            gathered.position[i] = position - follow * position + way;
+            gathered.velocity[i] = velocity + change;
+        }
+        gathered.due += 1;
+        if gathered.due < self.stride {
+            return false;
+        }
+        gathered.due = 0;
+        gathered.equations.add(&gathered.position, gathered.error);
+        true
+    }
+}

@@ -1,0 +1,170 @@
+use super::holding::Holding;
+use super::trial::{Trial, TrialResult};
+use super::{
+    Answer, Finding, IdentifiedServo, MotionBlock, MotionRecorder, Phase, StopReason, WiggleState,
+};
+use crate::measurement::velocity::LowPassState;
+use crate::number::Number;
+use crate::plausibility::PlausibilityState;
+use crate::tuning::Tuning;
+
+/// A commissioning under way. Positions in counts from where it began.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CommissionState<N: Number> {
+    pub(super) phase: Phase,
+    pub(super) activity: Activity<N>,
+    /// Samples since the activity began.
+    pub(super) passed: u32,
+    count: i32,
+    pub(super) position: N,
+    pub(super) velocity: LowPassState<N>,
+    pub(super) velocity_now: N,
+    /// The command that acts, and the one that held the servo before anything was done.
+    pub(super) command: N,
+    pub(super) held: N,
+    pub(super) watch: PlausibilityState<N>,
+    recorder: MotionRecorder<N>,
+    block: Option<MotionBlock<N>>,
+    recording: Recording,
+    pub(super) answer: Option<Answer>,
+    pub(super) servo: Option<IdentifiedServo>,
+    pub(super) tuning: Option<Tuning>,
+    pub(super) trial: Option<TrialResult>,
+    pub(super) reason: Option<StopReason>,
+}
+
+/// What moves or holds the servo.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Activity<N: Number> {
+    Free,
+    Wiggling(WiggleState<N>),
+    Holding(Holding<N>),
+    OnTrial(Holding<N>, Trial<N>),
+}
+
+impl<N: Number> Activity<N> {
+    /// Where a controller wants the servo; none where none acts.
+    pub(super) fn setpoint(&self) -> Option<N> {
+        match self {
+            Self::Free | Self::Wiggling(_) => None,
+            Self::Holding(holding) | Self::OnTrial(holding, _) => Some(holding.reference()),
+        }
+    }
+}
+
+/// What of a record was told to the study.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Recording {
+    None,
+    /// It begins in this sample.
+    Begins,
+    Going,
+    /// Its end is to be told.
+    Ends,
+}
+
+impl<N: Number> CommissionState<N> {
+    pub(super) fn begun(
+        count: i32,
+        command: N,
+        activity: Activity<N>,
+        watch: PlausibilityState<N>,
+        recorder: MotionRecorder<N>,
+    ) -> Self {
+        Self {
+            phase: Phase::ReleasedCheck,
+            activity,
+            passed: 0,
+            count,
+            position: N::ZERO,
+            velocity: LowPassState::default(),
+            velocity_now: N::ZERO,
+            command,
+            held: command,
+            watch,
+            recorder,
+            block: None,
+            recording: Recording::None,
+            answer: None,
+            servo: None,
+            tuning: None,
+            trial: None,
+            reason: None,
+        }
+    }
+
+    /// Where it stands.
+    #[must_use]
+    pub fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    /// Why it ended without new gains, if it did.
+    #[must_use]
+    pub fn reason(&self) -> Option<StopReason> {
+        self.reason
+    }
+
+    /// The servo, as far as it is known.
+    #[must_use]
+    pub fn servo(&self) -> Option<&IdentifiedServo> {
+        self.servo.as_ref()
+    }
+
+    /// The gains that were found, on trial or applied, and their promise.
+    #[must_use]
+    pub fn tuning(&self) -> Option<&Tuning> {
+        self.tuning.as_ref()
+    }
+
+    /// What was measured in the trial, as far as it went.
+    #[must_use]
+    pub fn trial(&self) -> Option<&TrialResult> {
+        self.trial.as_ref()
+    }
+
+    /// Takes in a count, and returns the increment since the last.
+    pub(super) fn follow(&mut self, count: Option<i32>) -> Option<N> {
+        let count = count?;
+        let increment = N::from_count(count.wrapping_sub(self.count));
+        self.count = count;
+        self.position += increment;
+        Some(increment)
+    }
+
+    pub(super) fn begin_record(&mut self) {
+        self.recorder.begin_anew();
+        self.recording = Recording::Begins;
+    }
+
+    pub(super) fn end_record(&mut self) {
+        self.recording = Recording::Ends;
+    }
+
+    pub(super) fn drop_record(&mut self) {
+        self.recording = Recording::None;
+    }
+
+    /// Takes a sample into the record, with the command that acts from now on.
+    pub(super) fn record(&mut self, increment: N) {
+        if matches!(self.recording, Recording::Begins | Recording::Going) {
+            self.block = self.recorder.push(increment, self.command);
+        }
+    }
+
+    /// What the study is to be told in this sample.
+    pub(super) fn finding(&mut self) -> Option<Finding<N>> {
+        match self.recording {
+            Recording::None => None,
+            Recording::Begins => {
+                self.recording = Recording::Going;
+                Some(Finding::Begins(self.phase))
+            }
+            Recording::Going => self.block.take().map(Finding::Block),
+            Recording::Ends => {
+                self.recording = Recording::None;
+                Some(Finding::Ended)
+            }
+        }
+    }
+}

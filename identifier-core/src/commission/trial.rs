@@ -1,0 +1,358 @@
+use super::StopReason;
+use super::holding::Holding;
+use crate::number::Number;
+use crate::tuning::Tuning;
+use crate::units::Units;
+
+/// A step and a disturbance under new gains, measured against what they promise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Trial<N> {
+    /// The step, counts, with its sign.
+    step: N,
+    disturbance: N,
+    promised: Promised<N>,
+    stage: Stage,
+    /// Samples since the stage began.
+    passed: u32,
+    /// Where the step began, counts.
+    from: N,
+    /// The part of the step done in the sample before.
+    before: N,
+    /// When a tenth and nine tenths of the step were passed, samples.
+    tenth: Option<N>,
+    nine_tenths: Option<N>,
+    /// The farthest part of the step, and the farthest that the disturbance moved the servo, counts.
+    peak: N,
+    excursion: N,
+}
+
+/// What is promised, samples and counts, tolerances included.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Promised<N> {
+    rise: [N; 2],
+    peak: N,
+    excursion: N,
+    /// Samples after which a transient is over, and by which the servo must be at rest.
+    over: u32,
+    most: u32,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    Settling,
+    Stepping,
+    Disturbed,
+    Recovering,
+}
+
+/// What was measured in a trial, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct TrialResult {
+    /// The step of the reference, rad.
+    pub step: f64,
+    /// From 10 to 90 % of the step, s; none if it did not get there.
+    pub rise_time: Option<f64>,
+    /// Beyond the step, a part of it.
+    pub overshoot: f64,
+    /// The command that disturbed the servo, command units.
+    pub disturbance: f64,
+    /// The farthest that it moved the servo, rad.
+    pub excursion: f64,
+}
+
+impl<N: Number> Trial<N> {
+    /// The part by which the rise time may differ from the promise.
+    pub(super) const RISE: f64 = 0.15;
+
+    /// What may be added to the overshoot, as a part of the step.
+    pub(super) const OVERSHOOT: f64 = 0.03;
+
+    /// The factor by which a disturbance may move the servo further than promised.
+    const EXCURSION: f64 = 1.5;
+
+    /// Counts by which a measured position is uncertain.
+    const ROUNDING: f64 = 1.5;
+
+    /// Settling times after which a transient is over, and by which the servo must be at rest.
+    const OVER: f64 = 1.5;
+    const MOST: f64 = 6.0;
+
+    /// The time after which a transient has died down at the latest, 1/ω: that of a pole at −ω/5, to a
+    /// fiftieth.
+    pub(super) const DIES_DOWN: f64 = 20.0;
+
+    /// Time for which the slowest of promises is waited for besides, s.
+    const BESIDES: f64 = 0.5;
+
+    /// Of a step (counts, signed) and a disturbance (command units) under gains for a servo of b, SI.
+    pub(super) fn of(tuning: &Tuning, units: &Units, step: f64, disturbance: f64, b: f64) -> Self {
+        let promise = &tuning.promise;
+        let counts = step * units.position();
+        let samples = |time: f64| time / units.sample_time();
+        let rise = samples(promise.rise_time);
+        let quickest = samples(promise.quickest_rise_time);
+        // Each of the two crossings is uncertain by a count at the speed of the rise, and by a sample's
+        // part.
+        let per_count = 2.0 * rise / (0.8 * libm::fabs(counts)) + 1.0;
+        let rounding = Self::ROUNDING / libm::fabs(counts).max(1.0);
+        let moved = promise.compliance * b * libm::fabs(disturbance) * units.position();
+        // Friction may hold a servo outside of the band for long.
+        let dies_down = Self::DIES_DOWN / tuning.bandwidth;
+        let settling = samples(promise.settling_time.min(dies_down));
+        let most = Self::MOST * settling + samples(Self::BESIDES);
+        Self {
+            step: N::from_f64(counts),
+            disturbance: N::from_f64(disturbance),
+            promised: Promised {
+                rise: [
+                    N::from_f64((1.0 - Self::RISE) * quickest - per_count),
+                    N::from_f64((1.0 + Self::RISE) * rise + per_count),
+                ],
+                peak: N::from_f64(1.0 + promise.overshoot + Self::OVERSHOOT + rounding),
+                excursion: N::from_f64(Self::EXCURSION * moved + 2.0 * Self::ROUNDING),
+                // Casts saturate.
+                over: (Self::OVER * settling) as u32,
+                most: most as u32,
+            },
+            stage: Stage::Settling,
+            passed: 0,
+            from: N::ZERO,
+            before: N::ZERO,
+            tenth: None,
+            nine_tenths: None,
+            peak: N::ZERO,
+            excursion: N::ZERO,
+        }
+    }
+
+    /// Takes in the position of a sample (counts), and has the servo do what comes next. True once all
+    /// was done and kept.
+    ///
+    /// # Errors
+    /// The promise that was not kept.
+    pub(super) fn process(
+        &mut self,
+        holding: &mut Holding<N>,
+        position: N,
+    ) -> Result<bool, StopReason> {
+        self.passed = self.passed.saturating_add(1);
+        let settled = self.passed >= self.promised.over && holding.is_at_rest();
+        if !settled && self.passed > self.promised.most {
+            return Err(StopReason::NeverAtRest);
+        }
+        match self.stage {
+            Stage::Settling => {
+                if settled {
+                    self.from = holding.reference();
+                    holding.step_to(self.from + self.step);
+                    self.begin(Stage::Stepping);
+                }
+            }
+            Stage::Stepping => {
+                self.observe_step(position);
+                let too_far = self.peak > self.promised.peak;
+                if too_far {
+                    return Err(StopReason::OvershootExceeded);
+                }
+                if settled {
+                    self.judge_rise()?;
+                    holding.disturb(self.disturbance);
+                    self.begin(Stage::Disturbed);
+                }
+            }
+            Stage::Disturbed | Stage::Recovering => {
+                let away = (position - holding.reference()).magnitude();
+                if away > self.excursion {
+                    self.excursion = away;
+                }
+                if self.excursion > self.promised.excursion {
+                    return Err(StopReason::DisturbanceExceeded);
+                }
+                if settled && self.stage == Stage::Recovering {
+                    return Ok(true);
+                }
+                if settled {
+                    holding.disturb(N::ZERO);
+                    self.begin(Stage::Recovering);
+                }
+            }
+        }
+        Ok(false)
+    }
+
+    fn begin(&mut self, stage: Stage) {
+        self.stage = stage;
+        self.passed = 0;
+    }
+
+    /// The part of the step that is done.
+    fn observe_step(&mut self, position: N) {
+        let done = (position - self.from) * N::from_f64(1.0 / self.step.to_f64());
+        let tenth = N::from_f64(0.1);
+        let nine_tenths = N::from_f64(0.9);
+        // The position belongs to the beginning of the sample; where between two samples a level was
+        // passed is told by a straight line.
+        for (level, passed) in [
+            (tenth, &mut self.tenth),
+            (nine_tenths, &mut self.nine_tenths),
+        ] {
+            if passed.is_none() && done >= level {
+                let gained = (done - self.before).to_f64().max(f64::MIN_POSITIVE);
+                let late = (done - level).to_f64() / gained;
+                *passed = Some(N::from_f64(f64::from(self.passed) - late.min(1.0)));
+            }
+        }
+        self.before = done;
+        if done > self.peak {
+            self.peak = done;
+        }
+    }
+
+    fn judge_rise(&self) -> Result<(), StopReason> {
+        let [least, most] = self.promised.rise;
+        match self.rise() {
+            Some(rise) if rise >= least && rise <= most => Ok(()),
+            _ => Err(StopReason::ResponseTimeMissed),
+        }
+    }
+
+    fn rise(&self) -> Option<N> {
+        Some(self.nine_tenths? - self.tenth?)
+    }
+
+    /// What was measured so far.
+    pub(super) fn result(&self, units: &Units) -> TrialResult {
+        TrialResult {
+            step: self.step.to_f64() * units.position_unit(),
+            rise_time: self.rise().map(|rise| rise.to_f64() * units.sample_time()),
+            overshoot: (self.peak.to_f64() - 1.0).max(0.0),
+            disturbance: self.disturbance.to_f64(),
+            excursion: self.excursion.to_f64() * units.position_unit(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::commission::HoldingGains;
+    use crate::settings::ControllerSettings;
+    use crate::tuning::Promise;
+
+    const STEP: f64 = 0.05;
+    const TIME_CONSTANT: f64 = 0.02;
+    const B: f64 = 200.0;
+    /// Rad per rad/s².
+    const COMPLIANCE: f64 = 1e-4;
+
+    /// What a system of first order promises: a rise of τ ln 9, no overshoot.
+    fn promised() -> Tuning {
+        Tuning {
+            kp: 1.0,
+            kd: 0.01,
+            ki: 1.0,
+            cutoff: 500.0,
+            bandwidth: 1.0 / TIME_CONSTANT,
+            cap: None,
+            promise: Promise {
+                step: STEP,
+                rise_time: TIME_CONSTANT * libm::log(9.0),
+                quickest_rise_time: TIME_CONSTANT * libm::log(9.0),
+                overshoot: 0.0,
+                settling_time: TIME_CONSTANT * libm::log(50.0),
+                sensitivity: 1.2,
+                gain_margins: [0.1, 8.0],
+                command_share: 0.3,
+                noise: 0.0,
+                compliance: COMPLIANCE,
+            },
+        }
+    }
+
+    /// A trial of a servo that is where `position` says (rad): at a time since the step, in the stages
+    /// after it a second later; for a reference; and whether it is disturbed.
+    fn tried(
+        step: f64,
+        position: impl Fn(f64, f64, bool) -> f64,
+    ) -> (Result<bool, StopReason>, TrialResult) {
+        let units = Units::new(1e-3, core::f64::consts::TAU / 20_000.0).expect("valid");
+        let gains = HoldingGains {
+            controller: ControllerSettings {
+                kp: 1.0,
+                kd: 0.01,
+                ki: 1.0,
+                limit: [-10.0, 10.0],
+            },
+            cutoff: 500.0,
+        };
+        let controller = gains.build::<f64>(&units).expect("valid");
+        let limit = [-10.0, 10.0];
+        let mut holding = Holding::take_over(controller, limit, 0.0, 0.0, 0.0, 1.0, 60);
+        let mut trial = Trial::<f64>::of(&promised(), &units, step, 0.5, B);
+        for _ in 0..100_000 {
+            let passed = f64::from(trial.passed) * 1e-3;
+            let since_the_step = match trial.stage {
+                Stage::Settling | Stage::Stepping => passed,
+                Stage::Disturbed | Stage::Recovering => passed + 1.0,
+            };
+            let at = position(
+                since_the_step,
+                holding.reference() * units.position_unit(),
+                trial.stage == Stage::Disturbed,
+            );
+            let count = libm::floor(at * units.position());
+            let done = trial.process(&mut holding, count);
+            let _ = holding.process(count, 0.0);
+            if done != Ok(false) {
+                return (done, trial.result(&units));
+            }
+        }
+        panic!("it neither ends nor fails");
+    }
+
+    fn first_order(time_constant: f64) -> impl Fn(f64, f64, bool) -> f64 {
+        move |time, reference, _| reference * -libm::expm1(-time / time_constant)
+    }
+
+    #[test]
+    fn a_step_of_first_order_rises_in_ln_nine_time_constants_either_way() {
+        for step in [STEP, -STEP] {
+            let (done, measured) = tried(step, first_order(TIME_CONSTANT));
+            assert_eq!(done, Ok(true));
+            let rise = measured.rise_time.expect("it got there");
+            let exact = TIME_CONSTANT * libm::log(9.0);
+            // A count at the speed at which nine tenths are passed.
+            let uncertain = core::f64::consts::TAU / 20_000.0 / (0.1 * STEP / TIME_CONSTANT);
+            assert!((rise - exact).abs() < uncertain, "{rise} {exact}");
+            assert!(measured.overshoot < 0.01);
+        }
+    }
+
+    #[test]
+    fn what_is_slower_or_faster_than_promised_is_refused() {
+        for factor in [1.3, 0.75] {
+            let (done, _) = tried(STEP, first_order(factor * TIME_CONSTANT));
+            assert_eq!(done, Err(StopReason::ResponseTimeMissed));
+        }
+    }
+
+    #[test]
+    fn what_overshoots_or_gives_way_or_never_rests_is_refused() {
+        let plain = first_order(TIME_CONSTANT);
+        let (overshoots, _) = tried(STEP, |time, reference, disturbed| {
+            plain(time, reference, disturbed) * (1.0 + 6.0 * time * libm::exp(-time / 0.05))
+        });
+        assert_eq!(overshoots, Err(StopReason::OvershootExceeded));
+        let (gives_way, _) = tried(STEP, |time, reference, disturbed| {
+            let since = (time - 1.0) / 0.02;
+            let moved = 2.5 * COMPLIANCE * B * 0.5 * since * libm::exp(1.0 - since);
+            plain(time, reference, disturbed) + if disturbed { moved } else { 0.0 }
+        });
+        assert_eq!(gives_way, Err(StopReason::DisturbanceExceeded));
+        let (never_rests, _) = tried(STEP, |time, reference, disturbed| {
+            plain(time, reference, disturbed) + 0.001 * libm::sin(time / 0.01)
+        });
+        assert_eq!(never_rests, Err(StopReason::NeverAtRest));
+    }
+}

@@ -1,0 +1,116 @@
+use super::WiggleSettings;
+use crate::number::Number;
+
+/// Commands that may be under way.
+pub(super) const COMMANDS: usize = 16;
+
+/// What is planned before anything moves, counts and samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Plan<N> {
+    /// What was given.
+    pub(super) travel: [N; 2],
+    pub(super) speed: N,
+    pub(super) command: [N; 2],
+    /// What is used of it.
+    pub(super) usable: [N; 2],
+    pub(super) usable_speed: N,
+    /// From a decision to where it can act at the latest.
+    pub(super) horizon: N,
+    /// Samples by which a command is thought to be delayed.
+    pub(super) delay: usize,
+    /// The travel by which the first motion is noticed.
+    pub(super) noticed: N,
+    /// Over the time since its first count, the time since it began.
+    pub(super) since_beginning: N,
+    /// First step of the ramp, its growth a sample and its steepest change a sample.
+    pub(super) first_step: N,
+    pub(super) growth: N,
+    pub(super) steepest: N,
+    /// The square of half a swing's time, over two: swing over acceleration.
+    pub(super) swing: N,
+    /// Speed over acceleration for such a swing.
+    pub(super) swing_speed: N,
+    /// The shortest swing that tells enough, counts.
+    pub(super) least_swing: N,
+    /// Samples without an edge after which a servo that should be slow stands.
+    pub(super) standing: u32,
+    /// Samples.
+    pub(super) longest: u32,
+    /// The way that there is travel, if only one.
+    pub(super) one_way: Option<N>,
+    pub(super) first_direction: N,
+    /// Samples for which a servo that holds must not move to be at rest.
+    pub(super) quiet: u32,
+    /// Stiffness and damping with which it is held, per sample² and per sample.
+    pub(super) hold: [N; 2],
+    pub(super) enough: u32,
+    /// Roundings per viscous friction that is usual.
+    pub(super) usual_viscous: N,
+    /// Samples after which braking should show.
+    pub(super) reaction: u32,
+}
+
+impl<N: Number> Plan<N> {
+    /// The part of travel and speed that is planned with.
+    const USED_TRAVEL: f64 = 0.8;
+    const USED_SPEED: f64 = 0.75;
+
+    /// Samples by which a command may be later than known.
+    const UNKNOWN_DELAY: f64 = 2.0;
+
+    pub(super) fn new(settings: &WiggleSettings) -> Self {
+        let time = settings.sample_time;
+        let counts = 1.0 / settings.resolution;
+        let limits = &settings.limits;
+        let known_delay = settings.command_delay / time;
+        let travel = limits.travel.map(|end| end * counts);
+        let room = if limits.one_way {
+            travel[1] - travel[0]
+        } else {
+            travel[1].min(-travel[0])
+        };
+        let noticed = libm::floor(room / 12.0).clamp(3.0, 20.0);
+        let most = limits.command[1].min(-limits.command[0]);
+        let one_way = limits
+            .one_way
+            .then(|| if travel[1] > -travel[0] { 1.0 } else { -1.0 });
+        let number = N::from_f64;
+        let samples = |seconds: f64| libm::ceil(seconds / time);
+        // Half a count lies before the first edge on the average; q grows as the cube of time.
+        let since_beginning = 1.0 / (1.0 - libm::cbrt(0.5 / (noticed - 0.5)));
+        let half_swing = 0.035_f64.max(16.0 * time);
+        let stiffness = 60.0_f64.min(0.1 / time) * time;
+        Self {
+            travel: travel.map(number),
+            speed: number(limits.speed * time * counts),
+            command: limits.command.map(number),
+            usable: travel.map(|end| number(end * Self::USED_TRAVEL)),
+            usable_speed: number(Self::USED_SPEED * limits.speed * time * counts),
+            horizon: number(1.0 + known_delay + Self::UNKNOWN_DELAY),
+            delay: (libm::round(known_delay + 0.5 * Self::UNKNOWN_DELAY) as usize)
+                .min(COMMANDS - 2),
+            noticed: number(noticed),
+            since_beginning: number(since_beginning),
+            first_step: number(0.005 * most),
+            growth: number((200.0 * time).min(0.5)),
+            steepest: number(20.0 * time * most),
+            swing: number(half_swing * half_swing / (8.0 * time * time)),
+            swing_speed: number(half_swing / (2.0 * time)),
+            least_swing: number(40.0),
+            standing: samples(0.005).max(3.0) as u32,
+            longest: samples(limits.duration) as u32,
+            one_way: one_way.map(number),
+            first_direction: number(one_way.unwrap_or(if travel[1] >= -travel[0] {
+                1.0
+            } else {
+                -1.0
+            })),
+            quiet: samples(0.004).max(4.0) as u32,
+            enough: samples(0.1) as u32,
+            usual_viscous: number(0.3 / (20.0 * time)),
+            reaction: (libm::ceil(known_delay + Self::UNKNOWN_DELAY) as u32)
+                + samples(0.001) as u32,
+            hold: [number(stiffness * stiffness), number(2.0 * stiffness)],
+        }
+    }
+}

@@ -1,0 +1,54 @@
+use super::super::{CommissionError, Limits};
+
+/// What a wiggle is made from, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WiggleSettings {
+    /// Sample time, s.
+    pub sample_time: f64,
+    /// Position of a count, rad.
+    pub resolution: f64,
+    /// What it may do with the axis.
+    pub limits: Limits,
+    /// The largest b that the servo may have, rad/s² per command unit, if that is known.
+    pub most_gain: Option<f64>,
+    /// From the reading of the encoder to the change of the output, s, as far as it is known.
+    pub command_delay: f64,
+}
+
+impl WiggleSettings {
+    /// The least travel, from end to end, counts.
+    pub const LEAST_TRAVEL: f64 = 24.0;
+
+    /// The least speed, counts per second.
+    pub const LEAST_SPEED: f64 = 200.0;
+
+    /// # Errors
+    /// Limits that contradict themselves, or that are less than evidence needs with this encoder.
+    pub fn check(&self) -> Result<(), CommissionError> {
+        let limits = &self.limits;
+        limits.check()?;
+        let [low, high] = limits.travel;
+        let travel = high - low;
+        let needed = Self::LEAST_TRAVEL * self.resolution;
+        if travel < needed {
+            return Err(CommissionError::TravelTooSmall { travel, needed });
+        }
+        let needed = Self::LEAST_SPEED * self.resolution;
+        if limits.speed < needed {
+            return Err(CommissionError::SpeedTooSmall {
+                speed: limits.speed,
+                needed,
+            });
+        }
+        Ok(())
+    }
+}
+
+/// How far and how fast a servo can get in the motion before anything is known of it, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LargestMotion {
+    /// Lowest and highest position, rad from where the servo stands.
+    pub travel: [f64; 2],
+    /// Rad/s.
+    pub speed: f64,
+}

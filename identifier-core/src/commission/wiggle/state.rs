@@ -1,0 +1,143 @@
+use super::super::crude::Crude;
+use super::super::regression::Gathered;
+use super::observer::Observed;
+use super::plan::{COMMANDS, Plan};
+use crate::commission::StopReason;
+use crate::number::Number;
+
+/// A wiggle under way. Counts and samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WiggleState<N> {
+    pub(super) stage: Stage,
+    pub(super) ending: Option<Result<(), StopReason>>,
+    pub(super) samples: u32,
+    pub(super) position: N,
+    /// The command from which the ramp began.
+    pub(super) held: N,
+    /// The direction of the present push.
+    pub(super) direction: N,
+    /// How far the ramp is from where it began.
+    pub(super) ramp: N,
+    /// Where it last stood.
+    pub(super) origin: N,
+    /// Where and when the first count was passed.
+    pub(super) first_count: Option<FirstCount<N>>,
+    pub(super) servo: Crude<N>,
+    pub(super) observed: Observed<N>,
+    pub(super) gathered: Gathered<N>,
+    pub(super) commands: [N; COMMANDS],
+    pub(super) newest: usize,
+    /// Samples since the encoder last moved.
+    pub(super) still: u32,
+    /// What is pushed beyond what should do.
+    pub(super) extra: N,
+    /// Acceleration and amplitude of the present swing.
+    pub(super) acceleration: N,
+    pub(super) amplitude: N,
+    /// The part of the usual swing.
+    pub(super) part: N,
+    /// Reversals at the low and at the high end.
+    pub(super) reversals: [u32; 2],
+    pub(super) evidence: Option<u32>,
+    pub(super) held_at: N,
+    pub(super) stage_since: u32,
+}
+
+/// What is done now.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Stage {
+    /// The command grows until the servo moves.
+    Seek,
+    /// It is accelerated in the direction of the push.
+    Push,
+    /// It is braked out of it.
+    Brake,
+    /// It is braked for good.
+    Stop,
+    /// It is held where it stopped.
+    Hold,
+}
+
+/// The first edge that the ramp has passed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct FirstCount<N> {
+    pub(super) sample: u32,
+    pub(super) command: N,
+}
+
+impl<N: Number> WiggleState<N> {
+    pub(super) fn new(plan: &Plan<N>, held: Option<N>) -> Self {
+        let held = held.unwrap_or(N::ZERO);
+        let mut gathered = Gathered::NOTHING;
+        gathered.expect(
+            &[N::ZERO, N::ZERO, N::ZERO, plan.usual_viscous, N::ZERO],
+            N::ZERO,
+        );
+        Self {
+            stage: Stage::Seek,
+            ending: None,
+            samples: 0,
+            position: N::ZERO,
+            held,
+            direction: plan.first_direction,
+            ramp: N::ZERO,
+            origin: N::ZERO,
+            first_count: None,
+            servo: Crude::UNKNOWN,
+            observed: Observed::AT_REST,
+            gathered,
+            commands: [held; COMMANDS],
+            newest: 0,
+            still: 0,
+            extra: N::ZERO,
+            acceleration: N::ZERO,
+            amplitude: N::ZERO,
+            part: N::ONE,
+            reversals: [0; 2],
+            evidence: None,
+            held_at: N::ZERO,
+            stage_since: 0,
+        }
+    }
+
+    /// Position from where the motion began, counts.
+    #[must_use]
+    pub fn position(&self) -> N {
+        self.position
+    }
+
+    /// Velocity, counts per sample.
+    #[must_use]
+    pub fn velocity(&self) -> N {
+        self.observed.velocity
+    }
+
+    /// The servo as far as it is known.
+    #[must_use]
+    pub fn servo(&self) -> &Crude<N> {
+        &self.servo
+    }
+
+    /// Samples after which there was evidence, if there is.
+    #[must_use]
+    pub fn evidence(&self) -> Option<u32> {
+        self.evidence
+    }
+
+    pub(super) fn enter(&mut self, stage: Stage) {
+        self.stage = stage;
+        self.stage_since = self.samples;
+    }
+
+    /// Remembers a command.
+    pub(super) fn give(&mut self, command: N) {
+        self.newest = (self.newest + 1) % self.commands.len();
+        self.commands[self.newest] = command;
+    }
+
+    /// The command that was given so many samples before the last.
+    pub(super) fn given(&self, before: usize) -> N {
+        let length = self.commands.len();
+        self.commands[(self.newest + length - before) % length]
+    }
+}

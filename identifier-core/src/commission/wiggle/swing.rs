@@ -1,0 +1,167 @@
+use super::state::{Stage, WiggleState};
+use super::wiggling::Wiggle;
+use crate::number::Number;
+
+impl<N: Number> Wiggle<N> {
+    /// Acceleration and amplitude of the next swing: what command, travel and speed permit.
+    pub(super) fn choose_swing(&self, state: &mut WiggleState<N>) {
+        let plan = &self.plan;
+        let servo = &state.servo;
+        let [least, most] = plan.command;
+        let used = N::from_f64(0.85);
+        let mut available = plan.usable_speed * plan.swing_speed.reciprocal();
+        for direction in [N::ONE, -N::ONE] {
+            let without = servo.without_command(direction);
+            let up = (servo.gain * most + without) * used;
+            let down = -(servo.gain * least + without) * used;
+            for one in [up, down] {
+                if one < available {
+                    available = one;
+                }
+            }
+        }
+        let [low, high] = plan.usable;
+        let half_room = N::from_f64(0.5) * (high - low);
+        let floor = N::from_f64(0.02) * servo.gain * most;
+        let mut acceleration = available.limited(floor, N::REACH);
+        let mut amplitude = acceleration * plan.swing;
+        if amplitude > half_room {
+            amplitude = half_room;
+            acceleration = half_room * plan.swing.reciprocal();
+        } else if amplitude < plan.least_swing {
+            amplitude = plan.least_swing.limited(N::ZERO, half_room);
+            let most =
+                plan.usable_speed * plan.usable_speed * N::from_f64(0.5) * amplitude.reciprocal();
+            acceleration = acceleration.limited(N::ZERO, most);
+        }
+        state.acceleration = acceleration;
+        state.amplitude = amplitude * state.part;
+    }
+
+    /// Where the swings have their middle.
+    fn middle(&self) -> N {
+        let [low, high] = self.plan.usable;
+        N::from_f64(0.5) * (low + high)
+    }
+
+    /// Position and velocity, along the direction of the push, where a decision of now begins to act.
+    fn ahead(&self, state: &WiggleState<N>) -> [N; 2] {
+        let horizon = self.plan.horizon;
+        let direction = state.direction;
+        let velocity = direction * state.observed.velocity;
+        let acceleration = direction * state.observed.acceleration;
+        let pushed = acceleration.limited(N::ZERO, N::REACH);
+        let position = direction * (state.position - self.middle());
+        [
+            position + horizon * (velocity + N::from_f64(0.5) * horizon * pushed),
+            velocity + horizon * pushed,
+        ]
+    }
+
+    /// Accelerates until the servo must be braked to turn where it should.
+    pub(super) fn push(&self, state: &mut WiggleState<N>) -> N {
+        let plan = &self.plan;
+        let direction = state.direction;
+        let [position, velocity] = self.ahead(state);
+        let braking = N::from_f64(0.85) * state.acceleration;
+        let room = state.amplitude - position;
+        let moves = velocity > N::ZERO;
+        let must = moves
+            && (N::from_f64(0.5) * velocity * velocity >= braking * room
+                || velocity >= plan.usable_speed);
+        if must {
+            state.extra = N::ZERO;
+            state.enter(Stage::Brake);
+            return self.brake(state);
+        }
+        // One that does not begin to move needs more.
+        let late = state.still > plan.standing && state.samples - state.stage_since > plan.standing;
+        if late {
+            let step = plan.first_step + plan.growth * state.extra;
+            state.extra += step.limited(N::ZERO, plan.steepest);
+        }
+        let speed = direction * state.observed.velocity;
+        let way = if speed < N::ZERO {
+            -direction
+        } else {
+            direction
+        };
+        state.servo.command(direction * state.acceleration, way) + direction * state.extra
+    }
+
+    /// Brakes until the servo turns.
+    pub(super) fn brake(&self, state: &mut WiggleState<N>) -> N {
+        let direction = state.direction;
+        if direction * state.observed.velocity <= N::ZERO && state.samples > state.stage_since + 1 {
+            return self.turn(state);
+        }
+        self.braking(state)
+    }
+
+    /// The command that brakes, as hard as the room needs.
+    fn braking(&self, state: &mut WiggleState<N>) -> N {
+        let plan = &self.plan;
+        let direction = state.direction;
+        let [position, velocity] = self.ahead(state);
+        let [low, high] = plan.usable;
+        let room = N::from_f64(0.5) * (high - low) - position;
+        let least_room = N::from_f64(0.02) * (high - low);
+        let room = room.limited(least_room, N::REACH);
+        let needed = N::from_f64(0.65) * velocity * velocity * room.reciprocal();
+        let braking = needed.limited(state.acceleration, N::REACH);
+        let measured = -(direction * state.observed.acceleration);
+        let waited = state.samples - state.stage_since > plan.reaction;
+        if waited && measured < N::from_f64(0.5) * needed {
+            let step = plan.first_step + plan.growth * state.extra;
+            state.extra += step;
+        }
+        state.servo.command(-(direction * braking), direction) - direction * state.extra
+    }
+
+    /// The servo turns: the next swing, or the end.
+    fn turn(&self, state: &mut WiggleState<N>) -> N {
+        let end = usize::from(state.direction > N::ZERO);
+        state.reversals[end] += 1;
+        state.direction = -state.direction;
+        state.extra = N::ZERO;
+        if self.has_evidence(state) {
+            state.evidence = Some(state.samples);
+            state.ending = Some(Ok(()));
+            state.held_at = state.position;
+            state.enter(Stage::Hold);
+            return self.hold(state);
+        }
+        self.choose_swing(state);
+        state.enter(Stage::Push);
+        self.push(state)
+    }
+
+    /// Whether the servo is known well enough.
+    fn has_evidence(&self, state: &WiggleState<N>) -> bool {
+        state.reversals.iter().all(|&count| count >= 2) && state.samples >= self.plan.enough
+    }
+
+    /// Brakes for good.
+    pub(super) fn stop(&self, state: &mut WiggleState<N>) -> N {
+        let forward = state.observed.velocity > N::ZERO;
+        let way = if forward { N::ONE } else { -N::ONE };
+        if state.samples == state.stage_since {
+            state.direction = way;
+        }
+        if way != state.direction || state.still > self.plan.standing {
+            state.held_at = state.position;
+            state.enter(Stage::Hold);
+            return self.hold(state);
+        }
+        self.braking(state)
+    }
+
+    /// Holds the servo where it stopped.
+    pub(super) fn hold(&self, state: &mut WiggleState<N>) -> N {
+        let servo = &state.servo;
+        let [stiffness, damping] = self.plan.hold;
+        let off = state.position - state.held_at;
+        let back = stiffness * off + damping * state.observed.velocity;
+        servo.holding() - back * servo.per_gain
+    }
+}

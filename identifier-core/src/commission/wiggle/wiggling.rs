@@ -1,0 +1,197 @@
+use super::super::crude::Crude;
+use super::super::regression::Regression;
+use super::super::{CommissionError, IdentifiedServo, StopReason};
+use super::observer::Observer;
+use super::plan::{COMMANDS, Plan};
+use super::state::{Stage, WiggleState};
+use super::{LargestMotion, WiggleSettings};
+use crate::number::Number;
+
+/// Counts that a servo that moves cannot have missed.
+const MISSED: f64 = 2.5;
+
+/// The wiggle, in the sample interrupt: it takes the encoder's increment and gives a command.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wiggle<N> {
+    pub(super) plan: Plan<N>,
+    pub(super) observer: Observer<N>,
+    pub(super) regression: Regression<N>,
+    settings: WiggleSettings,
+}
+
+/// What a wiggle does in a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WiggleStep<N> {
+    /// The command until the next sample.
+    pub command: N,
+    /// Where it stands.
+    pub progress: Progress,
+}
+
+/// Where a wiggle stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Progress {
+    /// It moves the servo.
+    Going,
+    /// It has ended with evidence, and the servo is held at rest.
+    AtRest,
+    /// It has ended without; the servo is at rest, or cannot be brought to rest.
+    Failed(StopReason),
+}
+
+impl<N: Number> Wiggle<N> {
+    /// # Errors
+    /// See [`WiggleSettings::check`].
+    pub fn new(settings: &WiggleSettings) -> Result<Self, CommissionError> {
+        settings.check()?;
+        let time = settings.sample_time;
+        let limits = &settings.limits;
+        // As fast as rounding lets it be: its acceleration must stay below that of a swing.
+        let [low, high] = limits.travel;
+        let swing = limits.speed * limits.speed / (high - low);
+        let omega = libm::sqrt(0.2 * swing / settings.resolution).min(0.8 / time);
+        let stride = libm::round(0.0005 / time) as u32;
+        Ok(Self {
+            plan: Plan::new(settings),
+            observer: Observer::new(omega.min(1200.0) * time),
+            regression: Regression::new((80.0 * time).min(0.3), stride),
+            settings: *settings,
+        })
+    }
+
+    /// What the first motion can reach at most.
+    #[must_use]
+    pub fn largest_motion(&self) -> LargestMotion {
+        let limits = &self.settings.limits;
+        let [least, most] = limits.command;
+        let (mut travel, mut speed) = (limits.travel, limits.speed);
+        if let Some(gain) = self.settings.most_gain {
+            let acceleration = gain * most.max(-least);
+            let reached = 0.5 * acceleration * limits.duration * limits.duration;
+            travel = travel.map(|end| end.clamp(-reached, reached));
+            speed = speed.min(acceleration * limits.duration);
+        }
+        LargestMotion { travel, speed }
+    }
+
+    /// Begins from rest; `held` is the command that a controller holds it with now.
+    #[must_use]
+    pub fn start(&self, held: Option<N>) -> WiggleState<N> {
+        WiggleState::new(&self.plan, held)
+    }
+
+    /// Begins a later motion of a servo that is known, `position` counts from where the first began, with
+    /// a `part` of the usual swing, so that it is not the same motion again.
+    #[must_use]
+    pub fn start_knowing(&self, servo: &IdentifiedServo, position: N, part: f64) -> WiggleState<N> {
+        let (time, resolution) = (self.settings.sample_time, self.settings.resolution);
+        let mut state = WiggleState::new(&self.plan, None);
+        state.servo = Crude::of(&servo.parameters, time, resolution);
+        state.position = position;
+        state.part = N::from_f64(part);
+        state.commands = [state.servo.holding(); COMMANDS];
+        self.choose_swing(&mut state);
+        state.enter(Stage::Push);
+        state
+    }
+
+    /// A sample: the counts that the encoder has moved since the last.
+    pub fn process(&self, state: &mut WiggleState<N>, increment: N) -> WiggleStep<N> {
+        let plan = &self.plan;
+        state.samples = state.samples.saturating_add(1);
+        state.position += increment;
+        state.still = if increment == N::ZERO {
+            state.still.saturating_add(1)
+        } else {
+            0
+        };
+        let acted = state.given(plan.delay);
+        self.learn(state, increment, acted);
+        if let Some(reason) = self.left(state) {
+            state.ending = Some(Err(reason));
+            if !matches!(state.stage, Stage::Stop | Stage::Hold) {
+                state.enter(Stage::Stop);
+            }
+        }
+        let wanted = match state.stage {
+            Stage::Seek => self.seek(state),
+            Stage::Push => self.push(state),
+            Stage::Brake => self.brake(state),
+            Stage::Stop => self.stop(state),
+            Stage::Hold => self.hold(state),
+        };
+        let [least, most] = plan.command;
+        let command = if wanted.is_finite() {
+            wanted.limited(least, most)
+        } else {
+            N::ZERO
+        };
+        state.give(command);
+        WiggleStep {
+            command,
+            progress: self.progress(state),
+        }
+    }
+
+    /// What is learnt from a sample.
+    fn learn(&self, state: &mut WiggleState<N>, increment: N, acted: N) {
+        let plan = &self.plan;
+        let servo = state.servo;
+        self.observer
+            .observe(&mut state.observed, &servo, increment, acted);
+        // One that moves as fast as it is thought to would have passed counts.
+        let still = N::from_count(state.still.min(1 << 20) as i32);
+        let missed = still * state.observed.velocity.magnitude();
+        let stands =
+            state.still > plan.standing || (state.still > 1 && missed > N::from_f64(MISSED));
+        if stands {
+            state.observed.stand();
+        }
+        if state.first_count.is_none() {
+            return;
+        }
+        let direction = if stands {
+            N::ZERO
+        } else if state.observed.velocity < N::ZERO {
+            -N::ONE
+        } else {
+            N::ONE
+        };
+        let news = self
+            .regression
+            .observe(&mut state.gathered, increment, direction, acted);
+        if news
+            && servo.is_known()
+            && let Some(estimate) = state.gathered.estimate()
+        {
+            state.observed.adopt(&servo, &estimate, acted);
+            state.servo = estimate;
+        }
+    }
+
+    /// What was given and is no longer kept.
+    fn left(&self, state: &WiggleState<N>) -> Option<StopReason> {
+        let [low, high] = self.plan.travel;
+        if state.position < low || state.position > high {
+            Some(StopReason::TravelLeft)
+        } else if state.samples > self.plan.longest && state.ending.is_none() {
+            Some(if state.servo.is_known() {
+                StopReason::TooLittleEvidence
+            } else {
+                StopReason::TimeOver
+            })
+        } else {
+            None
+        }
+    }
+
+    fn progress(&self, state: &WiggleState<N>) -> Progress {
+        let quiet = state.stage == Stage::Hold && state.still >= self.plan.quiet;
+        match state.ending {
+            Some(Err(reason @ StopReason::TravelLeft)) => Progress::Failed(reason),
+            Some(Ok(())) if quiet => Progress::AtRest,
+            Some(Err(reason)) if quiet => Progress::Failed(reason),
+            _ => Progress::Going,
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! Travel, speed and time.
+
+use super::PlausibilitySettings;
+use crate::commission::StopReason;
+use crate::number::Number;
+use crate::units::Units;
+
+/// What position, speed and time stay within.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Bounds<N> {
+    /// Counts.
+    travel: [N; 2],
+    /// Counts a sample.
+    speed: N,
+    /// Of the mean that the speed is judged by, per sample.
+    forgetting: N,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct BoundsState<N> {
+    /// Mean of the increments, counts a sample.
+    speed: N,
+    late: u32,
+}
+
+impl<N: Number> Bounds<N> {
+    /// By so much a late sample raises its count, while one in time lowers it by one.
+    const LATE: u32 = 4;
+    /// Late samples running that are too many.
+    pub(super) const TOO_LATE: u32 = 3;
+    /// The mean over this time, s, is the speed where the encoder resolves it,
+    const SOON: f64 = 2e-3;
+    /// and over this one where it does not.
+    const COARSE: f64 = 20e-3;
+    /// The share of the speed that a count makes up where the encoder resolves it.
+    const RESOLVED: f64 = 0.05;
+
+    pub(super) fn new(settings: &PlausibilitySettings, units: &Units) -> Self {
+        let travel = settings.travel.map(|end| end * units.position());
+        let speed = settings.speed * units.velocity();
+        let over = |time: f64| -libm::expm1(-units.sample_time() / time);
+        let forgetting = (Self::RESOLVED * speed)
+            .min(over(Self::SOON))
+            .max(over(Self::COARSE));
+        // A count is passed up to one before it shows.
+        Self {
+            travel: [N::from_f64(travel[0] - 1.0), N::from_f64(travel[1] + 1.0)],
+            speed: N::from_f64(speed + forgetting),
+            forgetting: N::from_f64(forgetting),
+        }
+    }
+
+    pub(super) fn start(&self) -> BoundsState<N> {
+        BoundsState {
+            speed: N::ZERO,
+            late: 0,
+        }
+    }
+
+    /// Samples until a speed of 1.25 of what is allowed, and three counts in the time of the mean beyond
+    /// that, is seen.
+    pub(super) fn samples_until_too_fast(&self) -> f64 {
+        /// What is left of a step of the speed in its mean when the rest is beyond the bound.
+        const LEFT: f64 = 0.2;
+        libm::log(LEFT) / libm::log1p(-self.forgetting.to_f64().min(0.999))
+    }
+
+    pub(super) fn time(&self, state: &mut BoundsState<N>, late: bool) -> Result<(), StopReason> {
+        if !late {
+            state.late = state.late.saturating_sub(1);
+            return Ok(());
+        }
+        state.late += Self::LATE;
+        if state.late >= Self::LATE * Self::TOO_LATE {
+            return Err(StopReason::Overrun);
+        }
+        Ok(())
+    }
+
+    pub(super) fn motion(
+        &self,
+        state: &mut BoundsState<N>,
+        increment: N,
+        position: N,
+    ) -> Result<(), StopReason> {
+        let [low, high] = self.travel;
+        if position < low || position > high {
+            return Err(StopReason::TravelLeft);
+        }
+        state.speed += self.forgetting * (increment - state.speed);
+        if state.speed.magnitude() > self.speed {
+            return Err(StopReason::SpeedExceeded);
+        }
+        Ok(())
+    }
+}

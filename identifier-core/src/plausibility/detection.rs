@@ -1,0 +1,40 @@
+use crate::commission::StopReason;
+
+/// Within how many samples a fault is found, from the sample in which it begins to show.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Detection {
+    /// Samples running that are late.
+    pub overrun: u32,
+    /// Samples running without a reading.
+    pub encoder_lost: u32,
+    /// A jump of so many counts, or more, is found in the sample in which it happens.
+    pub smallest_jump: f64,
+    /// Samples with a speed of 1.25 times what is allowed, and three counts in the time that a speed is
+    /// the mean of.
+    pub speed: u32,
+    /// Samples at standstill under a command that must move the servo.
+    pub standing: u32,
+    /// Samples of motion in which the command changes enough to tell.
+    pub response: u32,
+    /// Swings of an oscillation,
+    pub swings: u32,
+    /// none longer than so many samples.
+    pub longest_swing: u32,
+}
+
+impl Detection {
+    /// Within how many samples a reason is found; none for one that is not plausibility's to find.
+    #[must_use]
+    pub fn samples(&self, reason: StopReason) -> Option<u32> {
+        Some(match reason {
+            StopReason::Overrun => self.overrun,
+            StopReason::EncoderLost => self.encoder_lost,
+            StopReason::EncoderJumped | StopReason::TravelLeft => 1,
+            StopReason::SpeedExceeded => self.speed,
+            StopReason::EncoderStuck | StopReason::ActuatorDead => self.standing.max(self.response),
+            StopReason::ActuatorWeak | StopReason::Reversed => self.response,
+            StopReason::Oscillating => self.swings * self.longest_swing,
+            _ => return None,
+        })
+    }
+}

@@ -1,0 +1,39 @@
+//! Plausibility: whether what the encoder shows can be what the command does.
+//!
+//! [`Plausibility::process`] is called once a sample, in the interrupt, with what was measured and what
+//! acted. It names a [`StopReason`](crate::commission::StopReason) within a stated number of samples after a fault has begun to show:
+//! [`Plausibility::detection_times`]. It has no gains and gives no command; what to do is its caller's.
+//!
+//! | what is wrong | seen by | needs the servo to be known |
+//! |---|---|---|
+//! | samples late | a count that late samples raise and others lower | no |
+//! | encoder lost | samples running without a reading | no |
+//! | encoder jumping | more counts in a sample than speed or acceleration allow | no; finer when known |
+//! | travel, speed | position; a mean of the increments | no |
+//! | encoder stuck | no count although the servo cannot have stopped so soon | no; sooner when known |
+//! | actuator dead, at rest | no motion under a command that must move the servo | no; sooner when known |
+//! | actuator dead or weak, in motion | the motion changes less than the command says | yes |
+//! | encoder or actuator reversed | the motion changes against the command | no; sooner when known |
+//! | loop oscillating | swings about the setpoint that do not decay, the command with them | no |
+//!
+//! A servo that stands when encoder or actuator fails shows the same for both: no motion under a command
+//! that must move it. That is called a dead actuator. A reversed encoder and a reversed actuator are the
+//! same to a loop, and have one reason.
+//!
+//! A load may step by [`Plausibility::LOAD_STEP`] of the command limit without being taken for a fault.
+
+mod bounds;
+mod detection;
+mod model;
+mod motion;
+mod observation;
+mod oscillation;
+mod readings;
+mod response;
+mod settings;
+mod watch;
+
+pub use detection::Detection;
+pub use observation::Observation;
+pub use settings::PlausibilitySettings;
+pub use watch::{Plausibility, PlausibilityState};

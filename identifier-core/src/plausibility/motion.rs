@@ -1,0 +1,239 @@
+//! Whether a servo that does not move can be at standstill.
+
+use super::PlausibilitySettings;
+use super::model::Model;
+use crate::commission::StopReason;
+use crate::number::Number;
+use crate::units::Units;
+
+/// When a servo cannot have stopped, and when it cannot stand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Motion<N> {
+    /// Of the mean that the speed is judged by, per sample,
+    forgetting: N,
+    /// and of that of the command.
+    smoothing: N,
+    /// Of the highest and the lowest command of a standstill.
+    fading: N,
+    /// Command's range that moves any servo, command units.
+    command: N,
+    /// Samples that a servo of which nothing is known may stand where it must move.
+    patience: i32,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct MotionState<N> {
+    /// Mean of the increments, counts a sample.
+    speed: N,
+    /// Since the last count: how fast the servo is at least, counts a sample,
+    glide: N,
+    /// and how far it has come at least, counts.
+    passed: N,
+    /// Counts from where it came to standstill.
+    away: N,
+    /// Mean of the command,
+    command: N,
+    /// and its lowest and highest at this standstill.
+    range: [N; 2],
+    /// Samples in which it had to move and did not.
+    pushed: i32,
+    /// How fast the servo may become slower, counts a sample squared: by friction and load,
+    braking: N,
+    /// and for a unit of command.
+    gain: N,
+    /// Range of the command within which it may stand, command units.
+    stands: N,
+    /// Samples that it may stand where it must move.
+    patience: i32,
+}
+
+impl<N: Number> Motion<N> {
+    /// Counts that are missed before the encoder is said to be stuck.
+    const MISSED: i32 = 7;
+    /// Counts of a servo at standstill.
+    const SLIP: i32 = 2;
+    /// How much faster a servo may brake than the model says.
+    const MODEL_ERROR: f64 = 1.2;
+    /// How much faster a servo may brake than it was ever seen to change its speed.
+    const UNKNOWN: f64 = 4.0;
+    /// The share of the command's limit by which friction and load together keep no servo: Coulomb
+    /// friction of 20 % to either side and a step of the load, with a tenth to spare.
+    const COMMAND: f64 = 0.8;
+    /// Friction's range that Stribeck's may add to Coulomb's.
+    const LOW_SPEED: f64 = 1.5;
+    /// Memory of the speed, s.
+    const SPEED: f64 = 3e-3;
+    /// Memory of the command, s.
+    const SMOOTH: f64 = 5e-3;
+    /// Memory of the range of the command, s: a load that changes more slowly is no fault.
+    const FADE: f64 = 1.0;
+    /// The time that a servo may stand where it must move, s: as long, for one that is not known,
+    const LONGEST: f64 = 0.1;
+    /// and as long at least, for one that is.
+    const SHORTEST: f64 = 0.02;
+
+    pub(super) fn new(settings: &PlausibilitySettings, units: &Units) -> Self {
+        let sample_time = units.sample_time();
+        let over = |time: f64| N::from_f64(-libm::expm1(-sample_time / time));
+        Self {
+            forgetting: over(Self::SPEED),
+            smoothing: over(Self::SMOOTH),
+            fading: over(Self::FADE),
+            command: N::from_f64(Self::COMMAND * settings.limit()),
+            patience: Self::samples(Self::LONGEST, sample_time),
+        }
+    }
+
+    fn samples(time: f64, sample_time: f64) -> i32 {
+        /// The fewest, so that a delay of the command has passed.
+        const FEWEST: f64 = 8.0;
+        (time / sample_time).clamp(FEWEST, 1e9) as i32
+    }
+
+    pub(super) fn start(&self) -> MotionState<N> {
+        MotionState {
+            speed: N::ZERO,
+            glide: N::ZERO,
+            passed: N::ZERO,
+            away: N::ZERO,
+            command: N::ZERO,
+            range: [N::ZERO; 2],
+            pushed: 0,
+            braking: N::REACH,
+            gain: N::ZERO,
+            stands: self.command,
+            patience: self.patience,
+        }
+    }
+
+    pub(super) fn know(
+        &self,
+        state: &mut MotionState<N>,
+        model: &Model,
+        settings: &PlausibilitySettings,
+        sample_time: f64,
+    ) {
+        /// The share of the command's limit beyond breakaway that a command which must move the servo has.
+        const PUSH: f64 = 0.05;
+        state.braking = N::from_f64(Self::MODEL_ERROR * model.braking);
+        state.gain = N::from_f64(Self::MODEL_ERROR * model.gain);
+        // To either side of what holds it, and a step of the load.
+        let load_step = model.load_step / model.gain;
+        let stands = 2.0 * Self::LOW_SPEED * model.breakaway + Self::MODEL_ERROR * load_step;
+        state.stands = N::from_f64(stands + PUSH * settings.limit());
+        // Until it has moved by what counts as motion, under a push that is hardly more than friction.
+        let push = PUSH * settings.limit() * model.gain;
+        let moves = libm::sqrt(2.0 * f64::from(Self::MISSED) / push);
+        let least = f64::from(Self::samples(Self::SHORTEST, sample_time));
+        let most = f64::from(self.patience);
+        state.patience = (moves + model.delay as f64).clamp(least.min(most), most) as i32;
+    }
+
+    /// The servo was seen to change its speed by so much, counts a sample squared.
+    #[inline]
+    pub(super) fn learn(state: &mut MotionState<N>, acceleration: N) {
+        let braking = N::from_f64(Self::UNKNOWN) * acceleration;
+        if state.gain == N::ZERO && (state.braking == N::REACH || braking > state.braking) {
+            state.braking = braking;
+        }
+    }
+
+    #[inline]
+    pub(super) fn process(
+        &self,
+        state: &mut MotionState<N>,
+        increment: N,
+        command: N,
+        under: Under,
+    ) -> Result<(), StopReason> {
+        self.stops(state, increment, command)?;
+        self.stands(state, increment, command, under)
+    }
+
+    /// Whether the servo can have stopped as soon as the encoder.
+    #[inline]
+    fn stops(
+        &self,
+        state: &mut MotionState<N>,
+        increment: N,
+        command: N,
+    ) -> Result<(), StopReason> {
+        state.speed += self.forgetting * (increment - state.speed);
+        let braking = state.braking + state.gain * command.magnitude();
+        if increment == N::ZERO {
+            state.glide = state.glide - braking;
+            if state.glide > N::ZERO {
+                state.passed += state.glide;
+                if state.passed > N::from_count(Self::MISSED) {
+                    return Err(StopReason::EncoderStuck);
+                }
+            }
+            return Ok(());
+        }
+        state.passed = N::ZERO;
+        state.glide = increment.magnitude() - N::ONE;
+        Ok(())
+    }
+
+    /// Whether the servo can stand under this command.
+    #[inline]
+    fn stands(
+        &self,
+        state: &mut MotionState<N>,
+        increment: N,
+        command: N,
+        under: Under,
+    ) -> Result<(), StopReason> {
+        state.command += self.smoothing * (command - state.command);
+        state.away += increment;
+        if state.away.magnitude() > N::from_count(Self::SLIP) {
+            state.away = N::ZERO;
+            state.range = [state.command; 2];
+            state.pushed = 0;
+            return Ok(());
+        }
+        let [low, high] = &mut state.range;
+        *low += self.fading * (state.command - *low);
+        *high += self.fading * (state.command - *high);
+        if state.command < *low {
+            *low = state.command;
+        }
+        if state.command > *high {
+            *high = state.command;
+        }
+        let pushed = match under {
+            Under::Nothing => false,
+            Under::Push => true,
+            Under::Control => {
+                state.command - *low > state.stands || *high - state.command > state.stands
+            }
+        };
+        if !pushed {
+            state.pushed = 0;
+            return Ok(());
+        }
+        state.pushed += 1;
+        if state.pushed >= state.patience {
+            return Err(StopReason::ActuatorDead);
+        }
+        Ok(())
+    }
+}
+
+impl<N: Number> MotionState<N> {
+    /// Samples that the servo may stand where it must move.
+    pub(super) fn patience(&self) -> i32 {
+        self.patience
+    }
+}
+
+/// What a servo is under.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Under {
+    /// Let go, or a command that need not move it.
+    Nothing,
+    /// A command that must move it.
+    Push,
+    /// A controller.
+    Control,
+}

@@ -1,0 +1,134 @@
+//! Whether a loop oscillates.
+//!
+//! The error of a loop that settles swings about zero and decays, and the command with it. Six swings
+//! running that do not decay, each with a good part of the command behind it, are an oscillation (after
+//! T. Hägglund, "A control-loop performance monitor", Control Engineering Practice 3, 1995). Swings that
+//! the setpoint makes are its own.
+
+use super::PlausibilitySettings;
+use crate::commission::StopReason;
+use crate::number::Number;
+use crate::units::Units;
+
+/// What a swing is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Oscillation<N> {
+    /// The command's range in it, at least, command units.
+    command: N,
+    /// Its length, at most, samples.
+    pub(super) longest: i32,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct OscillationState<N> {
+    /// Whether the error is positive in this swing.
+    positive: bool,
+    /// Samples that it lasts.
+    age: i32,
+    /// Its largest error, counts.
+    peak: N,
+    /// That of the swing before.
+    before: N,
+    /// Lowest and highest command.
+    command: [N; 2],
+    /// Where the setpoint was when the swings began.
+    setpoint: N,
+    swings: u32,
+}
+
+impl<N: Number> Oscillation<N> {
+    /// Swings running that are an oscillation.
+    pub(super) const SWINGS: u32 = 6;
+    /// The smallest, counts.
+    pub(super) const LEAST: i32 = 8;
+    /// Half of it: the error must pass this on the other side to begin a new swing.
+    const TURN: i32 = 4;
+    /// What a swing has at least of the one before.
+    const KEPT: f64 = 0.7;
+    /// The share of the command's limit that it moves through at least.
+    const COMMAND: f64 = 0.2;
+    /// The longest, s.
+    const LONGEST: f64 = 0.5;
+
+    pub(super) fn new(settings: &PlausibilitySettings, units: &Units) -> Self {
+        let longest = (Self::LONGEST / units.sample_time()).max(f64::from(Self::LEAST));
+        Self {
+            command: N::from_f64(Self::COMMAND * settings.limit()),
+            longest: longest as i32,
+        }
+    }
+
+    pub(super) fn start(&self) -> OscillationState<N> {
+        OscillationState {
+            positive: true,
+            age: 0,
+            peak: N::ZERO,
+            before: N::ZERO,
+            command: [N::ZERO; 2],
+            setpoint: N::ZERO,
+            swings: 0,
+        }
+    }
+
+    #[inline]
+    pub(super) fn process(
+        &self,
+        state: &mut OscillationState<N>,
+        setpoint: Option<N>,
+        position: N,
+        command: N,
+    ) -> Result<(), StopReason> {
+        let Some(setpoint) = setpoint else {
+            state.swings = 0;
+            state.age = 0;
+            return Ok(());
+        };
+        let error = setpoint - position;
+        let size = error.magnitude();
+        let positive = error > N::ZERO;
+        let moved = (setpoint - state.setpoint).magnitude();
+        if moved > N::from_count(Self::LEAST) && moved > state.peak {
+            state.setpoint = setpoint;
+            state.swings = 0;
+        }
+        if state.age <= self.longest {
+            state.age += 1;
+        }
+        if positive != state.positive && size >= N::from_count(Self::TURN) {
+            state.swings = if self.is_one(state) {
+                state.swings + 1
+            } else {
+                0
+            };
+            state.before = state.peak;
+            state.positive = positive;
+            state.age = 0;
+            state.peak = size;
+            state.command = [command; 2];
+            if state.swings >= Self::SWINGS {
+                return Err(StopReason::Oscillating);
+            }
+            return Ok(());
+        }
+        if positive == state.positive && size > state.peak {
+            state.peak = size;
+        }
+        let [low, high] = &mut state.command;
+        if command < *low {
+            *low = command;
+        }
+        if command > *high {
+            *high = command;
+        }
+        Ok(())
+    }
+
+    /// Whether the swing that has ended is one of an oscillation.
+    fn is_one(&self, state: &OscillationState<N>) -> bool {
+        let [low, high] = state.command;
+        state.age <= self.longest
+            && state.peak >= N::from_count(Self::LEAST)
+            && state.peak >= N::from_f64(Self::KEPT) * state.before
+            && high - low >= self.command
+    }
+}

@@ -1,0 +1,98 @@
+//! Whether a reading of the encoder can be one.
+
+use super::PlausibilitySettings;
+use super::model::Model;
+use crate::commission::StopReason;
+use crate::number::Number;
+use crate::units::Units;
+
+/// What readings stay within.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Readings<N> {
+    /// Counts that no sample may have.
+    farthest: N,
+    /// Samples without a reading that are too many.
+    pub(super) lost_after: i32,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ReadingsState<N> {
+    last: Option<N>,
+    /// Samples running without a reading.
+    missing: i32,
+    /// By how many counts an increment may differ from the one before.
+    change: N,
+}
+
+impl<N: Number> Readings<N> {
+    /// The longest time without a reading, s.
+    const LONGEST_GAP: f64 = 1e-3;
+    /// The fewest samples without a reading that are too many.
+    const FEWEST: f64 = 2.0;
+    /// How far beyond the speed that is allowed a reading must be to be none.
+    const BEYOND: f64 = 2.0;
+    /// Counts that rounding and noise may add.
+    const ROUNDING: f64 = 4.0;
+
+    pub(super) fn new(settings: &PlausibilitySettings, units: &Units) -> Self {
+        let farthest = Self::BEYOND * settings.speed * units.velocity() + Self::ROUNDING;
+        let samples = libm::round(Self::LONGEST_GAP / units.sample_time());
+        Self {
+            farthest: N::from_f64(farthest.min(N::REACH.to_f64())),
+            lost_after: samples.max(Self::FEWEST) as i32,
+        }
+    }
+
+    pub(super) fn start(&self) -> ReadingsState<N> {
+        ReadingsState {
+            last: None,
+            missing: 0,
+            change: N::REACH,
+        }
+    }
+
+    pub(super) fn know(&self, state: &mut ReadingsState<N>, model: &Model) {
+        /// Standard deviations that noise stays within.
+        const DEVIATIONS: f64 = 8.0;
+        let change = Self::BEYOND * model.most_acceleration
+            + Self::ROUNDING
+            + DEVIATIONS * model.unexplained;
+        state.change = N::from_f64(change);
+    }
+
+    /// The smallest jump that is seen for certain, counts.
+    pub(super) fn smallest_jump(&self, state: &ReadingsState<N>) -> f64 {
+        let by_speed = self.farthest.to_f64() * (1.0 + 1.0 / Self::BEYOND);
+        by_speed.min(state.change.to_f64() * (1.0 + 1.0 / Self::BEYOND))
+    }
+
+    pub(super) fn process(
+        &self,
+        state: &mut ReadingsState<N>,
+        increment: Option<N>,
+    ) -> Result<(), StopReason> {
+        let Some(increment) = increment else {
+            state.last = None;
+            state.missing = state.missing.saturating_add(1);
+            return if state.missing >= self.lost_after {
+                Err(StopReason::EncoderLost)
+            } else {
+                Ok(())
+            };
+        };
+        // What has gathered while there was no reading shows now.
+        let farthest = self.farthest * N::from_count(state.missing.saturating_add(1));
+        // Not "beyond", so that what is no number is none.
+        let within = increment.magnitude() <= farthest
+            && state
+                .last
+                .is_none_or(|last| (increment - last).magnitude() <= state.change);
+        state.missing = 0;
+        state.last = Some(increment);
+        if within {
+            Ok(())
+        } else {
+            Err(StopReason::EncoderJumped)
+        }
+    }
+}

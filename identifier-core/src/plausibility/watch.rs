@@ -1,0 +1,171 @@
+use super::bounds::{Bounds, BoundsState};
+use super::model::Model;
+use super::motion::{Motion, MotionState, Under};
+use super::oscillation::{Oscillation, OscillationState};
+use super::readings::{Readings, ReadingsState};
+use super::response::{Known, Response, ResponseState};
+use super::{Detection, Observation, PlausibilitySettings};
+use crate::commission::{IdentifiedServo, StopReason};
+use crate::error::OutOfRange;
+use crate::number::Number;
+use crate::units::Units;
+
+/// What a servo and its encoder must keep to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plausibility<N> {
+    settings: PlausibilitySettings,
+    units: Units,
+    bounds: Bounds<N>,
+    readings: Readings<N>,
+    motion: Motion<N>,
+    oscillation: Oscillation<N>,
+    /// Over shorter and over longer blocks.
+    response: [Response<N>; 2],
+}
+
+/// What they have done so far.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlausibilityState<N> {
+    bounds: BoundsState<N>,
+    readings: ReadingsState<N>,
+    motion: MotionState<N>,
+    oscillation: OscillationState<N>,
+    response: [ResponseState<N>; 2],
+    known: Option<Known<N>>,
+    /// The last commands; the place of the newest, and how far back the one is that acts.
+    commands: [N; LONGEST_DELAY],
+    newest: usize,
+    delay: usize,
+}
+
+/// Samples that a command may take until it acts.
+const LONGEST_DELAY: usize = 16;
+
+impl<N: Number> Plausibility<N> {
+    /// The share of the command limit by which a load may step without being a fault.
+    pub const LOAD_STEP: f64 = 0.3;
+    /// Length of the shorter blocks over which motion and command are compared, s,
+    const SHORTER: f64 = 2.5e-3;
+    /// and in samples at least, so that what is not known of a delay is a small part.
+    const FEWEST: f64 = 6.0;
+    /// The longer blocks are longer by this.
+    const LONGER: i32 = 4;
+
+    /// # Errors
+    /// The setting that is not allowed, by name.
+    pub fn new(settings: &PlausibilitySettings) -> Result<Self, OutOfRange> {
+        /// The change of the command that tells something of a servo that is not known, as a share of the
+        /// limit.
+        const TELLING: f64 = 0.02;
+        let units = settings.check()?;
+        let samples = libm::round(Self::SHORTER / units.sample_time());
+        let shorter = samples.max(Self::FEWEST) as i32;
+        let telling = TELLING * settings.limit();
+        Ok(Self {
+            settings: *settings,
+            units,
+            bounds: Bounds::new(settings, &units),
+            readings: Readings::new(settings, &units),
+            motion: Motion::new(settings, &units),
+            oscillation: Oscillation::new(settings, &units),
+            response: [1, Self::LONGER].map(|times| Response::new(times * shorter, telling)),
+        })
+    }
+
+    /// Begins with a servo of which nothing is known.
+    #[must_use]
+    pub fn start(&self) -> PlausibilityState<N> {
+        PlausibilityState {
+            bounds: self.bounds.start(),
+            readings: self.readings.start(),
+            motion: self.motion.start(),
+            oscillation: self.oscillation.start(),
+            response: self.response.map(|response| response.start()),
+            known: None,
+            commands: [N::ZERO; LONGEST_DELAY],
+            newest: 0,
+            delay: 0,
+        }
+    }
+
+    /// From now on the servo is known. In f64, once in a commissioning.
+    pub fn know(&self, state: &mut PlausibilityState<N>, servo: &IdentifiedServo) {
+        let Some(model) = Model::of(servo, &self.settings, &self.units, LONGEST_DELAY - 1) else {
+            return;
+        };
+        self.readings.know(&mut state.readings, &model);
+        let sample_time = self.units.sample_time();
+        self.motion
+            .know(&mut state.motion, &model, &self.settings, sample_time);
+        state.known = Some(Known::new(&model));
+        state.delay = model.delay;
+        state.response = self.response.map(|response| response.start());
+    }
+
+    /// A sample.
+    ///
+    /// # Errors
+    /// What cannot be. The state has taken the sample nevertheless; a caller who goes on is told again.
+    pub fn process(
+        &self,
+        state: &mut PlausibilityState<N>,
+        seen: &Observation<N>,
+    ) -> Result<(), StopReason> {
+        self.bounds.time(&mut state.bounds, seen.late)?;
+        let command = state.acting(seen.command);
+        self.readings.process(&mut state.readings, seen.increment)?;
+        let Some(increment) = seen.increment else {
+            state.response = self.response.map(|response| response.start());
+            return Ok(());
+        };
+        self.bounds
+            .motion(&mut state.bounds, increment, seen.position)?;
+        let under = match seen.setpoint {
+            _ if seen.must_move => Under::Push,
+            Some(_) => Under::Control,
+            None => Under::Nothing,
+        };
+        self.motion
+            .process(&mut state.motion, increment, command, under)?;
+        for (response, seen) in self.response.iter().zip(&mut state.response) {
+            let block = response.process(seen, increment, command, state.known.as_ref())?;
+            if let Some(acceleration) = block {
+                Motion::learn(&mut state.motion, acceleration.magnitude());
+            }
+        }
+        self.oscillation.process(
+            &mut state.oscillation,
+            seen.setpoint,
+            seen.position,
+            command,
+        )
+    }
+
+    /// Within how many samples each fault is found, as the servo is known now.
+    pub fn detection_times(&self, state: &PlausibilityState<N>) -> Detection {
+        let [_, longer] = &self.response;
+        Detection {
+            overrun: Bounds::<N>::TOO_LATE,
+            encoder_lost: self.readings.lost_after as u32,
+            smallest_jump: self.readings.smallest_jump(&state.readings),
+            speed: libm::ceil(self.bounds.samples_until_too_fast()) as u32,
+            standing: state.motion.patience() as u32,
+            response: (Response::<N>::BLOCKS * longer.length()) as u32 + state.delay as u32,
+            swings: Oscillation::<N>::SWINGS,
+            longest_swing: self.oscillation.longest as u32,
+        }
+    }
+}
+
+impl<N: Number> PlausibilityState<N> {
+    /// The command that acts when this one is given.
+    #[inline]
+    fn acting(&mut self, command: N) -> N {
+        self.newest = (self.newest + 1) % LONGEST_DELAY;
+        let acts = (self.newest + LONGEST_DELAY - self.delay) % LONGEST_DELAY;
+        if let Some(place) = self.commands.get_mut(self.newest) {
+            *place = command;
+        }
+        self.commands.get(acts).copied().unwrap_or(command)
+    }
+}

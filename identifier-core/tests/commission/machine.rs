@@ -1,0 +1,87 @@
+use identifier_core::commission::{HoldingGains, Phase, StopReason};
+use identifier_core::settings::ControllerSettings;
+
+use crate::rig::{Bench, ordinary};
+
+/// Gains that have held the servo so far: slow, and safe.
+fn before() -> HoldingGains {
+    HoldingGains {
+        controller: ControllerSettings {
+            kp: 4.0,
+            kd: 0.15,
+            ki: 4.0,
+            limit: [-10.0, 10.0],
+        },
+        cutoff: 300.0,
+    }
+}
+
+fn beside_a_controller() -> Bench {
+    Bench {
+        before: Some(before()),
+        ..ordinary()
+    }
+}
+
+#[test]
+fn an_ordinary_servo_ends_with_new_gains_that_keep_their_promise() {
+    for bench in [ordinary(), beside_a_controller()] {
+        let course = bench.commission(&mut |_, _| None);
+        println!("{:?}", course.phases);
+        println!("{:?} {:?}", course.state.reason(), course.state.trial());
+        println!("{:?}", course.state.servo());
+        println!("{:?}", course.state.tuning());
+        println!("{:?} {} {:?}", course.travel, course.speed, course.command);
+        assert_eq!(course.state.phase(), Phase::Applied);
+        let seen: Vec<_> = course.phases.iter().map(|(phase, _)| *phase).collect();
+        // All but the ends that are none.
+        assert_eq!(seen, Phase::ALL[..9]);
+    }
+}
+
+/// Stops a commissioning in each phase, some samples after it began.
+fn stopped_in_each_phase(bench: &Bench, reason: StopReason) {
+    for phase in &Phase::ALL[1..8] {
+        let mut left = 5;
+        let course = bench.commission(&mut |_, now| {
+            left -= i32::from(now == *phase);
+            (left == 0).then_some(reason)
+        });
+        let expected = if *phase == Phase::Trial {
+            Phase::RolledBack
+        } else {
+            Phase::Aborted
+        };
+        assert_eq!(course.state.phase(), expected, "in {phase:?}");
+        assert_eq!(course.state.reason(), Some(reason));
+        let held = course.after.iter().all(Option::is_some);
+        let released = course.after.iter().all(Option::is_none);
+        if bench.before.is_some() && !reason.lets_go() {
+            assert!(held, "the gains before hold again, in {phase:?}");
+            assert!(course.last.abs() < 0.02, "{phase:?} {}", course.last);
+        } else {
+            assert!(released, "it is let go, in {phase:?}");
+        }
+    }
+}
+
+#[test]
+fn whenever_it_is_stopped_what_held_before_holds_again_from_that_sample_on() {
+    for reason in [StopReason::ModeChanged, StopReason::Stopped] {
+        stopped_in_each_phase(&beside_a_controller(), reason);
+        stopped_in_each_phase(&ordinary(), reason);
+    }
+}
+
+#[test]
+fn an_answer_that_comes_after_the_end_changes_nothing() {
+    let mut stopped = false;
+    let course = ordinary().commission(&mut |_, phase| {
+        let now = phase == Phase::Tune && !stopped;
+        stopped |= now;
+        now.then_some(StopReason::LinkLost)
+    });
+    assert_eq!(course.state.phase(), Phase::Aborted);
+    assert_eq!(course.state.reason(), Some(StopReason::LinkLost));
+    assert_eq!(course.state.trial(), None);
+}

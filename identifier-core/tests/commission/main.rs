@@ -1,0 +1,4 @@
+//! Commissioning of simulated servos by the core alone.
+
+mod machine;
+mod rig;

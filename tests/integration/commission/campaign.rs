@@ -1,0 +1,87 @@
+//! Unknown servos, commissioned: `CAMPAIGN=20` for a thousand of them, `CAMPAIGN_DETAIL=1` for a line each
+//! of those that were not applied or did not keep their promise.
+
+use std::collections::BTreeMap;
+
+use integration_tests::{Random, in_parallel};
+
+use super::judged::{Judged, commission};
+use super::servos::{Drawn, unknown};
+use super::tally::{Tally, table};
+
+/// Servos that a campaign has, for a factor of one.
+const SERVOS: u32 = 50;
+
+/// How many times the usual number of servos a campaign has.
+pub(super) fn factor() -> u32 {
+    std::env::var("CAMPAIGN")
+        .ok()
+        .and_then(|factor| factor.parse().ok())
+        .unwrap_or(1)
+}
+
+#[test]
+fn unknown_servos_are_commissioned_within_their_limits() {
+    let mut random = Random::new(15);
+    let drawn: Vec<Drawn> = (0..SERVOS * factor())
+        .map(|place| unknown(&mut random, place as usize))
+        .collect();
+    let judged: Vec<Result<Judged, String>> =
+        in_parallel(&drawn, |drawn| Ok(commission(&drawn.scenario()?)));
+    let mut tallies: BTreeMap<String, Tally> = BTreeMap::new();
+    let mut all = Tally::default();
+    let mut broken = Vec::new();
+    for (drawn, judged) in drawn.iter().zip(&judged) {
+        let tally = tallies.entry(drawn.class.clone()).or_default();
+        match judged {
+            Err(fault) => {
+                tally.refuse();
+                all.refuse();
+                detail(drawn, fault);
+            }
+            Ok(judged) => {
+                tally.add(judged);
+                all.add(judged);
+                let good = judged.kept.is_some_and(|kept| kept.is_kept());
+                if !good || !judged.broken.is_empty() {
+                    detail(drawn, &told(judged));
+                }
+                broken.extend(
+                    judged
+                        .broken
+                        .iter()
+                        .map(|what| (what.clone(), drawn.text.clone())),
+                );
+            }
+        }
+    }
+    tallies.insert("all".to_owned(), all.clone());
+    println!("{}", table(&tallies));
+    assert!(broken.is_empty(), "{broken:#?}");
+    assert!(
+        all.applied_part() >= 0.98 && all.kept == all.applied,
+        "{} of {} applied, of which {} keep their promise",
+        all.applied,
+        all.servos - all.refused,
+        all.kept
+    );
+}
+
+fn told(judged: &Judged) -> String {
+    let end = judged.outcome.end.map(|end| {
+        let reason = end.reason.map_or("", |reason| reason.name());
+        format!(
+            "{} in {} at {:.4} s {reason}",
+            end.phase.name(),
+            end.within.name(),
+            end.time
+        )
+    });
+    format!("{end:?} {:?} {:?}", judged.kept, judged.broken)
+}
+
+fn detail(drawn: &Drawn, told: &str) {
+    if std::env::var("CAMPAIGN_DETAIL").is_ok() {
+        println!("{told}{}", drawn.text);
+    }
+}

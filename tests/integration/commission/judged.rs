@@ -1,0 +1,139 @@
+//! A commissioning, judged by what the servo did in truth.
+
+use host_sim::commission::{Commissioning, Outcome, StepResponse};
+use host_sim::scenario::Scenario;
+use identifier_core::commission::{HoldingGains, Phase};
+
+/// Rise time against the promise, and overshoot beyond it.
+pub(super) const RISE: f64 = 0.15;
+pub(super) const OVERSHOOT: f64 = 0.03;
+
+/// A commissioning that has run, with what is wrong with it.
+#[derive(Debug, Clone)]
+pub(super) struct Judged {
+    pub(super) outcome: Outcome,
+    /// How the applied gains do in truth.
+    pub(super) kept: Option<Kept>,
+    /// What must never be.
+    pub(super) broken: Vec<String>,
+}
+
+/// What the applied gains do against what they promised.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Kept {
+    /// Rise time over the promised one, less one; infinite if it never rose.
+    pub(super) rise: f64,
+    /// Overshoot beyond the promised, a part of the step.
+    pub(super) overshoot: f64,
+    /// What is left of the step in the end, a part of it.
+    pub(super) left_over: f64,
+}
+
+impl Kept {
+    /// Whether the promise is kept.
+    pub(super) fn is_kept(&self) -> bool {
+        self.rise.abs() <= RISE && self.overshoot <= OVERSHOOT
+    }
+}
+
+/// Commissions a scenario's servo.
+pub(super) fn commission(scenario: &Scenario) -> Judged {
+    let commissioning = Commissioning::of(scenario).expect("it was built when it was read");
+    let limits = commissioning.settings().limits;
+    let before = commissioning.gains_before().copied();
+    let count = scenario.stated.resolution;
+    let mut broken = Vec::new();
+    let mut let_go = None;
+    let mut last = Phase::Idle;
+    let outcome = commissioning
+        .run(&mut |sample| {
+            if sample.phase.is_end() {
+                let_go = Some(sample.command.is_none());
+            }
+            last = sample.phase;
+            let [low, high] = limits.command;
+            if sample.command.is_some_and(|u| !(low..=high).contains(&u)) {
+                broken.push(format!("command {:?} at {} s", sample.command, sample.time));
+            }
+        })
+        .expect("it was built when it was read");
+    let gone = outcome.course.excursion;
+    let ([low, high], [lowest, highest]) = (limits.travel, gone.position);
+    // A count is the least that the drive can see.
+    if lowest < low - count || highest > high + count {
+        broken.push(format!(
+            "travel left: {lowest:.4} to {highest:.4} of {low:.4} to {high:.4} rad"
+        ));
+    }
+    if gone.speed > limits.speed {
+        broken.push(format!(
+            "speed {:.3} of {:.3} rad/s",
+            gone.speed, limits.speed
+        ));
+    }
+    match outcome.end {
+        None => broken.push("it never ended".to_owned()),
+        Some(end) if end.phase != Phase::Applied => {
+            if end.reason.is_none() {
+                broken.push("no reason is told".to_owned());
+            }
+            if before.is_none() && let_go == Some(false) {
+                broken.push("gains that failed are kept".to_owned());
+            }
+            if last != end.phase {
+                broken.push(format!(
+                    "it went on from {} to {}",
+                    end.phase.name(),
+                    last.name()
+                ));
+            }
+        }
+        Some(_) => {}
+    }
+    let kept = outcome.is_applied().then(|| kept(scenario, &outcome));
+    if let Some(kept) = kept
+        && kept.left_over > 0.5
+    {
+        broken.push(format!(
+            "unstable: {:.2} of the step is left",
+            kept.left_over
+        ));
+    }
+    Judged {
+        outcome,
+        kept,
+        broken,
+    }
+}
+
+/// The applied gains on the true servo, by its exact position.
+fn kept(scenario: &Scenario, outcome: &Outcome) -> Kept {
+    let tuning = outcome.tuning.expect("applied gains are there");
+    let promise = tuning.promise;
+    let [low, high] = scenario.commission.expect("there is one").travel;
+    let gains = HoldingGains {
+        controller: identifier_core::ControllerSettings {
+            kp: tuning.kp,
+            kd: tuning.kd,
+            ki: tuning.ki,
+            limit: scenario
+                .commission_settings()
+                .expect("they were read")
+                .limits
+                .command,
+        },
+        cutoff: tuning.cutoff,
+    };
+    let step = promise.step * if high < -low { -1.0 } else { 1.0 };
+    let times = [
+        10.0 * promise.settling_time + 0.2,
+        4.0 * promise.settling_time + 0.1,
+    ];
+    let response = StepResponse::of(scenario, &gains, step, times).expect("it can be built");
+    let rise = response.rise_time();
+    Kept {
+        rise: rise.map_or(f64::INFINITY, |rise| rise / promise.rise_time - 1.0),
+        overshoot: response.overshoot() - promise.overshoot,
+        left_over: response.left_over(),
+    }
+}

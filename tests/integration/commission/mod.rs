@@ -1,0 +1,6 @@
+//! What commissionings are worth: whole campaigns of them, judged by the simulator's exact position.
+
+mod campaign;
+mod judged;
+mod servos;
+mod tally;
