@@ -1,5 +1,7 @@
 //! What an experiment shows, simulated or replayed: its samples, and what is known of it in the end.
 
+use std::fmt;
+
 use identifier_core::error::StepError;
 use identifier_core::identifier::Event;
 use identifier_core::model::ServoParameters;
@@ -103,7 +105,8 @@ impl Outcome {
 
     /// Ends the experiment early.
     pub(crate) fn end_early(&mut self, time: f64, error: StepError) {
-        self.abort = Some(Abort { time, error });
+        let cause = AbortCause::Loop(error);
+        self.abort = Some(Abort { time, cause });
     }
 }
 
@@ -113,5 +116,25 @@ pub struct Abort {
     /// When, s.
     pub time: f64,
     /// Why.
-    pub error: StepError,
+    pub cause: AbortCause,
+}
+
+/// Why an experiment ended early.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AbortCause {
+    /// The encoder gave no valid reading.
+    NoReading,
+    /// The loop could not take the sample.
+    Loop(StepError),
+}
+
+impl fmt::Display for AbortCause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoReading => {
+                f.write_str("the encoder gave no valid reading: check its supply and wires")
+            }
+            Self::Loop(error) => error.fmt(f),
+        }
+    }
 }

@@ -18,7 +18,8 @@ pub(crate) use learner::{Beside, Learner, gamma_of};
 pub(crate) use pid::PidLoop;
 pub(crate) use relay::{Cycle, LeastSquares, RelayLoop, RelayMethod, TwoCycles};
 pub use remote::RemoteError;
-pub(crate) use remote::RemoteLoop;
+pub(crate) use remote::{RemoteLoop, ask, unexpected};
+
 pub(crate) use two_degrees::TwoDegreesLoop;
 
 use identifier_core::identifier::Event;

@@ -12,13 +12,13 @@ mod sensor;
 
 pub(crate) use build::{closed_by_pid, learner};
 pub use operations::operations;
-pub(crate) use rig::Rig;
+pub(crate) use rig::{Rig, Stop};
 
 use std::fmt;
 
 use identifier_core::error::StepError;
 
-use crate::experiment::{Abort, Outcome, Sample};
+use crate::experiment::{Abort, AbortCause, Outcome, Sample};
 use crate::loops::SimLoop;
 use crate::scenario::{Fault, Scenario};
 
@@ -44,7 +44,13 @@ impl Simulation {
             .rig
             .run(self.closed.as_mut(), &mut |sample, _| observe(sample));
         Outcome {
-            abort: run.stopped.map(|(time, error)| Abort { time, error }),
+            abort: run.stopped.map(|(time, stop)| Abort {
+                time,
+                cause: match stop {
+                    Stop::NoReading => AbortCause::NoReading,
+                    Stop::Loop(error) => AbortCause::Loop(error),
+                },
+            }),
             ..run.outcome
         }
     }

@@ -10,6 +10,8 @@ use std::thread;
 use drive_link::{Question, Receiver, frame};
 use drive_logic::LockStep;
 use host_sim::experiment::Sample;
+use host_sim::pil;
+use host_sim::port::Port;
 use host_sim::scenario::{Purpose, Scenario};
 use host_sim::simulate;
 use support::{folder, host_sim, standard_error};
@@ -68,6 +70,29 @@ fn scenario(test: &str, change: impl Fn(String) -> String) -> String {
 }
 
 #[test]
+fn a_commissioning_elsewhere_is_the_simulators_to_the_bit_in_spite_of_a_bad_line() {
+    let text = include_str!("../scenarios/commission.toml");
+    let path = folder("pil-commission").join("scenario.toml");
+    std::fs::write(
+        &path,
+        format!("{text}\n[identifier]\narithmetic = \"f32\"\n"),
+    )
+    .expect("the scenario is written");
+    let scenario = Scenario::load(&path, Purpose::Commission).expect("valid");
+    let begun = || pil::commissioning(&scenario).expect("valid");
+    let mut expected = Vec::new();
+    let outcome = begun()
+        .run(&mut |sample| expected.push(*sample))
+        .expect("it runs");
+    let mut port = Port::open(&chip(&[3, 40, 41])).expect("it is there");
+    let mut found = Vec::new();
+    let there = pil::commission(begun(), &mut port, &mut |sample| found.push(*sample));
+    assert_eq!(there.expect("it runs"), outcome);
+    assert!(found.len() > 100, "{} samples", found.len());
+    assert_eq!(found, expected);
+}
+
+#[test]
 fn the_loop_elsewhere_gives_the_same_bits_in_spite_of_a_bad_line() {
     for arithmetic in ["f32", "fixed"] {
         let path = scenario(&format!("pil-{arithmetic}"), |text| {
@@ -81,10 +106,10 @@ fn the_loop_elsewhere_gives_the_same_bits_in_spite_of_a_bad_line() {
         let mut here: Vec<Sample> = Vec::new();
         simulate::run(&scenario, &mut |sample| here.push(*sample)).expect("valid");
 
-        let mut port = host_sim::port::Port::open(&chip(&[0, 1000])).expect("it listens");
+        let mut port = Port::open(&chip(&[0, 1000])).expect("it listens");
         let mut there = Vec::new();
-        let outcome = host_sim::pil::run(&scenario, &mut port, &mut |sample| there.push(*sample))
-            .expect("it answers");
+        let outcome =
+            pil::run(&scenario, &mut port, &mut |sample| there.push(*sample)).expect("it answers");
         assert_eq!(outcome.samples, 5000);
         assert_eq!(there.len(), 5000);
         assert!(here == there, "{arithmetic}: bit for bit");
@@ -103,16 +128,15 @@ fn bounds_that_follow_from_the_box_are_sent() {
     std::fs::write(&path, text).expect("the scenario is written");
     let scenario = Scenario::load(&path, Purpose::Run).expect("valid");
     assert!(scenario.stated.identifier.bounds.coulomb.is_none());
-    let sent = host_sim::pil::loop_settings(&scenario).expect("the firmware has it");
+    let sent = pil::loop_settings(&scenario).expect("the firmware has it");
     let bounds = &sent.core.identifier.bounds;
     assert!(bounds.coulomb.is_some() && bounds.load.is_some());
 
     let mut here: Vec<Sample> = Vec::new();
     simulate::run(&scenario, &mut |sample| here.push(*sample)).expect("valid");
-    let mut port = host_sim::port::Port::open(&chip(&[])).expect("it listens");
+    let mut port = Port::open(&chip(&[])).expect("it listens");
     let mut there = Vec::new();
-    host_sim::pil::run(&scenario, &mut port, &mut |sample| there.push(*sample))
-        .expect("it answers");
+    pil::run(&scenario, &mut port, &mut |sample| there.push(*sample)).expect("it answers");
     assert_eq!(there.len(), 2000);
     assert!(here == there, "bit for bit");
 }
@@ -134,7 +158,7 @@ fn terms_and_what_is_declared_of_the_amplifier_are_refused_before_a_chip_is_aske
         );
         std::fs::write(&path, text).expect("the scenario is written");
         let scenario = Scenario::load(&path, Purpose::Run).expect("a PC can");
-        let fault = host_sim::pil::loop_settings(&scenario).expect_err(key);
+        let fault = pil::loop_settings(&scenario).expect_err(key);
         assert!(fault.to_string().starts_with(key), "{fault}");
     }
 }
@@ -144,9 +168,9 @@ fn a_run_without_a_sample_is_an_error() {
     let path = scenario("pil-empty", |text| text);
     let mut scenario = Scenario::load(Path::new(&path), Purpose::Run).expect("valid");
     scenario.duration = 0.0;
-    let mut port = host_sim::port::Port::open(&chip(&[])).expect("it listens");
-    let fault = host_sim::pil::run(&scenario, &mut port, &mut |_| panic!("a sample"))
-        .expect_err("nothing to run");
+    let mut port = Port::open(&chip(&[])).expect("it listens");
+    let fault =
+        pil::run(&scenario, &mut port, &mut |_| panic!("a sample")).expect_err("nothing to run");
     assert!(fault.to_string().contains("run.duration"), "{fault}");
 }
 
@@ -156,10 +180,10 @@ fn a_chip_that_is_reset_ends_the_run_and_what_was_seen_before_stands() {
     let scenario = Scenario::load(Path::new(&path), Purpose::Run).expect("valid");
     // Its first answer is to the settings.
     let address = chip_that_is_reset(101, &[]);
-    let mut port = host_sim::port::Port::open(&address).expect("it listens");
+    let mut port = Port::open(&address).expect("it listens");
     let mut seen = Vec::new();
-    let fault = host_sim::pil::run(&scenario, &mut port, &mut |sample| seen.push(*sample))
-        .expect_err("it was reset");
+    let fault =
+        pil::run(&scenario, &mut port, &mut |sample| seen.push(*sample)).expect_err("it was reset");
     assert!(fault.to_string().contains("reset in the middle"), "{fault}");
     assert_eq!(seen.len(), 100);
 }

@@ -1,4 +1,8 @@
+use identifier_core::commission::{
+    CommissionSettings, HoldingGains, IdentifiedServo, Phase, StopReason, TrialResult,
+};
 use identifier_core::identifier::Event;
+use identifier_core::tuning::Tuning;
 use serde::{Deserialize, Serialize};
 
 use crate::message::Estimates;
@@ -25,10 +29,35 @@ pub enum Question {
         /// The encoder's count.
         count: i32,
     },
+    /// Begin a commissioning anew, where the servo stands at its first sample. Answered by
+    /// [`Answer::Ready`].
+    BeginCommission {
+        /// What it is told.
+        settings: CommissionSettings,
+        /// The gains that hold the servo before, if there are any.
+        before: Option<HoldingGains>,
+        /// The command that they hold it with, command units.
+        held: Option<f64>,
+    },
+    /// The next sample of a commissioning. Answered by [`Answer::Commissioned`], as a sample is.
+    CommissionSample {
+        /// Number of the sample, from 0.
+        number: u32,
+        /// The encoder's count; none if it gave no valid reading.
+        count: Option<i32>,
+        /// Whether the sample before ended too late.
+        late: bool,
+        /// What somebody wants it to end for.
+        stop: Option<StopReason>,
+    },
 }
 
 /// What the chip answers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "what was found is told rarely, and there is no heap to put it on"
+)]
 pub enum Answer {
     /// The loop is built.
     Ready,
@@ -41,6 +70,13 @@ pub enum Answer {
         /// What it did.
         reading: Reading,
     },
+    /// What a commissioning did in a sample.
+    Commissioned {
+        /// Number of the sample.
+        number: u32,
+        /// What it did.
+        step: CommissionReading,
+    },
 }
 
 /// Why a question was not answered.
@@ -50,6 +86,8 @@ pub enum Refused {
     Setting(NotAllowed),
     /// There is no loop yet: begin first.
     NotBegun,
+    /// It was begun as a loop and not as a commissioning, or the other way round.
+    BegunOtherwise,
     /// Not the sample that comes next.
     OutOfStep {
         /// The one that does.
@@ -70,4 +108,23 @@ pub struct Reading {
     pub estimates: Estimates,
     /// What the identifier noticed besides.
     pub event: Event,
+}
+
+/// What a commissioning did in a sample.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct CommissionReading {
+    /// The command that acts until the next sample, command units; none: the servo is let go.
+    pub command: Option<f64>,
+    /// Where it stands.
+    pub phase: Phase,
+    /// Why it ended without new gains, if it did.
+    pub reason: Option<StopReason>,
+    /// The servo, if the study has come to know it better in this sample.
+    pub servo: Option<IdentifiedServo>,
+    /// The gains, if they are to be tried from this sample on.
+    pub tuning: Option<Tuning>,
+    /// Where a controller wants the servo, counts from where it began; none where none acts.
+    pub setpoint: Option<f64>,
+    /// What the trial has measured, once the commissioning has ended.
+    pub trial: Option<TrialResult>,
 }

@@ -3,8 +3,10 @@
 use core::convert::Infallible;
 
 use drive_link::{
-    Answer, Estimates, Format, Law, LoopSettings, NotAllowed, Question, Reading, Refused, Why,
+    Answer, CommissionReading, Estimates, Format, Law, LoopSettings, NotAllowed, Question, Reading,
+    Refused, Why,
 };
+use identifier_core::commission::Seen;
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, PositionSensor, Setpoint};
 use identifier_core::fixed_point::{
@@ -15,6 +17,7 @@ use identifier_core::parameters::Ab;
 use identifier_core::settings::Settings;
 
 use crate::closed_loop::{ClosedLoop, Look, Looked, WithFirstFit};
+use crate::commissioning_in_step::CommissioningInStep;
 use crate::parts;
 
 /// Blocks of Gauss–Newton's start record: as many as the simulator's.
@@ -29,7 +32,7 @@ const BLOCKS: usize = 256;
 #[derive(Debug)]
 pub struct LockStep {
     loops: Loops,
-    last: Option<(u32, Reading)>,
+    last: Option<(u32, Done)>,
 }
 
 #[derive(Debug)]
@@ -41,6 +44,18 @@ enum Loops {
     None,
     Single(ClosedLoop<WithFirstFit<BLOCKS>>),
     Fixed(Words),
+    Commissioning(CommissioningInStep),
+}
+
+/// What was done in the last sample.
+#[derive(Debug, Clone, Copy)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is one, and no heap to put it on"
+)]
+enum Done {
+    Reading(Reading),
+    Commissioning(CommissionReading),
 }
 
 impl Default for LockStep {
@@ -62,49 +77,86 @@ impl LockStep {
     /// Answers a question.
     pub fn answer(&mut self, question: &Question) -> Answer {
         match *question {
-            Question::Begin(settings) => match build(&settings) {
-                Ok(loops) => {
-                    *self = Self { loops, last: None };
-                    Answer::Ready
-                }
-                Err(refused) => Answer::Refused(Refused::Setting(refused)),
-            },
+            Question::Begin(settings) => self.begin(build(&settings)),
+            Question::BeginCommission {
+                settings,
+                before,
+                held,
+            } => {
+                let built = CommissioningInStep::new(&settings, before.as_ref(), held);
+                self.begin(built.map(Loops::Commissioning))
+            }
             Question::Sample {
                 number,
                 setpoint,
                 offset,
                 count,
-            } => self.sample(number, setpoint, offset, count).map_or_else(
-                Answer::Refused,
-                |reading| Answer::Command { number, reading },
-            ),
+            } => self.once(number, |loops| match loops {
+                Loops::None => Err(Refused::NotBegun),
+                Loops::Single(closed_loop) => {
+                    single(closed_loop, setpoint, offset, count).map(Done::Reading)
+                }
+                Loops::Fixed(words) => words.sample(setpoint, offset, count).map(Done::Reading),
+                Loops::Commissioning(_) => Err(Refused::BegunOtherwise),
+            }),
+            Question::CommissionSample {
+                number,
+                count,
+                late,
+                stop,
+            } => self.once(number, |loops| match loops {
+                Loops::None => Err(Refused::NotBegun),
+                Loops::Commissioning(commissioning) => {
+                    let step = commissioning.sample(&Seen { count, late, stop });
+                    Ok(Done::Commissioning(step))
+                }
+                Loops::Single(_) | Loops::Fixed(_) => Err(Refused::BegunOtherwise),
+            }),
         }
     }
 
-    fn sample(
+    fn begin(&mut self, built: Result<Loops, NotAllowed>) -> Answer {
+        match built {
+            Ok(loops) => {
+                *self = Self { loops, last: None };
+                Answer::Ready
+            }
+            Err(refused) => Answer::Refused(Refused::Setting(refused)),
+        }
+    }
+
+    /// Does a sample, unless it is the last one: that is answered again.
+    fn once(
         &mut self,
         number: u32,
-        setpoint: i32,
-        offset: f64,
-        count: i32,
-    ) -> Result<Reading, Refused> {
+        sample: impl FnOnce(&mut Loops) -> Result<Done, Refused>,
+    ) -> Answer {
         let next = match self.last {
-            Some((last, reading)) if last == number => return Ok(reading),
+            Some((last, done)) if last == number => return done.answer(number),
             Some((last, _)) => last.wrapping_add(1),
             None => 0,
         };
         // One that was reset is at its first sample too, and has to say that it was.
         let begun = !matches!(self.loops, Loops::None);
         if begun && number != next {
-            return Err(Refused::OutOfStep { next });
+            return Answer::Refused(Refused::OutOfStep { next });
         }
-        let reading = match &mut self.loops {
-            Loops::None => return Err(Refused::NotBegun),
-            Loops::Single(closed_loop) => single(closed_loop, setpoint, offset, count)?,
-            Loops::Fixed(words) => words.sample(setpoint, offset, count)?,
-        };
-        self.last = Some((number, reading));
-        Ok(reading)
+        match sample(&mut self.loops) {
+            Ok(done) => {
+                self.last = Some((number, done));
+                done.answer(number)
+            }
+            Err(refused) => Answer::Refused(refused),
+        }
+    }
+}
+
+impl Done {
+    fn answer(self, number: u32) -> Answer {
+        match self {
+            Self::Reading(reading) => Answer::Command { number, reading },
+            Self::Commissioning(step) => Answer::Commissioned { number, step },
+        }
     }
 }
 

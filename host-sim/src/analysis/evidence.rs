@@ -7,7 +7,7 @@ use identifier_core::verdict::{Evidence, Lack, Motion, Residual, UnknownEvidence
 
 use super::batch::{Batch, Finding, Residual as Left};
 use super::estimate::Tracked;
-use crate::experiment::{Outcome, TermEstimate};
+use crate::experiment::{AbortCause, Outcome, TermEstimate};
 use crate::scenario::Scenario;
 
 /// A finding that explains less of the rest than this is none.
@@ -109,8 +109,8 @@ pub(super) fn cause(batch: &Batch) -> Option<&Finding> {
 pub(super) fn reason(verdict: &Verdict, scenario: &Scenario, outcome: &Outcome) -> String {
     if let Some(abort) = &outcome.abort {
         let cause = match scenario.unstable_loop() {
-            Some(unstable) => unstable.to_string(),
-            None => abort.error.to_string(),
+            Some(unstable) if abort.cause != AbortCause::NoReading => unstable.to_string(),
+            _ => abort.cause.to_string(),
         };
         return format!("aborted after {:.3} s: {cause}", abort.time);
     }

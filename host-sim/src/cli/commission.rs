@@ -4,7 +4,9 @@ use std::path::PathBuf;
 use super::fault::Fault;
 use super::files::{self, Files, Output, io_error};
 use super::standard_output::say;
-use crate::commission::{Commissioning, Sample};
+use crate::commission::{Commissioning, Sample, StepResponse};
+use crate::pil;
+use crate::port::Port;
 use crate::report::commission::{self as report, Document, RowWriter};
 use crate::scenario::{Purpose, Scenario, keys};
 
@@ -13,12 +15,19 @@ use crate::scenario::{Purpose, Scenario, keys};
 pub(super) struct Arguments {
     /// The scenario, a TOML file with [commission]; a [controller] is one that runs already.
     scenario: PathBuf,
+    /// Have the machine on the chip there, the servo simulated here: a serial device, or tcp:HOST:PORT
+    /// for an emulator.
+    #[arg(long, value_name = "PORT")]
+    port: Option<String>,
     /// Write the result as JSON to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
     /// Write the samples, a row each, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+    /// Draw phases, limits and signals into this file, .png or .svg; `-` is standard output, as SVG.
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
     /// Replace files that are there already.
     #[arg(long)]
     force: bool,
@@ -27,10 +36,18 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Commission)?;
     let of_scenario = |fault| Fault::of_scenario(&arguments.scenario, fault);
-    let commissioning = Commissioning::of(&scenario).map_err(of_scenario)?;
+    let commissioning = match &arguments.port {
+        Some(_) => pil::commissioning(&scenario),
+        None => Commissioning::of(&scenario),
+    };
+    let commissioning = commissioning.map_err(of_scenario)?;
+    let port = arguments.port.as_deref().map(Port::open).transpose();
+    let port = port.map_err(|error| Fault::Input(error.to_string()))?;
     let mut files = Files::reading(&[&arguments.scenario], arguments.force);
     let json = files.output(arguments.json.as_deref())?;
     let mut rows = files.output(arguments.csv.as_deref())?.map(Rows::begin);
+    let plot = files.picture(arguments.plot.as_deref())?;
+    let mut traces = plot.is_some().then(report::Traces::default);
     let silent = files.own_standard_output();
 
     let largest = commissioning.largest_motion();
@@ -39,17 +56,32 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     }
     let limits = commissioning.settings().limits;
     let before = commissioning.gains_before().copied();
-    let outcome = commissioning
-        .run(&mut |sample| {
-            if let Some(rows) = &mut rows {
-                rows.add(sample);
-            }
-        })
-        .map_err(of_scenario)?;
+    let mut observe = |sample: &Sample| {
+        if let Some(rows) = &mut rows {
+            rows.add(sample);
+        }
+        if let Some(traces) = &mut traces {
+            traces.add(sample);
+        }
+    };
+    let outcome = match port {
+        Some(mut port) => pil::commission(commissioning, &mut port, &mut observe)
+            .map_err(|error| Fault::Other(error.to_string()))?,
+        None => commissioning.run(&mut observe).map_err(of_scenario)?,
+    };
 
     let document = Document::new(&scenario, &limits, &largest, before.as_ref(), &outcome);
     files::commit([
         rows.map(Rows::finish),
+        plot.zip(traces).map(|(plot, traces)| {
+            let promised = StepResponse::promised(&scenario, &outcome);
+            plot.timeline(&report::picture(
+                &limits,
+                &outcome,
+                &traces,
+                promised.as_ref(),
+            ))
+        }),
         json.map(|json| json.document(&document)),
     ])?;
     let verdict = report::verdict(before.is_some(), &outcome);

@@ -10,6 +10,7 @@ use super::fault::Fault;
 use super::output_file::PendingFile;
 use super::place::Place;
 use crate::report::plot::{self, Format, Grid, Panel, PlotError};
+use crate::report::timeline::{self, Timeline};
 
 /// The files of one call. Every output is claimed before any work is done.
 #[derive(Debug)]
@@ -224,6 +225,12 @@ impl Picture {
     /// Draws grids side by side.
     pub(super) fn grids(self, grids: &[Grid]) -> Result<Output, Fault> {
         let drawn = plot::grids(self.format, grids);
+        self.drawn(drawn)
+    }
+
+    /// Draws panels over stretches of time.
+    pub(super) fn timeline(self, timeline: &Timeline) -> Result<Output, Fault> {
+        let drawn = timeline::timeline(self.format, timeline);
         self.drawn(drawn)
     }
 

@@ -41,7 +41,7 @@ fn described(of: &str) -> Result<String, Fault> {
     let inside = |other: &&Key| other.path.starts_with(&format!("{of}."));
     if KEYS.iter().any(|other| inside(&other)) {
         let children = table(KEYS.iter().filter(inside));
-        return Ok(format!("[{of}]  {}\n{children}", key.about));
+        return Ok(format!("{}  {}\n{children}", key.heading(), key.about));
     }
     Ok(format!(
         "{of}\n  {}\n  allowed: {}\n  default: {}",

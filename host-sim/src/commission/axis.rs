@@ -6,18 +6,22 @@ use virtual_servo::{Encoder, SensorErrors, Servo};
 
 use crate::scenario::{Fault, Scenario};
 
+const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
+
 /// A servo with its encoder, as a scenario describes them.
 #[derive(Debug, Clone)]
 pub struct Axis {
     servo: Servo,
     errors: SensorErrors,
     encoder: Encoder,
+    /// How far beyond an edge of the encoder it stands at first, rad.
+    beyond: f64,
     /// Command units; what balances the load where the servo stands at first.
     balance: f64,
 }
 
 impl Axis {
-    /// At rest where its encoder counts zero.
+    /// At rest where its encoder counts zero; how far beyond the edge follows from the seed.
     ///
     /// # Errors
     /// The key that it cannot be built from.
@@ -38,10 +42,13 @@ impl Axis {
             0.0 => 0.0,
             acting => acting + effects.dead_band * acting.signum(),
         };
+        // Multiples of the golden ratio fill an interval evenly (H. Weyl, 1916).
+        let part = (f64::from(seed) * GOLDEN_RATIO).fract();
         Ok(Self {
             servo,
             errors,
             encoder: Encoder::new(counts.unwrap_or(TAU / units.position_unit())),
+            beyond: part * units.position_unit(),
             balance,
         })
     }
@@ -57,7 +64,7 @@ impl Axis {
         let seen = self
             .errors
             .seen(self.servo.position(), self.servo.velocity());
-        Some(self.encoder.read(seen) as i32)
+        Some(self.encoder.read(seen + self.beyond) as i32)
     }
 
     /// Where it is in truth, rad.

@@ -5,20 +5,23 @@
 //! acts until the next sample. So a commissioning is the same to the bit wherever it runs.
 
 mod axis;
+mod commissioner;
 mod course;
 mod record;
 mod response;
 
 pub use axis::Axis;
+pub use commissioner::{Commissioner, Done};
 pub use course::{Course, Excursion, Stretch};
 pub use record::{End, Known, Outcome, Sample};
 pub use response::StepResponse;
 
 use identifier_core::commission::{
-    Answer, Commission, CommissionSettings, HoldingGains, LargestMotion, Seen, Study,
+    Commission, CommissionSettings, HoldingGains, LargestMotion, Seen, Study,
 };
 use identifier_core::number::Number;
 
+use self::commissioner::Here;
 use crate::scenario::{Arithmetic, Fault, Scenario};
 
 /// Blocks that the study's record has, as in the firmware.
@@ -91,55 +94,65 @@ impl Commissioning {
     /// As [`Commissioning::of`].
     pub fn run(self, observe: &mut dyn FnMut(&Sample)) -> Result<Outcome, Fault> {
         match self.arithmetic {
-            Arithmetic::F64 => self.run_in::<f64>(observe),
-            Arithmetic::F32 | Arithmetic::Fixed => self.run_in::<f32>(observe),
+            Arithmetic::F64 => self.run_here::<f64>(observe),
+            Arithmetic::F32 | Arithmetic::Fixed => self.run_here::<f32>(observe),
         }
     }
 
-    fn run_in<N: Number>(mut self, observe: &mut dyn FnMut(&Sample)) -> Result<Outcome, Fault> {
-        let refused = |error| Fault::new("commission", error);
-        let machine =
-            Commission::<N>::new(&self.settings, self.before.as_ref()).map_err(refused)?;
-        let mut study = Study::<N, RECORD>::new(&self.settings).map_err(refused)?;
-        let held = self.before.map(|_| N::from_f64(self.axis.balance()));
+    fn run_here<N: Number>(self, observe: &mut dyn FnMut(&Sample)) -> Result<Outcome, Fault> {
+        let built = Here::<N>::new(&self.settings, self.before.as_ref(), self.held());
+        let mut here = built.map_err(|error| Fault::new("commission", error))?;
+        self.run_by(&mut here, observe)
+            .map_err(|never| match never {})
+    }
+
+    /// The command that the gains before hold the servo with, if there are any, command units.
+    #[must_use]
+    pub fn held(&self) -> Option<f64> {
+        self.before.map(|_| self.axis.balance())
+    }
+
+    /// Runs it with somebody else's machine, and shows every sample to `observe`.
+    ///
+    /// # Errors
+    /// Why that does no further sample.
+    pub fn run_by<C: Commissioner>(
+        mut self,
+        commissioner: &mut C,
+        observe: &mut dyn FnMut(&Sample),
+    ) -> Result<Outcome, C::Error> {
         let sample_time = self.settings.sample_time;
         let mut course = Course::default();
-        let mut state = None;
         let mut known = Vec::new();
+        let mut tuning = None;
         let mut end: Option<End> = None;
         loop {
             let time = course.samples() as f64 * sample_time;
             let (position, velocity) = (self.axis.position(), self.axis.velocity());
             let count = self.axis.count();
-            let state = state.get_or_insert_with(|| machine.start(count.unwrap_or(0), held));
-            let seen = Seen {
+            let done = commissioner.sample(&Seen {
                 count,
                 late: false,
                 stop: None,
-            };
-            let step = machine.process(state, &seen);
-            if let Some(finding) = &step.finding {
-                study.take(finding);
-            }
-            for answer in (0..machine.slices()).filter_map(|_| study.work()) {
-                if let Answer::Identified(servo) = answer {
-                    known.push(Known { time, servo });
-                }
-                machine.accept(state, &answer);
-            }
+            })?;
+            known.extend(done.servo.map(|servo| Known { time, servo }));
+            tuning = done.tuning.or(tuning);
             let sample = Sample {
                 time,
-                phase: step.phase,
+                phase: done.phase,
                 measured: count.map(|count| f64::from(count) * self.settings.resolution),
+                reference: done
+                    .setpoint
+                    .map(|setpoint| setpoint * self.settings.resolution),
                 position,
                 velocity,
-                command: step.command.map(Number::to_f64),
+                command: done.command,
             };
-            if step.phase.is_end() && end.is_none() {
+            if done.phase.is_end() && end.is_none() {
                 end = Some(End {
-                    phase: step.phase,
+                    phase: done.phase,
                     within: course.phase(),
-                    reason: state.reason(),
+                    reason: done.reason,
                     time,
                 });
             }
@@ -150,12 +163,12 @@ impl Commissioning {
                 return Ok(Outcome {
                     end,
                     known,
-                    tuning: state.tuning().copied(),
+                    tuning,
+                    trial: done.trial,
                     course: course.finish(time),
                 });
             }
-            let acting = sample.command.unwrap_or(0.0);
-            self.axis.advance(acting);
+            self.axis.advance(done.command.unwrap_or(0.0));
         }
     }
 }

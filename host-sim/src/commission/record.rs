@@ -1,4 +1,4 @@
-use identifier_core::commission::{IdentifiedServo, Phase, StopReason};
+use identifier_core::commission::{IdentifiedServo, Phase, StopReason, TrialResult};
 use identifier_core::tuning::Tuning;
 
 use super::Course;
@@ -12,6 +12,8 @@ pub struct Sample {
     pub phase: Phase,
     /// What the encoder shows, rad; none if it gave no valid reading.
     pub measured: Option<f64>,
+    /// Where a controller wants it, rad; none where none acts.
+    pub reference: Option<f64>,
     /// Where the servo is in truth, rad.
     pub position: f64,
     /// How fast it is in truth, rad/s.
@@ -51,6 +53,8 @@ pub struct Outcome {
     pub known: Vec<Known>,
     /// The gains that were found, and their promise.
     pub tuning: Option<Tuning>,
+    /// What was measured in the trial, as far as it went.
+    pub trial: Option<TrialResult>,
     /// Its phases, and how far the servo went.
     pub course: Course,
 }

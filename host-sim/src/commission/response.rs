@@ -1,12 +1,15 @@
 //! The step response of a loop, by the simulator's exact position.
 
-use identifier_core::Settings;
+use identifier_core::{ControllerSettings, Settings};
+use std::f64::consts::TAU;
+use virtual_servo::{Effects, SensorEffects};
+
 use identifier_core::commission::HoldingGains;
 use identifier_core::control::{ControlState, Controller, position_error};
 use identifier_core::identifier::IdentifierError;
 use identifier_core::measurement::velocity::LowPass;
 
-use super::Axis;
+use super::{Axis, Outcome};
 use crate::scenario::{Fault, Scenario};
 
 /// A servo under gains that follows a step of its reference, SI.
@@ -19,12 +22,59 @@ pub struct StepResponse {
 }
 
 impl StepResponse {
+    /// Of the servo as it was identified, under the gains that were found, by an encoder without edges; none
+    /// where none were found.
+    #[must_use]
+    pub fn promised(scenario: &Scenario, outcome: &Outcome) -> Option<Self> {
+        /// Counts in a count of the scenario's encoder.
+        const FINER: f64 = 64.0;
+        let servo = outcome.servo()?;
+        let mut promised = scenario.clone();
+        promised.plant = Some(servo.parameters);
+        promised.effects = Effects {
+            delay: servo.delay.clamp(0.0, Effects::LONGEST_DELAY),
+            ..Effects::NONE
+        };
+        promised.sensor = SensorEffects::default();
+        promised.set_encoder(FINER * TAU / scenario.stated.resolution);
+        Self::of_outcome(&promised, outcome)
+    }
+
+    /// Of the true servo under the gains that were found; none where none were.
+    #[must_use]
+    pub fn in_truth(scenario: &Scenario, outcome: &Outcome) -> Option<Self> {
+        Self::of_outcome(scenario, outcome)
+    }
+
+    fn of_outcome(scenario: &Scenario, outcome: &Outcome) -> Option<Self> {
+        /// Settling times for which a servo is held before, and watched after its step, and s besides.
+        const HELD: (f64, f64) = (10.0, 0.2);
+        const WATCHED: (f64, f64) = (4.0, 0.1);
+        let tuning = outcome.tuning.as_ref()?;
+        let limits = scenario.commission_settings().ok()?.limits;
+        let gains = HoldingGains {
+            controller: ControllerSettings {
+                kp: tuning.kp,
+                kd: tuning.kd,
+                ki: tuning.ki,
+                limit: limits.command,
+            },
+            cutoff: tuning.cutoff,
+        };
+        let step = outcome
+            .trial
+            .map_or(tuning.promise.step, |trial| trial.step);
+        let settling = tuning.promise.settling_time;
+        let times = [HELD, WATCHED].map(|(times, besides)| times * settling + besides);
+        Self::of(scenario, &gains, step, times).ok()
+    }
+
     /// Of a scenario's servo, encoder included: it is held until it has had `settling` to come to rest, then
     /// steps, and is watched for `lasting`.
     ///
     /// # Errors
     /// The key that it cannot be built from.
-    pub fn of(
+    fn of(
         scenario: &Scenario,
         gains: &HoldingGains,
         step: f64,

@@ -101,21 +101,28 @@ impl SimLoop for RemoteLoop<'_> {
 }
 
 /// The answer to a question; an answer to an earlier one is none.
-fn ask(port: &mut Port, question: &Question) -> Result<Answer, RemoteError> {
-    let fits = |answer: &Answer| match (question, answer) {
-        (Question::Sample { number, .. }, Answer::Command { number: same, .. }) => number == same,
-        (Question::Sample { .. }, Answer::Ready) | (Question::Begin(_), Answer::Command { .. }) => {
-            false
+pub(crate) fn ask(port: &mut Port, question: &Question) -> Result<Answer, RemoteError> {
+    let asked = match question {
+        Question::Sample { number, .. } | Question::CommissionSample { number, .. } => Some(number),
+        Question::Begin(_) | Question::BeginCommission { .. } => None,
+    };
+    let fits = |answer: &Answer| match answer {
+        Answer::Command { number, .. } | Answer::Commissioned { number, .. } => {
+            asked == Some(number)
         }
-        _ => true,
+        Answer::Ready => asked.is_none(),
+        Answer::Refused(_) => true,
     };
     port.ask(question, fits).map_err(RemoteError::Port)
 }
 
-fn unexpected(answer: &Answer) -> RemoteError {
+pub(crate) fn unexpected(answer: &Answer) -> RemoteError {
     RemoteError::Refused(match answer {
         Answer::Refused(Refused::Setting(refused)) => refused.to_string(),
         Answer::Refused(Refused::NotBegun) => "it was reset in the middle".to_owned(),
+        Answer::Refused(Refused::BegunOtherwise) => {
+            "it was begun for something else: does somebody else use the port?".to_owned()
+        }
         Answer::Refused(Refused::OutOfStep { next }) => {
             format!("it is at sample {next}: does somebody else use the port?")
         }

@@ -1,5 +1,6 @@
 //! Processor in the loop: the plant here, the loop on a chip, one sample a question.
 
+mod commission;
 mod settings;
 
 use std::fmt;
@@ -7,12 +8,13 @@ use std::fmt;
 use drive_link::LoopSettings;
 use identifier_core::number::Number;
 
-use crate::experiment::{Outcome, Sample};
+pub use self::commission::{commission, commissioning};
+use crate::experiment::{Abort, AbortCause, Outcome, Sample};
 use crate::loops::{RemoteError, RemoteLoop};
 use crate::port::Port;
 use crate::scenario::dispatch::with_number;
 use crate::scenario::{Fault, Scenario};
-use crate::simulate::Rig;
+use crate::simulate::{Rig, Stop};
 
 /// Why an experiment with a chip did not take place, or ended.
 #[derive(Debug)]
@@ -75,7 +77,14 @@ pub fn run(
     let run = rig.run(&mut remote, &mut |sample, _| observe(sample));
     match run.stopped {
         None => Ok(run.outcome),
-        Some((_, error)) => Err(error.into()),
+        Some((time, Stop::NoReading)) => Ok(Outcome {
+            abort: Some(Abort {
+                time,
+                cause: AbortCause::NoReading,
+            }),
+            ..run.outcome
+        }),
+        Some((_, Stop::Loop(error))) => Err(error.into()),
     }
 }
 

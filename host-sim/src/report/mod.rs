@@ -14,5 +14,6 @@ pub mod promise;
 pub mod residual;
 pub mod table;
 pub mod terms;
+pub mod timeline;
 
 pub use envelope::Envelope;

@@ -75,7 +75,7 @@ const PNG_SCALE: f32 = 1.5;
 
 /// Colours of the curves, in their order; the line to compare with is black. (Okabe and Ito, "Color
 /// universal design", 2008: told apart by colour-blind readers too.)
-const COLOURS: [&str; 4] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7"];
+pub(super) const COLOURS: [&str; 4] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7"];
 const NOMINAL: &str = "#000000";
 
 /// What a picture is written as.
@@ -174,7 +174,7 @@ pub fn grids(format: Format, grids: &[Grid]) -> Result<Vec<u8>, PlotError> {
     bytes(format, &scene)
 }
 
-fn bytes(format: Format, scene: &Scene) -> Result<Vec<u8>, PlotError> {
+pub(super) fn bytes(format: Format, scene: &Scene) -> Result<Vec<u8>, PlotError> {
     match format {
         Format::Png => PngBackend::new()
             .with_scale(PNG_SCALE)
@@ -187,7 +187,7 @@ fn bytes(format: Format, scene: &Scene) -> Result<Vec<u8>, PlotError> {
     }
 }
 
-fn draw(panel: &Panel) -> (Vec<Plot>, Layout) {
+pub(super) fn draw(panel: &Panel) -> (Vec<Plot>, Layout) {
     let mut plots = Vec::new();
     let end = panel
         .curves

@@ -74,6 +74,14 @@ impl Fault {
         }
     }
 
+    /// At this byte, if it is not known to stand elsewhere.
+    pub(super) fn or_at(self, byte: usize) -> Self {
+        Self {
+            at: self.at.or(Some(byte)),
+            ..self
+        }
+    }
+
     pub(super) fn advising(self, advice: String) -> Self {
         Self { advice, ..self }
     }

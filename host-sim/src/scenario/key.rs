@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use identifier_core::error::Allowed;
+use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::parameters::Parameter;
 use identifier_core::unknowns::{Term, Terms};
 use virtual_servo::Effects;
@@ -34,6 +34,8 @@ type TrySet<T> = fn(&mut Scenario, T) -> Result<(), String>;
 pub(super) enum Holds {
     /// Further keys.
     Table(When),
+    /// Further keys in each of many tables.
+    Tables(Entries),
     /// A number.
     Number(Range, Set<f64>),
     /// Lowest and highest.
@@ -64,6 +66,17 @@ pub(super) enum Holds {
     Matrix(TrySet<Vec<Vec<f64>>>),
 }
 
+/// What becomes of tables of which there may be many.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Entries {
+    /// The most that there may be.
+    pub(super) most: usize,
+    /// A table begins: its keys go where this makes room for them.
+    pub(super) begin: fn(&mut Scenario),
+    /// Whether the keys of the last table go together.
+    pub(super) check: fn(&Scenario) -> Result<(), OutOfRange>,
+}
+
 /// When the defaults of a table's keys hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum When {
@@ -89,6 +102,8 @@ pub(super) enum Range {
     Lasting,
     /// As late as a command may act.
     Late,
+    /// As large as a fault of its kind may be.
+    OfFault,
     /// A whole number of control samples, or of pairs of them.
     Samples,
     EvenSamples,
@@ -100,6 +115,7 @@ impl Range {
         match self {
             Self::Fixed(allowed) => allowed,
             Self::Late => Allowed::Within(0.0, Effects::LONGEST_DELAY),
+            Self::OfFault => Allowed::Finite,
             _ => Allowed::Above(0.0),
         }
     }
@@ -117,6 +133,14 @@ impl fmt::Display for Range {
                 write!(
                     f,
                     "a number from 0 to {longest}, at most {most} control samples"
+                )
+            }
+            Self::OfFault => {
+                let most = Effects::LARGEST_ACCELERATION;
+                write!(
+                    f,
+                    "a number: of encoder-jump, counts; of actuator-weak, a share from 0 to 1; of \
+                     load-step, up to {most:e} rad/s² either way; of friction-rise, 0 to {most:e} rad/s²"
                 )
             }
             Self::Samples => f.write_str("a whole number of control samples"),
@@ -169,6 +193,15 @@ impl Key {
         self.path.rsplit_once('.').unwrap_or(("", self.path))
     }
 
+    /// What its table begins with in a file, for a key that is one.
+    #[must_use]
+    pub fn heading(&self) -> String {
+        match self.holds {
+            Holds::Tables(_) => format!("[[{}]]", self.path),
+            _ => format!("[{}]", self.path),
+        }
+    }
+
     /// The keys of a table; for the empty path, the tables.
     pub fn children(table: &str) -> impl Iterator<Item = &'static Self> {
         KEYS.iter().filter(move |key| key.place().0 == table)
@@ -185,6 +218,11 @@ impl Key {
             Holds::Table(_) => {
                 let names: Vec<_> = Self::children(self.path).map(|key| key.place().1).collect();
                 format!("a table with {}", names.join(", "))
+            }
+            Holds::Tables(entries) => {
+                let names: Vec<_> = Self::children(self.path).map(|key| key.place().1).collect();
+                let (path, most) = (self.path, entries.most);
+                format!("1 to {most} tables, each under [[{path}]], with {}", names.join(", "))
             }
             Holds::Number(range, _) => unit(range.to_string()),
             Holds::Pair(range, _) => unit(format!("[min, max], each {range}")),

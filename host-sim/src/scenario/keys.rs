@@ -12,6 +12,7 @@ use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Parameter;
 use identifier_core::settings::{BoxSettings, IdentifierSettings, RangeSettings};
 use identifier_core::units::Units;
+use virtual_servo::faults::{FaultKind, Faults, InjectedFault};
 use virtual_servo::{Effects, SensorEffects};
 
 use super::ExcitationSettings::{
@@ -20,11 +21,13 @@ use super::ExcitationSettings::{
 use super::key::Absent::{Begins, First, Follows, Is, Required};
 use super::key::Holds::{
     Choice as OneOf, Column as ColumnOf, Flag, Limit, Matrix, Number, Numbers, Pair, Pairs,
-    Parameters, Reach, Table, Terms as TermList, Two, Whole,
+    Parameters, Reach, Table, Tables, Terms as TermList, Two, Whole,
 };
-use super::key::Range::{BelowNyquist, EvenSamples, Fixed, HalfRadian, Lasting, Late, Samples};
+use super::key::Range::{
+    BelowNyquist, EvenSamples, Fixed, HalfRadian, Lasting, Late, OfFault, Samples,
+};
 use super::key::When::{Always, InRun, Simulated, Stated};
-use super::key::{Choice, Key, Range};
+use super::key::{Choice, Entries, Key, Range};
 use super::{
     Arithmetic, Baseline, BaselineSettings, Column, CommissionOrder, ExcitationSettings, Law,
     LogSettings, PositionUnit, Scenario, TimeUnit, Velocity, parts,
@@ -283,6 +286,13 @@ keys! {
 "run.seed": Whole([0, u32::MAX], |s, v| s.seed = Some(v)), Follows("that of the reference, or 1"), "",
     "seed of what is random in servo and sensor; a sweep draws its own";
 
+"fault": Tables(FAULTS), Follows("none"), "", "what goes wrong while the simulated servo runs, each in a table of its own";
+"fault.kind": OneOf(FAULT_KINDS), Required("\"actuator-weak\""), "", "what goes wrong";
+"fault.time": Number(NOT_NEGATIVE, |s, v| fault(s).time = v), Required("5.0"), "s", "when, from the first sample";
+"fault.duration": Number(POSITIVE, |s, v| fault(s).duration = v), Follows("for good"), "s", "how long";
+"fault.size": Number(OfFault, |s, v| fault(s).size = v), Required("0.5"), "",
+    "how large: the counts of a jump, the share of the command that still acts, the load, the friction that is added";
+
 "compare": Table(Always), Follows("as below"), "", "what the cases of a comparison are made of";
 "compare.load": Number(ANY, |s, v| s.compare.load = Some(v)), Follows("0.08 of plant.b"), "rad/s²", "the load";
 "compare.coulomb": Number(NOT_NEGATIVE, |s, v| s.compare.coulomb = Some(v)), Follows("0.04 of plant.b"), "rad/s²", "the friction";
@@ -355,6 +365,38 @@ const fn choice(
     set: fn(&mut Scenario),
 ) -> Choice {
     Choice { name, takes, set }
+}
+
+const FAULTS: Entries = Entries {
+    most: Faults::MOST,
+    begin: |s| {
+        s.faults
+            .push(InjectedFault::lasting(FaultKind::EncoderStuck, 0.0, 0.0));
+    },
+    check: |s| s.faults.last().map_or(Ok(()), InjectedFault::check),
+};
+
+macro_rules! fault_kinds {
+    ($($kind:ident: $takes:expr;)*) => {
+        const FAULT_KINDS: &[Choice] = &[$(choice(
+            FaultKind::$kind.name(), $takes, |s| fault(s).kind = FaultKind::$kind,
+        )),*];
+    };
+}
+
+fault_kinds! {
+    EncoderStuck: &["duration"];
+    EncoderLost: &["duration"];
+    EncoderJump: &["size"];
+    EncoderReversed: &["duration"];
+    ActuatorDead: &["duration"];
+    ActuatorWeak: &["duration", "size"];
+    ActuatorReversed: &["duration"];
+    LoadStep: &["duration", "size"];
+    FrictionRise: &["duration", "size"];
+    Overrun: &["duration"];
+    LimitSwitch: &["duration"];
+    AmplifierFault: &["duration"];
 }
 
 const TIME_UNITS: &[Choice] = &[
@@ -523,6 +565,15 @@ fn plant(s: &mut Scenario) -> &mut ServoParameters {
         coulomb: 0.0,
         load: 0.0,
     })
+}
+
+/// The fault that is being read.
+fn fault(s: &mut Scenario) -> &mut InjectedFault {
+    if s.faults.is_empty() {
+        (FAULTS.begin)(s);
+    }
+    let last = s.faults.len() - 1;
+    &mut s.faults[last]
 }
 
 fn pid(s: &mut Scenario) -> &mut ControllerSettings {

@@ -39,6 +39,7 @@ use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Parameter;
 use identifier_core::units::Units;
 use identifier_core::{ControllerSettings, Settings};
+use virtual_servo::faults::InjectedFault;
 use virtual_servo::{Effects, SensorEffects};
 
 /// Why the parts can be relied on: a [`Scenario`] builds each of them once when it is read.
@@ -55,6 +56,8 @@ pub struct Scenario {
     pub counts_per_rev: Option<f64>,
     /// The errors of the position sensor.
     pub sensor: SensorEffects,
+    /// What goes wrong while the servo runs.
+    pub faults: Vec<InjectedFault>,
     /// What the core is told of loop and identifier, as far as the file states it;
     /// [`Scenario::settings`] is the whole. A replay may have no controller.
     pub stated: Settings,
@@ -243,6 +246,7 @@ impl Scenario {
             effects: Effects::NONE,
             counts_per_rev: None,
             sensor: SensorEffects::default(),
+            faults: Vec::new(),
             // Where no controller is declared, its sample time is the log's.
             stated: Settings::new(1e-3, 1.0),
             velocity: Velocity::LowPass,

@@ -9,7 +9,7 @@ use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
 use super::error::{Fault, shown};
-use super::key::{Absent, Choice, Holds, Key, When, examples, nearest};
+use super::key::{Absent, Choice, Entries, Holds, Key, When, examples, nearest};
 use super::keys::{self, KEYS, MOST_COLUMNS, MOST_ENTRIES, MOST_RANGES};
 use super::source::Source;
 use super::{Column, Purpose, Scenario};
@@ -25,6 +25,7 @@ pub(super) fn scenario(source: &Source<'_>, purpose: Purpose) -> Result<Scenario
         scenario: Scenario::blank(),
         tables: vec![""],
         choices: Vec::new(),
+        entry: None,
     };
     for key in KEYS {
         reading.read(key)?;
@@ -44,19 +45,64 @@ struct Reading<'a, 'b> {
     tables: Vec<&'static str>,
     /// What was chosen, by the table it was chosen in.
     choices: Vec<(&'static str, &'static Choice, &'static [Choice])>,
+    /// Of tables of which there may be many, the one that is being read, and its path.
+    entry: Option<(&'static str, &'b DeTable<'a>)>,
 }
 
-impl Reading<'_, '_> {
+impl<'a, 'b> Reading<'a, 'b> {
     fn read(&mut self, key: &'static Key) -> Result<(), Fault> {
         if !self.tables.contains(&key.place().0) {
             return Ok(());
         }
-        match (self.refusing(key), self.source.value(key.path)) {
-            (Some(choice), Some(_)) => Err(stranger(key, choice)),
+        match (self.refusing(key), self.value(key)) {
+            (Some(choice), Some(value)) => Err(stranger(key, choice).at(value.span().start)),
             (Some(_), None) => Ok(()),
             (None, Some(value)) => self.take(key, value),
             (None, None) => self.leave(key),
         }
+    }
+
+    /// What the file states of a key.
+    fn value(&self, key: &Key) -> Option<&'b Value<'a>> {
+        let (table, name) = key.place();
+        match self.entry {
+            Some((path, entry)) if path == table => entry.get(name),
+            _ => self.source.value(key.path),
+        }
+    }
+
+    /// Tables of which there may be many, one after the other.
+    fn entries(
+        &mut self,
+        key: &'static Key,
+        value: &'b Value<'a>,
+        entries: &Entries,
+    ) -> Result<(), Fault> {
+        if let DeValue::Table(_) = value.get_ref() {
+            return Err(other(key, value, "a list of tables")
+                .advising(format!("write {}, in double brackets", key.heading())));
+        }
+        for entry in list(key, value, entries.most)? {
+            let DeValue::Table(table) = entry.get_ref() else {
+                return Err(other(key, entry, "a table"));
+            };
+            (entries.begin)(&mut self.scenario);
+            self.tables.push(key.path);
+            self.entry = Some((key.path, table));
+            for key in Key::children(key.path) {
+                self.read(key)
+                    .map_err(|fault| fault.or_at(entry.span().start))?;
+            }
+            (entries.check)(&self.scenario).map_err(|error| {
+                let stated = table.get(error.parameter).unwrap_or(entry);
+                let key = format!("{}.{}", key.path, error.parameter);
+                Fault::new(key, error).at(stated.span().start)
+            })?;
+            self.entry = None;
+            self.tables.retain(|&path| path != key.path);
+            self.choices.retain(|(path, ..)| *path != key.path);
+        }
+        Ok(())
     }
 
     /// The choice that leaves a key without meaning, if one does.
@@ -69,7 +115,7 @@ impl Reading<'_, '_> {
     }
 
     /// A key that the file states.
-    fn take(&mut self, key: &'static Key, value: &Value<'_>) -> Result<(), Fault> {
+    fn take(&mut self, key: &'static Key, value: &'b Value<'a>) -> Result<(), Fault> {
         let scenario = &mut self.scenario;
         let fault = |fault: String| Fault::new(key.path, fault).at(value.span().start);
         match key.holds {
@@ -77,6 +123,7 @@ impl Reading<'_, '_> {
                 table(key, value)?;
                 self.tables.push(key.path);
             }
+            Holds::Tables(entries) => self.entries(key, value, &entries)?,
             Holds::Number(range, set) => set(scenario, number(key, value, range.fixed())?),
             Holds::Pair(range, set) => set(scenario, interval(key, value, range.fixed())?),
             Holds::Two(range, set) => {
@@ -149,10 +196,10 @@ impl Reading<'_, '_> {
             made.find(|(within, choice, _)| *within == table && choice.takes.contains(&name));
         let needed = match owner {
             Some((_, choice, _)) => format!("\"{}\"", choice.name),
-            None => format!("[{table}]"),
+            None => Key::of(table).map_or(String::new(), Key::heading),
         };
         let beside = Key::children(table)
-            .filter(|other| self.source.value(other.path).is_none())
+            .filter(|other| self.value(other).is_none())
             .filter(|other| self.refusing(other).is_none());
         let fault = format!("this value is missing: {needed} needs it");
         Fault::new(key.path, fault).advising(examples(beside))
@@ -176,6 +223,11 @@ fn refuse_unknown(table: &DeTable<'_>, path: &str) -> Result<(), Fault> {
         let full = inside(name.get_ref());
         match (Key::of(&full), value.get_ref()) {
             (Some(_), DeValue::Table(inner)) => refuse_unknown(inner, &full)?,
+            (Some(key), DeValue::Array(list)) if matches!(key.holds, Holds::Tables(_)) => {
+                for inner in list.iter().filter_map(|entry| entry.get_ref().as_table()) {
+                    refuse_unknown(inner, &full)?;
+                }
+            }
             (Some(_), _) => {}
             (None, _) => {
                 let fault = keys::remedy(&full).unwrap_or("there is no such key");

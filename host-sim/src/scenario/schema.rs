@@ -70,6 +70,7 @@ fn conditions_of(key: &Key) -> Vec<Value> {
 fn property(key: &Key) -> Value {
     let mut property = match key.holds {
         Holds::Table(_) => table(key.path),
+        Holds::Tables(entries) => list(table(key.path), entries.most),
         Holds::Number(range, _) => number(range),
         Holds::Pair(range, _) | Holds::Two(range, _) => pair(number(range)),
         Holds::Numbers(range, _) => list(number(range), MOST_ENTRIES),
@@ -289,6 +290,15 @@ mod tests {
             "[identifier]\nparameters = [\"a\", \"a\"]",
             "[identifier]\nbounds = { a = [1.0] }",
             "[identifier]\nplant_box = { a = [0.0, 1.0] }",
+            "fault = []",
+            "[fault]\nkind = \"overrun\"\ntime = 1.0",
+            "[[fault]]\nkind = \"overrun\"",
+            "[[fault]]\ntime = 1.0",
+            "[[fault]]\nkind = \"magic\"\ntime = 1.0",
+            "[[fault]]\nkind = \"load-step\"\ntime = 1.0",
+            "[[fault]]\nkind = \"overrun\"\ntime = 1.0\nsize = 1.0",
+            "[[fault]]\nkind = \"encoder-jump\"\ntime = 1.0\nsize = 5\nduration = 1.0",
+            "[[fault]]\nkind = \"overrun\"\ntime = -1.0",
             "[log]\nposition = 0",
             "[log]\nposition = 1.5",
             "[log]\nposition = 1\nposition_unit = \"inch\"",
@@ -304,6 +314,10 @@ mod tests {
             assert!(!accepts(&text), "{wrong}");
         }
         assert!(accepts(plant));
+        assert!(accepts(&format!(
+            "{plant}[[fault]]\nkind = \"load-step\"\ntime = 1.0\nsize = 5.0\nduration = 2.0\n\
+             [[fault]]\nkind = \"overrun\"\ntime = 1.0\n"
+        )));
         assert!(accepts(&format!(
             "{plant}[log]\nposition = 1\ncut = [[1.0, 2.0]]\n"
         )));
@@ -348,7 +362,7 @@ mod tests {
             let follows = matches!(key.absent, Absent::Follows(text) if !text.is_empty());
             let fits = match key.holds {
                 Holds::Number(..) | Holds::Whole(..) => !matches!(key.absent, Absent::First),
-                Holds::Choice(..) => matches!(key.absent, Absent::First),
+                Holds::Choice(..) => matches!(key.absent, Absent::First | Absent::Required(_)),
                 Holds::Table(_) => follows,
                 _ => follows || matches!(key.absent, Absent::Required(_)),
             };

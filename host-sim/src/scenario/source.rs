@@ -94,7 +94,7 @@ impl<'a> Source<'a> {
         let mut advice = String::new();
         if let Some(key) = Key::of(&fault.key) {
             advice += &format!("allowed: {}\n", key.allowed());
-            if self.value(&fault.key).is_none() {
+            if fault.at.is_none() && self.value(&fault.key).is_none() {
                 advice += &what_to_write(key);
             }
         }

@@ -22,6 +22,7 @@ use rivals::{
     ClosedLoopArx, DirectEstimator, FilteredLeastSquares, MechanicalLeastSquares, RelayCycle,
     TwoRelays,
 };
+use virtual_servo::faults::Faults;
 use virtual_servo::{SensorErrors, Servo};
 
 use super::sensor::Sensor;
@@ -81,6 +82,8 @@ impl Rig<'_> {
         let (time, seed) = (units.sample_time(), scenario.noise_seed());
         let servo = Servo::at_rest(&scenario.servo()?, &scenario.effects, time, seed);
         let errors = SensorErrors::new(&scenario.sensor, time, seed);
+        let faults = Faults::new(&scenario.faults, time, units.position_unit())
+            .map_err(|error| Fault::new(format!("fault.{}", error.parameter), error))?;
         let mut progress = reference.start();
         Ok(Self {
             sample_time: units.sample_time(),
@@ -94,6 +97,7 @@ impl Rig<'_> {
             sensor_errors: errors
                 .map_err(|error| Fault::new(format!("encoder.{}", error.parameter), error))?,
             servo: servo.map_err(|error| Fault::of_effect(&error))?,
+            faults: (!scenario.faults.is_empty()).then_some(faults),
         })
     }
 

@@ -1,10 +1,11 @@
 //! The test rig: a simulated servo with its sensor, and the reference that it is to follow.
 
+use virtual_servo::faults::{Condition, Faults};
 use virtual_servo::{SensorErrors, Servo};
 
 use super::sensor::Sensor;
 use crate::experiment::{Outcome, Sample};
-use crate::loops::SimLoop;
+use crate::loops::{Measurement, SimLoop};
 
 /// What a loop is closed around.
 pub(crate) struct Rig<'a> {
@@ -17,6 +18,19 @@ pub(crate) struct Rig<'a> {
     pub(super) sensor: Sensor,
     pub(super) sensor_errors: SensorErrors,
     pub(super) servo: Servo,
+    /// What goes wrong, if anything does.
+    pub(super) faults: Option<Faults>,
+}
+
+/// What is seen of the servo in a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Seen {
+    /// What the sensor shows; none if it gives no valid reading.
+    pub(crate) measured: Option<Measurement>,
+    /// How far that is from where the servo started, position units; NaN without a reading.
+    pub(crate) position: f64,
+    /// Whether a sample is late, a limit switch open, the amplifier at fault.
+    pub(crate) condition: Condition,
 }
 
 /// A run of a loop on the rig.
@@ -24,11 +38,49 @@ pub(crate) struct Rig<'a> {
 pub(crate) struct Run<E> {
     /// What is known of it.
     pub(crate) outcome: Outcome,
-    /// When and why the loop ended before its time, if it did.
-    pub(crate) stopped: Option<(f64, E)>,
+    /// When and why it ended before its time, if it did.
+    pub(crate) stopped: Option<(f64, Stop<E>)>,
+}
+
+/// Why a run ended before its time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Stop<E> {
+    /// The sensor gave no valid reading.
+    NoReading,
+    /// The loop could not go on.
+    Loop(E),
 }
 
 impl Rig<'_> {
+    /// Begins a sample: what is seen in it.
+    pub(crate) fn sense(&mut self) -> Seen {
+        let condition = match &mut self.faults {
+            Some(faults) => faults.begin_sample(&mut self.servo),
+            None => Condition::SOUND,
+        };
+        let (exact, velocity) = (self.servo.position(), self.servo.velocity());
+        let seen = self.sensor_errors.seen(exact, velocity);
+        let shown = match &mut self.faults {
+            Some(faults) => faults.seen(seen),
+            None => Some(seen),
+        };
+        let read = shown.map(|shown| self.sensor.read(shown));
+        Seen {
+            measured: read.map(|(measured, _)| measured),
+            position: read.map_or(f64::NAN, |(_, position)| position),
+            condition,
+        }
+    }
+
+    /// Ends it: the servo moves under this command until the next.
+    pub(crate) fn act(&mut self, command: f64) {
+        let acting = match &mut self.faults {
+            Some(faults) => faults.acting(command),
+            None => command,
+        };
+        self.servo.advance(acting);
+    }
+
     /// Closes a loop around the servo, sample by sample, and shows each to `observe`, before its
     /// command acts, with the loop as it is then.
     pub(crate) fn run<L: SimLoop + ?Sized>(
@@ -42,13 +94,17 @@ impl Rig<'_> {
         for number in 0..self.samples {
             let time = number as f64 * self.sample_time;
             let reference = (self.reference)();
-            let (exact, velocity) = (self.servo.position(), self.servo.velocity());
-            let seen = self.sensor_errors.seen(exact, velocity);
-            let (measured, position) = self.sensor.read(seen);
+            let Seen {
+                measured, position, ..
+            } = self.sense();
+            let Some(measured) = measured else {
+                stopped = Some((time, Stop::NoReading));
+                break;
+            };
             let step = match closed.process(reference, measured) {
                 Ok(step) => step,
                 Err(error) => {
-                    stopped = Some((time, error));
+                    stopped = Some((time, Stop::Loop(error)));
                     break;
                 }
             };
@@ -65,7 +121,7 @@ impl Rig<'_> {
                 at_bounds: step.at_bounds,
             };
             observe(&sample, closed);
-            self.servo.advance(step.command);
+            self.act(step.command);
         }
         Run {
             outcome: Outcome {
@@ -85,7 +141,7 @@ mod tests {
     use virtual_servo::{Effects, SensorEffects};
 
     use super::*;
-    use crate::loops::{Measurement, Step};
+    use crate::loops::Step;
 
     const SAMPLE_TIME: f64 = 1e-3;
     const UNIT: f64 = 1e-4;
@@ -146,6 +202,7 @@ mod tests {
                 .expect("no errors are allowed"),
             servo: Servo::at_rest(servo, &Effects::NONE, SAMPLE_TIME, 1)
                 .expect("no effects are allowed"),
+            faults: None,
         }
     }
 
@@ -210,6 +267,8 @@ mod tests {
         assert_eq!((run.outcome.samples, run.outcome.events.standing), (7, 7));
         assert_eq!(run.outcome.mu, Some(3.0));
         let (time, error) = run.stopped.expect("it failed");
-        assert!((time - 7.0 * SAMPLE_TIME).abs() < 1e-12 && error == "it was to end here");
+        assert!(
+            (time - 7.0 * SAMPLE_TIME).abs() < 1e-12 && error == Stop::Loop("it was to end here")
+        );
     }
 }

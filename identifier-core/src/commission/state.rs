@@ -117,6 +117,12 @@ impl<N: Number> CommissionState<N> {
         self.tuning.as_ref()
     }
 
+    /// Where a controller wants the servo, counts from where it began; none where none acts.
+    #[must_use]
+    pub fn setpoint(&self) -> Option<N> {
+        self.activity.setpoint()
+    }
+
     /// What was measured in the trial, as far as it went.
     #[must_use]
     pub fn trial(&self) -> Option<&TrialResult> {

@@ -11,6 +11,10 @@ pub(super) struct Model {
     pub(super) gain: f64,
     /// a.
     pub(super) x: f64,
+    /// c.
+    pub(super) coulomb: f64,
+    /// d.
+    pub(super) load: f64,
     /// c over b, command units.
     pub(super) breakaway: f64,
     /// What a load may step by, counts a sample squared.
@@ -43,11 +47,14 @@ impl Model {
         let [least, most] = settings.command;
         let load_step = Plausibility::<f64>::LOAD_STEP * gain * settings.limit();
         let coulomb = parameters.coulomb.max(0.0) * acceleration;
-        let braking = coulomb + parameters.load.abs() * acceleration + load_step;
+        let load = parameters.load * acceleration;
+        let braking = coulomb + load.abs() + load_step;
         let delay = libm::round(servo.delay.max(0.0) / units.sample_time());
         Some(Self {
             gain,
             x: parameters.a * units.rate(),
+            coulomb,
+            load,
             breakaway: coulomb / gain,
             load_step,
             braking,

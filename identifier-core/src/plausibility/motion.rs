@@ -2,6 +2,7 @@
 
 use super::PlausibilitySettings;
 use super::model::Model;
+use super::response::Block;
 use crate::commission::StopReason;
 use crate::number::Number;
 use crate::units::Units;
@@ -9,26 +10,26 @@ use crate::units::Units;
 /// When a servo cannot have stopped, and when it cannot stand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Motion<N> {
-    /// Of the mean that the speed is judged by, per sample,
-    forgetting: N,
-    /// and of that of the command.
+    /// Of the mean of the command, per sample.
     smoothing: N,
     /// Of the highest and the lowest command of a standstill.
     fading: N,
-    /// Command's range that moves any servo, command units.
-    command: N,
+    /// Ranges of the command that move any servo, with a step of the load and without, command units.
+    ranges: [N; 2],
     /// Samples that a servo of which nothing is known may stand where it must move.
     patience: i32,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct MotionState<N> {
-    /// Mean of the increments, counts a sample.
-    speed: N,
+    /// The increment before, counts.
+    last: N,
     /// Since the last count: how fast the servo is at least, counts a sample,
     glide: N,
     /// and how far it has come at least, counts.
     passed: N,
+    /// Whether it came to standstill sooner than is likely.
+    abrupt: bool,
     /// Counts from where it came to standstill.
     away: N,
     /// Mean of the command,
@@ -41,8 +42,9 @@ pub(super) struct MotionState<N> {
     braking: N,
     /// and for a unit of command.
     gain: N,
-    /// Range of the command within which it may stand, command units.
-    stands: N,
+    /// Ranges of the command within which it may stand, with a step of the load and without, command
+    /// units.
+    stands: [N; 2],
     /// Samples that it may stand where it must move.
     patience: i32,
 }
@@ -56,13 +58,15 @@ impl<N: Number> Motion<N> {
     const MODEL_ERROR: f64 = 1.2;
     /// How much faster a servo may brake than it was ever seen to change its speed.
     const UNKNOWN: f64 = 4.0;
-    /// The share of the command's limit by which friction and load together keep no servo: Coulomb
-    /// friction of 20 % to either side and a step of the load, with a tenth to spare.
-    const COMMAND: f64 = 0.8;
+    /// The shares of the command's limit by which friction keeps no servo, with a step of the load and
+    /// without: Coulomb friction of 20 % to either side, with a tenth to spare.
+    const RANGES: [f64; 2] = [0.8, 0.5];
+    /// From an error of so many counts on, it is not the load that keeps the servo from its setpoint.
+    const ASTRAY: i32 = 20;
+    /// How much faster it brakes than is likely: a share of what it can.
+    const LIKELY: f64 = 0.4;
     /// Friction's range that Stribeck's may add to Coulomb's.
     const LOW_SPEED: f64 = 1.5;
-    /// Memory of the speed, s.
-    const SPEED: f64 = 3e-3;
     /// Memory of the command, s.
     const SMOOTH: f64 = 5e-3;
     /// Memory of the range of the command, s: a load that changes more slowly is no fault.
@@ -76,10 +80,9 @@ impl<N: Number> Motion<N> {
         let sample_time = units.sample_time();
         let over = |time: f64| N::from_f64(-libm::expm1(-sample_time / time));
         Self {
-            forgetting: over(Self::SPEED),
             smoothing: over(Self::SMOOTH),
             fading: over(Self::FADE),
-            command: N::from_f64(Self::COMMAND * settings.limit()),
+            ranges: Self::RANGES.map(|share| N::from_f64(share * settings.limit())),
             patience: Self::samples(Self::LONGEST, sample_time),
         }
     }
@@ -92,18 +95,25 @@ impl<N: Number> Motion<N> {
 
     pub(super) fn start(&self) -> MotionState<N> {
         MotionState {
-            speed: N::ZERO,
+            last: N::ZERO,
             glide: N::ZERO,
             passed: N::ZERO,
+            abrupt: false,
             away: N::ZERO,
             command: N::ZERO,
             range: [N::ZERO; 2],
             pushed: 0,
             braking: N::REACH,
             gain: N::ZERO,
-            stands: self.command,
+            stands: self.ranges,
             patience: self.patience,
         }
+    }
+
+    /// This command acts when it begins.
+    pub(super) fn begin(state: &mut MotionState<N>, command: N) {
+        state.command = command;
+        state.range = [command; 2];
     }
 
     pub(super) fn know(
@@ -119,8 +129,8 @@ impl<N: Number> Motion<N> {
         state.gain = N::from_f64(Self::MODEL_ERROR * model.gain);
         // To either side of what holds it, and a step of the load.
         let load_step = model.load_step / model.gain;
-        let stands = 2.0 * Self::LOW_SPEED * model.breakaway + Self::MODEL_ERROR * load_step;
-        state.stands = N::from_f64(stands + PUSH * settings.limit());
+        let friction = 2.0 * Self::LOW_SPEED * model.breakaway + PUSH * settings.limit();
+        state.stands = [friction + Self::MODEL_ERROR * load_step, friction].map(N::from_f64);
         // Until it has moved by what counts as motion, under a push that is hardly more than friction.
         let push = PUSH * settings.limit() * model.gain;
         let moves = libm::sqrt(2.0 * f64::from(Self::MISSED) / push);
@@ -144,35 +154,64 @@ impl<N: Number> Motion<N> {
         state: &mut MotionState<N>,
         increment: N,
         command: N,
-        under: Under,
+        under: Under<N>,
     ) -> Result<(), StopReason> {
-        self.stops(state, increment, command)?;
+        if under == Under::Push || state.gain > N::ZERO {
+            Self::stops(state, increment, command)?;
+        }
         self.stands(state, increment, command, under)
     }
 
-    /// Whether the servo can have stopped as soon as the encoder.
+    /// Whether the servo can have stopped as soon as the encoder, sample by sample: where a sample has
+    /// many counts.
     #[inline]
-    fn stops(
-        &self,
-        state: &mut MotionState<N>,
-        increment: N,
-        command: N,
-    ) -> Result<(), StopReason> {
-        state.speed += self.forgetting * (increment - state.speed);
-        let braking = state.braking + state.gain * command.magnitude();
+    fn stops(state: &mut MotionState<N>, increment: N, command: N) -> Result<(), StopReason> {
         if increment == N::ZERO {
-            state.glide = state.glide - braking;
+            state.glide = state.glide - state.braking(command);
             if state.glide > N::ZERO {
                 state.passed += state.glide;
                 if state.passed > N::from_count(Self::MISSED) {
                     return Err(StopReason::EncoderStuck);
                 }
             }
+        } else {
+            // A reading that jumps is no speed: two must agree on it.
+            let slower = if increment.magnitude() < state.last.magnitude() {
+                increment
+            } else {
+                state.last
+            };
+            state.passed = N::ZERO;
+            state.glide = slower.magnitude() - N::ONE;
+        }
+        state.last = increment;
+        Ok(())
+    }
+
+    /// The same over blocks, where a sample has few, and whether the servo can have changed its speed so
+    /// soon at all.
+    pub(super) fn jolts(state: &mut MotionState<N>, block: &Block<N>) -> Result<(), StopReason> {
+        let [now, before] = block.counts;
+        let possible = N::from_f64(2.0) * block.area * state.braking(block.command);
+        let missed = N::from_count(Self::MISSED);
+        let change = (now - before).magnitude() - missed;
+        if change <= possible {
+            let sudden = change > N::from_f64(Self::LIKELY) * possible;
+            state.abrupt |= now == N::ZERO && sudden;
             return Ok(());
         }
-        state.passed = N::ZERO;
-        state.glide = increment.magnitude() - N::ONE;
-        Ok(())
+        let (size, past) = (now.magnitude(), before.magnitude());
+        let half = N::from_f64(0.5);
+        // The block in which the encoder fails tells only a part of it: it waits for the next.
+        if now == N::ZERO {
+            Err(StopReason::EncoderStuck)
+        } else if size > past + missed + possible {
+            Err(StopReason::EncoderJumped)
+        } else if now * before < N::ZERO && size > half * past {
+            Err(StopReason::Reversed)
+        } else {
+            Ok(())
+        }
     }
 
     /// Whether the servo can stand under this command.
@@ -182,7 +221,7 @@ impl<N: Number> Motion<N> {
         state: &mut MotionState<N>,
         increment: N,
         command: N,
-        under: Under,
+        under: Under<N>,
     ) -> Result<(), StopReason> {
         state.command += self.smoothing * (command - state.command);
         state.away += increment;
@@ -190,6 +229,7 @@ impl<N: Number> Motion<N> {
             state.away = N::ZERO;
             state.range = [state.command; 2];
             state.pushed = 0;
+            state.abrupt = false;
             return Ok(());
         }
         let [low, high] = &mut state.range;
@@ -204,8 +244,11 @@ impl<N: Number> Motion<N> {
         let pushed = match under {
             Under::Nothing => false,
             Under::Push => true,
-            Under::Control => {
-                state.command - *low > state.stands || *high - state.command > state.stands
+            Under::Control(error) => {
+                let [disturbed, undisturbed] = state.stands;
+                let astray = error.magnitude() > N::from_count(Self::ASTRAY);
+                let stands = if astray { undisturbed } else { disturbed };
+                state.command - *low > stands || *high - state.command > stands
             }
         };
         if !pushed {
@@ -213,10 +256,13 @@ impl<N: Number> Motion<N> {
             return Ok(());
         }
         state.pushed += 1;
-        if state.pushed >= state.patience {
-            return Err(StopReason::ActuatorDead);
+        if state.pushed < state.patience {
+            Ok(())
+        } else if state.abrupt {
+            Err(StopReason::EncoderStuck)
+        } else {
+            Err(StopReason::ActuatorDead)
         }
-        Ok(())
     }
 }
 
@@ -225,15 +271,21 @@ impl<N: Number> MotionState<N> {
     pub(super) fn patience(&self) -> i32 {
         self.patience
     }
+
+    /// How fast the servo may become slower, counts a sample squared.
+    #[inline]
+    fn braking(&self, command: N) -> N {
+        self.braking + self.gain * command.magnitude()
+    }
 }
 
 /// What a servo is under.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Under {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Under<N> {
     /// Let go, or a command that need not move it.
     Nothing,
     /// A command that must move it.
     Push,
-    /// A controller.
-    Control,
+    /// A controller, the servo so many counts from its setpoint.
+    Control(N),
 }

@@ -82,15 +82,16 @@ impl<N: Number> Readings<N> {
         };
         // What has gathered while there was no reading shows now.
         let farthest = self.farthest * N::from_count(state.missing.saturating_add(1));
-        // Not "beyond", so that what is no number is none.
-        let within = increment.magnitude() <= farthest
-            && state
-                .last
-                .is_none_or(|last| (increment - last).magnitude() <= state.change);
+        let last = state.last.unwrap_or(increment);
         state.missing = 0;
         state.last = Some(increment);
-        if within {
+        // Not "beyond", so that what is no number is none.
+        let near = |other: N| (increment - other).magnitude() <= state.change;
+        // A counter that stands is no jump: whether the servo can have stopped is another question.
+        if increment.magnitude() <= farthest && (near(last) || increment == N::ZERO) {
             Ok(())
+        } else if near(-last) {
+            Err(StopReason::Reversed)
         } else {
             Err(StopReason::EncoderJumped)
         }

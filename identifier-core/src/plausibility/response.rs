@@ -1,12 +1,23 @@
-//! Whether the motion changes as the command does.
+//! Whether the motion is what the command makes.
 //!
 //! Time is cut into blocks of M samples. With D the counts of a block, A = D − D⁻ is the servo's mean
-//! acceleration over two blocks, and A − A⁻ its change, free of load and, while the servo does not turn,
-//! of Coulomb friction. The same change follows from the commands: over two blocks a command weighs as
-//! a triangle, and b times the change of that sum, less the viscous brake, is what A − A⁻ must be. The
-//! ratio of the two is the share of the command that acts: one for a sound servo, less for a weak
-//! actuator, zero for a dead one, below zero for a reversed one. A step of the load changes three blocks
-//! and no more; so one block is no evidence, and five running are.
+//! acceleration over two blocks. The same follows from the commands: over two blocks a command weighs as
+//! a triangle, W = ∑ w u, and
+//!
+//!   A = b W + M² (d − c sign v) − a M (D + D⁻)/2.
+//!
+//! Two questions are put to each block in which the servo moves one way.
+//!
+//! *The change.* A − A⁻ is free of load and friction, and b (W − W⁻), less the viscous brake, is what it
+//! must be. The ratio of the two is the share of the command that acts: one for a sound servo, less for a
+//! weak actuator, zero for a dead one, below zero for a reversed one. A step of the load spoils three
+//! blocks and no more; so one is no evidence, and five are. This is sharp wherever the command changes.
+//!
+//! *The level.* A itself, even with a step of the load in the command's favour, must be a good part of
+//! b W. This is for large commands that do not change: those of a loop that runs away.
+//!
+//! Of a servo that is not known, b > 0 alone is: its motion must not change against the command's change,
+//! and it must not gain speed against a command that no load explains.
 
 use super::model::Model;
 use crate::commission::StopReason;
@@ -18,10 +29,12 @@ pub(super) struct Response<N> {
     /// Samples of a block, M.
     length: i32,
     scale: N,
-    /// 1/M².
+    /// M² and 1/M².
+    area: N,
     per_sample: N,
-    /// The change of the commands' weighed sum that tells something of a servo that is not known.
+    /// The change of W that tells something of a servo that is not known, and the W that no load explains.
     least: N,
+    strong: N,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,6 +44,8 @@ pub(super) struct ResponseState<N> {
     counts: N,
     sum: N,
     double_sum: N,
+    /// The largest command of this block and of the one before, to either side.
+    largest: [N; 2],
     /// Of the block before: what its commands add to the next.
     carried: N,
     /// Counts of the block before and the one before that.
@@ -40,12 +55,14 @@ pub(super) struct ResponseState<N> {
     weighed: N,
     /// Blocks so far, as long as there are too few.
     blocks: i32,
-    /// Running blocks that contradict the command.
-    contradictions: i32,
-    /// Sums over the last of them, counts squared: measured change by that of the command, and the
-    /// latter by itself.
+    /// The change: blocks of evidence, those of them against the command, and sums over them in counts
+    /// squared, of the measured change by the command's and of the latter by itself.
+    evidence: i32,
+    against: i32,
     product: N,
     square: N,
+    /// The level: running blocks against the command.
+    level: i32,
 }
 
 /// What is known of the servo's response, in the number format of the loop.
@@ -53,6 +70,22 @@ pub(super) struct ResponseState<N> {
 pub(super) struct Known<N> {
     gain: N,
     x: N,
+    coulomb: N,
+    load: N,
+    load_step: N,
+}
+
+/// What a block has shown.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Block<N> {
+    /// The mean acceleration, counts a sample squared.
+    pub(super) acceleration: N,
+    /// The counts of this block and of the one before the last.
+    pub(super) counts: [N; 2],
+    /// The largest command in it and in the block before, to either side.
+    pub(super) command: N,
+    /// M².
+    pub(super) area: N,
 }
 
 impl<N: Number> Known<N> {
@@ -60,18 +93,28 @@ impl<N: Number> Known<N> {
         Self {
             gain: N::from_f64(model.gain),
             x: N::from_f64(model.x),
+            coulomb: N::from_f64(model.coulomb),
+            load: N::from_f64(model.load),
+            load_step: N::from_f64(model.load_step),
         }
     }
 }
 
 impl<N: Number> Response<N> {
-    /// Running contradictions that are a fault, and those at its beginning that do not tell which.
+    /// Blocks against the command that are a fault, and those at their beginning that do not tell which.
     const ENOUGH: i32 = 5;
     const UNCLEAR: i32 = 2;
+    /// The same for a relay, with which nobody steps the load, and for the level.
+    const FEW: i32 = 3;
     /// Blocks within which a fault is found, if each is telling.
     pub(super) const BLOCKS: i32 = Self::ENOUGH + 3;
-    /// A block is telling if its command changes the motion by so many counts.
-    pub(super) const TELLING: i32 = 20;
+    /// A block is evidence if its command changes the motion by so many counts,
+    const FAINT: i32 = 6;
+    /// and it speaks for the command on its own from so many on.
+    pub(super) const TELLING: i32 = 14;
+    /// Evidence, counts squared: the encoder's rounding makes up 1.3 counts of a block's change, so the
+    /// share is known to 0.04.
+    const EVIDENCE: i32 = 1000;
     /// The same of a servo that is not known: by so many counts its motion must have changed.
     const VISIBLE: i32 = 8;
     /// A block in which the servo has moved no further than this may hold a turn, counts.
@@ -84,15 +127,22 @@ impl<N: Number> Response<N> {
     /// One block weighs no more than so many times what its command explains.
     const CREDIT: f64 = 2.5;
 
-    /// Over blocks of so many samples; `least` is the change of the command, command units, that tells
-    /// something of a servo that is not known.
-    pub(super) fn new(length: i32, least: f64) -> Self {
+    /// Over blocks of so many samples, for commands up to a limit.
+    pub(super) fn new(length: i32, limit: f64) -> Self {
+        /// The change of the command that tells something of a servo that is not known, as a share of the
+        /// limit.
+        const LEAST: f64 = 0.02;
+        /// The command that neither a load nor a step of it explains: either is 30 %.
+        const STRONG: f64 = 0.7;
         let samples = f64::from(length);
+        let area = samples * samples;
         Self {
             length,
             scale: N::from_f64(samples),
-            per_sample: N::from_f64(1.0 / (samples * samples)),
-            least: N::from_f64(least * samples * samples),
+            area: N::from_f64(area),
+            per_sample: N::from_f64(1.0 / area),
+            least: N::from_f64(LEAST * limit * area),
+            strong: N::from_f64(STRONG * limit * area),
         }
     }
 
@@ -108,18 +158,21 @@ impl<N: Number> Response<N> {
             counts: zero,
             sum: zero,
             double_sum: zero,
+            largest: [zero; 2],
             carried: zero,
             before: [zero; 2],
             acceleration: zero,
             weighed: zero,
             blocks: 0,
-            contradictions: 0,
+            evidence: 0,
+            against: 0,
             product: zero,
             square: zero,
+            level: 0,
         }
     }
 
-    /// Returns the mean acceleration where a block has ended, counts a sample squared.
+    /// `relay` says that a relay gives the command. Returns what a block that has ended has shown.
     #[inline]
     pub(super) fn process(
         &self,
@@ -127,7 +180,12 @@ impl<N: Number> Response<N> {
         increment: N,
         command: N,
         known: Option<&Known<N>>,
-    ) -> Result<Option<N>, StopReason> {
+        relay: bool,
+    ) -> Result<Option<Block<N>>, StopReason> {
+        let [largest, _] = &mut state.largest;
+        if command.magnitude() > *largest {
+            *largest = command.magnitude();
+        }
         state.counts += increment;
         state.double_sum += state.sum + N::from_f64(0.5) * command;
         state.sum += command;
@@ -135,14 +193,15 @@ impl<N: Number> Response<N> {
         if state.samples < self.length {
             return Ok(None);
         }
-        self.end_block(state, known)
+        self.end_block(state, known, relay)
     }
 
     fn end_block(
         &self,
         state: &mut ResponseState<N>,
         known: Option<&Known<N>>,
-    ) -> Result<Option<N>, StopReason> {
+        relay: bool,
+    ) -> Result<Option<Block<N>>, StopReason> {
         /// Blocks until A and A⁻ are both there.
         const FIRST: i32 = 3;
         let [before, first] = state.before;
@@ -150,9 +209,17 @@ impl<N: Number> Response<N> {
         let acceleration = state.counts - before;
         let change = acceleration - state.acceleration;
         let cause = weighed - state.weighed;
-        let slowed = N::from_f64(0.5) * self.scale * (state.counts - first);
-        let one_way = Self::one_way([state.counts, before, first]);
+        let half = N::from_f64(0.5) * self.scale;
+        let counts = state.counts;
+        let one_way = Self::one_way([counts, before, first]);
 
+        let [largest, largest_before] = state.largest;
+        let command = if largest > largest_before {
+            largest
+        } else {
+            largest_before
+        };
+        state.largest = [N::ZERO, largest];
         state.carried = self.scale * state.sum - state.double_sum;
         state.before = [state.counts, before];
         (state.acceleration, state.weighed) = (acceleration, weighed);
@@ -162,13 +229,30 @@ impl<N: Number> Response<N> {
             state.blocks += 1;
             return Ok(None);
         }
-        if one_way {
-            match known {
-                Some(known) => state.compare(change + known.x * slowed, known.gain * cause)?,
-                None => state.compare_signs(change, cause, self.least)?,
+        let enough = if relay { Self::FEW } else { Self::ENOUGH };
+        match known {
+            _ if !one_way => {}
+            Some(known) => {
+                let slowed = known.x * half * (counts - first);
+                state.compare(change + slowed, known.gain * cause, enough)?;
+                let braked = known.x * half * (counts + before)
+                    + self.area * (known.coulomb * sign_of(counts) - known.load);
+                let favour = self.area * known.load_step;
+                state.compare_level(acceleration + braked, known.gain * weighed, favour)?;
+            }
+            None => {
+                state.compare_signs(change, cause, self.least)?;
+                let gains = acceleration * sign_of(counts);
+                let against = -(weighed * sign_of(counts));
+                state.compare_level_signs(gains, against, self.strong)?;
             }
         }
-        Ok(Some(acceleration * self.per_sample))
+        Ok(Some(Block {
+            acceleration: acceleration * self.per_sample,
+            counts: [counts, first],
+            command,
+            area: self.area,
+        }))
     }
 
     /// Whether the servo moved one way in all of these blocks.
@@ -180,23 +264,35 @@ impl<N: Number> Response<N> {
 
 impl<N: Number> ResponseState<N> {
     /// The change that was measured with that which the command must make, counts.
-    fn compare(&mut self, change: N, cause: N) -> Result<(), StopReason> {
-        if cause.magnitude() < N::from_count(Response::<N>::TELLING) {
+    fn compare(&mut self, change: N, cause: N, enough: i32) -> Result<(), StopReason> {
+        let size = cause.magnitude();
+        if size < N::from_count(Response::<N>::FAINT) {
             return Ok(());
         }
-        let credit = N::from_f64(Response::<N>::CREDIT) * cause.magnitude();
+        let credit = N::from_f64(Response::<N>::CREDIT) * size;
         let product = change.limited(-credit, credit) * cause;
         let square = cause * cause;
         if product >= N::from_f64(Response::<N>::WEAK) * square {
-            self.acquit();
+            if size >= N::from_count(Response::<N>::TELLING) {
+                self.acquit();
+            } else {
+                self.evidence += 1;
+            }
             return Ok(());
         }
-        self.contradictions += 1;
-        if self.contradictions > Response::<N>::UNCLEAR {
+        self.evidence += 1;
+        self.against += 1;
+        if self.against > Response::<N>::UNCLEAR || enough <= Response::<N>::FEW {
             self.product += product;
             self.square += square;
         }
-        if self.contradictions < Response::<N>::ENOUGH {
+        let most = 4 * self.against >= 3 * self.evidence;
+        let weighty = self.square >= N::from_count(Response::<N>::EVIDENCE);
+        if self.against < enough || !weighty {
+            return Ok(());
+        }
+        if !most {
+            self.acquit();
             return Ok(());
         }
         let share = |share: f64| N::from_f64(share) * self.square;
@@ -211,25 +307,59 @@ impl<N: Number> ResponseState<N> {
 
     /// The same for a servo that is not known: only the sign is.
     fn compare_signs(&mut self, change: N, cause: N, least: N) -> Result<(), StopReason> {
-        let telling = cause.magnitude() >= least
-            && change.magnitude() >= N::from_count(Response::<N>::VISIBLE);
-        if !telling {
+        let visible = N::from_count(Response::<N>::VISIBLE);
+        if cause.magnitude() < least || change.magnitude() < visible {
             return Ok(());
         }
         if change * cause > N::ZERO {
             self.acquit();
             return Ok(());
         }
-        self.contradictions += 1;
-        if self.contradictions < Response::<N>::ENOUGH {
+        self.against += 1;
+        if self.against < Response::<N>::ENOUGH {
+            return Ok(());
+        }
+        Err(StopReason::Reversed)
+    }
+
+    /// What acts of a command by the motion, and what should, counts; a step of the load in its favour.
+    fn compare_level(&mut self, acts: N, force: N, favour: N) -> Result<(), StopReason> {
+        let size = force.magnitude();
+        let along = acts * sign_of(force);
+        let contradicts = size >= N::from_count(Response::<N>::TELLING)
+            && along + favour < N::from_f64(Response::<N>::WEAK) * size;
+        self.level = if contradicts { self.level + 1 } else { 0 };
+        if self.level < Response::<N>::FEW {
+            return Ok(());
+        }
+        let share = |share: f64| N::from_f64(share) * size;
+        Err(if along < share(Response::<N>::REVERSED) {
+            StopReason::Reversed
+        } else {
+            StopReason::ActuatorDead
+        })
+    }
+
+    /// The same for a servo that is not known: `gains` is what it gains of speed, and `against` the command
+    /// against its motion.
+    fn compare_level_signs(&mut self, gains: N, against: N, strong: N) -> Result<(), StopReason> {
+        let contradicts = against >= strong && gains >= N::from_count(Response::<N>::VISIBLE);
+        self.level = if contradicts { self.level + 1 } else { 0 };
+        if self.level < Response::<N>::FEW {
             return Ok(());
         }
         Err(StopReason::Reversed)
     }
 
     fn acquit(&mut self) {
-        self.contradictions = 0;
+        self.evidence = 0;
+        self.against = 0;
         self.product = N::ZERO;
         self.square = N::ZERO;
     }
+}
+
+/// ±1.
+fn sign_of<N: Number>(value: N) -> N {
+    if value < N::ZERO { -N::ONE } else { N::ONE }
 }

@@ -36,6 +36,8 @@ pub struct PlausibilityState<N> {
     commands: [N; LONGEST_DELAY],
     newest: usize,
     delay: usize,
+    /// Whether there was a sample.
+    begun: bool,
 }
 
 /// Samples that a command may take until it acts.
@@ -54,13 +56,9 @@ impl<N: Number> Plausibility<N> {
     /// # Errors
     /// The setting that is not allowed, by name.
     pub fn new(settings: &PlausibilitySettings) -> Result<Self, OutOfRange> {
-        /// The change of the command that tells something of a servo that is not known, as a share of the
-        /// limit.
-        const TELLING: f64 = 0.02;
         let units = settings.check()?;
         let samples = libm::round(Self::SHORTER / units.sample_time());
         let shorter = samples.max(Self::FEWEST) as i32;
-        let telling = TELLING * settings.limit();
         Ok(Self {
             settings: *settings,
             units,
@@ -68,7 +66,8 @@ impl<N: Number> Plausibility<N> {
             readings: Readings::new(settings, &units),
             motion: Motion::new(settings, &units),
             oscillation: Oscillation::new(settings, &units),
-            response: [1, Self::LONGER].map(|times| Response::new(times * shorter, telling)),
+            response: [1, Self::LONGER]
+                .map(|times| Response::new(times * shorter, settings.limit())),
         })
     }
 
@@ -85,6 +84,7 @@ impl<N: Number> Plausibility<N> {
             commands: [N::ZERO; LONGEST_DELAY],
             newest: 0,
             delay: 0,
+            begun: false,
         }
     }
 
@@ -111,6 +111,11 @@ impl<N: Number> Plausibility<N> {
         state: &mut PlausibilityState<N>,
         seen: &Observation<N>,
     ) -> Result<(), StopReason> {
+        if !state.begun {
+            state.begun = true;
+            state.commands = [seen.command; LONGEST_DELAY];
+            Motion::begin(&mut state.motion, seen.command);
+        }
         self.bounds.time(&mut state.bounds, seen.late)?;
         let command = state.acting(seen.command);
         self.readings.process(&mut state.readings, seen.increment)?;
@@ -122,15 +127,22 @@ impl<N: Number> Plausibility<N> {
             .motion(&mut state.bounds, increment, seen.position)?;
         let under = match seen.setpoint {
             _ if seen.must_move => Under::Push,
-            Some(_) => Under::Control,
+            Some(setpoint) => Under::Control(setpoint - seen.position),
             None => Under::Nothing,
         };
         self.motion
             .process(&mut state.motion, increment, command, under)?;
-        for (response, seen) in self.response.iter().zip(&mut state.response) {
-            let block = response.process(seen, increment, command, state.known.as_ref())?;
-            if let Some(acceleration) = block {
-                Motion::learn(&mut state.motion, acceleration.magnitude());
+        for (response, past) in self.response.iter().zip(&mut state.response) {
+            let known = state.known.as_ref();
+            let Some(block) = response.process(past, increment, command, known, seen.must_move)?
+            else {
+                continue;
+            };
+            if seen.must_move {
+                Motion::learn(&mut state.motion, block.acceleration.magnitude());
+            }
+            if seen.must_move || known.is_some() {
+                Motion::jolts(&mut state.motion, &block)?;
             }
         }
         self.oscillation.process(

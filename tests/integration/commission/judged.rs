@@ -2,7 +2,7 @@
 
 use host_sim::commission::{Commissioning, Outcome, StepResponse};
 use host_sim::scenario::Scenario;
-use identifier_core::commission::{HoldingGains, Phase};
+use identifier_core::commission::Phase;
 
 /// Rise time against the promise, and overshoot beyond it.
 pub(super) const RISE: f64 = 0.15;
@@ -72,7 +72,7 @@ pub(super) fn commission(scenario: &Scenario) -> Judged {
         ));
     }
     match outcome.end {
-        None => broken.push("it never ended".to_owned()),
+        None => broken.push(format!("it never ended in {}", last.name())),
         Some(end) if end.phase != Phase::Applied => {
             if end.reason.is_none() {
                 broken.push("no reason is told".to_owned());
@@ -90,7 +90,9 @@ pub(super) fn commission(scenario: &Scenario) -> Judged {
         }
         Some(_) => {}
     }
-    let kept = outcome.is_applied().then(|| kept(scenario, &outcome));
+    let kept = outcome
+        .is_applied()
+        .then(|| kept(scenario, &outcome).expect("applied gains can be judged"));
     if let Some(kept) = kept
         && kept.left_over > 0.5
     {
@@ -107,33 +109,13 @@ pub(super) fn commission(scenario: &Scenario) -> Judged {
 }
 
 /// The applied gains on the true servo, by its exact position.
-fn kept(scenario: &Scenario, outcome: &Outcome) -> Kept {
-    let tuning = outcome.tuning.expect("applied gains are there");
-    let promise = tuning.promise;
-    let [low, high] = scenario.commission.expect("there is one").travel;
-    let gains = HoldingGains {
-        controller: identifier_core::ControllerSettings {
-            kp: tuning.kp,
-            kd: tuning.kd,
-            ki: tuning.ki,
-            limit: scenario
-                .commission_settings()
-                .expect("they were read")
-                .limits
-                .command,
-        },
-        cutoff: tuning.cutoff,
-    };
-    let step = promise.step * if high < -low { -1.0 } else { 1.0 };
-    let times = [
-        10.0 * promise.settling_time + 0.2,
-        4.0 * promise.settling_time + 0.1,
-    ];
-    let response = StepResponse::of(scenario, &gains, step, times).expect("it can be built");
+fn kept(scenario: &Scenario, outcome: &Outcome) -> Option<Kept> {
+    let promise = outcome.tuning?.promise;
+    let response = StepResponse::in_truth(scenario, outcome)?;
     let rise = response.rise_time();
-    Kept {
+    Some(Kept {
         rise: rise.map_or(f64::INFINITY, |rise| rise / promise.rise_time - 1.0),
         overshoot: response.overshoot() - promise.overshoot,
         left_over: response.left_over(),
-    }
+    })
 }

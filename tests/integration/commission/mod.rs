@@ -1,6 +1,7 @@
 //! What commissionings are worth: whole campaigns of them, judged by the simulator's exact position.
 
 mod campaign;
+mod effects;
 mod judged;
 mod servos;
 mod tally;

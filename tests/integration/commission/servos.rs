@@ -14,28 +14,41 @@ pub(super) struct Drawn {
 /// Sample times, s.
 const SAMPLE_TIMES: [(f64, &str); 3] = [(1e-3, "1 kHz"), (2.5e-4, "4 kHz"), (1e-4, "10 kHz")];
 
+/// Encoders, counts per revolution.
+const COUNTS: [u32; 7] = [1000, 2000, 4096, 10_000, 20_000, 65_536, 131_072];
+
+/// The command limit of all of them, and the gain of the weakest.
+const LIMIT: f64 = 10.0;
+const WEAKEST: f64 = 50.0;
+
 /// Friction a over gain b of the paper's servo, command units s/rad.
 const NOMINAL: f64 = 0.2174 / 257.7;
 
 /// Servos of the issue: b over 100:1, a/b of 0 to 10 times the paper's, Coulomb friction of up to 20 % and
 /// load of up to 30 % of the limit, 1000 to 131 072 counts, three sample rates, delays of up to two samples.
-/// Every third is held by gains that somebody tuned with care; the others stand let go.
+/// Travel and speed are what somebody allows who knows no more of the servo than how strong its class is:
+/// half a decade. Every second is held by gains that somebody tuned with care; the others stand let go.
 pub(super) fn unknown(random: &mut Random, place: usize) -> Drawn {
     let (sample_time, rate) = SAMPLE_TIMES[place % SAMPLE_TIMES.len()];
-    let limit = 1.0;
-    let b = random.log_uniform(20.0, 2000.0);
+    let b = random.log_uniform(WEAKEST, 100.0 * WEAKEST);
     let a = b * NOMINAL * random.uniform(0.0, 10.0);
-    let coulomb = b * limit * random.uniform(0.0, 0.2);
-    let load = b * limit * random.uniform(-0.3, 0.3);
-    let counts = random.log_uniform(1000.0, 131_072.0).round();
-    let delay = sample_time * random.uniform(0.0, 2.0);
-    let travel = random.log_uniform(0.3, 3.0);
-    let speed = random.log_uniform(5.0, 50.0);
-    let held = (place / SAMPLE_TIMES.len()).is_multiple_of(3);
+    let coulomb = b * LIMIT * random.uniform(0.0, 0.2);
+    let load = b * LIMIT * random.uniform(-0.3, 0.3);
+    let counts = f64::from(COUNTS[random.seed() as usize % COUNTS.len()]);
+    let delay = sample_time
+        * match random.uniform(0.0, 6.0) {
+            whole if whole < 3.0 => whole.floor(),
+            _ => random.uniform(0.0, 2.0),
+        };
+    let class = (2.0 * (b / WEAKEST).log10()).floor().min(3.0);
+    let scale = 10.0_f64.powf(0.25 * class);
+    let (travel, speed) = (0.16 * scale, 15.0 * scale);
+    let held = (place / SAMPLE_TIMES.len()).is_multiple_of(2);
     let before = match held {
         true => gains(b, sample_time),
         false => format!("[commission]\nsample_time = {sample_time:?}"),
     };
+    let seed = random.seed();
     let text = format!(
         "
 [plant]
@@ -47,15 +60,18 @@ delay = {delay:?}
 [encoder]
 counts_per_rev = {counts:?}
 [amplifier]
-limit = {limit:?}
+limit = {LIMIT:?}
 {before}
 travel = {travel:?}
 speed = {speed:?}
+[run]
+seed = {seed}
 "
     );
     let encoder = if counts < 4096.0 { "< 4096" } else { ">= 4096" };
+    let held = if held { "held" } else { "let go" };
     Drawn {
-        class: format!("{rate:>6}, {encoder:>7} counts"),
+        class: format!("{rate:>6}, {encoder:>7} counts, {held}"),
         text,
     }
 }
@@ -86,5 +102,96 @@ impl Drawn {
     pub(super) fn scenario(&self) -> Result<Scenario, String> {
         Scenario::parse("drawn", &self.text, Purpose::Commission)
             .map_err(|error| error.fault.clone())
+    }
+}
+
+/// A servo that is known, and what its user would allow.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Kind {
+    pub(super) name: &'static str,
+    pub(super) sample_time: f64,
+    a: f64,
+    pub(super) b: f64,
+    pub(super) coulomb: f64,
+    pub(super) counts: f64,
+    pub(super) limit: f64,
+    travel: f64,
+    pub(super) speed: f64,
+}
+
+/// The paper's servo with friction, an axis at 10 kHz, and a geared motor.
+pub(super) const KINDS: [Kind; 3] = [
+    Kind {
+        name: "paper",
+        sample_time: 1e-3,
+        a: 0.2174,
+        b: 257.7,
+        coulomb: 5.0,
+        counts: 10_000.0,
+        limit: 10.0,
+        travel: 1.5,
+        speed: 40.0,
+    },
+    Kind {
+        name: "axis",
+        sample_time: 1e-4,
+        a: 1.5,
+        b: 3000.0,
+        coulomb: 150.0,
+        counts: 20_000.0,
+        limit: 5.0,
+        travel: 0.5,
+        speed: 40.0,
+    },
+    Kind {
+        name: "geared",
+        sample_time: 1e-3,
+        a: 3.1,
+        b: 120.0,
+        coulomb: 10.0,
+        counts: 4096.0,
+        limit: 3.0,
+        travel: 1.0,
+        speed: 10.0,
+    },
+];
+
+impl Kind {
+    /// To be commissioned from rest, with what is written of its plant besides. The seed draws a load
+    /// that friction bears.
+    pub(super) fn scenario(&self, plant: &str, seed: u32) -> Scenario {
+        let Self {
+            sample_time,
+            a,
+            b,
+            coulomb,
+            counts,
+            limit,
+            travel,
+            speed,
+            ..
+        } = self;
+        let load = Random::new(seed).uniform(-0.5, 0.5) * coulomb;
+        let text = format!(
+            "
+[plant]
+a = {a:?}
+b = {b:?}
+coulomb = {coulomb:?}
+load = {load:?}
+{plant}
+[encoder]
+counts_per_rev = {counts:?}
+[amplifier]
+limit = {limit:?}
+[commission]
+travel = {travel:?}
+speed = {speed:?}
+sample_time = {sample_time:?}
+[run]
+seed = {seed}
+"
+        );
+        Scenario::parse(self.name, &text, Purpose::Commission).expect("a valid scenario")
     }
 }

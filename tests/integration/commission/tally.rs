@@ -55,7 +55,7 @@ impl Tally {
 /// A table by class.
 pub(super) fn table(tallies: &BTreeMap<String, Tally>) -> String {
     let mut text = format!(
-        "{:<28}{:>7}{:>9}{:>9}{:>9}{:>9}{:>11}{:>8}{:>8}  reasons of the others\n",
+        "{:<32}{:>7}{:>9}{:>9}{:>9}{:>9}{:>11}{:>8}{:>8}  reasons of the others\n",
         "class", "servos", "refused", "applied", "kept", "rise", "overshoot", "broken", "s"
     );
     for (class, tally) in tallies {
@@ -69,7 +69,7 @@ pub(super) fn table(tallies: &BTreeMap<String, Tally>) -> String {
             .collect();
         writeln!(
             text,
-            "{class:<28}{:>7}{:>9}{:>9}{:>9}{:>9}{:>11}{:>8}{:>8.2}  {}",
+            "{class:<32}{:>7}{:>9}{:>9}{:>9}{:>9}{:>11}{:>8}{:>8.2}  {}",
             tally.servos,
             tally.refused,
             tally.applied,

@@ -191,6 +191,7 @@ mod tests {
         promise: Promise {
             step: ANY,
             rise_time: ANY,
+            quickest_rise_time: ANY,
             overshoot: ANY,
             settling_time: ANY,
             sensitivity: ANY,

@@ -1,7 +1,7 @@
 //! Orders to commission, and what they come to.
 
 use drive_link::{Command, Outcome, Report, State};
-use identifier_core::commission::{CommissionSettings, Limits};
+use identifier_core::commission::{CommissionSettings, Limits, Phase};
 use identifier_core::model::ServoParameters;
 use identifier_core::tuning::Goal;
 
@@ -63,4 +63,22 @@ pub(crate) fn ready() -> Vec<u8> {
     boot!(drive, &bench, &flash);
     drive.done(Command::Save);
     flash.bytes.borrow().clone()
+}
+
+/// Lets it go on until it tells of a phase, and lets it hear of us.
+pub(crate) fn until(drive: &mut Drive<'_>, phase: Phase) {
+    for _ in 0..LONGEST {
+        drive.status();
+        for report in drive.pass(1) {
+            if let Report::Status { status, .. } = report
+                && let Some(stands) = status.commissioning
+            {
+                assert!(!stands.phase.is_end(), "{stands} before {phase:?}");
+                if stands.phase == phase {
+                    return;
+                }
+            }
+        }
+    }
+    panic!("it never comes to {phase:?}");
 }

@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use identifier_core::commission::{HoldingGains, LargestMotion, Limits, StopReason};
+use identifier_core::commission::{HoldingGains, LargestMotion, Limits, StopReason, TrialResult};
 use identifier_core::tuning::{Promise, Tuning};
 use serde::Serialize;
 
@@ -35,6 +35,7 @@ pub struct Document {
     pub bandwidth: Option<f64>,
     pub cap: Option<String>,
     pub promise: Option<Promise>,
+    pub trial: Option<TrialResult>,
 }
 
 /// Why there are no new gains.
@@ -191,6 +192,7 @@ impl Document {
                 .and_then(|tuning| tuning.cap)
                 .map(|cap| format!("{cap:?}")),
             promise: tuning.map(|tuning| tuning.promise),
+            trial: outcome.trial,
         }
     }
 }

@@ -1,10 +1,12 @@
 //! A commissioning: in words and tables, as JSON, as CSV and as a picture.
 
 pub mod document;
+mod picture;
 mod rows;
 mod words;
 
 pub use document::Document;
+pub use picture::{Traces, picture};
 pub use rows::RowWriter;
 pub use words::{gains, largest_motion, phases, promise, servo, verdict};
 

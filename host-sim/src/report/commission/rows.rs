@@ -4,8 +4,9 @@ use crate::commission::Sample;
 use crate::scenario::LogSettings;
 
 /// Names and units of the columns; time, position and command are what a replay looks for.
-const COLUMNS: [&str; 6] = [
+const COLUMNS: [&str; 7] = [
     LogSettings::OWN_TIME,
+    LogSettings::OWN_REFERENCE,
     LogSettings::OWN_POSITION,
     LogSettings::OWN_COMMAND,
     "phase",
@@ -34,10 +35,11 @@ impl<W: Write> RowWriter<W> {
     /// # Errors
     /// Whatever the writer answers.
     pub fn add(&mut self, sample: &Sample) -> Result<(), csv::Error> {
-        let measured = sample.measured.map_or_else(String::new, |q| q.to_string());
+        let known = |position: Option<f64>| position.map_or_else(String::new, |q| q.to_string());
         self.0.write_record([
             sample.time.to_string(),
-            measured,
+            known(sample.reference),
+            known(sample.measured),
             sample.command.unwrap_or(0.0).to_string(),
             sample.phase.name().to_owned(),
             sample.position.to_string(),

@@ -1,0 +1,288 @@
+//! A drive that commissions its servo: from nothing known to gains that hold, and whatever may come
+//! between.
+
+#[macro_use]
+mod support;
+
+use drive_link::{Command, Commissioning, Fault, Origin, Progress, Refusal, Report, State};
+use drive_logic::Channel;
+use identifier_core::commission::{Phase, StopReason};
+use support::commission::{ORDER, SERVO, outcome, over, ready, until};
+use support::drive::{Drive, snapshots};
+use support::{Bench, Flash, settings};
+
+const APPLIED: Commissioning = Commissioning {
+    phase: Phase::Applied,
+    reason: None,
+};
+
+/// The phases in which something may come between, in their order.
+const PHASES: [Phase; 7] = [
+    Phase::ReleasedCheck,
+    Phase::Wiggle,
+    Phase::Fit,
+    Phase::Refine,
+    Phase::Verify,
+    Phase::Tune,
+    Phase::Trial,
+];
+
+#[test]
+fn from_nothing_known_to_gains_that_hold_now_and_after_the_power_was_off() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    let gains = {
+        let mut channel = Channel::new();
+        let mut drive = Drive::as_it_comes(&mut channel, &bench, &flash, Ok(()));
+        let mut unknown = settings();
+        unknown.closed_loop.core.controller = None;
+        drive.done(Command::Configure(unknown));
+        drive.done(Command::Commission(ORDER));
+        over(&mut drive);
+        let found = outcome(&mut drive);
+        assert_eq!(found.commissioning, APPLIED);
+        assert!(found.kept);
+        assert_eq!(bench.held.get(), None, "it is let go at the end");
+        let servo = found.servo.expect("it is known");
+        assert!(
+            (servo.parameters.b / SERVO.b - 1.0).abs() < 0.02,
+            "{servo:?}"
+        );
+        let tuning = found.tuning.expect("it is tuned");
+        let status = drive.status();
+        let gains = status.gains.expect("they hold");
+        assert_eq!(gains.origin, Origin::Commissioned);
+        let pid = gains.controller;
+        assert_eq!((pid.kp, pid.kd, pid.ki), (tuning.kp, tuning.kd, tuning.ki));
+        assert_eq!(
+            (pid.limit, gains.cutoff),
+            (ORDER.limits.command, tuning.cutoff)
+        );
+        let known = status.estimates.expect("the servo is known");
+        assert_eq!(known.b, servo.parameters.b);
+        assert!(known.standard_errors.is_some_and(|errors| errors.b > 0.0));
+        drive.done(Command::Watch(1));
+        drive.done(Command::Start);
+        drive.done(Command::Target(0.5));
+        let last = *snapshots(&drive.pass(3000)).last().expect("it is shown");
+        assert!((last.position - last.reference).abs() < 0.5, "{last:?}");
+        assert_eq!(drive.supervisor.state(), State::Running);
+        gains
+    };
+    let bench = Bench::new(&SERVO);
+    let mut channel = Channel::new();
+    let mut drive = Drive::as_it_comes(&mut channel, &bench, &flash, Ok(()));
+    let status = drive.status();
+    assert_eq!(status.gains, Some(gains));
+    assert_eq!(status.commissioning, Some(APPLIED));
+    assert_eq!(outcome(&mut drive).commissioning, APPLIED);
+    // Gains that somebody gives are no longer commissioned.
+    drive.done(Command::Configure(settings()));
+    let origin = drive.status().gains.map(|gains| gains.origin);
+    assert_eq!(origin, Some(Origin::Given));
+}
+
+#[test]
+fn its_progress_is_told() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    drive.done(Command::Watch(10));
+    drive.done(Command::Commission(ORDER));
+    let told = over(&mut drive);
+    let shown: Vec<Progress> = told
+        .iter()
+        .filter_map(|report| match report {
+            Report::Progress(progress) => Some(*progress),
+            _ => None,
+        })
+        .collect();
+    for pair in shown.windows(2) {
+        assert_eq!(pair[1].sample, pair[0].sample + 10);
+    }
+    let [low, high] = ORDER.limits.travel.map(|end| end as f32);
+    assert!(shown.iter().all(|at| (low..high).contains(&at.position)));
+    let wiggled = shown.iter().filter(|at| at.phase == Phase::Wiggle);
+    assert!(
+        wiggled
+            .clone()
+            .any(|at| at.recorded > 0 && at.gain.is_none())
+    );
+    assert!(wiggled.clone().any(|at| at.position.abs() > 0.01));
+    let tried = shown.iter().find(|at| at.phase == Phase::Trial);
+    let [b, error] = tried.and_then(|at| at.gain).expect("it is known by then");
+    assert!((f64::from(b) / SERVO.b - 1.0).abs() < 0.02 && error > 0.0);
+    // Every phase is told besides.
+    for phase in PHASES {
+        let is_told = |report: &Report| {
+            matches!(report, Report::Status { status, .. }
+                if status.commissioning.is_some_and(|stands| stands.phase == phase))
+        };
+        assert!(told.iter().any(is_told), "{phase:?}");
+    }
+}
+
+/// What may come between, the number it is told by, and the fault that it is, if it is one.
+type Harm = (fn(&mut Drive<'_>), u8, Option<Fault>);
+
+const HARMS: [Harm; 7] = [
+    (|drive| drive.done(Command::Stop), 170, None),
+    (
+        |drive| {
+            let refused = drive.refusal(Command::Start);
+            assert_eq!(refused, Refusal::EndedCommissioning);
+        },
+        171,
+        None,
+    ),
+    (
+        |drive| {
+            let refused = drive.refusal(Command::Configure(settings()));
+            assert_eq!(refused, Refusal::EndedCommissioning);
+        },
+        171,
+        None,
+    ),
+    (
+        |drive| drive.lines(|lines| lines.high_switch = false),
+        174,
+        Some(Fault::LimitSwitch),
+    ),
+    (
+        |drive| drive.lines(|lines| lines.amplifier = false),
+        175,
+        Some(Fault::AmplifierFault),
+    ),
+    (|drive| drive.bench.late.set(true), 159, None),
+    (
+        |drive| drive.bench.sensor_works.set(false),
+        151,
+        Some(Fault::EncoderFailed),
+    ),
+];
+
+#[test]
+fn whatever_comes_in_whatever_phase_the_gains_before_hold_and_the_reason_is_told() {
+    for phase in PHASES {
+        for (harm, number, fault) in HARMS {
+            let (bench, flash) = (Bench::new(&SERVO), Flash::with(ready()));
+            {
+                boot!(drive, &bench, &flash);
+                drive.done(Command::Commission(ORDER));
+                until(&mut drive, phase);
+                harm(&mut drive);
+                over(&mut drive);
+                let case = format!("{number} in {phase:?}");
+                let came_to = outcome(&mut drive);
+                let reason = came_to.commissioning.reason.map(StopReason::number);
+                assert_eq!(reason, Some(number), "{case}");
+                let wanted = if phase == Phase::Trial {
+                    Phase::RolledBack
+                } else {
+                    Phase::Aborted
+                };
+                assert_eq!(came_to.commissioning.phase, wanted, "{case}");
+                assert_eq!(bench.held.get(), None, "{case}: it is let go");
+                let state = fault.map_or(State::Released, State::Faulted);
+                assert_eq!(drive.supervisor.state(), state, "{case}");
+                assert_eq!(drive.shown(), settings(), "{case}");
+                assert!(!came_to.kept, "{case}");
+            }
+            boot!(drive, &bench, &flash);
+            assert_eq!(drive.shown(), settings());
+            assert_eq!(drive.status().commissioning, None);
+        }
+    }
+}
+
+#[test]
+fn a_host_that_falls_silent_in_whatever_phase_ends_it() {
+    let mut listening = settings();
+    listening.protection.link_timeout = 0.01;
+    for phase in PHASES {
+        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        boot!(drive, &bench, &flash);
+        drive.done(Command::Configure(listening));
+        drive.done(Command::Commission(ORDER));
+        until(&mut drive, phase);
+        over(&mut drive);
+        assert_eq!(bench.held.get(), None, "{phase:?}");
+        let silent = State::Faulted(Fault::LinkSilent);
+        assert_eq!(drive.supervisor.state(), silent, "{phase:?}");
+        let reason = outcome(&mut drive).commissioning.reason;
+        assert_eq!(reason, Some(StopReason::LinkLost), "{phase:?}");
+        assert_eq!(drive.shown(), listening, "{phase:?}");
+    }
+}
+
+#[test]
+fn a_stop_lets_the_servo_go_in_the_same_sample_and_a_mode_change_brings_it_to_rest_first() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    drive.done(Command::Commission(ORDER));
+    until(&mut drive, Phase::Refine);
+    drive.pass(10);
+    drive.done(Command::Stop);
+    drive.sample();
+    assert_eq!(bench.held.get(), None);
+    drive.pass(100);
+
+    drive.done(Command::Commission(ORDER));
+    until(&mut drive, Phase::Refine);
+    drive.pass(10);
+    let moving = bench.plant.borrow().velocity;
+    assert!(moving.abs() > 1.0, "{moving}");
+    drive.refusal(Command::Start);
+    drive.sample();
+    assert!(bench.held.get().is_some(), "the gains before hold it");
+    over(&mut drive);
+    let left = bench.plant.borrow().velocity;
+    assert!(left.abs() < 0.5, "{left}");
+    // And now it can be started.
+    drive.done(Command::Start);
+    drive.pass(5);
+    assert_eq!(drive.supervisor.state(), State::Running);
+}
+
+#[test]
+fn wherever_the_power_goes_all_of_the_old_or_all_of_the_new_holds() {
+    let cold = ready();
+    let commissioned = |flash: &Flash| {
+        let bench = Bench::new(&SERVO);
+        boot!(drive, &bench, flash);
+        if let Report::Done { .. } = drive.ask(Command::Commission(ORDER)) {
+            over(&mut drive);
+        }
+        (drive.shown(), drive.status())
+    };
+    let whole = Flash::with(cold.clone());
+    let (new, status) = commissioned(&whole);
+    assert_eq!(status.commissioning, Some(APPLIED));
+    let steps = whole.steps.get();
+    let (mut old_holds, mut new_holds) = (0, 0);
+    for cut in 0..=steps {
+        let flash = Flash::with(cold.clone());
+        flash.steps_left.set(cut);
+        commissioned(&flash);
+        let after = Flash::with(flash.bytes.borrow().clone());
+        let bench = Bench::new(&SERVO);
+        boot!(drive, &bench, &after);
+        let (shown, status) = (drive.shown(), drive.status());
+        let origin = status.gains.map(|gains| gains.origin);
+        let number = status
+            .commissioning
+            .and_then(|stands| stands.reason)
+            .map(StopReason::number);
+        if shown == new {
+            assert_eq!(origin, Some(Origin::Commissioned), "cut after {cut}");
+            assert_eq!(status.commissioning, Some(APPLIED), "cut after {cut}");
+            assert!(status.estimates.is_some(), "cut after {cut}");
+            new_holds += 1;
+        } else {
+            assert_eq!(shown, settings(), "cut after {cut} of {steps}: a mixture");
+            assert_eq!(origin, Some(Origin::Given), "cut after {cut}");
+            assert!(matches!(number, None | Some(173)), "cut after {cut}");
+            assert_eq!(status.estimates, None, "cut after {cut}");
+            old_holds += 1;
+        }
+    }
+    assert!(old_holds > 100 && new_holds > 0, "{old_holds}, {new_holds}");
+}

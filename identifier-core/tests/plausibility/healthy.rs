@@ -1,0 +1,96 @@
+//! No false alarm.
+
+use identifier_core::model::ServoParameters;
+use virtual_servo::faults::{FaultKind, InjectedFault};
+
+use super::support::{Axis, Drive, Knowledge, Run};
+
+/// Numbers that look random, the same in every run (SplitMix64; Steele, Lea, Flood 2014).
+pub(crate) struct Dice(pub u64);
+
+impl Dice {
+    fn roll(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let x = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((x ^ (x >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.roll()
+    }
+
+    pub(crate) fn spread(&mut self, low: f64, high: f64) -> f64 {
+        low * (high / low).powf(self.roll())
+    }
+
+    pub(crate) fn of<T: Copy>(&mut self, from: &[T]) -> T {
+        from[(self.roll() * from.len() as f64) as usize]
+    }
+}
+
+pub(crate) fn axis(dice: &mut Dice) -> Axis {
+    let sample_time = 1.0 / dice.of(&[250.0, 1e3, 4e3, 10e3, 20e3]);
+    let b = dice.spread(50.0, 2000.0);
+    let limit = 10.0 / dice.spread(1.0, 10.0);
+    let delay = dice.between(0.0, 2.0);
+    let bandwidth = dice.spread(10.0, 60.0).min(0.06 / sample_time);
+    Axis {
+        servo: ServoParameters {
+            a: dice.between(0.0, 5.0),
+            b,
+            coulomb: b * limit * dice.between(0.0, 0.2),
+            load: b * limit * dice.between(-0.3, 0.3),
+        },
+        counts_per_rev: dice.of(&[1000.0, 4096.0, 10_000.0, 65_536.0, 131_072.0]),
+        sample_time,
+        limit,
+        delay,
+        bandwidth,
+    }
+}
+
+#[test]
+fn a_sound_servo_is_never_suspected() {
+    let mut dice = Dice(3);
+    let (mut samples, mut alarms) = (0, Vec::new());
+    for _ in 0..400 {
+        let axis = axis(&mut dice);
+        let drive = dice.of(&[Drive::Wiggle, Drive::Steps, Drive::Hold]);
+        let error = |dice: &mut Dice| dice.between(0.9, 1.1);
+        let factors = [error(&mut dice), error(&mut dice), error(&mut dice)];
+        let known = dice.between(0.0, 1.0) < 0.7;
+        let step = 0.3 * axis.servo.b * axis.limit;
+        let faults = [InjectedFault {
+            kind: FaultKind::LoadStep,
+            time: dice.between(0.0, 1.0),
+            duration: dice.between(0.01, 1.0),
+            size: dice.between(-step, step),
+        }];
+        // A relay has no answer to a load: it is not stepped there.
+        let faults = if drive == Drive::Wiggle {
+            &[][..]
+        } else {
+            &faults
+        };
+        let run = Run {
+            amplitude: dice.spread(0.02, 0.4).max(30.0 * axis.units()),
+            ..Run::new(
+                axis,
+                drive,
+                if known {
+                    Knowledge::Model(factors)
+                } else {
+                    Knowledge::Nothing
+                },
+                faults,
+            )
+        };
+        samples += (run.duration / axis.sample_time) as u64;
+        if let Some(found) = run.run() {
+            alarms.push(format!("{found:?} {run:?}"));
+        }
+    }
+    assert!(samples > 1_000_000, "{samples}");
+    assert!(alarms.is_empty(), "{} of 400: {:#?}", alarms.len(), alarms);
+}

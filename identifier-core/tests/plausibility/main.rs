@@ -1,0 +1,4 @@
+//! Faults are found in the stated time by the right number, and nothing else is.
+
+mod healthy;
+mod support;

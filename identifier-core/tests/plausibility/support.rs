@@ -1,0 +1,269 @@
+//! A servo in motion, watched.
+
+use identifier_core::commission::{IdentifiedServo, StopReason};
+use identifier_core::model::ServoParameters;
+use identifier_core::plausibility::{
+    Detection, Observation, Plausibility, PlausibilitySettings, PlausibilityState,
+};
+use std::f64::consts::TAU;
+use virtual_servo::faults::{Faults, InjectedFault};
+use virtual_servo::{Effects, Encoder, Servo};
+
+/// An axis and its drive.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Axis {
+    pub(crate) servo: ServoParameters,
+    pub(crate) counts_per_rev: f64,
+    pub(crate) sample_time: f64,
+    /// Command units.
+    pub(crate) limit: f64,
+    /// Samples.
+    pub(crate) delay: f64,
+    /// Of the position loop, rad/s.
+    pub(crate) bandwidth: f64,
+}
+
+/// How it is moved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Drive {
+    /// A ramp until it moves, then a relay within the travel.
+    Wiggle,
+    /// A PID, whose setpoint jumps to and fro.
+    Steps,
+    /// A PID at a constant setpoint.
+    Hold,
+}
+
+/// What is known of the servo.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Knowledge {
+    Nothing,
+    /// Each parameter by such a factor.
+    Model([f64; 3]),
+}
+
+impl Axis {
+    pub(crate) fn units(&self) -> f64 {
+        TAU / self.counts_per_rev
+    }
+
+    pub(crate) fn settings(&self) -> PlausibilitySettings {
+        PlausibilitySettings {
+            sample_time: self.sample_time,
+            resolution: self.units(),
+            travel: [f64::NEG_INFINITY, f64::INFINITY],
+            speed: f64::INFINITY,
+            command: [-self.limit, self.limit],
+        }
+    }
+
+    pub(crate) fn identified(&self, [a, b, coulomb]: [f64; 3]) -> IdentifiedServo {
+        let servo = &self.servo;
+        IdentifiedServo {
+            parameters: ServoParameters {
+                a: a * servo.a,
+                b: b * servo.b,
+                coulomb: coulomb * servo.coulomb,
+                load: servo.load,
+            },
+            delay: self.delay * self.sample_time,
+            covariance: [[0.0; 5]; 5],
+            unexplained: 0.3 * self.units(),
+        }
+    }
+}
+
+/// A run of an axis.
+#[derive(Debug)]
+pub(crate) struct Run<'f> {
+    pub(crate) axis: Axis,
+    pub(crate) drive: Drive,
+    pub(crate) knowledge: Knowledge,
+    pub(crate) settings: PlausibilitySettings,
+    pub(crate) faults: &'f [InjectedFault],
+    /// S.
+    pub(crate) duration: f64,
+    /// The amplitude of relay and steps, rad.
+    pub(crate) amplitude: f64,
+}
+
+/// What was found, in the sample of which number.
+pub(crate) type Found = Option<(StopReason, u64)>;
+
+impl<'f> Run<'f> {
+    pub(crate) fn new(
+        axis: Axis,
+        drive: Drive,
+        knowledge: Knowledge,
+        faults: &'f [InjectedFault],
+    ) -> Self {
+        Self {
+            axis,
+            drive,
+            knowledge,
+            settings: axis.settings(),
+            faults,
+            duration: 1.0,
+            amplitude: 0.1,
+        }
+    }
+
+    pub(crate) fn detection(&self) -> Detection {
+        let watch = Plausibility::<f32>::new(&self.settings).expect("allowed");
+        watch.detection_times(&self.begin(&watch))
+    }
+
+    fn begin(&self, watch: &Plausibility<f32>) -> PlausibilityState<f32> {
+        let mut state = watch.start();
+        if let Knowledge::Model(factors) = self.knowledge {
+            watch.know(&mut state, &self.axis.identified(factors));
+        }
+        state
+    }
+
+    pub(crate) fn run(&self) -> Found {
+        let Axis {
+            sample_time,
+            limit,
+            counts_per_rev,
+            ..
+        } = self.axis;
+        let watch = Plausibility::<f32>::new(&self.settings).expect("allowed");
+        let mut state = self.begin(&watch);
+        let effects = Effects {
+            delay: self.axis.delay * sample_time,
+            ..Effects::NONE
+        };
+        let mut servo =
+            Servo::at_rest(&self.axis.servo, &effects, sample_time, 1).expect("allowed");
+        let mut faults = Faults::new(self.faults, sample_time, self.axis.units()).expect("allowed");
+        let encoder = Encoder::new(counts_per_rev);
+        let mut controller = Control::new(&self.axis, self.drive, self.amplitude);
+        let samples = (self.duration / sample_time) as u64;
+        let (mut last, mut acted) = (None, controller.integral);
+        for sample in 0..samples {
+            let now = faults.begin_sample(&mut servo);
+            let count = faults.seen(servo.position()).map(|seen| encoder.read(seen));
+            let increment = count.map(|count| (count - last.unwrap_or(count)) as f32);
+            last = count.or(last);
+            let position = last.unwrap_or(0);
+            let observation = Observation {
+                increment,
+                command: acted as f32,
+                position: position as f32,
+                setpoint: controller
+                    .setpoint()
+                    .map(|rad| (rad / self.axis.units()) as f32),
+                late: now.late,
+                must_move: controller.must_move(),
+            };
+            if let Err(reason) = watch.process(&mut state, &observation) {
+                return Some((reason, sample));
+            }
+            acted = controller
+                .process(position as f64 * self.axis.units())
+                .clamp(-limit, limit);
+            servo.advance(faults.acting(acted));
+        }
+        None
+    }
+}
+
+/// What moves the servo.
+struct Control {
+    axis: Axis,
+    drive: Drive,
+    amplitude: f64,
+    samples: u64,
+    /// Last position and velocity estimate.
+    last: f64,
+    velocity: f64,
+    integral: f64,
+    /// Of the wiggle: the command where it broke loose, and the relay's direction.
+    broke: Option<f64>,
+    direction: f64,
+    start: f64,
+}
+
+impl Control {
+    fn new(axis: &Axis, drive: Drive, amplitude: f64) -> Self {
+        Self {
+            axis: *axis,
+            drive,
+            amplitude,
+            samples: 0,
+            last: 0.0,
+            velocity: 0.0,
+            // What holds the servo when the run begins.
+            integral: -axis.servo.load / axis.servo.b,
+            broke: None,
+            direction: 1.0,
+            start: 0.0,
+        }
+    }
+
+    fn setpoint(&self) -> Option<f64> {
+        match self.drive {
+            Drive::Wiggle => None,
+            Drive::Hold => Some(0.0),
+            Drive::Steps => {
+                let period = (0.25 / self.axis.sample_time) as u64;
+                let out = self.samples / period % 2 == 0;
+                Some(if out { self.amplitude } else { -self.amplitude })
+            }
+        }
+    }
+
+    fn must_move(&self) -> bool {
+        self.drive == Drive::Wiggle && self.broke.is_some()
+    }
+
+    fn process(&mut self, position: f64) -> f64 {
+        let Axis {
+            sample_time,
+            bandwidth,
+            servo,
+            ..
+        } = self.axis;
+        let step = position - self.last;
+        self.last = position;
+        self.samples += 1;
+        let smoothing = 1.0 - (-sample_time * 5.0 * bandwidth).exp();
+        self.velocity += smoothing * (step / sample_time - self.velocity);
+        match self.setpoint() {
+            None => self.wiggle(position),
+            Some(setpoint) => {
+                let error = setpoint - position;
+                let kp = bandwidth * bandwidth / servo.b;
+                let kd = (2.0 * bandwidth - servo.a).max(0.0) / servo.b;
+                let ki = 0.2 * kp * bandwidth;
+                let command = kp * error - kd * self.velocity + self.integral;
+                if command.abs() < self.axis.limit {
+                    self.integral += ki * error * sample_time;
+                }
+                command
+            }
+        }
+    }
+
+    /// A ramp to 2 % of the limit in a millisecond, then a relay about the command that holds the servo.
+    fn wiggle(&mut self, position: f64) -> f64 {
+        let hold = -self.axis.servo.load / self.axis.servo.b;
+        let time = self.samples as f64 * self.axis.sample_time;
+        let moved = (8.0 * self.axis.units()).max(0.05 * self.amplitude);
+        let ramp = (20.0 * time).min(1.0) * (self.axis.limit - hold.abs());
+        let Some(broke) = self.broke else {
+            if position.abs() > moved {
+                self.broke = Some(ramp.max(0.05 * self.axis.limit));
+                self.start = position;
+            }
+            return hold + ramp;
+        };
+        if position > self.start + self.amplitude / 2.0 {
+            self.direction = -1.0;
+        } else if position < self.start - self.amplitude / 2.0 {
+            self.direction = 1.0;
+        }
+        hold + self.direction * broke
+    }
+}

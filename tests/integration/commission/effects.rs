@@ -1,0 +1,174 @@
+//! Servos that are not the model: applied only where the promise is kept, else refused by a reason that
+//! names the effect.
+
+use std::fmt::Write as _;
+
+use identifier_core::commission::StopReason;
+use integration_tests::in_parallel;
+
+use super::campaign::factor;
+use super::judged::{Judged, commission};
+use super::servos::{KINDS, Kind};
+
+/// Seeds of each servo, for a factor of one.
+const SEEDS: u32 = 2;
+
+/// An effect of some size, what is written of it in [plant], and the reasons that name it.
+struct Effect {
+    name: &'static str,
+    size: &'static str,
+    plant: String,
+    named: &'static [StopReason],
+}
+
+fn effects(kind: &Kind) -> Vec<Effect> {
+    let push = kind.b * kind.limit;
+    let count = std::f64::consts::TAU / kind.counts;
+    let resonance = |omega: f64| {
+        format!(
+            "resonance = {:?}\ninertia_ratio = 0.5",
+            omega * 1e-3 / kind.sample_time.max(2e-4)
+        )
+    };
+    let backlash = |counts: f64| format!("backlash = {:?}", counts * count);
+    let low_speed = |part: f64| {
+        format!(
+            "low_speed_friction = {:?}\nlow_speed_velocity = {:?}",
+            part * kind.coulomb,
+            0.02 * kind.speed
+        )
+    };
+    let gravity = |part: f64| format!("gravity = [{:?}, {:?}]", part * push, 0.3 * part * push);
+    let dead_band = |part: f64| format!("dead_band = {:?}", part * kind.limit);
+    let ripple = |part: f64| format!("ripple = [{:?}, 0.0]\nripple_order = 12", part * push);
+    let both = |one: String, other: String| format!("{one}\n{other}");
+    type Reasons = &'static [StopReason];
+    const RESONANCE: Reasons = &[StopReason::LacksResonance];
+    const BACKLASH: Reasons = &[StopReason::LacksBacklash];
+    const LOW_SPEED: Reasons = &[StopReason::LacksLowSpeedFriction];
+    const GRAVITY: Reasons = &[StopReason::LacksGravity];
+    const DEAD_BAND: Reasons = &[StopReason::LacksDeadBand];
+    const RIPPLE: Reasons = &[StopReason::LacksRipple];
+    let effect = |name, size, plant, named| Effect {
+        name,
+        size,
+        plant,
+        named,
+    };
+    vec![
+        effect("none", "", String::new(), &[]),
+        effect(
+            "resonance",
+            "800 rad/s at 1 kHz",
+            resonance(800.0),
+            RESONANCE,
+        ),
+        effect(
+            "resonance",
+            "250 rad/s at 1 kHz",
+            resonance(250.0),
+            RESONANCE,
+        ),
+        effect("resonance", "80 rad/s at 1 kHz", resonance(80.0), RESONANCE),
+        effect("backlash", "2 counts", backlash(2.0), BACKLASH),
+        effect("backlash", "10 counts", backlash(10.0), BACKLASH),
+        effect("backlash", "50 counts", backlash(50.0), BACKLASH),
+        effect("low-speed friction", "0.3 of c", low_speed(0.3), LOW_SPEED),
+        effect("low-speed friction", "1 of c", low_speed(1.0), LOW_SPEED),
+        effect("low-speed friction", "3 of c", low_speed(3.0), LOW_SPEED),
+        effect("gravity", "1 % of the limit", gravity(0.01), GRAVITY),
+        effect("gravity", "5 %", gravity(0.05), GRAVITY),
+        effect("gravity", "20 %", gravity(0.2), GRAVITY),
+        effect(
+            "dead band",
+            "0.5 % of the limit",
+            dead_band(0.005),
+            DEAD_BAND,
+        ),
+        effect("dead band", "2 %", dead_band(0.02), DEAD_BAND),
+        effect("dead band", "5 %", dead_band(0.05), DEAD_BAND),
+        effect("cogging", "0.5 % of the limit", ripple(0.005), RIPPLE),
+        effect("cogging", "2 %", ripple(0.02), RIPPLE),
+        effect("cogging", "5 %", ripple(0.05), RIPPLE),
+        effect(
+            "backlash, dead band",
+            "10 counts, 2 %",
+            both(backlash(10.0), dead_band(0.02)),
+            &[StopReason::LacksBacklash, StopReason::LacksDeadBand],
+        ),
+        effect(
+            "low-speed, gravity",
+            "1 of c, 5 %",
+            both(low_speed(1.0), gravity(0.05)),
+            &[StopReason::LacksLowSpeedFriction, StopReason::LacksGravity],
+        ),
+        effect(
+            "cogging, resonance",
+            "2 %, 250 rad/s",
+            both(ripple(0.02), resonance(250.0)),
+            &[StopReason::LacksRipple, StopReason::LacksResonance],
+        ),
+    ]
+}
+
+/// What became of the servos with an effect.
+#[derive(Default)]
+struct Row {
+    kept: usize,
+    broken: usize,
+    named: usize,
+    others: Vec<&'static str>,
+}
+
+impl Row {
+    fn add(&mut self, judged: &Judged, named: &[StopReason]) {
+        match (&judged.kept, judged.outcome.reason()) {
+            (Some(kept), _) if kept.is_kept() => self.kept += 1,
+            (Some(_), _) => self.broken += 1,
+            (None, Some(reason)) if named.contains(&reason) => self.named += 1,
+            (None, reason) => self.others.push(reason.map_or("no end", StopReason::name)),
+        }
+    }
+}
+
+#[test]
+fn a_servo_that_is_not_the_model_is_applied_only_where_the_promise_is_kept() {
+    let mut table = format!(
+        "{:<8}{:<21}{:<20}{:>8}{:>8}{:>8}  other reasons\n",
+        "servo", "effect", "size", "kept", "broken", "named"
+    );
+    let mut faults = Vec::new();
+    let seeds: Vec<u32> = (1..=SEEDS * factor()).collect();
+    for kind in &KINDS {
+        for effect in effects(kind) {
+            let judged = in_parallel(&seeds, |&seed| {
+                commission(&kind.scenario(&effect.plant, seed))
+            });
+            let mut row = Row::default();
+            for judged in &judged {
+                row.add(judged, effect.named);
+                let what = format!("{}, {} {}", kind.name, effect.name, effect.size);
+                faults.extend(judged.broken.iter().map(|fault| format!("{what}: {fault}")));
+                if let Some(kept) = judged.kept.filter(|kept| !kept.is_kept()) {
+                    faults.push(format!("{what}: {kept:?}"));
+                }
+            }
+            row.others.sort_unstable();
+            row.others.dedup();
+            writeln!(
+                table,
+                "{:<8}{:<21}{:<20}{:>8}{:>8}{:>8}  {}",
+                kind.name,
+                effect.name,
+                effect.size,
+                row.kept,
+                row.broken,
+                row.named,
+                row.others.join(", ")
+            )
+            .expect("a string takes any text");
+        }
+    }
+    println!("{table}");
+    assert!(faults.is_empty(), "{faults:#?}");
+}
