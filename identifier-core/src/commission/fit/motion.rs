@@ -65,18 +65,19 @@ impl<N: Number, const W: usize> Motion<N, W> {
         self.joined = self.joined + self.joined;
         let mut kept = 0;
         let mut index = 0;
-        while index < self.count {
-            let mut piece = self.pieces[index];
+        while let Some(&first) = self.get(index) {
+            let mut piece = first;
             index += 1;
-            if index < self.count {
-                let next = self.pieces[index];
+            if let Some(next) = self.get(index) {
                 let alike = (next.command - piece.command).magnitude() <= self.joined;
                 if alike && piece.samples + next.samples <= self.longest {
-                    piece = piece.followed_by(&next);
+                    piece = piece.followed_by(next);
                     index += 1;
                 }
             }
-            self.pieces[kept] = piece;
+            if let Some(place) = self.pieces.get_mut(kept) {
+                *place = piece;
+            }
             kept += 1;
         }
         self.count = kept;
@@ -98,9 +99,9 @@ impl<N: Number, const W: usize> Motion<N, W> {
         /// Counts that a servo at rest may show.
         const ROUNDING: f64 = 1.5;
         let (mut time, mut travel) = (N::ZERO, N::ZERO);
-        for index in 0..self.count {
-            time += self.pieces[index].samples;
-            travel += self.pieces[index].travel;
+        for piece in self.pieces.iter().take(self.count) {
+            time += piece.samples;
+            travel += piece.travel;
             if time >= samples {
                 break;
             }
