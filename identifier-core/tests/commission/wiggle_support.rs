@@ -217,5 +217,5 @@ impl Wiggled {
 /// As many unknown servos as are tried: all 1000 if the environment asks for the campaign.
 pub(crate) fn unknown_servos() -> impl Iterator<Item = Unknown> {
     let campaign = std::env::var_os("CAMPAIGN").is_some();
-    (0..if campaign { 1000 } else { 120 }).map(Unknown::of)
+    (0..if campaign { 1000 } else { 200 }).map(Unknown::of)
 }
