@@ -12,6 +12,9 @@ use crate::number::Number;
 pub(super) struct Blocks<N> {
     /// M.
     length: i32,
+    /// Samples by which the first block is shorter, so that blocks of several lengths do not end in one
+    /// sample.
+    ahead: i32,
     scale: N,
     /// M² and 1/M².
     area: N,
@@ -76,10 +79,11 @@ impl<N: Number> Blocks<N> {
     /// A servo that has stood within a block has passed so many counts fewer than at its speed.
     const STOOD: i32 = 3;
 
-    pub(super) fn new(length: i32) -> Self {
+    pub(super) fn new(length: i32, ahead: i32) -> Self {
         let samples = f64::from(length);
         Self {
             length,
+            ahead,
             scale: N::from_f64(samples),
             area: N::from_f64(samples * samples),
             per_area: N::from_f64(1.0 / (samples * samples)),
@@ -94,7 +98,7 @@ impl<N: Number> Blocks<N> {
     pub(super) fn start(&self) -> BlocksState<N> {
         let zero = N::ZERO;
         BlocksState {
-            samples: 0,
+            samples: self.ahead,
             counts: zero,
             sum: zero,
             double_sum: zero,
@@ -106,7 +110,8 @@ impl<N: Number> Blocks<N> {
             turned: false,
             quiet: 0,
             longest: 0,
-            blocks: 0,
+            // The first is no whole one.
+            blocks: -1,
             one_way: 0,
         }
     }
@@ -166,6 +171,7 @@ impl<N: Number> Blocks<N> {
             area: self.area,
         };
         *state = BlocksState {
+            samples: 0,
             largest: [N::ZERO, largest],
             carried: self.scale * state.sum - state.double_sum,
             before: [counts, before],

@@ -94,8 +94,9 @@ impl<N: Number> Response<N> {
     /// One block weighs no more than so many times what its command explains.
     const CREDIT: f64 = 2.5;
 
-    /// Over blocks of so many samples, for commands up to a limit.
-    pub(super) fn new(length: i32, limit: f64) -> Self {
+    /// Over blocks of so many samples, the first shorter by those that it is ahead, for commands up to a
+    /// limit.
+    pub(super) fn new(length: i32, ahead: i32, limit: f64) -> Self {
         /// The change of the command that tells something, as a share of the limit: of a smaller one what is
         /// not known of delay and friction makes up too much.
         const LEAST: f64 = 0.05;
@@ -103,7 +104,7 @@ impl<N: Number> Response<N> {
         const STRONG: f64 = 0.7;
         let area = f64::from(length) * f64::from(length);
         Self {
-            blocks: Blocks::new(length),
+            blocks: Blocks::new(length, ahead),
             least: N::from_f64(LEAST * limit * area),
             strong: N::from_f64(STRONG * limit * area),
         }
