@@ -17,3 +17,4 @@ pub mod report;
 pub mod scenario;
 pub mod simulate;
 pub mod sweep;
+pub mod tune;

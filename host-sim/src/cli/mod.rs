@@ -18,6 +18,7 @@ mod replay;
 mod run;
 mod standard_output;
 mod sweep;
+mod tune;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -53,6 +54,8 @@ enum Verb {
     Pil(pil::Arguments),
     /// Talk to a drive over its serial line.
     Drive(drive::Arguments),
+    /// Find gains for an identified servo, with margins and the response that they promise.
+    Tune(tune::Arguments),
     /// Run many random servos: the distribution of the errors.
     Sweep(sweep::Arguments),
     /// List the keys of a scenario: what each is, what it may hold, what holds without it.
@@ -93,6 +96,7 @@ impl Arguments {
             Verb::Drift(arguments) => drift::run(&arguments),
             Verb::Pil(arguments) => pil::run(&arguments),
             Verb::Drive(arguments) => drive::run(&arguments),
+            Verb::Tune(arguments) => tune::run(&arguments),
             Verb::Sweep(arguments) => sweep::run(&arguments),
             Verb::Keys(arguments) => keys::run(&arguments),
         }

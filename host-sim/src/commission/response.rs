@@ -119,6 +119,12 @@ impl StepResponse {
         })
     }
 
+    /// The step, rad.
+    #[must_use]
+    pub fn step(&self) -> f64 {
+        self.step
+    }
+
     /// From 10 to 90 % of the step, s; none if it did not get there.
     #[must_use]
     pub fn rise_time(&self) -> Option<f64> {

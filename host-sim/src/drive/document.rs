@@ -3,8 +3,10 @@
 use std::collections::BTreeMap;
 
 use drive_link::Outcome;
-use identifier_core::commission::{CommissionSettings, HoldingGains, LargestMotion, StopReason};
-use identifier_core::tuning::Promise;
+use identifier_core::commission::{
+    CommissionSettings, HoldingGains, LargestMotion, StopReason, TrialResult,
+};
+use identifier_core::tuning::{Cap, Promise};
 use serde::Serialize;
 
 use crate::report::commission::document::{
@@ -31,8 +33,9 @@ pub struct CommissionDocument {
     pub gains_before: Option<GainsDocument>,
     pub gains: Option<GainsDocument>,
     pub bandwidth: Option<f64>,
-    pub cap: Option<String>,
+    pub cap: Option<&'static str>,
     pub promise: Option<Promise>,
+    pub trial: Option<TrialResult>,
 }
 
 impl CommissionDocument {
@@ -59,10 +62,9 @@ impl CommissionDocument {
             gains_before: before.map(GainsDocument::of_before),
             gains: tuning.map(GainsDocument::of),
             bandwidth: tuning.map(|tuning| tuning.bandwidth),
-            cap: tuning
-                .and_then(|tuning| tuning.cap)
-                .map(|cap| format!("{cap:?}")),
+            cap: tuning.and_then(|tuning| tuning.cap).map(Cap::name),
             promise: tuning.map(|tuning| tuning.promise),
+            trial: outcome.trial,
         }
     }
 }

@@ -10,6 +10,7 @@ pub mod json;
 pub mod logs;
 pub mod panels;
 pub mod plot;
+pub mod promise;
 pub mod residual;
 pub mod table;
 pub mod terms;

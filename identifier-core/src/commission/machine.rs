@@ -402,8 +402,7 @@ impl<N: Number> Commission<N> {
             self.rest
                 .max((0.5 * settling / self.settings.sample_time) as u32),
         );
-        let b = servo.parameters.b;
-        let trial = Trial::of(&tuning, &self.units, step, disturbance, b);
+        let trial = Trial::of(&tuning, &self.units, step, disturbance, &servo.parameters);
         state.activity = Activity::OnTrial(holding, trial);
         Ok(())
     }

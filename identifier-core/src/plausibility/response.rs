@@ -19,7 +19,7 @@
 //! Of a servo that is not known, b > 0 alone is: its motion must not change against the command's change,
 //! and it must not gain speed against a command that no load explains.
 
-use super::model::Model;
+use super::model::{MODEL_ERROR, Model};
 use crate::commission::StopReason;
 use crate::number::Number;
 
@@ -32,7 +32,7 @@ pub(super) struct Response<N> {
     /// M² and 1/M².
     area: N,
     per_sample: N,
-    /// The change of W that tells something of a servo that is not known, and the W that no load explains.
+    /// The change of W that tells something, and the W that no load explains.
     least: N,
     strong: N,
 }
@@ -53,14 +53,22 @@ pub(super) struct ResponseState<N> {
     /// A⁻ and the commands' part of it.
     acceleration: N,
     weighed: N,
-    /// Blocks so far, as long as there are too few.
+    /// Whether the servo has turned in this block.
+    turned: bool,
+    /// Samples running without a count, and the most of them in this block.
+    quiet: i32,
+    longest: i32,
+    /// Blocks so far, and those running in which it moved one way, as long as they are few.
     blocks: i32,
+    one_way: i32,
     /// The change: blocks of evidence, those of them against the command, and sums over them in counts
     /// squared, of the measured change by the command's and of the latter by itself.
     evidence: i32,
     against: i32,
     product: N,
     square: N,
+    /// Blocks running that were no evidence.
+    idle: i32,
     /// The level: running blocks against the command.
     level: i32,
 }
@@ -72,7 +80,8 @@ pub(super) struct Known<N> {
     x: N,
     coulomb: N,
     load: N,
-    load_step: N,
+    /// What speaks for the command whatever the motion: a step of the load, and the model's error.
+    favour: N,
 }
 
 /// What a block has shown.
@@ -95,7 +104,9 @@ impl<N: Number> Known<N> {
             x: N::from_f64(model.x),
             coulomb: N::from_f64(model.coulomb),
             load: N::from_f64(model.load),
-            load_step: N::from_f64(model.load_step),
+            favour: N::from_f64(
+                MODEL_ERROR * model.load_step + (MODEL_ERROR - 1.0) * model.coulomb,
+            ),
         }
     }
 }
@@ -108,6 +119,8 @@ impl<N: Number> Response<N> {
     const FEW: i32 = 3;
     /// Blocks within which a fault is found, if each is telling.
     pub(super) const BLOCKS: i32 = Self::ENOUGH + 3;
+    /// Blocks without evidence after which older evidence is forgotten.
+    const IDLE: i32 = 16;
     /// A block is evidence if its command changes the motion by so many counts,
     const FAINT: i32 = 6;
     /// and it speaks for the command on its own from so many on.
@@ -119,6 +132,8 @@ impl<N: Number> Response<N> {
     const VISIBLE: i32 = 8;
     /// A block in which the servo has moved no further than this may hold a turn, counts.
     const SLIP: i32 = 2;
+    /// A servo at standstill has passed so many counts fewer than its mean speed would have it.
+    const STOOD: i32 = 3;
     /// A command that acts by a smaller share contradicts.
     const WEAK: f64 = 0.65;
     /// A dead actuator's share, at most, and a reversed one's.
@@ -129,9 +144,9 @@ impl<N: Number> Response<N> {
 
     /// Over blocks of so many samples, for commands up to a limit.
     pub(super) fn new(length: i32, limit: f64) -> Self {
-        /// The change of the command that tells something of a servo that is not known, as a share of the
-        /// limit.
-        const LEAST: f64 = 0.02;
+        /// The change of the command that tells something, as a share of the limit: of a smaller one what is
+        /// not known of delay and friction makes up too much.
+        const LEAST: f64 = 0.05;
         /// The command that neither a load nor a step of it explains: either is 30 %.
         const STRONG: f64 = 0.7;
         let samples = f64::from(length);
@@ -163,9 +178,14 @@ impl<N: Number> Response<N> {
             before: [zero; 2],
             acceleration: zero,
             weighed: zero,
+            turned: false,
+            quiet: 0,
+            longest: 0,
             blocks: 0,
+            one_way: 0,
             evidence: 0,
             against: 0,
+            idle: 0,
             product: zero,
             square: zero,
             level: 0,
@@ -186,6 +206,13 @@ impl<N: Number> Response<N> {
         if command.magnitude() > *largest {
             *largest = command.magnitude();
         }
+        state.turned |= increment * state.counts < N::ZERO;
+        state.quiet = if increment == N::ZERO {
+            state.quiet + 1
+        } else {
+            0
+        };
+        state.longest = state.longest.max(state.quiet);
         state.counts += increment;
         state.double_sum += state.sum + N::from_f64(0.5) * command;
         state.sum += command;
@@ -202,8 +229,8 @@ impl<N: Number> Response<N> {
         known: Option<&Known<N>>,
         relay: bool,
     ) -> Result<Option<Block<N>>, StopReason> {
-        /// Blocks until A and A⁻ are both there.
-        const FIRST: i32 = 3;
+        /// Blocks that A and A⁻ are made of.
+        const PART: i32 = 3;
         let [before, first] = state.before;
         let weighed = state.carried + state.double_sum;
         let acceleration = state.counts - before;
@@ -211,33 +238,43 @@ impl<N: Number> Response<N> {
         let cause = weighed - state.weighed;
         let half = N::from_f64(0.5) * self.scale;
         let counts = state.counts;
-        let one_way = Self::one_way([counts, before, first]);
 
         let [largest, largest_before] = state.largest;
-        let command = if largest > largest_before {
-            largest
-        } else {
-            largest_before
-        };
+        let command = larger(largest, largest_before);
         state.largest = [N::ZERO, largest];
         state.carried = self.scale * state.sum - state.double_sum;
         state.before = [state.counts, before];
         (state.acceleration, state.weighed) = (acceleration, weighed);
         (state.counts, state.sum, state.double_sum) = (N::ZERO, N::ZERO, N::ZERO);
         state.samples = 0;
-        if state.blocks < FIRST {
-            state.blocks += 1;
+        // It stood within the block if at the speed of this one or the last there would have been counts.
+        let size = larger(counts.magnitude(), before.magnitude());
+        let stood = N::from_count(state.longest) * size > N::from_count(Self::STOOD) * self.scale;
+        let rests = counts.magnitude() <= N::from_count(Self::SLIP);
+        state.one_way = if state.turned || stood || rests {
+            0
+        } else if counts * before > N::ZERO {
+            (state.one_way + 1).min(PART)
+        } else {
+            1
+        };
+        state.turned = false;
+        (state.quiet, state.longest) = (0, 0);
+        state.blocks = (state.blocks + 1).min(PART);
+        if state.blocks < PART {
             return Ok(None);
         }
+        let one_way = state.one_way >= PART;
         let enough = if relay { Self::FEW } else { Self::ENOUGH };
         match known {
             _ if !one_way => {}
             Some(known) => {
                 let slowed = known.x * half * (counts - first);
-                state.compare(change + slowed, known.gain * cause, enough)?;
+                let least = known.gain * self.least;
+                state.compare(change + slowed, known.gain * cause, least, enough)?;
                 let braked = known.x * half * (counts + before)
                     + self.area * (known.coulomb * sign_of(counts) - known.load);
-                let favour = self.area * known.load_step;
+                let favour = self.area * known.favour;
                 state.compare_level(acceleration + braked, known.gain * weighed, favour)?;
             }
             None => {
@@ -254,45 +291,38 @@ impl<N: Number> Response<N> {
             area: self.area,
         }))
     }
-
-    /// Whether the servo moved one way in all of these blocks.
-    fn one_way(counts: [N; 3]) -> bool {
-        let slip = N::from_count(Self::SLIP);
-        counts.iter().all(|&counts| counts > slip) || counts.iter().all(|&counts| counts < -slip)
-    }
 }
 
 impl<N: Number> ResponseState<N> {
     /// The change that was measured with that which the command must make, counts.
-    fn compare(&mut self, change: N, cause: N, enough: i32) -> Result<(), StopReason> {
+    fn compare(&mut self, change: N, cause: N, least: N, enough: i32) -> Result<(), StopReason> {
         let size = cause.magnitude();
-        if size < N::from_count(Response::<N>::FAINT) {
-            return Ok(());
-        }
-        let credit = N::from_f64(Response::<N>::CREDIT) * size;
-        let product = change.limited(-credit, credit) * cause;
-        let square = cause * cause;
-        if product >= N::from_f64(Response::<N>::WEAK) * square {
-            if size >= N::from_count(Response::<N>::TELLING) {
+        if size < N::from_count(Response::<N>::FAINT) || size < least {
+            self.idle += 1;
+            if self.idle >= Response::<N>::IDLE {
                 self.acquit();
-            } else {
-                self.evidence += 1;
             }
             return Ok(());
         }
+        self.idle = 0;
+        let credit = N::from_f64(Response::<N>::CREDIT) * size;
+        let product = change.limited(-credit, credit) * cause;
+        let square = cause * cause;
         self.evidence += 1;
+        if product >= N::from_f64(Response::<N>::WEAK) * square {
+            let most = 4 * self.against >= 3 * self.evidence;
+            if size >= N::from_count(Response::<N>::TELLING) || !most {
+                self.acquit();
+            }
+            return Ok(());
+        }
         self.against += 1;
         if self.against > Response::<N>::UNCLEAR || enough <= Response::<N>::FEW {
             self.product += product;
             self.square += square;
         }
-        let most = 4 * self.against >= 3 * self.evidence;
         let weighty = self.square >= N::from_count(Response::<N>::EVIDENCE);
         if self.against < enough || !weighty {
-            return Ok(());
-        }
-        if !most {
-            self.acquit();
             return Ok(());
         }
         let share = |share: f64| N::from_f64(share) * self.square;
@@ -354,9 +384,14 @@ impl<N: Number> ResponseState<N> {
     fn acquit(&mut self) {
         self.evidence = 0;
         self.against = 0;
+        self.idle = 0;
         self.product = N::ZERO;
         self.square = N::ZERO;
     }
+}
+
+fn larger<N: Number>(one: N, other: N) -> N {
+    if one > other { one } else { other }
 }
 
 /// ±1.

@@ -192,6 +192,48 @@ impl ClosedLoop {
     }
 }
 
+/// The step of a promise as it is predicted for the identified servo, sample by sample; it does not end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PredictedStep {
+    closed_loop: ClosedLoop,
+    samples: u32,
+}
+
+/// A sample of a predicted step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PredictedSample {
+    /// Since the reference stepped, s.
+    pub time: f64,
+    /// As the encoder shows it from where the servo stood, rad.
+    pub position: f64,
+    /// Beyond what holds the load, command units.
+    pub command: f64,
+}
+
+impl PredictedStep {
+    pub(super) fn new(closed_loop: ClosedLoop) -> Self {
+        Self {
+            closed_loop,
+            samples: 0,
+        }
+    }
+}
+
+impl Iterator for PredictedStep {
+    type Item = PredictedSample;
+
+    fn next(&mut self) -> Option<PredictedSample> {
+        let time = f64::from(self.samples) * self.closed_loop.sample_time();
+        let Seen { position, command } = self.closed_loop.advance()?;
+        self.samples = self.samples.checked_add(1)?;
+        Some(PredictedSample {
+            time,
+            position,
+            command,
+        })
+    }
+}
+
 /// How many samples are taken together. A loop that is slow against its sampling is computed at a multiple
 /// of the sample time, at which the hold still takes little more than 1 % of 1/ω: what happens does not change,
 /// and the time that it takes to compute is bounded.

@@ -26,6 +26,7 @@ mod settings;
 mod step_measure;
 mod tuner;
 
+pub use closed_loop::{PredictedSample, PredictedStep};
 pub use goal::{Cap, Goal};
 pub use promise::{Promise, Tuning};
 pub use settings::{TuningError, TuningSettings};

@@ -10,7 +10,7 @@
 //! damps.
 
 use super::possible_servos::PossibleServos;
-use super::{Cap, TuningSettings};
+use super::{Cap, Tuning, TuningSettings};
 use crate::control::Gains;
 
 /// The third pole, as a part of the double pole's ω.
@@ -28,6 +28,21 @@ pub(super) struct Design {
     pub(super) smoothed: bool,
     /// Standard deviation of the command from the encoder's rounding, command units.
     pub(super) noise: f64,
+}
+
+impl Design {
+    /// The gains that were found.
+    pub(super) fn of(tuning: &Tuning) -> Self {
+        Self {
+            bandwidth: tuning.bandwidth,
+            kp: tuning.kp,
+            kd: tuning.kd,
+            ki: tuning.ki,
+            cutoff: tuning.cutoff,
+            smoothed: false,
+            noise: tuning.promise.noise,
+        }
+    }
 }
 
 /// How gains follow from a bandwidth.

@@ -77,9 +77,14 @@ impl PossibleServos {
         self.all.get(place)
     }
 
+    /// All, the identified one first.
+    pub(super) fn iter(&self) -> core::slice::Iter<'_, PossibleServo> {
+        self.all.iter()
+    }
+
     /// The least viscous friction that one of them has, 1/s.
     pub(super) fn least_friction(&self) -> f64 {
-        let all = self.all.iter();
+        let all = self.iter();
         all.fold(f64::INFINITY, |least, servo| least.min(servo.a))
     }
 }

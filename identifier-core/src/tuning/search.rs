@@ -65,6 +65,23 @@ impl Judge {
         self.placement.design(bandwidth)
     }
 
+    /// |S| at a frequency, rad/s: of the identified servo, and the largest of all.
+    pub(super) fn sensitivity(&self, design: &Design, frequency: f64) -> Option<[f64; 2]> {
+        let angle = frequency * self.sample_time;
+        if !(angle > 0.0 && angle < core::f64::consts::PI) {
+            return None;
+        }
+        let nu = libm::tan(0.5 * angle);
+        let of = |servo| {
+            let loop_gain = SampledResponse::new(design, servo, self.sample_time)
+                .at(nu)
+                .gain();
+            1.0 / libm::sqrt((loop_gain + 1.0).power())
+        };
+        let all = self.servos.iter().map(of);
+        Some([of(&self.servos.identified()), all.fold(0.0, f64::max)])
+    }
+
     /// The highest bandwidth that is looked at, rad/s.
     pub(super) fn highest(&self) -> f64 {
         Placement::LARGEST_BANDWIDTH / self.sample_time

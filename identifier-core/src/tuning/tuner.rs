@@ -1,3 +1,4 @@
+use super::closed_loop::PredictedStep;
 use super::margins::Margins;
 use super::placement::Design;
 use super::possible_servos::PossibleServos;
@@ -122,6 +123,22 @@ impl Tuner {
             Task::End(result) => Some(*result),
             _ => None,
         }
+    }
+
+    /// |S(jω)| of gains at a frequency ω, rad/s: of the identified servo, and the largest of all that it may
+    /// be. None from half of the sampling frequency on.
+    #[must_use]
+    pub fn sensitivity(&self, tuning: &Tuning, frequency: f64) -> Option<[f64; 2]> {
+        self.judge.sensitivity(&Design::of(tuning), frequency)
+    }
+
+    /// The step that gains promise.
+    ///
+    /// # Errors
+    /// [`TuningError::OutOfRange`] for gains that no controller has.
+    pub fn step(&self, tuning: &Tuning) -> Result<PredictedStep, TuningError> {
+        let closed_loop = self.scene.step(&Design::of(tuning))?;
+        Ok(PredictedStep::new(closed_loop))
     }
 
     /// A tenth of what delay and hold would leave to an ideal loop.

@@ -2,7 +2,7 @@
 
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::model::ServoParameters;
-use identifier_core::tuning::{Cap, Goal, Tuner, TuningError, TuningSettings, tune};
+use identifier_core::tuning::{Cap, Goal, StepMeasure, Tuner, TuningError, TuningSettings, tune};
 
 use crate::support::{identified, tuned};
 
@@ -126,6 +126,29 @@ fn a_response_time_is_met() {
             assert_eq!(tuning.cap, None);
         }
     }
+}
+
+/// The step that is shown is the one that was measured for the promise.
+#[test]
+fn the_shown_step_is_the_promised_one() {
+    let settings = TuningSettings {
+        resolution: 1e-4,
+        ..settings(Goal::Bandwidth(40.0))
+    };
+    let tuner = Tuner::new(&settings, &identified(SERVO, 1e-3, KNOWN)).expect("valid");
+    let tuning = tune(&settings, &identified(SERVO, 1e-3, KNOWN)).expect("within reach");
+    let mut measure = StepMeasure::<f64>::new(settings.step, settings.resolution);
+    let step = tuner.step(&tuning).expect("valid");
+    let until = 25.0 / tuning.bandwidth;
+    step.take_while(|sample| sample.time < until)
+        .for_each(|sample| measure.take(sample.position));
+    let rise = measure.rise().expect("it rises") * settings.sample_time;
+    assert!(
+        (rise / tuning.promise.rise_time - 1.0).abs() < 1e-9,
+        "{rise}"
+    );
+    let settled = f64::from(measure.settled().expect("it settles")) * settings.sample_time;
+    assert!((settled / tuning.promise.settling_time - 1.0).abs() < 1e-9);
 }
 
 #[test]

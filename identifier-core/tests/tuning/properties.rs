@@ -5,7 +5,7 @@ use identifier_core::control::Gains;
 use identifier_core::measurement::velocity::{LowPass, VelocityEstimate};
 use identifier_core::model::ServoParameters;
 use identifier_core::stability::sampled_loop;
-use identifier_core::tuning::{Goal, Tuning, TuningError, TuningSettings};
+use identifier_core::tuning::{Goal, Tuner, Tuning, TuningError, TuningSettings};
 use identifier_core::units::Units;
 use proptest::prelude::*;
 
@@ -135,6 +135,12 @@ proptest! {
             prop_assert!(worst < 1.002 * settings.most_sensitivity, "{worst} {tuning:?}");
             let promised = tuning.promise.sensitivity;
             prop_assert!((worst / promised - 1.0).abs() < 0.005, "{worst} {tuning:?}");
+            let tuner = Tuner::new(&settings, &case.servo).expect("it tuned");
+            let omega = 3.0 * tuning.bandwidth;
+            let [identified, largest] = tuner.sensitivity(&tuning, omega).expect("below π/T");
+            let (re, im) = loop_gain(&tuning, settings.sample_time, &candidates(&case.servo)[0], omega);
+            prop_assert!((identified * (1.0 + re).hypot(im) - 1.0).abs() < 1e-5, "{identified}");
+            prop_assert!(identified <= largest && largest < 1.002 * promised, "{largest} {promised}");
             prop_assert!(tuning.promise.noise <= settings.most_noise * settings.command);
         }
     }

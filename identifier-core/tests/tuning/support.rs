@@ -210,6 +210,11 @@ impl Bench {
 
     /// One sample towards a reference: position as it is seen and command.
     pub(crate) fn advance(&mut self, reference: f64) -> (f64, f64) {
+        self.advance_with(reference, 0.0)
+    }
+
+    /// The same with a command on top of the controller's.
+    pub(crate) fn advance_with(&mut self, reference: f64, on_top: f64) -> (f64, f64) {
         let position = self.servo.position() + self.offset;
         let measured = match &self.encoder {
             Some((encoder, resolution)) => encoder.read(position) as f64 * resolution,
@@ -221,8 +226,9 @@ impl Bench {
             .controller
             .process(&mut self.state, reference - measured, increment)
             .expect("in range");
-        self.servo.advance(sample.command);
-        (measured, sample.command)
+        let command = sample.command + on_top;
+        self.servo.advance(command);
+        (measured, command)
     }
 }
 

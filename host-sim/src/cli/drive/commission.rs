@@ -225,10 +225,11 @@ fn show(
         let mut unknown = scenario.clone();
         unknown.plant = None;
         say!("{}", report::servo(&unknown, servo))?;
-    }
-    if let Some(tuning) = &outcome.tuning {
-        say!("{}", report::gains(before, tuning))?;
-        say!("{}", report::promise(tuning))?;
+        if let Some(tuning) = &outcome.tuning {
+            say!("{}", report::gains(before, tuning))?;
+            let trial = outcome.trial.as_ref();
+            say!("{}", report::promise(servo, tuning, trial))?;
+        }
     }
     Ok(())
 }

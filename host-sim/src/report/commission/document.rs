@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use identifier_core::commission::{
     HoldingGains, IdentifiedServo, LargestMotion, Limits, StopReason, TrialResult,
 };
-use identifier_core::tuning::{Promise, Tuning};
+use identifier_core::tuning::{Cap, Promise, Tuning};
 use serde::Serialize;
 
 use super::{UNKNOWNS, truth, values};
@@ -35,7 +35,7 @@ pub struct Document {
     pub gains_before: Option<GainsDocument>,
     pub gains: Option<GainsDocument>,
     pub bandwidth: Option<f64>,
-    pub cap: Option<String>,
+    pub cap: Option<&'static str>,
     pub promise: Option<Promise>,
     pub trial: Option<TrialResult>,
 }
@@ -168,9 +168,7 @@ impl Document {
             gains_before: before.map(GainsDocument::of_before),
             gains: tuning.map(GainsDocument::of),
             bandwidth: tuning.map(|tuning| tuning.bandwidth),
-            cap: tuning
-                .and_then(|tuning| tuning.cap)
-                .map(|cap| format!("{cap:?}")),
+            cap: tuning.and_then(|tuning| tuning.cap).map(Cap::name),
             promise: tuning.map(|tuning| tuning.promise),
             trial: outcome.trial,
         }

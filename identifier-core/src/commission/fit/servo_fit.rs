@@ -62,9 +62,18 @@ impl<N: Number> ServoFit<N> {
     /// A pass that lowers the cost by less than this part is the last.
     const ENOUGH: f64 = 1e-4;
     /// A motion is explained if the variance of the errors is below this many times the encoder's.
-    const EXPLAINED: f64 = 2.0;
-    /// Factors on the gain of the linear estimate: further starts where the motion is not explained.
-    const LADDER: [f64; 4] = [1.0, 0.5, 2.0, 0.2];
+    const EXPLAINED: f64 = 4.0;
+    /// Factors on gain and friction of the linear estimate: further starts where the motion is not
+    /// explained.
+    const LADDER: [[f64; 2]; 7] = [
+        [1.0, 1.0],
+        [1.0, 1.5],
+        [1.0, 0.6],
+        [0.7, 1.0],
+        [1.4, 1.0],
+        [2.0, 1.0],
+        [0.4, 0.5],
+    ];
 
     pub(super) fn from_nothing(
         prior: Prior<N>,
@@ -190,7 +199,9 @@ impl<N: Number> ServoFit<N> {
     fn begin_start<const W: usize>(&mut self, motion: &Motion<N, W>) {
         let factor = Self::LADDER.get(self.starts as usize).copied();
         let mut trial = self.first;
-        trial[B] = trial[B] * N::from_f64(factor.unwrap_or(1.0));
+        let [gain, friction] = factor.unwrap_or([1.0; 2]).map(N::from_f64);
+        trial[B] = trial[B] * gain;
+        trial[COULOMB] = trial[COULOMB] * friction;
         self.damping = N::from_f64(Self::FIRST_DAMPING);
         self.passes = 0;
         self.this = None;

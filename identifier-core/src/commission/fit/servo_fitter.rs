@@ -34,7 +34,7 @@ pub struct ServoFitter<N> {
 
 impl<N: Number> ServoFitter<N> {
     /// Standard deviation of the delay that is not known, s, but at least a sample.
-    const UNKNOWN_DELAY: f64 = 5e-4;
+    const UNKNOWN_DELAY: f64 = 2e-4;
 
     /// The longest delay, s.
     const LONGEST_DELAY: f64 = 0.02;

@@ -20,11 +20,12 @@ pub(super) struct Plan<N> {
     pub(super) delay: usize,
     /// The travel by which the first motion is noticed.
     pub(super) noticed: N,
-    /// Over the time since its first count, the time since it began.
-    pub(super) since_beginning: N,
+    /// A travel at which it is noticed at once.
+    pub(super) much: N,
     /// First step of the ramp, its growth a sample and its steepest change a sample.
     pub(super) first_step: N,
     pub(super) growth: N,
+    pub(super) per_growth: N,
     pub(super) steepest: N,
     /// The square of half a swing's time, over two: swing over acceleration.
     pub(super) swing: N,
@@ -43,9 +44,10 @@ pub(super) struct Plan<N> {
     pub(super) quiet: u32,
     /// Stiffness and damping with which it is held, per sample² and per sample.
     pub(super) hold: [N; 2],
-    pub(super) enough: u32,
-    /// Roundings per viscous friction that is usual.
+    /// Viscous friction that is usual, 1/sample.
     pub(super) usual_viscous: N,
+    /// What the crude model is off, counts.
+    pub(super) off: N,
     /// Samples after which braking should show.
     pub(super) reaction: u32,
 }
@@ -76,9 +78,7 @@ impl<N: Number> Plan<N> {
             .then(|| if travel[1] > -travel[0] { 1.0 } else { -1.0 });
         let number = N::from_f64;
         let samples = |seconds: f64| libm::ceil(seconds / time);
-        // Half a count lies before the first edge on the average; q grows as the cube of time.
-        let since_beginning = 1.0 / (1.0 - libm::cbrt(0.5 / (noticed - 0.5)));
-        let half_swing = 0.035_f64.max(16.0 * time);
+        let half_swing = 0.042_f64.max(16.0 * time);
         let stiffness = 60.0_f64.min(0.1 / time) * time;
         Self {
             travel: travel.map(number),
@@ -90,9 +90,10 @@ impl<N: Number> Plan<N> {
             delay: (libm::round(known_delay + 0.5 * Self::UNKNOWN_DELAY) as usize)
                 .min(COMMANDS - 2),
             noticed: number(noticed),
-            since_beginning: number(since_beginning),
+            much: number((room / 12.0).max(3.0)),
             first_step: number(0.005 * most),
             growth: number((200.0 * time).min(0.5)),
+            per_growth: number(1.0 / (200.0 * time).min(0.5)),
             steepest: number(20.0 * time * most),
             swing: number(half_swing * half_swing / (8.0 * time * time)),
             swing_speed: number(half_swing / (2.0 * time)),
@@ -106,8 +107,8 @@ impl<N: Number> Plan<N> {
                 -1.0
             })),
             quiet: samples(0.004).max(4.0) as u32,
-            enough: samples(0.1) as u32,
-            usual_viscous: number(0.3 / (20.0 * time)),
+            usual_viscous: number(20.0 * time),
+            off: number(0.3 + 0.003 * room),
             reaction: (libm::ceil(known_delay + Self::UNKNOWN_DELAY) as u32)
                 + samples(0.001) as u32,
             hold: [number(stiffness * stiffness), number(2.0 * stiffness)],

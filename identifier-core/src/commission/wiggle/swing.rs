@@ -44,10 +44,9 @@ impl<N: Number> Wiggle<N> {
         N::from_f64(0.5) * (low + high)
     }
 
-    /// Position and velocity, along the direction of the push, where a decision of now begins to act.
-    fn ahead(&self, state: &WiggleState<N>) -> [N; 2] {
+    /// Position and velocity, along a direction, where a decision of now begins to act.
+    fn ahead(&self, state: &WiggleState<N>, direction: N) -> [N; 2] {
         let horizon = self.plan.horizon;
-        let direction = state.direction;
         let velocity = direction * state.observed.velocity;
         let acceleration = direction * state.observed.acceleration;
         let pushed = acceleration.limited(N::ZERO, N::REACH);
@@ -62,7 +61,11 @@ impl<N: Number> Wiggle<N> {
     pub(super) fn push(&self, state: &mut WiggleState<N>) -> N {
         let plan = &self.plan;
         let direction = state.direction;
-        let [position, velocity] = self.ahead(state);
+        if direction * state.observed.velocity < N::ZERO && !state.stands {
+            // It has not turned yet after all.
+            return self.braking(state, -direction);
+        }
+        let [position, velocity] = self.ahead(state, direction);
         let braking = N::from_f64(0.85) * state.acceleration;
         let room = state.amplitude - position;
         let moves = velocity > N::ZERO;
@@ -75,34 +78,29 @@ impl<N: Number> Wiggle<N> {
             return self.brake(state);
         }
         // One that does not begin to move needs more.
-        let late = state.still > plan.standing && state.samples - state.stage_since > plan.standing;
+        let late = state.still > plan.reaction && state.samples - state.stage_since > plan.reaction;
         if late {
             let step = plan.first_step + plan.growth * state.extra;
             state.extra += step.limited(N::ZERO, plan.steepest);
         }
-        let speed = direction * state.observed.velocity;
-        let way = if speed < N::ZERO {
-            -direction
-        } else {
-            direction
-        };
-        state.servo.command(direction * state.acceleration, way) + direction * state.extra
+        state
+            .servo
+            .command(direction * state.acceleration, direction)
+            + direction * state.extra
     }
 
     /// Brakes until the servo turns.
     pub(super) fn brake(&self, state: &mut WiggleState<N>) -> N {
-        let direction = state.direction;
-        if direction * state.observed.velocity <= N::ZERO && state.samples > state.stage_since + 1 {
+        if state.has_turned() {
             return self.turn(state);
         }
-        self.braking(state)
+        self.braking(state, state.direction)
     }
 
     /// The command that brakes, as hard as the room needs.
-    fn braking(&self, state: &mut WiggleState<N>) -> N {
+    fn braking(&self, state: &mut WiggleState<N>, direction: N) -> N {
         let plan = &self.plan;
-        let direction = state.direction;
-        let [position, velocity] = self.ahead(state);
+        let [position, velocity] = self.ahead(state, direction);
         let [low, high] = plan.usable;
         let room = N::from_f64(0.5) * (high - low) - position;
         let least_room = N::from_f64(0.02) * (high - low);
@@ -122,10 +120,9 @@ impl<N: Number> Wiggle<N> {
     fn turn(&self, state: &mut WiggleState<N>) -> N {
         let end = usize::from(state.direction > N::ZERO);
         state.reversals[end] += 1;
-        state.direction = -state.direction;
+        state.aim(-state.direction);
         state.extra = N::ZERO;
-        if self.has_evidence(state) {
-            state.evidence = Some(state.samples);
+        if state.evidence.is_some() {
             state.ending = Some(Ok(()));
             state.held_at = state.position;
             state.enter(Stage::Hold);
@@ -136,24 +133,37 @@ impl<N: Number> Wiggle<N> {
         self.push(state)
     }
 
-    /// Whether the servo is known well enough.
-    fn has_evidence(&self, state: &WiggleState<N>) -> bool {
-        state.reversals.iter().all(|&count| count >= 2) && state.samples >= self.plan.enough
+    /// Whether the servo is known well enough: it has turned twice at either end, and the acceleration of a
+    /// swing is predicted well in both directions.
+    pub(super) fn has_evidence(&self, state: &WiggleState<N>) -> bool {
+        /// The largest standard error of an acceleration, over it.
+        const KNOWN: f64 = 0.008;
+        /// Standard deviation of an equation's error, counts.
+        const ROUNDING: f64 = 0.3;
+        if state.reversals.iter().any(|&count| count < 2) {
+            return false;
+        }
+        let speed = state.acceleration * self.plan.swing_speed * N::from_f64(0.5);
+        let most = N::from_f64(KNOWN / ROUNDING) * state.acceleration;
+        [N::ONE, -N::ONE].into_iter().all(|direction| {
+            let command = state
+                .servo
+                .command(direction * state.acceleration, direction);
+            state.gathered.variance(command, direction * speed) < most * most
+        })
     }
 
     /// Brakes for good.
     pub(super) fn stop(&self, state: &mut WiggleState<N>) -> N {
-        let forward = state.observed.velocity > N::ZERO;
-        let way = if forward { N::ONE } else { -N::ONE };
         if state.samples == state.stage_since {
-            state.direction = way;
+            state.aim(state.way);
         }
-        if way != state.direction || state.still > self.plan.standing {
+        if state.has_turned() {
             state.held_at = state.position;
             state.enter(Stage::Hold);
             return self.hold(state);
         }
-        self.braking(state)
+        self.braking(state, state.direction)
     }
 
     /// Holds the servo where it stopped.

@@ -1,0 +1,227 @@
+use std::f64::consts::TAU;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use identifier_core::error::{Allowed, OutOfRange};
+use identifier_core::tuning::{Goal, TuningError};
+
+use super::fault::Fault;
+use super::files::{self, Files};
+use super::standard_output::say;
+use crate::report::promise::{self, Document};
+use crate::scenario::{Purpose, Scenario};
+use crate::tune::{Conditions, IdentifiedResult, NoGains, Tuned};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The result, what `run` or `replay` wrote with --json.
+    result: PathBuf,
+    /// What is asked for: the time from 10 to 90 % of a step, s.
+    #[arg(long, value_name = "S", group = "goal", allow_negative_numbers = true)]
+    response_time: Option<f64>,
+    /// What is asked for: ω of the loop's double pole, rad/s.
+    #[arg(long, value_name = "W", group = "goal", allow_negative_numbers = true)]
+    bandwidth: Option<f64>,
+    /// What is asked for: as stiff as the servo bears (unless one of the others is asked for).
+    #[arg(long, group = "goal")]
+    stiffest: bool,
+    /// The scenario of the result: encoder, limit and declared delay are taken from it.
+    #[arg(long, value_name = "SCENARIO.toml")]
+    scenario: Option<PathBuf>,
+    /// Sample time of the loop, s; the result's unless stated.
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    sample_time: Option<f64>,
+    /// Counts of the encoder per revolution; 0 for an ideal sensor.
+    #[arg(
+        long,
+        value_name = "N",
+        group = "encoder",
+        allow_negative_numbers = true
+    )]
+    counts: Option<f64>,
+    /// Position of a count, rad (m on a linear axis); 0 for an ideal sensor.
+    #[arg(
+        long,
+        value_name = "R",
+        group = "encoder",
+        allow_negative_numbers = true
+    )]
+    resolution: Option<f64>,
+    /// The largest command, command units; inf for none.
+    #[arg(long, value_name = "U", allow_negative_numbers = true)]
+    limit: Option<f64>,
+    /// Delay from the encoder's reading to the output that was not identified, s; the scenario's, or
+    /// none.
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    command_delay: Option<f64>,
+    /// Cut-off of the velocity estimate, rad/s; chosen with the gains unless stated.
+    #[arg(long, value_name = "W", allow_negative_numbers = true)]
+    cutoff: Option<f64>,
+    /// The largest sensitivity Ms; 1.6 unless stated.
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    max_sensitivity: Option<f64>,
+    /// The largest part of the command that the encoder's rounding may make up; 0.03 unless stated.
+    #[arg(long, value_name = "PART", allow_negative_numbers = true)]
+    max_noise: Option<f64>,
+    /// The lowest resonance that is known, rad/s.
+    #[arg(long, value_name = "W", allow_negative_numbers = true)]
+    resonance: Option<f64>,
+    /// The step that is promised, rad; 0.1 unless stated, but 10 counts at least.
+    #[arg(long, value_name = "RAD", allow_negative_numbers = true)]
+    step: Option<f64>,
+    /// Tune even for a result that has not converged: nothing vouches for what is promised then.
+    #[arg(long)]
+    accept_unconverged: bool,
+    /// Write gains and promise as JSON to this file; `-` is standard output.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Draw the predicted step and the sensitivity into this file, .png or .svg; `-` is standard output,
+    /// as SVG.
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+    /// Replace files that are there already.
+    #[arg(long)]
+    force: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
+    let scenario = arguments.scenario.as_deref();
+    let loaded = scenario.map(|path| Scenario::load(path, Purpose::Replay));
+    let loaded = loaded.transpose()?;
+    let inputs: Vec<&Path> = [Some(arguments.result.as_path()), scenario]
+        .into_iter()
+        .flatten()
+        .collect();
+    let mut files = Files::reading(&inputs, arguments.force);
+    let json = files.output(arguments.json.as_deref())?;
+    let picture = files.picture(arguments.plot.as_deref())?;
+
+    let of_result = |fault: &dyn std::fmt::Display| {
+        Fault::Input(format!("{}: {fault}", arguments.result.display()))
+    };
+    let text = fs::read_to_string(&arguments.result)
+        .map_err(|error| Fault::Input(format!("{}: {error}", arguments.result.display())))?;
+    let result = IdentifiedResult::read(&text).map_err(|error| of_result(&error))?;
+    let warning = result.doubt.as_ref();
+    if let Some(doubt) = warning.filter(|_| !arguments.accept_unconverged) {
+        return Err(of_result(&format!(
+            "{doubt}: gains for it would be a guess; see to that first, or --accept-unconverged"
+        )));
+    }
+    let settings = arguments
+        .conditions()?
+        .settings(&result, loaded.as_ref())
+        .map_err(|error| of_result(&error))?;
+    let tuned = Tuned::of(&result, &settings)
+        .map_err(|error| Fault::Input(arguments.refusal(&error, settings.step)))?;
+
+    let drawn = picture.map(|picture| {
+        let panels = promise::panels(&tuned).map_err(|error| Fault::Other(error.to_string()))?;
+        picture.panels("", 1, &panels)
+    });
+    files::commit([
+        drawn,
+        json.map(|json| json.document(&Document::new(&tuned))),
+    ])?;
+    if !files.own_standard_output() {
+        if let Some(doubt) = warning {
+            say!("warning: {doubt}")?;
+        }
+        if arguments.command_delay.is_none() && settings.command_delay == 0.0 && !result.has_delay {
+            say!(
+                "warning: no delay was identified or declared, so none is reckoned with: --command-delay states it"
+            )?;
+        }
+        say!(
+            "{}",
+            promise::controller(&tuned.tuning, settings.sample_time)
+        )?;
+        say!("{}", promise::table(&tuned.tuning))?;
+        say!("{}", promise::remarks(&tuned))?;
+        say!("{}", promise::feed_forward(&tuned))?;
+    }
+    Ok(())
+}
+
+/// An option that was checked, or what is said of it.
+fn stated(option: &str, checked: Result<f64, OutOfRange>) -> Result<f64, Fault> {
+    checked.map_err(|error| Fault::Input(refusal_of(option, &error)))
+}
+
+/// What is said of an option that is out of its range.
+fn refusal_of(option: &str, error: &OutOfRange) -> String {
+    let told = error.to_string().replacen(error.parameter, "", 1);
+    format!("--{}{told}", option.replace('_', "-"))
+}
+
+impl Arguments {
+    fn conditions(&self) -> Result<Conditions, Fault> {
+        // `stiffest` is what holds without the other two.
+        let goal = match (self.response_time, self.bandwidth, self.stiffest) {
+            (Some(time), ..) => Goal::ResponseTime(time),
+            (None, Some(bandwidth), _) => Goal::Bandwidth(bandwidth),
+            (None, None, _) => Goal::Stiffest,
+        };
+        if let Some(counts) = self.counts {
+            stated("counts", Allowed::AtLeast(0.0).check("counts", counts))?;
+        }
+        if let Some(limit) = self.limit.filter(|limit| *limit != f64::INFINITY) {
+            stated("limit", Allowed::Above(0.0).check("limit", limit))?;
+        }
+        let of_counts = |counts: f64| if counts == 0.0 { 0.0 } else { TAU / counts };
+        Ok(Conditions {
+            goal,
+            sample_time: self.sample_time,
+            resolution: self.resolution.or_else(|| self.counts.map(of_counts)),
+            limit: self.limit,
+            command_delay: self.command_delay,
+            cutoff: self.cutoff,
+            most_sensitivity: self.max_sensitivity,
+            most_noise: self.max_noise,
+            resonance: self.resonance,
+            step: self.step,
+        })
+    }
+
+    /// Why there are no gains, with what would do.
+    fn refusal(&self, error: &NoGains, step: f64) -> String {
+        let result = self.result.display();
+        match *error {
+            NoGains::TooFast {
+                cap,
+                most,
+                rise_time,
+            } => {
+                let (asked, instead) = match (self.response_time, self.bandwidth, rise_time) {
+                    (Some(time), _, Some(least)) => (
+                        format!("--response-time {time}"),
+                        // Response times are met to a hundredth.
+                        format!(
+                            ", with a rise time of {least:.4} s: ask for {:.4} s",
+                            1.02 * least
+                        ),
+                    ),
+                    (Some(time), ..) => (format!("--response-time {time}"), String::new()),
+                    (_, bandwidth, _) => (
+                        format!("--bandwidth {}", bandwidth.unwrap_or_default()),
+                        ": ask for less".to_owned(),
+                    ),
+                };
+                format!("{asked}: {cap} allows {most:.2} rad/s{instead}, or --stiffest")
+            }
+            NoGains::Error(TuningError::OutOfRange(error)) => {
+                let option = match error.parameter {
+                    "most_sensitivity" => "max_sensitivity",
+                    "most_noise" => "max_noise",
+                    "command" => "limit",
+                    other => other,
+                };
+                refusal_of(option, &error)
+            }
+            NoGains::Error(TuningError::DoesNotArrive) => {
+                format!("--step {step}: {}", TuningError::DoesNotArrive)
+            }
+            NoGains::Error(error) => format!("{result}: {error}"),
+        }
+    }
+}

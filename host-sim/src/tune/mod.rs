@@ -1,0 +1,77 @@
+//! Gains from the result of an identification.
+//!
+//! result.json → [`IdentifiedResult`]; with [`Conditions`] from options and scenario → the core's tuner →
+//! [`Tuned`].
+
+mod conditions;
+mod result;
+
+pub use conditions::{ConditionError, Conditions};
+pub use result::{IdentifiedResult, ResultError};
+
+use identifier_core::commission::IdentifiedServo;
+use identifier_core::tuning::{Goal, Tuner, Tuning, TuningError, TuningSettings, tune};
+
+/// Gains, and what they were found for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tuned {
+    /// The servo.
+    pub servo: IdentifiedServo,
+    /// [g_s, g_c], rad/s².
+    pub gravity: [f64; 2],
+    /// What was asked for.
+    pub settings: TuningSettings,
+    /// What was found.
+    pub tuning: Tuning,
+}
+
+/// Why there are no gains.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum NoGains {
+    /// As the core tells it.
+    Error(TuningError),
+    /// Less would do.
+    TooFast {
+        /// What keeps it from being faster.
+        cap: identifier_core::tuning::Cap,
+        /// The largest bandwidth, rad/s.
+        most: f64,
+        /// The rise time that it promises, s.
+        rise_time: Option<f64>,
+    },
+}
+
+impl Tuned {
+    /// Tunes for a result.
+    ///
+    /// # Errors
+    /// Why there are no gains.
+    pub fn of(result: &IdentifiedResult, settings: &TuningSettings) -> Result<Self, NoGains> {
+        let tuning = tune(settings, &result.servo).map_err(|error| match error {
+            TuningError::TooFast { most, cap, .. } => {
+                let goal = Goal::Bandwidth(most);
+                let slower = tune(&TuningSettings { goal, ..*settings }, &result.servo);
+                NoGains::TooFast {
+                    cap,
+                    most,
+                    rise_time: slower.ok().map(|tuning| tuning.promise.rise_time),
+                }
+            }
+            error => NoGains::Error(error),
+        })?;
+        Ok(Self {
+            servo: result.servo,
+            gravity: result.gravity,
+            settings: *settings,
+            tuning,
+        })
+    }
+
+    /// The tuner that found them.
+    ///
+    /// # Errors
+    /// None for what was tuned.
+    pub fn tuner(&self) -> Result<Tuner, TuningError> {
+        Tuner::new(&self.settings, &self.servo)
+    }
+}

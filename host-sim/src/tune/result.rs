@@ -1,0 +1,249 @@
+use std::fmt;
+
+use identifier_core::commission::IdentifiedServo;
+use identifier_core::model::ServoParameters;
+use serde_json::Value;
+
+/// What the result of a run or a replay holds of the servo, SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IdentifiedResult {
+    /// The servo, with the standard errors of what was identified. What one unknown has to do with
+    /// another the result does not hold.
+    pub servo: IdentifiedServo,
+    /// [g_s, g_c], rad/s², zero where they were not identified.
+    pub gravity: [f64; 2],
+    /// Whether a delay was identified.
+    pub has_delay: bool,
+    /// Sample time, s.
+    pub sample_time: f64,
+    /// Why nothing should be built on it, if something speaks against it.
+    pub doubt: Option<String>,
+}
+
+/// What is wrong in a result.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ResultError {
+    /// Where; empty for all of it.
+    key: String,
+    fault: String,
+}
+
+impl fmt::Display for ResultError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.key.is_empty() {
+            write!(f, "{}: ", self.key)?;
+        }
+        f.write_str(&self.fault)
+    }
+}
+
+impl std::error::Error for ResultError {}
+
+impl IdentifiedResult {
+    /// Reads a result.
+    ///
+    /// # Errors
+    /// The key that is missing or holds what is not allowed.
+    pub fn read(text: &str) -> Result<Self, ResultError> {
+        let result: Value = serde_json::from_str(text).map_err(|error| ResultError {
+            key: String::new(),
+            fault: format!(
+                "this is no JSON (line {}): give what `run` or `replay` wrote with --json",
+                error.line()
+            ),
+        })?;
+        let status = result.get("status").and_then(Value::as_str);
+        let status = status.ok_or_else(|| missing("status"))?;
+        let reason = result.get("reason").and_then(Value::as_str).unwrap_or("");
+        let sample_time = number(&result, "sample_time")?;
+        if sample_time <= 0.0 {
+            return Err(refused("sample_time", sample_time, "a number above 0"));
+        }
+
+        let known = |name: &str| -> Result<[f64; 2], ResultError> {
+            Ok(estimate(&result, name)?.unwrap_or([0.0; 2]))
+        };
+        let needed = |name: &str| {
+            estimate(&result, name)?.ok_or_else(|| ResultError {
+                key: format!("estimates.{name}"),
+                fault: "it was not identified, and there are no gains without it".to_owned(),
+            })
+        };
+        let (a, b) = (needed("a")?, needed("b")?);
+        let (coulomb, load, delay) = (known("coulomb")?, known("load")?, known("delay")?);
+        if b[0] <= 0.0 {
+            return Err(refused("estimates.b.final", b[0], "a number above 0"));
+        }
+        let not_negative = [("a", a), ("coulomb", coulomb), ("delay", delay)];
+        let mut covariance = [[0.0; 5]; 5];
+        for (place, [_, error]) in [
+            (IdentifiedServo::A, a),
+            (IdentifiedServo::B, b),
+            (IdentifiedServo::COULOMB, coulomb),
+            (IdentifiedServo::DELAY, delay),
+            (IdentifiedServo::LOAD, load),
+        ] {
+            // One that is not known is told below.
+            covariance[place][place] = if error.is_finite() {
+                error * error
+            } else {
+                0.0
+            };
+        }
+        let residual = result.pointer("/residual/rms").and_then(Value::as_f64);
+        let doubt = if status == "converged" {
+            let unsure = [("a", a), ("b", b), ("delay", delay)];
+            let unsure = unsure
+                .into_iter()
+                .find(|(_, [_, error])| !error.is_finite());
+            unsure.map(|(name, _)| {
+                format!("estimates.{name}.std_error: how sure the estimate is, is not known")
+            })
+        } else {
+            Some(format!("status = \"{status}\": {reason}"))
+        };
+        // An estimate may pass its bound by its own error.
+        for (name, [value, error]) in not_negative {
+            if value < -3.0 * error {
+                let key = format!("estimates.{name}.final");
+                return Err(refused(&key, value, "a number of at least 0"));
+            }
+        }
+        Ok(Self {
+            servo: IdentifiedServo {
+                parameters: ServoParameters {
+                    a: a[0].max(0.0),
+                    b: b[0],
+                    coulomb: coulomb[0].max(0.0),
+                    load: load[0],
+                },
+                delay: delay[0].max(0.0),
+                covariance,
+                unexplained: residual.unwrap_or(0.0),
+            },
+            gravity: [known("gravity-sine")?[0], known("gravity-cosine")?[0]],
+            has_delay: estimate(&result, "delay")?.is_some(),
+            sample_time,
+            doubt,
+        })
+    }
+}
+
+/// An estimate and its standard error, infinite if that is not known; none for what was not identified.
+fn estimate(result: &Value, name: &str) -> Result<Option<[f64; 2]>, ResultError> {
+    let estimates = result.get("estimates").filter(|found| found.is_object());
+    let estimates = estimates.ok_or_else(|| missing("estimates"))?;
+    match estimates.get(name) {
+        None | Some(Value::Null) => Ok(None),
+        Some(found) => {
+            let key = format!("estimates.{name}.final");
+            let value = found.get("final").and_then(Value::as_f64);
+            let value = value.ok_or_else(|| missing(&key))?;
+            let std_error = found.get("std_error").and_then(Value::as_f64);
+            Ok(Some([value, std_error.unwrap_or(f64::INFINITY)]))
+        }
+    }
+}
+
+fn number(result: &Value, key: &str) -> Result<f64, ResultError> {
+    let found = result.get(key).and_then(Value::as_f64);
+    found.ok_or_else(|| missing(key))
+}
+
+fn missing(key: &str) -> ResultError {
+    ResultError {
+        key: key.to_owned(),
+        fault: "there is no such number or text: give what `run` or `replay` wrote with --json"
+            .to_owned(),
+    }
+}
+
+fn refused(key: &str, value: f64, allowed: &str) -> ResultError {
+    ResultError {
+        key: key.to_owned(),
+        fault: format!("{value} is not allowed: it must be {allowed}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RESULT: &str = r#"{
+        "status": "converged", "reason": "it keeps still", "sample_time": 0.001,
+        "estimates": {
+            "a": { "final": 0.2, "std_error": 0.01 },
+            "b": { "final": 250.0, "std_error": 0.5 },
+            "coulomb": { "final": -0.01, "std_error": 0.02 },
+            "load": null,
+            "delay": { "final": 0.0012, "std_error": 0.00001 },
+            "gravity-sine": { "final": 3.0, "std_error": 0.1 }
+        }
+    }"#;
+
+    #[test]
+    fn what_a_result_holds_is_taken() {
+        let result = IdentifiedResult::read(RESULT).expect("a result");
+        let servo = result.servo;
+        assert_eq!(
+            servo.parameters,
+            ServoParameters {
+                a: 0.2,
+                b: 250.0,
+                coulomb: 0.0,
+                load: 0.0
+            }
+        );
+        assert!((servo.standard_error(IdentifiedServo::B) - 0.5).abs() < 1e-12);
+        assert!((servo.delay - 0.0012).abs() < 1e-12 && result.has_delay);
+        assert!((result.gravity[0] - 3.0).abs() < 1e-12);
+        assert_eq!(result.doubt, None);
+    }
+
+    #[test]
+    fn what_speaks_against_it_is_told() {
+        for (from, to, part) in [
+            (
+                r#""converged""#,
+                r#""moving""#,
+                "status = \"moving\": it keeps still",
+            ),
+            (
+                r#""std_error": 0.5"#,
+                r#""std_error": null"#,
+                "estimates.b.std_error",
+            ),
+        ] {
+            let text = RESULT.replace(from, to);
+            let doubt = IdentifiedResult::read(&text).expect("a result").doubt;
+            assert!(doubt.expect("a doubt").contains(part), "{to}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_result_is_refused_by_key() {
+        for (from, to, key) in [
+            ("{", "{,", "this is no JSON (line 1)"),
+            (r#""status": "converged","#, "", "status: "),
+            ("0.001,", r#""x","#, "sample_time: "),
+            ("0.001,", "0.0,", "sample_time: 0 is not allowed"),
+            (r#""estimates""#, r#""others""#, "estimates: "),
+            (r#""final": 0.2,"#, "", "estimates.a.final: "),
+            (
+                r#""b": {"#,
+                r#""c": {"#,
+                "estimates.b: it was not identified",
+            ),
+            ("250.0", "-250.0", "estimates.b.final: -250 is not allowed"),
+            (
+                "-0.01",
+                "-0.1",
+                "estimates.coulomb.final: -0.1 is not allowed",
+            ),
+        ] {
+            let text = RESULT.replacen(from, to, 1);
+            let refused = IdentifiedResult::read(&text).expect_err(to).to_string();
+            assert!(refused.starts_with(key), "{refused}");
+        }
+    }
+}
