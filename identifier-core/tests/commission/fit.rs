@@ -113,7 +113,8 @@ const FINE: f64 = 4096.0;
 #[test]
 fn a_tenth_of_a_second_tells_the_gain_and_most_responses() {
     for (sample_time, time) in [(1e-3, 0.15), (2.5e-4, 0.1), (1e-4, 0.1)] {
-        let servos = unknown_servos().filter(|u| u.counts >= FINE && u.sample_time == sample_time);
+        let servos =
+            unknown_servos().filter(|u| u.counts >= FINE && u.is_sampled_every(sample_time));
         let missed = Missed::by(servos, Some(time));
         assert!(missed.at_most(0.01, 0.07), "{sample_time} s: {missed:?}");
     }

@@ -111,6 +111,10 @@ impl Unknown {
         self
     }
 
+    pub(crate) fn is_sampled_every(&self, time: f64) -> bool {
+        (self.sample_time - time).abs() < 1e-9
+    }
+
     pub(crate) fn resolution(&self) -> f64 {
         std::f64::consts::TAU / self.counts
     }
@@ -202,7 +206,7 @@ impl Wiggled {
         self.reached = [low.min(position), high.max(position)];
         let [lowest, highest] = limits.travel;
         let part = |reached: f64, allowed: f64| {
-            if allowed == 0.0 {
+            if allowed.abs() < 1e-12 {
                 0.0
             } else {
                 reached / allowed
