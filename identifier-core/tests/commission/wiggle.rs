@@ -47,6 +47,42 @@ fn a_fine_encoder_gives_evidence_in_a_fifth_of_a_second() {
 }
 
 #[test]
+fn a_speed_that_is_far_less_than_the_servo_can_do_is_kept() {
+    let mut fastest = 0.0_f64;
+    // In a millisecond the strongest pass half of what is then allowed.
+    let ordinary = |unknown: &Unknown| unknown.counts >= 10_000.0 && unknown.sample_time < 5e-4;
+    for mut unknown in unknown_servos().filter(ordinary) {
+        // What is held does not gain speed before it is known.
+        unknown.held = Some(-unknown.parameters.load / unknown.parameters.b);
+        unknown.limits.speed *= 0.4;
+        let Wiggled {
+            progress, speed, ..
+        } = unknown.wiggle();
+        assert!(speed < 1.0, "speed {speed:.3}: {unknown:?}");
+        assert_eq!(progress, Progress::AtRest, "{unknown:?}");
+        fastest = fastest.max(speed);
+    }
+    assert!(fastest > 0.5, "it is made use of: {fastest}");
+}
+
+#[test]
+fn a_coarse_encoder_takes_as_long_as_evidence_takes() {
+    let longer = unknown_servos()
+        .filter(|unknown| unknown.counts < 1500.0 && unknown.is_sampled_every(1e-4))
+        .map(|coarse| {
+            let fine = Unknown {
+                counts: 65_536.0,
+                ..coarse
+            };
+            let [coarse, fine] =
+                [coarse, fine].map(|unknown| unknown.wiggle().evidence.unwrap_or(1.0));
+            coarse / fine
+        })
+        .fold(0.0, f64::max);
+    assert!(longer > 2.0, "{longer}");
+}
+
+#[test]
 fn a_later_motion_of_a_known_servo_is_another_one_within_the_same_limits() {
     for unknown in unknown_servos().filter(|unknown| unknown.counts >= 10_000.0) {
         let Unknown { parameters, .. } = unknown;
