@@ -77,7 +77,7 @@ impl<N: Number> Wiggle<N> {
         if must {
             state.extra = N::ZERO;
             state.enter(Stage::Brake);
-            return self.brake(state);
+            return self.braking(state, direction);
         }
         // One that does not begin to move needs more.
         let late = state.still > plan.reaction && state.samples - state.stage_since > plan.reaction;
