@@ -59,6 +59,13 @@ impl Axis {
         self.balance
     }
 
+    /// The same where that command has acted for long.
+    #[must_use]
+    pub fn held(mut self) -> Self {
+        self.servo = self.servo.held_by(self.balance);
+        self
+    }
+
     /// Reads the encoder, whose counter wraps at 32 bits.
     pub fn count(&mut self) -> Option<i32> {
         let seen = self

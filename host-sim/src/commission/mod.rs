@@ -61,8 +61,12 @@ impl Commissioning {
                 "a commissioning is computed in \"f32\", as on the chip, or in \"f64\"",
             ));
         }
+        let axis = Axis::of(scenario)?;
         Ok(Self {
-            axis: Axis::of(scenario)?,
+            axis: match before {
+                Some(_) => axis.held(),
+                None => axis,
+            },
             settings,
             before,
             arithmetic,
