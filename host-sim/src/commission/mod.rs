@@ -133,18 +133,16 @@ impl Commissioning {
         loop {
             let time = course.samples() as f64 * sample_time;
             let (position, velocity) = (self.axis.position(), self.axis.velocity());
-            let count = self.axis.count();
-            let done = commissioner.sample(&Seen {
-                count,
-                late: false,
-                stop: None,
-            })?;
+            let seen = self.axis.sense();
+            let done = commissioner.sample(&seen)?;
             known.extend(done.servo.map(|servo| Known { time, servo }));
             tuning = done.tuning.or(tuning);
             let sample = Sample {
                 time,
                 phase: done.phase,
-                measured: count.map(|count| f64::from(count) * self.settings.resolution),
+                measured: seen
+                    .count
+                    .map(|count| f64::from(count) * self.settings.resolution),
                 reference: done
                     .setpoint
                     .map(|setpoint| setpoint * self.settings.resolution),

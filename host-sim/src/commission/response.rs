@@ -36,6 +36,7 @@ impl StepResponse {
             ..Effects::NONE
         };
         promised.sensor = SensorEffects::default();
+        promised.faults = Vec::new();
         promised.set_encoder(FINER * TAU / scenario.stated.resolution);
         Self::of_outcome(&promised, outcome)
     }
@@ -99,10 +100,10 @@ impl StepResponse {
             false => 0.0,
         };
         let mut state = ControlState::default().with_integral(integral);
-        let mut before = axis.count().unwrap_or(0);
+        let mut before = axis.sense().count.unwrap_or(0);
         let first = before;
         let mut advance = |axis: &mut Axis| {
-            let count = axis.count().unwrap_or(before);
+            let count = axis.sense().count.unwrap_or(before);
             let moved = f64::from(count.wrapping_sub(before));
             before = count;
             let error = position_error(first, step * units.position(), count);

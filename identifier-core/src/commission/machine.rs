@@ -281,6 +281,10 @@ impl<N: Number> Commission<N> {
         match state.answer {
             None => Ok(command),
             Some(Answer::Failed(reason)) => Err(reason),
+            Some(Answer::NoGains(error)) => {
+                state.tuning_error = Some(error);
+                Err(StopReason::NoGains)
+            }
             Some(Answer::Verified) => {
                 state.answer = None;
                 state.phase = Phase::Tune;

@@ -1,8 +1,8 @@
 //! Whether a servo that does not move can be at standstill.
 
 use super::PlausibilitySettings;
+use super::blocks::Block;
 use super::model::{MODEL_ERROR, Model};
-use super::response::Block;
 use crate::commission::StopReason;
 use crate::number::Number;
 use crate::units::Units;
@@ -204,8 +204,8 @@ impl<N: Number> Motion<N> {
     /// The same over blocks, where a sample has few, and whether the servo can have changed its speed so
     /// soon at all.
     pub(super) fn jolts(state: &mut MotionState<N>, block: &Block<N>) -> Result<(), StopReason> {
-        let [now, before] = block.counts;
-        let possible = N::from_f64(2.0) * block.area * state.braking(block.command);
+        let [now, _, before] = block.counts;
+        let possible = N::from_f64(2.0) * block.area * state.braking(block.largest);
         let missed = N::from_count(Self::MISSED);
         let change = (now - before).magnitude() - missed;
         let sudden = change > N::from_f64(Self::LIKELY) * possible;

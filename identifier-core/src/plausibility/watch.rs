@@ -68,8 +68,10 @@ impl<N: Number> Plausibility<N> {
             readings: Readings::new(settings, &units),
             motion: Motion::new(settings, &units),
             oscillation: Oscillation::new(settings, &units),
-            response: [1, Self::LONGER]
-                .map(|times| Response::new(times * shorter, settings.limit())),
+            response: [
+                Response::new(shorter, 0, settings.limit()),
+                Response::new(Self::LONGER * shorter, shorter / 2, settings.limit()),
+            ],
         })
     }
 

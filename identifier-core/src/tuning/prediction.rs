@@ -194,9 +194,9 @@ impl Prediction {
                 self.promise.rise_time = rise * sample_time;
                 self.promise.quickest_rise_time = self.promise.rise_time;
                 self.promise.overshoot = self.measure.overshoot();
-                if let Some(settled) = self.measure.settled() {
-                    self.promise.settling_time = f64::from(settled) * sample_time;
-                }
+                let taken = self.measure.samples();
+                let settled = self.measure.settled().unwrap_or(taken);
+                self.promise.settling_time = f64::from(settled) * sample_time;
                 (Stage::Load, scene.unit_load())
             }
             Stage::Load => {

@@ -34,8 +34,8 @@ pub struct Promise {
     /// Beyond the step, a part of it: at the worst corner, with friction balanced by the integral before
     /// the step, and a count more, since where within a count a servo stands is not known.
     pub overshoot: f64,
-    /// Until the position stays within 2 % of the step, at least two counts, s; infinite where friction
-    /// keeps it outside for as long as it is looked for, 25/ω.
+    /// Until the position stays within 2 % of the step, at least two counts, s; where friction
+    /// keeps it outside, for as long as it is looked for, 30/ω.
     pub settling_time: f64,
     /// Mₛ, the largest sensitivity, at the worst corner.
     pub sensitivity: f64,

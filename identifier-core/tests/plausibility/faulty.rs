@@ -67,6 +67,9 @@ fn axes(rate: f64, drive: Drive) -> [Axis; 3] {
 /// When the faults begin, s: between two steps of the setpoint.
 const BEGINS: f64 = 0.4137;
 
+/// The page that tells all this.
+const PAGE: &str = include_str!("../../../docs/faults.md");
+
 /// How long they are waited for, s.
 const ENDS: f64 = 2.5;
 
@@ -147,6 +150,31 @@ fn found(axis: Axis, drive: Drive, knowledge: Knowledge, kind: FaultKind) -> Fou
     run.run()
 }
 
+/// What the page says of a case.
+fn row_of(
+    kind: FaultKind,
+    knowledge: Knowledge,
+    drive: Drive,
+    reasons: &[StopReason],
+    may_hide: usize,
+    longest: u32,
+) -> String {
+    let servo = match knowledge {
+        Knowledge::Nothing => "unknown",
+        Knowledge::Model(_) => "known",
+    };
+    let motion = format!("{drive:?}").to_lowercase();
+    let case = format!("| {} | {servo} | {motion} |", kind.name());
+    let mut numbers: Vec<_> = reasons.iter().map(|reason| reason.number()).collect();
+    numbers.sort_unstable();
+    let numbers: Vec<_> = numbers.iter().map(u8::to_string).collect();
+    if numbers.is_empty() {
+        return format!("{case} – | 0 | – |");
+    }
+    let found = 15 - may_hide;
+    format!("{case} {} | {found} | {longest} |", numbers.join(", "))
+}
+
 #[test]
 fn every_fault_is_found_by_its_number_in_its_time() {
     for (kind, knowledge, drive, reasons, may_hide, longest) in CASES {
@@ -164,6 +192,8 @@ fn every_fault_is_found_by_its_number_in_its_time() {
                 worst = worst.max(1e3 * late);
             }
         }
+        let row = row_of(kind, knowledge, drive, reasons, may_hide, longest);
+        assert!(PAGE.contains(&row), "the page lacks: {row}");
         let case = format!("{kind:?} {drive:?} {knowledge:?}");
         assert!(hidden <= may_hide, "{hidden}: {case}");
         assert!(worst <= f64::from(longest + 1), "{worst} ms: {case}");

@@ -288,3 +288,51 @@ fn what_contradicts_itself_is_refused_by_name() {
         assert_eq!(refused(settings), name);
     }
 }
+
+#[test]
+fn the_page_says_what_is_stated() {
+    let page = include_str!("../../../docs/faults.md");
+    let row = |name: &str, known: bool, samples: fn(&Detection) -> u32| {
+        let columns: Vec<_> = RATES
+            .map(|rate| {
+                let watch = Plausibility::<f32>::new(&settings(rate)).expect("allowed");
+                let mut state = watch.start();
+                if known {
+                    watch.know(&mut state, &STRONG);
+                }
+                samples(&watch.detection_times(&state)).to_string()
+            })
+            .into();
+        format!("| {name} | {} |", columns.join(" | "))
+    };
+    let of = |detection: &Detection, reason| detection.samples(reason).expect("it is found");
+    for row in [
+        row("encoder lost", false, |stated| stated.encoder_lost),
+        row("overrun", false, |stated| stated.overrun),
+        row("reversed, weak", false, |stated| stated.response),
+        row("standing, unknown servo", false, |stated| stated.standing),
+        row("standing, known servo, at least", true, |stated| {
+            stated.standing
+        }),
+    ] {
+        assert!(page.contains(&row), "the page lacks: {row}");
+    }
+    let watch = Plausibility::<f32>::new(&settings(1e3)).expect("allowed");
+    let stated = watch.detection_times(&watch.start());
+    assert_eq!(of(&stated, StopReason::Reversed), stated.response);
+    assert_eq!(
+        of(&stated, StopReason::ActuatorDead),
+        stated.response + stated.standing
+    );
+    assert_eq!(of(&stated, StopReason::TravelLeft), 1);
+    assert_eq!(stated.samples(StopReason::NoGains), None);
+}
+
+/// One that a twentieth of the command moves at once.
+const STRONG: IdentifiedServo = IdentifiedServo {
+    parameters: ServoParameters {
+        b: 5000.0,
+        ..SERVO.parameters
+    },
+    ..SERVO
+};

@@ -15,6 +15,10 @@ pub struct ServoFit<N> {
     stage: Stage<N>,
     /// The piece that comes next.
     next: usize,
+    /// The pieces that a pass takes: first a few, then twice as many, then all of them, as a model that
+    /// is not near is far away after many turns.
+    few: usize,
+    taken: usize,
     pass: Option<Pass<N>>,
     best: Option<Best<N>>,
     damping: N,
@@ -85,6 +89,16 @@ impl<N: Number> ServoFit<N> {
         Self::at(prior, bounds, stage, [N::ZERO; UNKNOWNS])
     }
 
+    /// With so many pieces first.
+    pub(super) fn few_first(mut self, pieces: usize) -> Self {
+        self.few = pieces;
+        self.taken = match self.stage {
+            Stage::Linear(..) => usize::MAX,
+            Stage::Model => pieces,
+        };
+        self
+    }
+
     pub(super) fn from_known(
         prior: Prior<N>,
         bounds: [[N; UNKNOWNS]; 2],
@@ -104,6 +118,8 @@ impl<N: Number> ServoFit<N> {
             bounds,
             stage,
             next: 0,
+            few: usize::MAX,
+            taken: usize::MAX,
             pass: None,
             best: None,
             damping: N::from_f64(Self::FIRST_DAMPING),
@@ -126,7 +142,9 @@ impl<N: Number> ServoFit<N> {
         step: &FrictionStep<N>,
         motion: &Motion<N, W>,
     ) -> bool {
-        if let Some(piece) = motion.get(self.next) {
+        if self.next < self.taken
+            && let Some(piece) = motion.get(self.next)
+        {
             match (&mut self.stage, &mut self.pass) {
                 (Stage::Linear(regression, gathered, _), _) => {
                     let direction = direction(motion, self.next);
@@ -177,6 +195,15 @@ impl<N: Number> ServoFit<N> {
             self.begin_pass(motion, trial);
             return false;
         }
+        if self.taken < motion.len()
+            && let Some(this) = self.this.take()
+        {
+            self.taken = self.taken.saturating_mul(2);
+            self.damping = N::from_f64(Self::FIRST_DAMPING);
+            self.passes = 0;
+            self.begin_pass(motion, this.unknowns);
+            return false;
+        }
         if let Some(this) = self.this.take()
             && self
                 .best
@@ -205,6 +232,7 @@ impl<N: Number> ServoFit<N> {
         self.damping = N::from_f64(Self::FIRST_DAMPING);
         self.passes = 0;
         self.this = None;
+        self.taken = self.few;
         self.begin_pass(motion, trial);
     }
 

@@ -7,9 +7,8 @@ pub(super) const COMMANDS: usize = 16;
 /// What is planned before anything moves, counts and samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Plan<N> {
-    /// What was given.
+    /// What was given, and counts that rounding adds.
     pub(super) travel: [N; 2],
-    pub(super) speed: N,
     pub(super) command: [N; 2],
     /// What is used of it.
     pub(super) usable: [N; 2],
@@ -71,6 +70,12 @@ impl<N: Number> Plan<N> {
         } else {
             travel[1].min(-travel[0])
         };
+        // Swings have their middle where the servo stands, if it may go both ways.
+        let usable = if limits.one_way {
+            travel
+        } else {
+            [-room, room]
+        };
         let noticed = libm::floor(room / 12.0).clamp(3.0, 20.0);
         let most = limits.command[1].min(-limits.command[0]);
         let one_way = limits
@@ -81,10 +86,10 @@ impl<N: Number> Plan<N> {
         let half_swing = 0.042_f64.max(16.0 * time);
         let stiffness = 60.0_f64.min(0.1 / time) * time;
         Self {
-            travel: travel.map(number),
-            speed: number(limits.speed * time * counts),
+            // A servo that stands on an edge of the encoder may show a count.
+            travel: [number(travel[0] - 1.5), number(travel[1] + 1.5)],
             command: limits.command.map(number),
-            usable: travel.map(|end| number(end * Self::USED_TRAVEL)),
+            usable: usable.map(|end| number(end * Self::USED_TRAVEL)),
             usable_speed: number(Self::USED_SPEED * limits.speed * time * counts),
             horizon: number(1.0 + known_delay + Self::UNKNOWN_DELAY),
             delay: (libm::round(known_delay + 0.5 * Self::UNKNOWN_DELAY) as usize)
@@ -113,5 +118,17 @@ impl<N: Number> Plan<N> {
                 + samples(0.001) as u32,
             hold: [number(stiffness * stiffness), number(2.0 * stiffness)],
         }
+    }
+
+    /// Half of the travel that is planned with.
+    pub(super) fn half_room(&self) -> N {
+        let [low, high] = self.usable;
+        N::from_f64(0.5) * (high - low)
+    }
+
+    /// Where its middle is.
+    pub(super) fn middle(&self) -> N {
+        let [low, high] = self.usable;
+        N::from_f64(0.5) * (low + high)
     }
 }

@@ -207,6 +207,7 @@ impl<N: Number> Wiggle<N> {
         state.observed.adopt(&Crude::UNKNOWN, &servo, acted);
         state.servo = servo;
         state.guessed = gain;
+        state.guessed_limit = gain * plan.command[1];
         // How far it can be trusted: half of b, half of a sample of delay, a tenth of what the command can do
         // in one direction, and all of that in the difference to the other.
         let none = N::ZERO;
@@ -229,6 +230,11 @@ impl<N: Number> Wiggle<N> {
         gathered.expect(&[none, none, none, none, half], none);
         state.aim(state.way);
         self.choose_swing(state);
+        if plan.one_way.is_some_and(|way| way != state.way) {
+            state.ending = Some(Err(StopReason::DoesNotStand));
+            state.enter(Stage::Stop);
+            return self.stop(state);
+        }
         state.enter(Stage::Brake);
         self.brake(state)
     }

@@ -33,6 +33,8 @@ pub struct WiggleState<N> {
     pub(super) servo: Crude<N>,
     /// b as it was first known.
     pub(super) guessed: N,
+    /// What the command can do with that.
+    pub(super) guessed_limit: N,
     pub(super) observed: Observed<N>,
     pub(super) gathered: Gathered<N>,
     pub(super) commands: [N; COMMANDS],
@@ -147,6 +149,7 @@ impl<N: Number> WiggleState<N> {
             first_count: None,
             servo: Crude::UNKNOWN,
             guessed: N::ZERO,
+            guessed_limit: N::ZERO,
             observed: Observed::AT_REST,
             gathered: Gathered::NOTHING,
             commands: [held; COMMANDS],
@@ -191,6 +194,11 @@ impl<N: Number> WiggleState<N> {
     pub(super) fn aim(&mut self, direction: N) {
         self.direction = direction;
         self.extreme = self.position;
+    }
+
+    /// An acceleration at which a servo that may not turn comes to rest.
+    pub(super) fn gentle(&self) -> N {
+        N::from_f64(0.02) * self.guessed_limit
     }
 
     /// Whether a servo that is braked has come to its furthest place: it comes back, or stands.

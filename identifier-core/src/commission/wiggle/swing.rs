@@ -1,5 +1,6 @@
 use super::state::{Stage, WiggleState};
 use super::wiggling::Wiggle;
+use crate::commission::StopReason;
 use crate::number::Number;
 
 impl<N: Number> Wiggle<N> {
@@ -20,8 +21,7 @@ impl<N: Number> Wiggle<N> {
                 }
             }
         }
-        let [low, high] = plan.usable;
-        let half_room = N::from_f64(0.5) * (high - low);
+        let half_room = plan.half_room();
         let floor = N::from_f64(0.02) * servo.gain * most;
         let mut acceleration = available.limited(floor, N::REACH);
         let mut amplitude = acceleration * plan.swing;
@@ -36,21 +36,23 @@ impl<N: Number> Wiggle<N> {
         }
         state.acceleration = acceleration;
         state.amplitude = amplitude * state.part;
-    }
-
-    /// Where the swings have their middle.
-    fn middle(&self) -> N {
-        let [low, high] = self.plan.usable;
-        N::from_f64(0.5) * (low + high)
+        if let Some(way) = plan.one_way {
+            // Pushes of a part of the way each, one after the other.
+            let longest = N::from_f64(0.4) * half_room * state.part;
+            let length = (amplitude + amplitude).limited(N::ZERO, longest);
+            let from_middle = way * (state.position - plan.middle());
+            state.amplitude = (from_middle + length).limited(-half_room, half_room);
+        }
     }
 
     /// Position and velocity, along a direction, where a decision of now begins to act.
     fn ahead(&self, state: &WiggleState<N>, direction: N) -> [N; 2] {
-        let horizon = self.plan.horizon;
+        let plan = &self.plan;
+        let horizon = plan.horizon;
         let velocity = direction * state.observed.velocity;
         let acceleration = direction * state.observed.acceleration;
         let pushed = acceleration.limited(N::ZERO, N::REACH);
-        let position = direction * (state.position - self.middle());
+        let position = direction * (state.position - plan.middle());
         [
             position + horizon * (velocity + N::from_f64(0.5) * horizon * pushed),
             velocity + horizon * pushed,
@@ -81,7 +83,7 @@ impl<N: Number> Wiggle<N> {
         let late = state.still > plan.reaction && state.samples - state.stage_since > plan.reaction;
         if late {
             let step = plan.first_step + plan.growth * state.extra;
-            state.extra += step.limited(N::ZERO, plan.steepest);
+            state.extra += step.limited(N::ZERO, plan.steepest + plan.steepest);
         }
         state
             .servo
@@ -94,16 +96,25 @@ impl<N: Number> Wiggle<N> {
         if state.has_turned() {
             return self.turn(state);
         }
+        if self.plan.one_way.is_some() && self.is_slow(state) {
+            return self.turn(state);
+        }
         self.braking(state, state.direction)
+    }
+
+    /// Whether a servo that may not turn is slow enough for the next push.
+    fn is_slow(&self, state: &WiggleState<N>) -> bool {
+        let slow = N::from_f64(0.2) * state.acceleration * self.plan.swing_speed;
+        state.direction * state.observed.velocity < slow
     }
 
     /// The command that brakes, as hard as the room needs.
     fn braking(&self, state: &mut WiggleState<N>, direction: N) -> N {
         let plan = &self.plan;
         let [position, velocity] = self.ahead(state, direction);
-        let [low, high] = plan.usable;
-        let room = N::from_f64(0.5) * (high - low) - position;
-        let least_room = N::from_f64(0.02) * (high - low);
+        let half_room = plan.half_room();
+        let room = half_room - position;
+        let least_room = N::from_f64(0.04) * half_room;
         let room = room.limited(least_room, N::REACH);
         let needed = N::from_f64(0.65) * velocity * velocity * room.reciprocal();
         let braking = needed.limited(state.acceleration, N::REACH);
@@ -118,15 +129,31 @@ impl<N: Number> Wiggle<N> {
 
     /// The servo turns: the next swing, or the end.
     fn turn(&self, state: &mut WiggleState<N>) -> N {
-        let end = usize::from(state.direction > N::ZERO);
-        state.reversals[end] += 1;
-        state.aim(-state.direction);
         state.extra = N::ZERO;
-        if state.evidence.is_some() {
-            state.ending = Some(Ok(()));
-            state.held_at = state.position;
-            state.enter(Stage::Hold);
-            return self.hold(state);
+        if let Some(way) = self.plan.one_way {
+            state.reversals = state.reversals.map(|count| count + 1);
+            state.aim(way);
+            let left = self.plan.half_room() - way * (state.position - self.plan.middle());
+            let used_up = left < N::from_f64(0.2) * self.plan.half_room();
+            if used_up && state.evidence.is_none() {
+                state.ending = Some(Err(StopReason::TooLittleEvidence));
+            } else if state.evidence.is_some() {
+                state.ending = Some(Ok(()));
+            }
+            if state.ending.is_some() {
+                state.enter(Stage::Stop);
+                return self.stop(state);
+            }
+        } else {
+            let end = usize::from(state.direction > N::ZERO);
+            state.reversals[end] += 1;
+            state.aim(-state.direction);
+            if state.evidence.is_some() {
+                state.ending = Some(Ok(()));
+                state.held_at = state.position;
+                state.enter(Stage::Hold);
+                return self.hold(state);
+            }
         }
         self.choose_swing(state);
         state.enter(Stage::Push);
@@ -145,7 +172,8 @@ impl<N: Number> Wiggle<N> {
         }
         let speed = state.acceleration * self.plan.swing_speed * N::from_f64(0.5);
         let most = N::from_f64(KNOWN / ROUNDING) * state.acceleration;
-        [N::ONE, -N::ONE].into_iter().all(|direction| {
+        let ways = self.plan.one_way.map_or([N::ONE, -N::ONE], |way| [way; 2]);
+        ways.into_iter().all(|direction| {
             let command = state
                 .servo
                 .command(direction * state.acceleration, direction);
@@ -157,6 +185,10 @@ impl<N: Number> Wiggle<N> {
     pub(super) fn stop(&self, state: &mut WiggleState<N>) -> N {
         if state.samples == state.stage_since {
             state.aim(state.way);
+        }
+        if self.plan.one_way.is_some() && self.is_slow(state) {
+            // Gently: friction must hold it where it comes to rest.
+            state.acceleration = state.gentle();
         }
         if state.has_turned() {
             state.held_at = state.position;
@@ -172,6 +204,11 @@ impl<N: Number> Wiggle<N> {
         let [stiffness, damping] = self.plan.hold;
         let off = state.position - state.held_at;
         let back = stiffness * off + damping * state.observed.velocity;
-        servo.holding() - back * servo.per_gain
+        let rest = match self.plan.one_way {
+            // Just below what moves it; how much friction there is is not known.
+            Some(way) => servo.command(-(way * state.gentle()), way),
+            None => servo.holding(),
+        };
+        rest - back * servo.per_gain
     }
 }

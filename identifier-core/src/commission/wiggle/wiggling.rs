@@ -50,7 +50,9 @@ impl<N: Number> Wiggle<N> {
         let [low, high] = limits.travel;
         let swing = limits.speed * limits.speed / (high - low);
         let omega = libm::sqrt(2.0 * swing / settings.resolution).min(0.8 / time);
-        let stride = libm::round(0.0005 / time) as u32;
+        // Errors are independent of each other once counts have passed.
+        let independent = (3.0 * settings.resolution / limits.speed).max(0.0005);
+        let stride = libm::round(independent / time) as u32;
         Ok(Self {
             plan: Plan::new(settings),
             observer: Observer::new(omega.min(1200.0) * time),
@@ -88,6 +90,7 @@ impl<N: Number> Wiggle<N> {
         let mut state = WiggleState::new(&self.plan, None);
         state.servo = Crude::of(&servo.parameters, time, resolution);
         state.guessed = state.servo.gain;
+        state.guessed_limit = state.servo.gain * self.plan.command[1];
         state.position = position;
         state.extreme = position;
         state.part = N::from_f64(part);
