@@ -17,7 +17,7 @@ pub use record::{End, Known, Outcome, Sample};
 pub use response::StepResponse;
 
 use identifier_core::commission::{
-    Commission, CommissionSettings, HoldingGains, LargestMotion, Seen, Study,
+    Commission, CommissionSettings, HoldingGains, LargestMotion, Study,
 };
 use identifier_core::number::Number;
 
