@@ -32,6 +32,8 @@ pub(super) struct Prediction {
 enum Stage {
     /// The step of the identified servo.
     Step,
+    /// Its rise where the integral pushes the other way.
+    Opposed,
     /// Its answer to a step of the load.
     Load,
     /// The overshoot of a corner.
@@ -64,11 +66,12 @@ impl Scene {
         }
     }
 
-    /// A step by a servo whose friction the integral balances from a motion before: it does not hold the
-    /// servo back, which is when it overshoots most.
-    fn balanced_step(&self) -> Trial {
+    /// A step by a servo whose friction the integral balances from a motion before, in the direction of the
+    /// step for a share of one: friction does not hold the servo back then, which is when it overshoots
+    /// most.
+    fn balanced_step(&self, share: f64) -> Trial {
         Trial {
-            balanced: self.coulomb,
+            balanced: share * self.coulomb,
             ..self.neutral_step()
         }
     }
@@ -131,6 +134,7 @@ impl Prediction {
                 step: scene.settings.step,
                 rise_time: f64::INFINITY,
                 quickest_rise_time: f64::INFINITY,
+                slowest_rise_time: f64::INFINITY,
                 overshoot: 0.0,
                 settling_time: f64::INFINITY,
                 sensitivity: margins.sensitivity,
@@ -177,6 +181,7 @@ impl Prediction {
                         taken - since > samples(SETTLED, &self.design, &self.closed_loop)
                     })
             }
+            Stage::Opposed => longer_than(LONGEST) || self.measure.rise().is_some(),
             Stage::Load => longer_than(TURN) || position < (1.0 - BACK) * self.farthest,
             Stage::Corner(_) => {
                 let beyond = self.farthest - self.promise.step;
@@ -197,18 +202,24 @@ impl Prediction {
                 if let Some(settled) = self.measure.settled() {
                     self.promise.settling_time = f64::from(settled) * sample_time;
                 }
+                (Stage::Opposed, scene.balanced_step(-1.0))
+            }
+            Stage::Opposed => {
+                if let Some(rise) = self.measure.rise() {
+                    self.promise.slowest_rise_time = rise * sample_time;
+                }
                 (Stage::Load, scene.unit_load())
             }
             Stage::Load => {
                 self.promise.compliance = self.farthest;
-                (Stage::Corner(0), scene.balanced_step())
+                (Stage::Corner(0), scene.balanced_step(1.0))
             }
             Stage::Corner(place) => {
                 if let (0, Some(rise)) = (place, self.measure.rise()) {
                     self.promise.quickest_rise_time = rise * sample_time;
                 }
                 self.promise.overshoot = self.promise.overshoot.max(self.measure.overshoot());
-                (Stage::Corner(place + 1), scene.balanced_step())
+                (Stage::Corner(place + 1), scene.balanced_step(1.0))
             }
         };
         let place = match stage {
@@ -218,7 +229,7 @@ impl Prediction {
                 return Ok(false);
             }
             Stage::Corner(place) => place,
-            Stage::Step | Stage::Load => 0,
+            Stage::Step | Stage::Opposed | Stage::Load => 0,
         };
         self.closed_loop = scene.closed_loop(&self.design, place, &trial)?;
         self.measure = scene.measure();

@@ -28,9 +28,12 @@ pub struct Promise {
     pub step: f64,
     /// From 10 to 90 % of the step, s, where the integral holds the load and nothing else.
     pub rise_time: f64,
-    /// The same where the integral balances friction as well, from a motion before: a servo with friction
-    /// is promised a rise between the two.
+    /// The same where the integral balances friction as well, from a motion before in the direction of the
+    /// step: friction does not hold the servo back then.
     pub quickest_rise_time: f64,
+    /// The same after a motion against the direction of the step: the integral pushes the other way with
+    /// all that friction bears. Infinite where it takes longer than is looked for, 25/ω.
+    pub slowest_rise_time: f64,
     /// Beyond the step, a part of it: at the worst corner, with friction balanced by the integral before
     /// the step, and a count more, since where within a count a servo stands is not known.
     pub overshoot: f64,

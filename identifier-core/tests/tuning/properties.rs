@@ -207,6 +207,11 @@ proptest! {
             let nominal = steps(&candidates[0], 0.0);
             let rise = nominal.rise().expect("it rises") * settings.sample_time;
             prop_assert!((rise / promise.rise_time - 1.0).abs() < 0.15, "{rise} {promise:?}");
+            let ServoParameters { b, coulomb, .. } = case.servo.parameters;
+            let held = steps(&candidates[0], friction * coulomb / b);
+            let between = held.rise().map_or(f64::INFINITY, |rise| rise * settings.sample_time);
+            let least = 0.85 * promise.quickest_rise_time.min(promise.rise_time);
+            prop_assert!(between > least && between <= 1.15 * promise.slowest_rise_time, "{between} {promise:?}");
             // Friction holds the servo wherever the integral has stopped before.
             let ServoParameters { b, coulomb, .. } = candidates[corner].0;
             let other = steps(&candidates[corner], friction * coulomb / b);

@@ -103,38 +103,6 @@ pub fn gains(before: Option<&HoldingGains>, tuning: &Tuning) -> String {
     table.to_string()
 }
 
-/// What the new gains promise.
-#[must_use]
-pub fn promise(tuning: &Tuning) -> String {
-    let promise = &tuning.promise;
-    let mut table = heading(["response", "promised", "unit"]);
-    let [least, most] = promise.gain_margins;
-    for (name, promised, unit) in [
-        ("bandwidth", figure(tuning.bandwidth), "rad/s"),
-        ("step", figure(promise.step), "rad"),
-        ("rise time", figure(1e3 * promise.rise_time), "ms"),
-        ("overshoot", figure(100.0 * promise.overshoot), "%"),
-        ("settling time", figure(1e3 * promise.settling_time), "ms"),
-        ("largest sensitivity", figure(promise.sensitivity), ""),
-        ("gain margins", format!("{least:.2} to {most:.2}"), ""),
-        (
-            "command of the step",
-            figure(100.0 * promise.command_share),
-            "% of the limit",
-        ),
-        (
-            "noise of the command",
-            figure(promise.noise),
-            "command units",
-        ),
-        ("compliance", figure(promise.compliance), "rad per rad/s²"),
-    ] {
-        table.add_row([name.to_owned(), promised, unit.to_owned()]);
-    }
-    right_aligned(&mut table, &[1]);
-    table.to_string()
-}
-
 /// How it ended, in a sentence.
 #[must_use]
 pub fn verdict(before: bool, outcome: &Outcome) -> String {
