@@ -378,3 +378,85 @@ fn a_run_that_nobody_can_read_of_is_still_ended() {
     let said = person.does("status");
     assert!(said.contains("the last run was stopped"), "{said}");
 }
+
+/// What a person adds to the scenario for a commissioning.
+const COMMISSION: &str = "[plant]\na = 0.2\nb = 250.0\n[encoder]\ncounts_per_rev = 10000\n\
+    [amplifier]\nlimit = 10.0\n\
+    [commission]\ntravel = 1.5\nspeed = 40.0\nsample_time = 0.001\nbandwidth = 40.0\n";
+
+#[test]
+fn a_drive_of_which_nothing_is_known_is_commissioned_from_the_command_line() {
+    let person = Person::before_a_drive("commission_drive");
+    std::fs::write(&person.scenario, COMMISSION).expect("the scenario is written");
+    person.drive.with(|around| around.supply = true);
+    let output = host_sim(&person.arguments("commission my-servo.toml"));
+    let progress = standard_error(&output);
+    assert!(output.status.success(), "{progress}");
+    let said = String::from_utf8_lossy(&output.stdout);
+    let first = said.lines().next().unwrap_or_default();
+    assert!(first.contains("moves at most from -1.5"), "{said}");
+    assert!(
+        said.contains("applied: the new gains hold, and are kept"),
+        "{said}"
+    );
+    for phase in ["wiggle", "fit", "refine", "verify", "tune", "trial"] {
+        assert!(progress.contains(phase), "{phase}: {progress}");
+    }
+    assert!(progress.contains("rad, command "), "{progress}");
+    let status = person.does("status");
+    assert!(status.contains("as commissioned"), "{status}");
+    assert!(status.contains("commissioning: applied"), "{status}");
+    // After the power was off, a start closes the loop with them.
+    person.drive.with(|around| around.power = false);
+    person.drive.pass(0.2);
+    person.drive.with(|around| around.power = true);
+    person.drive.pass(0.2);
+    assert!(person.does("status").contains("as commissioned"));
+    assert!(person.does("start --for 0.5").contains("knows: "));
+    // Again, and the result as JSON.
+    let again = person.does("commission my-servo.toml --json -");
+    let json: serde_json::Value = serde_json::from_str(&again).expect("JSON");
+    assert_eq!(
+        (&json["status"], &json["code"]),
+        (&"applied".into(), &0.into())
+    );
+    assert_eq!(json["kept"], true);
+    let b = json["servo"]["b"]["value"].as_f64().expect("a number");
+    assert!((b / SERVO.b - 1.0).abs() < 0.02, "{b}");
+}
+
+#[test]
+fn a_commissioning_that_is_refused_or_fails_says_why_and_what_would_do() {
+    let person = Person::before_a_drive("commission_fails");
+    let write = |text: &str| std::fs::write(&person.scenario, text).expect("it is written");
+    write(&COMMISSION.replace("travel = 1.5", "travel = 0.0001"));
+    let why = person.fails(2, "commission my-servo.toml");
+    assert!(why.contains("commission.travel"), "{why}");
+    assert!(person.drive.with(|around| around.held).is_none());
+    // Without the motor's supply nothing moves.
+    write(COMMISSION);
+    let why = person.fails(1, "commission my-servo.toml");
+    assert!(why.contains("reason 101:"), "{why}");
+    // Another sample time than that of the configured drive.
+    write(&COMMISSION.replace("sample_time = 0.001", "sample_time = 0.0005"));
+    let why = person.fails(2, "commission my-servo.toml");
+    assert!(why.contains("sample_time"), "{why}");
+}
+
+#[test]
+#[cfg(unix)]
+fn an_interruption_stops_a_commissioning() {
+    let person = Person::before_a_drive("commission_interrupted");
+    std::fs::write(&person.scenario, COMMISSION).expect("the scenario is written");
+    person.drive.with(|around| around.supply = true);
+    let begun = person.begins("commission my-servo.toml");
+    person.drive.pass(1.0);
+    let killed = Command::new("kill")
+        .args(["-INT", &begun.id().to_string()])
+        .status();
+    assert!(killed.is_ok_and(|status| status.success()));
+    let (status, _, why) = Person::ends(begun);
+    assert_eq!(status, Some(1), "{why}");
+    assert!(why.contains("reason 170:"), "{why}");
+    assert!(person.drive.with(|around| around.held).is_none());
+}

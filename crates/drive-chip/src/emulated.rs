@@ -29,7 +29,7 @@ const PERIPHERALS: [u32; 8] = [
 ];
 
 /// Where the records are, in two shorter sectors.
-const RECORDS: u32 = 0x080c_0000;
+const RECORDS: u32 = 0x0800_4000;
 const RECORD_WORDS: usize = 2 * SECTOR as usize / 4;
 
 static REGISTERS: [AtomicU32; PERIPHERALS.len() * WORDS] =

@@ -17,10 +17,10 @@ use crate::watchdog;
 pub(crate) const SECTOR: u32 = if cfg!(feature = "emulator") {
     0x2000
 } else {
-    0x2_0000
+    0x4000
 };
 
-/// Two neighbouring sectors of 128 KiB.
+/// Two neighbouring sectors of 16 KiB, between the vectors and the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sectors {
     first: u32,
@@ -30,17 +30,17 @@ impl Sectors {
     /// By the number of the first of them.
     ///
     /// # Panics
-    /// From 6 on, since below them is the program, and both in a flash of 12 sectors; made as a
-    /// constant, anything else does not compile.
+    /// 1 or 2: sector 0 has the vectors, and with sector 4 the program begins; made as a constant, anything
+    /// else does not compile.
     #[must_use]
     pub const fn from(first: u32) -> Self {
-        assert!(6 <= first && first <= 10, "two sectors from 6 to 11");
+        assert!(1 <= first && first <= 2, "two sectors from 1 to 3");
         Self { first }
     }
 
-    /// Where they begin: sectors of 128 KiB begin with number 5 (RM0090, table 5).
+    /// Where they begin: the first four are of 16 KiB each (RM0090, table 5).
     const fn base(self) -> Register {
-        Register::at(0x0802_0000 + (self.first - 5) * 0x2_0000)
+        Register::at(0x0800_0000 + self.first * 0x4000)
     }
 }
 
@@ -78,7 +78,7 @@ pub struct Step {
 }
 
 impl Step {
-    /// Turns of a loop that it may take, several seconds: an erasure takes two at most.
+    /// Turns of a loop that it may take, several seconds: an erasure takes half of one at most.
     const TURNS: u32 = 40_000_000;
 
     /// Does it and answers with the flash's status at its end.

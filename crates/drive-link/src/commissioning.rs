@@ -1,7 +1,7 @@
 use core::fmt;
 
 use identifier_core::ControllerSettings;
-use identifier_core::commission::{IdentifiedServo, Phase, StopReason};
+use identifier_core::commission::{IdentifiedServo, Phase, StopReason, TrialResult};
 use identifier_core::tuning::Tuning;
 use serde::{Deserialize, Serialize};
 
@@ -41,6 +41,8 @@ pub struct Outcome {
     pub servo: Option<IdentifiedServo>,
     /// The gains that were found, with what they promise.
     pub tuning: Option<Tuning>,
+    /// What was measured of that in the trial.
+    pub trial: Option<TrialResult>,
     /// Whether they survive a loss of power.
     pub kept: bool,
 }

@@ -6,7 +6,9 @@ use drive_link::{
     StopListener, frame,
 };
 use identifier_core::ControllerSettings;
-use identifier_core::commission::{CommissionSettings, IdentifiedServo, Limits, Phase, StopReason};
+use identifier_core::commission::{
+    CommissionSettings, IdentifiedServo, Limits, Phase, StopReason, TrialResult,
+};
 use identifier_core::identifier::Event;
 use identifier_core::model::ServoParameters;
 use identifier_core::settings::{
@@ -176,6 +178,13 @@ fn what_a_commissioning_says_fits_a_message() {
                 noise: f64::MIN,
                 compliance: f64::MIN,
             },
+        }),
+        trial: Some(TrialResult {
+            step: f64::MIN,
+            rise_time: Some(f64::MIN),
+            overshoot: f64::MIN,
+            disturbance: f64::MIN,
+            excursion: f64::MIN,
         }),
         kept: true,
     };

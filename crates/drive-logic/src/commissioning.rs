@@ -146,6 +146,7 @@ impl Commissioning {
             commissioning: drive_link::Commissioning { phase, reason },
             servo: state.servo().copied(),
             tuning: state.tuning().copied(),
+            trial: state.trial().copied(),
             kept: false,
         }
     }

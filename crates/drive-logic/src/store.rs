@@ -3,8 +3,8 @@
 //! Two areas of flash that can be erased apart are filled with records in turn, one slot each; the
 //! newest whole record holds. A record is written behind the last one, never over it, and an area is
 //! erased only when the other one holds the newest: so whenever the power goes, either the record
-//! before or the new one is whole. 128 records of 1024 bytes fill an area of 128 KiB, so that 10 000
-//! cycles of erasing last for two and a half million records.
+//! before or the new one is whole. 16 records of 1024 bytes fill an area of 16 KiB, so that 10 000
+//! cycles of erasing last for three hundred thousand records.
 //!
 //! | bytes | what |
 //! |---|---|

@@ -232,9 +232,10 @@ fn what_was_never_ended_is_told_with_its_number_after_the_power_came_back() {
         commissioning,
         servo,
         tuning,
+        trial,
         kept,
     } = outcome(&mut drive);
     let number = commissioning.reason.map(StopReason::number);
     assert_eq!((commissioning.phase, number), (Phase::Aborted, Some(173)));
-    assert_eq!((servo, tuning, kept), (None, None, false));
+    assert_eq!((servo, tuning, trial, kept), (None, None, None, false));
 }

@@ -15,7 +15,7 @@ use drive_chip::board::{Board, Oscillator};
 use drive_chip::flash::Sectors;
 use drive_chip::pins::{Pin, Port};
 
-/// The board. Its last two sectors of 12 keep the records.
+/// The board. Its flash keeps the records in the sectors 1 and 2.
 pub const BOARD: Board = Board {
     oscillator: Oscillator::crystal(8_000_000),
     encoder: [Pin::new(Port::C, 6), Pin::new(Port::C, 7)],
@@ -26,5 +26,5 @@ pub const BOARD: Board = Board {
     low_switch: Pin::new(Port::C, 0),
     high_switch: Pin::new(Port::C, 1),
     serial: [Pin::new(Port::A, 2), Pin::new(Port::A, 3)],
-    records: Sectors::from(10),
+    records: Sectors::from(1),
 };

@@ -92,7 +92,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         }
         if let Some(tuning) = &outcome.tuning {
             say!("{}", report::gains(before.as_ref(), tuning))?;
-            say!("{}", report::promise(tuning))?;
+        }
+        if let (Some(servo), Some(tuning)) = (outcome.servo(), &outcome.tuning) {
+            say!("{}", report::promise(servo, tuning, outcome.trial.as_ref()))?;
         }
     }
     if !outcome.is_applied() {

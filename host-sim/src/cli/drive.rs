@@ -1,3 +1,5 @@
+mod commission;
+
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -17,7 +19,7 @@ use super::standard_output::say;
 use crate::drive::{Client, DriveError};
 use crate::pil;
 use crate::port::Port;
-use crate::scenario::{ExcitationSettings, Purpose, Scenario};
+use crate::scenario::{ExcitationSettings, Purpose, Scenario, keys};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
@@ -50,6 +52,10 @@ enum Verb {
     Save,
     /// Look on for a while.
     Watch(Watch),
+    /// Let the drive come to know its servo within the limits of a scenario, tune itself, prove it and keep
+    /// it, and look on.
+    #[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
+    Commission(commission::Arguments),
 }
 
 #[derive(Debug, clap::Args)]
@@ -145,6 +151,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         Verb::Clear => client.ask(Command::Clear).map_err(fault),
         Verb::Save => client.ask(Command::Save).map_err(fault),
         Verb::Watch(watch) => watch.run(&mut client, table),
+        Verb::Commission(commission) => commission.run(&mut client, &status),
     }
 }
 

@@ -31,7 +31,7 @@ pub const RECORD: usize = 256;
 const AFTERWARDS: f64 = 0.2;
 
 /// The longest that a commissioning may take, s: it is to end by itself long before.
-const LONGEST: f64 = 120.0;
+const LONGEST: f64 = 60.0;
 
 /// A commissioning of a scenario's servo, about to begin.
 #[derive(Debug, Clone)]

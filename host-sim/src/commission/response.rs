@@ -93,30 +93,42 @@ impl StepResponse {
         let mut state = ControlState::default();
         let mut before = axis.count().unwrap_or(0);
         let first = before;
-        let mut advance = |axis: &mut Axis, reference: f64| {
+        let mut advance = |axis: &mut Axis, state: &mut ControlState<f64, _>, reference: f64| {
             let count = axis.count().unwrap_or(before);
             let moved = f64::from(count.wrapping_sub(before));
             before = count;
             let error = position_error(first, reference * units.position(), count);
-            let sample = controller.process(&mut state, error, moved);
+            let sample = controller.process(state, error, moved);
             // A loop that has run away beyond what it can count goes nowhere any more.
             axis.advance(sample.map_or(0.0, |sample| sample.command));
         };
         let samples = |time: f64| (time / sample_time).ceil() as u64;
         for _ in 0..samples(settling) {
-            advance(&mut axis, 0.0);
+            advance(&mut axis, &mut state, 0.0);
+        }
+        // The promise is for a step with an integral that holds the load and nothing else: what it gathers
+        // against friction before is chance.
+        let ki = gains.controller.ki * sample_time * units.position_unit();
+        if ki > 0.0 {
+            state = state.with_integral(axis.balance() / ki);
         }
         let from = axis.position();
         let mut done = Vec::new();
         for _ in 0..samples(lasting) {
             done.push((axis.position() - from) / step);
-            advance(&mut axis, step);
+            advance(&mut axis, &mut state, step);
         }
         Ok(Self {
             sample_time,
             step,
             done,
         })
+    }
+
+    /// The step, rad.
+    #[must_use]
+    pub fn step(&self) -> f64 {
+        self.step
     }
 
     /// From 10 to 90 % of the step, s; none if it did not get there.

@@ -1,10 +1,14 @@
 //! The host's end of the conversation with a drive.
 
+mod document;
+
 use std::fmt;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use drive_link::{Command, Refusal, Report, Request, Settings, State, Status};
+use drive_link::{Command, Outcome, Refusal, Report, Request, Settings, State, Status};
+use identifier_core::commission::CommissionSettings;
 
+pub use self::document::CommissionDocument;
 use crate::port::{Port, PortError};
 
 /// A drive at the other end of a port.
@@ -109,19 +113,49 @@ impl Client {
     /// If it is refused, the line breaks, or the run has already ended.
     pub fn start(&mut self) -> Result<(), DriveError> {
         const PATIENCE: Duration = Duration::from_millis(200);
-        self.say(Command::Start)?;
+        self.begin(Command::Start, PATIENCE, State::Running)
+    }
+
+    /// Begins a commissioning, and never two. Before it begins, the drive's flash may have to be erased.
+    ///
+    /// # Errors
+    /// If it is refused, the line breaks, or it has already ended.
+    pub fn commission(&mut self, order: &CommissionSettings) -> Result<(), DriveError> {
+        const PATIENCE: Duration = Duration::from_secs(5);
+        let command = Command::Commission(*order);
+        self.begin(command, PATIENCE, State::Commissioning)
+    }
+
+    /// Asks once for what must not be done twice; where no answer comes, the drive is asked whether it
+    /// does it.
+    fn begin(
+        &mut self,
+        command: Command,
+        patience: Duration,
+        wanted: State,
+    ) -> Result<(), DriveError> {
+        self.say(command)?;
         let id = self.id;
-        let answer = self.next_within(PATIENCE, |report| match report {
+        let answer = self.next_within(patience, |report| match report {
             Report::Done { id: same } if *same == id => Some(Ok(())),
             Report::Refused { id: same, refusal } if *same == id => Some(Err(refusal.clone())),
             _ => None,
         })?;
         match answer {
             Some(done) => done.map_err(DriveError::Refused),
-            None => match self.status()?.state {
-                State::Running => Ok(()),
-                _ => Err(DriveError::Silent),
-            },
+            None if self.status()?.state == wanted => Ok(()),
+            None => Err(DriveError::Silent),
+        }
+    }
+
+    /// What the last commissioning came to.
+    ///
+    /// # Errors
+    /// If there was none, or the line breaks.
+    pub fn outcome(&mut self) -> Result<Outcome, DriveError> {
+        match self.report(Command::Outcome)? {
+            Report::Outcome { outcome, .. } => Ok(outcome),
+            _ => Err(DriveError::Silent),
         }
     }
 

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use comfy_table::{CellAlignment, Table, presets};
-use identifier_core::tuning::{Cap, PredictedSample, Tuner, Tuning, TuningError};
+use identifier_core::tuning::{Cap, PredictedSample, Promise, Tuner, Tuning, TuningError};
 use serde::Serialize;
 
 use super::plot::{self, Curve, Panel};
@@ -29,7 +29,7 @@ pub struct Document {
     pub conditions: ConditionsDocument,
 }
 
-/// What is promised; null for a settling time that friction leaves open.
+/// What is promised.
 #[derive(Debug, Clone, Serialize)]
 #[expect(
     missing_docs,
@@ -39,9 +39,9 @@ pub struct PromiseDocument {
     pub step: f64,
     pub rise_time: f64,
     pub quickest_rise_time: f64,
-    pub slowest_rise_time: Option<f64>,
+    pub slowest_rise_time: f64,
     pub overshoot: f64,
-    pub settling_time: Option<f64>,
+    pub settling_time: f64,
     pub sensitivity: f64,
     pub gain_margins: [f64; 2],
     pub command_share: f64,
@@ -119,9 +119,9 @@ impl Document {
                 step: promise.step,
                 rise_time: promise.rise_time,
                 quickest_rise_time: promise.quickest_rise_time,
-                slowest_rise_time: finite(promise.slowest_rise_time),
+                slowest_rise_time: promise.slowest_rise_time,
                 overshoot: promise.overshoot,
-                settling_time: finite(promise.settling_time),
+                settling_time: promise.settling_time,
                 sensitivity: promise.sensitivity,
                 gain_margins: promise.gain_margins,
                 command_share: promise.command_share,
@@ -209,10 +209,11 @@ pub fn table(tuning: &Tuning) -> String {
     } else {
         rise
     };
-    let settling = if promise.settling_time.is_finite() {
+    let longest = Promise::LONGEST / tuning.bandwidth;
+    let settling = if promise.settling_time < longest {
         figure(1e3 * promise.settling_time)
     } else {
-        "friction may keep it outside".to_owned()
+        format!("above {}", figure(1e3 * longest))
     };
     let mut table = Table::new();
     table.load_style(presets::UTF8_BORDERS_ONLY);

@@ -72,6 +72,27 @@ impl CommissionOrder {
         }
     }
 
+    /// Whether there is travel where the servo may move, and none where it may not.
+    fn check_ways(&self) -> Result<(), Fault> {
+        let [low, high] = self.travel;
+        match (self.one_way, low < 0.0 && high > 0.0) {
+            (true, true) => Err(Fault::new(
+                "commission.one_way",
+                format!(
+                    "there is travel to both sides, [{low}, {high}]: state one that begins or ends at 0"
+                ),
+            )),
+            (false, false) => Err(Fault::new(
+                "commission.travel",
+                format!(
+                    "the servo stands at an end of its travel, [{low}, {high}]: allow some to either side, or \
+                     state one_way = true"
+                ),
+            )),
+            _ => Ok(()),
+        }
+    }
+
     /// What is asked of the gains.
     fn goal(&self) -> Result<Goal, Fault> {
         match (self.response_time, self.bandwidth, self.stiffest) {
@@ -104,6 +125,7 @@ impl Scenario {
             let about = Key::of("commission").map_or("", |key| key.about);
             Fault::new("commission", format!("a commissioning needs {about}"))
         })?;
+        order.check_ways()?;
         let plant_box = self.stated.identifier.plant_box;
         Ok(CommissionSettings {
             sample_time: self.sample_time(),
@@ -157,7 +179,14 @@ impl Scenario {
                 Fault::new("commission.response_time", fault)
             }
             (CommissionError::TooFast { .. }, None) => Fault::new("commission.bandwidth", error),
-            (CommissionError::TravelTooSmall { .. }, _) => Fault::new("commission.travel", error),
+            (CommissionError::TravelTooSmall { travel, needed }, _) => {
+                let each = needed / 2.0;
+                let fault = format!(
+                    "{travel:.4} rad from end to end are less than evidence needs with this encoder: allow \
+                     {needed:.4} rad, {each:.4} rad to either side"
+                );
+                Fault::new("commission.travel", fault)
+            }
             (CommissionError::SpeedTooSmall { .. }, _) => Fault::new("commission.speed", error),
             (CommissionError::OutOfRange { setting, .. }, _) => {
                 let key = match *setting {

@@ -323,7 +323,7 @@ keys! {
     "the step of the reference in the trial";
 "commission.most_gain": Number(POSITIVE, |s, v| order(s).most_gain = Some(v)), Follows("the highest b of identifier.plant_box; without it nothing is known"),
     "rad/s² per command unit", "the largest b that the servo may have: the first motion is planned for it";
-"commission.command_delay": Number(NOT_NEGATIVE, |s, v| order(s).command_delay = Some(v)), Follows("amplifier.delay"), "s",
+"commission.command_delay": Number(Fixed(Allowed::Within(0.0, 0.1)), |s, v| order(s).command_delay = Some(v)), Follows("amplifier.delay"), "s",
     "from the reading of the encoder to the change of the output, as far as it is known; the rest is identified";
 "commission.sample_time": Number(SAMPLE_TIME, |s, v| order(s).sample_time = Some(v)), Follows("controller.sample_time"), "s",
     "time from one sample to the next, for a scenario without [controller]";

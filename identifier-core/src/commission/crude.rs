@@ -45,6 +45,12 @@ impl<N: Number> Crude<N> {
         self.gain > N::ZERO
     }
 
+    /// Whether its gain is at most five times another, and at least a fifth.
+    pub(crate) fn is_like(&self, gain: N) -> bool {
+        let five = N::from_f64(5.0);
+        self.gain < five * gain && gain < five * self.gain
+    }
+
     /// d − c sign, in a direction of motion.
     pub(crate) fn without_command(&self, direction: N) -> N {
         if direction > N::ZERO {

@@ -76,7 +76,7 @@ impl fmt::Display for CommissionError {
                 setting,
                 value,
                 needed,
-            } => write!(f, "{setting} is {value}: from {needed} on it would do"),
+            } => write!(f, "{setting} is {value}: {needed} would do"),
             Self::TravelTooSmall { travel, needed } => write!(
                 f,
                 "a travel of {travel} rad is less than evidence needs with this encoder: allow {needed:.4} rad"

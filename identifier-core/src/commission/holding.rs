@@ -81,6 +81,13 @@ impl<N: Number> Holding<N> {
         self.reference = target;
     }
 
+    /// Has the integral hold a load by this command and nothing else. A servo at rest that friction holds
+    /// does not notice; what the integral had gathered against friction is forgotten.
+    pub(super) fn balance(&mut self, command: N) {
+        let integral = self.controller.pid.integral_for(command, N::ZERO, N::ZERO);
+        self.state = self.state.with_integral(integral);
+    }
+
     /// Disturbs the servo by a command on top of the controller's.
     pub(super) fn disturb(&mut self, command: N) {
         self.disturbance = command;

@@ -281,6 +281,10 @@ impl<N: Number> Commission<N> {
         match state.answer {
             None => Ok(command),
             Some(Answer::Failed(reason)) => Err(reason),
+            Some(Answer::NoGains(error)) => {
+                state.tuning_error = Some(error);
+                Err(StopReason::NoGains)
+            }
             Some(Answer::Verified) => {
                 state.answer = None;
                 state.phase = Phase::Tune;
@@ -402,8 +406,7 @@ impl<N: Number> Commission<N> {
             self.rest
                 .max((0.5 * settling / self.settings.sample_time) as u32),
         );
-        let b = servo.parameters.b;
-        let trial = Trial::of(&tuning, &self.units, step, disturbance, b);
+        let trial = Trial::of(&tuning, &self.units, step, disturbance, &servo.parameters);
         state.activity = Activity::OnTrial(holding, trial);
         Ok(())
     }

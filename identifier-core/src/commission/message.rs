@@ -1,5 +1,5 @@
 use super::{IdentifiedServo, MotionBlock, Phase, StopReason};
-use crate::tuning::Tuning;
+use crate::tuning::{Tuning, TuningError};
 
 /// What the interrupt's half tells the study.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,6 +21,8 @@ pub enum Answer {
     Verified,
     /// Gains and what they promise.
     Tuned(Tuning),
+    /// No gains keep what was asked for; which would do is in the error.
+    NoGains(TuningError),
     /// It cannot go on.
     Failed(StopReason),
 }

@@ -53,15 +53,23 @@ impl<N: Number> Gathered<N> {
         self.equations.add(row, value);
     }
 
-    /// The estimate, if the standard error of b is below a quarter of it.
-    pub(crate) fn sure(&self) -> Option<Crude<N>> {
-        const SQUARE: f64 = 12.0 / 16.0;
-        let estimate = self.estimate()?;
-        let mut unit = [N::ZERO; ROW];
-        unit[GAIN] = N::ONE;
-        let variance = self.equations.variance(&unit);
-        let sure = variance < N::from_f64(SQUARE) * estimate.gain * estimate.gain;
-        (sure && variance > N::ZERO).then_some(estimate)
+    /// Forgets what was gathered; what the filters remember of the motion stays.
+    pub(crate) fn forget(&mut self) {
+        self.equations = NormalEquations::EMPTY;
+    }
+
+    /// The variance of the acceleration that it predicts under a command, at a velocity in a direction, for
+    /// errors of variance one.
+    pub(crate) fn variance(&self, command: N, velocity: N) -> N {
+        let mut row = [N::ZERO; ROW];
+        row[GAIN] = command;
+        row[if velocity > N::ZERO {
+            FORWARD
+        } else {
+            BACKWARD
+        }] = N::ONE;
+        row[VISCOUS] = -velocity;
+        self.equations.variance(&row)
     }
 
     /// The servo broke away in a direction at a command: friction and load are in balance with it.
@@ -166,6 +174,9 @@ impl<N: Number> Regression<N> {
             return false;
         }
         gathered.due = 0;
+        if direction == N::ZERO {
+            return false;
+        }
         gathered.equations.add(&gathered.position, gathered.error);
         true
     }

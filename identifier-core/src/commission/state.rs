@@ -6,7 +6,7 @@ use super::{
 use crate::measurement::velocity::LowPassState;
 use crate::number::Number;
 use crate::plausibility::PlausibilityState;
-use crate::tuning::Tuning;
+use crate::tuning::{Tuning, TuningError};
 
 /// A commissioning under way. Positions in counts from where it began.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,6 +29,7 @@ pub struct CommissionState<N: Number> {
     pub(super) answer: Option<Answer>,
     pub(super) servo: Option<IdentifiedServo>,
     pub(super) tuning: Option<Tuning>,
+    pub(super) tuning_error: Option<TuningError>,
     pub(super) trial: Option<TrialResult>,
     pub(super) reason: Option<StopReason>,
 }
@@ -88,6 +89,7 @@ impl<N: Number> CommissionState<N> {
             answer: None,
             servo: None,
             tuning: None,
+            tuning_error: None,
             trial: None,
             reason: None,
         }
@@ -121,6 +123,12 @@ impl<N: Number> CommissionState<N> {
     #[must_use]
     pub fn setpoint(&self) -> Option<N> {
         self.activity.setpoint()
+    }
+
+    /// Why there are no gains, where that is why it ended, and which would do.
+    #[must_use]
+    pub fn tuning_error(&self) -> Option<&TuningError> {
+        self.tuning_error.as_ref()
     }
 
     /// What was measured in the trial, as far as it went.

@@ -297,8 +297,8 @@ impl StopReason {
             Self::ActuatorDead => (
                 154,
                 "actuator-dead",
-                "the command no longer acts",
-                "check the amplifier, its supply and its enable line",
+                "the command moves nothing: the actuator is dead, or the encoder does not show the motion",
+                "check the amplifier, its supply and its enable line, and then the encoder",
             ),
             Self::ActuatorWeak => (
                 155,

@@ -15,6 +15,8 @@ pub struct Study<N: Number, const W: usize = 256> {
     fitter: ServoFitter<N>,
     record: Motion<N, W>,
     servo: Option<IdentifiedServo>,
+    /// The step that gains are looked for with, rad.
+    step: f64,
     work: Work<N>,
 }
 
@@ -34,12 +36,16 @@ enum Work<N: Number> {
         /// Whether the step was already chosen for the bandwidth that was found.
         fitted: bool,
     },
+    NotTuned(TuningError),
     Failed(StopReason),
 }
 
 impl<N: Number, const W: usize> Study<N, W> {
     /// The part of the travel in its direction that the trial's step takes where none is given.
     const STEP: f64 = 0.25;
+
+    /// The part that it takes where the encoder has few counts in that.
+    const MOST_STEP: f64 = 0.5;
 
     /// The largest speed of a step of the reference, over the step and ω: e⁻¹ of the double pole, and a
     /// fifth for the zero of the integral and the corners of what is known.
@@ -53,6 +59,9 @@ impl<N: Number, const W: usize> Study<N, W> {
 
     /// The least counts of a step that tell an overshoot.
     const SEEN: f64 = 40.0;
+
+    /// How much larger the next step is where friction holds the servo through one.
+    const GROWTH: f64 = 4.0;
 
     /// The part of the command that the encoder's rounding may make up.
     const NOISE: f64 = 0.02;
@@ -70,6 +79,7 @@ impl<N: Number, const W: usize> Study<N, W> {
             fitter: ServoFitter::new(&settings.fit()),
             record: Motion::EMPTY,
             servo: None,
+            step: 0.0,
             work: Work::Nothing,
         })
     }
@@ -107,6 +117,11 @@ impl<N: Number, const W: usize> Study<N, W> {
     pub fn work(&mut self) -> Option<Answer> {
         match &mut self.work {
             Work::Nothing => None,
+            Work::NotTuned(error) => {
+                let error = *error;
+                self.work = Work::Nothing;
+                Some(Answer::NoGains(error))
+            }
             Work::Failed(reason) => {
                 let reason = *reason;
                 self.work = Work::Nothing;
@@ -133,7 +148,15 @@ impl<N: Number, const W: usize> Study<N, W> {
                 let fitted = *fitted;
                 match tuned {
                     Ok(tuning) => self.offer(tuning, fitted),
-                    Err(_) => self.fail(StopReason::NoGains),
+                    Err(TuningError::DoesNotArrive) if self.step < self.room() => {
+                        // Friction holds the servo through so small a step.
+                        self.tune(self.settings.goal, Self::GROWTH * self.step, false);
+                        None
+                    }
+                    Err(error) => {
+                        self.work = Work::Nothing;
+                        Some(Answer::NoGains(error))
+                    }
                 }
             }
         }
@@ -157,6 +180,8 @@ impl<N: Number, const W: usize> Study<N, W> {
 
     /// Begins to look for gains.
     fn tune(&mut self, goal: Goal, step: f64, fitted: bool) {
+        let step = step.min(self.room());
+        self.step = step;
         let begun = self.servo.ok_or(TuningError::NotKnown).and_then(|servo| {
             let settings = TuningSettings {
                 sample_time: self.settings.sample_time,
@@ -178,14 +203,15 @@ impl<N: Number, const W: usize> Study<N, W> {
                 tuner,
                 fitted,
             },
-            Err(_) => Work::Failed(StopReason::NoGains),
+            Err(error) => Work::NotTuned(error),
         };
     }
 
     /// Gains with the step that is to try them, which is chosen for them.
     fn offer(&mut self, tuning: Tuning, fitted: bool) -> Option<Answer> {
         let step = self.step_for(&tuning);
-        if !fitted && step != tuning.promise.step {
+        let other = libm::fabs(step - tuning.promise.step) > 1e-3 * step;
+        if !fitted && other {
             self.tune(Goal::Bandwidth(tuning.bandwidth), step, true);
             return None;
         }
@@ -202,7 +228,7 @@ impl<N: Number, const W: usize> Study<N, W> {
             Some(step) => step.min(speed),
             None => self.room().min(speed).min(command),
         };
-        wanted.max(self.least_step().min(self.room()))
+        wanted.max(self.step)
     }
 
     /// The step that gains are looked for with: so small that it binds neither speed nor command.
@@ -218,7 +244,9 @@ impl<N: Number, const W: usize> Study<N, W> {
     /// The largest step within the travel, rad.
     fn room(&self) -> f64 {
         let [low, high] = self.settings.limits.travel;
-        Self::STEP * high.max(-low)
+        let farthest = high.max(-low);
+        let few = TuningSettings::LEAST_COUNTS * self.settings.resolution;
+        (Self::STEP * farthest).max(few.min(Self::MOST_STEP * farthest))
     }
 
     /// The command that is left when the load is held.

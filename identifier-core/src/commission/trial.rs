@@ -1,5 +1,6 @@
 use super::StopReason;
 use super::holding::Holding;
+use crate::model::ServoParameters;
 use crate::number::Number;
 use crate::tuning::Tuning;
 use crate::units::Units;
@@ -10,6 +11,8 @@ pub(super) struct Trial<N> {
     /// The step, counts, with its sign.
     step: N,
     disturbance: N,
+    /// The command that balances the load.
+    balance: N,
     promised: Promised<N>,
     stage: Stage,
     /// Samples since the stage began.
@@ -85,8 +88,15 @@ impl<N: Number> Trial<N> {
     /// Time for which the slowest of promises is waited for besides, s.
     const BESIDES: f64 = 0.5;
 
-    /// Of a step (counts, signed) and a disturbance (command units) under gains for a servo of b, SI.
-    pub(super) fn of(tuning: &Tuning, units: &Units, step: f64, disturbance: f64, b: f64) -> Self {
+    /// Of a step (rad, signed) and a disturbance (command units) under gains for a servo.
+    pub(super) fn of(
+        tuning: &Tuning,
+        units: &Units,
+        step: f64,
+        disturbance: f64,
+        servo: &ServoParameters,
+    ) -> Self {
+        let b = servo.b;
         let promise = &tuning.promise;
         let counts = step * units.position();
         let samples = |time: f64| time / units.sample_time();
@@ -104,6 +114,7 @@ impl<N: Number> Trial<N> {
         Self {
             step: N::from_f64(counts),
             disturbance: N::from_f64(disturbance),
+            balance: N::from_f64(-servo.load / b),
             promised: Promised {
                 rise: [
                     N::from_f64((1.0 - Self::RISE) * quickest - per_count),
@@ -145,6 +156,9 @@ impl<N: Number> Trial<N> {
             Stage::Settling => {
                 if settled {
                     self.from = holding.reference();
+                    // The promise is for a step from there: what friction makes of the integral before
+                    // is chance.
+                    holding.balance(self.balance);
                     holding.step_to(self.from + self.step);
                     self.begin(Stage::Stepping);
                 }
@@ -290,7 +304,13 @@ mod tests {
         let controller = gains.build::<f64>(&units).expect("valid");
         let limit = [-10.0, 10.0];
         let mut holding = Holding::take_over(controller, limit, 0.0, 0.0, 0.0, 1.0, 60);
-        let mut trial = Trial::<f64>::of(&promised(), &units, step, 0.5, B);
+        let servo = ServoParameters {
+            a: 0.0,
+            b: B,
+            coulomb: 0.0,
+            load: 0.0,
+        };
+        let mut trial = Trial::<f64>::of(&promised(), &units, step, 0.5, &servo);
         for _ in 0..100_000 {
             let passed = f64::from(trial.passed) * 1e-3;
             let since_the_step = match trial.stage {

@@ -31,7 +31,8 @@ impl Detection {
             StopReason::EncoderLost => self.encoder_lost,
             StopReason::EncoderJumped | StopReason::TravelLeft => 1,
             StopReason::SpeedExceeded => self.speed,
-            StopReason::EncoderStuck | StopReason::ActuatorDead => self.standing.max(self.response),
+            // A servo whose actuator dies comes to rest first.
+            StopReason::EncoderStuck | StopReason::ActuatorDead => self.standing + self.response,
             StopReason::ActuatorWeak | StopReason::Reversed => self.response,
             StopReason::Oscillating => self.swings * self.longest_swing,
             _ => return None,

@@ -22,6 +22,7 @@
 //!
 //! A load may step by [`Plausibility::LOAD_STEP`] of the command limit without being taken for a fault.
 
+mod blocks;
 mod bounds;
 mod detection;
 mod model;

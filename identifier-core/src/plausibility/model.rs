@@ -4,6 +4,9 @@ use super::{Plausibility, PlausibilitySettings};
 use crate::commission::IdentifiedServo;
 use crate::units::Units;
 
+/// What a servo may have more of a parameter than its model.
+pub(super) const MODEL_ERROR: f64 = 1.2;
+
 /// Position in counts, time in samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Model {
@@ -23,8 +26,9 @@ pub(super) struct Model {
     pub(super) braking: f64,
     /// The largest acceleration, after such a step.
     pub(super) most_acceleration: f64,
-    /// From the change of a command to the sample from which on it acts.
+    /// Whole samples from a command until it acts, and the part of a sample beyond them.
     pub(super) delay: usize,
+    pub(super) part: f64,
     /// Standard deviation of the position, counts.
     pub(super) unexplained: f64,
 }
@@ -49,7 +53,8 @@ impl Model {
         let coulomb = parameters.coulomb.max(0.0) * acceleration;
         let load = parameters.load * acceleration;
         let braking = coulomb + load.abs() + load_step;
-        let delay = libm::round(servo.delay.max(0.0) / units.sample_time());
+        let samples = (servo.delay.max(0.0) / units.sample_time()).min(longest_delay as f64);
+        let delay = libm::floor(samples);
         Some(Self {
             gain,
             x: parameters.a * units.rate(),
@@ -59,7 +64,8 @@ impl Model {
             load_step,
             braking,
             most_acceleration: gain * most.max(-least) + braking,
-            delay: (delay as usize).min(longest_delay),
+            delay: delay as usize,
+            part: samples - delay,
             unexplained: servo.unexplained * units.position(),
         })
     }

@@ -1,8 +1,8 @@
 //! Whether a servo that does not move can be at standstill.
 
 use super::PlausibilitySettings;
-use super::model::Model;
-use super::response::Block;
+use super::blocks::Block;
+use super::model::{MODEL_ERROR, Model};
 use crate::commission::StopReason;
 use crate::number::Number;
 use crate::units::Units;
@@ -36,15 +36,22 @@ pub(super) struct MotionState<N> {
     command: N,
     /// and its lowest and highest at this standstill.
     range: [N; 2],
-    /// Samples in which it had to move and did not.
+    /// Where the setpoint was when it began, counts.
+    setpoint: N,
+    /// Samples of this standstill, as long as they are few,
+    still: i32,
+    /// and of those, running, in which it had to move and did not.
     pushed: i32,
     /// How fast the servo may become slower, counts a sample squared: by friction and load,
     braking: N,
     /// and for a unit of command.
     gain: N,
     /// Ranges of the command within which it may stand, with a step of the load and without, command
-    /// units.
+    /// units,
     stands: [N; 2],
+    /// and around which command, and how far from it, after a step of the load.
+    holding: N,
+    reach: N,
     /// Samples that it may stand where it must move.
     patience: i32,
 }
@@ -54,15 +61,14 @@ impl<N: Number> Motion<N> {
     const MISSED: i32 = 7;
     /// Counts of a servo at standstill.
     const SLIP: i32 = 2;
-    /// How much faster a servo may brake than the model says.
-    const MODEL_ERROR: f64 = 1.2;
     /// How much faster a servo may brake than it was ever seen to change its speed.
     const UNKNOWN: f64 = 4.0;
     /// The shares of the command's limit by which friction keeps no servo, with a step of the load and
     /// without: Coulomb friction of 20 % to either side, with a tenth to spare.
     const RANGES: [f64; 2] = [0.8, 0.5];
-    /// From an error of so many counts on, it is not the load that keeps the servo from its setpoint.
-    const ASTRAY: i32 = 20;
+    /// A setpoint that moves by so many counts asks the servo to move; what the command then does is no
+    /// answer to a load.
+    const ASKED: i32 = 20;
     /// How much faster it brakes than is likely: a share of what it can.
     const LIKELY: f64 = 0.4;
     /// Friction's range that Stribeck's may add to Coulomb's.
@@ -102,10 +108,14 @@ impl<N: Number> Motion<N> {
             away: N::ZERO,
             command: N::ZERO,
             range: [N::ZERO; 2],
+            setpoint: N::ZERO,
+            still: 0,
             pushed: 0,
             braking: N::REACH,
             gain: N::ZERO,
             stands: self.ranges,
+            holding: N::ZERO,
+            reach: N::REACH,
             patience: self.patience,
         }
     }
@@ -125,18 +135,21 @@ impl<N: Number> Motion<N> {
     ) {
         /// The share of the command's limit beyond breakaway that a command which must move the servo has.
         const PUSH: f64 = 0.05;
-        state.braking = N::from_f64(Self::MODEL_ERROR * model.braking);
-        state.gain = N::from_f64(Self::MODEL_ERROR * model.gain);
+        state.braking = N::from_f64(MODEL_ERROR * model.braking);
+        state.gain = N::from_f64(MODEL_ERROR * model.gain);
         // To either side of what holds it, and a step of the load.
-        let load_step = model.load_step / model.gain;
+        let load_step = MODEL_ERROR * model.load_step / model.gain;
         let friction = 2.0 * Self::LOW_SPEED * model.breakaway + PUSH * settings.limit();
-        state.stands = [friction + Self::MODEL_ERROR * load_step, friction].map(N::from_f64);
+        state.stands = [friction + load_step, friction].map(N::from_f64);
+        let reach = Self::LOW_SPEED * model.breakaway + load_step + PUSH * settings.limit();
+        state.holding = N::from_f64(-model.load / model.gain);
+        state.reach = N::from_f64(reach);
         // Until it has moved by what counts as motion, under a push that is hardly more than friction.
         let push = PUSH * settings.limit() * model.gain;
         let moves = libm::sqrt(2.0 * f64::from(Self::MISSED) / push);
         let least = f64::from(Self::samples(Self::SHORTEST, sample_time));
         let most = f64::from(self.patience);
-        state.patience = (moves + model.delay as f64).clamp(least.min(most), most) as i32;
+        state.patience = (moves + model.delay as f64).max(least.min(most)).min(most) as i32;
     }
 
     /// The servo was seen to change its speed by so much, counts a sample squared.
@@ -156,7 +169,7 @@ impl<N: Number> Motion<N> {
         command: N,
         under: Under<N>,
     ) -> Result<(), StopReason> {
-        if under == Under::Push || state.gain > N::ZERO {
+        if state.gain > N::ZERO {
             Self::stops(state, increment, command)?;
         }
         self.stands(state, increment, command, under)
@@ -191,13 +204,13 @@ impl<N: Number> Motion<N> {
     /// The same over blocks, where a sample has few, and whether the servo can have changed its speed so
     /// soon at all.
     pub(super) fn jolts(state: &mut MotionState<N>, block: &Block<N>) -> Result<(), StopReason> {
-        let [now, before] = block.counts;
-        let possible = N::from_f64(2.0) * block.area * state.braking(block.command);
+        let [now, _, before] = block.counts;
+        let possible = N::from_f64(2.0) * block.area * state.braking(block.largest);
         let missed = N::from_count(Self::MISSED);
         let change = (now - before).magnitude() - missed;
-        if change <= possible {
-            let sudden = change > N::from_f64(Self::LIKELY) * possible;
-            state.abrupt |= now == N::ZERO && sudden;
+        let sudden = change > N::from_f64(Self::LIKELY) * possible;
+        state.abrupt |= now == N::ZERO && sudden;
+        if change <= possible || state.gain == N::ZERO {
             return Ok(());
         }
         let (size, past) = (now.magnitude(), before.magnitude());
@@ -227,10 +240,15 @@ impl<N: Number> Motion<N> {
         state.away += increment;
         if state.away.magnitude() > N::from_count(Self::SLIP) {
             state.away = N::ZERO;
-            state.range = [state.command; 2];
+            state.still = 0;
             state.pushed = 0;
             state.abrupt = false;
             return Ok(());
+        }
+        // What brakes it is not yet what it stands under.
+        if state.still < state.patience {
+            state.still += 1;
+            state.range = [state.command; 2];
         }
         let [low, high] = &mut state.range;
         *low += self.fading * (state.command - *low);
@@ -244,11 +262,17 @@ impl<N: Number> Motion<N> {
         let pushed = match under {
             Under::Nothing => false,
             Under::Push => true,
-            Under::Control(error) => {
+            Under::Control(setpoint) => {
+                if state.still < state.patience {
+                    state.setpoint = setpoint;
+                }
                 let [disturbed, undisturbed] = state.stands;
-                let astray = error.magnitude() > N::from_count(Self::ASTRAY);
-                let stands = if astray { undisturbed } else { disturbed };
-                state.command - *low > stands || *high - state.command > stands
+                let moved = (setpoint - state.setpoint).magnitude();
+                let asked = moved > N::from_count(Self::ASKED);
+                let stands = if asked { undisturbed } else { disturbed };
+                state.command - *low > stands
+                    || *high - state.command > stands
+                    || (state.command - state.holding).magnitude() > state.reach
             }
         };
         if !pushed {
@@ -286,6 +310,6 @@ pub(super) enum Under<N> {
     Nothing,
     /// A command that must move it.
     Push,
-    /// A controller, the servo so many counts from its setpoint.
+    /// A controller with this setpoint, counts.
     Control(N),
 }

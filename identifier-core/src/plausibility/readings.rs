@@ -87,10 +87,12 @@ impl<N: Number> Readings<N> {
         state.last = Some(increment);
         // Not "beyond", so that what is no number is none.
         let near = |other: N| (increment - other).magnitude() <= state.change;
+        let mirrored = (increment + last).magnitude() <= N::from_f64(0.5) * state.change;
+        let possible = increment.magnitude() <= farthest;
         // A counter that stands is no jump: whether the servo can have stopped is another question.
-        if increment.magnitude() <= farthest && (near(last) || increment == N::ZERO) {
+        if possible && (near(last) || increment == N::ZERO) {
             Ok(())
-        } else if near(-last) {
+        } else if possible && mirrored {
             Err(StopReason::Reversed)
         } else {
             Err(StopReason::EncoderJumped)

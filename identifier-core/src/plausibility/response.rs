@@ -1,12 +1,6 @@
 //! Whether the motion is what the command makes.
 //!
-//! Time is cut into blocks of M samples. With D the counts of a block, A = D − D⁻ is the servo's mean
-//! acceleration over two blocks. The same follows from the commands: over two blocks a command weighs as
-//! a triangle, W = ∑ w u, and
-//!
-//!   A = b W + M² (d − c sign v) − a M (D + D⁻)/2.
-//!
-//! Two questions are put to each block in which the servo moves one way.
+//! Two questions are put to each [`Block`] in which the servo moves one way.
 //!
 //! *The change.* A − A⁻ is free of load and friction, and b (W − W⁻), less the viscous brake, is what it
 //! must be. The ratio of the two is the share of the command that acts: one for a sound servo, less for a
@@ -19,48 +13,31 @@
 //! Of a servo that is not known, b > 0 alone is: its motion must not change against the command's change,
 //! and it must not gain speed against a command that no load explains.
 
-use super::model::Model;
+use super::blocks::{Block, Blocks, BlocksState};
+use super::model::{MODEL_ERROR, Model};
 use crate::commission::StopReason;
 use crate::number::Number;
 
 /// The comparison over blocks of one length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Response<N> {
-    /// Samples of a block, M.
-    length: i32,
-    scale: N,
-    /// M² and 1/M².
-    area: N,
-    per_sample: N,
-    /// The change of W that tells something of a servo that is not known, and the W that no load explains.
+    blocks: Blocks<N>,
+    /// The change of W that tells something, and the W that no load explains.
     least: N,
     strong: N,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ResponseState<N> {
-    samples: i32,
-    /// Of this block: counts, the sum of the commands and the sum of its partial sums.
-    counts: N,
-    sum: N,
-    double_sum: N,
-    /// The largest command of this block and of the one before, to either side.
-    largest: [N; 2],
-    /// Of the block before: what its commands add to the next.
-    carried: N,
-    /// Counts of the block before and the one before that.
-    before: [N; 2],
-    /// A⁻ and the commands' part of it.
-    acceleration: N,
-    weighed: N,
-    /// Blocks so far, as long as there are too few.
-    blocks: i32,
+    blocks: BlocksState<N>,
     /// The change: blocks of evidence, those of them against the command, and sums over them in counts
     /// squared, of the measured change by the command's and of the latter by itself.
     evidence: i32,
     against: i32,
     product: N,
     square: N,
+    /// Blocks running that were no evidence.
+    idle: i32,
     /// The level: running blocks against the command.
     level: i32,
 }
@@ -72,20 +49,8 @@ pub(super) struct Known<N> {
     x: N,
     coulomb: N,
     load: N,
-    load_step: N,
-}
-
-/// What a block has shown.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Block<N> {
-    /// The mean acceleration, counts a sample squared.
-    pub(super) acceleration: N,
-    /// The counts of this block and of the one before the last.
-    pub(super) counts: [N; 2],
-    /// The largest command in it and in the block before, to either side.
-    pub(super) command: N,
-    /// M².
-    pub(super) area: N,
+    /// What speaks for the command whatever the motion: a step of the load, and the model's error.
+    favour: N,
 }
 
 impl<N: Number> Known<N> {
@@ -95,7 +60,9 @@ impl<N: Number> Known<N> {
             x: N::from_f64(model.x),
             coulomb: N::from_f64(model.coulomb),
             load: N::from_f64(model.load),
-            load_step: N::from_f64(model.load_step),
+            favour: N::from_f64(
+                MODEL_ERROR * model.load_step + (MODEL_ERROR - 1.0) * model.coulomb,
+            ),
         }
     }
 }
@@ -108,6 +75,8 @@ impl<N: Number> Response<N> {
     const FEW: i32 = 3;
     /// Blocks within which a fault is found, if each is telling.
     pub(super) const BLOCKS: i32 = Self::ENOUGH + 3;
+    /// Blocks without evidence after which older evidence is forgotten.
+    const IDLE: i32 = 16;
     /// A block is evidence if its command changes the motion by so many counts,
     const FAINT: i32 = 6;
     /// and it speaks for the command on its own from so many on.
@@ -117,8 +86,6 @@ impl<N: Number> Response<N> {
     const EVIDENCE: i32 = 1000;
     /// The same of a servo that is not known: by so many counts its motion must have changed.
     const VISIBLE: i32 = 8;
-    /// A block in which the servo has moved no further than this may hold a turn, counts.
-    const SLIP: i32 = 2;
     /// A command that acts by a smaller share contradicts.
     const WEAK: f64 = 0.65;
     /// A dead actuator's share, at most, and a reversed one's.
@@ -127,52 +94,40 @@ impl<N: Number> Response<N> {
     /// One block weighs no more than so many times what its command explains.
     const CREDIT: f64 = 2.5;
 
-    /// Over blocks of so many samples, for commands up to a limit.
-    pub(super) fn new(length: i32, limit: f64) -> Self {
-        /// The change of the command that tells something of a servo that is not known, as a share of the
-        /// limit.
-        const LEAST: f64 = 0.02;
+    /// Over blocks of so many samples, the first shorter by those that it is ahead, for commands up to a
+    /// limit.
+    pub(super) fn new(length: i32, ahead: i32, limit: f64) -> Self {
+        /// The change of the command that tells something, as a share of the limit: of a smaller one what is
+        /// not known of delay and friction makes up too much.
+        const LEAST: f64 = 0.05;
         /// The command that neither a load nor a step of it explains: either is 30 %.
         const STRONG: f64 = 0.7;
-        let samples = f64::from(length);
-        let area = samples * samples;
+        let area = f64::from(length) * f64::from(length);
         Self {
-            length,
-            scale: N::from_f64(samples),
-            area: N::from_f64(area),
-            per_sample: N::from_f64(1.0 / area),
+            blocks: Blocks::new(length, ahead),
             least: N::from_f64(LEAST * limit * area),
             strong: N::from_f64(STRONG * limit * area),
         }
     }
 
     pub(super) fn length(&self) -> i32 {
-        self.length
+        self.blocks.length()
     }
 
     /// Nothing has been seen yet.
     pub(super) fn start(&self) -> ResponseState<N> {
-        let zero = N::ZERO;
         ResponseState {
-            samples: 0,
-            counts: zero,
-            sum: zero,
-            double_sum: zero,
-            largest: [zero; 2],
-            carried: zero,
-            before: [zero; 2],
-            acceleration: zero,
-            weighed: zero,
-            blocks: 0,
+            blocks: self.blocks.start(),
             evidence: 0,
             against: 0,
-            product: zero,
-            square: zero,
+            product: N::ZERO,
+            square: N::ZERO,
+            idle: 0,
             level: 0,
         }
     }
 
-    /// `relay` says that a relay gives the command. Returns what a block that has ended has shown.
+    /// `relay` says that a relay gives the command. Returns a block that has ended.
     #[inline]
     pub(super) fn process(
         &self,
@@ -182,117 +137,80 @@ impl<N: Number> Response<N> {
         known: Option<&Known<N>>,
         relay: bool,
     ) -> Result<Option<Block<N>>, StopReason> {
-        let [largest, _] = &mut state.largest;
-        if command.magnitude() > *largest {
-            *largest = command.magnitude();
-        }
-        state.counts += increment;
-        state.double_sum += state.sum + N::from_f64(0.5) * command;
-        state.sum += command;
-        state.samples += 1;
-        if state.samples < self.length {
+        let Some(block) = self.blocks.process(&mut state.blocks, increment, command) else {
             return Ok(None);
+        };
+        if block.one_way {
+            match known {
+                Some(known) => self.judge(state, &block, known, relay)?,
+                None => self.judge_signs(state, &block)?,
+            }
         }
-        self.end_block(state, known, relay)
+        Ok(Some(block))
     }
 
-    fn end_block(
+    fn judge(
         &self,
         state: &mut ResponseState<N>,
-        known: Option<&Known<N>>,
+        block: &Block<N>,
+        known: &Known<N>,
         relay: bool,
-    ) -> Result<Option<Block<N>>, StopReason> {
-        /// Blocks until A and A⁻ are both there.
-        const FIRST: i32 = 3;
-        let [before, first] = state.before;
-        let weighed = state.carried + state.double_sum;
-        let acceleration = state.counts - before;
-        let change = acceleration - state.acceleration;
-        let cause = weighed - state.weighed;
-        let half = N::from_f64(0.5) * self.scale;
-        let counts = state.counts;
-        let one_way = Self::one_way([counts, before, first]);
-
-        let [largest, largest_before] = state.largest;
-        let command = if largest > largest_before {
-            largest
-        } else {
-            largest_before
-        };
-        state.largest = [N::ZERO, largest];
-        state.carried = self.scale * state.sum - state.double_sum;
-        state.before = [state.counts, before];
-        (state.acceleration, state.weighed) = (acceleration, weighed);
-        (state.counts, state.sum, state.double_sum) = (N::ZERO, N::ZERO, N::ZERO);
-        state.samples = 0;
-        if state.blocks < FIRST {
-            state.blocks += 1;
-            return Ok(None);
-        }
+    ) -> Result<(), StopReason> {
+        let [counts, before, first] = block.counts;
+        let viscous = known.x * block.half;
         let enough = if relay { Self::FEW } else { Self::ENOUGH };
-        match known {
-            _ if !one_way => {}
-            Some(known) => {
-                let slowed = known.x * half * (counts - first);
-                state.compare(change + slowed, known.gain * cause, enough)?;
-                let braked = known.x * half * (counts + before)
-                    + self.area * (known.coulomb * sign_of(counts) - known.load);
-                let favour = self.area * known.load_step;
-                state.compare_level(acceleration + braked, known.gain * weighed, favour)?;
-            }
-            None => {
-                state.compare_signs(change, cause, self.least)?;
-                let gains = acceleration * sign_of(counts);
-                let against = -(weighed * sign_of(counts));
-                state.compare_level_signs(gains, against, self.strong)?;
-            }
-        }
-        Ok(Some(Block {
-            acceleration: acceleration * self.per_sample,
-            counts: [counts, first],
-            command,
-            area: self.area,
-        }))
+        let change = block.change + viscous * (counts - first);
+        let least = known.gain * self.least;
+        state.compare(change, known.gain * block.cause, least, enough)?;
+        let braked = viscous * (counts + before)
+            + block.area * (known.coulomb * sign_of(counts) - known.load);
+        let favour = block.area * known.favour;
+        state.compare_level(block.moved + braked, known.gain * block.weighed, favour)
     }
 
-    /// Whether the servo moved one way in all of these blocks.
-    fn one_way(counts: [N; 3]) -> bool {
-        let slip = N::from_count(Self::SLIP);
-        counts.iter().all(|&counts| counts > slip) || counts.iter().all(|&counts| counts < -slip)
+    fn judge_signs(
+        &self,
+        state: &mut ResponseState<N>,
+        block: &Block<N>,
+    ) -> Result<(), StopReason> {
+        let [counts, ..] = block.counts;
+        state.compare_signs(block.change, block.cause, self.least)?;
+        let gains = block.moved * sign_of(counts);
+        let against = -(block.weighed * sign_of(counts));
+        state.compare_level_signs(gains, against, self.strong)
     }
 }
 
 impl<N: Number> ResponseState<N> {
     /// The change that was measured with that which the command must make, counts.
-    fn compare(&mut self, change: N, cause: N, enough: i32) -> Result<(), StopReason> {
+    fn compare(&mut self, change: N, cause: N, least: N, enough: i32) -> Result<(), StopReason> {
         let size = cause.magnitude();
-        if size < N::from_count(Response::<N>::FAINT) {
-            return Ok(());
-        }
-        let credit = N::from_f64(Response::<N>::CREDIT) * size;
-        let product = change.limited(-credit, credit) * cause;
-        let square = cause * cause;
-        if product >= N::from_f64(Response::<N>::WEAK) * square {
-            if size >= N::from_count(Response::<N>::TELLING) {
+        if size < N::from_count(Response::<N>::FAINT) || size < least {
+            self.idle += 1;
+            if self.idle >= Response::<N>::IDLE {
                 self.acquit();
-            } else {
-                self.evidence += 1;
             }
             return Ok(());
         }
+        self.idle = 0;
+        let credit = N::from_f64(Response::<N>::CREDIT) * size;
+        let product = change.limited(-credit, credit) * cause;
+        let square = cause * cause;
         self.evidence += 1;
+        if product >= N::from_f64(Response::<N>::WEAK) * square {
+            let most = 4 * self.against >= 3 * self.evidence;
+            if size >= N::from_count(Response::<N>::TELLING) || !most {
+                self.acquit();
+            }
+            return Ok(());
+        }
         self.against += 1;
         if self.against > Response::<N>::UNCLEAR || enough <= Response::<N>::FEW {
             self.product += product;
             self.square += square;
         }
-        let most = 4 * self.against >= 3 * self.evidence;
         let weighty = self.square >= N::from_count(Response::<N>::EVIDENCE);
         if self.against < enough || !weighty {
-            return Ok(());
-        }
-        if !most {
-            self.acquit();
             return Ok(());
         }
         let share = |share: f64| N::from_f64(share) * self.square;
@@ -354,6 +272,7 @@ impl<N: Number> ResponseState<N> {
     fn acquit(&mut self) {
         self.evidence = 0;
         self.against = 0;
+        self.idle = 0;
         self.product = N::ZERO;
         self.square = N::ZERO;
     }

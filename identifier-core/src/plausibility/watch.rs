@@ -36,6 +36,8 @@ pub struct PlausibilityState<N> {
     commands: [N; LONGEST_DELAY],
     newest: usize,
     delay: usize,
+    /// The part of a sample in which the one before it still acts.
+    part: N,
     /// Whether there was a sample.
     begun: bool,
 }
@@ -66,8 +68,10 @@ impl<N: Number> Plausibility<N> {
             readings: Readings::new(settings, &units),
             motion: Motion::new(settings, &units),
             oscillation: Oscillation::new(settings, &units),
-            response: [1, Self::LONGER]
-                .map(|times| Response::new(times * shorter, settings.limit())),
+            response: [
+                Response::new(shorter, 0, settings.limit()),
+                Response::new(Self::LONGER * shorter, shorter / 2, settings.limit()),
+            ],
         })
     }
 
@@ -84,13 +88,14 @@ impl<N: Number> Plausibility<N> {
             commands: [N::ZERO; LONGEST_DELAY],
             newest: 0,
             delay: 0,
+            part: N::ZERO,
             begun: false,
         }
     }
 
     /// From now on the servo is known. In f64, once in a commissioning.
     pub fn know(&self, state: &mut PlausibilityState<N>, servo: &IdentifiedServo) {
-        let Some(model) = Model::of(servo, &self.settings, &self.units, LONGEST_DELAY - 1) else {
+        let Some(model) = Model::of(servo, &self.settings, &self.units, LONGEST_DELAY - 2) else {
             return;
         };
         self.readings.know(&mut state.readings, &model);
@@ -99,6 +104,7 @@ impl<N: Number> Plausibility<N> {
             .know(&mut state.motion, &model, &self.settings, sample_time);
         state.known = Some(Known::new(&model));
         state.delay = model.delay;
+        state.part = N::from_f64(model.part);
         state.response = self.response.map(|response| response.start());
     }
 
@@ -127,7 +133,7 @@ impl<N: Number> Plausibility<N> {
             .motion(&mut state.bounds, increment, seen.position)?;
         let under = match seen.setpoint {
             _ if seen.must_move => Under::Push,
-            Some(setpoint) => Under::Control(setpoint - seen.position),
+            Some(setpoint) => Under::Control(setpoint),
             None => Under::Nothing,
         };
         self.motion
@@ -170,14 +176,18 @@ impl<N: Number> Plausibility<N> {
 }
 
 impl<N: Number> PlausibilityState<N> {
-    /// The command that acts when this one is given.
+    /// What acts on the mean of a sample when this command is given.
     #[inline]
     fn acting(&mut self, command: N) -> N {
         self.newest = (self.newest + 1) % LONGEST_DELAY;
-        let acts = (self.newest + LONGEST_DELAY - self.delay) % LONGEST_DELAY;
         if let Some(place) = self.commands.get_mut(self.newest) {
             *place = command;
         }
-        self.commands.get(acts).copied().unwrap_or(command)
+        let given_before = |samples: usize| {
+            let place = (self.newest + LONGEST_DELAY - samples) % LONGEST_DELAY;
+            self.commands.get(place).copied().unwrap_or(command)
+        };
+        let (now, before) = (given_before(self.delay), given_before(self.delay + 1));
+        now + self.part * (before - now)
     }
 }

@@ -40,9 +40,6 @@ enum Stage {
     Corner(usize),
 }
 
-/// How long a step is followed, in 1/ω: the slow pole's part has then died down to a 200th.
-const LONGEST: f64 = 25.0;
-
 /// How long a turn is waited for, in 1/ω: twice as long as an ideal step takes to its highest.
 const TURN: f64 = 10.0;
 
@@ -176,12 +173,12 @@ impl Prediction {
         match self.stage {
             Stage::Step => {
                 let settled = self.measure.settled();
-                longer_than(LONGEST)
+                longer_than(Promise::LONGEST)
                     || settled.is_some_and(|since| {
                         taken - since > samples(SETTLED, &self.design, &self.closed_loop)
                     })
             }
-            Stage::Opposed => longer_than(LONGEST) || self.measure.rise().is_some(),
+            Stage::Opposed => longer_than(Promise::LONGEST) || self.measure.rise().is_some(),
             Stage::Load => longer_than(TURN) || position < (1.0 - BACK) * self.farthest,
             Stage::Corner(_) => {
                 let beyond = self.farthest - self.promise.step;
@@ -193,21 +190,20 @@ impl Prediction {
     /// Takes in what was seen, and begins what comes next; false if there is nothing more.
     fn next(&mut self, scene: &Scene) -> Result<bool, TuningError> {
         let sample_time = self.closed_loop.sample_time();
+        let taken = self.measure.samples();
         let (stage, trial) = match self.stage {
             Stage::Step => {
                 let rise = self.measure.rise().ok_or(TuningError::DoesNotArrive)?;
                 self.promise.rise_time = rise * sample_time;
                 self.promise.quickest_rise_time = self.promise.rise_time;
                 self.promise.overshoot = self.measure.overshoot();
-                if let Some(settled) = self.measure.settled() {
-                    self.promise.settling_time = f64::from(settled) * sample_time;
-                }
+                let settled = self.measure.settled();
+                self.promise.settling_time = sample_time * f64::from(settled.unwrap_or(taken));
                 (Stage::Opposed, scene.balanced_step(-1.0))
             }
             Stage::Opposed => {
-                if let Some(rise) = self.measure.rise() {
-                    self.promise.slowest_rise_time = rise * sample_time;
-                }
+                let rise = self.measure.rise();
+                self.promise.slowest_rise_time = sample_time * rise.unwrap_or(f64::from(taken));
                 (Stage::Load, scene.unit_load())
             }
             Stage::Load => {

@@ -1,4 +1,7 @@
 //! Commissioning of simulated servos by the core alone.
 
+mod fit;
 mod machine;
 mod rig;
+mod wiggle;
+mod wiggle_support;

@@ -23,13 +23,18 @@ pub(crate) struct Axis {
     pub(crate) bandwidth: f64,
 }
 
+/// From a step of the setpoint to the next, s.
+pub(crate) const STEP: f64 = 0.25;
+
 /// How it is moved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Drive {
     /// A ramp until it moves, then a relay within the travel.
     Wiggle,
-    /// A PID, whose setpoint jumps to and fro.
+    /// A PID, whose setpoint jumps to and fro, and the servo comes to rest between.
     Steps,
+    /// The same without rest.
+    Shake,
     /// A PID at a constant setpoint.
     Hold,
 }
@@ -45,6 +50,30 @@ pub(crate) enum Knowledge {
 impl Axis {
     pub(crate) fn units(&self) -> f64 {
         TAU / self.counts_per_rev
+    }
+
+    /// Of a relay, or of setpoints that ask for 40 % of the command, rad.
+    pub(crate) fn amplitude(&self, drive: Drive) -> f64 {
+        match drive {
+            Drive::Wiggle => 0.1,
+            _ => 0.2 * self.servo.b * self.limit / (self.bandwidth * self.bandwidth),
+        }
+    }
+
+    /// A travel to either side that the motion stays within, rad.
+    pub(crate) fn reach(&self, drive: Drive) -> f64 {
+        match drive {
+            Drive::Wiggle => 2.0,
+            _ => 2.0 * self.amplitude(drive),
+        }
+    }
+
+    /// A limit of the speed that the motion stays below, rad/s.
+    pub(crate) fn speed(&self, drive: Drive) -> f64 {
+        match drive {
+            Drive::Wiggle => 60.0,
+            _ => 1.5 * self.bandwidth * self.amplitude(drive),
+        }
     }
 
     pub(crate) fn settings(&self) -> PlausibilitySettings {
@@ -104,7 +133,7 @@ impl<'f> Run<'f> {
             settings: axis.settings(),
             faults,
             duration: 1.0,
-            amplitude: 0.1,
+            amplitude: axis.amplitude(drive),
         }
     }
 
@@ -206,9 +235,14 @@ impl Control {
         match self.drive {
             Drive::Wiggle => None,
             Drive::Hold => Some(0.0),
-            Drive::Steps => {
-                let period = (0.25 / self.axis.sample_time) as u64;
-                let out = self.samples / period % 2 == 0;
+            Drive::Steps | Drive::Shake => {
+                let half = if self.drive == Drive::Steps {
+                    STEP
+                } else {
+                    2.5 / self.axis.bandwidth
+                };
+                let half = (half / self.axis.sample_time) as u64;
+                let out = (self.samples / half).is_multiple_of(2);
                 Some(if out { self.amplitude } else { -self.amplitude })
             }
         }

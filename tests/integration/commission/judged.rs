@@ -112,9 +112,13 @@ pub(super) fn commission(scenario: &Scenario) -> Judged {
 fn kept(scenario: &Scenario, outcome: &Outcome) -> Option<Kept> {
     let promise = outcome.tuning?.promise;
     let response = StepResponse::in_truth(scenario, outcome)?;
+    // Friction and what the integral has gathered against it decide where in this range it is.
+    let (quickest, slowest) = (promise.quickest_rise_time, promise.rise_time);
     let rise = response.rise_time();
     Some(Kept {
-        rise: rise.map_or(f64::INFINITY, |rise| rise / promise.rise_time - 1.0),
+        rise: rise.map_or(f64::INFINITY, |rise| {
+            (rise / slowest - 1.0).max(0.0) + (rise / quickest - 1.0).min(0.0)
+        }),
         overshoot: response.overshoot() - promise.overshoot,
         left_over: response.left_over(),
     })

@@ -3,5 +3,7 @@
 mod campaign;
 mod effects;
 mod judged;
+mod reasons;
+mod scenarios;
 mod servos;
 mod tally;

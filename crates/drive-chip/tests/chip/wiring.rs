@@ -86,14 +86,14 @@ fn what_was_found_is_told() {
 #[test]
 fn another_board_keeps_its_records_elsewhere() {
     const OTHER: Board = Board {
-        records: Sectors::from(6),
+        records: Sectors::from(2),
         ..BOARD
     };
     let chip: Chip = healthy();
     let queue = || Box::leak(Box::new(Bytes::new()));
     let mut flash = wire(&chip, &OTHER, queue(), queue()).flash;
-    assert_eq!(flash.erase(0, 0x4_0000), Ok(()));
-    assert_eq!(*chip.memory.erased.borrow(), [6, 7]);
-    assert_eq!(flash.write(0x2_0000, &[0; 4]), Ok(()));
-    assert_eq!(chip.memory.bytes(0x0806_0000, 4), [0; 4]);
+    assert_eq!(flash.erase(0, 0x8000), Ok(()));
+    assert_eq!(*chip.memory.erased.borrow(), [2, 3]);
+    assert_eq!(flash.write(0x4000, &[0; 4]), Ok(()));
+    assert_eq!(chip.memory.bytes(0x0800_c000, 4), [0; 4]);
 }

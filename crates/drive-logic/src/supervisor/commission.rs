@@ -117,7 +117,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
         let (Some(servo), Some(tuning)) = (outcome.servo, outcome.tuning) else {
             return Err(parts::refusal("gains", drive_link::Why::NotGiven));
         };
-        let found = Commissioned::new(&servo, tuning);
+        let found = Commissioned::new(&servo, tuning, outcome.trial);
         let limit = self
             .ordered
             .map_or([0.0; 2], |ordered| ordered.limits.command);
@@ -175,6 +175,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
                 },
                 servo: None,
                 tuning: None,
+                trial: None,
                 kept: false,
             });
         }
@@ -185,6 +186,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
             },
             servo: Some(found.servo()),
             tuning: Some(found.tuning),
+            trial: found.trial,
             kept: true,
         })
     }

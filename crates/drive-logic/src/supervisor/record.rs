@@ -2,7 +2,7 @@
 
 use drive_link::{Estimates, Format, Law, NotAllowed, Settings};
 use identifier_core::ControllerSettings;
-use identifier_core::commission::IdentifiedServo;
+use identifier_core::commission::{IdentifiedServo, TrialResult};
 use identifier_core::model::ServoParameters;
 use identifier_core::settings::IdentifierSettings;
 use identifier_core::tuning::Tuning;
@@ -36,13 +36,14 @@ pub(super) struct Commissioned {
     covariance: [f64; ENTRIES],
     unexplained: f64,
     pub(super) tuning: Tuning,
+    pub(super) trial: Option<TrialResult>,
 }
 
 /// Entries of a covariance of five unknowns that are not there twice.
 const ENTRIES: usize = 15;
 
 impl Commissioned {
-    pub(super) fn new(servo: &IdentifiedServo, tuning: Tuning) -> Self {
+    pub(super) fn new(servo: &IdentifiedServo, tuning: Tuning, trial: Option<TrialResult>) -> Self {
         let mut covariance = [0.0; ENTRIES];
         let lower = servo
             .covariance
@@ -58,6 +59,7 @@ impl Commissioned {
             covariance,
             unexplained: servo.unexplained,
             tuning,
+            trial,
         }
     }
 
@@ -202,6 +204,14 @@ mod tests {
         },
     };
 
+    const TRIAL: TrialResult = TrialResult {
+        step: ANY,
+        rise_time: Some(ANY),
+        overshoot: ANY,
+        disturbance: ANY,
+        excursion: ANY,
+    };
+
     fn servo() -> IdentifiedServo {
         IdentifiedServo {
             parameters: SERVO,
@@ -225,7 +235,7 @@ mod tests {
                 at_bounds: PerParameter::from_fn(|_| true),
                 standard_errors: Some(SERVO),
             }),
-            commissioned: Some(Commissioned::new(&servo(), TUNING)),
+            commissioned: Some(Commissioned::new(&servo(), TUNING, Some(TRIAL))),
             under_way: true,
         };
         let mut bytes = [0; LONGEST_RECORD];
@@ -235,6 +245,6 @@ mod tests {
 
     #[test]
     fn the_servo_that_was_found_is_kept_whole() {
-        assert_eq!(Commissioned::new(&servo(), TUNING).servo(), servo());
+        assert_eq!(Commissioned::new(&servo(), TUNING, None).servo(), servo());
     }
 }

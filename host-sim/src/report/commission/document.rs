@@ -1,7 +1,9 @@
 use std::collections::BTreeMap;
 
-use identifier_core::commission::{HoldingGains, LargestMotion, Limits, StopReason, TrialResult};
-use identifier_core::tuning::{Promise, Tuning};
+use identifier_core::commission::{
+    HoldingGains, IdentifiedServo, LargestMotion, Limits, StopReason, TrialResult,
+};
+use identifier_core::tuning::{Cap, Promise, Tuning};
 use serde::Serialize;
 
 use super::{UNKNOWNS, truth, values};
@@ -33,7 +35,7 @@ pub struct Document {
     pub gains_before: Option<GainsDocument>,
     pub gains: Option<GainsDocument>,
     pub bandwidth: Option<f64>,
-    pub cap: Option<String>,
+    pub cap: Option<&'static str>,
     pub promise: Option<Promise>,
     pub trial: Option<TrialResult>,
 }
@@ -157,48 +159,63 @@ impl Document {
                 .iter()
                 .map(PhaseDocument::of)
                 .collect(),
-            limits: LimitsDocument {
-                travel: limits.travel,
-                speed: limits.speed,
-                command: limits.command,
-                duration: limits.duration,
-                one_way: limits.one_way,
-            },
-            largest_motion: MotionDocument {
-                travel: largest.travel,
-                speed: largest.speed,
-            },
+            limits: LimitsDocument::of(limits),
+            largest_motion: MotionDocument::of(largest),
             extremes: ExtremesDocument::of(&outcome.course.excursion),
-            servo: servo.map(|servo| {
-                let values = values(&servo.parameters, servo.delay);
-                let unknowns = UNKNOWNS.iter().zip(values);
-                let document = |(&(name, unit, place), value)| {
-                    let std_error = servo.standard_error(place);
-                    let unknown = UnknownDocument {
-                        value,
-                        std_error,
-                        unit,
-                    };
-                    (name, unknown)
-                };
-                unknowns.map(document).collect()
-            }),
+            servo: servo.map(UnknownDocument::all_of),
             unexplained: servo.map(|servo| servo.unexplained),
             truth: truth(scenario).map(named),
             gains_before: before.map(GainsDocument::of_before),
             gains: tuning.map(GainsDocument::of),
             bandwidth: tuning.map(|tuning| tuning.bandwidth),
-            cap: tuning
-                .and_then(|tuning| tuning.cap)
-                .map(|cap| format!("{cap:?}")),
+            cap: tuning.and_then(|tuning| tuning.cap).map(Cap::name),
             promise: tuning.map(|tuning| tuning.promise),
             trial: outcome.trial,
         }
     }
 }
 
+impl UnknownDocument {
+    /// All that was identified, by name.
+    pub(crate) fn all_of(servo: &IdentifiedServo) -> BTreeMap<&'static str, Self> {
+        let values = values(&servo.parameters, servo.delay);
+        let unknowns = UNKNOWNS.iter().zip(values);
+        let document = |(&(name, unit, place), value)| {
+            let std_error = servo.standard_error(place);
+            let unknown = Self {
+                value,
+                std_error,
+                unit,
+            };
+            (name, unknown)
+        };
+        unknowns.map(document).collect()
+    }
+}
+
+impl LimitsDocument {
+    pub(crate) fn of(limits: &Limits) -> Self {
+        Self {
+            travel: limits.travel,
+            speed: limits.speed,
+            command: limits.command,
+            duration: limits.duration,
+            one_way: limits.one_way,
+        }
+    }
+}
+
+impl MotionDocument {
+    pub(crate) fn of(motion: &LargestMotion) -> Self {
+        Self {
+            travel: motion.travel,
+            speed: motion.speed,
+        }
+    }
+}
+
 impl ReasonDocument {
-    fn of(reason: StopReason) -> Self {
+    pub(crate) fn of(reason: StopReason) -> Self {
         Self {
             number: reason.number(),
             name: reason.name(),
@@ -229,7 +246,7 @@ impl ExtremesDocument {
 }
 
 impl GainsDocument {
-    fn of(tuning: &Tuning) -> Self {
+    pub(crate) fn of(tuning: &Tuning) -> Self {
         Self {
             kp: tuning.kp,
             kd: tuning.kd,
@@ -238,7 +255,7 @@ impl GainsDocument {
         }
     }
 
-    fn of_before(before: &HoldingGains) -> Self {
+    pub(crate) fn of_before(before: &HoldingGains) -> Self {
         Self {
             kp: before.controller.kp,
             kd: before.controller.kd,

@@ -5,11 +5,10 @@ mod picture;
 mod rows;
 mod words;
 
-pub use super::promise::table as promise;
 pub use document::Document;
 pub use picture::{Traces, picture};
 pub use rows::RowWriter;
-pub use words::{gains, largest_motion, phases, servo, verdict};
+pub use words::{gains, largest_motion, phases, promise, servo, verdict};
 
 use identifier_core::commission::IdentifiedServo;
 use identifier_core::model::ServoParameters;

@@ -100,7 +100,8 @@ pub fn picture(
         tracks: vec![position, speed, command],
         limit: "limit".to_owned(),
         below: promised
-            .map(|promised| trial(&traces.step, promised))
+            .zip(outcome.tuning)
+            .map(|(promised, tuning)| trial(&traces.step, tuning.promise.settling_time, promised))
             .into_iter()
             .collect(),
     }
@@ -134,23 +135,35 @@ fn track(axis: &str, envelope: &Envelope, limits: &[f64]) -> Track {
     }
 }
 
-/// The step of the trial, as far as the promised one goes.
-fn trial(step: &Step, promised: &StepResponse) -> Panel {
-    let promised: Vec<_> = promised.points().collect();
-    let until = promised.last().map_or(0.0, |(time, _)| *time);
+/// The step of the trial until the servo is disturbed, beside the promised one with what may be added to its
+/// overshoot.
+fn trial(step: &Step, settling_time: f64, promised: &StepResponse) -> Panel {
+    /// Settling times that are shown: the disturbance comes later.
+    const SHOWN: f64 = 1.5;
+    /// What may be added to the overshoot, a part of the step.
+    const ADDED: f64 = 0.03;
+    let shown = |(time, _): &(f64, f64)| *time <= SHOWN * settling_time;
     let mut servo = step.servo.curve(Some("servo"));
-    servo.points.retain(|(time, _)| *time <= until);
-    let promised = Curve {
-        name: Some("promised".to_owned()),
-        points: promised,
-        band: Vec::new(),
+    servo.points.retain(shown);
+    let points: Vec<_> = promised.points().filter(shown).collect();
+    let band = vec![ADDED * promised.step().abs(); points.len()];
+    let end = points.last().map_or(0.0, |(time, _)| *time);
+    let reference = vec![(0.0, 0.0), (0.0, promised.step()), (end, promised.step())];
+    let curve = |name: &str, points, band| Curve {
+        name: Some(name.to_owned()),
+        points,
+        band,
     };
     Panel {
         title: "Step of the trial".to_owned(),
         abscissa: "time since the step [s]".to_owned(),
         axis: "q [rad]".to_owned(),
         logarithmic: false,
-        curves: vec![servo, promised],
+        curves: vec![
+            servo,
+            curve("reference", reference, Vec::new()),
+            curve("promised ± 3 % of the step", points, band),
+        ],
         nominal: None,
         range: None,
     }

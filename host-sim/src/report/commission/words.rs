@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use comfy_table::{CellAlignment, Table, presets};
-use identifier_core::commission::{HoldingGains, IdentifiedServo, LargestMotion};
+use identifier_core::commission::{HoldingGains, IdentifiedServo, LargestMotion, TrialResult};
 use identifier_core::tuning::Tuning;
 
 use super::{UNKNOWNS, truth, values};
@@ -98,6 +98,68 @@ pub fn gains(before: Option<&HoldingGains>, tuning: &Tuning) -> String {
         ("cutoff", gain(|g| g.cutoff), tuning.cutoff, "rad/s"),
     ] {
         table.add_row([name.to_owned(), before, figure(new), unit.to_owned()]);
+    }
+    right_aligned(&mut table, &[1, 2]);
+    table.to_string()
+}
+
+/// What the new gains promise, beside what was measured in the trial.
+#[must_use]
+pub fn promise(servo: &IdentifiedServo, tuning: &Tuning, trial: Option<&TrialResult>) -> String {
+    let promise = &tuning.promise;
+    let [least, most] = promise.gain_margins;
+    let measured =
+        |of: &dyn Fn(&TrialResult) -> Option<f64>| trial.and_then(of).map_or_else(dash, figure);
+    let rise = measured(&|trial| trial.rise_time.map(|time| 1e3 * time));
+    let overshoot = measured(&|trial| trial.rise_time.map(|_| 100.0 * trial.overshoot));
+    let excursion = measured(&|trial| Some(trial.excursion));
+    // A command acts as a load of b times itself.
+    let moved = trial.map_or_else(dash, |trial| {
+        figure(promise.compliance * servo.parameters.b * trial.disturbance.abs())
+    });
+    let bandwidth = match tuning.cap {
+        Some(cap) => format!("{} by {}", figure(tuning.bandwidth), cap.name()),
+        None => figure(tuning.bandwidth),
+    };
+    let mut table = heading(["response", "promised", "measured", "unit"]);
+    for (name, promised, measured, unit) in [
+        ("bandwidth", bandwidth, dash(), "rad/s"),
+        ("step", figure(promise.step), dash(), "rad"),
+        ("rise time", figure(1e3 * promise.rise_time), rise, "ms"),
+        (
+            "overshoot",
+            figure(100.0 * promise.overshoot),
+            overshoot,
+            "%",
+        ),
+        ("moved by the disturbance", moved, excursion, "rad"),
+        (
+            "settling time",
+            figure(1e3 * promise.settling_time),
+            dash(),
+            "ms",
+        ),
+        (
+            "largest sensitivity",
+            figure(promise.sensitivity),
+            dash(),
+            "",
+        ),
+        ("gain margins", format!("{least:.2}, {most:.2}"), dash(), ""),
+        (
+            "command of the step",
+            figure(100.0 * promise.command_share),
+            dash(),
+            "% of the limit",
+        ),
+        (
+            "noise of the command",
+            figure(promise.noise),
+            dash(),
+            "command units",
+        ),
+    ] {
+        table.add_row([name.to_owned(), promised, measured, unit.to_owned()]);
     }
     right_aligned(&mut table, &[1, 2]);
     table.to_string()

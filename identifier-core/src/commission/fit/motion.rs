@@ -1,6 +1,9 @@
 use super::block::{MotionBlock, Piece};
 use crate::number::Number;
 
+/// Of the largest command: a difference that does not matter.
+const ALIKE: f64 = 0.02;
+
 /// The record of a motion, of at most W pieces. Where it is full, neighbouring pieces become one, first
 /// those between which the command hardly changes, so that a short motion is kept finely and a long one
 /// as a whole.
@@ -35,11 +38,12 @@ impl<N: Number, const W: usize> Motion<N, W> {
             return false;
         }
         self.next = Some(block.number.wrapping_add(1));
-        let change = (block.piece.command - self.last_command()).magnitude();
         if self.count == 0 {
-            self.joined = N::ZERO;
-        } else if self.joined == N::ZERO && change > N::ZERO {
-            self.joined = N::from_f64(0.01) * change;
+            (self.joined, self.longest) = (N::ZERO, N::ONE);
+        }
+        let alike = N::from_f64(ALIKE) * block.piece.command.magnitude();
+        if alike > self.joined {
+            self.joined = alike;
         }
         if block.piece.samples > self.longest {
             self.longest = block.piece.samples;
@@ -54,12 +58,6 @@ impl<N: Number, const W: usize> Motion<N, W> {
         true
     }
 
-    fn last_command(&self) -> N {
-        let last = self.count.checked_sub(1);
-        let piece = last.and_then(|last| self.pieces.get(last));
-        piece.map_or(N::ZERO, |piece| piece.command)
-    }
-
     /// Neighbouring pieces become one; pieces may be longer, and their commands differ more, from then
     /// on.
     fn join(&mut self) {
@@ -67,18 +65,19 @@ impl<N: Number, const W: usize> Motion<N, W> {
         self.joined = self.joined + self.joined;
         let mut kept = 0;
         let mut index = 0;
-        while index < self.count {
-            let mut piece = self.pieces[index];
+        while let Some(&first) = self.get(index) {
+            let mut piece = first;
             index += 1;
-            if index < self.count {
-                let next = self.pieces[index];
+            if let Some(next) = self.get(index) {
                 let alike = (next.command - piece.command).magnitude() <= self.joined;
                 if alike && piece.samples + next.samples <= self.longest {
-                    piece = piece.followed_by(&next);
+                    piece = piece.followed_by(next);
                     index += 1;
                 }
             }
-            self.pieces[kept] = piece;
+            if let Some(place) = self.pieces.get_mut(kept) {
+                *place = piece;
+            }
             kept += 1;
         }
         self.count = kept;
@@ -100,9 +99,9 @@ impl<N: Number, const W: usize> Motion<N, W> {
         /// Counts that a servo at rest may show.
         const ROUNDING: f64 = 1.5;
         let (mut time, mut travel) = (N::ZERO, N::ZERO);
-        for index in 0..self.count {
-            time += self.pieces[index].samples;
-            travel += self.pieces[index].travel;
+        for piece in self.pieces.iter().take(self.count) {
+            time += piece.samples;
+            travel += piece.travel;
             if time >= samples {
                 break;
             }
@@ -112,6 +111,18 @@ impl<N: Number, const W: usize> Motion<N, W> {
         } else {
             N::ZERO
         }
+    }
+
+    /// The pieces that take at least so many samples, or all.
+    pub(crate) fn pieces_in(&self, samples: N) -> usize {
+        let mut time = N::ZERO;
+        for index in 0..self.count {
+            time += self.pieces[index].samples;
+            if time >= samples {
+                return index + 1;
+            }
+        }
+        self.count
     }
 
     /// The longest piece, samples.

@@ -15,6 +15,10 @@ pub struct ServoFit<N> {
     stage: Stage<N>,
     /// The piece that comes next.
     next: usize,
+    /// The pieces that a pass takes: first a few, then twice as many, then all of them, as a model that
+    /// is not near is far away after many turns.
+    few: usize,
+    taken: usize,
     pass: Option<Pass<N>>,
     best: Option<Best<N>>,
     damping: N,
@@ -62,9 +66,18 @@ impl<N: Number> ServoFit<N> {
     /// A pass that lowers the cost by less than this part is the last.
     const ENOUGH: f64 = 1e-4;
     /// A motion is explained if the variance of the errors is below this many times the encoder's.
-    const EXPLAINED: f64 = 2.0;
-    /// Factors on the gain of the linear estimate: further starts where the motion is not explained.
-    const LADDER: [f64; 4] = [1.0, 0.5, 2.0, 0.2];
+    const EXPLAINED: f64 = 4.0;
+    /// Factors on gain and friction of the linear estimate: further starts where the motion is not
+    /// explained.
+    const LADDER: [[f64; 2]; 7] = [
+        [1.0, 1.0],
+        [1.0, 1.5],
+        [1.0, 0.6],
+        [0.7, 1.0],
+        [1.4, 1.0],
+        [2.0, 1.0],
+        [0.4, 0.5],
+    ];
 
     pub(super) fn from_nothing(
         prior: Prior<N>,
@@ -74,6 +87,16 @@ impl<N: Number> ServoFit<N> {
     ) -> Self {
         let stage = Stage::Linear(regression, Gathered::NOTHING, N::from_f64(delay));
         Self::at(prior, bounds, stage, [N::ZERO; UNKNOWNS])
+    }
+
+    /// With so many pieces first.
+    pub(super) fn few_first(mut self, pieces: usize) -> Self {
+        self.few = pieces;
+        self.taken = match self.stage {
+            Stage::Linear(..) => usize::MAX,
+            Stage::Model => pieces,
+        };
+        self
     }
 
     pub(super) fn from_known(
@@ -95,6 +118,8 @@ impl<N: Number> ServoFit<N> {
             bounds,
             stage,
             next: 0,
+            few: usize::MAX,
+            taken: usize::MAX,
             pass: None,
             best: None,
             damping: N::from_f64(Self::FIRST_DAMPING),
@@ -117,7 +142,9 @@ impl<N: Number> ServoFit<N> {
         step: &FrictionStep<N>,
         motion: &Motion<N, W>,
     ) -> bool {
-        if let Some(piece) = motion.get(self.next) {
+        if self.next < self.taken
+            && let Some(piece) = motion.get(self.next)
+        {
             match (&mut self.stage, &mut self.pass) {
                 (Stage::Linear(regression, gathered, _), _) => {
                     let direction = direction(motion, self.next);
@@ -168,6 +195,15 @@ impl<N: Number> ServoFit<N> {
             self.begin_pass(motion, trial);
             return false;
         }
+        if self.taken < motion.len()
+            && let Some(this) = self.this.take()
+        {
+            self.taken = self.taken.saturating_mul(2);
+            self.damping = N::from_f64(Self::FIRST_DAMPING);
+            self.passes = 0;
+            self.begin_pass(motion, this.unknowns);
+            return false;
+        }
         if let Some(this) = self.this.take()
             && self
                 .best
@@ -190,10 +226,13 @@ impl<N: Number> ServoFit<N> {
     fn begin_start<const W: usize>(&mut self, motion: &Motion<N, W>) {
         let factor = Self::LADDER.get(self.starts as usize).copied();
         let mut trial = self.first;
-        trial[B] = trial[B] * N::from_f64(factor.unwrap_or(1.0));
+        let [gain, friction] = factor.unwrap_or([1.0; 2]).map(N::from_f64);
+        trial[B] = trial[B] * gain;
+        trial[COULOMB] = trial[COULOMB] * friction;
         self.damping = N::from_f64(Self::FIRST_DAMPING);
         self.passes = 0;
         self.this = None;
+        self.taken = self.few;
         self.begin_pass(motion, trial);
     }
 

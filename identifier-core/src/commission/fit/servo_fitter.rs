@@ -34,7 +34,10 @@ pub struct ServoFitter<N> {
 
 impl<N: Number> ServoFitter<N> {
     /// Standard deviation of the delay that is not known, s, but at least a sample.
-    const UNKNOWN_DELAY: f64 = 5e-4;
+    const UNKNOWN_DELAY: f64 = 1e-4;
+
+    /// The time of the pieces that are fitted first, s.
+    const FEW: f64 = 0.12;
 
     /// The longest delay, s.
     const LONGEST_DELAY: f64 = 0.02;
@@ -78,7 +81,8 @@ impl<N: Number> ServoFitter<N> {
             high[place] = most;
         }
         let bounds = [low, high].map(|bound| bound.map(N::from_f64));
-        match prior {
+        let few = motion.pieces_in(N::from_f64(Self::FEW / time));
+        let fit = match prior {
             None => {
                 // Half of the time that friction, viscous and Coulomb, may need to show.
                 const MEMORY: f64 = 80.0;
@@ -94,7 +98,8 @@ impl<N: Number> ServoFitter<N> {
                 }
                 ServoFit::from_known(vague.knowing(servo, &scale), bounds, start)
             }
-        }
+        };
+        fit.few_first(few)
     }
 
     /// Continues a fit by a piece of the record, or by the work between two passes. Returns once it has

@@ -35,6 +35,11 @@ impl<N: Number> Observed<N> {
         *self = Self::AT_REST;
     }
 
+    /// Counts show that it no longer moves as it was thought to.
+    pub(super) fn turn(&mut self) {
+        self.velocity = N::ZERO;
+    }
+
     /// The crude servo has changed: the acceleration is what it was.
     pub(super) fn adopt(&mut self, before: &Crude<N>, after: &Crude<N>, command: N) {
         let velocity = self.velocity;

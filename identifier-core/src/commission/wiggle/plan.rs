@@ -7,9 +7,8 @@ pub(super) const COMMANDS: usize = 16;
 /// What is planned before anything moves, counts and samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Plan<N> {
-    /// What was given.
+    /// What was given, and counts that rounding adds.
     pub(super) travel: [N; 2],
-    pub(super) speed: N,
     pub(super) command: [N; 2],
     /// What is used of it.
     pub(super) usable: [N; 2],
@@ -20,11 +19,12 @@ pub(super) struct Plan<N> {
     pub(super) delay: usize,
     /// The travel by which the first motion is noticed.
     pub(super) noticed: N,
-    /// Over the time since its first count, the time since it began.
-    pub(super) since_beginning: N,
+    /// A travel at which it is noticed at once.
+    pub(super) much: N,
     /// First step of the ramp, its growth a sample and its steepest change a sample.
     pub(super) first_step: N,
     pub(super) growth: N,
+    pub(super) per_growth: N,
     pub(super) steepest: N,
     /// The square of half a swing's time, over two: swing over acceleration.
     pub(super) swing: N,
@@ -43,9 +43,10 @@ pub(super) struct Plan<N> {
     pub(super) quiet: u32,
     /// Stiffness and damping with which it is held, per sample² and per sample.
     pub(super) hold: [N; 2],
-    pub(super) enough: u32,
-    /// Roundings per viscous friction that is usual.
+    /// Viscous friction that is usual, 1/sample.
     pub(super) usual_viscous: N,
+    /// What the crude model is off, counts.
+    pub(super) off: N,
     /// Samples after which braking should show.
     pub(super) reaction: u32,
 }
@@ -69,6 +70,12 @@ impl<N: Number> Plan<N> {
         } else {
             travel[1].min(-travel[0])
         };
+        // Swings have their middle where the servo stands, if it may go both ways.
+        let usable = if limits.one_way {
+            travel
+        } else {
+            [-room, room]
+        };
         let noticed = libm::floor(room / 12.0).clamp(3.0, 20.0);
         let most = limits.command[1].min(-limits.command[0]);
         let one_way = limits
@@ -76,23 +83,22 @@ impl<N: Number> Plan<N> {
             .then(|| if travel[1] > -travel[0] { 1.0 } else { -1.0 });
         let number = N::from_f64;
         let samples = |seconds: f64| libm::ceil(seconds / time);
-        // Half a count lies before the first edge on the average; q grows as the cube of time.
-        let since_beginning = 1.0 / (1.0 - libm::cbrt(0.5 / (noticed - 0.5)));
-        let half_swing = 0.035_f64.max(16.0 * time);
+        let half_swing = 0.042_f64.max(16.0 * time);
         let stiffness = 60.0_f64.min(0.1 / time) * time;
         Self {
-            travel: travel.map(number),
-            speed: number(limits.speed * time * counts),
+            // A servo that stands on an edge of the encoder may show a count.
+            travel: [number(travel[0] - 1.5), number(travel[1] + 1.5)],
             command: limits.command.map(number),
-            usable: travel.map(|end| number(end * Self::USED_TRAVEL)),
+            usable: usable.map(|end| number(end * Self::USED_TRAVEL)),
             usable_speed: number(Self::USED_SPEED * limits.speed * time * counts),
             horizon: number(1.0 + known_delay + Self::UNKNOWN_DELAY),
             delay: (libm::round(known_delay + 0.5 * Self::UNKNOWN_DELAY) as usize)
                 .min(COMMANDS - 2),
             noticed: number(noticed),
-            since_beginning: number(since_beginning),
+            much: number((room / 12.0).max(3.0)),
             first_step: number(0.005 * most),
             growth: number((200.0 * time).min(0.5)),
+            per_growth: number(1.0 / (200.0 * time).min(0.5)),
             steepest: number(20.0 * time * most),
             swing: number(half_swing * half_swing / (8.0 * time * time)),
             swing_speed: number(half_swing / (2.0 * time)),
@@ -106,11 +112,23 @@ impl<N: Number> Plan<N> {
                 -1.0
             })),
             quiet: samples(0.004).max(4.0) as u32,
-            enough: samples(0.1) as u32,
-            usual_viscous: number(0.3 / (20.0 * time)),
+            usual_viscous: number(20.0 * time),
+            off: number(0.3 + 0.003 * room),
             reaction: (libm::ceil(known_delay + Self::UNKNOWN_DELAY) as u32)
                 + samples(0.001) as u32,
             hold: [number(stiffness * stiffness), number(2.0 * stiffness)],
         }
+    }
+
+    /// Half of the travel that is planned with.
+    pub(super) fn half_room(&self) -> N {
+        let [low, high] = self.usable;
+        N::from_f64(0.5) * (high - low)
+    }
+
+    /// Where its middle is.
+    pub(super) fn middle(&self) -> N {
+        let [low, high] = self.usable;
+        N::from_f64(0.5) * (low + high)
     }
 }

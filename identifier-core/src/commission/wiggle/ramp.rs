@@ -1,55 +1,98 @@
 use super::super::crude::Crude;
-use super::state::{FirstCount, Stage, WiggleState};
+use super::state::{Fall, FirstCount, Stage, WiggleState};
 use super::wiggling::Wiggle;
 use crate::commission::StopReason;
 use crate::number::Number;
 
-/// How the servo broke away: the command, and the gain that goes with it.
-struct Breakaway<N> {
-    command: N,
+/// The shortest fall, counts, that tells something.
+const LEAST_FALL: f64 = 3.0;
+
+/// What is known first of a servo: b, and its acceleration without a command in one direction.
+struct Guess<N> {
     gain: N,
+    without: N,
+    forward: bool,
+}
+
+impl<N: Number> Guess<N> {
+    /// Of a servo that fell and was caught: its velocity is back at zero, w t + b ∫u = 0, where it has come
+    /// furthest, w t²/2 + b ∬u = q.
+    fn caught(fall: &[N; 4], base: N) -> Self {
+        let [time, pushed, way, moved] = *fall;
+        let half = N::from_f64(0.5);
+        let against = (way - half * pushed * time).magnitude();
+        let gain = moved.magnitude() * against.reciprocal();
+        let acceleration = -(gain * pushed * time.reciprocal());
+        Self {
+            gain,
+            without: acceleration - gain * base,
+            forward: moved > N::ZERO,
+        }
+    }
+}
+
+/// x^(1/3) from 0 to 1, to a fiftieth: x^(1/4 + 1/16 + 1/64).
+fn cube_root<N: Number>(x: N) -> N {
+    let root = |x: N| x.reciprocal_root().reciprocal_root();
+    let fourth = root(x);
+    let sixteenth = root(fourth);
+    fourth * sixteenth * root(sixteenth)
 }
 
 impl<N: Number> Wiggle<N> {
     /// The command grows until the servo has moved with it.
     pub(super) fn seek(&self, state: &mut WiggleState<N>) -> N {
         let plan = &self.plan;
+        let acted = state.given(plan.delay);
+        let furthest = state.fall.furthest[3];
+        let fell = furthest.magnitude() >= plan.noticed && furthest * state.direction < N::ZERO;
+        if state.still > plan.standing && fell {
+            let guess = Guess::caught(&state.fall.furthest, state.fall.base);
+            return self.know(state, &guess);
+        }
         if state.still > plan.standing {
             state.origin = state.position;
             state.first_count = None;
+            state.fall = Fall::from(acted);
         }
         let moved = state.position - state.origin;
+        state.fall.follow(acted, moved);
         if state.first_count.is_none() && moved != N::ZERO {
             state.first_count = Some(FirstCount {
                 sample: state.samples,
-                command: state.given(plan.delay),
+                command: acted,
+                moved: moved.magnitude(),
             });
         }
-        if moved.magnitude() >= plan.noticed {
-            if let Some(estimate) = state.gathered.sure() {
-                return self.know(state, &estimate);
-            }
-            let along = moved * state.direction > N::ZERO;
-            if along && let Some(breakaway) = self.breakaway(state, moved) {
-                self.guess(state, &breakaway);
-                let guess = state.servo;
-                return self.know(state, &guess);
-            }
-            if along {
+        let furthest = state.fall.furthest[3];
+        let comes_back = (moved - furthest) * state.direction > N::ZERO;
+        if furthest.magnitude() >= plan.noticed && self.is_timed(state, moved) {
+            if furthest * state.direction > N::ZERO {
+                if let Some(guess) = self.breakaway(state, moved) {
+                    return self.know(state, &guess);
+                }
                 // Not the ramp has moved it: it must be caught.
                 state.held += state.direction * state.ramp;
                 state.ramp = N::ZERO;
                 state.direction = -state.direction;
-            } else if state.observed.velocity * state.direction > N::ZERO {
-                // Caught: from here it goes with the ramp.
-                state.origin = state.position;
-                state.first_count = None;
+            } else if comes_back {
+                let guess = Guess::caught(&state.fall.turning(), state.fall.base);
+                return self.know(state, &guess);
             }
+        } else if comes_back && furthest * state.direction < N::ZERO {
+            if furthest.magnitude() >= N::from_f64(LEAST_FALL) {
+                let guess = Guess::caught(&state.fall.turning(), state.fall.base);
+                return self.know(state, &guess);
+            }
+            // It fell a little, and goes with the ramp from here.
+            state.origin = state.position;
+            state.first_count = None;
+            state.fall = Fall::from(acted);
         }
         let [least, most] = plan.command;
         let command = state.held + state.direction * state.ramp;
         if command > most || command < least {
-            if state.still > plan.standing && state.ending.is_none() {
+            if state.still > 4 * plan.standing && state.ending.is_none() {
                 state.ending = Some(Err(StopReason::DoesNotMove));
                 state.held_at = state.position;
                 state.enter(Stage::Hold);
@@ -95,14 +138,24 @@ impl<N: Number> Wiggle<N> {
         } else {
             by_speed
         };
-        let growth = (N::from_f64(4.0) * soon).limited(plan.growth, N::from_f64(0.5));
-        let urgent = N::from_f64(4.0) * plan.first_step + growth * state.ramp;
-        if urgent > usual { urgent } else { usual }
+        let careful = N::from_f64(0.3) * plan.growth;
+        let growth = (N::from_f64(4.0) * soon).limited(careful, N::from_f64(0.5));
+        N::from_f64(4.0) * growth * plan.first_step * plan.per_growth + growth * state.ramp
+    }
+
+    /// Whether enough samples have passed since the first count to tell when the servo began to move, or so
+    /// much travel that there is no waiting.
+    fn is_timed(&self, state: &WiggleState<N>, moved: N) -> bool {
+        /// Samples.
+        const TIMED: u32 = 4;
+        let since = |first: FirstCount<N>| state.samples.saturating_sub(first.sample);
+        state.first_count.is_some_and(|first| since(first) >= TIMED)
+            || moved.magnitude() >= self.plan.much
     }
 
     /// Where the command was when the servo broke away: a command that grows evenly from there on moves it
-    /// as the cube of time. None if the ramp had not begun then.
-    fn breakaway(&self, state: &WiggleState<N>, moved: N) -> Option<Breakaway<N>> {
+    /// as the cube of time, q = b u̇ t³/6. None if the ramp had not begun then.
+    fn breakaway(&self, state: &WiggleState<N>, moved: N) -> Option<Guess<N>> {
         let plan = &self.plan;
         let now = state.given(plan.delay);
         let first = state.first_count?;
@@ -112,67 +165,77 @@ impl<N: Number> Wiggle<N> {
             .filter(|&since| since > 0)?;
         let since = N::from_count(samples.min(1 << 20) as i32);
         let slope = (now - first.command).magnitude() * since.reciprocal();
-        let all = since * plan.since_beginning;
+        let half = N::from_f64(0.5);
+        let way = moved.magnitude() - half;
+        let all =
+            since * (N::ONE - cube_root((first.moved - half) * way.reciprocal())).reciprocal();
         let command = now - state.direction * slope * all;
-        let possible = slope > N::ZERO && state.direction * (command - state.held) >= N::ZERO;
+        // One that moves at the first of the ramp falls.
+        let ramped = state.direction * (first.command - state.held);
+        let possible = slope > N::ZERO && ramped > N::from_f64(6.0) * plan.first_step;
+        let command = if state.direction * (command - state.held) < N::ZERO {
+            state.held
+        } else {
+            command
+        };
         possible.then(|| {
-            let way = moved.magnitude() - N::from_f64(0.5);
             let gain = N::from_f64(6.0) * way * (slope * all * all * all).reciprocal();
-            Breakaway { command, gain }
+            Guess {
+                gain,
+                without: -(gain * command),
+                forward: state.direction > N::ZERO,
+            }
         })
     }
 
-    /// Brakes a servo of which there is an estimate now.
-    fn know(&self, state: &mut WiggleState<N>, servo: &Crude<N>) -> N {
+    /// Brakes a servo of which there is a guess now.
+    fn know(&self, state: &mut WiggleState<N>, guess: &Guess<N>) -> N {
         let plan = &self.plan;
-        let acted = state.given(plan.delay);
-        state.observed.adopt(&Crude::UNKNOWN, servo, acted);
-        // What friction makes different in the other direction is not known: a part of what the command can
-        // do.
-        let (none, weight) = (N::ZERO, (servo.gain * plan.command[1]).reciprocal());
-        state
-            .gathered
-            .expect(&[none, weight, -weight, none, none], none);
-        state.servo = *servo;
-        state.direction = if state.observed.velocity < N::ZERO {
-            -N::ONE
-        } else {
-            N::ONE
-        };
-        self.choose_swing(state);
-        state.enter(Stage::Brake);
-        self.brake(state)
-    }
-
-    /// A first guess, and how far it can be trusted.
-    fn guess(&self, state: &mut WiggleState<N>, breakaway: &Breakaway<N>) {
-        let plan = &self.plan;
-        let Breakaway { command, gain } = *breakaway;
-        let without = -(gain * command);
-        state.servo = Crude {
+        let Guess {
+            gain,
+            without,
+            forward,
+        } = *guess;
+        let servo = Crude {
             gain,
             per_gain: gain.reciprocal(),
             forward: without,
             backward: without,
             viscous: N::ZERO,
         };
-        // In roundings: half of b, a tenth of the limit's acceleration in breaking away.
-        let rounding = N::from_f64(0.3);
-        let sure = N::from_f64(2.0) * rounding * gain.reciprocal();
-        let usual = N::from_f64(10.0) * rounding * (gain * plan.command[1]).reciprocal();
+        let acted = state.given(plan.delay);
+        state.observed.adopt(&Crude::UNKNOWN, &servo, acted);
+        state.servo = servo;
+        state.guessed = gain;
+        state.guessed_limit = gain * plan.command[1];
+        // How far it can be trusted: half of b, half of a sample of delay, a tenth of what the command can do
+        // in one direction, and all of that in the difference to the other.
         let none = N::ZERO;
-        state
-            .gathered
-            .expect(&[sure, none, none, none, none], sure * gain);
-        // Half of a sample in the delay.
-        state.gathered.expect(&[none, none, none, none, sure], none);
-        let (forward, backward) = if state.direction > N::ZERO {
-            (usual, none)
+        let two = N::from_f64(2.0);
+        let half = plan.off * two * servo.per_gain;
+        let all = plan.off * (gain * plan.command[1]).reciprocal();
+        let tenth = N::from_f64(10.0) * all;
+        let viscous = plan.off * plan.usual_viscous.reciprocal();
+        let (one, other) = if forward {
+            (tenth, none)
         } else {
-            (none, usual)
+            (none, tenth)
         };
-        state
-            .gathered
-            .expect(&[usual * command, forward, backward, none, none], none);
+        let gathered = &mut state.gathered;
+        gathered.forget();
+        gathered.expect(&[half, none, none, none, none], half * gain);
+        gathered.expect(&[none, one, other, none, none], tenth * without);
+        gathered.expect(&[none, all, -all, none, none], none);
+        gathered.expect(&[none, none, none, viscous, none], none);
+        gathered.expect(&[none, none, none, none, half], none);
+        state.aim(state.way);
+        self.choose_swing(state);
+        if plan.one_way.is_some_and(|way| way != state.way) {
+            state.ending = Some(Err(StopReason::DoesNotStand));
+            state.enter(Stage::Stop);
+            return self.stop(state);
+        }
+        state.enter(Stage::Brake);
+        self.brake(state)
     }
 }

@@ -16,8 +16,8 @@ pub struct WiggleSettings {
 }
 
 impl WiggleSettings {
-    /// The least travel, from end to end, counts.
-    pub const LEAST_TRAVEL: f64 = 24.0;
+    /// The least travel to either side, or in all for a servo that may only move one way, counts.
+    pub const LEAST_TRAVEL: [f64; 2] = [16.0, 100.0];
 
     /// The least speed, counts per second.
     pub const LEAST_SPEED: f64 = 200.0;
@@ -28,8 +28,13 @@ impl WiggleSettings {
         let limits = &self.limits;
         limits.check()?;
         let [low, high] = limits.travel;
-        let travel = high - low;
-        let needed = Self::LEAST_TRAVEL * self.resolution;
+        let [either, in_all] = Self::LEAST_TRAVEL;
+        let (travel, counts) = if limits.one_way {
+            (high - low, in_all)
+        } else {
+            (high.min(-low), either)
+        };
+        let needed = counts * self.resolution;
         if travel < needed {
             return Err(CommissionError::TravelTooSmall { travel, needed });
         }

@@ -16,13 +16,25 @@ pub struct WiggleState<N> {
     pub(super) held: N,
     /// The direction of the present push.
     pub(super) direction: N,
+    /// The furthest position in it.
+    pub(super) extreme: N,
+    /// The direction of the last count.
+    pub(super) way: N,
+    /// Whether the encoder shows that it stands.
+    pub(super) stands: bool,
     /// How far the ramp is from where it began.
     pub(super) ramp: N,
     /// Where it last stood.
     pub(super) origin: N,
+    /// What moved it since, and how far that went.
+    pub(super) fall: Fall<N>,
     /// Where and when the first count was passed.
     pub(super) first_count: Option<FirstCount<N>>,
     pub(super) servo: Crude<N>,
+    /// b as it was first known.
+    pub(super) guessed: N,
+    /// What the command can do with that.
+    pub(super) guessed_limit: N,
     pub(super) observed: Observed<N>,
     pub(super) gathered: Gathered<N>,
     pub(super) commands: [N; COMMANDS],
@@ -58,21 +70,69 @@ pub(super) enum Stage {
     Hold,
 }
 
+/// A motion that the ramp did not begin, from rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Fall<N> {
+    /// The command with which it began.
+    pub(super) base: N,
+    /// Samples, the integral of the command beyond that one, and the integral of that.
+    pub(super) time: N,
+    pub(super) pushed: N,
+    pub(super) way: N,
+    /// These three at the furthest place, and that.
+    pub(super) furthest: [N; 4],
+}
+
+impl<N: Number> Fall<N> {
+    /// One that begins under a command.
+    pub(super) fn from(base: N) -> Self {
+        Self {
+            base,
+            time: N::ZERO,
+            pushed: N::ZERO,
+            way: N::ZERO,
+            furthest: [N::ZERO; 4],
+        }
+    }
+
+    /// Takes a sample: the command that acted, and how far the servo is.
+    pub(super) fn follow(&mut self, acted: N, moved: N) {
+        let push = acted - self.base;
+        self.time += N::ONE;
+        self.way += self.pushed + N::from_f64(0.5) * push;
+        self.pushed += push;
+        if moved.magnitude() > self.furthest[3].magnitude() {
+            self.furthest = [self.time, self.pushed, self.way, moved];
+        }
+    }
+}
+
+impl<N: Number> Fall<N> {
+    /// Of a fall whose last count has just been taken back: midway between the two.
+    pub(super) fn turning(&self) -> [N; 4] {
+        let half = N::from_f64(0.5);
+        let [time, pushed, way, moved] = self.furthest;
+        [
+            half * (time + self.time),
+            half * (pushed + self.pushed),
+            half * (way + self.way),
+            moved,
+        ]
+    }
+}
+
 /// The first edge that the ramp has passed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FirstCount<N> {
     pub(super) sample: u32,
     pub(super) command: N,
+    /// Counts, one or more.
+    pub(super) moved: N,
 }
 
 impl<N: Number> WiggleState<N> {
     pub(super) fn new(plan: &Plan<N>, held: Option<N>) -> Self {
         let held = held.unwrap_or(N::ZERO);
-        let mut gathered = Gathered::NOTHING;
-        gathered.expect(
-            &[N::ZERO, N::ZERO, N::ZERO, plan.usual_viscous, N::ZERO],
-            N::ZERO,
-        );
         Self {
             stage: Stage::Seek,
             ending: None,
@@ -80,12 +140,18 @@ impl<N: Number> WiggleState<N> {
             position: N::ZERO,
             held,
             direction: plan.first_direction,
+            extreme: N::ZERO,
+            way: plan.first_direction,
+            stands: false,
             ramp: N::ZERO,
             origin: N::ZERO,
+            fall: Fall::from(held),
             first_count: None,
             servo: Crude::UNKNOWN,
+            guessed: N::ZERO,
+            guessed_limit: N::ZERO,
             observed: Observed::AT_REST,
-            gathered,
+            gathered: Gathered::NOTHING,
             commands: [held; COMMANDS],
             newest: 0,
             still: 0,
@@ -122,6 +188,22 @@ impl<N: Number> WiggleState<N> {
     #[must_use]
     pub fn evidence(&self) -> Option<u32> {
         self.evidence
+    }
+
+    /// Aims in a direction from here on.
+    pub(super) fn aim(&mut self, direction: N) {
+        self.direction = direction;
+        self.extreme = self.position;
+    }
+
+    /// An acceleration at which a servo that may not turn comes to rest.
+    pub(super) fn gentle(&self) -> N {
+        N::from_f64(0.02) * self.guessed_limit
+    }
+
+    /// Whether a servo that is braked has come to its furthest place: it comes back, or stands.
+    pub(super) fn has_turned(&self) -> bool {
+        self.stands || self.direction * (self.position - self.extreme) < N::ZERO
     }
 
     pub(super) fn enter(&mut self, stage: Stage) {

@@ -1,5 +1,6 @@
 use super::state::{Stage, WiggleState};
 use super::wiggling::Wiggle;
+use crate::commission::StopReason;
 use crate::number::Number;
 
 impl<N: Number> Wiggle<N> {
@@ -20,8 +21,7 @@ impl<N: Number> Wiggle<N> {
                 }
             }
         }
-        let [low, high] = plan.usable;
-        let half_room = N::from_f64(0.5) * (high - low);
+        let half_room = plan.half_room();
         let floor = N::from_f64(0.02) * servo.gain * most;
         let mut acceleration = available.limited(floor, N::REACH);
         let mut amplitude = acceleration * plan.swing;
@@ -36,22 +36,23 @@ impl<N: Number> Wiggle<N> {
         }
         state.acceleration = acceleration;
         state.amplitude = amplitude * state.part;
+        if let Some(way) = plan.one_way {
+            // Pushes of a part of the way each, one after the other.
+            let longest = N::from_f64(0.4) * half_room * state.part;
+            let length = (amplitude + amplitude).limited(N::ZERO, longest);
+            let from_middle = way * (state.position - plan.middle());
+            state.amplitude = (from_middle + length).limited(-half_room, half_room);
+        }
     }
 
-    /// Where the swings have their middle.
-    fn middle(&self) -> N {
-        let [low, high] = self.plan.usable;
-        N::from_f64(0.5) * (low + high)
-    }
-
-    /// Position and velocity, along the direction of the push, where a decision of now begins to act.
-    fn ahead(&self, state: &WiggleState<N>) -> [N; 2] {
-        let horizon = self.plan.horizon;
-        let direction = state.direction;
+    /// Position and velocity, along a direction, where a decision of now begins to act.
+    fn ahead(&self, state: &WiggleState<N>, direction: N) -> [N; 2] {
+        let plan = &self.plan;
+        let horizon = plan.horizon;
         let velocity = direction * state.observed.velocity;
         let acceleration = direction * state.observed.acceleration;
         let pushed = acceleration.limited(N::ZERO, N::REACH);
-        let position = direction * (state.position - self.middle());
+        let position = direction * (state.position - plan.middle());
         [
             position + horizon * (velocity + N::from_f64(0.5) * horizon * pushed),
             velocity + horizon * pushed,
@@ -62,7 +63,11 @@ impl<N: Number> Wiggle<N> {
     pub(super) fn push(&self, state: &mut WiggleState<N>) -> N {
         let plan = &self.plan;
         let direction = state.direction;
-        let [position, velocity] = self.ahead(state);
+        if direction * state.observed.velocity < N::ZERO && !state.stands {
+            // It has not turned yet after all.
+            return self.braking(state, -direction);
+        }
+        let [position, velocity] = self.ahead(state, direction);
         let braking = N::from_f64(0.85) * state.acceleration;
         let room = state.amplitude - position;
         let moves = velocity > N::ZERO;
@@ -75,37 +80,41 @@ impl<N: Number> Wiggle<N> {
             return self.brake(state);
         }
         // One that does not begin to move needs more.
-        let late = state.still > plan.standing && state.samples - state.stage_since > plan.standing;
+        let late = state.still > plan.reaction && state.samples - state.stage_since > plan.reaction;
         if late {
             let step = plan.first_step + plan.growth * state.extra;
-            state.extra += step.limited(N::ZERO, plan.steepest);
+            state.extra += step.limited(N::ZERO, plan.steepest + plan.steepest);
         }
-        let speed = direction * state.observed.velocity;
-        let way = if speed < N::ZERO {
-            -direction
-        } else {
-            direction
-        };
-        state.servo.command(direction * state.acceleration, way) + direction * state.extra
+        state
+            .servo
+            .command(direction * state.acceleration, direction)
+            + direction * state.extra
     }
 
     /// Brakes until the servo turns.
     pub(super) fn brake(&self, state: &mut WiggleState<N>) -> N {
-        let direction = state.direction;
-        if direction * state.observed.velocity <= N::ZERO && state.samples > state.stage_since + 1 {
+        if state.has_turned() {
             return self.turn(state);
         }
-        self.braking(state)
+        if self.plan.one_way.is_some() && self.is_slow(state) {
+            return self.turn(state);
+        }
+        self.braking(state, state.direction)
+    }
+
+    /// Whether a servo that may not turn is slow enough for the next push.
+    fn is_slow(&self, state: &WiggleState<N>) -> bool {
+        let slow = N::from_f64(0.2) * state.acceleration * self.plan.swing_speed;
+        state.direction * state.observed.velocity < slow
     }
 
     /// The command that brakes, as hard as the room needs.
-    fn braking(&self, state: &mut WiggleState<N>) -> N {
+    fn braking(&self, state: &mut WiggleState<N>, direction: N) -> N {
         let plan = &self.plan;
-        let direction = state.direction;
-        let [position, velocity] = self.ahead(state);
-        let [low, high] = plan.usable;
-        let room = N::from_f64(0.5) * (high - low) - position;
-        let least_room = N::from_f64(0.02) * (high - low);
+        let [position, velocity] = self.ahead(state, direction);
+        let half_room = plan.half_room();
+        let room = half_room - position;
+        let least_room = N::from_f64(0.04) * half_room;
         let room = room.limited(least_room, N::REACH);
         let needed = N::from_f64(0.65) * velocity * velocity * room.reciprocal();
         let braking = needed.limited(state.acceleration, N::REACH);
@@ -120,40 +129,73 @@ impl<N: Number> Wiggle<N> {
 
     /// The servo turns: the next swing, or the end.
     fn turn(&self, state: &mut WiggleState<N>) -> N {
-        let end = usize::from(state.direction > N::ZERO);
-        state.reversals[end] += 1;
-        state.direction = -state.direction;
         state.extra = N::ZERO;
-        if self.has_evidence(state) {
-            state.evidence = Some(state.samples);
-            state.ending = Some(Ok(()));
-            state.held_at = state.position;
-            state.enter(Stage::Hold);
-            return self.hold(state);
+        if let Some(way) = self.plan.one_way {
+            state.reversals = state.reversals.map(|count| count + 1);
+            state.aim(way);
+            let left = self.plan.half_room() - way * (state.position - self.plan.middle());
+            let used_up = left < N::from_f64(0.2) * self.plan.half_room();
+            if used_up && state.evidence.is_none() {
+                state.ending = Some(Err(StopReason::TooLittleEvidence));
+            } else if state.evidence.is_some() {
+                state.ending = Some(Ok(()));
+            }
+            if state.ending.is_some() {
+                state.enter(Stage::Stop);
+                return self.stop(state);
+            }
+        } else {
+            let end = usize::from(state.direction > N::ZERO);
+            state.reversals[end] += 1;
+            state.aim(-state.direction);
+            if state.evidence.is_some() {
+                state.ending = Some(Ok(()));
+                state.held_at = state.position;
+                state.enter(Stage::Hold);
+                return self.hold(state);
+            }
         }
         self.choose_swing(state);
         state.enter(Stage::Push);
         self.push(state)
     }
 
-    /// Whether the servo is known well enough.
-    fn has_evidence(&self, state: &WiggleState<N>) -> bool {
-        state.reversals.iter().all(|&count| count >= 2) && state.samples >= self.plan.enough
+    /// Whether the servo is known well enough: it has turned twice at either end, and the acceleration of a
+    /// swing is predicted well in both directions.
+    pub(super) fn has_evidence(&self, state: &WiggleState<N>) -> bool {
+        /// The largest standard error of an acceleration, over it.
+        const KNOWN: f64 = 0.008;
+        /// Standard deviation of an equation's error, counts.
+        const ROUNDING: f64 = 0.3;
+        if state.reversals.iter().any(|&count| count < 2) {
+            return false;
+        }
+        let speed = state.acceleration * self.plan.swing_speed * N::from_f64(0.5);
+        let most = N::from_f64(KNOWN / ROUNDING) * state.acceleration;
+        let ways = self.plan.one_way.map_or([N::ONE, -N::ONE], |way| [way; 2]);
+        ways.into_iter().all(|direction| {
+            let command = state
+                .servo
+                .command(direction * state.acceleration, direction);
+            state.gathered.variance(command, direction * speed) < most * most
+        })
     }
 
     /// Brakes for good.
     pub(super) fn stop(&self, state: &mut WiggleState<N>) -> N {
-        let forward = state.observed.velocity > N::ZERO;
-        let way = if forward { N::ONE } else { -N::ONE };
         if state.samples == state.stage_since {
-            state.direction = way;
+            state.aim(state.way);
         }
-        if way != state.direction || state.still > self.plan.standing {
+        if self.plan.one_way.is_some() && self.is_slow(state) {
+            // Gently: friction must hold it where it comes to rest.
+            state.acceleration = state.gentle();
+        }
+        if state.has_turned() {
             state.held_at = state.position;
             state.enter(Stage::Hold);
             return self.hold(state);
         }
-        self.braking(state)
+        self.braking(state, state.direction)
     }
 
     /// Holds the servo where it stopped.
@@ -162,6 +204,11 @@ impl<N: Number> Wiggle<N> {
         let [stiffness, damping] = self.plan.hold;
         let off = state.position - state.held_at;
         let back = stiffness * off + damping * state.observed.velocity;
-        servo.holding() - back * servo.per_gain
+        let rest = match self.plan.one_way {
+            // Just below what moves it; how much friction there is is not known.
+            Some(way) => servo.command(-(way * state.gentle()), way),
+            None => servo.holding(),
+        };
+        rest - back * servo.per_gain
     }
 }

@@ -49,8 +49,10 @@ impl<N: Number> Wiggle<N> {
         // As fast as rounding lets it be: its acceleration must stay below that of a swing.
         let [low, high] = limits.travel;
         let swing = limits.speed * limits.speed / (high - low);
-        let omega = libm::sqrt(0.2 * swing / settings.resolution).min(0.8 / time);
-        let stride = libm::round(0.0005 / time) as u32;
+        let omega = libm::sqrt(2.0 * swing / settings.resolution).min(0.8 / time);
+        // Errors are independent of each other once counts have passed.
+        let independent = (3.0 * settings.resolution / limits.speed).max(0.0005);
+        let stride = libm::round(independent / time) as u32;
         Ok(Self {
             plan: Plan::new(settings),
             observer: Observer::new(omega.min(1200.0) * time),
@@ -87,7 +89,10 @@ impl<N: Number> Wiggle<N> {
         let (time, resolution) = (self.settings.sample_time, self.settings.resolution);
         let mut state = WiggleState::new(&self.plan, None);
         state.servo = Crude::of(&servo.parameters, time, resolution);
+        state.guessed = state.servo.gain;
+        state.guessed_limit = state.servo.gain * self.plan.command[1];
         state.position = position;
+        state.extreme = position;
         state.part = N::from_f64(part);
         state.commands = [state.servo.holding(); COMMANDS];
         self.choose_swing(&mut state);
@@ -105,6 +110,12 @@ impl<N: Number> Wiggle<N> {
         } else {
             0
         };
+        if increment != N::ZERO {
+            state.way = if increment > N::ZERO { N::ONE } else { -N::ONE };
+        }
+        if state.direction * (state.position - state.extreme) > N::ZERO {
+            state.extreme = state.position;
+        }
         let acted = state.given(plan.delay);
         self.learn(state, increment, acted);
         if let Some(reason) = self.left(state) {
@@ -144,28 +155,27 @@ impl<N: Number> Wiggle<N> {
         let missed = still * state.observed.velocity.magnitude();
         let stands =
             state.still > plan.standing || (state.still > 1 && missed > N::from_f64(MISSED));
+        state.stands = stands;
         if stands {
             state.observed.stand();
+        } else if state.way * state.observed.velocity < N::ZERO && increment != N::ZERO {
+            state.observed.turn();
         }
-        if state.first_count.is_none() {
-            return;
-        }
-        let direction = if stands {
-            N::ZERO
-        } else if state.observed.velocity < N::ZERO {
-            -N::ONE
-        } else {
-            N::ONE
-        };
+        let direction = if stands { N::ZERO } else { state.way };
         let news = self
             .regression
             .observe(&mut state.gathered, increment, direction, acted);
+        let turns = state.reversals[0] + state.reversals[1];
         if news
-            && servo.is_known()
+            && turns > 0
             && let Some(estimate) = state.gathered.estimate()
+            && estimate.is_like(state.guessed)
         {
             state.observed.adopt(&servo, &estimate, acted);
             state.servo = estimate;
+            if state.evidence.is_none() && self.has_evidence(state) {
+                state.evidence = Some(state.samples);
+            }
         }
     }
 

@@ -8,13 +8,13 @@ use stm32f4::stm32f405::{FLASH, flash};
 use super::block::Block;
 use super::clocks::Frequencies;
 
-/// Where the sectors of 128 KiB begin, with number 5 (table 5), and where they end.
-const BASE: u32 = 0x0802_0000;
-const END: u32 = 0x0810_0000;
-const SECTOR: u32 = 0x2_0000;
+/// Where the four sectors of 16 KiB begin and end (table 5).
+const BASE: u32 = 0x0800_0000;
+const END: u32 = 0x0801_0000;
+const SECTOR: u32 = 0x4000;
 
-/// What the data sheet gives it at most, ns: 2 s for a sector, 100 µs for a word.
-const ERASURE: u64 = 2_000_000_000;
+/// What the data sheet gives it at most, ns: 0.5 s for such a sector, 100 µs for a word.
+const ERASURE: u64 = 500_000_000;
 const WORD: u64 = 100_000;
 
 pub(crate) struct Memory {
@@ -268,7 +268,7 @@ impl Memory {
             self.begin(now, ERASURE, alone);
             let number = after.snb().bits();
             self.erased.borrow_mut().push(number);
-            let first = ((u32::from(number) - 5) * SECTOR) as usize;
+            let first = (u32::from(number) * SECTOR) as usize;
             self.bytes.borrow_mut()[first..first + SECTOR as usize].fill(0xff);
         }
     }

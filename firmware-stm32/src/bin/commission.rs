@@ -1,0 +1,119 @@
+//! Instructions of a commissioning on a simulated servo: of a sample by its phase, and of a slice of the
+//! study.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+
+use cortex_m_rt::entry;
+use firmware_stm32::host::{exit, say};
+use firmware_stm32::instructions::{Counter as Instructions, Tally};
+use firmware_stm32::measured::counted;
+use firmware_stm32::paper;
+use identifier_core::commission::{
+    Commission, CommissionError, CommissionSettings, CommissionState, Limits, Phase, Seen, Study,
+};
+use identifier_core::tuning::Goal;
+use virtual_servo::{Encoder, Plant};
+
+/// The fastest that a drive is asked to commission at, s.
+const SAMPLE_TIME: f64 = 1e-4;
+
+/// Friction, rad/s².
+const COULOMB: f64 = 5.0;
+
+/// Samples within which it is over.
+const PATIENCE: u32 = 200_000;
+
+#[entry]
+fn main() -> ! {
+    let done = commission(&Instructions::start());
+    match done {
+        Ok(Phase::Applied) => exit(true),
+        Ok(phase) => say(&["it ended", phase.name()]),
+        Err(_) => say(&["it was refused"]),
+    }
+    exit(false)
+}
+
+fn settings() -> CommissionSettings {
+    CommissionSettings {
+        sample_time: SAMPLE_TIME,
+        resolution: paper::settings().resolution,
+        limits: Limits {
+            travel: [-1.5, 1.5],
+            speed: 40.0,
+            command: [-10.0, 10.0],
+            duration: 1.0,
+            one_way: false,
+        },
+        command_delay: 0.0,
+        most_gain: None,
+        goal: Goal::Stiffest,
+        most_sensitivity: 1.6,
+        trial_step: None,
+    }
+}
+
+/// Commissions, one sample and the slices that go with it after the other.
+fn commission(instructions: &Instructions) -> Result<Phase, CommissionError> {
+    let settings = settings();
+    let machine = Commission::<f32>::new(&settings, None)?;
+    let mut study = Study::<f32>::new(&settings)?;
+    let mut state = machine.start(0, None);
+    let mut plant = Plant::at_rest(&paper::parameters(COULOMB), SAMPLE_TIME);
+    let (_, encoder): (_, Encoder) = paper::servo();
+    let mut samples = Phase::ALL.map(|phase| (phase, Tally::default()));
+    let mut slices = Tally::default();
+    for _ in 0..PATIENCE {
+        let seen = black_box(Seen {
+            count: Some(encoder.read(plant.position) as i32),
+            late: false,
+            stop: None,
+        });
+        let (step, taken) = counted(instructions, || machine.process(&mut state, &seen));
+        if let Some((_, tally)) = samples.iter_mut().find(|(phase, _)| *phase == step.phase) {
+            tally.add(taken);
+        }
+        if step.phase.is_end() {
+            break;
+        }
+        if let Some(finding) = &step.finding {
+            study.take(finding);
+        }
+        for _ in 0..machine.slices() {
+            let (answer, taken) = counted(instructions, || study.work());
+            slices.add(taken);
+            if let Some(answer) = answer {
+                machine.accept(&mut state, &answer);
+            }
+        }
+        plant.advance(f64::from(step.command.unwrap_or(0.0)));
+    }
+    let phase = state.phase();
+    let bytes = size_of::<CommissionState<f32>>();
+    for (phase, tally) in samples {
+        if tally.rounds() > 0 {
+            tally.say(name(phase), bytes);
+        }
+    }
+    slices.say("commission-slice", size_of::<Study<f32>>());
+    Ok(phase)
+}
+
+/// Its name among the figures.
+fn name(phase: Phase) -> &'static str {
+    match phase {
+        Phase::Idle => "commission-idle",
+        Phase::ReleasedCheck => "commission-released-check",
+        Phase::Wiggle => "commission-wiggle",
+        Phase::Fit => "commission-fit",
+        Phase::Refine => "commission-refine",
+        Phase::Verify => "commission-verify",
+        Phase::Tune => "commission-tune",
+        Phase::Trial => "commission-trial",
+        Phase::Applied => "commission-applied",
+        Phase::RolledBack => "commission-rolled-back",
+        Phase::Aborted => "commission-aborted",
+    }
+}

@@ -1,0 +1,203 @@
+//! Motion and commands by blocks of M samples.
+//!
+//! With D the counts of a block, A = D − D⁻ is the servo's mean acceleration over two blocks, counts. The
+//! same follows from the commands: over two blocks a command weighs as a triangle, W = ∑ w u, and
+//!
+//!   A = b W + M² (d − c sign v) − a M (D + D⁻)/2.
+
+use crate::number::Number;
+
+/// Blocks of one length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Blocks<N> {
+    /// M.
+    length: i32,
+    /// Samples by which the first block is shorter, so that blocks of several lengths do not end in one
+    /// sample.
+    ahead: i32,
+    scale: N,
+    /// M² and 1/M².
+    area: N,
+    per_area: N,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct BlocksState<N> {
+    samples: i32,
+    /// Of this block: counts, the sum of the commands and the sum of its partial sums.
+    counts: N,
+    sum: N,
+    double_sum: N,
+    /// The largest command of this block and of the one before, to either side.
+    largest: [N; 2],
+    /// Of the block before: what its commands add to W.
+    carried: N,
+    /// Counts of the block before and the one before that.
+    before: [N; 2],
+    /// A⁻ and W⁻.
+    acceleration: N,
+    weighed: N,
+    /// Whether the servo has turned in this block.
+    turned: bool,
+    /// Samples running without a count, and the most of them in this block.
+    quiet: i32,
+    longest: i32,
+    /// Blocks so far, and those running in which it moved one way, as long as they are few.
+    blocks: i32,
+    one_way: i32,
+}
+
+/// What has been seen when a block has ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Block<N> {
+    /// Counts of this block, the one before, and the one before that.
+    pub(super) counts: [N; 3],
+    /// A, counts.
+    pub(super) moved: N,
+    /// A, counts a sample squared.
+    pub(super) acceleration: N,
+    /// A − A⁻.
+    pub(super) change: N,
+    /// W.
+    pub(super) weighed: N,
+    /// W − W⁻.
+    pub(super) cause: N,
+    /// The largest command of the last two blocks, to either side.
+    pub(super) largest: N,
+    /// Whether the servo has moved one way in all three, without a stop.
+    pub(super) one_way: bool,
+    /// M/2 and M².
+    pub(super) half: N,
+    pub(super) area: N,
+}
+
+impl<N: Number> Blocks<N> {
+    /// Blocks that A and A⁻ are made of.
+    const PARTS: i32 = 3;
+    /// A block in which the servo has moved no further than this may hold a turn, counts.
+    const SLIP: i32 = 2;
+    /// A servo that has stood within a block has passed so many counts fewer than at its speed.
+    const STOOD: i32 = 3;
+
+    pub(super) fn new(length: i32, ahead: i32) -> Self {
+        let samples = f64::from(length);
+        Self {
+            length,
+            ahead,
+            scale: N::from_f64(samples),
+            area: N::from_f64(samples * samples),
+            per_area: N::from_f64(1.0 / (samples * samples)),
+        }
+    }
+
+    pub(super) fn length(&self) -> i32 {
+        self.length
+    }
+
+    /// Nothing has been seen yet.
+    pub(super) fn start(&self) -> BlocksState<N> {
+        let zero = N::ZERO;
+        BlocksState {
+            samples: self.ahead,
+            counts: zero,
+            sum: zero,
+            double_sum: zero,
+            largest: [zero; 2],
+            carried: zero,
+            before: [zero; 2],
+            acceleration: zero,
+            weighed: zero,
+            turned: false,
+            quiet: 0,
+            longest: 0,
+            // The first is no whole one.
+            blocks: -1,
+            one_way: 0,
+        }
+    }
+
+    /// A sample; from the third block on, what has been seen at the end of each.
+    #[inline]
+    pub(super) fn process(
+        &self,
+        state: &mut BlocksState<N>,
+        increment: N,
+        command: N,
+    ) -> Option<Block<N>> {
+        let [largest, _] = &mut state.largest;
+        *largest = larger(*largest, command.magnitude());
+        state.turned |= increment * state.counts < N::ZERO;
+        state.quiet = if increment == N::ZERO {
+            state.quiet + 1
+        } else {
+            0
+        };
+        state.longest = state.longest.max(state.quiet);
+        state.counts += increment;
+        state.double_sum += state.sum + N::from_f64(0.5) * command;
+        state.sum += command;
+        state.samples += 1;
+        if state.samples < self.length {
+            return None;
+        }
+        let block = self.end(state);
+        state.blocks = (state.blocks + 1).min(Self::PARTS);
+        (state.blocks == Self::PARTS).then_some(block)
+    }
+
+    fn end(&self, state: &mut BlocksState<N>) -> Block<N> {
+        let [before, first] = state.before;
+        let [largest, largest_before] = state.largest;
+        let counts = state.counts;
+        let weighed = state.carried + state.double_sum;
+        let moved = counts - before;
+        state.one_way = if self.stops(state) {
+            0
+        } else if counts * before > N::ZERO {
+            (state.one_way + 1).min(Self::PARTS)
+        } else {
+            1
+        };
+        let block = Block {
+            counts: [counts, before, first],
+            moved,
+            acceleration: moved * self.per_area,
+            change: moved - state.acceleration,
+            weighed,
+            cause: weighed - state.weighed,
+            largest: larger(largest, largest_before),
+            one_way: state.one_way == Self::PARTS,
+            half: N::from_f64(0.5) * self.scale,
+            area: self.area,
+        };
+        *state = BlocksState {
+            samples: 0,
+            largest: [N::ZERO, largest],
+            carried: self.scale * state.sum - state.double_sum,
+            before: [counts, before],
+            acceleration: moved,
+            weighed,
+            quiet: 0,
+            blocks: state.blocks,
+            one_way: state.one_way,
+            ..self.start()
+        };
+        block
+    }
+
+    /// Whether the servo has turned or stood in the block that ends.
+    fn stops(&self, state: &BlocksState<N>) -> bool {
+        let [before, _] = state.before;
+        let size = state.counts.magnitude();
+        // At the speed of this block or the last there would have been counts.
+        let missed = N::from_count(state.longest) * larger(size, before.magnitude());
+        state.turned
+            || size <= N::from_count(Self::SLIP)
+            || missed > N::from_count(Self::STOOD) * self.scale
+    }
+}
+
+/// The larger of two.
+fn larger<N: Number>(one: N, other: N) -> N {
+    if one > other { one } else { other }
+}

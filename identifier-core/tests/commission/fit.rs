@@ -1,0 +1,252 @@
+use crate::wiggle_support::{Unknown, unknown_servos};
+use identifier_core::commission::{
+    FitSettings, IdentifiedServo, Motion, MotionRecorder, Prediction, ServoFitter, StopReason,
+};
+use identifier_core::model::ServoParameters;
+use virtual_servo::{Effects, Plant};
+
+fn settings(unknown: &Unknown) -> FitSettings {
+    FitSettings {
+        sample_time: unknown.sample_time,
+        resolution: unknown.resolution(),
+        most_command: Unknown::COMMAND,
+        command_delay: 0.0,
+    }
+}
+
+fn recorded<const W: usize>(unknown: &Unknown, samples: &[[f32; 2]]) -> Motion<f32, W> {
+    let mut recorder = MotionRecorder::new(&settings(unknown));
+    let mut motion = Motion::EMPTY;
+    for &[increment, command] in samples {
+        if let Some(block) = recorder.push(increment, command) {
+            assert!(motion.take(&block));
+        }
+    }
+    motion
+}
+
+fn fitted<const W: usize>(
+    unknown: &Unknown,
+    motion: &Motion<f32, W>,
+    prior: Option<&IdentifiedServo>,
+) -> Result<IdentifiedServo, StopReason> {
+    let fitter = ServoFitter::new(&settings(unknown));
+    let mut fit = fitter.begin(motion, prior);
+    loop {
+        if let Some(result) = fitter.work(&mut fit, motion) {
+            return result;
+        }
+    }
+}
+
+fn predicted<const W: usize>(
+    unknown: &Unknown,
+    motion: &Motion<f32, W>,
+    servo: &IdentifiedServo,
+) -> Prediction {
+    let fitter = ServoFitter::new(&settings(unknown));
+    let mut predicting = fitter.begin_prediction(servo);
+    loop {
+        if let Some(prediction) = fitter.predict(&mut predicting, motion) {
+            return prediction;
+        }
+    }
+}
+
+/// The largest difference in an open-loop move of 0.2 s, over its length: to two thirds of the speed that
+/// is allowed and back to rest, with the command that does so to the true servo.
+fn response_error(unknown: &Unknown, found: &ServoParameters) -> f64 {
+    let truth = unknown.parameters;
+    let accelerate = unknown.limits.speed / 1.5 / 0.1;
+    let [mut one, mut other] = [&truth, found].map(|servo| Plant::at_rest(servo, 1e-3));
+    let (mut most, mut off) = (0.0_f64, 0.0_f64);
+    for k in 0..200 {
+        let push = if k < 100 { accelerate } else { -accelerate };
+        let command = (push - truth.load + truth.coulomb) / truth.b;
+        one.advance(command);
+        other.advance(command);
+        most = most.max(one.position.abs());
+        off = off.max((one.position - other.position).abs());
+    }
+    off / most
+}
+
+/// How many of some servos were found how well, in percent.
+#[derive(Debug, Default)]
+struct Found {
+    servos: f64,
+    gain: f64,
+    response: f64,
+}
+
+impl Found {
+    fn of(servos: impl Iterator<Item = Unknown>, time: impl Fn(&Unknown) -> Option<f64>) -> Self {
+        let mut found = Self::default();
+        for unknown in servos {
+            let moved = unknown.wiggle();
+            let time = time(&unknown).or(moved.evidence).unwrap_or(f64::INFINITY);
+            let end = ((time / unknown.sample_time) as usize).min(moved.samples.len());
+            let motion = recorded::<512>(&unknown, &moved.samples[..end]);
+            found.servos += 1.0;
+            if let Ok(servo) = fitted(&unknown, &motion, None) {
+                let off = servo.parameters.b / unknown.parameters.b - 1.0;
+                found.gain += f64::from(u8::from(off.abs() < 0.02));
+                let off = response_error(&unknown, &servo.parameters);
+                found.response += f64::from(u8::from(off < 0.02));
+            }
+        }
+        found.gain *= 100.0 / found.servos;
+        found.response *= 100.0 / found.servos;
+        found
+    }
+}
+
+const FINE: f64 = 4096.0;
+
+#[test]
+fn a_tenth_of_a_second_tells_the_gain_and_most_responses() {
+    for (sample_time, time) in [(1e-3, 0.15), (2.5e-4, 0.1), (1e-4, 0.1)] {
+        let servos = unknown_servos().filter(|u| u.counts >= FINE && u.sample_time == sample_time);
+        let found = Found::of(servos, |_| Some(time));
+        println!("{sample_time} s, after {time} s: {found:?}");
+        assert!(found.gain >= 99.0, "{found:?}");
+        assert!(found.response >= 93.0, "{found:?}");
+    }
+}
+
+#[test]
+fn with_evidence_gain_and_response_are_known() {
+    let fine = Found::of(unknown_servos().filter(|u| u.counts >= FINE), |_| None);
+    println!("4096 counts and more, with evidence: {fine:?}");
+    assert!(fine.gain >= 99.0 && fine.response >= 96.5, "{fine:?}");
+    let coarse = Found::of(unknown_servos().filter(|u| u.counts < FINE), |_| None);
+    println!("coarser, with evidence: {coarse:?}");
+    assert!(coarse.gain >= 96.0 && coarse.response >= 60.0, "{coarse:?}");
+}
+
+/// A servo with a fine encoder and its first motion.
+fn ordinary(effects: Effects) -> Unknown {
+    let mut unknown = Unknown::of(40);
+    unknown.counts = 20_000.0;
+    unknown.sample_time = 1e-4;
+    unknown.delay = 1.3;
+    unknown.held = None;
+    unknown.parameters = ServoParameters {
+        a: 1.5,
+        b: 100.0,
+        coulomb: 60.0,
+        load: 20.0,
+    };
+    unknown.effects = effects;
+    unknown
+}
+
+#[test]
+fn errors_are_as_large_as_the_standard_errors_say() {
+    let mut off = Vec::new();
+    for unknown in unknown_servos().filter(|u| u.counts >= FINE && u.counts <= 20_000.0) {
+        let moved = unknown.wiggle();
+        let motion = recorded::<256>(&unknown, &moved.samples);
+        let servo = fitted(&unknown, &motion, None).expect("a servo");
+        let error = servo.parameters.b - unknown.parameters.b;
+        off.push((error / servo.standard_error(IdentifiedServo::B)).abs());
+    }
+    off.sort_by(f64::total_cmp);
+    let [median, most] = [0.5, 0.9].map(|part| off[(part * off.len() as f64) as usize]);
+    println!("errors over standard errors: median {median:.2}, 90 % {most:.2}");
+    assert!(
+        (0.3..1.2).contains(&median) && most < 3.5,
+        "{median} {most}"
+    );
+}
+
+#[test]
+fn a_long_motion_fits_into_a_short_record() {
+    let unknown = ordinary(Effects::NONE);
+    let moved = unknown.wiggle();
+    let motion = recorded::<64>(&unknown, &moved.samples);
+    let servo = fitted(&unknown, &motion, None).expect("a servo");
+    let off = servo.parameters.b / unknown.parameters.b - 1.0;
+    assert!(off.abs() < 0.01, "{off}");
+}
+
+#[test]
+fn what_is_known_makes_a_second_fit_surer() {
+    let unknown = ordinary(Effects::NONE);
+    let motion = recorded::<256>(&unknown, &unknown.wiggle().samples);
+    let first = fitted(&unknown, &motion, None).expect("a servo");
+    let second = fitted(&unknown, &motion, Some(&first)).expect("a servo");
+    for place in 0..5 {
+        assert!(second.standard_error(place) < first.standard_error(place));
+    }
+    let off = second.parameters.b / first.parameters.b - 1.0;
+    assert!(off.abs() < 0.002, "{off}");
+}
+
+#[test]
+fn a_missing_block_is_noticed() {
+    let unknown = ordinary(Effects::NONE);
+    let mut recorder = MotionRecorder::new(&settings(&unknown));
+    let mut motion = Motion::<f32, 64>::EMPTY;
+    let mut blocks = unknown
+        .wiggle()
+        .samples
+        .into_iter()
+        .filter_map(|[increment, command]| recorder.push(increment, command))
+        .collect::<Vec<_>>();
+    blocks.remove(7);
+    let taken = blocks.iter().filter(|block| motion.take(block)).count();
+    assert_eq!((taken, motion.is_complete()), (7, false));
+}
+
+#[test]
+fn a_servo_predicts_its_own_motion_and_no_other_servo_s() {
+    let unknown = ordinary(Effects::NONE);
+    let motion = recorded::<256>(&unknown, &unknown.wiggle().samples);
+    let servo = fitted(&unknown, &motion, None).expect("a servo");
+    let own = predicted(&unknown, &motion, &servo);
+    assert!(own.rms < 1.5 * own.rounding, "{own:?}");
+    let mut other = servo;
+    other.parameters.b *= 1.05;
+    let wrong = predicted(&unknown, &motion, &other);
+    assert!(wrong.rms > 10.0 * own.rms, "{wrong:?}");
+    assert!(wrong.rms > 3.0 * wrong.uncertain, "{wrong:?}");
+}
+
+#[test]
+fn what_the_model_lacks_is_named() {
+    let none = Effects::NONE;
+    for (effects, reason) in [
+        (
+            Effects {
+                dead_band: 0.5,
+                ..none
+            },
+            StopReason::LacksDeadBand,
+        ),
+        (
+            Effects {
+                low_speed_friction: 40.0,
+                low_speed_velocity: 0.5,
+                ..none
+            },
+            StopReason::LacksLowSpeedFriction,
+        ),
+        (
+            Effects {
+                gravity: [200.0, 0.0],
+                ..none
+            },
+            StopReason::LacksGravity,
+        ),
+    ] {
+        let unknown = ordinary(effects);
+        let motion = recorded::<256>(&unknown, &unknown.wiggle().samples);
+        let servo = fitted(&unknown, &motion, None).expect("a servo");
+        let prediction = predicted(&unknown, &motion, &servo);
+        assert!(prediction.rms > 5.0 * prediction.rounding, "{prediction:?}");
+        let (named, share) = prediction.lacks.expect("something is left");
+        assert_eq!(named, reason);
+        assert!(share > 0.8, "{prediction:?}");
+    }
+}

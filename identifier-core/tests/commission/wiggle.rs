@@ -1,0 +1,125 @@
+use crate::wiggle_support::{Unknown, Wiggled, unknown_servos};
+use identifier_core::commission::{CommissionError, IdentifiedServo, Progress, StopReason, Wiggle};
+use identifier_core::model::ServoParameters;
+
+#[test]
+fn travel_and_speed_are_kept_by_every_unknown_servo_and_nearly_all_end_with_evidence() {
+    let (mut servos, mut at_rest) = (0, 0);
+    for unknown in unknown_servos() {
+        let Wiggled {
+            progress,
+            travel,
+            speed,
+            evidence,
+            ..
+        } = unknown.wiggle();
+        assert!(travel < 1.0, "travel {travel:.3}: {unknown:?}");
+        assert!(speed < 1.0, "speed {speed:.3}: {unknown:?}");
+        servos += 1;
+        match progress {
+            Progress::AtRest => {
+                at_rest += 1;
+                assert!(evidence.is_some_and(|time| time <= 1.0));
+            }
+            // It says so; only a coarse encoder may need more than a second.
+            Progress::Failed(StopReason::TooLittleEvidence) => {
+                assert!(unknown.counts < 4096.0, "{unknown:?}");
+            }
+            _ => panic!("{progress:?}: {unknown:?}"),
+        }
+    }
+    println!("{at_rest} of {servos} at rest with evidence");
+    assert!(100 * at_rest >= 99 * servos, "{at_rest} of {servos}");
+}
+
+#[test]
+fn a_fine_encoder_gives_evidence_in_a_fifth_of_a_second() {
+    for (sample_time, allowed) in [(1e-3, 0.16), (2.5e-4, 0.15), (1e-4, 0.15)] {
+        let mut times: Vec<f64> = unknown_servos()
+            .filter(|unknown| unknown.counts >= 4096.0 && unknown.sample_time == sample_time)
+            .map(|unknown| unknown.wiggle().evidence.unwrap_or(f64::INFINITY))
+            .collect();
+        times.sort_by(f64::total_cmp);
+        let [median, most] = [0.5, 0.9].map(|part| times[(part * times.len() as f64) as usize]);
+        println!("{sample_time} s: median {median:.3} s, 90 % {most:.3} s");
+        assert!(median < 0.13 && most < allowed, "{median} {most}");
+    }
+}
+
+#[test]
+fn a_later_motion_of_a_known_servo_is_another_one_within_the_same_limits() {
+    for unknown in unknown_servos().filter(|unknown| unknown.counts >= 10_000.0) {
+        let Unknown { parameters, .. } = unknown;
+        let servo = IdentifiedServo {
+            parameters,
+            delay: unknown.sample_time,
+            covariance: [[0.0; 5]; 5],
+            unexplained: 0.0,
+        };
+        let held = Unknown {
+            held: Some(-parameters.load / parameters.b),
+            ..unknown
+        };
+        let wiggle = Wiggle::new(&held.settings()).expect("allowed");
+        let sizes = [1.0, 0.6].map(|part| {
+            let moved = held.moved_by(&wiggle, wiggle.start_knowing(&servo, 0.0, part));
+            assert_eq!(moved.progress, Progress::AtRest, "{unknown:?}");
+            assert!(moved.travel < 1.0 && moved.speed < 1.0, "{unknown:?}");
+            moved.travel
+        });
+        assert!(sizes[1] < 0.9 * sizes[0], "{sizes:?}");
+    }
+}
+
+#[test]
+fn an_axis_that_may_only_move_one_way_does_not_come_back() {
+    let mut at_rest = 0;
+    let mut servos = 0;
+    let ordinary = |unknown: &Unknown| {
+        let ServoParameters { b, coulomb, .. } = unknown.parameters;
+        unknown.counts >= 10_000.0 && coulomb > 0.06 * b * Unknown::COMMAND
+    };
+    for unknown in unknown_servos().filter(ordinary).map(Unknown::one_way) {
+        let moved = unknown.wiggle();
+        servos += 1;
+        at_rest += u32::from(moved.progress == Progress::AtRest);
+        assert!(moved.travel < 1.0 && moved.speed < 1.0, "{unknown:?}");
+        let back = -moved.reached[0] / unknown.resolution();
+        assert!(back < 1.0, "{back} counts back: {unknown:?}");
+        assert!(moved.backwards < 0.2, "{:?}: {unknown:?}", moved.backwards);
+    }
+    println!("one way: {at_rest} of {servos} at rest with evidence");
+    assert!(10 * at_rest >= 9 * servos, "{at_rest} of {servos}");
+}
+
+#[test]
+fn a_servo_that_does_not_move_is_said_to_be_one() {
+    let mut jammed = Unknown::of(1);
+    jammed.held = None;
+    jammed.parameters.load = 0.0;
+    jammed.parameters.coulomb = 1.1 * jammed.parameters.b * Unknown::COMMAND;
+    let moved = jammed.wiggle();
+    assert_eq!(moved.progress, Progress::Failed(StopReason::DoesNotMove));
+}
+
+#[test]
+fn limits_that_are_too_small_are_refused_with_the_figure_that_would_do() {
+    let coarse = Unknown {
+        counts: 1000.0,
+        ..Unknown::of(2)
+    };
+    let mut narrow = coarse.settings();
+    narrow.limits.travel = [-0.001, 10.0];
+    let Err(CommissionError::TravelTooSmall { needed, .. }) = Wiggle::<f32>::new(&narrow) else {
+        panic!("too little travel")
+    };
+    narrow.limits.travel[0] = -1.001 * needed;
+    assert!(Wiggle::<f32>::new(&narrow).is_ok());
+    let mut slow = coarse.settings();
+    slow.limits.speed = 1e-6;
+    let Err(CommissionError::SpeedTooSmall { needed, .. }) = Wiggle::<f32>::new(&slow) else {
+        panic!("too little speed")
+    };
+    slow.limits.speed = 1.001 * needed;
+    assert!(Wiggle::<f32>::new(&slow).is_ok());
+}

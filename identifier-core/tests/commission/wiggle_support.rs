@@ -1,0 +1,221 @@
+//! Unknown servos, what a sensible user allows them, and their first motion.
+
+use identifier_core::commission::{Limits, Progress, Wiggle, WiggleSettings, WiggleState};
+use identifier_core::model::ServoParameters;
+use virtual_servo::{Effects, Encoder, Servo};
+
+/// Numbers that look random and are the same everywhere (splitmix64).
+struct Random(u64);
+
+impl Random {
+    fn part(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.part()
+    }
+
+    fn one_of<const N: usize>(&mut self, choices: [f64; N]) -> f64 {
+        choices[((self.part() * N as f64) as usize).min(N - 1)]
+    }
+}
+
+/// A servo of which the wiggle knows nothing.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Unknown {
+    pub(crate) parameters: ServoParameters,
+    pub(crate) effects: Effects,
+    /// Samples.
+    pub(crate) delay: f64,
+    /// Encoder counts per revolution.
+    pub(crate) counts: f64,
+    pub(crate) sample_time: f64,
+    pub(crate) limits: Limits,
+    /// The command that a controller holds it with; none: it is let go.
+    pub(crate) held: Option<f64>,
+    /// Where it stands between two edges of the encoder.
+    pub(crate) between_edges: f64,
+}
+
+impl Unknown {
+    /// The command limit of all of them.
+    pub(crate) const COMMAND: f64 = 10.0;
+
+    /// The smallest b, rad/s² per command unit; the largest is a hundred times that.
+    const WEAKEST: f64 = 50.0;
+
+    /// Drawn by a seed: b over 100:1, viscous friction up to ten times the nominal servo's, Coulomb
+    /// friction to 20 % and load to 30 % of the limit, delays of zero to two samples, whole and
+    /// fractional, let go or held.
+    pub(crate) fn of(seed: u64) -> Self {
+        let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x5851_f42d_4c95_7f2d);
+        let b = Self::WEAKEST * libm::exp(random.part() * libm::log(100.0));
+        let authority = b * Self::COMMAND;
+        let sample_time = random.one_of([1e-3, 2.5e-4, 1e-4]);
+        let counts = random.one_of([
+            1000.0, 2000.0, 4096.0, 10_000.0, 20_000.0, 65_536.0, 131_072.0,
+        ]);
+        let coulomb = random.between(0.0, 0.2) * authority;
+        let load = random.between(-0.3, 0.3) * authority;
+        let a = random.between(0.0, 10.0) * 0.2174 / 257.7 * b;
+        let delay = match (random.part() * 6.0) as u32 {
+            whole @ 0..3 => f64::from(whole),
+            _ => random.between(0.0, 2.0),
+        };
+        let within = random.between(-0.7, 0.7) * coulomb;
+        let held = (random.part() < 0.5).then_some((within - load) / b);
+        Self {
+            parameters: ServoParameters {
+                a,
+                b,
+                coulomb,
+                load,
+            },
+            effects: Effects::NONE,
+            delay,
+            counts,
+            sample_time,
+            limits: Self::allowed(b),
+            held,
+            between_edges: random.part(),
+        }
+    }
+
+    /// What a user allows a class of servos, two classes to a decade of b: ±0.16 rad and 15 rad/s for the
+    /// weakest, and up to ±2.1 rad and 200 rad/s (1900 1/min) for the strongest, which passes that in 4 ms
+    /// of full command. So travel and speed go with the authority to the power of 3/4.
+    fn allowed(b: f64) -> Limits {
+        let class = libm::floor(2.0 * libm::log10(b / Self::WEAKEST) + 1e-9).min(3.0);
+        let scale = libm::pow(10.0, 0.5 * class * 0.75);
+        Limits {
+            travel: [-0.16 * scale, 0.16 * scale],
+            speed: 15.0 * scale,
+            command: [-Self::COMMAND, Self::COMMAND],
+            duration: 1.0,
+            one_way: false,
+        }
+    }
+
+    /// The same servo where it may only move forwards, over twice the travel in all; held, as it must
+    /// stand.
+    pub(crate) fn one_way(mut self) -> Self {
+        let [_, high] = self.limits.travel;
+        self.limits.travel = [0.0, 4.0 * high];
+        self.limits.one_way = true;
+        self.held = Some(-self.parameters.load / self.parameters.b);
+        self
+    }
+
+    pub(crate) fn resolution(&self) -> f64 {
+        std::f64::consts::TAU / self.counts
+    }
+
+    pub(crate) fn settings(&self) -> WiggleSettings {
+        WiggleSettings {
+            sample_time: self.sample_time,
+            resolution: self.resolution(),
+            limits: self.limits,
+            most_gain: None,
+            command_delay: 0.0,
+        }
+    }
+
+    /// Its first motion.
+    pub(crate) fn wiggle(&self) -> Wiggled {
+        let wiggle = Wiggle::new(&self.settings()).expect("these limits are allowed");
+        let held = self.held.map(|held| held as f32);
+        self.moved_by(&wiggle, wiggle.start(held))
+    }
+
+    /// A motion from a state.
+    pub(crate) fn moved_by(&self, wiggle: &Wiggle<f32>, mut state: WiggleState<f32>) -> Wiggled {
+        let time = self.sample_time;
+        // The command that holds it is taken for none, and its load for what is left: so it has stood
+        // under it for ever.
+        let held = self.held.unwrap_or(0.0);
+        let balanced = self.parameters.with_load_of(held);
+        let effects = Effects {
+            delay: self.delay * time,
+            ..self.effects
+        };
+        let mut servo = Servo::at_rest(&balanced, &effects, time, 1).expect("a servo");
+        let encoder = Encoder::new(self.counts);
+        let start = f64::from(state.position()) * self.resolution();
+        let mut last = 0;
+        let mut result = Wiggled::NOTHING;
+        while result.progress == Progress::Going {
+            let between = self.between_edges * self.resolution();
+            let count = encoder.read(servo.position() + between);
+            let increment = (count - last) as f32;
+            last = count;
+            let step = wiggle.process(&mut state, increment);
+            assert!(step.command.is_finite());
+            result.samples.push([increment, step.command]);
+            result.progress = step.progress;
+            servo.advance(f64::from(step.command) - held);
+            result.observe(&self.limits, start + servo.position(), servo.velocity());
+            assert!(
+                result.samples.len() < (3.0 / time) as usize,
+                "it ends: {self:?}"
+            );
+        }
+        result.evidence = state.evidence().map(|samples| f64::from(samples) * time);
+        result
+    }
+}
+
+/// What became of a motion.
+#[derive(Debug, Clone)]
+pub(crate) struct Wiggled {
+    pub(crate) progress: Progress,
+    /// After which time there was evidence, s.
+    pub(crate) evidence: Option<f64>,
+    /// The lowest and highest position, rad.
+    pub(crate) reached: [f64; 2],
+    /// How far travel and speed went, of what was allowed.
+    pub(crate) travel: f64,
+    pub(crate) speed: f64,
+    /// The largest speed backwards, of what was allowed.
+    pub(crate) backwards: f64,
+    /// Increment and command of every sample.
+    pub(crate) samples: Vec<[f32; 2]>,
+}
+
+impl Wiggled {
+    const NOTHING: Self = Self {
+        progress: Progress::Going,
+        evidence: None,
+        reached: [0.0; 2],
+        travel: 0.0,
+        speed: 0.0,
+        backwards: 0.0,
+        samples: Vec::new(),
+    };
+
+    fn observe(&mut self, limits: &Limits, position: f64, velocity: f64) {
+        let [low, high] = self.reached;
+        self.reached = [low.min(position), high.max(position)];
+        let [lowest, highest] = limits.travel;
+        let part = |reached: f64, allowed: f64| {
+            if allowed == 0.0 {
+                0.0
+            } else {
+                reached / allowed
+            }
+        };
+        self.travel = part(self.reached[0], lowest).max(part(self.reached[1], highest));
+        self.speed = self.speed.max(velocity.abs() / limits.speed);
+        self.backwards = self.backwards.max(-velocity / limits.speed);
+    }
+}
+
+/// As many unknown servos as are tried: all 1000 if the environment asks for the campaign.
+pub(crate) fn unknown_servos() -> impl Iterator<Item = Unknown> {
+    let campaign = std::env::var_os("CAMPAIGN").is_some();
+    (0..if campaign { 1000 } else { 120 }).map(Unknown::of)
+}

@@ -1,0 +1,338 @@
+//! What needs no servo: found in the stated sample, and not in the one before.
+
+use identifier_core::commission::{IdentifiedServo, StopReason};
+use identifier_core::model::ServoParameters;
+use identifier_core::plausibility::{Detection, Observation, Plausibility, PlausibilitySettings};
+
+const RATES: [f64; 5] = [250.0, 1e3, 4e3, 10e3, 20e3];
+
+fn settings(rate: f64) -> PlausibilitySettings {
+    PlausibilitySettings {
+        sample_time: 1.0 / rate,
+        resolution: 1e-3,
+        travel: [-0.5, 2.0],
+        speed: 30.0,
+        command: [-8.0, 8.0],
+    }
+}
+
+/// A servo at rest at its setpoint.
+const REST: Observation<f64> = Observation {
+    increment: Some(0.0),
+    command: 0.0,
+    position: 0.0,
+    setpoint: Some(0.0),
+    late: false,
+    must_move: false,
+};
+
+/// What is found of a sequence of samples that repeats from its beginning, and in which of them, from 1.
+fn found(
+    settings: &PlausibilitySettings,
+    seen: impl Fn(u32) -> Observation<f64>,
+) -> (Option<(StopReason, u32)>, Detection) {
+    let watch = Plausibility::<f64>::new(settings).expect("allowed");
+    let mut state = watch.start();
+    let stated = watch.detection_times(&state);
+    let samples = (2.0 / settings.sample_time) as u32;
+    let found = (0..samples).find_map(|sample| {
+        let refused = watch.process(&mut state, &seen(sample)).err();
+        refused.map(|reason| (reason, sample + 1))
+    });
+    (found, stated)
+}
+
+#[test]
+fn an_encoder_without_a_reading_is_lost_after_the_stated_samples() {
+    for rate in RATES {
+        let settings = settings(rate);
+        let lost = Observation {
+            increment: None,
+            ..REST
+        };
+        let (seen, stated) = found(&settings, |_| lost);
+        assert_eq!(seen, Some((StopReason::EncoderLost, stated.encoder_lost)));
+        assert_eq!(stated.encoder_lost, (rate * 1e-3).round().max(2.0) as u32);
+        let every = stated.encoder_lost;
+        let (seen, _) = found(&settings, |k| if k % every == 0 { REST } else { lost });
+        assert_eq!(seen, None, "one reading in time is enough");
+    }
+}
+
+#[test]
+fn samples_that_are_late_running_or_mostly_are_an_overrun() {
+    let settings = settings(1e3);
+    let late = |late| Observation { late, ..REST };
+    let (seen, stated) = found(&settings, |_| late(true));
+    assert_eq!(seen, Some((StopReason::Overrun, stated.overrun)));
+    assert_eq!(stated.overrun, 3);
+    let (seen, _) = found(&settings, |k| late(k % 2 == 0));
+    assert_eq!(seen, Some((StopReason::Overrun, 7)), "every other one");
+    let (seen, _) = found(&settings, |k| late(k % 5 == 0));
+    assert_eq!(seen, None, "every fifth one");
+}
+
+#[test]
+fn travel_ends_a_count_beyond_where_it_was_given() {
+    let settings = settings(1e3);
+    for (position, within) in [
+        (2001.0, true),
+        (2002.0, false),
+        (-501.0, true),
+        (-502.0, false),
+    ] {
+        let (seen, _) = found(&settings, |_| Observation { position, ..REST });
+        let expected = (!within).then_some((StopReason::TravelLeft, 1));
+        assert_eq!(seen, expected, "{position}");
+    }
+}
+
+/// Counts of a servo at a speed, as they come.
+fn at_speed(speed: f64, settings: &PlausibilitySettings, sample: u32) -> Observation<f64> {
+    let step = speed * settings.sample_time / settings.resolution;
+    let count = |sample: u32| (f64::from(sample) * step + 0.37).floor();
+    let increment = count(sample + 1) - count(sample);
+    Observation {
+        increment: Some(increment),
+        setpoint: None,
+        ..REST
+    }
+}
+
+#[test]
+fn a_speed_is_found_in_its_time_beyond_the_limit_and_never_at_it() {
+    for rate in RATES {
+        for resolution in [1e-2, 1e-3, 1e-5] {
+            let settings = PlausibilitySettings {
+                resolution,
+                ..settings(rate)
+            };
+            for sign in [1.0, -1.0] {
+                let (seen, _) = found(&settings, |k| at_speed(sign * 30.0, &settings, k));
+                assert_eq!(seen, None, "{rate} {resolution}");
+                // Three counts in 20 ms, the longest time that a speed is the mean of.
+                let fast = sign * (1.25 * 30.0 + 3.0 * resolution / 2e-3);
+                let (seen, stated) = found(&settings, |k| at_speed(fast, &settings, k));
+                let (reason, sample) = seen.expect("it is too fast");
+                assert_eq!(reason, StopReason::SpeedExceeded);
+                assert!(sample <= stated.speed, "{sample} {stated:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_jump_is_found_in_its_sample_and_a_smaller_one_is_motion() {
+    for rate in RATES {
+        let settings = settings(rate);
+        let watch = Plausibility::<f64>::new(&settings).expect("allowed");
+        let mut state = watch.start();
+        for known in [false, true] {
+            if known {
+                watch.know(&mut state, &SERVO);
+            }
+            let least = watch.detection_times(&state).smallest_jump;
+            for jump in [least, -least, f64::NAN] {
+                let mut state = state;
+                watch.process(&mut state, &REST).expect("it rests");
+                let jumps = Observation {
+                    increment: Some(jump),
+                    ..REST
+                };
+                let seen = watch.process(&mut state, &jumps);
+                assert_eq!(seen, Err(StopReason::EncoderJumped), "{rate} {jump}");
+            }
+            let mut state = state;
+            watch.process(&mut state, &REST).expect("it rests");
+            let moves = Observation {
+                increment: Some((0.3 * least).floor()),
+                ..REST
+            };
+            assert_ne!(
+                watch.process(&mut state, &moves),
+                Err(StopReason::EncoderJumped)
+            );
+        }
+    }
+}
+
+const SERVO: IdentifiedServo = IdentifiedServo {
+    parameters: ServoParameters {
+        a: 1.0,
+        b: 200.0,
+        coulomb: 20.0,
+        load: 10.0,
+    },
+    delay: 0.0,
+    covariance: [[0.0; 5]; 5],
+    unexplained: 3e-4,
+};
+
+/// A loop that swings about its setpoint with this amplitude in counts, growing by a factor from swing to
+/// swing, and a command with it; a half swing takes 20 ms.
+fn swinging(amplitude: f64, growth: f64, command: f64, sample: u32) -> Observation<f64> {
+    let phase = f64::from(sample) * 1e-3 / 20e-3;
+    let size = amplitude * growth.powf(phase);
+    let (sine, _) = (phase * core::f64::consts::PI).sin_cos();
+    let before = ((phase - 0.05) * core::f64::consts::PI).sin();
+    Observation {
+        increment: Some((size * (sine - before)).round()),
+        position: (size * sine).round(),
+        command: -command * sine,
+        ..REST
+    }
+}
+
+#[test]
+fn six_swings_that_do_not_decay_are_an_oscillation() {
+    let settings = PlausibilitySettings {
+        travel: [f64::NEG_INFINITY, f64::INFINITY],
+        speed: f64::INFINITY,
+        ..settings(1e3)
+    };
+    let watch = Plausibility::<f64>::new(&settings).expect("allowed");
+    let stated = watch.detection_times(&watch.start());
+    for growth in [0.9, 1.0, 1.2] {
+        let (seen, _) = found(&settings, |k| swinging(40.0, growth, 3.0, k));
+        let (reason, sample) = seen.expect("it oscillates");
+        assert_eq!(reason, StopReason::Oscillating);
+        // The swing in which it begins is not a whole one.
+        assert!(sample <= (stated.swings + 1) * 20 + 10, "{sample}");
+    }
+    for (amplitude, growth, command) in [(40.0, 0.6, 3.0), (3.0, 1.0, 3.0), (40.0, 1.0, 0.3)] {
+        let (seen, _) = found(&settings, |k| swinging(amplitude, growth, command, k));
+        assert_eq!(seen, None, "{amplitude} {growth} {command}");
+    }
+    // The same swings are the setpoint's own where it makes them.
+    let (seen, _) = found(&settings, |k| {
+        let seen = swinging(40.0, 1.0, 3.0, k);
+        let setpoint = if (k / 20) % 2 == 0 { 90.0 } else { -90.0 };
+        Observation {
+            setpoint: Some(setpoint),
+            ..seen
+        }
+    });
+    assert_eq!(seen, None);
+    let (seen, _) = found(&settings, |k| Observation {
+        setpoint: None,
+        ..swinging(40.0, 1.0, 3.0, k)
+    });
+    assert_eq!(seen, None, "a relay's");
+}
+
+#[test]
+fn what_contradicts_itself_is_refused_by_name() {
+    let sound = settings(1e3);
+    let refused = |settings: PlausibilitySettings| {
+        let refused = Plausibility::<f32>::new(&settings);
+        refused.expect_err("it is refused").parameter
+    };
+    for (settings, name) in [
+        (
+            PlausibilitySettings {
+                travel: [0.1, 1.0],
+                ..sound
+            },
+            "travel",
+        ),
+        (
+            PlausibilitySettings {
+                travel: [-1.0, -0.1],
+                ..sound
+            },
+            "travel",
+        ),
+        (
+            PlausibilitySettings {
+                travel: [f64::NAN, 1.0],
+                ..sound
+            },
+            "travel",
+        ),
+        (
+            PlausibilitySettings {
+                speed: 0.0,
+                ..sound
+            },
+            "speed",
+        ),
+        (
+            PlausibilitySettings {
+                speed: f64::NAN,
+                ..sound
+            },
+            "speed",
+        ),
+        (
+            PlausibilitySettings {
+                command: [0.0, 1.0],
+                ..sound
+            },
+            "command",
+        ),
+        (
+            PlausibilitySettings {
+                command: [-1.0, f64::INFINITY],
+                ..sound
+            },
+            "command",
+        ),
+        (
+            PlausibilitySettings {
+                sample_time: 0.0,
+                ..sound
+            },
+            "sample_time",
+        ),
+    ] {
+        assert_eq!(refused(settings), name);
+    }
+}
+
+#[test]
+fn the_page_says_what_is_stated() {
+    let page = include_str!("../../../docs/faults.md");
+    let row = |name: &str, known: bool, samples: fn(&Detection) -> u32| {
+        let columns: Vec<_> = RATES
+            .map(|rate| {
+                let watch = Plausibility::<f32>::new(&settings(rate)).expect("allowed");
+                let mut state = watch.start();
+                if known {
+                    watch.know(&mut state, &STRONG);
+                }
+                samples(&watch.detection_times(&state)).to_string()
+            })
+            .into();
+        format!("| {name} | {} |", columns.join(" | "))
+    };
+    let of = |detection: &Detection, reason| detection.samples(reason).expect("it is found");
+    for row in [
+        row("encoder lost", false, |stated| stated.encoder_lost),
+        row("overrun", false, |stated| stated.overrun),
+        row("reversed, weak", false, |stated| stated.response),
+        row("standing, unknown servo", false, |stated| stated.standing),
+        row("standing, known servo, at least", true, |stated| {
+            stated.standing
+        }),
+    ] {
+        assert!(page.contains(&row), "the page lacks: {row}");
+    }
+    let watch = Plausibility::<f32>::new(&settings(1e3)).expect("allowed");
+    let stated = watch.detection_times(&watch.start());
+    assert_eq!(of(&stated, StopReason::Reversed), stated.response);
+    assert_eq!(
+        of(&stated, StopReason::ActuatorDead),
+        stated.response + stated.standing
+    );
+    assert_eq!(of(&stated, StopReason::TravelLeft), 1);
+    assert_eq!(stated.samples(StopReason::NoGains), None);
+}
+
+/// One that a twentieth of the command moves at once.
+const STRONG: IdentifiedServo = IdentifiedServo {
+    parameters: ServoParameters {
+        b: 5000.0,
+        ..SERVO.parameters
+    },
+    ..SERVO
+};

@@ -1,0 +1,74 @@
+//! The scenarios that come with the simulator.
+
+use host_sim::scenario::{Arithmetic, Purpose, Scenario};
+use identifier_core::commission::{Phase, StopReason};
+
+use super::judged::{Judged, commission};
+
+fn scenario(name: &str, text: &str) -> Scenario {
+    Scenario::parse(name, text, Purpose::Commission).expect("a valid scenario")
+}
+
+/// Commissioned within its limits, in both number formats.
+fn commissioned(name: &str, text: &str) -> Judged {
+    let mut scenario = scenario(name, text);
+    let single = commission(&scenario);
+    scenario.identifier.arithmetic = Arithmetic::F64;
+    let double = commission(&scenario);
+    for judged in [&single, &double] {
+        assert!(judged.broken.is_empty(), "{name}: {:?}", judged.broken);
+    }
+    assert_eq!(
+        single.outcome.reason(),
+        double.outcome.reason(),
+        "{name}: single and double precision"
+    );
+    single
+}
+
+fn assert_applied(name: &str, text: &str) {
+    let judged = commissioned(name, text);
+    assert!(
+        judged.outcome.is_applied(),
+        "{name}: {:?}",
+        judged.outcome.end
+    );
+    let kept = judged.kept.expect("it is applied");
+    assert!(kept.is_kept(), "{name}: {kept:?}");
+}
+
+#[test]
+fn the_papers_servo_a_coarse_encoder_and_an_axis_of_one_way_are_commissioned() {
+    assert_applied(
+        "paper",
+        include_str!("../../../host-sim/scenarios/commission.toml"),
+    );
+    assert_applied(
+        "coarse",
+        include_str!("../../../host-sim/scenarios/commission_coarse.toml"),
+    );
+    assert_applied(
+        "one way",
+        include_str!("../../../host-sim/scenarios/commission_one_way.toml"),
+    );
+}
+
+#[test]
+fn an_axis_of_one_way_never_goes_back() {
+    let text = include_str!("../../../host-sim/scenarios/commission_one_way.toml");
+    let scenario = scenario("one way", text);
+    let judged = commission(&scenario);
+    let [lowest, highest] = judged.outcome.course.excursion.position;
+    let count = scenario.stated.resolution;
+    assert!(lowest >= -2.0 * count, "{lowest}");
+    assert!(highest > 100.0 * count, "{highest}");
+}
+
+#[test]
+fn play_is_told_by_its_name() {
+    let text = include_str!("../../../host-sim/scenarios/commission_play.toml");
+    let judged = commissioned("play", text);
+    let end = judged.outcome.end.expect("it ended");
+    assert_eq!(end.phase, Phase::Aborted);
+    assert_eq!(end.reason, Some(StopReason::LacksBacklash));
+}
