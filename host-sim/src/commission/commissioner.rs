@@ -88,8 +88,6 @@ impl<N: Number> Commissioner for Here<N> {
             if let Answer::Identified(found) = answer {
                 servo = Some(found);
             }
-                eprintln!("{answer:?}");
-            }
             machine.accept(state, &answer);
         }
         let tuning = state.tuning().copied().filter(|_| !*is_tuned);
