@@ -222,10 +222,10 @@ mod tests {
             panic!("it is stable");
         };
         let [fall, rise] = margins.gain;
-        for within in [1.1 * fall, 0.5, 2.0, 0.9 * rise] {
+        for within in [2.0 * fall, 0.5, 2.0, 0.5 * rise] {
             assert!(matches!(walk(within), Progress::Keeps(_)), "{within}");
         }
-        for beyond in [0.9 * fall, 1.1 * rise, 2.0 * rise] {
+        for beyond in [0.5 * fall, 2.0 * rise, 3.0 * rise] {
             assert_eq!(walk(beyond), Progress::Breaks, "{beyond}");
         }
     }

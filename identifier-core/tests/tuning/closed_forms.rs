@@ -141,7 +141,10 @@ fn the_shown_step_is_the_promised_one() {
     let step = tuner.step(&tuning).expect("valid");
     for sample in step.take(200) {
         let counts = sample.position / settings.resolution;
-        assert!((counts - counts.round()).abs() < 1e-6, "the encoder shows whole counts");
+        assert!(
+            (counts - counts.round()).abs() < 1e-6,
+            "the encoder shows whole counts"
+        );
     }
     let until = 25.0 / tuning.bandwidth;
     step.take_while(|sample| sample.time < until)
@@ -162,7 +165,11 @@ fn friction_that_is_not_sure_is_not_relied_on() {
     let servo = ServoParameters { a: 3.0, ..SERVO };
     let tuned = |error: f64| {
         let errors = [error, 0.0, 0.0];
-        tune(&settings(Goal::Bandwidth(1.5)), &identified(servo, 0.0, errors)).expect("within reach")
+        tune(
+            &settings(Goal::Bandwidth(1.5)),
+            &identified(servo, 0.0, errors),
+        )
+        .expect("within reach")
     };
     assert!((servo.b * tuned(0.0).kd - 0.3).abs() < 1e-9);
     assert!((servo.b * tuned(0.9).kd - 3.0).abs() < 1e-9);
