@@ -2,6 +2,7 @@ use super::{
     Answer, CommissionError, CommissionSettings, Finding, IdentifiedServo, Motion, Phase,
     Predicting, Prediction, ServoFit, ServoFitter, StopReason,
 };
+use crate::model::ServoParameters;
 use crate::number::Number;
 use crate::tuning::{Goal, Tuner, TunerState, Tuning, TuningError, TuningSettings};
 
@@ -62,6 +63,12 @@ impl<N: Number, const W: usize> Study<N, W> {
 
     /// How much larger the next step is where friction holds the servo through one.
     const GROWTH: f64 = 4.0;
+
+    /// The standard error up to which b is known, a part of itself.
+    const KNOWN_GAIN: f64 = 0.02;
+
+    /// That up to which friction is, a part of itself, and of what the command can do.
+    const KNOWN_FRICTION: [f64; 2] = [0.1, 0.02];
 
     /// The part of the command that the encoder's rounding may make up.
     const NOISE: f64 = 0.02;
@@ -128,6 +135,9 @@ impl<N: Number, const W: usize> Study<N, W> {
                 Some(Answer::Failed(reason))
             }
             Work::Fitting(fit) => match self.fitter.work(fit, &self.record)? {
+                Ok(servo) if self.motion == Phase::Refine && !self.is_known(&servo) => {
+                    self.fail(StopReason::TooLittleEvidence)
+                }
                 Ok(servo) => {
                     self.servo = Some(servo);
                     self.work = Work::Nothing;
@@ -171,6 +181,15 @@ impl<N: Number, const W: usize> Study<N, W> {
                 Some(Answer::Verified)
             }
         }
+    }
+
+    /// Whether two motions have told enough of a servo to tune for it.
+    fn is_known(&self, servo: &IdentifiedServo) -> bool {
+        let ServoParameters { b, coulomb, .. } = servo.parameters;
+        let authority = b * self.command();
+        let friction = (Self::KNOWN_FRICTION[0] * coulomb).max(Self::KNOWN_FRICTION[1] * authority);
+        servo.standard_error(IdentifiedServo::B) <= Self::KNOWN_GAIN * b
+            && servo.standard_error(IdentifiedServo::COULOMB) <= friction
     }
 
     fn fail(&mut self, reason: StopReason) -> Option<Answer> {
