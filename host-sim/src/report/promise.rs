@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use comfy_table::{CellAlignment, Table, presets};
-use identifier_core::tuning::{Cap, PredictedSample, Tuner, Tuning, TuningError};
+use identifier_core::tuning::{Cap, PredictedSample, Promise, Tuner, Tuning, TuningError};
 use serde::Serialize;
 
 use super::plot::{self, Curve, Panel};
@@ -29,7 +29,7 @@ pub struct Document {
     pub conditions: ConditionsDocument,
 }
 
-/// What is promised; null for a settling time that friction leaves open.
+/// What is promised.
 #[derive(Debug, Clone, Serialize)]
 #[expect(
     missing_docs,
@@ -39,8 +39,9 @@ pub struct PromiseDocument {
     pub step: f64,
     pub rise_time: f64,
     pub quickest_rise_time: f64,
+    pub slowest_rise_time: f64,
     pub overshoot: f64,
-    pub settling_time: Option<f64>,
+    pub settling_time: f64,
     pub sensitivity: f64,
     pub gain_margins: [f64; 2],
     pub command_share: f64,
@@ -118,8 +119,9 @@ impl Document {
                 step: promise.step,
                 rise_time: promise.rise_time,
                 quickest_rise_time: promise.quickest_rise_time,
+                slowest_rise_time: promise.slowest_rise_time,
                 overshoot: promise.overshoot,
-                settling_time: finite(promise.settling_time),
+                settling_time: promise.settling_time,
                 sensitivity: promise.sensitivity,
                 gain_margins: promise.gain_margins,
                 command_share: promise.command_share,
@@ -201,14 +203,17 @@ pub fn table(tuning: &Tuning) -> String {
     let percent = |part: f64| figure(100.0 * part);
     let rise = figure(1e3 * promise.rise_time);
     let rise = if depends_on_friction(tuning, 1.02) {
-        format!("{} to {rise}", figure(1e3 * promise.quickest_rise_time))
+        let [quickest, slowest] =
+            [promise.quickest_rise_time, promise.slowest_rise_time].map(|time| figure(1e3 * time));
+        format!("{rise} ({quickest} to {slowest})")
     } else {
         rise
     };
-    let settling = if promise.settling_time.is_finite() {
+    let longest = Promise::LONGEST / tuning.bandwidth;
+    let settling = if promise.settling_time < longest {
         figure(1e3 * promise.settling_time)
     } else {
-        "friction may keep it outside".to_owned()
+        format!("above {}", figure(1e3 * longest))
     };
     let mut table = Table::new();
     table.load_style(presets::UTF8_BORDERS_ONLY);
@@ -259,16 +264,16 @@ pub fn remarks(tuned: &Tuned) -> String {
         // Nothing can fail that is written into memory.
         let _ = write!(
             remarks,
-            "\nfriction makes the rise time depend on the motion before: a larger step or a faster response \
-             depends less on it"
+            "\nfriction makes the rise time depend on the motion before, as far as is told in brackets: with a \
+             larger step or a faster response it depends less on it"
         );
     }
     remarks
 }
 
-/// Whether the rise takes this many times as long where the integral does not balance friction.
+/// Whether a rise takes this many times as long where the integral pushes against it.
 fn depends_on_friction(tuning: &Tuning, times: f64) -> bool {
-    tuning.promise.rise_time > times * tuning.promise.quickest_rise_time
+    tuning.promise.slowest_rise_time > times * tuning.promise.quickest_rise_time
 }
 
 /// The feed-forward as a formula.

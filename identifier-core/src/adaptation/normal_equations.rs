@@ -69,15 +69,18 @@ impl<N: Number, const Q: usize> NormalEquations<N, Q> {
         })
     }
 
-    /// rᵀ A⁻¹ r, the variance of r times the unknowns for errors of variance one.
+    /// rᵀ A⁻¹ r for some r, the variances of r times the unknowns for errors of variance one.
     #[must_use]
-    pub fn variance(&self, row: &[N; Q]) -> N {
-        let solved = self.factor(N::ZERO, &[true; Q]).solve(row);
-        let mut sum = N::ZERO;
-        for i in 0..Q {
-            sum += row[i] * solved[i];
-        }
-        sum
+    pub fn variances<const K: usize>(&self, rows: &[[N; Q]; K]) -> [N; K] {
+        let factor = self.factor(N::ZERO, &[true; Q]);
+        rows.map(|row| {
+            let solved = factor.solve(&row);
+            let mut sum = N::ZERO;
+            for i in 0..Q {
+                sum += row[i] * solved[i];
+            }
+            sum
+        })
     }
 
     fn factor(&self, damping: N, free: &[bool; Q]) -> Factor<N, Q> {

@@ -32,6 +32,8 @@ pub struct Commission<N: Number> {
     released: u32,
     rest: u32,
     patience: u32,
+    /// Samples that are recorded before a motion.
+    lead: u32,
 }
 
 /// What a commissioning sees in a sample.
@@ -66,6 +68,9 @@ impl<N: Number> Commission<N> {
     /// For how long a servo must be still to be at rest, s, and samples.
     pub const REST: (f64, f64) = (0.02, 8.0);
 
+    /// What is recorded of the rest before a motion, s, and samples: as long as a command may be late.
+    pub const LEAD: (f64, f64) = (2e-3, 4.0);
+
     /// The longest that the study may take, or a servo may need to come to rest, s.
     pub const PATIENCE: f64 = 30.0;
 
@@ -99,6 +104,7 @@ impl<N: Number> Commission<N> {
         let samples = |time: f64| time / settings.sample_time;
         let [low, high] = limits.command;
         let (rest, fewest) = Self::REST;
+        let (lead, fewest_of_lead) = Self::LEAD;
         Ok(Self {
             settings: *settings,
             wiggle: Wiggle::new(&settings.wiggle())?,
@@ -111,6 +117,7 @@ impl<N: Number> Commission<N> {
             released: samples(Self::RELEASED) as u32 + 1,
             rest: samples(rest).max(fewest) as u32,
             patience: samples(Self::PATIENCE) as u32,
+            lead: samples(lead).max(fewest_of_lead) as u32,
             units,
         })
     }
@@ -298,9 +305,15 @@ impl<N: Number> Commission<N> {
                     self.hold(state, &servo, command)?;
                     return Ok(command);
                 }
-                if holding.is_at_rest() {
-                    state.answer = None;
-                    return self.begin_motion(state, &servo);
+                match &mut state.lead {
+                    None if holding.is_at_rest() => self.begin_lead(state),
+                    None => {}
+                    Some(0) => {
+                        state.lead = None;
+                        state.answer = None;
+                        return self.begin_motion(state, &servo);
+                    }
+                    Some(lead) => *lead -= 1,
                 }
                 Ok(command)
             }
@@ -321,7 +334,20 @@ impl<N: Number> Commission<N> {
         held: Option<N>,
     ) -> Result<N, StopReason> {
         state.phase = Phase::Wiggle;
+        state.begin_record();
         self.begin(state, self.wiggle.start(held))
+    }
+
+    /// Begins the record of the next motion while the servo is still held: the first commands of the
+    /// motion act late, and those before them are to be known.
+    fn begin_lead(&self, state: &mut CommissionState<N>) {
+        state.phase = if state.phase == Phase::Fit {
+            Phase::Refine
+        } else {
+            Phase::Verify
+        };
+        state.lead = Some(self.lead);
+        state.begin_record();
     }
 
     fn begin_motion(
@@ -330,11 +356,9 @@ impl<N: Number> Commission<N> {
         servo: &IdentifiedServo,
     ) -> Result<N, StopReason> {
         let [second, third] = Self::PARTS;
-        let part = if state.phase == Phase::Fit {
-            state.phase = Phase::Refine;
+        let part = if state.phase == Phase::Refine {
             second
         } else {
-            state.phase = Phase::Verify;
             third
         };
         self.begin(
@@ -343,14 +367,13 @@ impl<N: Number> Commission<N> {
         )
     }
 
-    /// Begins a motion, and its record.
+    /// Begins a motion.
     fn begin(
         &self,
         state: &mut CommissionState<N>,
         mut wiggle: WiggleState<N>,
     ) -> Result<N, StopReason> {
         state.passed = 0;
-        state.begin_record();
         let step = self.wiggle.process(&mut wiggle, N::ZERO);
         state.activity = Activity::Wiggling(wiggle);
         match step.progress {

@@ -58,18 +58,21 @@ impl<N: Number> Gathered<N> {
         self.equations = NormalEquations::EMPTY;
     }
 
-    /// The variance of the acceleration that it predicts under a command, at a velocity in a direction, for
-    /// errors of variance one.
-    pub(crate) fn variance(&self, command: N, velocity: N) -> N {
-        let mut row = [N::ZERO; ROW];
-        row[GAIN] = command;
-        row[if velocity > N::ZERO {
-            FORWARD
-        } else {
-            BACKWARD
-        }] = N::ONE;
-        row[VISCOUS] = -velocity;
-        self.equations.variance(&row)
+    /// The variances of the accelerations that it predicts under commands, at velocities in their
+    /// direction, for errors of variance one.
+    pub(crate) fn variances(&self, accelerated: &[(N, N); 2]) -> [N; 2] {
+        self.equations
+            .variances(&accelerated.map(|(command, velocity)| {
+                let mut row = [N::ZERO; ROW];
+                row[GAIN] = command;
+                row[if velocity > N::ZERO {
+                    FORWARD
+                } else {
+                    BACKWARD
+                }] = N::ONE;
+                row[VISCOUS] = -velocity;
+                row
+            }))
     }
 
     /// The servo broke away in a direction at a command: friction and load are in balance with it.
@@ -114,6 +117,11 @@ impl<N: Number> Regression<N> {
             gains: [2.0 * lambda, lambda * lambda].map(N::from_f64),
             stride: stride.max(1),
         }
+    }
+
+    /// Whether there is an equation in every sample.
+    pub(crate) fn is_dense(&self) -> bool {
+        self.stride == 1
     }
 
     /// Takes a sample: how far the servo moved, in which direction (zero: it stood), under the command

@@ -273,6 +273,7 @@ mod tests {
                 step: STEP,
                 rise_time: TIME_CONSTANT * libm::log(9.0),
                 quickest_rise_time: TIME_CONSTANT * libm::log(9.0),
+                slowest_rise_time: TIME_CONSTANT * libm::log(9.0),
                 overshoot: 0.0,
                 settling_time: TIME_CONSTANT * libm::log(50.0),
                 sensitivity: 1.2,

@@ -279,7 +279,7 @@ impl<N: Number> Motion<N> {
             state.pushed = 0;
             return Ok(());
         }
-        state.pushed += 1;
+        state.pushed = state.pushed.saturating_add(1);
         if state.pushed < state.patience {
             Ok(())
         } else if state.abrupt {

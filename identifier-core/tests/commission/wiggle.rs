@@ -36,7 +36,7 @@ fn travel_and_speed_are_kept_by_every_unknown_servo_and_nearly_all_end_with_evid
 fn a_fine_encoder_gives_evidence_in_a_fifth_of_a_second() {
     for (sample_time, allowed) in [(1e-3, 0.16), (2.5e-4, 0.15), (1e-4, 0.15)] {
         let mut times: Vec<f64> = unknown_servos()
-            .filter(|unknown| unknown.counts >= 4096.0 && unknown.sample_time == sample_time)
+            .filter(|unknown| unknown.counts >= 4096.0 && unknown.is_sampled_every(sample_time))
             .map(|unknown| unknown.wiggle().evidence.unwrap_or(f64::INFINITY))
             .collect();
         times.sort_by(f64::total_cmp);

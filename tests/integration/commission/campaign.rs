@@ -10,21 +10,22 @@ use super::servos::{Drawn, unknown};
 use super::tally::{Tally, table};
 
 /// Servos that a campaign has, for a factor of one.
-const SERVOS: u32 = 50;
+const SERVOS: f64 = 50.0;
 
 /// How many times the usual number of servos a campaign has.
-pub(super) fn factor() -> u32 {
+pub(super) fn factor() -> f64 {
     std::env::var("CAMPAIGN")
         .ok()
         .and_then(|factor| factor.parse().ok())
-        .unwrap_or(1)
+        .unwrap_or(1.0)
 }
 
 #[test]
 fn unknown_servos_are_commissioned_within_their_limits() {
     let mut random = Random::new(15);
-    let drawn: Vec<Drawn> = (0..SERVOS * factor())
-        .map(|place| unknown(&mut random, place as usize))
+    let servos = (SERVOS * factor()).ceil() as usize;
+    let drawn: Vec<Drawn> = (0..servos)
+        .map(|place| unknown(&mut random, place))
         .collect();
     let judged: Vec<Result<Judged, String>> =
         in_parallel(&drawn, |drawn| Ok(commission(&drawn.scenario()?)));

@@ -11,7 +11,7 @@ use super::judged::{Judged, commission};
 use super::servos::{KINDS, Kind};
 
 /// Seeds of each servo, for a factor of one.
-const SEEDS: u32 = 2;
+const SEEDS: f64 = 2.0;
 
 /// An effect of some size, what is written of it in [plant], and the reasons that name it.
 struct Effect {
@@ -138,7 +138,7 @@ fn a_servo_that_is_not_the_model_is_applied_only_where_the_promise_is_kept() {
         "servo", "effect", "size", "kept", "broken", "named"
     );
     let mut faults = Vec::new();
-    let seeds: Vec<u32> = (1..=SEEDS * factor()).collect();
+    let seeds: Vec<u32> = (1..=(SEEDS * factor()).ceil() as u32).collect();
     for kind in &KINDS {
         for effect in effects(kind) {
             let judged = in_parallel(&seeds, |&seed| {

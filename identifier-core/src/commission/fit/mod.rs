@@ -1,10 +1,16 @@
 //! The servo from the record of a motion, in slices of background work.
+//!
+//! The interrupt's [`MotionRecorder`] condenses samples to [`MotionBlock`]s, which end where the command
+//! changes, so that a short record drives a model as exactly as the samples would, delayed by any part of
+//! a sample; the background collects them in a [`Motion`]. A [`ServoFitter`] fits a, b, c, d and the delay
+//! to it, and tells how well a servo that is known predicts it.
 
 mod block;
 mod follower;
 mod inputs;
 mod lacking;
 mod motion;
+mod pass;
 mod prediction;
 mod predictor;
 mod prior;

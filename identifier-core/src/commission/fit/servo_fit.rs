@@ -1,9 +1,8 @@
 use super::super::regression::{Gathered, Regression};
-use super::follower::Follower;
 use super::motion::Motion;
+use super::pass::{Best, Pass};
 use super::prior::Prior;
 use super::{A, B, COULOMB, DELAY, LOAD, ROUNDING, UNKNOWNS};
-use crate::adaptation::NormalEquations;
 use crate::model::FrictionStep;
 use crate::number::Number;
 
@@ -37,24 +36,6 @@ enum Stage<N> {
     Linear(Regression<N>, Gathered<N>, N),
     /// The model is fitted.
     Model,
-}
-
-/// A pass over the record.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Pass<N> {
-    unknowns: [N; UNKNOWNS],
-    follower: Follower<N>,
-    equations: NormalEquations<N, UNKNOWNS>,
-    last_error: N,
-    lag_one: N,
-}
-
-/// The unknowns that explain the motion best so far.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Best<N> {
-    pub(super) unknowns: [N; UNKNOWNS],
-    pub(super) equations: NormalEquations<N, UNKNOWNS>,
-    pub(super) lag_one: N,
 }
 
 impl<N: Number> ServoFit<N> {
@@ -191,7 +172,7 @@ impl<N: Number> ServoFit<N> {
             let Some(best) = self.this else {
                 return true;
             };
-            let trial = self.next_trial(&best);
+            let trial = best.next_trial(self.damping, &self.bounds);
             self.begin_pass(motion, trial);
             return false;
         }
@@ -239,15 +220,7 @@ impl<N: Number> ServoFit<N> {
     fn begin_pass<const W: usize>(&mut self, motion: &Motion<N, W>, unknowns: [N; UNKNOWNS]) {
         let [low, high] = &self.bounds;
         let trial = core::array::from_fn(|i| unknowns[i].limited(low[i], high[i]));
-        let mut pass = Pass {
-            unknowns: trial,
-            follower: Follower::new(&trial, motion),
-            equations: NormalEquations::EMPTY,
-            last_error: N::ZERO,
-            lag_one: N::ZERO,
-        };
-        self.prior.add_to(&mut pass.equations, &trial);
-        self.pass = Some(pass);
+        self.pass = Some(Pass::at(&trial, &self.prior, motion));
         self.next = 0;
     }
 
@@ -279,57 +252,6 @@ impl<N: Number> ServoFit<N> {
         self.damping = self.damping * N::from_f64(change);
         self.passes += 1;
         little || self.passes >= Self::PASSES
-    }
-
-    /// A step from the best; an unknown at a bound that would leave it is kept there, so that the others
-    /// do not compensate for it.
-    fn next_trial(&self, best: &Best<N>) -> [N; UNKNOWNS] {
-        let [low, high] = &self.bounds;
-        let mut free = [true; UNKNOWNS];
-        let mut step = best.equations.solve(self.damping, &free);
-        for _ in 0..UNKNOWNS {
-            let mut held = false;
-            for i in 0..UNKNOWNS {
-                let at = best.unknowns[i];
-                let outward =
-                    (at <= low[i] && step[i] < N::ZERO) || (at >= high[i] && step[i] > N::ZERO);
-                if free[i] && outward {
-                    free[i] = false;
-                    held = true;
-                }
-            }
-            if !held {
-                break;
-            }
-            step = best.equations.solve(self.damping, &free);
-        }
-        // A gain does not change its sign, nor its size at once.
-        let gain = best.unknowns[B];
-        let half = N::from_f64(0.5);
-        step[B] = step[B].limited(-(half * gain), gain + gain);
-        core::array::from_fn(|i| {
-            let moved = best.unknowns[i] + step[i];
-            if moved.is_finite() {
-                moved
-            } else {
-                best.unknowns[i]
-            }
-        })
-    }
-}
-
-impl<N: Number> Pass<N> {
-    fn take<const W: usize>(
-        &mut self,
-        step: &FrictionStep<N>,
-        motion: &Motion<N, W>,
-        index: usize,
-    ) {
-        self.follower.advance(step, motion, index, |_| ());
-        let error = self.follower.error;
-        self.equations.add(&self.follower.positions, error);
-        self.lag_one += error * self.last_error;
-        self.last_error = error;
     }
 }
 

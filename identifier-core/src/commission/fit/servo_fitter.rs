@@ -23,7 +23,7 @@ pub struct FitSettings {
 /// A Levenberg–Marquardt fit of q̈ = −a q̇ + b u(t − τ) + d − c sign q̇, driven by the recorded command, to
 /// the recorded motion.
 ///
-/// It begins with the linear estimate of [`Regression`] where nothing is known. Only the servo's motion
+/// It begins with the linear least-squares estimate where nothing is known. Only the servo's motion
 /// enters, without any correction of the model by it (output error), so that nothing is lost where a
 /// count is much of the motion.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -50,6 +50,8 @@ pub struct WiggleState<N> {
     pub(super) part: N,
     /// Reversals at the low and at the high end.
     pub(super) reversals: [u32; 2],
+    /// Whether the servo is known anew since evidence was judged.
+    pub(super) is_new: bool,
     pub(super) evidence: Option<u32>,
     pub(super) held_at: N,
     pub(super) stage_since: u32,
@@ -160,6 +162,7 @@ impl<N: Number> WiggleState<N> {
             amplitude: N::ZERO,
             part: N::ONE,
             reversals: [0; 2],
+            is_new: false,
             evidence: None,
             held_at: N::ZERO,
             stage_since: 0,

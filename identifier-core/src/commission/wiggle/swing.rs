@@ -173,12 +173,13 @@ impl<N: Number> Wiggle<N> {
         let speed = state.acceleration * self.plan.swing_speed * N::from_f64(0.5);
         let most = N::from_f64(KNOWN / ROUNDING) * state.acceleration;
         let ways = self.plan.one_way.map_or([N::ONE, -N::ONE], |way| [way; 2]);
-        ways.into_iter().all(|direction| {
-            let command = state
-                .servo
-                .command(direction * state.acceleration, direction);
-            state.gathered.variance(command, direction * speed) < most * most
-        })
+        let accelerated = ways.map(|direction| {
+            let acceleration = direction * state.acceleration;
+            let command = state.servo.command(acceleration, direction);
+            (command, direction * speed)
+        });
+        let variances = state.gathered.variances(&accelerated);
+        variances.iter().all(|&variance| variance < most * most)
     }
 
     /// Brakes for good.

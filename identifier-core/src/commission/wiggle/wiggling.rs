@@ -173,6 +173,14 @@ impl<N: Number> Wiggle<N> {
         {
             state.observed.adopt(&servo, &estimate, acted);
             state.servo = estimate;
+            state.is_new = true;
+            if !self.regression.is_dense() {
+                // Judged in the next sample: this one has done enough.
+                return;
+            }
+        }
+        if state.is_new {
+            state.is_new = false;
             if state.evidence.is_none() && self.has_evidence(state) {
                 state.evidence = Some(state.samples);
             }

@@ -1,0 +1,96 @@
+use super::follower::Follower;
+use super::motion::Motion;
+use super::prior::Prior;
+use super::{B, UNKNOWNS};
+use crate::adaptation::NormalEquations;
+use crate::model::FrictionStep;
+use crate::number::Number;
+
+/// A pass over the record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Pass<N> {
+    pub(super) unknowns: [N; UNKNOWNS],
+    follower: Follower<N>,
+    pub(super) equations: NormalEquations<N, UNKNOWNS>,
+    last_error: N,
+    pub(super) lag_one: N,
+}
+
+/// The unknowns that explain the motion best so far.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Best<N> {
+    pub(super) unknowns: [N; UNKNOWNS],
+    pub(super) equations: NormalEquations<N, UNKNOWNS>,
+    pub(super) lag_one: N,
+}
+
+impl<N: Number> Pass<N> {
+    /// With these unknowns, and what is known before.
+    pub(super) fn at<const W: usize>(
+        unknowns: &[N; UNKNOWNS],
+        prior: &Prior<N>,
+        motion: &Motion<N, W>,
+    ) -> Self {
+        let mut equations = NormalEquations::EMPTY;
+        prior.add_to(&mut equations, unknowns);
+        Self {
+            unknowns: *unknowns,
+            follower: Follower::new(unknowns, motion),
+            equations,
+            last_error: N::ZERO,
+            lag_one: N::ZERO,
+        }
+    }
+
+    /// Takes a piece of the record.
+    pub(super) fn take<const W: usize>(
+        &mut self,
+        step: &FrictionStep<N>,
+        motion: &Motion<N, W>,
+        index: usize,
+    ) {
+        self.follower.advance(step, motion, index, |_| ());
+        let error = self.follower.error;
+        self.equations.add(&self.follower.positions, error);
+        self.lag_one += error * self.last_error;
+        self.last_error = error;
+    }
+}
+
+impl<N: Number> Best<N> {
+    /// A step from here; an unknown at a bound that would leave it is kept there, so that the others
+    /// do not compensate for it.
+    pub(super) fn next_trial(&self, damping: N, [low, high]: &[[N; UNKNOWNS]; 2]) -> [N; UNKNOWNS] {
+        let best = self;
+        let mut free = [true; UNKNOWNS];
+        let mut step = best.equations.solve(damping, &free);
+        for _ in 0..UNKNOWNS {
+            let mut held = false;
+            for i in 0..UNKNOWNS {
+                let at = best.unknowns[i];
+                let outward =
+                    (at <= low[i] && step[i] < N::ZERO) || (at >= high[i] && step[i] > N::ZERO);
+                if free[i] && outward {
+                    free[i] = false;
+                    held = true;
+                }
+            }
+            if !held {
+                break;
+            }
+            step = best.equations.solve(damping, &free);
+        }
+        // A gain does not change its sign, nor its size at once.
+        let gain = best.unknowns[B];
+        let half = N::from_f64(0.5);
+        step[B] = step[B].limited(-(half * gain), gain + gain);
+        core::array::from_fn(|i| {
+            let moved = best.unknowns[i] + step[i];
+            if moved.is_finite() {
+                moved
+            } else {
+                best.unknowns[i]
+            }
+        })
+    }
+}
