@@ -124,9 +124,10 @@ impl Listing {
             .ok_or_else(|| format!("there is no function {name}"))?
     }
 
-    /// The same, but for what can happen under a method of this name.
-    pub(crate) fn under_without(&self, name: &str, method: &str) -> Result<Reach, String> {
-        self.reach(|own| own == name, |own| is_method(own, method))
+    /// The same, but for what can happen under functions whose mangled names have one of these parts.
+    pub(crate) fn under_without(&self, name: &str, parts: &[&str]) -> Result<Reach, String> {
+        let left_out = |own: &str| parts.iter().any(|part| own.contains(part));
+        self.reach(|own| own == name, left_out)
             .ok_or_else(|| format!("there is no function {name}"))?
     }
 

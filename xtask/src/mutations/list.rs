@@ -321,9 +321,9 @@ pub(super) const LOGIC: [Mutation; 25] = [
     ),
     mutation(
         "commissioning.rs",
-        "a stop leaves the servo to a commissioning",
-        "        self.end(reason);\n        self.let_go = true;",
-        "        self.end(reason);",
+        "what strikes in a commissioning is no fault",
+        "        self.fault = self.fault.or(Some(fault));\n        self.let_go(match fault {",
+        "        self.let_go(match fault {",
     ),
     mutation(
         "commissioning.rs",
