@@ -4,7 +4,7 @@ use identifier_core::settings::ControllerSettings;
 use crate::rig::{Bench, ordinary};
 
 /// Gains that have held the servo so far: slow, and safe.
-fn before() -> HoldingGains {
+pub(crate) fn before() -> HoldingGains {
     HoldingGains {
         controller: ControllerSettings {
             kp: 4.0,
