@@ -193,6 +193,7 @@ fn what_is_promised_from_a_result_is_what_the_servo_does() {
         }
     }
     assert!(broken.is_empty(), "{broken}");
+    assert!(narrow >= SERVOS / 2, "{narrow} of {SERVOS} hardly rub");
     assert!(
         kept >= SERVOS * 9 / 10,
         "{kept} of {SERVOS} were identified"

@@ -298,7 +298,7 @@ impl<N: Number> Commission<N> {
                 state.passed = 0;
                 Ok(command)
             }
-            Some(Answer::Identified(servo)) => {
+            Some(answer @ (Answer::Identified(servo) | Answer::Uncertain(servo))) => {
                 if state.servo != Some(servo) {
                     state.servo = Some(servo);
                     self.plausibility.know(&mut state.watch, &servo);
@@ -306,7 +306,7 @@ impl<N: Number> Commission<N> {
                     return Ok(command);
                 }
                 match &mut state.lead {
-                    None if holding.is_at_rest() => self.begin_lead(state),
+                    None if holding.is_at_rest() => self.begin_lead(state, &answer),
                     None => {}
                     Some(0) => {
                         state.lead = None;
@@ -340,8 +340,9 @@ impl<N: Number> Commission<N> {
 
     /// Begins the record of the next motion while the servo is still held: the first commands of the
     /// motion act late, and those before them are to be known.
-    fn begin_lead(&self, state: &mut CommissionState<N>) {
-        state.phase = if state.phase == Phase::Fit {
+    fn begin_lead(&self, state: &mut CommissionState<N>, answer: &Answer) {
+        let again = matches!(answer, Answer::Uncertain(_));
+        state.phase = if state.phase == Phase::Fit || again {
             Phase::Refine
         } else {
             Phase::Verify

@@ -16,6 +16,8 @@ pub struct Study<N: Number, const W: usize = 256> {
     fitter: ServoFitter<N>,
     record: Motion<N, W>,
     servo: Option<IdentifiedServo>,
+    /// How many second motions did not tell enough.
+    refined: u32,
     /// The step that gains are looked for with, rad.
     step: f64,
     work: Work<N>,
@@ -64,6 +66,9 @@ impl<N: Number, const W: usize> Study<N, W> {
     /// How much larger the next step is where friction holds the servo through one.
     const GROWTH: f64 = 4.0;
 
+    /// How often the second motion is done before there is too little evidence.
+    const MOST_REFINED: u32 = 5;
+
     /// The standard error up to which b is known, a part of itself.
     const KNOWN_GAIN: f64 = 0.02;
 
@@ -86,6 +91,7 @@ impl<N: Number, const W: usize> Study<N, W> {
             fitter: ServoFitter::new(&settings.fit()),
             record: Motion::EMPTY,
             servo: None,
+            refined: 0,
             step: 0.0,
             work: Work::Nothing,
         })
@@ -97,6 +103,7 @@ impl<N: Number, const W: usize> Study<N, W> {
             Finding::Begins(phase) => {
                 if *phase == Phase::Wiggle {
                     self.servo = None;
+                    self.refined = 0;
                 }
                 self.motion = *phase;
                 self.work = Work::Nothing;
@@ -135,13 +142,17 @@ impl<N: Number, const W: usize> Study<N, W> {
                 Some(Answer::Failed(reason))
             }
             Work::Fitting(fit) => match self.fitter.work(fit, &self.record)? {
-                Ok(servo) if self.motion == Phase::Refine && !self.is_known(&servo) => {
-                    self.fail(StopReason::TooLittleEvidence)
-                }
                 Ok(servo) => {
                     self.servo = Some(servo);
                     self.work = Work::Nothing;
-                    Some(Answer::Identified(servo))
+                    if self.motion != Phase::Refine || self.is_known(&servo) {
+                        return Some(Answer::Identified(servo));
+                    }
+                    self.refined += 1;
+                    if self.refined >= Self::MOST_REFINED {
+                        return self.fail(StopReason::TooLittleEvidence);
+                    }
+                    Some(Answer::Uncertain(servo))
                 }
                 Err(reason) => self.fail(reason),
             },
