@@ -77,7 +77,7 @@ impl Studying {
         if self.answer.is_none() {
             self.answer = study.work();
         }
-        if let Some(Answer::Identified(servo)) = &self.answer {
+        if let Some(Answer::Identified(servo) | Answer::Uncertain(servo)) = &self.answer {
             self.servo = Some(*servo);
         }
         if let Some(answer) = &self.answer

@@ -86,6 +86,9 @@ impl<N: Number> Commission<N> {
     /// The sizes of the second and of the third motion, as parts of the first.
     const PARTS: [f64; 2] = [0.8, 0.6];
 
+    /// The part of what is left of the travel that a disturbance may move the servo.
+    const OF_ROOM: f64 = 0.2;
+
     /// The part of the command that disturbs the servo in the trial.
     const DISTURBANCE: f64 = 0.1;
 
@@ -419,7 +422,12 @@ impl<N: Number> Commission<N> {
             tuning.promise.step
         };
         let [least, most] = self.settings.limits.command;
-        let disturbance = Self::DISTURBANCE * libm::copysign(most.min(-least), step);
+        // Back towards where the servo came from, and no further than the travel has room for.
+        let left = high.max(-low) - tuning.promise.step;
+        let b = servo.parameters.b;
+        let bearable = Self::OF_ROOM * left / (tuning.promise.compliance * b);
+        let disturbance = (Self::DISTURBANCE * most.min(-least)).min(bearable);
+        let disturbance = libm::copysign(disturbance, -step);
         state.phase = Phase::Trial;
         state.passed = 0;
         let mut holding = self.held_by(controller, state.position, state.velocity_now, command);

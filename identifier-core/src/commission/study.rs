@@ -2,7 +2,6 @@ use super::{
     Answer, CommissionError, CommissionSettings, Finding, IdentifiedServo, Motion, Phase,
     Predicting, Prediction, ServoFit, ServoFitter, StopReason,
 };
-use crate::model::ServoParameters;
 use crate::number::Number;
 use crate::tuning::{Goal, Tuner, TunerState, Tuning, TuningError, TuningSettings};
 
@@ -48,7 +47,7 @@ impl<N: Number, const W: usize> Study<N, W> {
     const STEP: f64 = 0.25;
 
     /// The part that it takes where the encoder has few counts in that.
-    const MOST_STEP: f64 = 0.5;
+    const MOST_STEP: f64 = 0.45;
 
     /// The largest speed of a step of the reference, over the step and ω: e⁻¹ of the double pole, and a
     /// fifth for the zero of the integral and the corners of what is known.
@@ -66,14 +65,14 @@ impl<N: Number, const W: usize> Study<N, W> {
     /// How much larger the next step is where friction holds the servo through one.
     const GROWTH: f64 = 4.0;
 
+    /// What is left unexplained of the position where the model lacks something, counts.
+    const UNEXPLAINED: f64 = 1.0;
+
     /// How often the second motion is done before there is too little evidence.
     const MOST_REFINED: u32 = 5;
 
     /// The standard error up to which b is known, a part of itself.
     const KNOWN_GAIN: f64 = 0.02;
-
-    /// That up to which friction is, a part of itself, and of what the command can do.
-    const KNOWN_FRICTION: [f64; 2] = [0.1, 0.02];
 
     /// The part of the command that the encoder's rounding may make up.
     const NOISE: f64 = 0.02;
@@ -148,6 +147,12 @@ impl<N: Number, const W: usize> Study<N, W> {
                     if self.motion != Phase::Refine || self.is_known(&servo) {
                         return Some(Answer::Identified(servo));
                     }
+                    if servo.unexplained > Self::UNEXPLAINED * self.settings.resolution {
+                        // More motion does not help a model that lacks something.
+                        let naming = self.fitter.begin_prediction(&servo);
+                        self.work = Work::Predicting(naming);
+                        return None;
+                    }
                     self.refined += 1;
                     if self.refined >= Self::MOST_REFINED {
                         return self.fail(StopReason::TooLittleEvidence);
@@ -169,7 +174,7 @@ impl<N: Number, const W: usize> Study<N, W> {
                 let fitted = *fitted;
                 match tuned {
                     Ok(tuning) => self.offer(tuning, fitted),
-                    Err(TuningError::DoesNotArrive) if self.step < self.room() => {
+                    Err(TuningError::DoesNotArrive) if self.step < self.most_room() => {
                         // Friction holds the servo through so small a step.
                         self.tune(self.settings.goal, Self::GROWTH * self.step, false);
                         None
@@ -187,6 +192,7 @@ impl<N: Number, const W: usize> Study<N, W> {
     fn judge(&mut self, prediction: &Prediction) -> Option<Answer> {
         match refuted(prediction) {
             Some(reason) => self.fail(reason),
+            None if self.motion == Phase::Refine => self.fail(StopReason::TooLittleEvidence),
             None => {
                 self.tune(self.settings.goal, self.first_step(), false);
                 Some(Answer::Verified)
@@ -196,11 +202,7 @@ impl<N: Number, const W: usize> Study<N, W> {
 
     /// Whether two motions have told enough of a servo to tune for it.
     fn is_known(&self, servo: &IdentifiedServo) -> bool {
-        let ServoParameters { b, coulomb, .. } = servo.parameters;
-        let authority = b * self.command();
-        let friction = (Self::KNOWN_FRICTION[0] * coulomb).max(Self::KNOWN_FRICTION[1] * authority);
-        servo.standard_error(IdentifiedServo::B) <= Self::KNOWN_GAIN * b
-            && servo.standard_error(IdentifiedServo::COULOMB) <= friction
+        servo.standard_error(IdentifiedServo::B) <= Self::KNOWN_GAIN * servo.parameters.b
     }
 
     fn fail(&mut self, reason: StopReason) -> Option<Answer> {
@@ -210,7 +212,7 @@ impl<N: Number, const W: usize> Study<N, W> {
 
     /// Begins to look for gains.
     fn tune(&mut self, goal: Goal, step: f64, fitted: bool) {
-        let step = step.min(self.room());
+        let step = step.min(self.most_room());
         self.step = step;
         let begun = self.servo.ok_or(TuningError::NotKnown).and_then(|servo| {
             let settings = TuningSettings {
@@ -277,6 +279,12 @@ impl<N: Number, const W: usize> Study<N, W> {
         let farthest = high.max(-low);
         let few = TuningSettings::LEAST_COUNTS * self.settings.resolution;
         (Self::STEP * farthest).max(few.min(Self::MOST_STEP * farthest))
+    }
+
+    /// The largest that there can be, where friction holds the servo through a smaller one, rad.
+    fn most_room(&self) -> f64 {
+        let [low, high] = self.settings.limits.travel;
+        Self::MOST_STEP * high.max(-low)
     }
 
     /// The command that is left when the load is held.

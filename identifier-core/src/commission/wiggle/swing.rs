@@ -170,6 +170,10 @@ impl<N: Number> Wiggle<N> {
         if state.reversals.iter().any(|&count| count < 2) {
             return false;
         }
+        if state.known_before && state.samples >= self.plan.later {
+            // Whether it told enough is judged by the fit, or it is there to be predicted.
+            return true;
+        }
         let speed = state.acceleration * self.plan.swing_speed * N::from_f64(0.5);
         let most = N::from_f64(KNOWN / ROUNDING) * state.acceleration;
         let ways = self.plan.one_way.map_or([N::ONE, -N::ONE], |way| [way; 2]);
