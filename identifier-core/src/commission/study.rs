@@ -153,11 +153,7 @@ impl<N: Number, const W: usize> Study<N, W> {
                         self.work = Work::Predicting(naming);
                         return None;
                     }
-                    self.refined += 1;
-                    if self.refined >= Self::MOST_REFINED {
-                        return self.fail(StopReason::TooLittleEvidence);
-                    }
-                    Some(Answer::Uncertain(servo))
+                    self.again(servo)
                 }
                 Err(reason) => self.fail(reason),
             },
@@ -192,12 +188,24 @@ impl<N: Number, const W: usize> Study<N, W> {
     fn judge(&mut self, prediction: &Prediction) -> Option<Answer> {
         match refuted(prediction) {
             Some(reason) => self.fail(reason),
-            None if self.motion == Phase::Refine => self.fail(StopReason::TooLittleEvidence),
+            None if self.motion == Phase::Refine => {
+                self.work = Work::Nothing;
+                self.servo.and_then(|servo| self.again(servo))
+            }
             None => {
                 self.tune(self.settings.goal, self.first_step(), false);
                 Some(Answer::Verified)
             }
         }
+    }
+
+    /// Asks for the second motion once more, some times.
+    fn again(&mut self, servo: IdentifiedServo) -> Option<Answer> {
+        self.refined += 1;
+        if self.refined >= Self::MOST_REFINED {
+            return self.fail(StopReason::TooLittleEvidence);
+        }
+        Some(Answer::Uncertain(servo))
     }
 
     /// Whether two motions have told enough of a servo to tune for it.
