@@ -234,7 +234,7 @@ impl<N: Number> Commission<N> {
                     Progress::Going => {}
                     Progress::AtRest => {
                         state.end_record();
-                        let crude = IdentifiedServo::of_crude(wiggle.servo(), &self.units);
+                        let crude = wiggle.servo().identified(&self.units);
                         let servo = state.servo.or(crude);
                         let servo = servo.ok_or(StopReason::TooLittleEvidence)?;
                         self.hold(state, &servo, step.command)?;

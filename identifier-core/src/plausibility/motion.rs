@@ -3,8 +3,8 @@
 use super::PlausibilitySettings;
 use super::blocks::Block;
 use super::model::{MODEL_ERROR, Model};
-use crate::commission::StopReason;
 use crate::number::Number;
+use crate::stop_reason::StopReason;
 use crate::units::Units;
 
 /// When a servo cannot have stopped, and when it cannot stand.
