@@ -242,10 +242,10 @@ pub(super) const LOGIC: [Mutation; 25] = [
         "        if self.run_left == Some(u32::MAX) {",
     ),
     mutation(
-        "ending.rs",
+        "rest.rs",
         "a servo that does not come to rest is never let go",
-        "*still >= self.rest_time || *left == 0",
-        "*still >= self.rest_time",
+        "self.still >= self.needed || self.left == 0",
+        "self.still >= self.needed",
     ),
     mutation(
         "reference.rs",
