@@ -20,6 +20,7 @@ pub mod parameters;
 pub mod plausibility;
 pub mod settings;
 pub mod stability;
+pub mod stop_reason;
 pub mod tuning;
 pub mod units;
 pub mod unknowns;

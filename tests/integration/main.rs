@@ -10,5 +10,6 @@ mod number_formats;
 mod paper_experiment;
 mod random_servos;
 mod sweep;
+mod tune;
 mod verdict;
 mod window;

@@ -14,7 +14,7 @@ const FILE: &str = "firmware-stm32/budget.toml";
 const TOLERANCE: f64 = 0.02;
 
 /// Binaries without static memory.
-const WITHOUT_MEMORY: [&str; 3] = ["virtual-servo", "bench", "terms"];
+const WITHOUT_MEMORY: [&str; 4] = ["virtual-servo", "bench", "terms", "commission"];
 
 /// Names and figures.
 type Figures = BTreeMap<String, u64>;
@@ -133,7 +133,7 @@ pub(crate) fn accepted() -> Result<Figures, String> {
 fn count() -> Result<Figures, String> {
     firmware::build(&[], &[])?;
     let mut printed = emulator::run(&firmware::path("bench"))?;
-    for beside in ["terms", "background"] {
+    for beside in ["terms", "commission", "background"] {
         printed.push_str(&emulator::run(&firmware::path(beside))?);
     }
     let mut counted = Figures::new();
@@ -147,7 +147,14 @@ fn count() -> Result<Figures, String> {
             counted.insert(format!("{name}-{what}"), figure);
         }
     }
-    for binary in ["virtual-servo", "bench", "terms", "drive", "pil"] {
+    for binary in [
+        "virtual-servo",
+        "bench",
+        "terms",
+        "commission",
+        "drive",
+        "pil",
+    ] {
         firmware::refuse_panics(&firmware::path(binary))?;
         let (flash, memory) = firmware::sizes(&firmware::path(binary))?;
         counted.insert(format!("{binary}-flash-bytes"), flash);
@@ -159,10 +166,14 @@ fn count() -> Result<Figures, String> {
         stack,
         sample,
         loops,
+        commission,
+        commission_loops,
     } = firmware::paths(&firmware::path("drive"))?;
     counted.insert("drive-stack-bytes".to_owned(), stack);
     counted.insert("drive-sample-stack-bytes".to_owned(), sample);
     counted.insert("drive-sample-loops".to_owned(), loops);
+    counted.insert("drive-commission-stack-bytes".to_owned(), commission);
+    counted.insert("drive-commission-loops".to_owned(), commission_loops);
     // The last, as it builds the drive anew, for the emulator.
     for (law, summary) in interrupt::count()? {
         for (which, taken) in summary.named() {

@@ -6,8 +6,13 @@ use std::fmt::Debug;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use drive_link::{Command, Ended, Fault, Kept, Law, PROTOCOL, Refusal, Report, Snapshot, State};
+use drive_link::{
+    Command, Commissioning, Ended, Fault, Kept, Law, LoopSettings, Origin, PROTOCOL, Refusal,
+    Report, Snapshot, State,
+};
 use host_sim::drive::{Client, DriveError};
+use identifier_core::commission::{CommissionSettings, Limits, Phase};
+use identifier_core::tuning::Goal;
 
 use crate::{emulator, firmware};
 
@@ -135,6 +140,51 @@ fn talk(drive: &mut Client) -> Result<(), Box<dyn Error>> {
     drive.ask(Command::Clear)?;
     until(drive, State::Released)?;
     println!("cleared, and ready again");
+    tight.protection.link_timeout = 0.0;
+    drive.ask(Command::Configure(tight))?;
+    commission(drive, &tight.closed_loop)
+}
+
+/// Has the drive come to know its servo, and start with the gains that it found.
+fn commission(drive: &mut Client, closed_loop: &LoopSettings) -> Result<(), Box<dyn Error>> {
+    let order = CommissionSettings {
+        sample_time: closed_loop.core.sample_time,
+        resolution: closed_loop.core.resolution,
+        limits: Limits {
+            travel: [-1.5, 1.5],
+            speed: 40.0,
+            command: [-10.0, 10.0],
+            duration: 1.0,
+            one_way: false,
+        },
+        command_delay: 0.0,
+        most_gain: None,
+        goal: Goal::Bandwidth(40.0),
+        most_sensitivity: 1.6,
+        trial_step: None,
+    };
+    drive.commission(&order)?;
+    until(drive, State::Released)?;
+    let outcome = drive.outcome()?;
+    let applied = Commissioning {
+        phase: Phase::Applied,
+        reason: None,
+    };
+    expect("the commissioning", outcome.commissioning, applied)?;
+    expect("whether it is kept", outcome.kept, true)?;
+    let status = drive.status()?;
+    expect("late samples", status.overruns, 0)?;
+    let origin = status.gains.map(|gains| gains.origin);
+    expect("the gains", origin, Some(Origin::Commissioned))?;
+    let b = outcome.servo.map_or(0.0, |servo| servo.parameters.b);
+    if !(252.5..263.0).contains(&b) {
+        return Err(format!("b is {b} where the servo has 257.7").into());
+    }
+    drive.ask(Command::Start)?;
+    expect("a start", drive.status()?.state, State::Running)?;
+    drive.ask(Command::Stop)?;
+    until(drive, State::Released)?;
+    println!("commissioned: b {b:.1}, and the gains are kept");
     Ok(())
 }
 

@@ -92,16 +92,26 @@ pub(crate) struct Paths {
     pub(crate) sample: u64,
     /// Branches backwards in what a sample may run.
     pub(crate) loops: u64,
+    /// The same two of a sample of a commissioning.
+    pub(crate) commission: u64,
+    pub(crate) commission_loops: u64,
 }
 
 /// What the processor itself puts on the stack for an interrupt, the registers of the floating-point
 /// unit and alignment included (RM of ARMv7-M, B1.5.7).
 const EXCEPTION: u64 = 26 * 4 + 4;
 
-/// Bounds of the drive's paths. A division in what every sample may run is an error.
+/// What a sample does when no run is under way: it commissions, or rests.
+const WITHOUT_A_RUN: &str = "without_a_run";
+
+/// What is no part of a run, as mangled names have it: that, and the beginning of a commissioning.
+const APART: [&str; 2] = ["13without_a_run", "13commissioning13Commissioning5start"];
+
+/// Bounds of the drive's paths. A division in what every sample of a run may run is an error.
 pub(crate) fn paths(drive: &Path) -> Result<Paths, String> {
     let listing = Listing::of(drive)?;
-    let sample = listing.under("TIM5")?;
+    let sample = listing.under_without("TIM5", &APART)?;
+    let commission = listing.under_method(WITHOUT_A_RUN)?;
     if !sample.divisions.is_empty() {
         return Err(format!(
             "a sample of the drive may divide, in {}",
@@ -111,9 +121,11 @@ pub(crate) fn paths(drive: &Path) -> Result<Paths, String> {
     let byte = listing.under("USART2")?;
     let background = listing.under("main")?;
     Ok(Paths {
-        stack: background.stack + byte.stack + sample.stack + 2 * EXCEPTION,
+        stack: background.stack + byte.stack + listing.under("TIM5")?.stack + 2 * EXCEPTION,
         sample: sample.stack + EXCEPTION,
         loops: sample.loops.into(),
+        commission: commission.stack,
+        commission_loops: commission.loops.into(),
     })
 }
 

@@ -120,23 +120,50 @@ impl Listing {
 
     /// What can happen under a function of this name.
     pub(crate) fn under(&self, name: &str) -> Result<Reach, String> {
-        let start = self
-            .functions
-            .iter()
-            .find(|(_, function)| function.name == name)
-            .map(|(&start, _)| start)
-            .ok_or_else(|| format!("there is no function {name}"))?;
+        self.reach(|own| own == name, |_| false)
+            .ok_or_else(|| format!("there is no function {name}"))?
+    }
+
+    /// The same, but for what can happen under functions whose mangled names have one of these parts.
+    pub(crate) fn under_without(&self, name: &str, parts: &[&str]) -> Result<Reach, String> {
+        let left_out = |own: &str| parts.iter().any(|part| own.contains(part));
+        self.reach(|own| own == name, left_out)
+            .ok_or_else(|| format!("there is no function {name}"))?
+    }
+
+    /// What can happen under a method of this name.
+    pub(crate) fn under_method(&self, method: &str) -> Result<Reach, String> {
+        self.reach(|own| is_method(own, method), |_| false)
+            .ok_or_else(|| format!("there is no method {method}: was it renamed or inlined?"))?
+    }
+
+    fn reach(
+        &self,
+        fits: impl Fn(&str) -> bool,
+        left_out: impl Fn(&str) -> bool,
+    ) -> Option<Result<Reach, String>> {
+        let mut found = self.functions.iter();
+        let (&start, _) = found.find(|(_, function)| fits(&function.name))?;
         let mut reach = Reach::default();
-        reach.stack = self.descend(start, &mut Vec::new(), &mut reach)?;
-        Ok(reach)
+        let stack = self.descend(start, &left_out, &mut Vec::new(), &mut reach);
+        Some(stack.map(|stack| Reach { stack, ..reach }))
     }
 
     /// The stack from a function downwards; everything else goes into `reach`.
-    fn descend(&self, at: u64, above: &mut Vec<u64>, reach: &mut Reach) -> Result<u64, String> {
+    fn descend(
+        &self,
+        at: u64,
+        left_out: &impl Fn(&str) -> bool,
+        above: &mut Vec<u64>,
+        reach: &mut Reach,
+    ) -> Result<u64, String> {
         // Library functions share tails: a call may lead into the middle of one.
         let Some((&at, function)) = self.functions.range(..=at).next_back() else {
             return Err(format!("a call leads to {at:#x}, where no function is"));
         };
+        if left_out(&function.name) {
+            return Ok(0);
+        }
         if above.contains(&at) {
             return Err(format!("{} calls itself: no bound", function.name));
         }
@@ -152,12 +179,17 @@ impl Listing {
         above.push(at);
         let mut deepest = 0;
         for &called in &function.calls {
-            let stack = self.descend(called, above, reach)?;
+            let stack = self.descend(called, left_out, above, reach)?;
             deepest = deepest.max(stack);
         }
         above.pop();
         Ok(function.frame + deepest)
     }
+}
+
+/// Whether a mangled name is that of a method: its parts have their lengths before them.
+fn is_method(mangled: &str, method: &str) -> bool {
+    mangled.contains(&format!("{}{method}", method.len()))
 }
 
 /// How the linker names what leads from code in flash to code in memory: MOVW, MOVT and BX of r12.

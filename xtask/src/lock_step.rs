@@ -1,6 +1,6 @@
 //! The loop on the chip and the plant on the PC against both on the PC: the same bits.
 
-use std::fmt::Debug;
+use std::fmt::{Debug, Display};
 use std::thread;
 
 use host_sim::experiment::Sample;
@@ -29,11 +29,43 @@ pub(crate) fn check() -> Result<(), String> {
     firmware::build(&["pil"], &["emulator"])?;
     thread::scope(|scope| {
         let chips = CHIPS.map(|cases| scope.spawn(|| check_on_a_chip(cases)));
-        chips.into_iter().try_for_each(|chip| {
-            chip.join()
-                .map_err(|_| "comparing the samples has failed".to_owned())?
-        })
+        let commissioned = scope.spawn(check_commissioning);
+        chips
+            .into_iter()
+            .chain([commissioned])
+            .try_for_each(|chip| {
+                chip.join()
+                    .map_err(|_| "comparing the samples has failed".to_owned())?
+            })
     })
+}
+
+/// Commissions both ways and compares every sample and what it came to.
+fn check_commissioning() -> Result<(), String> {
+    let file = "host-sim/scenarios/commission.toml";
+    let fault = |error: &dyn Display| format!("{file}: {error}");
+    let mut scenario = Scenario::load(&firmware::root().join(file), Purpose::Commission)
+        .map_err(|error| fault(&error))?;
+    scenario.identifier.arithmetic = Arithmetic::F32;
+    let begun = || pil::commissioning(&scenario).map_err(|error| fault(&error));
+    let mut expected = Vec::new();
+    let outcome = begun()?
+        .run(&mut |sample| expected.push(*sample))
+        .map_err(|error| fault(&error))?;
+    let (_running, mut port) = emulator::Running::start(&firmware::path("pil"))?;
+    let mut found = Vec::with_capacity(expected.len());
+    let there = pil::commission(begun()?, &mut port, &mut |sample| found.push(*sample))
+        .map_err(|error| fault(&error))?;
+    same(&expected, &found).map_err(|error| fault(&error))?;
+    same(&[&outcome], &[&there]).map_err(|error| fault(&error))?;
+    if !outcome.is_applied() {
+        return Err(fault(&"no gains were applied, so not all was compared"));
+    }
+    println!(
+        "{file}: a commissioning of {} samples on the chip is the simulator's, bit for bit",
+        found.len()
+    );
+    Ok(())
 }
 
 fn check_on_a_chip(cases: &[Case]) -> Result<(), String> {

@@ -170,6 +170,7 @@ fn what_a_commissioning_says_fits_a_message() {
                 step: f64::MIN,
                 rise_time: f64::MIN,
                 quickest_rise_time: f64::MIN,
+                slowest_rise_time: f64::MIN,
                 overshoot: f64::MIN,
                 settling_time: f64::MIN,
                 sensitivity: f64::MIN,

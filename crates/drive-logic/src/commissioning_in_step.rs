@@ -58,7 +58,7 @@ impl CommissioningInStep {
             let Some(answer) = study.work() else {
                 continue;
             };
-            if let Answer::Identified(found) = answer {
+            if let Answer::Identified(found) | Answer::Uncertain(found) = answer {
                 servo = Some(found);
             }
             commission.accept(state, &answer);

@@ -55,8 +55,8 @@ impl Conversation {
         self.listen(line, supervisor);
         let answered = self.answer(line, supervisor);
         let told = self.tell(line, supervisor);
-        supervisor.work();
-        answered || told
+        let works = supervisor.work();
+        answered || told || works
     }
 
     /// Takes in what came, and obeys the stops in it.

@@ -17,8 +17,9 @@ pub(crate) type Study = CoreStudy<f32, BLOCKS>;
 #[derive(Debug)]
 pub(crate) struct Studying {
     memory: &'static mut Option<Study>,
-    /// Slices that a turn of the background does: as many as go with a sample.
+    /// Slices that go with a sample, and those that were done since the background last slept.
     slices: u32,
+    done: u32,
     /// What was answered and found no room yet.
     answer: Option<Answer>,
     servo: Option<IdentifiedServo>,
@@ -29,6 +30,7 @@ impl Studying {
         Self {
             memory,
             slices: 1,
+            done: 0,
             answer: None,
             servo: None,
         }
@@ -63,26 +65,31 @@ impl Studying {
         self.servo.as_ref()
     }
 
-    /// Takes what was found, does some slices, and hands over what they answer.
-    pub(crate) fn work(&mut self, channel: &mut BackgroundEnd<'_>) {
+    /// Takes what was found, does a slice, and hands over what it answers. True if there is more to do
+    /// before the next sample; not more at once, for a stop to wait for one slice at most.
+    pub(crate) fn work(&mut self, channel: &mut BackgroundEnd<'_>) -> bool {
         let Some(study) = self.memory else {
-            return;
+            return false;
         };
         while let Some(finding) = channel.finding() {
             study.take(&finding);
         }
-        for _ in 0..self.slices {
-            if self.answer.is_none() {
-                self.answer = study.work();
-            }
-            if let Some(Answer::Identified(servo)) = &self.answer {
-                self.servo = Some(*servo);
-            }
-            if let Some(answer) = &self.answer
-                && channel.answer(answer)
-            {
-                self.answer = None;
-            }
+        if self.answer.is_none() {
+            self.answer = study.work();
         }
+        if let Some(Answer::Identified(servo) | Answer::Uncertain(servo)) = &self.answer {
+            self.servo = Some(*servo);
+        }
+        if let Some(answer) = &self.answer
+            && channel.answer(answer)
+        {
+            self.answer = None;
+        }
+        self.done += 1;
+        let more = self.done < self.slices;
+        if !more {
+            self.done = 0;
+        }
+        more
     }
 }

@@ -61,6 +61,18 @@ impl FrontEnd {
         }
     }
 
+    /// As if this command had been given for long.
+    pub(crate) fn hold(&mut self, command: f64) {
+        let clipped = command.clamp(-self.limit, self.limit);
+        self.waiting
+            .fill(clipped - clipped.clamp(-self.dead_band, self.dead_band));
+    }
+
+    /// The last command, as it comes out.
+    pub(crate) fn last(&self) -> f64 {
+        self.waiting[self.newest]
+    }
+
     /// What acts during a sample, one after the other, at whose beginning this command is given.
     pub(crate) fn process(&mut self, command: f64) -> [Held; 2] {
         let size = self.waiting.len();

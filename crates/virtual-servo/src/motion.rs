@@ -113,6 +113,11 @@ impl Motion {
         acting.excess = acting.at(held.time) - acting.target;
     }
 
+    /// As if this command had acted for long.
+    pub(crate) fn hold(&mut self, command: f64) {
+        self.now.acting.target = command;
+    }
+
     /// From the next sample on this load and this Coulomb friction act, rad/s².
     pub(crate) fn disturb(&mut self, load: f64, coulomb: f64) {
         self.at_first.load = load;

@@ -57,6 +57,21 @@ impl Servo {
         })
     }
 
+    /// The same after this command has been given for long: it acts in the first samples, too, for as long as
+    /// commands are late.
+    #[must_use]
+    pub fn held_by(mut self, command: f64) -> Self {
+        let mut acting = command;
+        if let Some(front_end) = &mut self.front_end {
+            front_end.hold(command);
+            acting = front_end.last();
+        }
+        if let Mechanics::Integrated(motion) = &mut self.mechanics {
+            motion.hold(acting);
+        }
+        self
+    }
+
     /// From the next sample on it has this load and this Coulomb friction in addition to its own, rad/s².
     pub fn disturb(&mut self, load: f64, coulomb: f64) {
         let [own_load, own_coulomb] = self.undisturbed;
@@ -116,5 +131,46 @@ fn motor(mechanics: &Mechanics) -> [f64; 2] {
     match mechanics {
         Mechanics::ClosedForm(plant) => [plant.position, plant.velocity],
         Mechanics::Integrated(motion) => [motion.position(), motion.velocity()],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_servo_that_is_held_stays_however_late_its_commands_are() {
+        const TIME: f64 = 1e-3;
+        let servo = ServoParameters {
+            a: 0.5,
+            b: 200.0,
+            coulomb: 0.0,
+            load: 50.0,
+        };
+        for effects in [
+            Effects::NONE,
+            Effects {
+                delay: 2.4e-3,
+                ..Effects::NONE
+            },
+            Effects {
+                delay: 1e-3,
+                current_loop: 5e-4,
+                dead_band: 0.03,
+                ..Effects::NONE
+            },
+        ] {
+            let command = -50.0 / 200.0 - effects.dead_band;
+            let at_rest = Servo::at_rest(&servo, &effects, TIME, 1).expect("allowed");
+            let mut held = at_rest.clone().held_by(command);
+            let mut let_go = at_rest;
+            for _ in 0..20 {
+                held.advance(command);
+                let_go.advance(command);
+            }
+            assert!(held.position().abs() < 1e-12, "{effects:?}");
+            let is_late = effects.delay > 0.0;
+            assert_eq!(let_go.position() > 1e-5, is_late, "{effects:?}");
+        }
     }
 }

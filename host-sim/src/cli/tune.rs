@@ -100,7 +100,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         Fault::Input(format!("{}: {fault}", arguments.result.display()))
     };
     let text = fs::read_to_string(&arguments.result)
-        .map_err(|error| Fault::Input(format!("{}: {error}", arguments.result.display())))?;
+        .map_err(|error| of_result(&format!("the result cannot be read: {error}")))?;
     let result = IdentifiedResult::read(&text).map_err(|error| of_result(&error))?;
     let warning = result.doubt.as_ref();
     if let Some(doubt) = warning.filter(|_| !arguments.accept_unconverged) {

@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use identifier_core::commission::{Seen, StopReason};
+use virtual_servo::faults::Faults;
 use virtual_servo::{Encoder, SensorErrors, Servo};
 
 use crate::scenario::{Fault, Scenario};
@@ -13,6 +15,7 @@ const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
 pub struct Axis {
     servo: Servo,
     errors: SensorErrors,
+    faults: Faults,
     encoder: Encoder,
     /// How far beyond an edge of the encoder it stands at first, rad.
     beyond: f64,
@@ -33,6 +36,8 @@ impl Axis {
             .map_err(|error| Fault::of_effect(&error))?;
         let errors = SensorErrors::new(&scenario.sensor, time, seed)
             .map_err(|error| Fault::new(format!("encoder.{}", error.parameter), error))?;
+        let faults = Faults::new(&scenario.faults, time, units.position_unit())
+            .map_err(|error| Fault::new(format!("fault.{}", error.parameter), error))?;
         let counts = scenario.counts_per_rev;
         let effects = &scenario.effects;
         // Gravity and cogging at an angle of zero are their cosines.
@@ -47,6 +52,7 @@ impl Axis {
         Ok(Self {
             servo,
             errors,
+            faults,
             encoder: Encoder::new(counts.unwrap_or(TAU / units.position_unit())),
             beyond: part * units.position_unit(),
             balance,
@@ -59,12 +65,28 @@ impl Axis {
         self.balance
     }
 
-    /// Reads the encoder, whose counter wraps at 32 bits.
-    pub fn count(&mut self) -> Option<i32> {
-        let seen = self
-            .errors
-            .seen(self.servo.position(), self.servo.velocity());
-        Some(self.encoder.read(seen + self.beyond) as i32)
+    /// The same where that command has acted for long.
+    #[must_use]
+    pub fn held(mut self) -> Self {
+        self.servo = self.servo.held_by(self.balance);
+        self
+    }
+
+    /// Begins a sample: what is seen in it. The encoder's counter wraps at 32 bits.
+    pub fn sense(&mut self) -> Seen {
+        let condition = self.faults.begin_sample(&mut self.servo);
+        let (position, velocity) = (self.servo.position(), self.servo.velocity());
+        let seen = self.errors.seen(position, velocity) + self.beyond;
+        let shown = self.faults.seen(seen);
+        let open = condition.limit_switch.then_some(StopReason::LimitSwitch);
+        let fault = condition
+            .amplifier_fault
+            .then_some(StopReason::AmplifierFault);
+        Seen {
+            count: shown.map(|shown| self.encoder.read(shown) as i32),
+            late: condition.late,
+            stop: open.or(fault),
+        }
     }
 
     /// Where it is in truth, rad.
@@ -81,6 +103,6 @@ impl Axis {
 
     /// Moves one sample under a held command.
     pub fn advance(&mut self, command: f64) {
-        self.servo.advance(command);
+        self.servo.advance(self.faults.acting(command));
     }
 }

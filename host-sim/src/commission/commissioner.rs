@@ -85,7 +85,7 @@ impl<N: Number> Commissioner for Here<N> {
         }
         let mut servo = None;
         for answer in (0..machine.slices()).filter_map(|_| study.work()) {
-            if let Answer::Identified(found) = answer {
+            if let Answer::Identified(found) | Answer::Uncertain(found) = answer {
                 servo = Some(found);
             }
             machine.accept(state, &answer);

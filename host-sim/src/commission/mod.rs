@@ -17,7 +17,7 @@ pub use record::{End, Known, Outcome, Sample};
 pub use response::StepResponse;
 
 use identifier_core::commission::{
-    Commission, CommissionSettings, HoldingGains, LargestMotion, Seen, Study,
+    Commission, CommissionSettings, HoldingGains, LargestMotion, Study,
 };
 use identifier_core::number::Number;
 
@@ -61,8 +61,12 @@ impl Commissioning {
                 "a commissioning is computed in \"f32\", as on the chip, or in \"f64\"",
             ));
         }
+        let axis = Axis::of(scenario)?;
         Ok(Self {
-            axis: Axis::of(scenario)?,
+            axis: match before {
+                Some(_) => axis.held(),
+                None => axis,
+            },
             settings,
             before,
             arithmetic,
@@ -129,18 +133,16 @@ impl Commissioning {
         loop {
             let time = course.samples() as f64 * sample_time;
             let (position, velocity) = (self.axis.position(), self.axis.velocity());
-            let count = self.axis.count();
-            let done = commissioner.sample(&Seen {
-                count,
-                late: false,
-                stop: None,
-            })?;
+            let seen = self.axis.sense();
+            let done = commissioner.sample(&seen)?;
             known.extend(done.servo.map(|servo| Known { time, servo }));
             tuning = done.tuning.or(tuning);
             let sample = Sample {
                 time,
                 phase: done.phase,
-                measured: count.map(|count| f64::from(count) * self.settings.resolution),
+                measured: seen
+                    .count
+                    .map(|count| f64::from(count) * self.settings.resolution),
                 reference: done
                     .setpoint
                     .map(|setpoint| setpoint * self.settings.resolution),

@@ -36,6 +36,7 @@ impl StepResponse {
             ..Effects::NONE
         };
         promised.sensor = SensorEffects::default();
+        promised.faults = Vec::new();
         promised.set_encoder(FINER * TAU / scenario.stated.resolution);
         Self::of_outcome(&promised, outcome)
     }
@@ -47,9 +48,11 @@ impl StepResponse {
     }
 
     fn of_outcome(scenario: &Scenario, outcome: &Outcome) -> Option<Self> {
-        /// Settling times for which a servo is held before, and watched after its step, and s besides.
-        const HELD: (f64, f64) = (10.0, 0.2);
+        /// Settling times for which a servo is watched, and s besides.
         const WATCHED: (f64, f64) = (4.0, 0.1);
+        /// The longest that a servo is taken to need for settling, in 1/ω: the slow pole's part has then died
+        /// down to a 400th.
+        const SLOWEST: f64 = 30.0;
         let tuning = outcome.tuning.as_ref()?;
         let limits = scenario.commission_settings().ok()?.limits;
         let gains = HoldingGains {
@@ -64,13 +67,14 @@ impl StepResponse {
         let step = outcome
             .trial
             .map_or(tuning.promise.step, |trial| trial.step);
-        let settling = tuning.promise.settling_time;
-        let times = [HELD, WATCHED].map(|(times, besides)| times * settling + besides);
-        Self::of(scenario, &gains, step, times).ok()
+        // A servo that friction holds may never come as near as settling asks for.
+        let settling = (tuning.promise.settling_time).min(SLOWEST / tuning.bandwidth);
+        let (times, besides) = WATCHED;
+        Self::of(scenario, &gains, step, times * settling + besides).ok()
     }
 
-    /// Of a scenario's servo, encoder included: it is held until it has had `settling` to come to rest, then
-    /// steps, and is watched for `lasting`.
+    /// Of a scenario's servo, encoder included, for a time (s): it stands, and the integral is on the load's
+    /// balance, as in a trial.
     ///
     /// # Errors
     /// The key that it cannot be built from.
@@ -78,7 +82,7 @@ impl StepResponse {
         scenario: &Scenario,
         gains: &HoldingGains,
         step: f64,
-        [settling, lasting]: [f64; 2],
+        lasting: f64,
     ) -> Result<Self, Fault> {
         let settings = Settings {
             cutoff: gains.cutoff,
@@ -89,34 +93,29 @@ impl StepResponse {
         let controller = controller.map_err(|error| scenario.fault(&error))?;
         let units = scenario.checked_units()?;
         let sample_time = units.sample_time();
-        let mut axis = Axis::of(scenario)?;
-        let mut state = ControlState::default();
-        let mut before = axis.count().unwrap_or(0);
+        let mut axis = Axis::of(scenario)?.held();
+        let ki = gains.controller.ki;
+        let integral = match ki > 0.0 {
+            true => axis.balance() / (ki * sample_time) * units.position(),
+            false => 0.0,
+        };
+        let mut state = ControlState::default().with_integral(integral);
+        let mut before = axis.sense().count.unwrap_or(0);
         let first = before;
-        let mut advance = |axis: &mut Axis, state: &mut ControlState<f64, _>, reference: f64| {
-            let count = axis.count().unwrap_or(before);
+        let mut advance = |axis: &mut Axis| {
+            let count = axis.sense().count.unwrap_or(before);
             let moved = f64::from(count.wrapping_sub(before));
             before = count;
-            let error = position_error(first, reference * units.position(), count);
-            let sample = controller.process(state, error, moved);
+            let error = position_error(first, step * units.position(), count);
+            let sample = controller.process(&mut state, error, moved);
             // A loop that has run away beyond what it can count goes nowhere any more.
             axis.advance(sample.map_or(0.0, |sample| sample.command));
         };
-        let samples = |time: f64| (time / sample_time).ceil() as u64;
-        for _ in 0..samples(settling) {
-            advance(&mut axis, &mut state, 0.0);
-        }
-        // The promise is for a step with an integral that holds the load and nothing else: what it gathers
-        // against friction before is chance.
-        let ki = gains.controller.ki * sample_time * units.position_unit();
-        if ki > 0.0 {
-            state = state.with_integral(axis.balance() / ki);
-        }
         let from = axis.position();
         let mut done = Vec::new();
-        for _ in 0..samples(lasting) {
+        for _ in 0..(lasting / sample_time).ceil() as u64 {
             done.push((axis.position() - from) / step);
-            advance(&mut axis, &mut state, step);
+            advance(&mut axis);
         }
         Ok(Self {
             sample_time,

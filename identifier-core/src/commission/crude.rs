@@ -1,5 +1,6 @@
-use crate::model::ServoParameters;
+use crate::model::{IdentifiedServo, ServoParameters};
 use crate::number::Number;
+use crate::units::Units;
 
 /// What the wiggle has found of the servo on its way: enough to brake it, not more. Counts and samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,6 +38,23 @@ impl<N: Number> Crude<N> {
             backward: number(parameters.load + parameters.coulomb),
             viscous: N::from_f64(parameters.a * time),
         }
+    }
+
+    /// As a servo in SI, without errors, and with a delay that is not known of two samples; none while
+    /// nothing is known.
+    pub(super) fn identified(&self, units: &Units) -> Option<IdentifiedServo> {
+        let acceleration = |value: N| value.to_f64() / units.acceleration();
+        self.is_known().then(|| IdentifiedServo {
+            parameters: ServoParameters {
+                a: self.viscous.to_f64() / units.rate(),
+                b: acceleration(self.gain),
+                coulomb: acceleration(self.coulomb()),
+                load: acceleration(self.load()),
+            },
+            delay: 2.0 * units.sample_time(),
+            covariance: [[0.0; 5]; 5],
+            unexplained: units.position_unit(),
+        })
     }
 
     /// Whether anything is known.

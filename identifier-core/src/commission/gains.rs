@@ -29,7 +29,7 @@ impl HoldingGains {
     const BRISK: f64 = 250.0;
 
     /// The part of the command that a count of the encoder may change.
-    const OF_A_COUNT: f64 = 0.02;
+    const OF_A_COUNT: f64 = 0.1;
 
     /// The cut-off over ω.
     const CUTOFF: f64 = 6.0;

@@ -32,6 +32,8 @@ pub struct Commission<N: Number> {
     released: u32,
     rest: u32,
     patience: u32,
+    /// Samples that are recorded before a motion.
+    lead: u32,
 }
 
 /// What a commissioning sees in a sample.
@@ -66,6 +68,9 @@ impl<N: Number> Commission<N> {
     /// For how long a servo must be still to be at rest, s, and samples.
     pub const REST: (f64, f64) = (0.02, 8.0);
 
+    /// What is recorded of the rest before a motion, s, and samples: as long as a command may be late.
+    pub const LEAD: (f64, f64) = (2e-3, 4.0);
+
     /// The longest that the study may take, or a servo may need to come to rest, s.
     pub const PATIENCE: f64 = 30.0;
 
@@ -80,6 +85,9 @@ impl<N: Number> Commission<N> {
 
     /// The sizes of the second and of the third motion, as parts of the first.
     const PARTS: [f64; 2] = [0.8, 0.6];
+
+    /// The part of what is left of the travel that a disturbance may move the servo.
+    const OF_ROOM: f64 = 0.2;
 
     /// The part of the command that disturbs the servo in the trial.
     const DISTURBANCE: f64 = 0.1;
@@ -99,6 +107,7 @@ impl<N: Number> Commission<N> {
         let samples = |time: f64| time / settings.sample_time;
         let [low, high] = limits.command;
         let (rest, fewest) = Self::REST;
+        let (lead, fewest_of_lead) = Self::LEAD;
         Ok(Self {
             settings: *settings,
             wiggle: Wiggle::new(&settings.wiggle())?,
@@ -111,6 +120,7 @@ impl<N: Number> Commission<N> {
             released: samples(Self::RELEASED) as u32 + 1,
             rest: samples(rest).max(fewest) as u32,
             patience: samples(Self::PATIENCE) as u32,
+            lead: samples(lead).max(fewest_of_lead) as u32,
             units,
         })
     }
@@ -224,7 +234,7 @@ impl<N: Number> Commission<N> {
                     Progress::Going => {}
                     Progress::AtRest => {
                         state.end_record();
-                        let crude = IdentifiedServo::of_crude(wiggle.servo(), &self.units);
+                        let crude = wiggle.servo().identified(&self.units);
                         let servo = state.servo.or(crude);
                         let servo = servo.ok_or(StopReason::TooLittleEvidence)?;
                         self.hold(state, &servo, step.command)?;
@@ -291,16 +301,22 @@ impl<N: Number> Commission<N> {
                 state.passed = 0;
                 Ok(command)
             }
-            Some(Answer::Identified(servo)) => {
+            Some(answer @ (Answer::Identified(servo) | Answer::Uncertain(servo))) => {
                 if state.servo != Some(servo) {
                     state.servo = Some(servo);
                     self.plausibility.know(&mut state.watch, &servo);
                     self.hold(state, &servo, command)?;
                     return Ok(command);
                 }
-                if holding.is_at_rest() {
-                    state.answer = None;
-                    return self.begin_motion(state, &servo);
+                match &mut state.lead {
+                    None if holding.is_at_rest() => self.begin_lead(state, &answer),
+                    None => {}
+                    Some(0) => {
+                        state.lead = None;
+                        state.answer = None;
+                        return self.begin_motion(state, &servo);
+                    }
+                    Some(lead) => *lead -= 1,
                 }
                 Ok(command)
             }
@@ -321,7 +337,21 @@ impl<N: Number> Commission<N> {
         held: Option<N>,
     ) -> Result<N, StopReason> {
         state.phase = Phase::Wiggle;
+        state.begin_record();
         self.begin(state, self.wiggle.start(held))
+    }
+
+    /// Begins the record of the next motion while the servo is still held: the first commands of the
+    /// motion act late, and those before them are to be known.
+    fn begin_lead(&self, state: &mut CommissionState<N>, answer: &Answer) {
+        let again = matches!(answer, Answer::Uncertain(_));
+        state.phase = if state.phase == Phase::Fit || again {
+            Phase::Refine
+        } else {
+            Phase::Verify
+        };
+        state.lead = Some(self.lead);
+        state.begin_record();
     }
 
     fn begin_motion(
@@ -330,11 +360,9 @@ impl<N: Number> Commission<N> {
         servo: &IdentifiedServo,
     ) -> Result<N, StopReason> {
         let [second, third] = Self::PARTS;
-        let part = if state.phase == Phase::Fit {
-            state.phase = Phase::Refine;
+        let part = if state.phase == Phase::Refine {
             second
         } else {
-            state.phase = Phase::Verify;
             third
         };
         self.begin(
@@ -343,14 +371,13 @@ impl<N: Number> Commission<N> {
         )
     }
 
-    /// Begins a motion, and its record.
+    /// Begins a motion.
     fn begin(
         &self,
         state: &mut CommissionState<N>,
         mut wiggle: WiggleState<N>,
     ) -> Result<N, StopReason> {
         state.passed = 0;
-        state.begin_record();
         let step = self.wiggle.process(&mut wiggle, N::ZERO);
         state.activity = Activity::Wiggling(wiggle);
         match step.progress {
@@ -395,7 +422,12 @@ impl<N: Number> Commission<N> {
             tuning.promise.step
         };
         let [least, most] = self.settings.limits.command;
-        let disturbance = Self::DISTURBANCE * libm::copysign(most.min(-least), step);
+        // Back towards where the servo came from, and no further than the travel has room for.
+        let left = high.max(-low) - tuning.promise.step;
+        let b = servo.parameters.b;
+        let bearable = Self::OF_ROOM * left / (tuning.promise.compliance * b);
+        let disturbance = (Self::DISTURBANCE * most.min(-least)).min(bearable);
+        let disturbance = libm::copysign(disturbance, -step);
         state.phase = Phase::Trial;
         state.passed = 0;
         let mut holding = self.held_by(controller, state.position, state.velocity_now, command);

@@ -17,6 +17,8 @@ pub enum Finding<N> {
 pub enum Answer {
     /// The servo as it is known now: after the first motion and after the second.
     Identified(IdentifiedServo),
+    /// The servo as it is known after a motion, not well enough: the second is done again.
+    Uncertain(IdentifiedServo),
     /// The third motion was predicted; gains are looked for next.
     Verified,
     /// Gains and what they promise.

@@ -13,6 +13,63 @@
 //! [`Finding`] or an [`Answer`]: plain values that a caller carries across, through a queue on the chip and by
 //! hand in a simulator. A commissioning whose study gets the same slices in the same samples is the same to
 //! the bit wherever it runs.
+//!
+//! A sample, here of a motor without friction that an encoder with 10 000 counts watches:
+//!
+//! ```
+//! use identifier_core::commission::{
+//!     Commission, CommissionSettings, Limits, Phase, Seen, Study,
+//! };
+//! use identifier_core::tuning::Goal;
+//!
+//! let resolution = core::f64::consts::TAU / 10_000.0;
+//! let settings = CommissionSettings {
+//!     sample_time: 1e-3,
+//!     resolution,
+//!     limits: Limits {
+//!         travel: [-0.3, 0.3],
+//!         speed: 15.0,
+//!         command: [-10.0, 10.0],
+//!         duration: 1.0,
+//!         one_way: false,
+//!     },
+//!     command_delay: 0.0,
+//!     most_gain: None,
+//!     goal: Goal::ResponseTime(0.03),
+//!     most_sensitivity: 1.6,
+//!     trial_step: None,
+//! };
+//! let commission = Commission::<f32>::new(&settings, None).expect("limits that can be kept");
+//! let mut study = Study::<f32>::new(&settings).expect("the same settings");
+//! let mut state = commission.start(0, None);
+//! let (mut position, mut velocity) = (0.0, 0.0);
+//! while !state.phase().is_end() {
+//!     let seen = Seen {
+//!         count: Some((position / resolution).floor() as i32),
+//!         late: false,
+//!         stop: None,
+//!     };
+//!     let step = commission.process(&mut state, &seen);
+//!     // In the background, or here:
+//!     if let Some(finding) = &step.finding {
+//!         study.take(finding);
+//!     }
+//!     for _ in 0..commission.slices() {
+//!         if let Some(answer) = study.work() {
+//!             commission.accept(&mut state, &answer);
+//!         }
+//!     }
+//!     // The servo, which nobody knows.
+//!     let acceleration = 257.7 * f64::from(step.command.unwrap_or(0.0));
+//!     position += velocity * 1e-3 + acceleration * 0.5e-6;
+//!     velocity += acceleration * 1e-3;
+//! }
+//! assert_eq!(state.phase(), Phase::Applied, "{:?}", state.reason());
+//! let servo = state.servo().expect("it was identified");
+//! assert!((servo.parameters.b / 257.7 - 1.0).abs() < 0.01);
+//! let rise = state.trial().and_then(|trial| trial.rise_time).expect("it was tried");
+//! assert!((rise / 0.03 - 1.0).abs() < 0.15, "{rise}");
+//! ```
 
 mod crude;
 mod error;
@@ -23,14 +80,14 @@ mod machine;
 mod message;
 mod phase;
 mod regression;
-mod servo;
 mod settings;
 mod state;
-mod stop;
 mod study;
 mod trial;
 mod wiggle;
 
+pub use crate::model::IdentifiedServo;
+pub use crate::stop_reason::StopReason;
 pub use crude::Crude;
 pub use error::CommissionError;
 pub use fit::{
@@ -40,10 +97,8 @@ pub use gains::HoldingGains;
 pub use machine::{Commission, CommissionStep, Seen};
 pub use message::{Answer, Finding};
 pub use phase::Phase;
-pub use servo::IdentifiedServo;
 pub use settings::{CommissionSettings, Limits};
 pub use state::CommissionState;
-pub use stop::StopReason;
 pub use study::Study;
 pub use trial::TrialResult;
 pub use wiggle::{LargestMotion, Progress, Wiggle, WiggleSettings, WiggleState, WiggleStep};

@@ -1,7 +1,7 @@
 use super::{CommissionError, FitSettings, WiggleSettings};
 use crate::error::Allowed;
 use crate::plausibility::PlausibilitySettings;
-use crate::tuning::Goal;
+use crate::tuning::{Goal, Tuner, TuningSettings};
 
 /// What a commissioning may do with the axis, SI. For a linear axis read m for rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,12 +98,35 @@ impl CommissionSettings {
             let room = 0.7 * high.max(-low);
             Allowed::PositiveUpTo(room).check("trial_step", step)?;
         }
-        match self.goal {
-            Goal::ResponseTime(time) => Allowed::Above(0.0).check("response_time", time)?,
+        let bandwidth = match self.goal {
+            Goal::ResponseTime(time) => {
+                Tuner::RISE / Allowed::Above(0.0).check("response_time", time)?
+            }
             Goal::Bandwidth(omega) => Allowed::Above(0.0).check("bandwidth", omega)?,
-            Goal::Stiffest => 0.0,
+            Goal::Stiffest => return Ok(()),
         };
-        Ok(())
+        self.can_be_sampled(bandwidth)
+    }
+
+    /// # Errors
+    /// [`CommissionError::TooFast`] for a bandwidth that no servo bears at this sample time and delay, with
+    /// one that a servo without a delay of its own does.
+    fn can_be_sampled(&self, bandwidth: f64) -> Result<(), CommissionError> {
+        /// The largest ω T that the tuner takes for a loop at all.
+        const FASTEST: f64 = 0.5;
+        /// ω times hold and delay that a servo without friction bears with Mₛ = 1.6, and the Mₛ that is
+        /// left with none.
+        const BORNE: f64 = 0.09;
+        const LEAST: f64 = 1.19;
+        if bandwidth <= FASTEST / (self.sample_time + self.command_delay) {
+            return Ok(());
+        }
+        let asked = (self.most_sensitivity - LEAST) / (TuningSettings::MOST_SENSITIVITY - LEAST);
+        let late = 0.5 * self.sample_time + self.command_delay;
+        Err(CommissionError::TooFast {
+            bandwidth,
+            most: BORNE * asked.clamp(0.02, 1.0) / late,
+        })
     }
 }
 

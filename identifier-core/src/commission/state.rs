@@ -27,6 +27,8 @@ pub struct CommissionState<N: Number> {
     block: Option<MotionBlock<N>>,
     recording: Recording,
     pub(super) answer: Option<Answer>,
+    /// Samples until the next motion begins, once its record has begun.
+    pub(super) lead: Option<u32>,
     pub(super) servo: Option<IdentifiedServo>,
     pub(super) tuning: Option<Tuning>,
     pub(super) tuning_error: Option<TuningError>,
@@ -87,6 +89,7 @@ impl<N: Number> CommissionState<N> {
             block: None,
             recording: Recording::None,
             answer: None,
+            lead: None,
             servo: None,
             tuning: None,
             tuning_error: None,

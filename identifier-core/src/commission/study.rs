@@ -15,6 +15,8 @@ pub struct Study<N: Number, const W: usize = 256> {
     fitter: ServoFitter<N>,
     record: Motion<N, W>,
     servo: Option<IdentifiedServo>,
+    /// How many second motions did not tell enough.
+    refined: u32,
     /// The step that gains are looked for with, rad.
     step: f64,
     work: Work<N>,
@@ -45,7 +47,7 @@ impl<N: Number, const W: usize> Study<N, W> {
     const STEP: f64 = 0.25;
 
     /// The part that it takes where the encoder has few counts in that.
-    const MOST_STEP: f64 = 0.5;
+    const MOST_STEP: f64 = 0.45;
 
     /// The largest speed of a step of the reference, over the step and ω: e⁻¹ of the double pole, and a
     /// fifth for the zero of the integral and the corners of what is known.
@@ -63,6 +65,15 @@ impl<N: Number, const W: usize> Study<N, W> {
     /// How much larger the next step is where friction holds the servo through one.
     const GROWTH: f64 = 4.0;
 
+    /// What is left unexplained of the position where the model lacks something, counts.
+    const UNEXPLAINED: f64 = 1.0;
+
+    /// How often the second motion is done before there is too little evidence.
+    const MOST_REFINED: u32 = 5;
+
+    /// The standard error up to which b is known, a part of itself.
+    const KNOWN_GAIN: f64 = 0.02;
+
     /// The part of the command that the encoder's rounding may make up.
     const NOISE: f64 = 0.02;
 
@@ -79,6 +90,7 @@ impl<N: Number, const W: usize> Study<N, W> {
             fitter: ServoFitter::new(&settings.fit()),
             record: Motion::EMPTY,
             servo: None,
+            refined: 0,
             step: 0.0,
             work: Work::Nothing,
         })
@@ -90,6 +102,7 @@ impl<N: Number, const W: usize> Study<N, W> {
             Finding::Begins(phase) => {
                 if *phase == Phase::Wiggle {
                     self.servo = None;
+                    self.refined = 0;
                 }
                 self.motion = *phase;
                 self.work = Work::Nothing;
@@ -131,7 +144,16 @@ impl<N: Number, const W: usize> Study<N, W> {
                 Ok(servo) => {
                     self.servo = Some(servo);
                     self.work = Work::Nothing;
-                    Some(Answer::Identified(servo))
+                    if self.motion != Phase::Refine || self.is_known(&servo) {
+                        return Some(Answer::Identified(servo));
+                    }
+                    if servo.unexplained > Self::UNEXPLAINED * self.settings.resolution {
+                        // More motion does not help a model that lacks something.
+                        let naming = self.fitter.begin_prediction(&servo);
+                        self.work = Work::Predicting(naming);
+                        return None;
+                    }
+                    self.again(servo)
                 }
                 Err(reason) => self.fail(reason),
             },
@@ -148,7 +170,7 @@ impl<N: Number, const W: usize> Study<N, W> {
                 let fitted = *fitted;
                 match tuned {
                     Ok(tuning) => self.offer(tuning, fitted),
-                    Err(TuningError::DoesNotArrive) if self.step < self.room() => {
+                    Err(TuningError::DoesNotArrive) if self.step < self.most_room() => {
                         // Friction holds the servo through so small a step.
                         self.tune(self.settings.goal, Self::GROWTH * self.step, false);
                         None
@@ -166,11 +188,29 @@ impl<N: Number, const W: usize> Study<N, W> {
     fn judge(&mut self, prediction: &Prediction) -> Option<Answer> {
         match refuted(prediction) {
             Some(reason) => self.fail(reason),
+            None if self.motion == Phase::Refine => {
+                self.work = Work::Nothing;
+                self.servo.and_then(|servo| self.again(servo))
+            }
             None => {
                 self.tune(self.settings.goal, self.first_step(), false);
                 Some(Answer::Verified)
             }
         }
+    }
+
+    /// Asks for the second motion once more, some times.
+    fn again(&mut self, servo: IdentifiedServo) -> Option<Answer> {
+        self.refined += 1;
+        if self.refined >= Self::MOST_REFINED {
+            return self.fail(StopReason::TooLittleEvidence);
+        }
+        Some(Answer::Uncertain(servo))
+    }
+
+    /// Whether two motions have told enough of a servo to tune for it.
+    fn is_known(&self, servo: &IdentifiedServo) -> bool {
+        servo.standard_error(IdentifiedServo::B) <= Self::KNOWN_GAIN * servo.parameters.b
     }
 
     fn fail(&mut self, reason: StopReason) -> Option<Answer> {
@@ -180,7 +220,7 @@ impl<N: Number, const W: usize> Study<N, W> {
 
     /// Begins to look for gains.
     fn tune(&mut self, goal: Goal, step: f64, fitted: bool) {
-        let step = step.min(self.room());
+        let step = step.min(self.most_room());
         self.step = step;
         let begun = self.servo.ok_or(TuningError::NotKnown).and_then(|servo| {
             let settings = TuningSettings {
@@ -247,6 +287,12 @@ impl<N: Number, const W: usize> Study<N, W> {
         let farthest = high.max(-low);
         let few = TuningSettings::LEAST_COUNTS * self.settings.resolution;
         (Self::STEP * farthest).max(few.min(Self::MOST_STEP * farthest))
+    }
+
+    /// The largest that there can be, where friction holds the servo through a smaller one, rad.
+    fn most_room(&self) -> f64 {
+        let [low, high] = self.settings.limits.travel;
+        Self::MOST_STEP * high.max(-low)
     }
 
     /// The command that is left when the load is held.

@@ -105,7 +105,8 @@ impl<N: Number> Trial<N> {
         // Each of the two crossings is uncertain by a count at the speed of the rise, and by a sample's
         // part.
         let per_count = 2.0 * rise / (0.8 * libm::fabs(counts)) + 1.0;
-        let rounding = Self::ROUNDING / libm::fabs(counts).max(1.0);
+        // A floor is half a count low on the average, at both ends.
+        let rounding = 0.5 / libm::fabs(counts).max(1.0);
         let moved = promise.compliance * b * libm::fabs(disturbance) * units.position();
         // Friction may hold a servo outside of the band for long.
         let dies_down = Self::DIES_DOWN / tuning.bandwidth;
@@ -273,6 +274,7 @@ mod tests {
                 step: STEP,
                 rise_time: TIME_CONSTANT * libm::log(9.0),
                 quickest_rise_time: TIME_CONSTANT * libm::log(9.0),
+                slowest_rise_time: TIME_CONSTANT * libm::log(9.0),
                 overshoot: 0.0,
                 settling_time: TIME_CONSTANT * libm::log(50.0),
                 sensitivity: 1.2,

@@ -1,5 +1,4 @@
 use crate::error::{Allowed, OutOfRange};
-use crate::model::ServoParameters;
 use crate::number::Number;
 use crate::units::Units;
 
@@ -7,8 +6,14 @@ use crate::units::Units;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FeedForwardSettings {
-    /// The servo. A load of zero where the controller's integral holds it: only one of them may.
-    pub servo: ServoParameters,
+    /// a, 1/s.
+    pub a: f64,
+    /// b, rad/s² per command unit.
+    pub b: f64,
+    /// Coulomb friction c, rad/s².
+    pub coulomb: f64,
+    /// Load d, rad/s²; zero where the controller's integral holds it: only one of them may.
+    pub load: f64,
     /// [g_s, g_c], rad/s²: gravity accelerates the servo by g_s sin q + g_c cos q.
     pub gravity: [f64; 2],
     /// Derivative gain of the controller beside it, command units per rad/s: what it takes away on the
@@ -57,17 +62,11 @@ impl<N: Number> FeedForward<N> {
     /// The setting that is out of its range: b and `sign_speed` must be positive, a, Coulomb friction and
     /// `kd` not negative, load and gravity finite.
     pub fn new(units: &Units, settings: &FeedForwardSettings) -> Result<Self, OutOfRange> {
-        let ServoParameters {
-            a,
-            b,
-            coulomb,
-            load,
-        } = settings.servo;
         let not_negative = Allowed::AtLeast(0.0);
-        let b = Allowed::Above(0.0).check("b", b)?;
-        let a = not_negative.check("a", a)?;
-        let coulomb = not_negative.check("coulomb", coulomb)?;
-        let load = Allowed::Finite.check("load", load)?;
+        let b = Allowed::Above(0.0).check("b", settings.b)?;
+        let a = not_negative.check("a", settings.a)?;
+        let coulomb = not_negative.check("coulomb", settings.coulomb)?;
+        let load = Allowed::Finite.check("load", settings.load)?;
         let kd = not_negative.check("kd", settings.kd)?;
         let sign_speed = Allowed::Above(0.0).check("sign_speed", settings.sign_speed)?;
         let [sine, cosine] = settings.gravity;
@@ -109,12 +108,10 @@ mod tests {
     use super::*;
 
     const SETTINGS: FeedForwardSettings = FeedForwardSettings {
-        servo: ServoParameters {
-            a: 2.0,
-            b: 50.0,
-            coulomb: 5.0,
-            load: -10.0,
-        },
+        a: 2.0,
+        b: 50.0,
+        coulomb: 5.0,
+        load: -10.0,
         gravity: [7.0, -3.0],
         kd: 0.25,
         sign_speed: 0.1,
@@ -159,28 +156,18 @@ mod tests {
     #[test]
     fn what_is_no_servo_is_refused_by_name() {
         let units = Units::new(1e-3, 1.0).expect("valid");
-        let servo = SETTINGS.servo;
         for (bad, name) in [
+            (FeedForwardSettings { b: 0.0, ..SETTINGS }, "b"),
             (
                 FeedForwardSettings {
-                    servo: ServoParameters { b: 0.0, ..servo },
-                    ..SETTINGS
-                },
-                "b",
-            ),
-            (
-                FeedForwardSettings {
-                    servo: ServoParameters { a: -1.0, ..servo },
+                    a: -1.0,
                     ..SETTINGS
                 },
                 "a",
             ),
             (
                 FeedForwardSettings {
-                    servo: ServoParameters {
-                        load: f64::NAN,
-                        ..servo
-                    },
+                    load: f64::NAN,
                     ..SETTINGS
                 },
                 "load",

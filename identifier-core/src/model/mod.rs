@@ -4,6 +4,7 @@
 mod amplifier;
 mod correction;
 mod friction_step;
+mod identified_servo;
 mod known_inputs;
 mod listening_model;
 mod model_loop;
@@ -17,6 +18,7 @@ pub use correction::{
     AccelerationCorrection, CommandCorrection, Corrected, Correction, IntegralError,
 };
 pub use friction_step::{FrictionStep, Phase};
+pub use identified_servo::IdentifiedServo;
 pub use known_inputs::{Acting, AngleSettings, AngledInputs, DelayedInputs, KnownInputs, NoInputs};
 pub use listening_model::{Innovation, ListeningModel, Moved, Slid};
 pub use model_loop::{ModelLoop, ModelState, Observed};

@@ -1,8 +1,8 @@
 //! Travel, speed and time.
 
 use super::PlausibilitySettings;
-use crate::commission::StopReason;
 use crate::number::Number;
+use crate::stop_reason::StopReason;
 use crate::units::Units;
 
 /// What position, speed and time stay within.

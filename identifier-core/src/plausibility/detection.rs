@@ -1,4 +1,4 @@
-use crate::commission::StopReason;
+use crate::stop_reason::StopReason;
 
 /// Within how many samples a fault is found, from the sample in which it begins to show.
 #[derive(Debug, Clone, Copy, PartialEq)]

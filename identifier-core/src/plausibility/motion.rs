@@ -3,8 +3,8 @@
 use super::PlausibilitySettings;
 use super::blocks::Block;
 use super::model::{MODEL_ERROR, Model};
-use crate::commission::StopReason;
 use crate::number::Number;
+use crate::stop_reason::StopReason;
 use crate::units::Units;
 
 /// When a servo cannot have stopped, and when it cannot stand.
@@ -279,7 +279,7 @@ impl<N: Number> Motion<N> {
             state.pushed = 0;
             return Ok(());
         }
-        state.pushed += 1;
+        state.pushed = state.pushed.saturating_add(1);
         if state.pushed < state.patience {
             Ok(())
         } else if state.abrupt {

@@ -6,8 +6,8 @@
 //! the setpoint makes are its own.
 
 use super::PlausibilitySettings;
-use crate::commission::StopReason;
 use crate::number::Number;
+use crate::stop_reason::StopReason;
 use crate::units::Units;
 
 /// What a swing is.

@@ -2,8 +2,8 @@
 
 use super::PlausibilitySettings;
 use super::model::Model;
-use crate::commission::StopReason;
 use crate::number::Number;
+use crate::stop_reason::StopReason;
 use crate::units::Units;
 
 /// What readings stay within.

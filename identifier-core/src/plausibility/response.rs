@@ -15,8 +15,8 @@
 
 use super::blocks::{Block, Blocks, BlocksState};
 use super::model::{MODEL_ERROR, Model};
-use crate::commission::StopReason;
 use crate::number::Number;
+use crate::stop_reason::StopReason;
 
 /// The comparison over blocks of one length.
 #[derive(Debug, Clone, Copy, PartialEq)]

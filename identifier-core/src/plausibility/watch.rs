@@ -5,9 +5,10 @@ use super::oscillation::{Oscillation, OscillationState};
 use super::readings::{Readings, ReadingsState};
 use super::response::{Known, Response, ResponseState};
 use super::{Detection, Observation, PlausibilitySettings};
-use crate::commission::{IdentifiedServo, StopReason};
 use crate::error::OutOfRange;
+use crate::model::IdentifiedServo;
 use crate::number::Number;
+use crate::stop_reason::StopReason;
 use crate::units::Units;
 
 /// What a servo and its encoder must keep to.

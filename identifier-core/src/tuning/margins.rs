@@ -183,3 +183,50 @@ fn lowest([before, here, after]: [f64; 3]) -> f64 {
     let bend = before - here + (after - here);
     here - slope * slope / (8.0 * bend)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tuning::placement::Design;
+    use crate::tuning::possible_servos::PossibleServo;
+
+    /// (s + 40)² (s + 8) around q̈ = 100 u at 1 kHz with a delay of 2.5 samples, the gain times a factor.
+    fn walk(factor: f64) -> Progress {
+        let design = Design {
+            bandwidth: 40.0,
+            kp: 22.4,
+            kd: 0.88,
+            ki: 128.0,
+            cutoff: 400.0,
+            smoothed: false,
+            noise: 0.0,
+        };
+        let servo = PossibleServo {
+            a: 0.0,
+            b: 100.0 * factor,
+            delay: 2.5e-3,
+        };
+        // Nearly any distance from −1 is allowed here, so that the winding alone decides.
+        let mut walk = Walk::begin(SampledResponse::new(&design, &servo, 1e-3), 0.05e-3, 100.0);
+        loop {
+            match walk.work() {
+                Progress::Goes => {}
+                end => return end,
+            }
+        }
+    }
+
+    #[test]
+    fn a_loop_beyond_either_margin_is_seen_to_be_unstable_by_its_winding() {
+        let Progress::Keeps(margins) = walk(1.0) else {
+            panic!("it is stable");
+        };
+        let [fall, rise] = margins.gain;
+        for within in [2.0 * fall, 0.5, 2.0, 0.5 * rise] {
+            assert!(matches!(walk(within), Progress::Keeps(_)), "{within}");
+        }
+        for beyond in [0.5 * fall, 2.0 * rise, 3.0 * rise] {
+            assert_eq!(walk(beyond), Progress::Breaks, "{beyond}");
+        }
+    }
+}

@@ -1,5 +1,5 @@
 use super::TuningError;
-use crate::commission::IdentifiedServo;
+use crate::model::IdentifiedServo;
 use crate::model::ZeroOrderHoldStep;
 
 /// A servo that the identified one may be, SI.

@@ -32,14 +32,13 @@ pub(super) struct Prediction {
 enum Stage {
     /// The step of the identified servo.
     Step,
+    /// Its rise where the integral pushes the other way.
+    Opposed,
     /// Its answer to a step of the load.
     Load,
     /// The overshoot of a corner.
     Corner(usize),
 }
-
-/// How long a step is followed, in 1/ω: the slow pole's part has then died down to a 200th.
-const LONGEST: f64 = 25.0;
 
 /// How long a turn is waited for, in 1/ω: twice as long as an ideal step takes to its highest.
 const TURN: f64 = 10.0;
@@ -64,11 +63,12 @@ impl Scene {
         }
     }
 
-    /// A step by a servo whose friction the integral balances from a motion before: it does not hold the
-    /// servo back, which is when it overshoots most.
-    fn balanced_step(&self) -> Trial {
+    /// A step by a servo whose friction the integral balances from a motion before, in the direction of the
+    /// step for a share of one: friction does not hold the servo back then, which is when it overshoots
+    /// most.
+    fn balanced_step(&self, share: f64) -> Trial {
         Trial {
-            balanced: self.coulomb,
+            balanced: share * self.coulomb,
             ..self.neutral_step()
         }
     }
@@ -131,6 +131,7 @@ impl Prediction {
                 step: scene.settings.step,
                 rise_time: f64::INFINITY,
                 quickest_rise_time: f64::INFINITY,
+                slowest_rise_time: f64::INFINITY,
                 overshoot: 0.0,
                 settling_time: f64::INFINITY,
                 sensitivity: margins.sensitivity,
@@ -172,11 +173,12 @@ impl Prediction {
         match self.stage {
             Stage::Step => {
                 let settled = self.measure.settled();
-                longer_than(LONGEST)
+                longer_than(Promise::LONGEST)
                     || settled.is_some_and(|since| {
                         taken - since > samples(SETTLED, &self.design, &self.closed_loop)
                     })
             }
+            Stage::Opposed => longer_than(Promise::LONGEST) || self.measure.rise().is_some(),
             Stage::Load => longer_than(TURN) || position < (1.0 - BACK) * self.farthest,
             Stage::Corner(_) => {
                 let beyond = self.farthest - self.promise.step;
@@ -188,27 +190,32 @@ impl Prediction {
     /// Takes in what was seen, and begins what comes next; false if there is nothing more.
     fn next(&mut self, scene: &Scene) -> Result<bool, TuningError> {
         let sample_time = self.closed_loop.sample_time();
+        let taken = self.measure.samples();
         let (stage, trial) = match self.stage {
             Stage::Step => {
                 let rise = self.measure.rise().ok_or(TuningError::DoesNotArrive)?;
                 self.promise.rise_time = rise * sample_time;
                 self.promise.quickest_rise_time = self.promise.rise_time;
                 self.promise.overshoot = self.measure.overshoot();
-                let taken = self.measure.samples();
-                let settled = self.measure.settled().unwrap_or(taken);
-                self.promise.settling_time = f64::from(settled) * sample_time;
+                let settled = self.measure.settled();
+                self.promise.settling_time = sample_time * f64::from(settled.unwrap_or(taken));
+                (Stage::Opposed, scene.balanced_step(-1.0))
+            }
+            Stage::Opposed => {
+                let rise = self.measure.rise();
+                self.promise.slowest_rise_time = sample_time * rise.unwrap_or(f64::from(taken));
                 (Stage::Load, scene.unit_load())
             }
             Stage::Load => {
                 self.promise.compliance = self.farthest;
-                (Stage::Corner(0), scene.balanced_step())
+                (Stage::Corner(0), scene.balanced_step(1.0))
             }
             Stage::Corner(place) => {
                 if let (0, Some(rise)) = (place, self.measure.rise()) {
                     self.promise.quickest_rise_time = rise * sample_time;
                 }
                 self.promise.overshoot = self.promise.overshoot.max(self.measure.overshoot());
-                (Stage::Corner(place + 1), scene.balanced_step())
+                (Stage::Corner(place + 1), scene.balanced_step(1.0))
             }
         };
         let place = match stage {
@@ -218,7 +225,7 @@ impl Prediction {
                 return Ok(false);
             }
             Stage::Corner(place) => place,
-            Stage::Step | Stage::Load => 0,
+            Stage::Step | Stage::Opposed | Stage::Load => 0,
         };
         self.closed_loop = scene.closed_loop(&self.design, place, &trial)?;
         self.measure = scene.measure();

@@ -28,14 +28,17 @@ pub struct Promise {
     pub step: f64,
     /// From 10 to 90 % of the step, s, where the integral holds the load and nothing else.
     pub rise_time: f64,
-    /// The same where the integral balances friction as well, from a motion before: a servo with friction
-    /// is promised a rise between the two.
+    /// The same where the integral balances friction as well, from a motion before in the direction of the
+    /// step: friction does not hold the servo back then.
     pub quickest_rise_time: f64,
+    /// The same after a motion against the direction of the step: the integral pushes the other way with
+    /// all that friction bears. Where it takes longer, [`Promise::LONGEST`].
+    pub slowest_rise_time: f64,
     /// Beyond the step, a part of it: at the worst corner, with friction balanced by the integral before
     /// the step, and a count more, since where within a count a servo stands is not known.
     pub overshoot: f64,
     /// Until the position stays within 2 % of the step, at least two counts, s; where friction
-    /// keeps it outside, for as long as it is looked for, 30/ω.
+    /// keeps it outside, for as long as it is looked for, [`Promise::LONGEST`].
     pub settling_time: f64,
     /// Mₛ, the largest sensitivity, at the worst corner.
     pub sensitivity: f64,
@@ -48,4 +51,9 @@ pub struct Promise {
     pub noise: f64,
     /// The farthest that a step of the load of one rad/s² moves the servo, rad per rad/s².
     pub compliance: f64,
+}
+
+impl Promise {
+    /// How long a step is followed, in 1/ω: the slow pole's part has then died down to a 200th.
+    pub const LONGEST: f64 = 25.0;
 }

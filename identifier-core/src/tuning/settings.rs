@@ -31,7 +31,7 @@ pub struct TuningSettings {
 
 impl TuningSettings {
     /// The usual largest sensitivity: with it the loop bears its gain falling to 0.62 or rising to 2.7
-    /// times and 36° of phase, at least (Åström and Hägglund, Advanced PID Control, 2006, section 4.6).
+    /// times and 36° of phase, at least (Åström and Hägglund, Advanced PID Control, 2006, chapter 4).
     pub const MOST_SENSITIVITY: f64 = 1.6;
 
     /// The usual largest part of the command that noise may make up: three standard deviations stay

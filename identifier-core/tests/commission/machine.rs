@@ -1,10 +1,11 @@
-use identifier_core::commission::{HoldingGains, Phase, StopReason};
+use identifier_core::commission::{Commission, CommissionError, HoldingGains, Phase, StopReason};
 use identifier_core::settings::ControllerSettings;
+use identifier_core::tuning::Goal;
 
 use crate::rig::{Bench, ordinary};
 
 /// Gains that have held the servo so far: slow, and safe.
-fn before() -> HoldingGains {
+pub(crate) fn before() -> HoldingGains {
     HoldingGains {
         controller: ControllerSettings {
             kp: 4.0,
@@ -84,4 +85,22 @@ fn an_answer_that_comes_after_the_end_changes_nothing() {
     assert_eq!(course.state.phase(), Phase::Aborted);
     assert_eq!(course.state.reason(), Some(StopReason::LinkLost));
     assert_eq!(course.state.trial(), None);
+}
+
+#[test]
+fn a_bandwidth_that_no_sampling_bears_is_refused_with_one_that_would_do() {
+    for goal in [Goal::Bandwidth(2000.0), Goal::ResponseTime(2e-4)] {
+        let mut bench = ordinary();
+        bench.settings.goal = goal;
+        let refused = Commission::<f32>::new(&bench.settings, None).expect_err("too fast");
+        let CommissionError::TooFast { bandwidth, most } = refused else {
+            panic!("{refused:?}");
+        };
+        assert!(bandwidth > 1900.0);
+        bench.counts = 131_072.0;
+        bench.settings.resolution = std::f64::consts::TAU / bench.counts;
+        bench.settings.goal = Goal::Bandwidth(most);
+        let course = bench.commission(&mut |_, _| None);
+        assert_eq!(course.state.phase(), Phase::Applied, "{most}");
+    }
 }

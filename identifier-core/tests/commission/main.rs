@@ -1,5 +1,6 @@
 //! Commissioning of simulated servos by the core alone.
 
+mod faults;
 mod fit;
 mod machine;
 mod rig;

@@ -32,7 +32,7 @@ pub(crate) enum Fault {
     ActuatorReversed,
     Overrun,
     LimitSwitch,
-    AmplifierFault,
+    Amplifier,
 }
 
 impl Fault {
@@ -46,7 +46,7 @@ impl Fault {
         Self::ActuatorReversed,
         Self::Overrun,
         Self::LimitSwitch,
-        Self::AmplifierFault,
+        Self::Amplifier,
     ];
 
     /// Counts by which an encoder jumps.
@@ -78,7 +78,7 @@ impl Fault {
     fn stop(self) -> Option<StopReason> {
         match self {
             Self::LimitSwitch => Some(StopReason::LimitSwitch),
-            Self::AmplifierFault => Some(StopReason::AmplifierFault),
+            Self::Amplifier => Some(StopReason::AmplifierFault),
             _ => None,
         }
     }

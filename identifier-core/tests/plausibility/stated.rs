@@ -199,7 +199,7 @@ fn six_swings_that_do_not_decay_are_an_oscillation() {
         // The swing in which it begins is not a whole one.
         assert!(sample <= (stated.swings + 1) * 20 + 10, "{sample}");
     }
-    for (amplitude, growth, command) in [(40.0, 0.6, 3.0), (3.0, 1.0, 3.0), (40.0, 1.0, 0.3)] {
+    for (amplitude, growth, command) in [(4000.0, 0.6, 3.0), (3.0, 1.0, 3.0), (40.0, 1.0, 0.3)] {
         let (seen, _) = found(&settings, |k| swinging(amplitude, growth, command, k));
         assert_eq!(seen, None, "{amplitude} {growth} {command}");
     }
@@ -336,3 +336,64 @@ const STRONG: IdentifiedServo = IdentifiedServo {
     },
     ..SERVO
 };
+
+/// What is found of a known servo that glides at 16 rad/s until its encoder fails after half a second, and
+/// how many samples after that.
+fn gliding(rate: f64, fails: impl Fn(f64) -> f64) -> Option<(StopReason, u32)> {
+    let settings = settings(rate);
+    let settings = PlausibilitySettings {
+        travel: [f64::NEG_INFINITY, f64::INFINITY],
+        ..settings
+    };
+    let watch = Plausibility::<f64>::new(&settings).expect("allowed");
+    let mut state = watch.start();
+    watch.know(&mut state, &SERVO);
+    let ServoParameters {
+        a,
+        b,
+        coulomb,
+        load,
+    } = SERVO.parameters;
+    let begins = (0.5 * rate) as u32;
+    let found = (0..2 * begins).find_map(|sample| {
+        let glides = at_speed(16.0, &settings, sample);
+        let seen = Observation {
+            increment: glides.increment.map(|increment| {
+                if sample < begins {
+                    increment
+                } else {
+                    fails(increment)
+                }
+            }),
+            command: (a * 16.0 + coulomb - load) / b,
+            ..glides
+        };
+        let refused = watch.process(&mut state, &seen).err();
+        refused.map(|reason| (reason, sample + 1))
+    });
+    found.map(|(reason, sample)| {
+        assert!(sample > begins, "{reason:?} too early: {sample}");
+        (reason, sample - begins)
+    })
+}
+
+#[test]
+fn an_encoder_that_stops_or_turns_in_motion_is_found_in_a_sample_or_three_blocks() {
+    for rate in RATES {
+        // Where a sample has many counts the first tells it, elsewhere the blocks of 2.5 ms.
+        let within = if rate < 1e3 {
+            1
+        } else {
+            (7.5e-3 * rate).max(18.0) as u32
+        };
+        for (expected, turn) in [
+            (StopReason::EncoderStuck, 0.0),
+            (StopReason::Reversed, -1.0),
+        ] {
+            let (reason, samples) = gliding(rate, |increment| turn * increment).expect("it fails");
+            assert_eq!(reason, expected, "{rate}");
+            assert!(samples <= within, "{rate} {expected:?}: {samples}");
+        }
+        assert_eq!(gliding(rate, |increment| increment), None);
+    }
+}

@@ -139,6 +139,13 @@ fn the_shown_step_is_the_promised_one() {
     let tuning = tune(&settings, &identified(SERVO, 1e-3, KNOWN)).expect("within reach");
     let mut measure = StepMeasure::<f64>::new(settings.step, settings.resolution);
     let step = tuner.step(&tuning).expect("valid");
+    for sample in step.take(200) {
+        let counts = sample.position / settings.resolution;
+        assert!(
+            (counts - counts.round()).abs() < 1e-6,
+            "the encoder shows whole counts"
+        );
+    }
     let until = 25.0 / tuning.bandwidth;
     step.take_while(|sample| sample.time < until)
         .for_each(|sample| measure.take(sample.position));
@@ -149,6 +156,23 @@ fn the_shown_step_is_the_promised_one() {
     );
     let settled = f64::from(measure.settled().expect("it settles")) * settings.sample_time;
     assert!((settled / tuning.promise.settling_time - 1.0).abs() < 1e-9);
+}
+
+/// With a = 3 for sure, ω = 1.5 needs hardly any derivative; where a may be 0.3 as well, it needs nine times
+/// as much, or that servo would swing.
+#[test]
+fn friction_that_is_not_sure_is_not_relied_on() {
+    let servo = ServoParameters { a: 3.0, ..SERVO };
+    let tuned = |error: f64| {
+        let errors = [error, 0.0, 0.0];
+        tune(
+            &settings(Goal::Bandwidth(1.5)),
+            &identified(servo, 0.0, errors),
+        )
+        .expect("within reach")
+    };
+    assert!((servo.b * tuned(0.0).kd - 0.3).abs() < 1e-9);
+    assert!((servo.b * tuned(0.9).kd - 3.0).abs() < 1e-9);
 }
 
 #[test]

@@ -33,7 +33,10 @@ fn largest_error(told: Option<(ServoParameters, f64)>) -> f64 {
     let units = Units::new(SAMPLE_TIME, 1.0).expect("valid");
     let feed_forward = told.map(|(servo, kd_share)| {
         let settings = FeedForwardSettings {
-            servo,
+            a: servo.a,
+            b: servo.b,
+            coulomb: servo.coulomb,
+            load: servo.load,
             gravity: [0.0; 2],
             kd: kd_share * tuning.kd,
             sign_speed: 0.02,

@@ -5,7 +5,7 @@ use identifier_core::control::Gains;
 use identifier_core::measurement::velocity::{LowPass, VelocityEstimate};
 use identifier_core::model::ServoParameters;
 use identifier_core::stability::sampled_loop;
-use identifier_core::tuning::{Goal, Tuner, Tuning, TuningError, TuningSettings};
+use identifier_core::tuning::{Goal, Promise, Tuner, Tuning, TuningError, TuningSettings};
 use identifier_core::units::Units;
 use proptest::prelude::*;
 
@@ -207,6 +207,13 @@ proptest! {
             let nominal = steps(&candidates[0], 0.0);
             let rise = nominal.rise().expect("it rises") * settings.sample_time;
             prop_assert!((rise / promise.rise_time - 1.0).abs() < 0.15, "{rise} {promise:?}");
+            let ServoParameters { b, coulomb, .. } = case.servo.parameters;
+            let held = steps(&candidates[0], friction * coulomb / b);
+            let between = held.rise().map_or(f64::INFINITY, |rise| rise * settings.sample_time);
+            let least = 0.85 * promise.quickest_rise_time.min(promise.rise_time);
+            let most = 1.15 * promise.slowest_rise_time;
+            let is_told = most > Promise::LONGEST / tuning.bandwidth || between < most;
+            prop_assert!(between > least && is_told, "{between} {promise:?}");
             // Friction holds the servo wherever the integral has stopped before.
             let ServoParameters { b, coulomb, .. } = candidates[corner].0;
             let other = steps(&candidates[corner], friction * coulomb / b);

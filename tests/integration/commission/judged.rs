@@ -21,7 +21,7 @@ pub(super) struct Judged {
 /// What the applied gains do against what they promised.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Kept {
-    /// Rise time over the promised one, less one; infinite if it never rose.
+    /// How far the rise time is beyond the promised ones, a part of the nearer; infinite if it never rose.
     pub(super) rise: f64,
     /// Overshoot beyond the promised, a part of the step.
     pub(super) overshoot: f64,
@@ -112,13 +112,11 @@ pub(super) fn commission(scenario: &Scenario) -> Judged {
 fn kept(scenario: &Scenario, outcome: &Outcome) -> Option<Kept> {
     let promise = outcome.tuning?.promise;
     let response = StepResponse::in_truth(scenario, outcome)?;
-    // Friction and what the integral has gathered against it decide where in this range it is.
-    let (quickest, slowest) = (promise.quickest_rise_time, promise.rise_time);
-    let rise = response.rise_time();
+    // A servo with friction is promised a rise between two.
+    let [quickest, slowest] = [promise.quickest_rise_time, promise.rise_time];
+    let off = |rise: f64| (rise / slowest - 1.0).max(0.0) + (rise / quickest - 1.0).min(0.0);
     Some(Kept {
-        rise: rise.map_or(f64::INFINITY, |rise| {
-            (rise / slowest - 1.0).max(0.0) + (rise / quickest - 1.0).min(0.0)
-        }),
+        rise: response.rise_time().map_or(f64::INFINITY, off),
         overshoot: response.overshoot() - promise.overshoot,
         left_over: response.left_over(),
     })

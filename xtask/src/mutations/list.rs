@@ -198,7 +198,7 @@ pub(super) const DRIVERS: [Mutation; 28] = [
 ];
 
 /// Of `drive-logic`.
-pub(super) const LOGIC: [Mutation; 20] = [
+pub(super) const LOGIC: [Mutation; 25] = [
     mutation(
         "channel.rs",
         "a stop is not counted",
@@ -242,10 +242,10 @@ pub(super) const LOGIC: [Mutation; 20] = [
         "        if self.run_left == Some(u32::MAX) {",
     ),
     mutation(
-        "ending.rs",
+        "rest.rs",
         "a servo that does not come to rest is never let go",
-        "*still >= self.rest_time || *left == 0",
-        "*still >= self.rest_time",
+        "self.still >= self.needed || self.left == 0",
+        "self.still >= self.needed",
     ),
     mutation(
         "reference.rs",
@@ -266,7 +266,7 @@ pub(super) const LOGIC: [Mutation; 20] = [
         "        let _ = self.speed.check(count);\n",
     ),
     mutation(
-        "protection.rs",
+        "line_watch.rs",
         "a limit switch is ignored",
         "        if lines.low_switch && lines.high_switch {",
         "        if lines.low_switch || lines.high_switch {",
@@ -284,19 +284,19 @@ pub(super) const LOGIC: [Mutation; 20] = [
         "const AMPLITUDES_OF_ERROR: f64 = 2.0;",
     ),
     mutation(
-        "supervisor.rs",
+        "supervisor/mod.rs",
         "it starts although nobody configured it",
         "        if !self.configured {",
         "        if !self.configured && self.is_out() {",
     ),
     mutation(
-        "supervisor.rs",
+        "supervisor/mod.rs",
         "what the boot found is forgotten",
         "            fault: found_at_boot.err(),",
         "            fault: found_at_boot.err().filter(|_| false),",
     ),
     mutation(
-        "supervisor.rs",
+        "supervisor/mod.rs",
         "what was kept is not used",
         "            if let Ok(run) = Run::new(&settings, &self.stage) {",
         "            if let Ok(run) = Run::new(&self.settings, &self.stage) {",
@@ -316,7 +316,37 @@ pub(super) const LOGIC: [Mutation; 20] = [
     mutation(
         "sampler.rs",
         "a fault discards what was learnt",
-        "            self.returned = Some(run);\n            self.ended = Some(ended);",
-        "            self.returned = Some(run).filter(|_| ended == Ended::Stopped);\n            self.ended = Some(ended);",
+        "            self.returned = Some(Returned::Run(run));\n            self.ended = Some(ended);",
+        "            self.returned = Some(Returned::Run(run)).filter(|_| ended == Ended::Stopped);\n            self.ended = Some(ended);",
+    ),
+    mutation(
+        "commissioning.rs",
+        "what strikes in a commissioning is no fault",
+        "        self.fault = self.fault.or(Some(fault));\n        self.let_go(match fault {",
+        "        self.let_go(match fault {",
+    ),
+    mutation(
+        "commissioning.rs",
+        "a silent host does not end a commissioning",
+        "        if self.silence.is_too_long() {",
+        "        if self.silence.is_too_long() && self.late {",
+    ),
+    mutation(
+        "supervisor/commission.rs",
+        "a commissioning begins without a mark",
+        "        if self.keep(true).is_err() {",
+        "        if self.keep(false).is_err() {",
+    ),
+    mutation(
+        "supervisor/commission.rs",
+        "what a commissioning found is not kept",
+        "        let kept = self.keep(false);",
+        "        let kept: Result<(), StoreError> = Ok(());",
+    ),
+    mutation(
+        "supervisor/mod.rs",
+        "another mode does not end a commissioning",
+        "                self.channel.change_mode();\n",
+        "",
     ),
 ];

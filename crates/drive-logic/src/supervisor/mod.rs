@@ -176,12 +176,13 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         self.channel.is_alive();
     }
 
-    /// Goes on with what the interrupt leaves to the background.
-    pub fn work(&mut self) {
+    /// Goes on with what the interrupt leaves to the background; true if there is more of it to do before
+    /// the next sample.
+    pub fn work(&mut self) -> bool {
         if let Some(first_fit) = &mut self.first_fit {
             first_fit.work(&mut self.channel);
         }
-        self.studying.work(&mut self.channel);
+        self.studying.work(&mut self.channel)
     }
 
     /// Lets the servo go, at once, whatever is asked or told besides.

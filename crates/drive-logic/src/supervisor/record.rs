@@ -194,6 +194,7 @@ mod tests {
             step: ANY,
             rise_time: ANY,
             quickest_rise_time: ANY,
+            slowest_rise_time: ANY,
             overshoot: ANY,
             settling_time: ANY,
             sensitivity: ANY,

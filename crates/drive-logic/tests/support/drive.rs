@@ -100,7 +100,7 @@ impl<'a> Drive<'a> {
     pub(crate) fn sample(&mut self) {
         self.sampler.interrupt(&mut self.bench.pins());
         self.supervisor.is_alive();
-        self.supervisor.work();
+        while self.supervisor.work() {}
         self.bench.pass();
     }
 

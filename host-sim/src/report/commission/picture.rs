@@ -38,9 +38,9 @@ impl Traces {
         self.position.add(time, sample.position, None);
         self.speed.add(time, sample.velocity, None);
         self.command.add(time, sample.command.unwrap_or(0.0), None);
-        if let Some(reference) = sample.reference {
-            self.reference.add(time, reference, None);
-        }
+        // Where no controller acts, the reference lies under the servo.
+        let reference = sample.reference.unwrap_or(sample.position);
+        self.reference.add(time, reference, None);
         if sample.phase == Phase::Trial {
             self.step.add(sample);
         }
@@ -69,13 +69,10 @@ pub fn picture(
     promised: Option<&StepResponse>,
 ) -> Timeline {
     let mut position = track("q [rad]", &traces.position, &limits.travel);
-    if !traces.reference.is_empty() {
-        position.panel.curves[0].name = Some("servo".to_owned());
-        position
-            .panel
-            .curves
-            .push(traces.reference.curve(Some("reference")));
-    }
+    position.panel.curves = vec![
+        traces.position.curve(Some("servo")),
+        traces.reference.curve(Some("reference")),
+    ];
     let speed = track("q̇ [rad/s]", &traces.speed, &[-limits.speed, limits.speed]);
     let mut command = track("u [command units]", &traces.command, &limits.command);
     command.panel.abscissa = plot::TIME.to_owned();

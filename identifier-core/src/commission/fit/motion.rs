@@ -116,10 +116,10 @@ impl<N: Number, const W: usize> Motion<N, W> {
     /// The pieces that take at least so many samples, or all.
     pub(crate) fn pieces_in(&self, samples: N) -> usize {
         let mut time = N::ZERO;
-        for index in 0..self.count {
-            time += self.pieces[index].samples;
+        for (piece, taken) in self.pieces.iter().zip(1..=self.count) {
+            time += piece.samples;
             if time >= samples {
-                return index + 1;
+                return taken;
             }
         }
         self.count

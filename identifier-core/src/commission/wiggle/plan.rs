@@ -36,6 +36,8 @@ pub(super) struct Plan<N> {
     pub(super) standing: u32,
     /// Samples.
     pub(super) longest: u32,
+    /// Samples after which a motion of a servo that is known may end.
+    pub(super) later: u32,
     /// The way that there is travel, if only one.
     pub(super) one_way: Option<N>,
     pub(super) first_direction: N,
@@ -58,6 +60,9 @@ impl<N: Number> Plan<N> {
 
     /// Samples by which a command may be later than known.
     const UNKNOWN_DELAY: f64 = 2.0;
+
+    /// The time after which a motion of a servo that is known may end, s.
+    const LATER: f64 = 0.15;
 
     pub(super) fn new(settings: &WiggleSettings) -> Self {
         let time = settings.sample_time;
@@ -105,6 +110,7 @@ impl<N: Number> Plan<N> {
             least_swing: number(40.0),
             standing: samples(0.005).max(3.0) as u32,
             longest: samples(limits.duration) as u32,
+            later: samples(Self::LATER.min(limits.duration)) as u32,
             one_way: one_way.map(number),
             first_direction: number(one_way.unwrap_or(if travel[1] >= -travel[0] {
                 1.0

@@ -43,6 +43,8 @@ pub struct WiggleState<N> {
     pub(super) still: u32,
     /// What is pushed beyond what should do.
     pub(super) extra: N,
+    /// Whether the servo was known before the motion.
+    pub(super) known_before: bool,
     /// Acceleration and amplitude of the present swing.
     pub(super) acceleration: N,
     pub(super) amplitude: N,
@@ -158,6 +160,7 @@ impl<N: Number> WiggleState<N> {
             newest: 0,
             still: 0,
             extra: N::ZERO,
+            known_before: false,
             acceleration: N::ZERO,
             amplitude: N::ZERO,
             part: N::ONE,

@@ -77,7 +77,7 @@ impl<N: Number> Wiggle<N> {
         if must {
             state.extra = N::ZERO;
             state.enter(Stage::Brake);
-            return self.brake(state);
+            return self.braking(state, direction);
         }
         // One that does not begin to move needs more.
         let late = state.still > plan.reaction && state.samples - state.stage_since > plan.reaction;
@@ -169,6 +169,10 @@ impl<N: Number> Wiggle<N> {
         const ROUNDING: f64 = 0.3;
         if state.reversals.iter().any(|&count| count < 2) {
             return false;
+        }
+        if state.known_before && state.samples >= self.plan.later {
+            // Whether it told enough is judged by the fit, or it is there to be predicted.
+            return true;
         }
         let speed = state.acceleration * self.plan.swing_speed * N::from_f64(0.5);
         let most = N::from_f64(KNOWN / ROUNDING) * state.acceleration;

@@ -91,6 +91,7 @@ impl<N: Number> Wiggle<N> {
         state.servo = Crude::of(&servo.parameters, time, resolution);
         state.guessed = state.servo.gain;
         state.guessed_limit = state.servo.gain * self.plan.command[1];
+        state.known_before = true;
         state.position = position;
         state.extreme = position;
         state.part = N::from_f64(part);
@@ -171,8 +172,11 @@ impl<N: Number> Wiggle<N> {
             && let Some(estimate) = state.gathered.estimate()
             && estimate.is_like(state.guessed)
         {
-            state.observed.adopt(&servo, &estimate, acted);
-            state.servo = estimate;
+            // What many passes over a motion have told is better than what one tells on its way.
+            if !state.known_before {
+                state.observed.adopt(&servo, &estimate, acted);
+                state.servo = estimate;
+            }
             state.is_new = true;
             if !self.regression.is_dense() {
                 // Judged in the next sample: this one has done enough.

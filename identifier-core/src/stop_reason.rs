@@ -1,3 +1,5 @@
+//! Why a drive stops what it is doing to its servo: the one table of core, drive, results and documentation.
+
 use core::fmt;
 
 /// Why a commissioning ended without new gains.

@@ -1,9 +1,6 @@
-use super::Crude;
-use crate::model::ServoParameters;
-use crate::number::Number;
-use crate::units::Units;
+use super::ServoParameters;
 
-/// What a commissioning has found of the servo, SI.
+/// A servo as it was identified, with what is not known of it, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct IdentifiedServo {
@@ -29,22 +26,6 @@ impl IdentifiedServo {
     pub const DELAY: usize = 3;
     /// Of d.
     pub const LOAD: usize = 4;
-
-    /// What a motion has found on its way, without errors.
-    pub(super) fn of_crude<N: Number>(crude: &Crude<N>, units: &Units) -> Option<Self> {
-        let acceleration = |value: N| value.to_f64() / units.acceleration();
-        crude.is_known().then(|| Self {
-            parameters: ServoParameters {
-                a: crude.viscous.to_f64() / units.rate(),
-                b: acceleration(crude.gain),
-                coulomb: acceleration(crude.coulomb()),
-                load: acceleration(crude.load()),
-            },
-            delay: 2.0 * units.sample_time(),
-            covariance: [[0.0; 5]; 5],
-            unexplained: units.position_unit(),
-        })
-    }
 
     /// [a, b, c, τ, d], SI.
     pub(crate) fn values(&self) -> [f64; 5] {
