@@ -101,7 +101,6 @@ impl<N: Number> Commission<N> {
         before: Option<&HoldingGains>,
     ) -> Result<Self, CommissionError> {
         let limits = &settings.limits;
-        limits.check()?;
         settings.check()?;
         let units = Units::new(settings.sample_time, settings.resolution)?;
         let samples = |time: f64| time / settings.sample_time;
@@ -257,19 +256,13 @@ impl<N: Number> Commission<N> {
             }
             Activity::OnTrial(mut holding, mut trial) => {
                 let done = trial.process(&mut holding, position);
-                state.trial = Some(trial.result(&self.units));
+                let command = holding.process(position, increment);
+                state.activity = Activity::OnTrial(holding, trial);
                 if done? {
                     state.phase = Phase::Applied;
+                    state.trial = Some(trial.result(&self.units));
                     state.activity = Activity::Holding(holding);
-                } else {
-                    state.activity = Activity::OnTrial(holding, trial);
                 }
-                let command = match &mut state.activity {
-                    Activity::OnTrial(holding, _) | Activity::Holding(holding) => {
-                        holding.process(position, increment)
-                    }
-                    _ => None,
-                };
                 command.map(Some).ok_or(StopReason::TravelLeft)
             }
         }
@@ -457,6 +450,9 @@ impl<N: Number> Commission<N> {
         };
         state.reason = Some(reason);
         state.drop_record();
+        if let Activity::OnTrial(_, trial) = &state.activity {
+            state.trial = Some(trial.result(&self.units));
+        }
         state.activity = match self.before {
             Some(before) if !reason.lets_go() => {
                 let command = state.held;

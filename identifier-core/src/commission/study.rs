@@ -82,7 +82,6 @@ impl<N: Number, const W: usize> Study<N, W> {
     /// # Errors
     /// As [`Commission::new`](super::Commission::new).
     pub fn new(settings: &CommissionSettings) -> Result<Self, CommissionError> {
-        settings.limits.check()?;
         settings.check()?;
         Ok(Self {
             settings: *settings,

@@ -2,7 +2,7 @@ use super::StopReason;
 use super::holding::Holding;
 use crate::model::ServoParameters;
 use crate::number::Number;
-use crate::tuning::Tuning;
+use crate::tuning::{StepMeasure, Tuning};
 use crate::units::Units;
 
 /// A step and a disturbance under new gains, measured against what they promise.
@@ -17,23 +17,20 @@ pub(super) struct Trial<N> {
     stage: Stage,
     /// Samples since the stage began.
     passed: u32,
-    /// Where the step began, counts.
+    /// Where the step began, and its direction.
     from: N,
-    /// The part of the step done in the sample before.
-    before: N,
-    /// When a tenth and nine tenths of the step were passed, samples.
-    tenth: Option<N>,
-    nine_tenths: Option<N>,
-    /// The farthest part of the step, and the farthest that the disturbance moved the servo, counts.
-    peak: N,
+    direction: N,
+    measure: StepMeasure<N>,
+    /// The farthest that the disturbance moved the servo, counts.
     excursion: N,
 }
 
 /// What is promised, samples and counts, tolerances included.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Promised<N> {
-    rise: [N; 2],
-    peak: N,
+    rise: [f64; 2],
+    /// The farthest from where the step began, counts.
+    highest: N,
     excursion: N,
     /// Samples after which a transient is over, and by which the servo must be at rest.
     over: u32,
@@ -107,6 +104,7 @@ impl<N: Number> Trial<N> {
         let per_count = 2.0 * rise / (0.8 * libm::fabs(counts)) + 1.0;
         // A floor is half a count low on the average, at both ends.
         let rounding = 0.5 / libm::fabs(counts).max(1.0);
+        let highest = 1.0 + promise.overshoot + Self::OVERSHOOT + rounding;
         let moved = promise.compliance * b * libm::fabs(disturbance) * units.position();
         // Friction may hold a servo outside of the band for long.
         let dies_down = Self::DIES_DOWN / tuning.bandwidth;
@@ -118,10 +116,10 @@ impl<N: Number> Trial<N> {
             balance: N::from_f64(-servo.load / b),
             promised: Promised {
                 rise: [
-                    N::from_f64((1.0 - Self::RISE) * quickest - per_count),
-                    N::from_f64((1.0 + Self::RISE) * rise + per_count),
+                    (1.0 - Self::RISE) * quickest - per_count,
+                    (1.0 + Self::RISE) * rise + per_count,
                 ],
-                peak: N::from_f64(1.0 + promise.overshoot + Self::OVERSHOOT + rounding),
+                highest: N::from_f64(highest * libm::fabs(counts)),
                 excursion: N::from_f64(Self::EXCURSION * moved + 2.0 * Self::ROUNDING),
                 // Casts saturate.
                 over: (Self::OVER * settling) as u32,
@@ -130,10 +128,8 @@ impl<N: Number> Trial<N> {
             stage: Stage::Settling,
             passed: 0,
             from: N::ZERO,
-            before: N::ZERO,
-            tenth: None,
-            nine_tenths: None,
-            peak: N::ZERO,
+            direction: if counts < 0.0 { -N::ONE } else { N::ONE },
+            measure: StepMeasure::new(libm::fabs(counts), 1.0),
             excursion: N::ZERO,
         }
     }
@@ -160,14 +156,14 @@ impl<N: Number> Trial<N> {
                     // The promise is for a step from there: what friction makes of the integral before
                     // is chance.
                     holding.balance(self.balance);
+                    self.measure.take(self.direction * (position - self.from));
                     holding.step_to(self.from + self.step);
                     self.begin(Stage::Stepping);
                 }
             }
             Stage::Stepping => {
-                self.observe_step(position);
-                let too_far = self.peak > self.promised.peak;
-                if too_far {
+                self.measure.take(self.direction * (position - self.from));
+                if self.measure.is_beyond(self.promised.highest) {
                     return Err(StopReason::OvershootExceeded);
                 }
                 if settled {
@@ -201,47 +197,20 @@ impl<N: Number> Trial<N> {
         self.passed = 0;
     }
 
-    /// The part of the step that is done.
-    fn observe_step(&mut self, position: N) {
-        let done = (position - self.from) * N::from_f64(1.0 / self.step.to_f64());
-        let tenth = N::from_f64(0.1);
-        let nine_tenths = N::from_f64(0.9);
-        // The position belongs to the beginning of the sample; where between two samples a level was
-        // passed is told by a straight line.
-        for (level, passed) in [
-            (tenth, &mut self.tenth),
-            (nine_tenths, &mut self.nine_tenths),
-        ] {
-            if passed.is_none() && done >= level {
-                let gained = (done - self.before).to_f64().max(f64::MIN_POSITIVE);
-                let late = (done - level).to_f64() / gained;
-                *passed = Some(N::from_f64(f64::from(self.passed) - late.min(1.0)));
-            }
-        }
-        self.before = done;
-        if done > self.peak {
-            self.peak = done;
-        }
-    }
-
     fn judge_rise(&self) -> Result<(), StopReason> {
         let [least, most] = self.promised.rise;
-        match self.rise() {
+        match self.measure.rise() {
             Some(rise) if rise >= least && rise <= most => Ok(()),
             _ => Err(StopReason::ResponseTimeMissed),
         }
-    }
-
-    fn rise(&self) -> Option<N> {
-        Some(self.nine_tenths? - self.tenth?)
     }
 
     /// What was measured so far.
     pub(super) fn result(&self, units: &Units) -> TrialResult {
         TrialResult {
             step: self.step.to_f64() * units.position_unit(),
-            rise_time: self.rise().map(|rise| rise.to_f64() * units.sample_time()),
-            overshoot: (self.peak.to_f64() - 1.0).max(0.0),
+            rise_time: self.measure.rise().map(|rise| rise * units.sample_time()),
+            overshoot: self.measure.overshoot(),
             disturbance: self.disturbance.to_f64(),
             excursion: self.excursion.to_f64() * units.position_unit(),
         }
