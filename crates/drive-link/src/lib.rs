@@ -21,7 +21,7 @@ pub use commissioning::{Commissioning, Gains, Origin, Outcome, Progress};
 pub use fault::Fault;
 pub use frame::{FrameError, LONGEST_FRAME, LONGEST_MESSAGE, Receiver, StopListener, frame};
 pub use line::Line;
-pub use lock_step::{Answer, CommissionReading, Question, Reading, Refused};
+pub use lock_step::{Answer, Question, Reading, Refused};
 pub use message::{
     Command, Ended, Estimates, Kept, Noticed, PROTOCOL, Refusal, Report, Request, Snapshot, State,
     Status,

@@ -1,8 +1,7 @@
 use identifier_core::commission::{
-    CommissionSettings, HoldingGains, IdentifiedServo, Phase, StopReason, TrialResult,
+    CommissionReading, CommissionSettings, HoldingGains, StopReason,
 };
 use identifier_core::identifier::Event;
-use identifier_core::tuning::Tuning;
 use serde::{Deserialize, Serialize};
 
 use crate::message::Estimates;
@@ -108,23 +107,4 @@ pub struct Reading {
     pub estimates: Estimates,
     /// What the identifier noticed besides.
     pub event: Event,
-}
-
-/// What a commissioning did in a sample.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct CommissionReading {
-    /// The command that acts until the next sample, command units; none: the servo is let go.
-    pub command: Option<f64>,
-    /// Where it stands.
-    pub phase: Phase,
-    /// Why it ended without new gains, if it did.
-    pub reason: Option<StopReason>,
-    /// The servo, if the study has come to know it better in this sample.
-    pub servo: Option<IdentifiedServo>,
-    /// The gains, if they are to be tried from this sample on.
-    pub tuning: Option<Tuning>,
-    /// Where a controller wants the servo, counts from where it began; none where none acts.
-    pub setpoint: Option<f64>,
-    /// What the trial has measured, once the commissioning has ended.
-    pub trial: Option<TrialResult>,
 }

@@ -20,7 +20,6 @@ mod channel;
 mod chip;
 mod closed_loop;
 mod commissioning;
-mod commissioning_in_step;
 mod conversation;
 mod ending;
 mod first_fit;

@@ -3,10 +3,9 @@
 use core::convert::Infallible;
 
 use drive_link::{
-    Answer, CommissionReading, Estimates, Format, Law, LoopSettings, NotAllowed, Question, Reading,
-    Refused, Why,
+    Answer, Estimates, Format, Law, LoopSettings, NotAllowed, Question, Reading, Refused, Why,
 };
-use identifier_core::commission::Seen;
+use identifier_core::commission::{CommissionReading, InStep, Seen};
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, PositionSensor, Setpoint};
 use identifier_core::fixed_point::{
@@ -17,8 +16,7 @@ use identifier_core::parameters::Ab;
 use identifier_core::settings::Settings;
 
 use crate::closed_loop::{ClosedLoop, Look, Looked, WithFirstFit};
-use crate::commissioning_in_step::CommissioningInStep;
-use crate::parts;
+use crate::{parts, studying};
 
 /// Blocks of Gauss–Newton's start record: as many as the simulator's.
 const BLOCKS: usize = 256;
@@ -44,7 +42,7 @@ enum Loops {
     None,
     Single(ClosedLoop<WithFirstFit<BLOCKS>>),
     Fixed(Words),
-    Commissioning(CommissioningInStep),
+    Commissioning(InStep<f32, { studying::BLOCKS }>),
 }
 
 /// What was done in the last sample.
@@ -83,7 +81,8 @@ impl LockStep {
                 before,
                 held,
             } => {
-                let built = CommissioningInStep::new(&settings, before.as_ref(), held);
+                let built = InStep::new(&settings, before.as_ref(), held);
+                let built = built.map_err(|error| parts::not_commissioned(&error));
                 self.begin(built.map(Loops::Commissioning))
             }
             Question::Sample {

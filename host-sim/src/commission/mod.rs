@@ -11,17 +11,16 @@ mod record;
 mod response;
 
 pub use axis::Axis;
-pub use commissioner::{Commissioner, Done};
+pub use commissioner::Commissioner;
 pub use course::{Course, Excursion, Stretch};
 pub use record::{End, Known, Outcome, Sample};
 pub use response::StepResponse;
 
 use identifier_core::commission::{
-    Commission, CommissionSettings, HoldingGains, LargestMotion, Study,
+    Commission, CommissionSettings, HoldingGains, InStep, LargestMotion, Study,
 };
 use identifier_core::number::Number;
 
-use self::commissioner::Here;
 use crate::scenario::{Arithmetic, Fault, Scenario};
 
 /// Blocks that the study's record has, as in the firmware.
@@ -104,7 +103,7 @@ impl Commissioning {
     }
 
     fn run_here<N: Number>(self, observe: &mut dyn FnMut(&Sample)) -> Result<Outcome, Fault> {
-        let built = Here::<N>::new(&self.settings, self.before.as_ref(), self.held());
+        let built = InStep::<N, RECORD>::new(&self.settings, self.before.as_ref(), self.held());
         let mut here = built.map_err(|error| Fault::new("commission", error))?;
         self.run_by(&mut here, observe)
             .map_err(|never| match never {})

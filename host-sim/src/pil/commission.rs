@@ -1,9 +1,9 @@
 //! A commissioning whose machine is on a chip.
 
-use drive_link::{Answer, CommissionReading, Question};
-use identifier_core::commission::Seen;
+use drive_link::{Answer, Question};
+use identifier_core::commission::{CommissionReading, Seen};
 
-use crate::commission::{Commissioner, Commissioning, Done, Outcome, Sample};
+use crate::commission::{Commissioner, Commissioning, Outcome, Sample};
 use crate::loops::{RemoteError, ask, unexpected};
 use crate::port::Port;
 use crate::scenario::{Arithmetic, Fault, Scenario};
@@ -54,7 +54,7 @@ struct There<'a> {
 impl Commissioner for There<'_> {
     type Error = RemoteError;
 
-    fn sample(&mut self, seen: &Seen) -> Result<Done, RemoteError> {
+    fn sample(&mut self, seen: &Seen) -> Result<CommissionReading, RemoteError> {
         let Seen { count, late, stop } = *seen;
         let question = Question::CommissionSample {
             number: self.next,
@@ -62,27 +62,11 @@ impl Commissioner for There<'_> {
             late,
             stop,
         };
-        let CommissionReading {
-            command,
-            phase,
-            reason,
-            servo,
-            tuning,
-            setpoint,
-            trial,
-        } = match ask(self.port, &question)? {
+        let reading = match ask(self.port, &question)? {
             Answer::Commissioned { step, .. } => step,
             other => return Err(unexpected(&other)),
         };
         self.next = self.next.wrapping_add(1);
-        Ok(Done {
-            command,
-            phase,
-            reason,
-            servo,
-            tuning,
-            setpoint,
-            trial,
-        })
+        Ok(reading)
     }
 }

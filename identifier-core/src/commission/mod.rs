@@ -14,12 +14,10 @@
 //! hand in a simulator. A commissioning whose study gets the same slices in the same samples is the same to
 //! the bit wherever it runs.
 //!
-//! A sample, here of a motor without friction that an encoder with 10 000 counts watches:
+//! Both halves in step, here with a motor without friction that an encoder with 10 000 counts watches:
 //!
 //! ```
-//! use identifier_core::commission::{
-//!     Commission, CommissionSettings, Limits, Phase, Seen, Study,
-//! };
+//! use identifier_core::commission::{CommissionSettings, InStep, Limits, Phase, Seen};
 //! use identifier_core::tuning::Goal;
 //!
 //! let resolution = core::f64::consts::TAU / 10_000.0;
@@ -39,32 +37,23 @@
 //!     most_sensitivity: 1.6,
 //!     trial_step: None,
 //! };
-//! let commission = Commission::<f32>::new(&settings, None).expect("limits that can be kept");
-//! let mut study = Study::<f32>::new(&settings).expect("the same settings");
-//! let mut state = commission.start(0, None);
+//! let mut commission = InStep::<f32>::new(&settings, None, None).expect("limits that can be kept");
 //! let (mut position, mut velocity) = (0.0, 0.0);
-//! while !state.phase().is_end() {
-//!     let seen = Seen {
+//! let mut phase = Phase::Idle;
+//! while !phase.is_end() {
+//!     let done = commission.sample(&Seen {
 //!         count: Some((position / resolution).floor() as i32),
 //!         late: false,
 //!         stop: None,
-//!     };
-//!     let step = commission.process(&mut state, &seen);
-//!     // In the background, or here:
-//!     if let Some(finding) = &step.finding {
-//!         study.take(finding);
-//!     }
-//!     for _ in 0..commission.slices() {
-//!         if let Some(answer) = study.work() {
-//!             commission.accept(&mut state, &answer);
-//!         }
-//!     }
+//!     });
+//!     phase = done.phase;
 //!     // The servo, which nobody knows.
-//!     let acceleration = 257.7 * f64::from(step.command.unwrap_or(0.0));
+//!     let acceleration = 257.7 * done.command.unwrap_or(0.0);
 //!     position += velocity * 1e-3 + acceleration * 0.5e-6;
 //!     velocity += acceleration * 1e-3;
 //! }
-//! assert_eq!(state.phase(), Phase::Applied, "{:?}", state.reason());
+//! let state = commission.state().expect("it began");
+//! assert_eq!(phase, Phase::Applied, "{:?}", state.reason());
 //! let servo = state.servo().expect("it was identified");
 //! assert!((servo.parameters.b / 257.7 - 1.0).abs() < 0.01);
 //! let rise = state.trial().and_then(|trial| trial.rise_time).expect("it was tried");
@@ -76,6 +65,7 @@ mod error;
 mod fit;
 mod gains;
 mod holding;
+mod in_step;
 mod machine;
 mod message;
 mod phase;
@@ -94,6 +84,7 @@ pub use fit::{
     FitSettings, Motion, MotionBlock, MotionRecorder, Predicting, Prediction, ServoFit, ServoFitter,
 };
 pub use gains::HoldingGains;
+pub use in_step::{CommissionReading, InStep};
 pub use machine::{Commission, CommissionStep, Seen};
 pub use message::{Answer, Finding};
 pub use phase::Phase;

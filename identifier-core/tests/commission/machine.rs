@@ -27,12 +27,16 @@ fn beside_a_controller() -> Bench {
 #[test]
 fn an_ordinary_servo_ends_with_new_gains_that_keep_their_promise() {
     for bench in [ordinary(), beside_a_controller()] {
-        let course = bench.commission(&mut |_, _| None);
+        let course = bench.commission(&mut |_| None);
         println!("{:?}", course.phases);
         println!("{:?} {:?}", course.state.reason(), course.state.trial());
         println!("{:?}", course.state.servo());
         println!("{:?}", course.state.tuning());
         println!("{:?} {} {:?}", course.travel, course.speed, course.command);
+        let limits = &bench.settings.limits;
+        let within = |[low, high]: [f64; 2], [least, most]: [f64; 2]| low >= least && high <= most;
+        assert!(within(course.travel, limits.travel) && within(course.command, limits.command));
+        assert!(course.travel[1] > 0.02 && course.speed > 0.2 && course.speed <= limits.speed);
         assert_eq!(course.state.phase(), Phase::Applied);
         let seen: Vec<_> = course.phases.iter().map(|(phase, _)| *phase).collect();
         // All but the ends that are none.
@@ -44,7 +48,7 @@ fn an_ordinary_servo_ends_with_new_gains_that_keep_their_promise() {
 fn stopped_in_each_phase(bench: &Bench, reason: StopReason) {
     for phase in &Phase::ALL[1..8] {
         let mut left = 5;
-        let course = bench.commission(&mut |_, now| {
+        let course = bench.commission(&mut |now| {
             left -= i32::from(now == *phase);
             (left == 0).then_some(reason)
         });
@@ -77,7 +81,7 @@ fn whenever_it_is_stopped_what_held_before_holds_again_from_that_sample_on() {
 #[test]
 fn an_answer_that_comes_after_the_end_changes_nothing() {
     let mut stopped = false;
-    let course = ordinary().commission(&mut |_, phase| {
+    let course = ordinary().commission(&mut |phase| {
         let now = phase == Phase::Tune && !stopped;
         stopped |= now;
         now.then_some(StopReason::LinkLost)
@@ -100,7 +104,7 @@ fn a_bandwidth_that_no_sampling_bears_is_refused_with_one_that_would_do() {
         bench.counts = 131_072.0;
         bench.settings.resolution = std::f64::consts::TAU / bench.counts;
         bench.settings.goal = Goal::Bandwidth(most);
-        let course = bench.commission(&mut |_, _| None);
+        let course = bench.commission(&mut |_| None);
         assert_eq!(course.state.phase(), Phase::Applied, "{most}");
     }
 }

@@ -1,11 +1,11 @@
 //! A servo with its encoder, and a commissioning of it.
 
 use identifier_core::commission::{
-    Commission, CommissionSettings, CommissionState, HoldingGains, Limits, Phase, Seen, StopReason,
-    Study,
+    CommissionSettings, CommissionState, HoldingGains, InStep, Limits, Phase, Seen, StopReason,
 };
 use identifier_core::model::ServoParameters;
 use identifier_core::tuning::Goal;
+use virtual_servo::faults::{FaultKind, Faults, InjectedFault};
 use virtual_servo::{Effects, Encoder, Servo};
 
 /// What is commissioned.
@@ -20,76 +20,13 @@ pub(crate) struct Bench {
     pub(crate) before: Option<HoldingGains>,
 }
 
-/// What goes wrong from a sample on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Fault {
-    EncoderStuck,
-    EncoderLost,
-    EncoderJump,
-    EncoderReversed,
-    ActuatorDead,
-    ActuatorWeak,
-    ActuatorReversed,
-    Overrun,
-    LimitSwitch,
-    Amplifier,
-}
-
-impl Fault {
-    pub(crate) const ALL: [Self; 10] = [
-        Self::EncoderStuck,
-        Self::EncoderLost,
-        Self::EncoderJump,
-        Self::EncoderReversed,
-        Self::ActuatorDead,
-        Self::ActuatorWeak,
-        Self::ActuatorReversed,
-        Self::Overrun,
-        Self::LimitSwitch,
-        Self::Amplifier,
-    ];
-
-    /// Counts by which an encoder jumps.
-    const JUMP: i32 = 3000;
-
-    /// What is left of the gain of a weak actuator.
-    const WEAK: f64 = 0.3;
-
-    /// The count that is seen: `at_fault` was the first that was wrong.
-    fn seen(self, count: i32, at_fault: i32) -> Option<i32> {
-        match self {
-            Self::EncoderStuck => Some(at_fault),
-            Self::EncoderLost => None,
-            Self::EncoderJump => Some(count.wrapping_add(Self::JUMP)),
-            Self::EncoderReversed => Some(2 * at_fault - count),
-            _ => Some(count),
-        }
-    }
-
-    fn acts(self, command: f64) -> f64 {
-        match self {
-            Self::ActuatorDead => 0.0,
-            Self::ActuatorWeak => Self::WEAK * command,
-            Self::ActuatorReversed => -command,
-            _ => command,
-        }
-    }
-
-    fn stop(self) -> Option<StopReason> {
-        match self {
-            Self::LimitSwitch => Some(StopReason::LimitSwitch),
-            Self::Amplifier => Some(StopReason::AmplifierFault),
-            _ => None,
-        }
-    }
-}
-
-/// A fault that strikes in a phase, some samples after it began.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// A fault that strikes in a phase, some samples after it began, and stays.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Strike {
-    pub(crate) fault: Fault,
+    pub(crate) kind: FaultKind,
+    pub(crate) size: f64,
     pub(crate) phase: Phase,
-    pub(crate) after: u64,
+    pub(crate) after: u32,
 }
 
 /// How it went.
@@ -98,18 +35,28 @@ pub(crate) struct Course {
     pub(crate) state: CommissionState<f32>,
     /// The time at which each phase began, s.
     pub(crate) phases: Vec<(Phase, f64)>,
-    /// Extremes of the true motion, rad and rad/s.
+    /// Extremes of the true motion, rad and rad/s, and of the command.
     pub(crate) travel: [f64; 2],
     pub(crate) speed: f64,
     pub(crate) command: [f64; 2],
-    /// Where it was in each sample of the trial: time, position, command.
-    pub(crate) trial: Vec<[f64; 3]>,
-    /// Samples from a fault to the end that it led to.
-    pub(crate) detected: Option<u64>,
     /// What was commanded after the end; none: let go.
-    pub(crate) after: Vec<Option<f32>>,
+    pub(crate) after: Vec<Option<f64>>,
     /// Where the servo was at the end of all, rad.
     pub(crate) last: f64,
+}
+
+impl Course {
+    /// When a phase began, s.
+    pub(crate) fn began(&self, phase: Phase) -> Option<f64> {
+        let of = |&&(own, _): &&(Phase, f64)| own == phase;
+        self.phases.iter().find(of).map(|&(_, time)| time)
+    }
+
+    /// When it ended, s.
+    pub(crate) fn ended(&self) -> Option<f64> {
+        let end = self.phases.iter().find(|(phase, _)| phase.is_end());
+        end.map(|&(_, time)| time)
+    }
 }
 
 /// A servo as the paper's, with a fine encoder, let go.
@@ -145,115 +92,84 @@ pub(crate) fn ordinary() -> Bench {
 }
 
 impl Bench {
-    /// Commissions it; `disturb` may end it in any sample (number, phase).
+    /// Commissions it; `disturb` may end it in any sample.
     pub(crate) fn commission(
         &self,
-        disturb: &mut dyn FnMut(u64, Phase) -> Option<StopReason>,
+        disturb: &mut dyn FnMut(Phase) -> Option<StopReason>,
     ) -> Course {
-        self.run(disturb, None)
+        self.run(&[], disturb)
     }
 
-    /// Commissions it with a fault.
-    pub(crate) fn commission_with(&self, strike: Strike) -> Course {
-        self.run(&mut |_, _| None, Some(strike))
+    /// Commissions it with a fault. Also told: when that strikes, s.
+    pub(crate) fn commission_with(&self, strike: &Strike) -> (Course, f64) {
+        let sound = self.run(&[], &mut |_| None);
+        let began = sound.began(strike.phase).expect("it came so far");
+        let time = began + f64::from(strike.after) * self.settings.sample_time;
+        let fault = InjectedFault::lasting(strike.kind, time, strike.size);
+        (self.run(&[fault], &mut |_| None), time)
     }
 
     fn run(
         &self,
-        disturb: &mut dyn FnMut(u64, Phase) -> Option<StopReason>,
-        strike: Option<Strike>,
+        faults: &[InjectedFault],
+        disturb: &mut dyn FnMut(Phase) -> Option<StopReason>,
     ) -> Course {
-        let commission =
-            Commission::<f32>::new(&self.settings, self.before.as_ref()).expect("allowed");
-        let mut study = Study::<f32, 256>::new(&self.settings).expect("allowed");
+        /// The longest that it may take, and for how long it is watched after its end, s.
+        const LONGEST: f64 = 120.0;
+        const AFTERWARDS: f64 = 2.0;
         let sample_time = self.settings.sample_time;
+        let resolution = std::f64::consts::TAU / self.counts;
+        let mut faults = Faults::new(faults, sample_time, resolution).expect("allowed");
         let mut servo =
             Servo::at_rest(&self.servo, &self.effects, sample_time, 1).expect("allowed");
         let encoder = Encoder::new(self.counts);
-        let resolution = std::f64::consts::TAU / self.counts;
-        let read = |servo: &Servo| encoder.read(servo.position() + self.offset * resolution) as i32;
         // Gains before have long come to rest: their integral holds the load.
-        let held = -self.servo.load / self.servo.b;
-        let held = self.before.map(|_| held as f32);
-        let mut state = commission.start(read(&servo), held);
-        let mut course = Course {
-            state,
-            phases: vec![(Phase::Idle, 0.0)],
-            travel: [0.0; 2],
-            speed: 0.0,
-            command: [0.0; 2],
-            trial: Vec::new(),
-            detected: None,
-            after: Vec::new(),
-            last: 0.0,
-        };
-        let most = (120.0 / sample_time) as u64;
-        let mut after = (2.0 / sample_time) as u64;
-        let mut in_phase = 0;
-        // The fault, the count where it struck, and when.
-        let mut struck: Option<(Fault, i32, u64)> = None;
-        for k in 0..most {
-            let time = k as f64 * sample_time;
-            let count = read(&servo);
-            if let Some(strike) = strike
-                && struck.is_none()
-                && state.phase() == strike.phase
-            {
-                in_phase += 1;
-                if in_phase > strike.after {
-                    struck = Some((strike.fault, count, k));
-                }
-            }
-            let fault = struck.map(|(fault, ..)| fault);
-            let seen = Seen {
-                count: struck.map_or(Some(count), |(fault, at, _)| fault.seen(count, at)),
-                late: fault == Some(Fault::Overrun),
-                stop: disturb(k, state.phase()).or(fault.and_then(Fault::stop)),
+        let held = self.before.map(|_| -self.servo.load / self.servo.b);
+        let mut commission =
+            InStep::<f32>::new(&self.settings, self.before.as_ref(), held).expect("allowed");
+        let mut phases = vec![(Phase::Idle, 0.0)];
+        let (mut travel, mut command) = ([0.0_f64; 2], [0.0_f64; 2]);
+        let mut speed = 0.0_f64;
+        let mut after = Vec::new();
+        for k in 0..(LONGEST / sample_time) as u64 {
+            let condition = faults.begin_sample(&mut servo);
+            let seen = faults.seen(servo.position());
+            let count = seen.map(|at| encoder.read(at + self.offset * resolution) as i32);
+            let line = match () {
+                () if condition.limit_switch => Some(StopReason::LimitSwitch),
+                () if condition.amplifier_fault => Some(StopReason::AmplifierFault),
+                () => None,
             };
-            let ended = state.phase().is_end();
-            let step = commission.process(&mut state, &seen);
-            if let Some((_, _, at)) = struck
-                && step.phase.is_end()
-                && !ended
-            {
-                course.detected = Some(k - at);
+            let phase = phases.last().map_or(Phase::Idle, |last| last.0);
+            let done = commission.sample(&Seen {
+                count,
+                late: condition.late,
+                stop: disturb(phase).or(line),
+            });
+            if phase != done.phase {
+                phases.push((done.phase, k as f64 * sample_time));
             }
-            if course.phases.last().map(|last| last.0) != Some(step.phase) {
-                course.phases.push((step.phase, time));
-            }
-            if let Some(finding) = &step.finding {
-                study.take(finding);
-            }
-            for _ in 0..commission.slices() {
-                if let Some(answer) = study.work() {
-                    commission.accept(&mut state, &answer);
-                }
-            }
-            let command = step.command.map_or(0.0, f64::from);
-            if step.phase == Phase::Trial {
-                course.trial.push([time, servo.position(), command]);
-            }
-            course.command = [
-                course.command[0].min(command),
-                course.command[1].max(command),
-            ];
-            servo.advance(fault.map_or(command, |fault| fault.acts(command)));
+            let given = done.command.unwrap_or(0.0);
+            command = [command[0].min(given), command[1].max(given)];
+            servo.advance(faults.acting(given));
             let position = servo.position();
-            course.travel = [
-                course.travel[0].min(position),
-                course.travel[1].max(position),
-            ];
-            course.speed = course.speed.max(servo.velocity().abs());
-            course.last = position;
-            if step.phase.is_end() {
-                course.after.push(step.command);
-                after -= 1;
-                if after == 0 {
+            travel = [travel[0].min(position), travel[1].max(position)];
+            speed = speed.max(servo.velocity().abs());
+            if done.phase.is_end() {
+                after.push(done.command);
+                if after.len() as f64 * sample_time > AFTERWARDS {
                     break;
                 }
             }
         }
-        course.state = state;
-        course
+        Course {
+            state: *commission.state().expect("it began"),
+            phases,
+            travel,
+            speed,
+            command,
+            after,
+            last: servo.position(),
+        }
     }
 }

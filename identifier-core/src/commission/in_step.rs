@@ -1,0 +1,100 @@
+use super::{
+    Answer, Commission, CommissionError, CommissionSettings, CommissionState, HoldingGains,
+    IdentifiedServo, Phase, Seen, StopReason, Study, TrialResult,
+};
+use crate::number::Number;
+use crate::tuning::Tuning;
+
+/// Both halves of a commissioning in one place, for a servo that waits: one that is simulated.
+///
+/// A sample is that of [`Commission`] and after it the slices of the [`Study`] that go with it, so that it
+/// is the same to the bit wherever it runs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InStep<N: Number, const W: usize = 256> {
+    commission: Commission<N>,
+    study: Study<N, W>,
+    held: Option<N>,
+    state: Option<CommissionState<N>>,
+    /// Whether the gains were told.
+    is_tuned: bool,
+}
+
+/// What a commissioning did in a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct CommissionReading {
+    /// The command that acts until the next sample, command units; none: the servo is let go.
+    pub command: Option<f64>,
+    /// Where it stands.
+    pub phase: Phase,
+    /// Why it ended without new gains, if it did.
+    pub reason: Option<StopReason>,
+    /// The servo, if the study has come to know it better in this sample.
+    pub servo: Option<IdentifiedServo>,
+    /// The gains, if they were found and not told before.
+    pub tuning: Option<Tuning>,
+    /// Where a controller wants the servo, counts from where it began; none where none acts.
+    pub setpoint: Option<f64>,
+    /// What the trial has measured, once the commissioning has ended.
+    pub trial: Option<TrialResult>,
+}
+
+impl<N: Number, const W: usize> InStep<N, W> {
+    /// About to begin, held by these gains with this command, if by any.
+    ///
+    /// # Errors
+    /// As [`Commission::new`].
+    pub fn new(
+        settings: &CommissionSettings,
+        before: Option<&HoldingGains>,
+        held: Option<f64>,
+    ) -> Result<Self, CommissionError> {
+        Ok(Self {
+            commission: Commission::new(settings, before)?,
+            study: Study::new(settings)?,
+            held: held.map(N::from_f64),
+            state: None,
+            is_tuned: false,
+        })
+    }
+
+    /// One sample. It begins with the first.
+    pub fn sample(&mut self, seen: &Seen) -> CommissionReading {
+        let Self {
+            commission,
+            study,
+            held,
+            state,
+            is_tuned,
+        } = self;
+        let state = state.get_or_insert_with(|| commission.start(seen.count.unwrap_or(0), *held));
+        let step = commission.process(state, seen);
+        if let Some(finding) = &step.finding {
+            study.take(finding);
+        }
+        let mut servo = None;
+        for answer in (0..commission.slices()).filter_map(|_| study.work()) {
+            if let Answer::Identified(found) | Answer::Uncertain(found) = answer {
+                servo = Some(found);
+            }
+            commission.accept(state, &answer);
+        }
+        let tuning = state.tuning().copied().filter(|_| !*is_tuned);
+        *is_tuned |= tuning.is_some();
+        CommissionReading {
+            command: step.command.map(Number::to_f64),
+            phase: step.phase,
+            reason: state.reason(),
+            servo,
+            tuning,
+            setpoint: state.setpoint().map(Number::to_f64),
+            trial: state.trial().copied().filter(|_| step.phase.is_end()),
+        }
+    }
+
+    /// How far it has come; none before the first sample.
+    #[must_use]
+    pub fn state(&self) -> Option<&CommissionState<N>> {
+        self.state.as_ref()
+    }
+}
