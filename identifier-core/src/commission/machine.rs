@@ -222,7 +222,7 @@ impl<N: Number> Commission<N> {
             position: state.position,
             setpoint: state.activity.setpoint(),
             late: seen.late,
-            must_move: false,
+            must_move: state.activity.must_move(),
         };
         self.plausibility.process(&mut state.watch, &observation)
     }

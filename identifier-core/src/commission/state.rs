@@ -54,6 +54,13 @@ impl<N: Number> Activity<N> {
     }
 }
 
+impl<N: Number> Activity<N> {
+    /// Whether the command that acts must move the servo.
+    pub(super) fn must_move(&self) -> bool {
+        matches!(self, Self::Wiggling(wiggle) if wiggle.is_swinging())
+    }
+}
+
 /// What follows while the servo is held, as the study answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Next {
