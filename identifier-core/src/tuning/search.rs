@@ -36,7 +36,9 @@ pub(super) enum Verdict {
 /// A search under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Search {
-    case: Case,
+    bandwidth: f64,
+    /// Its judgement; none before that is begun.
+    case: Option<Case>,
     low: Option<(Design, Margins)>,
     high: Option<(f64, Cap)>,
     tried: u32,
@@ -147,19 +149,24 @@ impl Search {
     const MOST: u32 = 50;
 
     /// Begins at a bandwidth.
-    pub(super) fn from(judge: &Judge, bandwidth: f64) -> Self {
+    pub(super) fn from(bandwidth: f64) -> Self {
         Self {
-            case: judge.open(bandwidth),
+            bandwidth,
+            case: None,
             low: None,
             high: None,
             tried: 0,
         }
     }
 
-    /// One frequency of one servo; at the end the largest bandwidth, or none if there is no such.
+    /// The gains for a bandwidth, or one frequency of one servo; at the end the largest bandwidth, or none if there is no such.
     pub(super) fn work(&mut self, judge: &Judge) -> Option<Option<Largest>> {
-        let bandwidth = self.case.bandwidth();
-        match judge.work(&mut self.case)? {
+        let bandwidth = self.bandwidth;
+        let Some(case) = &mut self.case else {
+            self.case = Some(judge.open(bandwidth));
+            return None;
+        };
+        match judge.work(case)? {
             Verdict::Keeps(design, margins) => self.low = Some((design, margins)),
             Verdict::Breaks(cap) => self.high = Some((bandwidth, cap)),
         }
@@ -181,7 +188,8 @@ impl Search {
         if self.tried >= Self::MOST {
             return Some(None);
         }
-        self.case = judge.open(next);
+        self.bandwidth = next;
+        self.case = None;
         None
     }
 }
