@@ -81,7 +81,9 @@ impl<N: Number> Commission<N> {
     /// The cut-off of the velocity estimate that gains take over with, ω T.
     const CUTOFF: f64 = 0.2;
 
-    /// The longest that a slice of the study takes, s: on a Cortex-M4F at 168 MHz, beside the interrupt.
+    /// What is reckoned for a slice of the study, s. On a Cortex-M4F at 168 MHz it takes a fifth of that on
+    /// the average and nearly all of it at most, beside the interrupt; a few that end a fit or a prediction
+    /// take longer (`commission-slice` in the firmware's budget).
     const SLICE: f64 = 1e-4;
 
     /// The sizes of the second and of the third motion, as parts of the first.

@@ -173,7 +173,8 @@ impl<N: Number> Response<N> {
         let force = known.gain * block.weighed;
         let contradiction = contradiction(acts, force, favour);
         let faint = N::from_count(Self::FAINT);
-        state.suspicion = contradiction.filter(|_| force.magnitude() >= faint);
+        let by_level = contradiction.filter(|_| force.magnitude() >= faint);
+        state.suspicion = by_level.or(self.gains_against(block, self.strong));
         if !block.one_way {
             return Ok(());
         }

@@ -19,8 +19,9 @@ pub(super) struct Judge {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Case {
     design: Design,
-    /// The servo whose loop is walked along; none before the first.
-    walk: Option<(usize, Walk)>,
+    /// The servo whose loop is walked along, and the walk, if it has begun.
+    place: usize,
+    walk: Option<Walk>,
     margins: Margins,
 }
 
@@ -93,19 +94,23 @@ impl Judge {
     pub(super) fn open(&self, bandwidth: f64) -> Case {
         Case {
             design: self.design(bandwidth),
+            place: 0,
             walk: None,
             margins: Margins::AMPLE,
         }
     }
 
-    /// One frequency of one servo.
+    /// The loop of a servo, or one frequency of it.
     pub(super) fn work(&self, case: &mut Case) -> Option<Verdict> {
-        let Some((place, walk)) = &mut case.walk else {
-            if let Some(cap) = self.placement.forbids(&case.design) {
+        let Some(walk) = &mut case.walk else {
+            if case.place == 0
+                && let Some(cap) = self.placement.forbids(&case.design)
+            {
                 return Some(Verdict::Breaks(cap));
             }
-            case.walk = self.walk(&case.design, 0);
-            return None;
+            case.walk = self.walk(&case.design, case.place);
+            let all = case.walk.is_none();
+            return all.then_some(Verdict::Keeps(case.design, case.margins));
         };
         match walk.work() {
             Progress::Goes => None,
@@ -115,22 +120,21 @@ impl Judge {
                 Cap::Delay
             })),
             Progress::Keeps(margins) => {
-                let next = *place + 1;
                 case.margins = case.margins.both(margins);
-                case.walk = self.walk(&case.design, next);
-                let all = case.walk.is_none();
-                all.then_some(Verdict::Keeps(case.design, case.margins))
+                case.place += 1;
+                case.walk = None;
+                None
             }
         }
     }
 
-    fn walk(&self, design: &Design, place: usize) -> Option<(usize, Walk)> {
+    fn walk(&self, design: &Design, place: usize) -> Option<Walk> {
         /// Where a walk begins, as a part of the slowest pole.
         const FIRST: f64 = 1.0 / 16.0;
         let servo = self.servos.get(place)?;
         let response = SampledResponse::new(design, servo, self.sample_time);
         let first = FIRST * THIRD_POLE * design.bandwidth * self.sample_time;
-        Some((place, Walk::begin(response, first, self.most_sensitivity)))
+        Some(Walk::begin(response, first, self.most_sensitivity))
     }
 }
 
