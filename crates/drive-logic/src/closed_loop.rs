@@ -15,6 +15,7 @@ use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad};
 use identifier_core::settings::{FromSettings, Settings};
 
 use crate::fixed_loop::{self, FixedLoop};
+use crate::held::Held;
 use crate::parts;
 
 type Velocity = LowPass<f32>;
@@ -151,6 +152,16 @@ where
             &mut self.0,
             own => own.state.begin_at(count),
             fixed => fixed.start(count)
+        );
+    }
+
+    /// The same, holding a servo that another controller has held until then.
+    pub(crate) fn take_over(&mut self, held: &Held) {
+        let Held { last, count, .. } = held;
+        whatever_law!(
+            &mut self.0,
+            own => own.servo_loop.take_over(&mut own.state, *count, last),
+            fixed => fixed.take_over(held)
         );
     }
 

@@ -22,7 +22,6 @@ fn in_the_wrong_state_it_is_refused_with_a_reason_before_anything_moves() {
     drive.done(Command::Configure(settings()));
     drive.done(Command::Start);
     drive.pass(10);
-    assert_eq!(drive.refusal(order), Refusal::Running);
     drive.lines(|lines| lines.amplifier = false);
     drive.pass(3);
     let struck = Refusal::Faulted(Fault::AmplifierFault);
