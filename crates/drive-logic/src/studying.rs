@@ -22,7 +22,7 @@ pub(crate) struct Studying {
     slices: u32,
     done: u32,
     /// What was answered and found no room yet.
-    answer: Option<Answer>,
+    answer: Option<Answer<f32>>,
     servo: Option<IdentifiedServo>,
     tuning: Option<Tuning>,
 }
@@ -85,10 +85,11 @@ impl Studying {
         if self.answer.is_none() {
             self.answer = study.work();
         }
-        match &self.answer {
-            Some(Answer::Identified(servo) | Answer::Uncertain(servo)) => self.servo = Some(*servo),
-            Some(Answer::Tuned(tuning)) => self.tuning = Some(*tuning),
-            _ => {}
+        if let Some(servo) = self.answer.as_ref().and_then(Answer::servo) {
+            self.servo = Some(*servo);
+        }
+        if let Some(Answer::Tuned(candidate)) = &self.answer {
+            self.tuning = Some(candidate.tuning);
         }
         if let Some(answer) = &self.answer
             && channel.answer(answer)

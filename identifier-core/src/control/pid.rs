@@ -51,6 +51,21 @@ impl<N: Number> Pid<N> {
         }
     }
 
+    /// The control law for k_p, k_d and k_i in machine units, the last above zero, and the lowest and highest command.
+    pub(crate) fn in_machine_units(
+        [proportional, derivative, integral]: [N; 3],
+        [low, high]: [N; 2],
+    ) -> Self {
+        Self {
+            proportional,
+            derivative,
+            integral,
+            per_integral: integral.reciprocal(),
+            low,
+            high,
+        }
+    }
+
     /// u = k_p e − k_d v + k_i ∑e, limited; the integral is ∑e of the samples before this one.
     #[inline]
     pub fn command(&self, error: N, velocity: N, integral: N) -> Command<N> {
