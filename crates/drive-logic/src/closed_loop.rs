@@ -7,10 +7,11 @@ use identifier_core::drive::{Actuator, ControlStepError, PositionSensor, Setpoin
 use identifier_core::fixed_point::Word;
 use identifier_core::identifier::{
     DiagonalGradientIdentifier, GaussNewtonFitted, GaussNewtonIdentifier, GaussNewtonRecursion,
-    IdentifierError, Identify, NumberedBlock, RecordBlocks, Seen, ServoLoop, ServoLoopState,
+    IdentifierError, Identify, MotionOfKnown, NumberedBlock, RecordBlocks, Seen, ServoLoop,
+    ServoLoopState,
 };
 use identifier_core::measurement::velocity::{LowPass, LowPassState};
-use identifier_core::model::ServoParameters;
+use identifier_core::model::{IdentifiedServo, ServoParameters};
 use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad};
 use identifier_core::settings::{FromSettings, Settings};
 
@@ -230,6 +231,15 @@ where
 }
 
 impl ClosedLoop {
+    /// Has Gauss–Newton go on from a servo that was identified, in place of its first fit; another law
+    /// begins as it does.
+    pub(crate) fn know(&mut self, servo: &IdentifiedServo, motion: &MotionOfKnown) {
+        if let Laws::GaussNewton(own) = &mut self.0 {
+            let identifier = own.servo_loop.identifier();
+            *own.state.identification_mut() = identifier.start_knowing(servo, motion);
+        }
+    }
+
     /// Hands on the block of Gauss–Newton's record that the sample completed, if it did, and goes on
     /// from a first fit that has come back.
     #[inline]

@@ -1,6 +1,6 @@
 //! A commissioning in the sample interrupt: what moves the servo, and what the drive ends it for.
 
-use drive_link::{self, Fault, NotAllowed, Outcome, Protection};
+use drive_link::{self, Fault, NoGains, NotAllowed, Outcome, Protection};
 use identifier_core::commission::{
     Commission, CommissionSettings, CommissionState, HoldingGains, Phase, Seen, StopReason,
 };
@@ -186,6 +186,7 @@ impl Commissioning {
             commissioning: drive_link::Commissioning { phase, reason },
             servo: state.servo().copied(),
             tuning: state.tuning().copied(),
+            no_gains: state.tuning_error().map(NoGains::from),
             trial: state.trial().copied(),
             kept: false,
         }

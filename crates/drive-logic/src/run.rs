@@ -5,7 +5,8 @@ use identifier_core::ControllerSettings;
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::error::OutOfRange;
-use identifier_core::identifier::Seen;
+use identifier_core::identifier::{MotionOfKnown, Seen};
+use identifier_core::model::IdentifiedServo;
 
 use crate::background_alive::Patience;
 use crate::channel::InterruptEnd;
@@ -90,6 +91,11 @@ impl Run {
         Reference::new(settings, &units).map_err(range)?;
         let none = ControllerSettings::pid(0.0, 0.0, 0.0).limited(stage.full_scale);
         Protection::new(settings, &none, &units).map(|_| ())
+    }
+
+    /// Knows the servo from the beginning, as a commissioning has identified it.
+    pub(crate) fn know(&mut self, servo: &IdentifiedServo, motion: &MotionOfKnown) {
+        self.closed_loop.know(servo, motion);
     }
 
     /// From where the servo stands. Not inlined, to be seen in the machine code.

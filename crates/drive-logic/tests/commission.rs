@@ -231,10 +231,12 @@ fn what_was_never_ended_is_told_with_its_number_after_the_power_came_back() {
         commissioning,
         servo,
         tuning,
+        no_gains,
         trial,
         kept,
     } = outcome(&mut drive);
     let number = commissioning.reason.map(StopReason::number);
     assert_eq!((commissioning.phase, number), (Phase::Aborted, Some(173)));
     assert_eq!((servo, tuning, trial, kept), (None, None, None, false));
+    assert_eq!(no_gains, None);
 }

@@ -159,6 +159,52 @@ fn the_gains_that_were_proved_hold_from_then_on_and_are_kept_when_the_servo_is_l
     }
 }
 
+#[test]
+fn gauss_newton_goes_on_from_what_the_commissioning_found() {
+    let (bench, flash) = (Bench::new(&LOADED), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let mut wanted = gauss_newton();
+    wanted.dither.amplitude = 0.05;
+    run(&mut drive, wanted);
+    drive.done(Command::Commission(ORDER));
+    over(&mut drive);
+    let found = outcome(&mut drive).servo.expect("it is known");
+    for restarted in [false, true] {
+        if restarted {
+            // A run from rest begins with it too, as long as nothing was learnt since.
+            drive.done(Command::Stop);
+            drive.pass(1);
+            drive.done(Command::Commission(ORDER));
+            over(&mut drive);
+            let phase = outcome(&mut drive).commissioning.phase;
+            assert_eq!(phase, Phase::Applied);
+            drive.done(Command::Start);
+        }
+        drive.done(Command::Watch(1));
+        let shown = snapshots(&drive.pass(700));
+        let first = shown.first().expect("shown").estimates;
+        assert!(
+            (first.b / found.parameters.b - 1.0).abs() < 0.01,
+            "{first:?}"
+        );
+        // A first fit would take a second before anything moves.
+        let last = shown.last().expect("shown").estimates;
+        assert_ne!(first.b.to_bits(), last.b.to_bits(), "it is learnt on");
+        assert!(
+            shown
+                .iter()
+                .all(|at| (at.estimates.b / LOADED.b - 1.0).abs() < 0.03)
+        );
+        assert!((last.load - LOADED.load).abs() < 4.0, "{last:?}");
+    }
+    drive.done(Command::Stop);
+    drive.pass(1);
+    let status = drive.status();
+    assert_eq!(status.noticed.started, 0, "there was no first fit");
+    let errors = status.estimates.and_then(|known| known.standard_errors);
+    assert!(errors.is_some_and(|errors| errors.b > 0.0), "{status:?}");
+}
+
 /// What may come between, the number that it is told by, and how the drive stands then.
 type Harm = (fn(&mut Drive<'_>), u8, State);
 

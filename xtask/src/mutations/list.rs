@@ -298,8 +298,8 @@ pub(super) const LOGIC: [Mutation; 25] = [
     mutation(
         "supervisor/runs.rs",
         "what was kept is not used",
-        "            parts::begin_with(known, &mut settings.closed_loop.core.identifier);\n",
-        "            let _ = (known, &mut settings);\n",
+        "            parts::begin_with(estimates, &mut settings.closed_loop.core.identifier);\n",
+        "            let _ = (estimates, &mut settings);\n",
     ),
     mutation(
         "sampler.rs",

@@ -185,7 +185,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
                 reason: None,
             });
         }
-        self.outcome.map(|outcome| outcome.commissioning)
+        self.outcome.as_ref().map(|outcome| outcome.commissioning)
     }
 
     /// The gains that hold.
@@ -213,6 +213,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
                 },
                 servo: None,
                 tuning: None,
+                no_gains: None,
                 trial: None,
                 kept: false,
             });
@@ -224,6 +225,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
             },
             servo: Some(found.servo()),
             tuning: Some(found.tuning),
+            no_gains: None,
             trial: found.trial,
             kept: true,
         })

@@ -218,7 +218,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                     id,
                     settings: self.settings,
                 },
-                Command::Outcome => self.outcome.map_or_else(
+                Command::Outcome => self.outcome.clone().map_or_else(
                     || refused(Refusal::NeverCommissioned),
                     |outcome| Report::Outcome { id, outcome },
                 ),

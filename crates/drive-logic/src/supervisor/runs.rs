@@ -6,7 +6,6 @@ use identifier_core::commission::Phase;
 
 use super::Supervisor;
 use super::record::Commissioned;
-use crate::chip::Stage;
 use crate::first_fit::FirstFit;
 use crate::messages::Order;
 use crate::parts;
@@ -17,8 +16,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
     /// Orders a run from where the servo stands, unless it is overtaken by a stop.
     pub(super) fn start(&mut self, overtaken: impl FnOnce(&Self) -> bool) -> Result<(), Refusal> {
         self.must_be_ready()?;
-        let known = self.estimates.as_ref();
-        let prepared = Prepared::new(&self.settings, known, &self.stage);
+        let prepared = self.prepared(&self.settings, &self.known());
         let prepared = prepared.map_err(Refusal::Setting)?;
         if overtaken(self) {
             return Err(Refusal::Overtaken);
@@ -32,14 +30,10 @@ impl<F: NorFlash> Supervisor<'_, F> {
         if !self.waits || self.spare.is_none() || self.is_stopping() {
             return;
         }
-        let own = (self.settings, self.estimates);
-        let candidates = [self.proved(), Some(own)];
-        let prepared = candidates
-            .into_iter()
-            .flatten()
-            .find_map(|(settings, known)| {
-                Prepared::new(&settings, known.as_ref(), &self.stage).ok()
-            });
+        let prepared = self
+            .proved()
+            .and_then(|(settings, known)| self.prepared(&settings, &known).ok())
+            .or_else(|| self.prepared(&self.settings, &self.known()).ok());
         match prepared {
             // If there is no room for the order, the next turn tries again.
             Some(prepared) => drop(self.order_run(prepared, Order::GoOn)),
@@ -48,14 +42,50 @@ impl<F: NorFlash> Supervisor<'_, F> {
     }
 
     /// The settings with the gains that a commissioning has proved, and what it knows of the servo.
-    fn proved(&self) -> Option<(Settings, Option<Estimates>)> {
+    fn proved(&self) -> Option<(Settings, Known)> {
         if self.phase != Phase::Applied {
             return None;
         }
         let (servo, tuning) = (self.studying.servo()?, self.studying.tuning()?);
         let found = Commissioned::new(servo, *tuning, None);
         let settings = self.with_gains_of(&found).ok()?;
-        Some((settings, Some(parts::identified(servo))))
+        let known = Known {
+            estimates: Some(parts::identified(servo)),
+            identified: Some(found),
+        };
+        Some((settings, known))
+    }
+
+    /// What is known of the servo: from a commissioning, unless a run has learnt since.
+    fn known(&self) -> Known {
+        let estimates = self.estimates;
+        let is_latest = |found: &Commissioned| estimates == Some(parts::identified(&found.servo()));
+        Known {
+            estimates,
+            identified: self.commissioned.filter(is_latest),
+        }
+    }
+
+    /// A run that begins with what is known of the servo; with what was configured, where that would not
+    /// do.
+    fn prepared(&self, settings: &Settings, known: &Known) -> Result<Prepared, NotAllowed> {
+        let of = |settings: &Settings| {
+            Run::new(settings, &self.stage).map(|run| Prepared {
+                run,
+                begun_from: settings.closed_loop,
+            })
+        };
+        if let Some(estimates) = &known.estimates {
+            let mut settings = *settings;
+            parts::begin_with(estimates, &mut settings.closed_loop.core.identifier);
+            if let Ok(mut prepared) = of(&settings) {
+                if let Some(found) = &known.identified {
+                    prepared.run.know(&found.servo(), &found.motion());
+                }
+                return Ok(prepared);
+            }
+        }
+        of(settings)
     }
 
     fn order_run(
@@ -92,30 +122,9 @@ struct Prepared {
     begun_from: LoopSettings,
 }
 
-impl Prepared {
-    /// A run that begins with what is known of the servo; with what was configured, where that would not
-    /// do.
-    ///
-    /// # Errors
-    /// The setting that is not allowed.
-    fn new(
-        settings: &Settings,
-        known: Option<&Estimates>,
-        stage: &Stage,
-    ) -> Result<Self, NotAllowed> {
-        let of = |settings: &Settings| {
-            Run::new(settings, stage).map(|run| Self {
-                run,
-                begun_from: settings.closed_loop,
-            })
-        };
-        if let Some(known) = known {
-            let mut settings = *settings;
-            parts::begin_with(known, &mut settings.closed_loop.core.identifier);
-            if let Ok(prepared) = of(&settings) {
-                return Ok(prepared);
-            }
-        }
-        of(settings)
-    }
+/// What is known of the servo before a run.
+struct Known {
+    estimates: Option<Estimates>,
+    /// The servo with its covariance, where a commissioning has found it.
+    identified: Option<Commissioned>,
 }
