@@ -3,6 +3,12 @@ use super::{DELAY, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
 use crate::adaptation::NormalEquations;
 use crate::number::Number;
 
+/// The weights of position and velocity with which a record begins, for errors of the encoder's rounding:
+/// the servo stands where its count begins, but for a count in a hundred pieces.
+pub(super) fn at_rest() -> [(usize, f64); 2] {
+    [(POSITION, 1.0), (VELOCITY, 100.0 * libm::sqrt(ROUNDING))]
+}
+
 /// What is known before a fit: rows of equations for errors of the encoder's rounding.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Prior<N> {
@@ -20,9 +26,9 @@ impl<N: Number> Prior<N> {
         let rounding = libm::sqrt(ROUNDING);
         prior.expected[DELAY] = N::from_f64(delay[0]);
         prior.rows[DELAY][DELAY] = N::from_f64(rounding / delay[1]);
-        prior.rows[POSITION][POSITION] = N::ONE;
-        // At rest, but for a count in a hundred pieces.
-        prior.rows[VELOCITY][VELOCITY] = N::from_f64(100.0 * rounding);
+        for (place, weight) in at_rest() {
+            prior.rows[place][place] = N::from_f64(weight);
+        }
         prior
     }
 
