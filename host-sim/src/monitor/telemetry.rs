@@ -113,6 +113,18 @@ mod tests {
     }
 
     #[test]
+    fn a_thousand_frames_a_second_leave_room_on_a_serial_line() {
+        const BITS_OF_A_BYTE: usize = 10;
+        const BAUD: usize = 1_000_000;
+        let Frame::Running(mut snapshot) = running(u32::MAX) else {
+            panic!("it is one");
+        };
+        snapshot.estimates.b = 257.7;
+        let framed = drive_link::frame(&drive_link::Report::Snapshot(snapshot)).expect("it fits");
+        assert!(1000 * BITS_OF_A_BYTE * framed.len() < 8 * BAUD / 10);
+    }
+
+    #[test]
     fn a_frame_that_is_missing_is_counted() {
         let mut telemetry = Telemetry::every(1);
         for sample in 500..600 {

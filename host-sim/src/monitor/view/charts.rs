@@ -34,7 +34,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, state: &State) {
         title.push(Span::styled("reference", WANTED));
         title.push(Span::raw(" (dots)"));
     }
-    title.push(Span::raw(format!(" [rad], last {LENGTH} s")));
+    title.push(Span::raw(" [rad]"));
     chart(
         frame,
         motion,
@@ -65,7 +65,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, state: &State) {
     chart(
         frame,
         error,
-        Line::from("output error [rad]"),
+        Line::from(format!("output error [rad], last {LENGTH} s")),
         &[(Marker::Braille, MEASURED, &output_error)],
         None,
     );
