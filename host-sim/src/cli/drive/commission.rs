@@ -102,7 +102,7 @@ impl Arguments {
 }
 
 /// The gains that a drive with these settings goes back to.
-fn gains(settings: &Settings) -> Option<HoldingGains> {
+pub(super) fn gains(settings: &Settings) -> Option<HoldingGains> {
     let core = &settings.closed_loop.core;
     core.controller.map(|controller| HoldingGains {
         controller,
@@ -112,7 +112,7 @@ fn gains(settings: &Settings) -> Option<HoldingGains> {
 
 /// Settings for a drive that nobody has told anything: what it is to measure with, the gains that are known,
 /// if any, and protections with as much room as the commissioning has; for the rest the drive's example.
-fn unconfigured(
+pub(super) fn unconfigured(
     example: &Settings,
     order: &CommissionSettings,
     gains: Option<&HoldingGains>,
