@@ -8,6 +8,7 @@ pub mod drift;
 pub mod drive;
 pub mod experiment;
 pub mod loops;
+pub mod monitor;
 pub mod paper;
 pub mod pil;
 pub mod port;
@@ -16,6 +17,7 @@ pub mod replay;
 pub mod report;
 pub mod scenario;
 pub mod simulate;
+pub mod simulated_drive;
 pub mod sweep;
 pub mod tune;
 
