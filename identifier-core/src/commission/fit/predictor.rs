@@ -2,6 +2,7 @@ use super::super::IdentifiedServo;
 use super::follower::Follower;
 use super::lacking::Lacking;
 use super::motion::Motion;
+use super::placing::Placing;
 use super::prediction::{Pass, Predicting, Prediction};
 use super::servo_fitter::ServoFitter;
 use super::{A, B, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
@@ -25,7 +26,7 @@ impl<N: Number> ServoFitter<N> {
             }),
             next: 0,
             pass: None,
-            placed: false,
+            placing: None,
             ways: N::ZERO,
             samples: N::ZERO,
         }
@@ -54,13 +55,17 @@ impl<N: Number> ServoFitter<N> {
             predicting.next += 1;
             return None;
         }
-        if predicting.placed {
+        let deviation = self.speed_at_first(motion, true);
+        let fastest = Self::FASTEST_AT_FIRST * deviation;
+        let placing = predicting
+            .placing
+            .get_or_insert_with(|| Placing::new(N::from_f64(deviation), N::from_f64(fastest)));
+        if placing.is_done() {
             return Some(self.prediction(pass, motion.len()));
         }
-        let [position, velocity] = pass.placed();
-        predicting.unknowns[POSITION] += position;
-        predicting.unknowns[VELOCITY] += velocity;
-        predicting.placed = true;
+        let unknowns = &mut predicting.unknowns;
+        [unknowns[POSITION], unknowns[VELOCITY]] =
+            placing.next(pass, motion.len(), [unknowns[POSITION], unknowns[VELOCITY]]);
         predicting.pass = None;
         predicting.next = 0;
         None

@@ -11,8 +11,9 @@ pub(super) struct Prior<N> {
 }
 
 impl<N: Number> Prior<N> {
-    /// A delay (expected, standard deviation; pieces), and a servo that stands where its count begins.
-    pub(super) fn vague(delay: [f64; 2]) -> Self {
+    /// A delay (expected, standard deviation; samples), and a servo that is where its count begins, with a
+    /// velocity of that standard deviation (counts per sample).
+    pub(super) fn vague(delay: [f64; 2], velocity: f64) -> Self {
         let mut prior = Self {
             rows: [[N::ZERO; UNKNOWNS]; UNKNOWNS],
             expected: [N::ZERO; UNKNOWNS],
@@ -21,8 +22,7 @@ impl<N: Number> Prior<N> {
         prior.expected[DELAY] = N::from_f64(delay[0]);
         prior.rows[DELAY][DELAY] = N::from_f64(rounding / delay[1]);
         prior.rows[POSITION][POSITION] = N::ONE;
-        // At rest, but for a count in a hundred pieces.
-        prior.rows[VELOCITY][VELOCITY] = N::from_f64(100.0 * rounding);
+        prior.rows[VELOCITY][VELOCITY] = N::from_f64(rounding / velocity);
         prior
     }
 
