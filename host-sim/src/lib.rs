@@ -18,3 +18,6 @@ pub mod scenario;
 pub mod simulate;
 pub mod sweep;
 pub mod tune;
+
+/// The version of this program, with the commit that a release was built from where it is known.
+pub const VERSION: &str = env!("HOST_SIM_VERSION");

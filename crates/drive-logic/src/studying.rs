@@ -21,7 +21,7 @@ pub(crate) struct Studying {
     slices: u32,
     done: u32,
     /// What was answered and found no room yet.
-    answer: Option<Answer>,
+    answer: Option<Answer<f32>>,
     servo: Option<IdentifiedServo>,
 }
 
@@ -77,7 +77,7 @@ impl Studying {
         if self.answer.is_none() {
             self.answer = study.work();
         }
-        if let Some(Answer::Identified(servo) | Answer::Uncertain(servo)) = &self.answer {
+        if let Some(servo) = self.answer.as_ref().and_then(Answer::servo) {
             self.servo = Some(*servo);
         }
         if let Some(answer) = &self.answer

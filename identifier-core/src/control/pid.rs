@@ -42,6 +42,20 @@ impl<N: Number> Pid<N> {
         }
     }
 
+    /// The control law for k_p, k_d and k_i in machine units, and the lowest and highest command.
+    pub(crate) fn in_machine_units(
+        [proportional, derivative, integral]: [N; 3],
+        [low, high]: [N; 2],
+    ) -> Self {
+        Self {
+            proportional,
+            derivative,
+            integral,
+            low,
+            high,
+        }
+    }
+
     /// u = k_p e − k_d v + k_i ∑e, limited; the integral is ∑e of the samples before this one.
     #[inline]
     pub fn command(&self, error: N, velocity: N, integral: N) -> Command<N> {
@@ -70,10 +84,8 @@ impl<N: Number> Pid<N> {
     /// The integral ∑e with which a controller that takes over goes on from a command without a bump:
     /// (u − k_p e + k_d v)/k_i; zero without integral action. For the sample in which it takes over.
     pub(crate) fn integral_for(&self, command: N, error: N, velocity: N) -> N {
-        let missing = (command - self.linear(error, velocity)).to_f64();
-        let gain = self.integral.to_f64();
-        if gain > 0.0 {
-            N::from_f64(missing / gain)
+        if self.integral > N::ZERO {
+            (command - self.linear(error, velocity)) * self.integral.reciprocal()
         } else {
             N::ZERO
         }

@@ -3,6 +3,12 @@ use super::{DELAY, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
 use crate::adaptation::NormalEquations;
 use crate::number::Number;
 
+/// The weights of position and velocity with which a record begins, for errors of the encoder's rounding:
+/// the servo is where its count begins, with a velocity of a standard deviation (counts per sample).
+pub(super) fn at_first(velocity: f64) -> [(usize, f64); 2] {
+    [(POSITION, 1.0), (VELOCITY, libm::sqrt(ROUNDING) / velocity)]
+}
+
 /// What is known before a fit: rows of equations for errors of the encoder's rounding.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Prior<N> {
@@ -21,8 +27,9 @@ impl<N: Number> Prior<N> {
         let rounding = libm::sqrt(ROUNDING);
         prior.expected[DELAY] = N::from_f64(delay[0]);
         prior.rows[DELAY][DELAY] = N::from_f64(rounding / delay[1]);
-        prior.rows[POSITION][POSITION] = N::ONE;
-        prior.rows[VELOCITY][VELOCITY] = N::from_f64(rounding / velocity);
+        for (place, weight) in at_first(velocity) {
+            prior.rows[place][place] = N::from_f64(weight);
+        }
         prior
     }
 
