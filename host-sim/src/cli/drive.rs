@@ -55,7 +55,7 @@ enum Verb {
     /// Look on for a while.
     Watch(Watch),
     /// Let the drive come to know its servo within the limits of a scenario, tune itself, prove it and keep
-    /// it, and look on.
+    /// it, and look on; a loop that runs goes on at the end.
     #[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
     Commission(commission::Arguments),
     /// See and operate the drive in the terminal: signals, estimates and state as they come; start, stop,

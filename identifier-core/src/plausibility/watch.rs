@@ -117,7 +117,8 @@ impl<N: Number> Plausibility<N> {
             return Ok(());
         };
         self.bounds
-            .motion(&mut state.bounds, increment, seen.position)?;
+            .motion(&mut state.bounds, increment, seen.position)
+            .map_err(|limit| state.suspicion().unwrap_or(limit))?;
         let under = match seen.setpoint {
             _ if seen.must_move => Under::Push,
             Some(setpoint) => Under::Control(setpoint),
@@ -163,6 +164,16 @@ impl<N: Number> Plausibility<N> {
 }
 
 impl<N: Number> PlausibilityState<N> {
+    /// Why a limit may have been left: a loop that pushes the wrong way, before one that does not push.
+    fn suspicion(&self) -> Option<StopReason> {
+        let [shorter, longer] = self.response.each_ref().map(ResponseState::suspicion);
+        match (shorter, longer) {
+            (reversed @ Some(StopReason::Reversed), _)
+            | (_, reversed @ Some(StopReason::Reversed)) => reversed,
+            _ => shorter.or(longer),
+        }
+    }
+
     /// What acts on the mean of a sample when this command is given.
     #[inline]
     fn acting(&mut self, command: N) -> N {

@@ -3,7 +3,6 @@ use super::follower::Follower;
 use super::lacking::Lacking;
 use super::motion::Motion;
 use super::prediction::{ALL, Pass, Predicting, Prediction};
-use super::prior::at_rest;
 use super::servo_fitter::ServoFitter;
 use super::{A, B, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
 use crate::adaptation::NormalEquations;
@@ -76,9 +75,10 @@ impl<N: Number> ServoFitter<N> {
         /// Of the mean speed: where friction at low speed is another.
         const LOW: f64 = 0.2;
         let low_speed = (LOW * speed.to_f64()).max(f64::from(f32::EPSILON));
-        // A model that friction holds at first tells nothing of the velocity with which it began.
+        // A model that friction holds at first tells nothing of the velocity with which it began: at rest,
+        // but for a count in a hundred pieces.
         let mut equations = NormalEquations::EMPTY;
-        for (place, weight) in at_rest() {
+        for (place, weight) in [(POSITION, 1.0), (VELOCITY, 100.0 * libm::sqrt(ROUNDING))] {
             let weight = N::from_f64(weight);
             let mut row = [N::ZERO; ALL];
             row[place] = weight;

@@ -3,12 +3,6 @@ use super::{DELAY, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
 use crate::adaptation::NormalEquations;
 use crate::number::Number;
 
-/// The weights of position and velocity with which a record begins, for errors of the encoder's rounding:
-/// the servo stands where its count begins, but for a count in a hundred pieces.
-pub(super) fn at_rest() -> [(usize, f64); 2] {
-    [(POSITION, 1.0), (VELOCITY, 100.0 * libm::sqrt(ROUNDING))]
-}
-
 /// What is known before a fit: rows of equations for errors of the encoder's rounding.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Prior<N> {
@@ -26,9 +20,9 @@ impl<N: Number> Prior<N> {
         let rounding = libm::sqrt(ROUNDING);
         prior.expected[DELAY] = N::from_f64(delay[0]);
         prior.rows[DELAY][DELAY] = N::from_f64(rounding / delay[1]);
-        for (place, weight) in at_rest() {
-            prior.rows[place][place] = N::from_f64(weight);
-        }
+        prior.rows[POSITION][POSITION] = N::ONE;
+        // At rest, but for a count in a hundred pieces.
+        prior.rows[VELOCITY][VELOCITY] = N::from_f64(100.0 * rounding);
         prior
     }
 
@@ -39,10 +33,11 @@ impl<N: Number> Prior<N> {
         let weight = libm::sqrt(ROUNDING) / CAUTION;
         let values = servo.values();
         let lower = inverse_factor(&servo.covariance);
+        let per_scale = scale.map(|scale| weight / scale);
         for i in 0..5 {
             self.expected[i] = N::from_f64(values[i] * scale[i]);
             for j in 0..5 {
-                self.rows[i][j] = N::from_f64(weight * lower[i][j] / scale[j]);
+                self.rows[i][j] = N::from_f64(lower[i][j] * per_scale[j]);
             }
         }
         self
@@ -82,13 +77,13 @@ fn inverse_factor(covariance: &[[f64; 5]; 5]) -> [[f64; 5]; 5] {
             if i == j {
                 factor[i][i] = libm::sqrt(sum.max(LEAST * covariance[i][i]));
             } else if factor[j][j] > 0.0 {
-                factor[i][j] = sum / factor[j][j];
+                factor[i][j] = sum * inverse[j][j];
             }
         }
         inverse[i][i] = 1.0 / factor[i][i];
         for j in 0..i {
             let sum: f64 = (j..i).map(|k| factor[i][k] * inverse[k][j]).sum();
-            inverse[i][j] = -sum / factor[i][i];
+            inverse[i][j] = -sum * inverse[i][i];
         }
     }
     inverse
