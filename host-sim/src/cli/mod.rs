@@ -1,5 +1,6 @@
 //! The command line: one verb, one file, and beside them what all verbs write with.
 
+mod call;
 mod commission;
 mod compare;
 mod drift;

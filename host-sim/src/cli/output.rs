@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::call;
 use super::fault::Fault;
 use super::files::{self, Files, Output, Picture};
 use super::recording::{Recorded, Recording, Rows};
@@ -11,6 +12,7 @@ use crate::experiment::Outcome;
 use crate::replay::Agreement;
 use crate::report::json::Document;
 use crate::report::logs::{LogDocument, PredictionDocument};
+use crate::report::page::{self, Experiment};
 use crate::report::panels::{self, Traces};
 use crate::report::{residual, table, terms};
 use crate::scenario::Scenario;
@@ -27,6 +29,9 @@ pub(super) struct Outputs {
     /// Draw the estimates and signals into this file, .png or .svg; `-` is standard output, as SVG.
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
+    /// Write a report, one HTML page with everything in it, to this file; `-` is standard output.
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
     /// Replace files that are there already.
     #[arg(long)]
     force: bool,
@@ -38,6 +43,7 @@ pub(super) struct Results {
     json: Option<Output>,
     csv: Option<Output>,
     plot: Option<Picture>,
+    report: Option<Output>,
     /// Whether one of them has standard output to itself.
     silent: bool,
 }
@@ -61,6 +67,7 @@ impl Outputs {
             json: files.output(self.json.as_deref())?,
             csv: files.output(self.csv.as_deref())?,
             plot: files.picture(self.plot.as_deref())?,
+            report: files.output(self.report.as_deref())?,
             silent: files.own_standard_output(),
         })
     }
@@ -71,14 +78,16 @@ impl Results {
     /// together, s.
     pub(super) fn record(&mut self, scenario: &Scenario, duration: f64, passes: u32) -> Recording {
         let rows = self.csv.take().map(Rows::begin);
-        let traces = self.plot.is_some().then(Traces::default);
+        let is_shown = self.plot.is_some() || self.report.is_some();
+        let traces = is_shown.then(Traces::default);
         Recording::new(scenario, duration, passes, rows, traces)
     }
 
-    /// Writes what was asked for and says what was found, after `notes` on the log; an experiment that
-    /// was aborted is a fault.
+    /// Writes what was asked for, the report under a `title`, and says what was found, after `notes`
+    /// on the log; an experiment that was aborted is a fault.
     pub(super) fn conclude(
         self,
+        title: &str,
         scenario: &Scenario,
         recording: Recording,
         outcome: Outcome,
@@ -95,12 +104,23 @@ impl Results {
             traces,
             rows,
         } = recording.finish(scenario, outcome);
-        let picture = self.plot.zip(traces);
+        let picture = self.plot.zip(traces.as_ref());
         let document = Document::new(&summary, agreement).of_logs(logs, predictions);
         files::commit([
             rows.map(Rows::finish),
             picture.map(|(picture, traces)| {
-                picture.panels("", 2, &panels::experiment(&summary, &traces))
+                picture.panels("", 2, &panels::experiment(&summary, traces))
+            }),
+            self.report.zip(traces.as_ref()).map(|(report, traces)| {
+                report.page(&page::experiment(&Experiment {
+                    title,
+                    command: &call::command(),
+                    scenario,
+                    summary: &summary,
+                    document: &document,
+                    agreement,
+                    traces,
+                }))
             }),
             self.json.map(|json| json.document(&document)),
         ])?;

@@ -1,5 +1,6 @@
 use std::path::PathBuf;
 
+use super::call;
 use super::fault::Fault;
 use super::output::{Notes, Outputs};
 use crate::pil::{self, PilError};
@@ -31,5 +32,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let mut recording = results.record(&scenario, scenario.duration, 1);
     let outcome =
         pil::run(&scenario, &mut port, &mut |sample| recording.add(sample)).map_err(fault)?;
-    results.conclude(&scenario, recording, outcome, Notes::default())
+    results.conclude(
+        &call::title("Run on the chip of", &arguments.scenario),
+        &scenario,
+        recording,
+        outcome,
+        Notes::default(),
+    )
 }

@@ -1,5 +1,6 @@
 use std::path::{Path, PathBuf};
 
+use super::call;
 use super::fault::Fault;
 use super::output::{Notes, Outputs};
 use crate::replay::{self, Log, ReplayError};
@@ -83,7 +84,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
             .collect(),
         predictions,
     };
-    results.conclude(&scenario, recording, replayed.outcome, notes)
+    let title = call::title("Replay of", &logs[0]);
+    results.conclude(&title, &scenario, recording, replayed.outcome, notes)
 }
 
 /// Reads logs that must have one sample time.

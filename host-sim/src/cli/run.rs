@@ -1,5 +1,6 @@
 use std::path::PathBuf;
 
+use super::call;
 use super::fault::Fault;
 use super::output::{Notes, Outputs};
 use crate::scenario::{Purpose, Scenario, keys};
@@ -21,5 +22,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let mut recording = results.record(&scenario, scenario.duration, 1);
     let outcome = simulate::run(&scenario, &mut |sample| recording.add(sample))
         .map_err(|fault| Fault::of_scenario(&arguments.scenario, fault))?;
-    results.conclude(&scenario, recording, outcome, Notes::default())
+    results.conclude(
+        &call::title("Run of", &arguments.scenario),
+        &scenario,
+        recording,
+        outcome,
+        Notes::default(),
+    )
 }
