@@ -4,6 +4,8 @@ use std::path::PathBuf;
 use super::call;
 use super::fault::Fault;
 use super::files::{self, Files, Output, io_error};
+use super::live::LiveOptions;
+use super::live_commission::LiveCommission;
 use super::standard_output::say;
 use crate::commission::{Commissioning, Sample, StepResponse};
 use crate::pil;
@@ -33,6 +35,8 @@ pub(super) struct Arguments {
     /// Write a report, one HTML page with everything in it, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
+    #[command(flatten)]
+    live: LiveOptions,
     /// Replace files that are there already.
     #[arg(long)]
     force: bool,
@@ -53,7 +57,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let mut rows = files.output(arguments.csv.as_deref())?.map(Rows::begin);
     let plot = files.picture(arguments.plot.as_deref())?;
     let page = files.output(arguments.report.as_deref())?;
-    let is_shown = plot.is_some() || page.is_some();
+    let live = arguments.live.begin()?;
+    let is_shown = plot.is_some() || page.is_some() || live.is_some();
     let mut traces = is_shown.then(report::Traces::default);
     let silent = files.own_standard_output();
 
@@ -63,12 +68,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     }
     let limits = machine.settings().limits;
     let before = machine.gains_before().copied();
+    let title = call::title("Commissioning of", &arguments.scenario);
+    let mut live =
+        live.map(|live| LiveCommission::new(live, title.clone(), &scenario, limits, before));
     let mut observe = |sample: &Sample| {
         if let Some(rows) = &mut rows {
             rows.add(sample);
         }
         if let Some(traces) = &mut traces {
             traces.add(sample);
+            if let Some(live) = &mut live {
+                live.add(sample, traces);
+            }
         }
     };
     let outcome = match port {
@@ -78,6 +89,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     };
 
     let document = Document::new(&scenario, &limits, &largest, before.as_ref(), &outcome);
+    let reported = traces.as_ref().map(|traces| {
+        commissioning(&Commissioned {
+            title: &title,
+            command: &call::command(),
+            scenario: &scenario,
+            limits: &limits,
+            before: before.as_ref(),
+            outcome: &outcome,
+            traces,
+        })
+    });
     files::commit([
         rows.map(Rows::finish),
         plot.zip(traces.as_ref()).map(|(plot, traces)| {
@@ -89,17 +111,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
                 promised.as_ref(),
             ))
         }),
-        page.zip(traces.as_ref()).map(|(page, traces)| {
-            page.page(&commissioning(&Commissioned {
-                title: &call::title("Commissioning of", &arguments.scenario),
-                command: &call::command(),
-                scenario: &scenario,
-                limits: &limits,
-                before: before.as_ref(),
-                outcome: &outcome,
-                traces,
-            }))
-        }),
+        page.zip(reported.as_ref())
+            .map(|(page, reported)| page.page(reported)),
         json.map(|json| json.document(&document)),
     ])?;
     let verdict = report::verdict(before.is_some(), &outcome);
@@ -114,6 +127,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         if let (Some(servo), Some(tuning)) = (outcome.servo(), &outcome.tuning) {
             say!("{}", report::promise(servo, tuning, outcome.trial.as_ref()))?;
         }
+    }
+    if let (Some(live), Some(reported)) = (live, &reported) {
+        live.into_live().stay(reported);
     }
     if !outcome.is_applied() {
         return Err(Fault::Other(verdict));

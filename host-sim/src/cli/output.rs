@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use super::call;
 use super::fault::Fault;
 use super::files::{self, Files, Output, Picture};
+use super::live::{Live, LiveOptions};
+use super::live_experiment::LiveExperiment;
 use super::recording::{Recorded, Recording, Rows};
 use super::standard_output::say;
 use crate::analysis::Status;
@@ -32,6 +34,8 @@ pub(super) struct Outputs {
     /// Write a report, one HTML page with everything in it, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
+    #[command(flatten)]
+    live: LiveOptions,
     /// Replace files that are there already.
     #[arg(long)]
     force: bool,
@@ -40,10 +44,13 @@ pub(super) struct Outputs {
 /// The results of one experiment, begun.
 #[derive(Debug)]
 pub(super) struct Results {
+    /// What the report is called.
+    title: String,
     json: Option<Output>,
     csv: Option<Output>,
     plot: Option<Picture>,
     report: Option<Output>,
+    live: Option<Live>,
     /// Whether one of them has standard output to itself.
     silent: bool,
 }
@@ -60,14 +67,17 @@ pub(super) struct Notes {
 }
 
 impl Outputs {
-    /// Begins every file that is asked for, none of which may be among those that are read.
-    pub(super) fn begin(&self, inputs: &[&Path]) -> Result<Results, Fault> {
+    /// Begins every file that is asked for, none of which may be among those that are read; the report has
+    /// a `title`.
+    pub(super) fn begin(&self, title: String, inputs: &[&Path]) -> Result<Results, Fault> {
         let mut files = Files::reading(inputs, self.force);
         Ok(Results {
+            title,
             json: files.output(self.json.as_deref())?,
             csv: files.output(self.csv.as_deref())?,
             plot: files.picture(self.plot.as_deref())?,
             report: files.output(self.report.as_deref())?,
+            live: self.live.begin()?,
             silent: files.own_standard_output(),
         })
     }
@@ -78,16 +88,17 @@ impl Results {
     /// together, s.
     pub(super) fn record(&mut self, scenario: &Scenario, duration: f64, passes: u32) -> Recording {
         let rows = self.csv.take().map(Rows::begin);
-        let is_shown = self.plot.is_some() || self.report.is_some();
+        let is_shown = self.plot.is_some() || self.report.is_some() || self.live.is_some();
         let traces = is_shown.then(Traces::default);
-        Recording::new(scenario, duration, passes, rows, traces)
+        let live = self.live.take();
+        let live = live.map(|live| LiveExperiment::new(live, &self.title, scenario, duration));
+        Recording::new(scenario, duration, passes, rows, traces, live)
     }
 
-    /// Writes what was asked for, the report under a `title`, and says what was found, after `notes`
-    /// on the log; an experiment that was aborted is a fault.
+    /// Writes what was asked for and says what was found, after `notes` on the log; an experiment that
+    /// was aborted is a fault. One that was shown is shown until somebody has seen enough.
     pub(super) fn conclude(
         self,
-        title: &str,
         scenario: &Scenario,
         recording: Recording,
         outcome: Outcome,
@@ -103,25 +114,29 @@ impl Results {
             summary,
             traces,
             rows,
+            live,
         } = recording.finish(scenario, outcome);
         let picture = self.plot.zip(traces.as_ref());
         let document = Document::new(&summary, agreement).of_logs(logs, predictions);
+        let page = traces.as_ref().map(|traces| {
+            page::experiment(&Experiment {
+                title: &self.title,
+                command: &call::command(),
+                scenario,
+                summary: &summary,
+                document: &document,
+                agreement,
+                traces,
+            })
+        });
         files::commit([
             rows.map(Rows::finish),
             picture.map(|(picture, traces)| {
                 picture.panels("", 2, &panels::experiment(&summary, traces))
             }),
-            self.report.zip(traces.as_ref()).map(|(report, traces)| {
-                report.page(&page::experiment(&Experiment {
-                    title,
-                    command: &call::command(),
-                    scenario,
-                    summary: &summary,
-                    document: &document,
-                    agreement,
-                    traces,
-                }))
-            }),
+            self.report
+                .zip(page.as_ref())
+                .map(|(report, page)| report.page(page)),
             self.json.map(|json| json.document(&document)),
         ])?;
         if !self.silent {
@@ -151,6 +166,9 @@ impl Results {
             for prediction in &document.predictions {
                 say!("{prediction}")?;
             }
+        }
+        if let (Some(live), Some(page)) = (live, &page) {
+            live.stay(page);
         }
         match summary.status() {
             Status::Aborted => Err(Fault::Other(summary.reason)),

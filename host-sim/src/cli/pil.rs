@@ -21,7 +21,8 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
-    let mut results = arguments.outputs.begin(&[&arguments.scenario])?;
+    let title = call::title("Run on the chip of", &arguments.scenario);
+    let mut results = arguments.outputs.begin(title, &[&arguments.scenario])?;
     let fault = |error| match error {
         PilError::Scenario(fault) => Fault::of_scenario(&arguments.scenario, fault),
         other => Fault::Other(other.to_string()),
@@ -32,11 +33,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let mut recording = results.record(&scenario, scenario.duration, 1);
     let outcome =
         pil::run(&scenario, &mut port, &mut |sample| recording.add(sample)).map_err(fault)?;
-    results.conclude(
-        &call::title("Run on the chip of", &arguments.scenario),
-        &scenario,
-        recording,
-        outcome,
-        Notes::default(),
-    )
+    results.conclude(&scenario, recording, outcome, Notes::default())
 }

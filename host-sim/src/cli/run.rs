@@ -17,16 +17,11 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
-    let mut results = arguments.outputs.begin(&[&arguments.scenario])?;
+    let title = call::title("Run of", &arguments.scenario);
+    let mut results = arguments.outputs.begin(title, &[&arguments.scenario])?;
 
     let mut recording = results.record(&scenario, scenario.duration, 1);
     let outcome = simulate::run(&scenario, &mut |sample| recording.add(sample))
         .map_err(|fault| Fault::of_scenario(&arguments.scenario, fault))?;
-    results.conclude(
-        &call::title("Run of", &arguments.scenario),
-        &scenario,
-        recording,
-        outcome,
-        Notes::default(),
-    )
+    results.conclude(&scenario, recording, outcome, Notes::default())
 }

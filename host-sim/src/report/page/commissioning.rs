@@ -3,7 +3,7 @@
 use identifier_core::commission::{HoldingGains, IdentifiedServo, Limits, Phase};
 use identifier_core::tuning::Tuning;
 
-use super::quantity::{SIDES, figure, per_cent, sentence, signed, with_interval};
+use super::quantity::{SIDES, figure, fixed, per_cent, plain, sentence, signed, with_interval};
 use super::unknowns::{COMMISSIONED, described};
 use super::{Block, Column, Figure, Page, Section, Table, Tone, Verdict};
 use crate::commission::{Outcome, StepResponse};
@@ -76,6 +76,7 @@ fn verdict(of: &Commissioned<'_>) -> Verdict {
             Tone::Doubtful,
             "No new gains: what held before holds again.".to_owned(),
         ),
+        (None, _) => (Tone::Underway, "The servo is not known yet.".to_owned()),
         _ => (Tone::Failed, "No new gains: it was aborted.".to_owned()),
     };
     Verdict {
@@ -88,9 +89,11 @@ fn verdict(of: &Commissioned<'_>) -> Verdict {
 
 fn found(of: &Commissioned<'_>) -> Vec<Block> {
     let Some(known) = of.outcome.servo() else {
-        return vec![Block::Text(
-            "Nothing: it ended before the servo was known.".to_owned(),
-        )];
+        let why = match of.outcome.end {
+            Some(_) => "Nothing: it ended before the servo was known.",
+            None => "Nothing yet: what is known is told when it ends.",
+        };
+        return vec![Block::Text(why.to_owned())];
     };
     let mut blocks = vec![Block::Table(servo(of.scenario, known))];
     if let Some(tuning) = &of.outcome.tuning {
@@ -209,8 +212,8 @@ fn rests_on(of: &Commissioned<'_>) -> Vec<Block> {
             format!(
                 "{} samples, {} s at {} Hz",
                 course.samples(),
-                figure(seconds),
-                figure(1.0 / scenario.sample_time())
+                plain(seconds),
+                plain(1.0 / scenario.sample_time())
             ),
         ),
         (
@@ -223,7 +226,7 @@ fn rests_on(of: &Commissioned<'_>) -> Vec<Block> {
         ),
     ];
     let facts = facts.map(|(name, text)| (name.to_owned(), text));
-    let range = |[low, high]: [f64; 2]| format!("{} to {}", figure(low), figure(high));
+    let range = |[low, high]: [f64; 2]| format!("{} to {}", plain(low), plain(high));
     let went = &course.excursion;
     let row = |name: &str, allowed, reached, unit: &str| {
         vec![name.to_owned(), allowed, reached, unit.to_owned()]
@@ -243,7 +246,7 @@ fn rests_on(of: &Commissioned<'_>) -> Vec<Block> {
                 range(went.position),
                 "rad",
             ),
-            row("speed", figure(limits.speed), figure(went.speed), "rad/s"),
+            row("speed", plain(limits.speed), plain(went.speed), "rad/s"),
             row(
                 "command",
                 range(limits.command),
@@ -265,8 +268,8 @@ fn rests_on(of: &Commissioned<'_>) -> Vec<Block> {
             .map(|stretch| {
                 vec![
                     stretch.phase.name().to_owned(),
-                    figure(stretch.begin),
-                    figure(stretch.end - stretch.begin),
+                    fixed(stretch.begin, 3),
+                    fixed(stretch.end - stretch.begin, 3),
                 ]
             })
             .collect(),

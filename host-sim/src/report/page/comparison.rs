@@ -31,10 +31,14 @@ pub fn comparison(title: String, command: String, of: &Comparison, document: &Do
         verdict: Verdict {
             tone: Tone::Good,
             status: format!("{} methods, {cases} cases", ranked.len()),
-            headline: format!(
-                "Converged in most cases, {most} of {cases}: {}.",
-                best.join(", ")
-            ),
+            headline: if most == cases {
+                format!("Converged in every case: {}.", best.join(", "))
+            } else {
+                format!(
+                    "Converged in {most} of {cases} cases, the most: {}.",
+                    best.join(", ")
+                )
+            },
             detail:
                 "All listen to, or control, the same servo, and are judged by the same verdict."
                     .to_owned(),
@@ -136,7 +140,7 @@ fn standings(ranked: &[Standing<'_>], cases: usize) -> Table {
 fn every(of: &Comparison, document: &Document) -> Vec<Block> {
     let of_b = |found: &MethodDocument, b: f64| {
         let error = found.error_b? / b;
-        Some((format!("{} %", signed(100.0 * error, 3)), error.abs()))
+        Some((format!("{}\u{a0}%", signed(100.0 * error, 3)), error.abs()))
     };
     let of_a = |found: &MethodDocument, _: f64| {
         let error = found.error_a?;

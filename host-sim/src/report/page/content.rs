@@ -15,6 +15,34 @@ pub struct Page {
     pub command: String,
 }
 
+/// Where the run stands that a page is shown of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// It goes on, and the page follows it.
+    Underway,
+    /// It is over.
+    Over,
+}
+
+impl Page {
+    /// The page of a run that goes on: what it says holds so far, by this clock.
+    #[must_use]
+    pub fn so_far(self, clock: String) -> Self {
+        let Verdict {
+            headline, detail, ..
+        } = self.verdict;
+        Self {
+            verdict: Verdict {
+                tone: Tone::Underway,
+                status: clock,
+                headline: format!("So far: {headline}"),
+                detail,
+            },
+            ..self
+        }
+    }
+}
+
 /// What may be made of the result.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
@@ -131,6 +159,13 @@ impl Column {
 }
 
 impl Section {
+    /// Whether it shows plots.
+    #[must_use]
+    pub fn is_drawn(&self) -> bool {
+        let mut blocks = self.blocks.iter();
+        blocks.any(|block| matches!(block, Block::Figures(_)))
+    }
+
     /// A section, unless there is nothing to say.
     #[must_use]
     pub fn of(heading: &'static str, blocks: Vec<Block>) -> Option<Self> {

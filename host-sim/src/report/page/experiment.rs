@@ -3,7 +3,7 @@
 use identifier_core::parameters::Parameter;
 use identifier_core::unknowns::Unknown;
 
-use super::quantity::{SIDES, figure, fixed, per_cent, sentence, signed, with_interval};
+use super::quantity::{SIDES, figure, fixed, per_cent, plain, sentence, signed, with_interval};
 use super::remedies::remedies;
 use super::unknowns::described;
 use super::{Block, Column, Figure, Page, Section, Table, Tone, Verdict, gains};
@@ -37,10 +37,15 @@ pub struct Experiment<'a> {
 /// The page of an experiment.
 #[must_use]
 pub fn experiment(of: &Experiment<'_>) -> Page {
-    let figures = panels::experiment(of.summary, of.traces);
-    let figures = figures.iter().map(Figure::of).map(|figure| Figure {
-        band: Some("95 %"),
-        ..figure
+    let estimates = of.summary.estimated.len();
+    let panels = panels::experiment(of.summary, of.traces);
+    let figures = panels.iter().enumerate().map(|(place, panel)| {
+        let figure = Figure::of(panel);
+        if place < estimates {
+            figure.of_estimate()
+        } else {
+            figure
+        }
     });
     let sections = [
         Section::of("What was found", found(of)),
@@ -280,8 +285,8 @@ fn rests_on(of: &Experiment<'_>) -> Vec<Block> {
         format!(
             "{} samples, {} s at {} Hz",
             outcome.samples,
-            figure(outcome.samples as f64 * summary.sample_time),
-            figure(1.0 / summary.sample_time)
+            plain(outcome.samples as f64 * summary.sample_time),
+            plain(1.0 / summary.sample_time)
         ),
     );
     fact(

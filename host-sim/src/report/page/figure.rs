@@ -125,6 +125,35 @@ impl Figure {
         tracks.chain(timeline.below.iter().map(Self::of)).collect()
     }
 
+    /// The figure of an estimate, which has a band of 95 % and shows how it comes to rest: where it began it may
+    /// have been so far off that nothing else would be seen.
+    #[must_use]
+    pub(super) fn of_estimate(self) -> Self {
+        /// The part of its course that is not looked at, and the room around the rest.
+        const BEGINNING: f64 = 0.1;
+        const ROOM: f64 = 0.2;
+        /// The least that is shown, a part of the estimate.
+        const LEAST: f64 = 1e-3;
+        let (begin, end) = self.extent();
+        let from = begin + BEGINNING * (end - begin);
+        let points = self.traces.iter().flat_map(|trace| &trace.points);
+        let (low, high) = points.filter(|(place, _)| *place >= from).fold(
+            (f64::INFINITY, f64::NEG_INFINITY),
+            |(low, high), (_, value)| (low.min(*value), high.max(*value)),
+        );
+        let room = ROOM * (high - low).max(LEAST * high.abs());
+        let is_known = room > 0.0 && room.is_finite();
+        Self {
+            range: if is_known {
+                Some((low - room, high + room))
+            } else {
+                self.range
+            },
+            band: Some("95 %"),
+            ..self
+        }
+    }
+
     /// Adds a constant to compare with.
     fn compare_with(&mut self, name: &str, value: f64) {
         let (begin, end) = self.extent();

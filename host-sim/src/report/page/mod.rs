@@ -27,7 +27,7 @@ mod unknowns;
 
 pub use commissioning::{Commissioned, commissioning};
 pub use comparison::comparison;
-pub use content::{Block, Column, Page, Section, Table, Tone, Verdict};
+pub use content::{Block, Column, Page, Section, Stage, Table, Tone, Verdict};
 pub use experiment::{Experiment, experiment};
 pub use figure::{Figure, Stretch, Stroke, Trace};
 pub use sweep::{Swept, sweep};

@@ -81,7 +81,9 @@
     return index;
   };
 
-  function draw(figure, host) {
+  function draw(number) {
+    const figure = figures[number];
+    const host = hosts[number];
     const canvas = host.querySelector(".canvas");
     const buttons = [...host.querySelectorAll("button[data-traces]")];
     const place = host.querySelector(".place");
@@ -131,8 +133,9 @@
           y: {
             distr: figure.logarithmic ? 3 : 1,
             range: (_, low, high) => {
-              if (figure.range && views.get(figure.abscissa).now == null) return figure.range;
-              if (low == null) return figure.range ?? [0, 1];
+              const { range } = figures[number];
+              if (range && views.get(figure.abscissa).now == null) return range;
+              if (low == null) return range ?? [0, 1];
               if (figure.logarithmic) return uPlot.rangeLog(low, high, 10, false);
               const room = ROOM * (high - low) || 0.1 * Math.abs(high) || 1;
               return [low - room, high + room];
@@ -145,7 +148,7 @@
             values: (_, splits) => splits.map((value) => (value == null ? "" : shown(Number(value.toPrecision(8))))) },
         ],
         hooks: {
-          drawClear: [(chart) => shade(chart, figure)],
+          drawClear: [(chart) => shade(chart, figures[number])],
           setSelect: [
             (chart) => {
               const { left, width } = chart.select;
@@ -265,9 +268,18 @@
   function drawAll() {
     for (const { chart } of plots) chart.destroy();
     measure();
-    plots = figures.map((figure, i) => draw(figure, hosts[i]));
+    plots = figures.map((_, number) => draw(number));
     window.plots = plots;
   }
+
+  // Other data of the same plots, as a run goes on; where there are others, the page is loaded again.
+  window.renew = (next) => {
+    const shape = (figure) => figure.traces.map(({ band }) => (band ? 3 : 1)).join();
+    if (next.map(shape).join(";") !== figures.map(shape).join(";")) return location.reload();
+    figures = next;
+    measure();
+    plots.forEach(({ chart }, number) => chart.setData(table(figures[number])));
+  };
 
   for (const host of hosts) {
     const canvas = host.querySelector(".canvas");

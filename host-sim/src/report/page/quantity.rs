@@ -35,6 +35,17 @@ pub(super) fn figure(value: f64) -> String {
     fixed(value, (3.0 - order).clamp(0.0, MOST_PLACES) as usize)
 }
 
+/// The same without zeros at its end.
+#[must_use]
+pub(super) fn plain(value: f64) -> String {
+    let text = figure(value);
+    if text.contains('.') && !text.contains('·') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
 /// Two digits that count, and a power of ten.
 fn power_of_ten(value: f64) -> String {
     let text = format!("{value:.1e}");
@@ -137,6 +148,18 @@ mod tests {
             (f64::INFINITY, "∞"),
         ] {
             assert_eq!(figure(value), text);
+        }
+    }
+
+    #[test]
+    fn plain_figures_end_with_no_zero() {
+        for (value, text) in [
+            (60.0, "60"),
+            (0.001, "0.001"),
+            (30_900.2, "30900"),
+            (1e-6, "1.0·10⁻⁶"),
+        ] {
+            assert_eq!(plain(value), text);
         }
     }
 

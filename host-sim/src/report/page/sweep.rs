@@ -1,6 +1,6 @@
 //! The page of a sweep.
 
-use super::quantity::{SIDES, figure, fixed};
+use super::quantity::{SIDES, figure, fixed, plain};
 use super::{Block, Column, Figure, Page, Section, Table, Tone, Verdict};
 use crate::report::distribution;
 use crate::scenario::Scenario;
@@ -68,7 +68,7 @@ fn verdict(distribution: &Distribution) -> Verdict {
             "Of {} random servos {} converged.",
             distribution.runs, distribution.converged
         ),
-        detail: format!("Of 95 % of them: {}.", within.join(", ")),
+        detail: format!("In 95 % of the servos: {}.", within.join(", ")),
     }
 }
 
@@ -130,8 +130,8 @@ fn how_sure(distribution: &Distribution) -> Vec<Block> {
         "Errors are against the truth, which a simulation knows. With {} servos chance leaves a share of 50 % unsure \
          by ± {} points and one of 95 % by ± {} (two standard errors).",
         distribution.runs,
-        figure(chance(0.5)),
-        figure(chance(0.95))
+        fixed(chance(0.5), 1),
+        fixed(chance(0.95), 1)
     ))]
 }
 
@@ -140,10 +140,10 @@ fn rests_on(of: &Swept<'_>) -> Vec<Block> {
     let drawn = match scenario.stated.identifier.plant_box {
         Some(within) => format!(
             "a from {} to {} 1/s, b from {} to {} rad/s² per command unit, the plant_box",
-            figure(within.a[0]),
-            figure(within.a[1]),
-            figure(within.b[0]),
-            figure(within.b[1])
+            plain(within.a[0]),
+            plain(within.a[1]),
+            plain(within.b[0]),
+            plain(within.b[1])
         ),
         None => "a and b within a factor of three of the scenario's servo".to_owned(),
     };
@@ -157,8 +157,8 @@ fn rests_on(of: &Swept<'_>) -> Vec<Block> {
             "Each run",
             format!(
                 "{} s at {} Hz",
-                figure(scenario.duration),
-                figure(1.0 / scenario.sample_time())
+                plain(scenario.duration),
+                plain(1.0 / scenario.sample_time())
             ),
         ),
         ("Method", scenario.identifier.law.name().to_owned()),

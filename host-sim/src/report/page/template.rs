@@ -2,14 +2,19 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::{Block, Figure, Page, Section, Stretch, Stroke, Table, Tone, Verdict, data, drawing};
+use serde_json::{Map, Value, json};
+
+use super::{
+    Block, Figure, Page, Section, Stage, Stretch, Stroke, Table, Tone, Verdict, data, drawing,
+};
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
+const FOLLOWING: &str = include_str!("live.js");
 const PLOT_STYLE: &str = include_str!("vendor/uPlot-1.6.32/uPlot.min.css");
 const PLOT_SCRIPT: &str = include_str!("vendor/uPlot-1.6.32/uPlot.iife.min.js");
 
-/// Nothing is loaded from anywhere, whatever the page says.
+/// Nothing is loaded from anywhere, whatever the page says; a page that follows a run asks its own server.
 const POLICY: &str =
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
 
@@ -17,31 +22,77 @@ impl Page {
     /// The page as one file of HTML.
     #[must_use]
     pub fn html(&self) -> String {
+        self.set(None)
+    }
+
+    /// The page of a run that a server shows.
+    #[must_use]
+    pub fn live_html(&self, stage: Stage) -> String {
+        self.set(Some(stage))
+    }
+
+    /// What a browser that shows an earlier page of the run must change, JSON.
+    #[must_use]
+    pub fn change(&self, stage: Stage) -> String {
+        if stage == Stage::Over {
+            return json!({ "over": true }).to_string();
+        }
+        let texts = self.sections.iter().filter(|section| !section.is_drawn());
+        let mut parts: Map<String, Value> = texts
+            .map(|section| {
+                (
+                    text_anchor(section),
+                    self.text(section).into_string().into(),
+                )
+            })
+            .collect();
+        parts.insert(
+            "verdict".to_owned(),
+            verdict(&self.verdict).into_string().into(),
+        );
+        let figures: Vec<&Figure> = self.figures().collect();
+        let parts = Value::from(parts);
+        format!(
+            r#"{{"over":false,"parts":{parts},"figures":{}}}"#,
+            data::json(&figures)
+        )
+    }
+
+    fn set(&self, stage: Option<Stage>) -> String {
+        let connect = match stage {
+            Some(Stage::Underway) => "; connect-src 'self'",
+            _ => "",
+        };
         html! {
             (DOCTYPE)
             html lang="en" {
                 head {
                     meta charset="utf-8";
                     meta name="viewport" content="width=device-width, initial-scale=1";
-                    meta http-equiv="Content-Security-Policy" content=(POLICY);
+                    meta http-equiv="Content-Security-Policy" content=(format!("{POLICY}{connect}"));
                     meta name="color-scheme" content="light dark";
                     title { (self.title) }
                     link rel="icon" href="data:,";
                     style { (PreEscaped(PLOT_STYLE)) (PreEscaped(STYLE)) }
                 }
-                body { (self.body()) }
+                body { (self.body(stage)) }
             }
         }
         .into_string()
     }
 
-    fn body(&self) -> Markup {
+    fn body(&self, stage: Option<Stage>) -> Markup {
         let figures: Vec<&Figure> = self.figures().collect();
         html! {
             a.skip href="#main" { "To the result" }
             header {
                 h1 { (self.title) }
-                (verdict(&self.verdict))
+                @match stage {
+                    Some(Stage::Underway) => p #stage role="status" { "The run goes on; this page follows it." },
+                    Some(Stage::Over) => p #stage role="status" { "The run is over; this page stays." },
+                    None => {}
+                }
+                div #verdict { (verdict(&self.verdict)) }
                 nav aria-label="Sections" {
                     @for section in &self.sections {
                         a href=(format!("#{}", anchor(section))) { (section.heading) }
@@ -52,7 +103,7 @@ impl Page {
                 @for section in &self.sections {
                     section #(anchor(section)) {
                         h2 { (section.heading) }
-                        @for block in &section.blocks { (self.block(block)) }
+                        div #(text_anchor(section)) { (self.text(section)) }
                     }
                 }
             }
@@ -66,6 +117,7 @@ impl Page {
                 script { (PreEscaped(PLOT_SCRIPT)) }
                 script { (PreEscaped(SCRIPT)) }
             }
+            @if stage == Some(Stage::Underway) { script { (PreEscaped(FOLLOWING)) } }
         }
     }
 
@@ -75,6 +127,10 @@ impl Page {
             Block::Figures(figures) => figures.as_slice(),
             _ => &[],
         })
+    }
+
+    fn text(&self, section: &Section) -> Markup {
+        html! { @for block in &section.blocks { (self.block(block)) } }
     }
 
     fn block(&self, block: &Block) -> Markup {
@@ -101,6 +157,11 @@ impl Page {
 /// The name that a section is found by.
 fn anchor(section: &Section) -> String {
     section.heading.to_lowercase().replace(' ', "-")
+}
+
+/// The name that what it says is found by.
+fn text_anchor(section: &Section) -> String {
+    format!("{}-text", anchor(section))
 }
 
 fn verdict(verdict: &Verdict) -> Markup {

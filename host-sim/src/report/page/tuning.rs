@@ -1,6 +1,6 @@
 //! The page of a tuning.
 
-use super::quantity::{figure, sentence};
+use super::quantity::{figure, plain, sentence};
 use super::{Block, Figure, Page, Section, Tone, Verdict, gains};
 use crate::report::plot::Panel;
 use crate::tune::Tuned;
@@ -47,7 +47,7 @@ pub fn tuning(
         ("Sensitivity", settings.most_sensitivity, "at most"),
     ];
     let facts =
-        facts.map(|(name, value, unit)| (name.to_owned(), format!("{} {unit}", figure(value))));
+        facts.map(|(name, value, unit)| (name.to_owned(), format!("{} {unit}", plain(value))));
     let figures = panels.iter().map(Figure::of).collect();
     let sections = [
         Section::of("What was found", gains::of(tuned)),
