@@ -1,6 +1,7 @@
 //! The call of the program, as reports tell it.
 
 use std::env;
+use std::ffi::OsStr;
 use std::path::Path;
 
 /// What was done, to what file.
@@ -11,11 +12,12 @@ pub(super) fn title(done: &str, file: &Path) -> String {
 
 /// The call as it may be typed again.
 pub(super) fn command() -> String {
-    let words: Vec<String> = env::args_os()
-        .skip(1)
-        .map(|word| quoted(&word.to_string_lossy()))
-        .collect();
-    format!("host-sim {}", words.join(" "))
+    let name = env::args_os().next().unwrap_or_default();
+    // Where the program lies says nothing to who reads it elsewhere.
+    let name = Path::new(&name).file_stem().map(OsStr::to_owned);
+    let words = name.into_iter().chain(env::args_os().skip(1));
+    let words: Vec<String> = words.map(|word| quoted(&word.to_string_lossy())).collect();
+    words.join(" ")
 }
 
 /// A word as a shell takes it for one.

@@ -46,6 +46,7 @@ impl<'a> LiveCommission<'a> {
             end: None,
             known: Vec::new(),
             tuning: None,
+            no_gains: None,
             trial: None,
             course: self.course.clone().finish(sample.time),
         };

@@ -112,22 +112,16 @@ impl Browser {
 impl Drop for Browser {
     fn drop(&mut self) {
         // The driver ends its browser with the session.
-        let _ = ureq::delete(&self.session).call();
+        let _ = minreq::delete(&self.session).send();
         let _ = self.driver.kill();
         let _ = self.driver.wait();
     }
 }
 
 fn post(address: &str, body: &Value) -> Value {
-    let agent: ureq::Agent = ureq::Agent::config_builder()
-        .http_status_as_error(false)
-        .build()
-        .into();
-    let mut answer = agent
-        .post(address)
-        .send_json(body)
-        .expect("the driver answers");
-    let mut answer: Value = answer.body_mut().read_json().expect("JSON");
+    let request = minreq::post(address).with_json(body).expect("JSON");
+    let answer = request.send().expect("the driver answers");
+    let mut answer: Value = answer.json().expect("JSON");
     let value = answer["value"].take();
     assert!(value.get("error").is_none(), "{address}: {value}");
     value

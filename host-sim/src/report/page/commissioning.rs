@@ -283,10 +283,11 @@ fn rests_on(of: &Commissioned<'_>) -> Vec<Block> {
 
 fn next(of: &Commissioned<'_>) -> Vec<Block> {
     if let Some(reason) = of.outcome.reason() {
-        return vec![
-            Block::Text(sentence(reason.cause())),
-            Block::List(vec![sentence(reason.remedy())]),
-        ];
+        let mut steps = vec![sentence(reason.remedy())];
+        if let Some(no_gains) = &of.outcome.no_gains {
+            steps.push(sentence(&no_gains.to_string()));
+        }
+        return vec![Block::Text(sentence(reason.cause())), Block::List(steps)];
     }
     match (of.outcome.servo(), &of.outcome.tuning) {
         (Some(known), Some(tuning)) => keep(known, tuning, of.scenario),

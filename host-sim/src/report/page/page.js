@@ -284,6 +284,10 @@
   for (const host of hosts) {
     const canvas = host.querySelector(".canvas");
     canvas.tabIndex = 0;
+    // Values are spoken where keys move the cursor, not wherever the pointer passes.
+    const speak = (how) => host.querySelectorAll("output").forEach((output) => output.setAttribute("aria-live", how));
+    canvas.onfocus = () => speak("polite");
+    canvas.onblur = () => speak("off");
     canvas.setAttribute("role", "group");
     canvas.setAttribute("aria-roledescription", "plot");
     canvas.setAttribute("aria-label", host.querySelector(".title").textContent);

@@ -108,7 +108,7 @@ impl Page {
                 }
             }
             footer {
-                p { "host-sim " (env!("CARGO_PKG_VERSION")) ", called as" }
+                p { "Version " (crate::VERSION) ", called as" }
                 pre tabindex="0" { code { (self.command) } }
                 p { "Plots by uPlot 1.6.32, MIT licence, © 2022 Leon Sorokin." }
             }
@@ -232,7 +232,7 @@ fn plot(figure: &Figure) -> Markup {
             figcaption {
                 span.title { (figure.title) }
                 span.axis { (figure.axis) }
-                output.place {}
+                output.place aria-live="off" {}
             }
             div.canvas { (drawing::drawing(figure)) }
             ul.legend {
@@ -241,7 +241,7 @@ fn plot(figure: &Figure) -> Markup {
                         class=(drawing::stroke(stroke)) {
                         span.sample aria-hidden="true" {}
                         (name)
-                        output {}
+                        output aria-live="off" {}
                     } }
                 }
                 @if let Some(name) = figure.band
