@@ -4,7 +4,9 @@ use identifier_core::parameters::Parameter;
 
 use super::fault::Fault;
 use super::files::{self, Files};
+use super::progress::Progress;
 use super::standard_output::say;
+use super::terminal;
 use crate::compare;
 use crate::report::{comparison, plot};
 use crate::scenario::{Purpose, Scenario, keys};
@@ -31,8 +33,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let mut files = Files::reading(&[&arguments.scenario], arguments.force);
     let json = files.output(arguments.json.as_deref())?;
     let picture = files.picture(arguments.plot.as_deref())?;
-    let compared = compare::compare(&scenario)
-        .map_err(|fault| Fault::of_scenario(&arguments.scenario, fault))?;
+    let of_scenario = |fault| Fault::of_scenario(&arguments.scenario, fault);
+    let runs = compare::runs(&scenario).map_err(of_scenario)?;
+    let progress = Progress::of(runs as u64, "runs");
+    let compared = compare::compare(&scenario, &|| progress.advance()).map_err(of_scenario)?;
+    drop(progress);
     let drawn = picture.map(|picture| {
         let methods = compared.methods.iter().map(|method| method.name);
         let cases = compared.cases.iter().map(|compared| compared.case.name);
@@ -50,10 +55,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let document = || comparison::Document::new(&compared);
     files::commit([drawn, json.map(|json| json.document(&document()))])?;
     if !files.own_standard_output() {
-        say!("{}", comparison::methods(&compared))?;
+        let width = terminal::width();
+        say!("{}", comparison::methods(&compared, width))?;
         for case in &compared.cases {
             say!("\n{}: {}", case.case.name, case.case.detail)?;
-            say!("{}", comparison::case(case, &compared))?;
+            say!("{}", comparison::case(case, &compared, width))?;
         }
         say!(
             "Errors: mean over the last quarter of {} s less the truth. Settled: from when on â stays \

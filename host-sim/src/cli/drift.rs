@@ -4,7 +4,9 @@ use identifier_core::excitation::Excitation;
 
 use super::fault::Fault;
 use super::files::{self, Files};
+use super::progress::Progress;
 use super::standard_output::say;
+use super::terminal;
 use crate::drift::{self, Differences};
 use crate::report::drift as report;
 use crate::scenario::{Arithmetic, Purpose, Reference, Scenario, keys};
@@ -64,12 +66,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let mut traces = report::Traces::default();
     let mut place = 0;
     let mut differences = Differences::lasting(scenario.duration);
+    let progress = Progress::of_samples(samples);
     drift::run(
         &scenario,
         arguments.turns,
         samples,
         &mut |_| reference.process(&mut state) * units.position_unit(),
         &mut |compared| {
+            progress.advance();
             differences.add(compared);
             traces.add(compared);
             if place % every == 0 {
@@ -79,6 +83,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         },
     )
     .map_err(|error| input(error.to_string()))?;
+    drop(progress);
 
     let document = || report::Document::new(&differences, place, units.sample_time());
     files::commit([
@@ -87,7 +92,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         json.map(|json| json.document(&document())),
     ])?;
     if !files.own_standard_output() {
-        say!("{}", report::table(&differences))?;
+        say!("{}", report::table(&differences, terminal::width()))?;
         say!(
             "Differences from f64 on the same {place} measurements: mean and root mean square over \
              the last quarter, the largest\nover the whole run."

@@ -6,13 +6,14 @@ use super::fault::Fault;
 use super::files::{self, Files, Output, Picture};
 use super::recording::{Recorded, Recording, Rows};
 use super::standard_output::say;
+use super::terminal;
 use crate::analysis::Status;
 use crate::experiment::Outcome;
 use crate::replay::Agreement;
 use crate::report::json::Document;
 use crate::report::logs::{LogDocument, PredictionDocument};
 use crate::report::panels::{self, Traces};
-use crate::report::{residual, table, terms};
+use crate::report::{residual, style, table, terms};
 use crate::scenario::Scenario;
 
 /// Where the results of one experiment go.
@@ -109,16 +110,21 @@ impl Results {
                 say!("{log}")?;
             }
             if let Some(agreement) = agreement {
-                let warning = if agreement.holds() { "" } else { "warning: " };
-                say!("{warning}{agreement}")?;
+                match agreement.holds() {
+                    true => say!("{agreement}")?,
+                    false => say!("{} {agreement}", style::warning())?,
+                }
             }
-            say!("{}", table::estimates(&[(summary.law, &summary)]))?;
+            say!(
+                "{}",
+                table::estimates(&[(summary.law, &summary)], terminal::width())
+            )?;
             let truth = summary.truth.map(|_| &scenario.effects);
-            let terms = terms::terms(&summary, truth);
+            let terms = terms::terms(&summary, truth, terminal::width());
             if !terms.is_empty() {
                 say!("{terms}")?;
             }
-            say!("{}: {}", summary.status().name(), summary.reason)?;
+            say!("{}: {}", style::status(summary.status()), summary.reason)?;
             if let Some(batch) = &summary.batch {
                 say!(
                     "{}",

@@ -3,6 +3,7 @@ use std::path::{Path, PathBuf};
 use super::fault::Fault;
 use super::files::{self, Files};
 use super::standard_output::say;
+use super::terminal;
 use crate::experiment::Sample;
 use crate::paper::{self, Case, Method, Run};
 use crate::report::json::Document;
@@ -54,7 +55,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
 
     say!(
         "{}",
-        table::estimates(&runs.each_ref().map(|run| (run.name(), &run.summary)))
+        table::estimates(
+            &runs.each_ref().map(|run| (run.name(), &run.summary)),
+            terminal::width()
+        )
     )?;
     say!(
         "Nominal: a = {} 1/s, b = {} rad/s² per command unit. Estimates: mean ± standard deviation \

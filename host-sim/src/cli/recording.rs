@@ -4,6 +4,7 @@ use std::io;
 
 use super::fault::Fault;
 use super::files::{Output, io_error};
+use super::progress::Progress;
 use crate::analysis::{Summariser, Summary};
 use crate::experiment::{Outcome, Sample};
 use crate::report::csv::TraceWriter;
@@ -18,6 +19,7 @@ pub(super) struct Recording {
     summariser: Summariser,
     traces: Option<Traces>,
     rows: Option<Rows>,
+    progress: Progress,
 }
 
 /// What an experiment that has ended leaves.
@@ -42,12 +44,14 @@ impl Recording {
             summariser: Summariser::lasting(scenario, duration),
             traces,
             rows,
+            progress: Progress::of_samples((duration / scenario.sample_time()) as u64),
         }
     }
 
     /// A sample.
     pub(super) fn add(&mut self, sample: &Sample) {
         self.summariser.add(sample);
+        self.progress.advance();
         if let Some(traces) = &mut self.traces {
             traces.add(sample);
         }

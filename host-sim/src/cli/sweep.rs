@@ -1,12 +1,12 @@
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
-use indicatif::{ProgressBar, ProgressStyle};
-
 use super::fault::Fault;
 use super::files::{self, Files};
 use super::interruption;
+use super::progress::Progress;
 use super::standard_output::say;
+use super::terminal;
 use crate::report::distribution;
 use crate::scenario::{Purpose, Scenario, keys};
 use crate::sweep::{self, Distribution};
@@ -53,18 +53,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
             .map_err(|error| Fault::Other(format!("no {threads} threads: {error}")))?;
     }
     let stop = interruption::asks_first();
-    // Shown on a terminal alone.
-    let bar = ProgressBar::new(u64::from(arguments.runs));
-    if let Ok(style) = ProgressStyle::with_template(
-        "{bar:40} {pos} of {len} servos, {per_sec}, {eta} left (Ctrl-C ends with what is done)",
-    ) {
-        bar.set_style(style);
-    }
+    let what = "servos (Ctrl-C ends with what is done)";
+    let progress = Progress::of(u64::from(arguments.runs), what);
     let runs = sweep::sweep(&scenario, arguments.runs, arguments.seed, stop, &|| {
-        bar.inc(1)
+        progress.advance()
     })
     .map_err(|fault| Fault::of_scenario(&arguments.scenario, fault))?;
-    bar.finish_and_clear();
+    drop(progress);
     if runs.is_empty() {
         return Err(Fault::Other("stopped before a servo was done".to_owned()));
     }
@@ -78,7 +73,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         json.map(|json| json.document(&document())),
     ])?;
     if !files.own_standard_output() {
-        say!("{}", distribution::table(&result))?;
+        say!("{}", distribution::table(&result, terminal::width()))?;
         say!(
             "{law}, {} servos: {} converged, {} unexplained, {} without information, {} moving, {} aborted",
             result.runs,

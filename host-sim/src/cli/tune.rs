@@ -8,7 +8,9 @@ use identifier_core::tuning::{Goal, TuningError};
 use super::fault::Fault;
 use super::files::{self, Files};
 use super::standard_output::say;
+use crate::nearest;
 use crate::report::promise::{self, Document};
+use crate::report::style;
 use crate::scenario::{Purpose, Scenario};
 use crate::tune::{Conditions, IdentifiedResult, NoGains, Tuned};
 
@@ -100,7 +102,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         Fault::Input(format!("{}: {fault}", arguments.result.display()))
     };
     let text = fs::read_to_string(&arguments.result)
-        .map_err(|error| of_result(&format!("the result cannot be read: {error}")))?;
+        .map_err(|error| nearest::unreadable(&arguments.result, &error))
+        .map_err(|why| of_result(&format!("the result cannot be read: {why}")))?;
     let result = IdentifiedResult::read(&text).map_err(|error| of_result(&error))?;
     let warning = result.doubt.as_ref();
     if let Some(doubt) = warning.filter(|_| !arguments.accept_unconverged) {
@@ -125,11 +128,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     ])?;
     if !files.own_standard_output() {
         if let Some(doubt) = warning {
-            say!("warning: {doubt}")?;
+            say!("{} {doubt}", style::warning())?;
         }
         if arguments.command_delay.is_none() && settings.command_delay == 0.0 && !result.has_delay {
             say!(
-                "warning: no delay was identified or declared, so none is reckoned with: --command-delay states it"
+                "{} no delay was identified or declared, so none is reckoned with: --command-delay states it",
+                style::warning()
             )?;
         }
         say!(

@@ -1,27 +1,27 @@
 //! A comparison as tables, as JSON and as a picture.
 
-use comfy_table::{CellAlignment, Table, presets};
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Parameter;
 use serde::Serialize;
 
+use super::rows::Rows;
 use crate::analysis::{Status, Summary};
 use crate::compare::{Compared, Comparison, MethodResult};
 
 /// What is said of the methods whatever the case.
 #[must_use]
-pub fn methods(comparison: &Comparison) -> String {
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_BORDERS_ONLY);
-    table.set_header([
-        "method",
-        "from",
-        "loop",
-        "known beforehand",
-        "operations a sample",
-    ]);
+pub fn methods(comparison: &Comparison, width: u16) -> String {
+    let mut table = Rows::default()
+        .words("method")
+        .words("from")
+        .dispensable(0)
+        .words("loop")
+        .dispensable(1)
+        .words("known beforehand")
+        .dispensable(2)
+        .figures("operations a sample");
     for method in &comparison.methods {
-        table.add_row([
+        table.row(vec![
             method.name.to_owned(),
             method.source.to_owned(),
             method.closing.to_owned(),
@@ -31,43 +31,39 @@ pub fn methods(comparison: &Comparison) -> String {
                 .map_or_else(|| "–".to_owned(), |mean| format!("{mean:.0}")),
         ]);
     }
-    if let Some(column) = table.column_mut(4) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table.to_string()
+    table.within(width)
 }
 
 /// The errors of every method in one case.
 #[must_use]
-pub fn case(compared: &Compared, comparison: &Comparison) -> String {
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_BORDERS_ONLY);
-    table.set_header([
-        "method",
-        "â − a [1/s]",
-        "b̂/b − 1",
-        "ĉ − c [rad/s²]",
-        "d̂ − d [rad/s²]",
-        "settled a, b [s]",
-        "status",
-    ]);
+pub fn case(compared: &Compared, comparison: &Comparison, width: u16) -> String {
+    let mut table = Rows::default()
+        .words("method")
+        .figures("â − a [1/s]")
+        .figures("b̂/b − 1")
+        .figures("ĉ − c [rad/s²]")
+        .dispensable(0)
+        .figures("d̂ − d [rad/s²]")
+        .dispensable(1)
+        .figures("settled a, b [s]")
+        .dispensable(2)
+        .words("status");
+    let mut refusals = String::new();
     for (method, found) in comparison.methods.iter().zip(&compared.results) {
         match found {
             MethodResult::Refused(why) => {
                 let mut row = vec![method.name.to_owned()];
                 row.extend(std::iter::repeat_n("–".to_owned(), 5));
-                row.push(format!("refused: {why}"));
-                table.add_row(row);
+                row.push("refused".to_owned());
+                table.row(row);
+                refusals += &format!("\n {}: {why}", method.name);
             }
             MethodResult::Ran(summary) => {
-                table.add_row(row(method.name, summary));
+                table.row(row(method.name, summary));
             }
         }
     }
-    for column in table.column_iter_mut().skip(1).take(5) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table.to_string()
+    table.within(width) + &refusals
 }
 
 fn row(name: &str, summary: &Summary) -> Vec<String> {

@@ -12,6 +12,8 @@ pub mod panels;
 pub mod plot;
 pub mod promise;
 pub mod residual;
+mod rows;
+pub mod style;
 pub mod table;
 pub mod terms;
 pub mod timeline;

@@ -2,12 +2,13 @@
 
 use std::fmt::Write as _;
 
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::{CellAlignment, Table};
 use identifier_core::commission::{HoldingGains, IdentifiedServo, LargestMotion, TrialResult};
 use identifier_core::tuning::Tuning;
 
 use super::{UNKNOWNS, truth, values};
 use crate::commission::Outcome;
+use crate::report::rows;
 use crate::scenario::Scenario;
 
 /// What is printed before anything moves.
@@ -195,7 +196,7 @@ pub fn verdict(before: bool, outcome: &Outcome) -> String {
 
 fn heading<const N: usize>(names: [&str; N]) -> Table {
     let mut table = Table::new();
-    table.load_style(presets::UTF8_BORDERS_ONLY);
+    table.load_style(rows::STYLE);
     table.set_header(names);
     table
 }
