@@ -1,6 +1,7 @@
 use std::io;
 use std::path::PathBuf;
 
+use super::drawing::Drawing;
 use super::fault::Fault;
 use super::files::{self, Files, Output, io_error};
 use super::standard_output::say;
@@ -25,9 +26,8 @@ pub(super) struct Arguments {
     /// Write the samples, a row each, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Draw phases, limits and signals into this file, .png or .svg; `-` is standard output, as SVG.
-    #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
+    #[command(flatten)]
+    drawing: Drawing,
     /// Replace files that are there already.
     #[arg(long)]
     force: bool,
@@ -46,7 +46,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let mut files = Files::reading(&[&arguments.scenario], arguments.force);
     let json = files.output(arguments.json.as_deref())?;
     let mut rows = files.output(arguments.csv.as_deref())?.map(Rows::begin);
-    let plot = files.picture(arguments.plot.as_deref())?;
+    let plot = files.picture(&arguments.drawing)?;
     let mut traces = plot.is_some().then(report::Traces::default);
     let silent = files.own_standard_output();
 

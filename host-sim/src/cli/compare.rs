@@ -1,14 +1,13 @@
 use std::path::PathBuf;
 
-use identifier_core::parameters::Parameter;
-
+use super::drawing::Drawing;
 use super::fault::Fault;
 use super::files::{self, Files};
 use super::progress::Progress;
 use super::standard_output::say;
 use super::terminal;
 use crate::compare;
-use crate::report::{comparison, plot};
+use crate::report::comparison;
 use crate::scenario::{Purpose, Scenario, keys};
 
 #[derive(Debug, clap::Args)]
@@ -19,10 +18,8 @@ pub(super) struct Arguments {
     /// Write the result as JSON to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Draw the errors of every method in every case into this file, .png or .svg; `-` is standard
-    /// output, as SVG.
-    #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
+    #[command(flatten)]
+    drawing: Drawing,
     /// Replace files that are there already.
     #[arg(long)]
     force: bool,
@@ -32,26 +29,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
     let mut files = Files::reading(&[&arguments.scenario], arguments.force);
     let json = files.output(arguments.json.as_deref())?;
-    let picture = files.picture(arguments.plot.as_deref())?;
+    let picture = files.picture(&arguments.drawing)?;
     let of_scenario = |fault| Fault::of_scenario(&arguments.scenario, fault);
     let runs = compare::runs(&scenario).map_err(of_scenario)?;
     let progress = Progress::of(runs as u64, "runs");
     let compared = compare::compare(&scenario, &|| progress.advance()).map_err(of_scenario)?;
     drop(progress);
-    let drawn = picture.map(|picture| {
-        let methods = compared.methods.iter().map(|method| method.name);
-        let cases = compared.cases.iter().map(|compared| compared.case.name);
-        let grid = |parameter, title: &str| plot::Grid {
-            title: title.to_owned(),
-            rows: methods.clone().map(str::to_owned).collect(),
-            columns: cases.clone().map(str::to_owned).collect(),
-            values: comparison::grid(&compared, parameter),
-        };
-        picture.grids(&[
-            grid(Parameter::A, "log₁₀ of the error of a, 1/s"),
-            grid(Parameter::B, "log₁₀ of the relative error of b"),
-        ])
-    });
+    let drawn = picture.map(|picture| picture.grids(&comparison::grids(&compared)));
     let document = || comparison::Document::new(&compared);
     files::commit([drawn, json.map(|json| json.document(&document()))])?;
     if !files.own_standard_output() {

@@ -2,6 +2,7 @@ use std::path::PathBuf;
 
 use identifier_core::excitation::Excitation;
 
+use super::drawing::Drawing;
 use super::fault::Fault;
 use super::files::{self, Files};
 use super::progress::Progress;
@@ -29,9 +30,8 @@ pub(super) struct Arguments {
     /// output.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Draw the differences over time into this file, .png or .svg; `-` is standard output, as SVG.
-    #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
+    #[command(flatten)]
+    drawing: Drawing,
     /// Replace files that are there already.
     #[arg(long)]
     force: bool,
@@ -54,7 +54,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let mut files = Files::reading(&[&arguments.scenario], arguments.force);
     let json = files.output(arguments.json.as_deref())?;
     let csv = files.output(arguments.csv.as_deref())?;
-    let picture = files.picture(arguments.plot.as_deref())?;
+    let picture = files.picture(&arguments.drawing)?;
 
     let units = scenario.units();
     let reference = Reference::<f64>::new(&units, &scenario.excitation)

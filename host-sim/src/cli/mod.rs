@@ -3,6 +3,7 @@
 mod commission;
 mod compare;
 mod completions;
+mod drawing;
 mod drift;
 mod drive;
 mod fault;

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::drawing::Drawing;
 use super::fault::Fault;
 use super::files::{self, Files, Output, Picture};
 use super::recording::{Recorded, Recording, Rows};
@@ -25,9 +26,8 @@ pub(super) struct Outputs {
     /// Write the trace, one row a sample, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Draw the estimates and signals into this file, .png or .svg; `-` is standard output, as SVG.
-    #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
+    #[command(flatten)]
+    drawing: Drawing,
     /// Replace files that are there already.
     #[arg(long)]
     force: bool,
@@ -61,7 +61,7 @@ impl Outputs {
         Ok(Results {
             json: files.output(self.json.as_deref())?,
             csv: files.output(self.csv.as_deref())?,
-            plot: files.picture(self.plot.as_deref())?,
+            plot: files.picture(&self.drawing)?,
             silent: files.own_standard_output(),
         })
     }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::tuning::{Goal, TuningError};
 
+use super::drawing::Drawing;
 use super::fault::Fault;
 use super::files::{self, Files};
 use super::standard_output::say;
@@ -77,10 +78,8 @@ pub(super) struct Arguments {
     /// Write gains and promise as JSON to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Draw the predicted step and the sensitivity into this file, .png or .svg; `-` is standard output,
-    /// as SVG.
-    #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
+    #[command(flatten)]
+    drawing: Drawing,
     /// Replace files that are there already.
     #[arg(long)]
     force: bool,
@@ -96,7 +95,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         .collect();
     let mut files = Files::reading(&inputs, arguments.force);
     let json = files.output(arguments.json.as_deref())?;
-    let picture = files.picture(arguments.plot.as_deref())?;
+    let picture = files.picture(&arguments.drawing)?;
 
     let of_result = |fault: &dyn std::fmt::Display| {
         Fault::Input(format!("{}: {fault}", arguments.result.display()))

@@ -39,7 +39,7 @@ pub fn table(distribution: &Distribution, width: u16) -> String {
     table.within(width)
 }
 
-/// The quantile functions, one panel for each quantity.
+/// Which share of the servos is no worse, one panel for each quantity.
 #[must_use]
 pub fn panels(distribution: &Distribution) -> Vec<Panel> {
     distribution.spreads.iter().map(panel).collect()
@@ -48,22 +48,22 @@ pub fn panels(distribution: &Distribution) -> Vec<Panel> {
 fn panel(spread: &Spread) -> Panel {
     let share = |place: usize| 100.0 * (place + 1) as f64 / spread.sorted.len() as f64;
     Panel {
-        title: format!("{} over {} servos", spread.name, spread.count),
-        logarithmic: true,
-        abscissa: "servos that are no worse [%]".to_owned(),
-        axis: format!("{} [{}]", spread.name, spread.unit),
+        title: String::new(),
+        logarithmic_abscissa: true,
+        abscissa: format!("{} [{}]", spread.name, spread.unit),
+        axis: format!("share of {} servos that are no worse [%]", spread.count),
         curves: vec![
             spread
                 .sorted
                 .iter()
                 .enumerate()
                 .filter(|(_, value)| **value > 0.0)
-                .map(|(place, &value)| (share(place), value))
+                .map(|(place, &value)| (value, share(place)))
                 .collect::<Envelope>()
                 .curve(None),
         ],
         nominal: None,
-        range: None,
+        range: Some((0.0, 100.0)),
     }
 }
 

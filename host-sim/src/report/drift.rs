@@ -107,7 +107,7 @@ pub fn panels(traces: &Traces) -> Vec<Panel> {
             title: format!("{title}, less f64"),
             abscissa: plot::TIME.to_owned(),
             axis: (*axis).to_owned(),
-            logarithmic: false,
+            logarithmic_abscissa: false,
             curves: HELD
                 .iter()
                 .zip(envelopes)

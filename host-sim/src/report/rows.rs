@@ -1,8 +1,8 @@
 //! Tables as wide as there is room for: where there is too little, columns are left out, and no line is
 //! broken.
 
-use comfy_table::{LineStyle, TableStyle};
 use comfy_table::{CellAlignment, ColumnConstraint, Table};
+use comfy_table::{LineStyle, TableStyle};
 
 use super::style;
 
@@ -81,6 +81,7 @@ impl Rows {
         table.set_header(self.columns.iter().map(|column| &column.heading));
         table.add_rows(&self.rows);
         for (place, column) in table.column_iter_mut().enumerate() {
+            column.set_padding((0, 1));
             if self.columns[place].is_figure {
                 column.set_cell_alignment(CellAlignment::Right);
             }
