@@ -7,6 +7,7 @@ pub mod compare;
 pub mod drift;
 pub mod drive;
 pub mod experiment;
+pub mod live;
 pub mod loops;
 pub mod monitor;
 pub mod paper;
