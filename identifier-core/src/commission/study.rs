@@ -59,7 +59,7 @@ impl<N: Number, const W: usize> Study<N, W> {
     /// The part of the command that it may ask for.
     const OF_COMMAND: f64 = 0.5;
 
-    /// The least counts of a step that tell an overshoot.
+    /// The least counts of a step that tell an overshoot and a rise.
     const SEEN: f64 = 40.0;
 
     /// How much larger the next step is where friction holds the servo through one.
@@ -290,8 +290,7 @@ impl<N: Number, const W: usize> Study<N, W> {
     fn room(&self) -> f64 {
         let [low, high] = self.settings.limits.travel;
         let farthest = high.max(-low);
-        let few = TuningSettings::LEAST_COUNTS * self.settings.resolution;
-        (Self::STEP * farthest).max(few.min(Self::MOST_STEP * farthest))
+        (Self::STEP * farthest).max(self.least_step().min(Self::MOST_STEP * farthest))
     }
 
     /// The largest that there can be, where friction holds the servo through a smaller one, rad.

@@ -3,6 +3,7 @@ use super::motion::Motion;
 use super::pass::{Best, Pass};
 use super::prior::Prior;
 use super::{A, B, COULOMB, DELAY, LOAD, ROUNDING, UNKNOWNS};
+use crate::measurement::direction::direction as direction_of;
 use crate::model::FrictionStep;
 use crate::number::Number;
 
@@ -272,22 +273,9 @@ impl<N: Number> ServoFit<N> {
     }
 }
 
-/// The direction in which the servo moved during a piece, zero at standstill: by its own travel, or, if
-/// that is within the encoder's rounding, by that of the neighbouring pieces too.
+/// The direction in which the servo moved during a piece, zero at standstill.
 fn direction<N: Number, const W: usize>(motion: &Motion<N, W>, index: usize) -> N {
-    /// Travel that exceeds crossing one edge of the encoder to and fro.
-    const BEYOND: f64 = 1.5;
-    let beyond = N::from_f64(BEYOND);
     let travel = |index: usize| motion.get(index).map_or(N::ZERO, |piece| piece.travel);
-    let own = travel(index);
-    let around = own + travel(index + 1) + index.checked_sub(1).map_or(N::ZERO, travel);
-    for way in [own, around] {
-        if way > beyond {
-            return N::ONE;
-        }
-        if way < -beyond {
-            return -N::ONE;
-        }
-    }
-    N::ZERO
+    let before = index.checked_sub(1).map_or(N::ZERO, travel);
+    direction_of([before, travel(index), travel(index + 1)])
 }
