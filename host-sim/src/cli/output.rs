@@ -2,17 +2,23 @@
 
 use std::path::{Path, PathBuf};
 
+use super::call;
+use super::drawing::Drawing;
 use super::fault::Fault;
 use super::files::{self, Files, Output, Picture};
+use super::live::{Live, LiveOptions};
+use super::live_experiment::LiveExperiment;
 use super::recording::{Recorded, Recording, Rows};
 use super::standard_output::say;
+use super::terminal;
 use crate::analysis::Status;
 use crate::experiment::Outcome;
 use crate::replay::Agreement;
 use crate::report::json::Document;
 use crate::report::logs::{LogDocument, PredictionDocument};
+use crate::report::page::{self, Experiment};
 use crate::report::panels::{self, Traces};
-use crate::report::{residual, table, terms};
+use crate::report::{residual, style, table, terms};
 use crate::scenario::Scenario;
 
 /// Where the results of one experiment go.
@@ -24,9 +30,13 @@ pub(super) struct Outputs {
     /// Write the trace, one row a sample, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Draw the estimates and signals into this file, .png or .svg; `-` is standard output, as SVG.
+    #[command(flatten)]
+    drawing: Drawing,
+    /// Write a report, one HTML page with everything in it, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
+    report: Option<PathBuf>,
+    #[command(flatten)]
+    live: LiveOptions,
     /// Replace files that are there already.
     #[arg(long)]
     force: bool,
@@ -35,9 +45,13 @@ pub(super) struct Outputs {
 /// The results of one experiment, begun.
 #[derive(Debug)]
 pub(super) struct Results {
+    /// What the report is called.
+    title: String,
     json: Option<Output>,
     csv: Option<Output>,
     plot: Option<Picture>,
+    report: Option<Output>,
+    live: Option<Live>,
     /// Whether one of them has standard output to itself.
     silent: bool,
 }
@@ -54,13 +68,17 @@ pub(super) struct Notes {
 }
 
 impl Outputs {
-    /// Begins every file that is asked for, none of which may be among those that are read.
-    pub(super) fn begin(&self, inputs: &[&Path]) -> Result<Results, Fault> {
+    /// Begins every file that is asked for, none of which may be among those that are read; the report has
+    /// a `title`.
+    pub(super) fn begin(&self, title: String, inputs: &[&Path]) -> Result<Results, Fault> {
         let mut files = Files::reading(inputs, self.force);
         Ok(Results {
+            title,
             json: files.output(self.json.as_deref())?,
             csv: files.output(self.csv.as_deref())?,
-            plot: files.picture(self.plot.as_deref())?,
+            plot: files.picture(&self.drawing)?,
+            report: files.output(self.report.as_deref())?,
+            live: self.live.begin()?,
             silent: files.own_standard_output(),
         })
     }
@@ -71,12 +89,15 @@ impl Results {
     /// together, s.
     pub(super) fn record(&mut self, scenario: &Scenario, duration: f64, passes: u32) -> Recording {
         let rows = self.csv.take().map(Rows::begin);
-        let traces = self.plot.is_some().then(Traces::default);
-        Recording::new(scenario, duration, passes, rows, traces)
+        let is_shown = self.plot.is_some() || self.report.is_some() || self.live.is_some();
+        let traces = is_shown.then(Traces::default);
+        let live = self.live.take();
+        let live = live.map(|live| LiveExperiment::new(live, &self.title, scenario, duration));
+        Recording::new(scenario, duration, passes, rows, traces, live)
     }
 
     /// Writes what was asked for and says what was found, after `notes` on the log; an experiment that
-    /// was aborted is a fault.
+    /// was aborted is a fault. One that was shown is shown until somebody has seen enough.
     pub(super) fn conclude(
         self,
         scenario: &Scenario,
@@ -94,14 +115,29 @@ impl Results {
             summary,
             traces,
             rows,
+            live,
         } = recording.finish(scenario, outcome);
-        let picture = self.plot.zip(traces);
+        let picture = self.plot.zip(traces.as_ref());
         let document = Document::new(&summary, agreement).of_logs(logs, predictions);
+        let page = traces.as_ref().map(|traces| {
+            page::experiment(&Experiment {
+                title: &self.title,
+                command: &call::command(),
+                scenario,
+                summary: &summary,
+                document: &document,
+                agreement,
+                traces,
+            })
+        });
         files::commit([
             rows.map(Rows::finish),
             picture.map(|(picture, traces)| {
-                picture.panels("", 2, &panels::experiment(&summary, &traces))
+                picture.panels("", 2, &panels::experiment(&summary, traces))
             }),
+            self.report
+                .zip(page.as_ref())
+                .map(|(report, page)| report.page(page)),
             self.json.map(|json| json.document(&document)),
         ])?;
         if !self.silent {
@@ -109,16 +145,21 @@ impl Results {
                 say!("{log}")?;
             }
             if let Some(agreement) = agreement {
-                let warning = if agreement.holds() { "" } else { "warning: " };
-                say!("{warning}{agreement}")?;
+                match agreement.holds() {
+                    true => say!("{agreement}")?,
+                    false => say!("{} {agreement}", style::warning())?,
+                }
             }
-            say!("{}", table::estimates(&[(summary.law, &summary)]))?;
+            say!(
+                "{}",
+                table::estimates(&[(summary.law, &summary)], terminal::width())
+            )?;
             let truth = summary.truth.map(|_| &scenario.effects);
-            let terms = terms::terms(&summary, truth);
+            let terms = terms::terms(&summary, truth, terminal::width());
             if !terms.is_empty() {
                 say!("{terms}")?;
             }
-            say!("{}: {}", summary.status().name(), summary.reason)?;
+            say!("{}: {}", style::status(summary.status()), summary.reason)?;
             if let Some(batch) = &summary.batch {
                 say!(
                     "{}",
@@ -131,6 +172,9 @@ impl Results {
             for prediction in &document.predictions {
                 say!("{prediction}")?;
             }
+        }
+        if let (Some(live), Some(page)) = (live, &page) {
+            live.stay(page);
         }
         match summary.status() {
             Status::Aborted => Err(Fault::Other(summary.reason)),

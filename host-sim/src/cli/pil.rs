@@ -1,5 +1,6 @@
 use std::path::PathBuf;
 
+use super::call;
 use super::fault::Fault;
 use super::output::{Notes, Outputs};
 use crate::pil::{self, PilError};
@@ -9,7 +10,7 @@ use crate::scenario::{Purpose, Scenario, keys};
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
 pub(super) struct Arguments {
-    /// The scenario, a TOML file (its keys: `host-sim run --help`).
+    /// The scenario, a TOML file (its keys are at the end of `run --help`).
     scenario: PathBuf,
     /// Where the chip is: a serial device, or tcp:HOST:PORT for an emulator.
     #[arg(long, value_name = "PORT")]
@@ -20,7 +21,8 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
-    let mut results = arguments.outputs.begin(&[&arguments.scenario])?;
+    let title = call::title("Run on the chip of", &arguments.scenario);
+    let mut results = arguments.outputs.begin(title, &[&arguments.scenario])?;
     let fault = |error| match error {
         PilError::Scenario(fault) => Fault::of_scenario(&arguments.scenario, fault),
         other => Fault::Other(other.to_string()),

@@ -4,6 +4,9 @@ use std::io;
 
 use super::fault::Fault;
 use super::files::{Output, io_error};
+use super::live::Live;
+use super::live_experiment::LiveExperiment;
+use super::progress::Progress;
 use crate::analysis::{Summariser, Summary};
 use crate::experiment::{Outcome, Sample};
 use crate::report::csv::TraceWriter;
@@ -18,6 +21,8 @@ pub(super) struct Recording {
     summariser: Summariser,
     traces: Option<Traces>,
     rows: Option<Rows>,
+    live: Option<LiveExperiment>,
+    progress: Progress,
 }
 
 /// What an experiment that has ended leaves.
@@ -26,6 +31,7 @@ pub(super) struct Recorded {
     pub(super) summary: Summary,
     pub(super) traces: Option<Traces>,
     pub(super) rows: Option<Rows>,
+    pub(super) live: Option<Live>,
 }
 
 impl Recording {
@@ -36,18 +42,22 @@ impl Recording {
         passes: u32,
         rows: Option<Rows>,
         traces: Option<Traces>,
+        live: Option<LiveExperiment>,
     ) -> Self {
         Self {
             passes_to_come: passes.saturating_sub(1),
             summariser: Summariser::lasting(scenario, duration),
             traces,
             rows,
+            live,
+            progress: Progress::of_samples((duration / scenario.sample_time()) as u64),
         }
     }
 
     /// A sample.
     pub(super) fn add(&mut self, sample: &Sample) {
         self.summariser.add(sample);
+        self.progress.advance();
         if let Some(traces) = &mut self.traces {
             traces.add(sample);
         }
@@ -55,6 +65,9 @@ impl Recording {
             && let Some(rows) = &mut self.rows
         {
             rows.add(sample);
+        }
+        if let (Some(live), Some(traces)) = (&mut self.live, &self.traces) {
+            live.add(&self.summariser, traces);
         }
     }
 
@@ -78,6 +91,7 @@ impl Recording {
             summary,
             traces: self.traces,
             rows: self.rows,
+            live: self.live.map(LiveExperiment::into_live),
         }
     }
 }
