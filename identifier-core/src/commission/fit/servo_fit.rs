@@ -131,6 +131,12 @@ impl<N: Number> ServoFit<N> {
         self.over = self.ends(step, motion);
     }
 
+    /// Whether one of the unknowns that explain the motion best is as large as it may be.
+    pub(super) fn is_at_upper_bound(&self, best: &Best<N>) -> bool {
+        let [_, high] = &self.bounds;
+        [A, DELAY].into_iter().any(|i| best.unknowns[i] >= high[i])
+    }
+
     /// Continues by a piece; true if there is no more to do.
     fn ends<const W: usize>(&mut self, step: &FrictionStep<N>, motion: &Motion<N, W>) -> bool {
         if self.next < self.taken

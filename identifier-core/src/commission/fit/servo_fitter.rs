@@ -164,6 +164,9 @@ impl<N: Number> ServoFitter<N> {
         /// The largest correlation from piece to piece that can be told from one.
         const MOST_CORRELATED: f64 = 0.95;
         let best = fit.best().ok_or(StopReason::TooLittleEvidence)?;
+        if fit.is_at_upper_bound(best) {
+            return Err(StopReason::EstimateAtBound);
+        }
         let scale = self.scale();
         let pieces = motion.len().saturating_sub(UNKNOWNS).max(1) as f64;
         let cost = best.equations.cost().to_f64();
