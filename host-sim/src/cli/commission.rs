@@ -2,6 +2,7 @@ use std::io;
 use std::path::PathBuf;
 
 use super::call;
+use super::drawing::Drawing;
 use super::fault::Fault;
 use super::files::{self, Files, Output, io_error};
 use super::live::LiveOptions;
@@ -29,9 +30,8 @@ pub(super) struct Arguments {
     /// Write the samples, a row each, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Draw phases, limits and signals into this file, .png or .svg; `-` is standard output, as SVG.
-    #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
+    #[command(flatten)]
+    drawing: Drawing,
     /// Write a report, one HTML page with everything in it, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
@@ -55,7 +55,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let mut files = Files::reading(&[&arguments.scenario], arguments.force);
     let json = files.output(arguments.json.as_deref())?;
     let mut rows = files.output(arguments.csv.as_deref())?.map(Rows::begin);
-    let plot = files.picture(arguments.plot.as_deref())?;
+    let plot = files.picture(&arguments.drawing)?;
     let page = files.output(arguments.report.as_deref())?;
     let live = arguments.live.begin()?;
     let is_shown = plot.is_some() || page.is_some() || live.is_some();

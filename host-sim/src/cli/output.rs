@@ -3,12 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use super::call;
+use super::drawing::Drawing;
 use super::fault::Fault;
 use super::files::{self, Files, Output, Picture};
 use super::live::{Live, LiveOptions};
 use super::live_experiment::LiveExperiment;
 use super::recording::{Recorded, Recording, Rows};
 use super::standard_output::say;
+use super::terminal;
 use crate::analysis::Status;
 use crate::experiment::Outcome;
 use crate::replay::Agreement;
@@ -16,7 +18,7 @@ use crate::report::json::Document;
 use crate::report::logs::{LogDocument, PredictionDocument};
 use crate::report::page::{self, Experiment};
 use crate::report::panels::{self, Traces};
-use crate::report::{residual, table, terms};
+use crate::report::{residual, style, table, terms};
 use crate::scenario::Scenario;
 
 /// Where the results of one experiment go.
@@ -28,9 +30,8 @@ pub(super) struct Outputs {
     /// Write the trace, one row a sample, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Draw the estimates and signals into this file, .png or .svg; `-` is standard output, as SVG.
-    #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
+    #[command(flatten)]
+    drawing: Drawing,
     /// Write a report, one HTML page with everything in it, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
@@ -75,7 +76,7 @@ impl Outputs {
             title,
             json: files.output(self.json.as_deref())?,
             csv: files.output(self.csv.as_deref())?,
-            plot: files.picture(self.plot.as_deref())?,
+            plot: files.picture(&self.drawing)?,
             report: files.output(self.report.as_deref())?,
             live: self.live.begin()?,
             silent: files.own_standard_output(),
@@ -144,16 +145,21 @@ impl Results {
                 say!("{log}")?;
             }
             if let Some(agreement) = agreement {
-                let warning = if agreement.holds() { "" } else { "warning: " };
-                say!("{warning}{agreement}")?;
+                match agreement.holds() {
+                    true => say!("{agreement}")?,
+                    false => say!("{} {agreement}", style::warning())?,
+                }
             }
-            say!("{}", table::estimates(&[(summary.law, &summary)]))?;
+            say!(
+                "{}",
+                table::estimates(&[(summary.law, &summary)], terminal::width())
+            )?;
             let truth = summary.truth.map(|_| &scenario.effects);
-            let terms = terms::terms(&summary, truth);
+            let terms = terms::terms(&summary, truth, terminal::width());
             if !terms.is_empty() {
                 say!("{terms}")?;
             }
-            say!("{}: {}", summary.status().name(), summary.reason)?;
+            say!("{}: {}", style::status(summary.status()), summary.reason)?;
             if let Some(batch) = &summary.batch {
                 say!(
                     "{}",

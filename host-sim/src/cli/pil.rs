@@ -10,7 +10,7 @@ use crate::scenario::{Purpose, Scenario, keys};
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
 pub(super) struct Arguments {
-    /// The scenario, a TOML file (its keys: `host-sim run --help`).
+    /// The scenario, a TOML file (its keys are at the end of `run --help`).
     scenario: PathBuf,
     /// Where the chip is: a serial device, or tcp:HOST:PORT for an emulator.
     #[arg(long, value_name = "PORT")]

@@ -6,6 +6,7 @@ use super::fault::Fault;
 use super::files::{Output, io_error};
 use super::live::Live;
 use super::live_experiment::LiveExperiment;
+use super::progress::Progress;
 use crate::analysis::{Summariser, Summary};
 use crate::experiment::{Outcome, Sample};
 use crate::report::csv::TraceWriter;
@@ -21,6 +22,7 @@ pub(super) struct Recording {
     traces: Option<Traces>,
     rows: Option<Rows>,
     live: Option<LiveExperiment>,
+    progress: Progress,
 }
 
 /// What an experiment that has ended leaves.
@@ -48,12 +50,14 @@ impl Recording {
             traces,
             rows,
             live,
+            progress: Progress::of_samples((duration / scenario.sample_time()) as u64),
         }
     }
 
     /// A sample.
     pub(super) fn add(&mut self, sample: &Sample) {
         self.summariser.add(sample);
+        self.progress.advance();
         if let Some(traces) = &mut self.traces {
             traces.add(sample);
         }

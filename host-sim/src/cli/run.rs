@@ -9,7 +9,7 @@ use crate::simulate;
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
 pub(super) struct Arguments {
-    /// The scenario, a TOML file (its keys: `host-sim run --help`).
+    /// The scenario, a TOML file (its keys are at the end of `--help`).
     scenario: PathBuf,
     #[command(flatten)]
     outputs: Outputs,

@@ -6,11 +6,14 @@ use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::tuning::{Goal, TuningError};
 
 use super::call;
+use super::drawing::Drawing;
 use super::fault::Fault;
 use super::files::{self, Files};
 use super::standard_output::say;
+use crate::nearest;
 use crate::report::page::tuning;
 use crate::report::promise::{self, Document, FeedForwardDocument};
+use crate::report::style;
 use crate::scenario::{Purpose, Scenario};
 use crate::tune::{Conditions, IdentifiedResult, NoGains, Tuned};
 
@@ -77,10 +80,8 @@ pub(super) struct Arguments {
     /// Write gains and promise as JSON to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Draw the predicted step and the sensitivity into this file, .png or .svg; `-` is standard output,
-    /// as SVG.
-    #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
+    #[command(flatten)]
+    drawing: Drawing,
     /// Write a report, one HTML page with everything in it, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
@@ -99,14 +100,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         .collect();
     let mut files = Files::reading(&inputs, arguments.force);
     let json = files.output(arguments.json.as_deref())?;
-    let picture = files.picture(arguments.plot.as_deref())?;
+    let picture = files.picture(&arguments.drawing)?;
     let page = files.output(arguments.report.as_deref())?;
 
     let of_result = |fault: &dyn std::fmt::Display| {
         Fault::Input(format!("{}: {fault}", arguments.result.display()))
     };
     let text = fs::read_to_string(&arguments.result)
-        .map_err(|error| of_result(&format!("the result cannot be read: {error}")))?;
+        .map_err(|error| nearest::unreadable(&arguments.result, &error))
+        .map_err(|why| of_result(&format!("the result cannot be read: {why}")))?;
     let result = IdentifiedResult::read(&text).map_err(|error| of_result(&error))?;
     let warning = result.doubt.as_ref();
     if let Some(doubt) = warning.filter(|_| !arguments.accept_unconverged) {
@@ -134,11 +136,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     ])?;
     if !files.own_standard_output() {
         if let Some(doubt) = warning {
-            say!("warning: {doubt}")?;
+            say!("{} {doubt}", style::warning())?;
         }
         if arguments.command_delay.is_none() && settings.command_delay == 0.0 && !result.has_delay {
             say!(
-                "warning: no delay was identified or declared, so none is reckoned with: --command-delay states it"
+                "{} no delay was identified or declared, so none is reckoned with: --command-delay states it",
+                style::warning()
             )?;
         }
         say!(

@@ -164,6 +164,44 @@ fn errors_are_as_large_as_the_standard_errors_say() {
     );
 }
 
+/// What an encoder shows of a servo under a command that alternates, and the command.
+fn shaken(unknown: &Unknown, late: usize) -> Vec<[f32; 2]> {
+    let mut plant = Plant::at_rest(&unknown.parameters, unknown.sample_time);
+    let command = |k: usize| if k % 160 < 80 { 6.0 } else { -6.0 };
+    let mut last = 0.0;
+    (0..480_usize)
+        .map(|k| {
+            let count = (plant.position / unknown.resolution()).floor();
+            let increment = count - last;
+            last = count;
+            plant.advance(k.checked_sub(late).map_or(0.0, command));
+            [increment as f32, command(k) as f32]
+        })
+        .collect()
+}
+
+#[test]
+fn an_estimate_that_is_as_large_as_it_may_be_is_none() {
+    let mut unknown = ordinary(Effects::NONE);
+    unknown.sample_time = 1e-3;
+    unknown.parameters = ServoParameters {
+        a: 5.0,
+        b: 100.0,
+        coulomb: 30.0,
+        load: 0.0,
+    };
+    fn of<const W: usize>(unknown: &Unknown, late: usize) -> Result<(), StopReason> {
+        let motion = recorded::<W>(unknown, &shaken(unknown, late));
+        fitted(unknown, &motion, None).map(|_| ())
+    }
+    assert_eq!(of::<256>(&unknown, 1), Ok(()));
+    assert_eq!(of::<256>(&unknown, 26), Err(StopReason::EstimateAtBound));
+    // Pieces of the record in which more than half of a velocity dies down.
+    unknown.parameters.a = 60.0;
+    assert_eq!(of::<256>(&unknown, 1), Ok(()));
+    assert_eq!(of::<16>(&unknown, 1), Err(StopReason::EstimateAtBound));
+}
+
 #[test]
 fn a_long_motion_fits_into_a_short_record() {
     let unknown = ordinary(Effects::NONE);

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::{CellAlignment, Table};
 use drive_link::NoGains;
 use identifier_core::commission::{
     HoldingGains, IdentifiedServo, LargestMotion, StopReason, TrialResult,
@@ -11,6 +11,7 @@ use identifier_core::tuning::Tuning;
 
 use super::{UNKNOWNS, truth, values};
 use crate::commission::Outcome;
+use crate::report::rows;
 use crate::scenario::Scenario;
 
 /// What is printed before anything moves.
@@ -221,7 +222,7 @@ pub(crate) fn why(reason: StopReason, no_gains: Option<&NoGains>) -> String {
 
 fn heading<const N: usize>(names: [&str; N]) -> Table {
     let mut table = Table::new();
-    table.load_style(presets::UTF8_BORDERS_ONLY);
+    table.load_style(rows::STYLE);
     table.set_header(names);
     table
 }

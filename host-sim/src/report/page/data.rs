@@ -8,7 +8,7 @@ use super::{Figure, Stroke};
 #[derive(Debug, Serialize)]
 struct FigureData<'a> {
     abscissa: &'a str,
-    logarithmic: bool,
+    logarithmic_abscissa: bool,
     range: Option<(f64, f64)>,
     traces: Vec<TraceData>,
     stretches: Vec<StretchData>,
@@ -47,15 +47,15 @@ pub(super) fn json(figures: &[&Figure]) -> String {
 fn data(figure: &Figure) -> FigureData<'_> {
     let (begin, end) = figure.extent();
     let (low, high) = figure.shown();
-    let place = Rounding::of(end - begin);
-    let value = if figure.logarithmic {
+    let place = if figure.logarithmic_abscissa {
         Rounding::NONE
     } else {
-        Rounding::of(high - low)
+        Rounding::of(end - begin)
     };
+    let value = Rounding::of(high - low);
     FigureData {
         abscissa: &figure.abscissa,
-        logarithmic: figure.logarithmic,
+        logarithmic_abscissa: figure.logarithmic_abscissa,
         range: figure.range,
         traces: figure
             .traces
@@ -132,7 +132,7 @@ mod tests {
             title: String::new(),
             abscissa: "</script><b>".to_owned(),
             axis: String::new(),
-            logarithmic: false,
+            logarithmic_abscissa: false,
             range: Some((0.2, 0.3)),
             band: None,
             traces: vec![Trace {

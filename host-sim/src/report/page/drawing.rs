@@ -20,12 +20,12 @@ const COLUMNS: f64 = 320.0;
 #[must_use]
 pub(super) fn drawing(figure: &Figure) -> Markup {
     let frame = Frame::of(figure);
-    let across = ticks::linear(frame.across, 8.0);
-    let up = if figure.logarithmic {
-        ticks::decades(frame.up)
+    let across = if figure.logarithmic_abscissa {
+        ticks::decades(frame.across)
     } else {
-        ticks::linear(frame.up, 5.0)
+        ticks::linear(frame.across, 8.0)
     };
+    let up = ticks::linear(frame.up, 5.0);
     let (right, floor) = (WIDTH - RIGHT, HEIGHT - BELOW);
     html! {
         svg.drawing viewBox=(format!("0 0 {WIDTH} {HEIGHT}")) role="img" aria-label=(figure.title) {
@@ -80,7 +80,7 @@ struct Point {
 struct Frame {
     across: (f64, f64),
     up: (f64, f64),
-    logarithmic: bool,
+    logarithmic_abscissa: bool,
 }
 
 impl Frame {
@@ -88,27 +88,31 @@ impl Frame {
         Self {
             across: figure.extent(),
             up: figure.shown(),
-            logarithmic: figure.logarithmic,
+            logarithmic_abscissa: figure.logarithmic_abscissa,
         }
     }
 
     fn x(&self, place: f64) -> f64 {
-        let (begin, end) = self.across;
-        let part = (place - begin) / (end - begin).max(f64::MIN_POSITIVE);
-        LEFT + part * (WIDTH - LEFT - RIGHT)
+        LEFT + self.across(place) * (WIDTH - LEFT - RIGHT)
+    }
+
+    /// Where a place is between the frame's sides, 0 to 1.
+    fn across(&self, place: f64) -> f64 {
+        let scale = |place: f64| {
+            if self.logarithmic_abscissa {
+                place.max(f64::MIN_POSITIVE).log10()
+            } else {
+                place
+            }
+        };
+        let (begin, end) = (scale(self.across.0), scale(self.across.1));
+        (scale(place) - begin) / (end - begin).max(f64::MIN_POSITIVE)
     }
 
     /// What lies beyond the frame is drawn at its edge.
     fn y(&self, value: f64) -> f64 {
-        let scale = |value: f64| {
-            if self.logarithmic {
-                value.max(f64::MIN_POSITIVE).log10()
-            } else {
-                value
-            }
-        };
-        let (low, high) = (scale(self.up.0), scale(self.up.1));
-        let part = (scale(value) - low) / (high - low);
+        let (low, high) = self.up;
+        let part = (value - low) / (high - low);
         HEIGHT - BELOW - part.clamp(0.0, 1.0) * (HEIGHT - BELOW - ABOVE)
     }
 
@@ -119,8 +123,7 @@ impl Frame {
         let points: Vec<Point> = points
             .map(|(&(place, value), half)| Point { place, value, half })
             .collect();
-        let (begin, end) = self.across;
-        let column = |point: &Point| ((point.place - begin) / (end - begin) * COLUMNS) as i64;
+        let column = |point: &Point| (self.across(point.place) * COLUMNS) as i64;
         points
             .chunk_by(|one, next| column(one) == column(next))
             .flat_map(|chunk| {

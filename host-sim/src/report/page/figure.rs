@@ -10,8 +10,8 @@ pub struct Figure {
     pub abscissa: String,
     /// Name and unit of the vertical axis.
     pub axis: String,
-    /// Whether the vertical axis is logarithmic.
-    pub logarithmic: bool,
+    /// Whether the horizontal axis is logarithmic.
+    pub logarithmic_abscissa: bool,
     /// The range of the vertical axis; none to fit the traces.
     pub range: Option<(f64, f64)>,
     /// What the bands of its traces are, where a reader is told.
@@ -74,7 +74,7 @@ impl Figure {
             title: panel.title.clone(),
             abscissa: panel.abscissa.clone(),
             axis: panel.axis.clone(),
-            logarithmic: panel.logarithmic,
+            logarithmic_abscissa: panel.logarithmic_abscissa,
             range: panel.range,
             band: None,
             traces: panel
@@ -189,17 +189,15 @@ impl Figure {
         if let Some(range) = self.range {
             return range;
         }
-        let drawable = |value: &f64| value.is_finite() && (!self.logarithmic || *value > 0.0);
         let values = self.traces.iter().flat_map(|trace| &trace.points);
         let (low, high) = values
             .map(|(_, value)| *value)
-            .filter(drawable)
+            .filter(|value| value.is_finite())
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
                 (low.min(value), high.max(value))
             });
         match (low, high) {
             _ if low > high => (0.0, 1.0),
-            _ if self.logarithmic => (0.8 * low, 1.25 * high),
             _ if high - low > 1e-12 * high.abs() => {
                 let room = ROOM * (high - low);
                 (low - room, high + room)

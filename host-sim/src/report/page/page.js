@@ -129,14 +129,12 @@
           },
         },
         scales: {
-          x: { time: false, range: () => within(figure.abscissa) },
+          x: { time: false, distr: figure.logarithmic_abscissa ? 3 : 1, range: () => within(figure.abscissa) },
           y: {
-            distr: figure.logarithmic ? 3 : 1,
             range: (_, low, high) => {
               const { range } = figures[number];
               if (range && views.get(figure.abscissa).now == null) return range;
               if (low == null) return range ?? [0, 1];
-              if (figure.logarithmic) return uPlot.rangeLog(low, high, 10, false);
               const room = ROOM * (high - low) || 0.1 * Math.abs(high) || 1;
               return [low - room, high + room];
             },
