@@ -36,6 +36,7 @@ pub mod drift;
 pub mod drive;
 pub mod experiment;
 pub mod loops;
+pub mod monitor;
 pub mod nearest;
 pub mod paper;
 pub mod pil;
@@ -46,5 +47,8 @@ pub mod replay;
 pub mod report;
 pub mod scenario;
 pub mod simulate;
+pub mod simulated_drive;
 pub mod sweep;
 pub mod tune;
+
+pub use program::VERSION;

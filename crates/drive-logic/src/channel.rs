@@ -6,7 +6,7 @@ use core::fmt;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use heapless::spsc::{Consumer, Producer, Queue};
-use identifier_core::commission::{self, Answer};
+use identifier_core::commission;
 use identifier_core::identifier::NumberedBlock;
 
 use crate::first_fit::Fitted;
@@ -31,6 +31,7 @@ const ANSWERS: usize = 2;
 
 type Block = NumberedBlock<f32>;
 type Finding = commission::Finding<f32>;
+type Answer = commission::Answer<f32>;
 
 /// Everything between the two halves of a drive.
 #[derive(Debug)]

@@ -65,13 +65,20 @@ fn commission(instructions: &Instructions) -> Result<Phase, CommissionError> {
     let (_, encoder): (_, Encoder) = paper::servo();
     let mut samples = Phase::ALL.map(|phase| (phase, Tally::default()));
     let mut slices = Tally::default();
+    let mut answer = None;
     for _ in 0..PATIENCE {
         let seen = black_box(Seen {
             count: Some(encoder.read(plant.position) as i32),
             late: false,
             stop: None,
         });
-        let (step, taken) = counted(instructions, || machine.process(&mut state, &seen));
+        // What was answered since the last sample is taken over in this one.
+        let (step, taken) = counted(instructions, || {
+            if let Some(answer) = answer.take() {
+                machine.accept(&mut state, &answer);
+            }
+            machine.process(&mut state, &seen)
+        });
         if let Some((_, tally)) = samples.iter_mut().find(|(phase, _)| *phase == step.phase) {
             tally.add(taken);
         }
@@ -79,14 +86,13 @@ fn commission(instructions: &Instructions) -> Result<Phase, CommissionError> {
             break;
         }
         if let Some(finding) = &step.finding {
-            study.take(finding);
+            let ((), taken) = counted(instructions, || study.take(finding));
+            slices.add(taken);
         }
         for _ in 0..machine.slices() {
-            let (answer, taken) = counted(instructions, || study.work());
+            let (answered, taken) = counted(instructions, || study.work());
             slices.add(taken);
-            if let Some(answer) = answer {
-                machine.accept(&mut state, &answer);
-            }
+            answer = answered.or(answer);
         }
         plant.advance(f64::from(step.command.unwrap_or(0.0)));
     }

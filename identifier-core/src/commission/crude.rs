@@ -1,6 +1,5 @@
-use crate::model::{IdentifiedServo, ServoParameters};
+use crate::model::ServoParameters;
 use crate::number::Number;
-use crate::units::Units;
 
 /// What the wiggle has found of the servo on its way: enough to brake it, not more. Counts and samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,7 +26,8 @@ impl<N: Number> Crude<N> {
     };
 
     /// What is known in SI, for a sample time (s) and a resolution (rad).
-    pub(crate) fn of(parameters: &ServoParameters, time: f64, resolution: f64) -> Self {
+    #[must_use]
+    pub fn of(parameters: &ServoParameters, time: f64, resolution: f64) -> Self {
         let acceleration = time * time / resolution;
         let number = |value: f64| N::from_f64(value * acceleration);
         let gain = number(parameters.b.max(f64::MIN_POSITIVE));
@@ -38,23 +38,6 @@ impl<N: Number> Crude<N> {
             backward: number(parameters.load + parameters.coulomb),
             viscous: N::from_f64(parameters.a * time),
         }
-    }
-
-    /// As a servo in SI, without errors, and with a delay that is not known of two samples; none while
-    /// nothing is known.
-    pub(super) fn identified(&self, units: &Units) -> Option<IdentifiedServo> {
-        let acceleration = |value: N| value.to_f64() / units.acceleration();
-        self.is_known().then(|| IdentifiedServo {
-            parameters: ServoParameters {
-                a: self.viscous.to_f64() / units.rate(),
-                b: acceleration(self.gain),
-                coulomb: acceleration(self.coulomb()),
-                load: acceleration(self.load()),
-            },
-            delay: 2.0 * units.sample_time(),
-            covariance: [[0.0; 5]; 5],
-            unexplained: units.position_unit(),
-        })
     }
 
     /// Whether anything is known.

@@ -1,5 +1,5 @@
 use super::gains::Loop;
-use crate::control::ControlState;
+use crate::control::{ControlSample, ControlState};
 use crate::measurement::velocity::LowPassState;
 use crate::number::Number;
 
@@ -33,25 +33,22 @@ impl<N: Number> Holding<N> {
     /// Counts within which a servo is at rest: an edge of the encoder to either side.
     const AT_REST: f64 = 2.0;
 
-    /// Takes over where the servo is, without a bump of the command. `rest` is the number of samples for
-    /// which it must be still to be at rest.
+    /// Takes over where the servo is after the last sample of what held or moved it, without a bump of
+    /// the command. `rest` is the number of samples for which it must be still to be at rest.
     pub(super) fn take_over(
         controller: Loop<N>,
         limit: [N; 2],
         position: N,
-        velocity: N,
-        command: N,
+        last: &ControlSample<N>,
         pace: N,
         rest: u32,
     ) -> Self {
-        let integral = controller.pid.integral_for(command, N::ZERO, velocity);
+        let reference = position + last.error;
         Self {
-            state: ControlState::default()
-                .with_integral(integral)
-                .with_filter(LowPassState::moving(velocity)),
+            state: controller.take_over(last),
             controller,
-            reference: position,
-            target: position,
+            reference,
+            target: reference,
             pace,
             disturbance: N::ZERO,
             limit,

@@ -1,5 +1,5 @@
 use super::{
-    Answer, Commission, CommissionError, CommissionSettings, CommissionState, HoldingGains,
+    Commission, CommissionError, CommissionSettings, CommissionState, HoldingGains,
     IdentifiedServo, Phase, Seen, StopReason, Study, TrialResult,
 };
 use crate::number::Number;
@@ -74,9 +74,7 @@ impl<N: Number, const W: usize> InStep<N, W> {
         }
         let mut servo = None;
         for answer in (0..commission.slices()).filter_map(|_| study.work()) {
-            if let Answer::Identified(found) | Answer::Uncertain(found) = answer {
-                servo = Some(found);
-            }
+            servo = answer.servo().copied().or(servo);
             commission.accept(state, &answer);
         }
         let tuning = state.tuning().copied().filter(|_| !*is_tuned);

@@ -1,12 +1,13 @@
+use super::careful::Careful;
 use super::gains::{HoldingGains, Loop};
 use super::holding::Holding;
-use super::state::{Activity, CommissionState};
-use super::trial::Trial;
+use super::state::{Activity, CommissionState, Next};
 use super::{
-    Answer, CommissionError, CommissionSettings, Finding, IdentifiedServo, LargestMotion,
-    MotionRecorder, Phase, Progress, StopReason, Wiggle, WiggleState,
+    Answer, CommissionError, CommissionSettings, Crude, Finding, LargestMotion, MotionRecorder,
+    Phase, Progress, StopReason, Wiggle, WiggleState,
 };
-use crate::measurement::velocity::{LowPass, VelocityEstimate};
+use crate::control::ControlSample;
+use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
 use crate::number::Number;
 use crate::plausibility::{Observation, Plausibility};
 use crate::units::Units;
@@ -25,6 +26,7 @@ pub struct Commission<N: Number> {
     /// What tells the velocity to gains that take over.
     velocity: LowPass<N>,
     before: Option<Loop<N>>,
+    careful: Careful<N>,
     limit: [N; 2],
     /// Counts a sample, at which the servo is brought to a place.
     pace: N,
@@ -80,17 +82,16 @@ impl<N: Number> Commission<N> {
     /// The cut-off of the velocity estimate that gains take over with, ω T.
     const CUTOFF: f64 = 0.2;
 
-    /// The longest that a slice of the study takes, s: on a Cortex-M4F at 168 MHz, beside the interrupt.
+    /// What is reckoned for a slice of the study, s. On a Cortex-M4F at 168 MHz it takes a fifth of that on
+    /// the average and nearly all of it at most, beside the interrupt; a few that end a fit or a prediction
+    /// take longer (`commission-slice` in the firmware's budget).
     const SLICE: f64 = 1e-4;
 
     /// The sizes of the second and of the third motion, as parts of the first.
     const PARTS: [f64; 2] = [0.8, 0.6];
 
-    /// The part of what is left of the travel that a disturbance may move the servo.
-    const OF_ROOM: f64 = 0.2;
-
-    /// The part of the command that disturbs the servo in the trial.
-    const DISTURBANCE: f64 = 0.1;
+    /// The delay of a servo of which none is known yet, samples.
+    const UNKNOWN_DELAY: f64 = 2.0;
 
     /// For an axis that stands let go, or is held by the gains before.
     ///
@@ -113,6 +114,7 @@ impl<N: Number> Commission<N> {
             plausibility: Plausibility::new(&settings.plausibility())?,
             velocity: LowPass::new(&units, Self::CUTOFF / settings.sample_time)?,
             before: before.map(|gains| gains.build(&units)).transpose()?,
+            careful: Careful::new(&units, limits),
             limit: [N::from_f64(low), N::from_f64(high)],
             pace: N::from_f64(Self::PACE * limits.speed * units.velocity()),
             // Casts saturate.
@@ -154,6 +156,25 @@ impl<N: Number> Commission<N> {
         )
     }
 
+    /// Begins beside a controller that has run until a count, with the gains before: `last` is that
+    /// one's last sample. Its command goes on without a bump, its integral is carried over, and its
+    /// reference goes to where the servo is. For a state of [`Commission::start`] that has run no sample
+    /// yet, where there is no time to build a new one.
+    pub fn take_over(&self, state: &mut CommissionState<N>, count: i32, last: &ControlSample<N>) {
+        state.begin_at(count);
+        let Some(before) = self.before else {
+            return;
+        };
+        let [low, high] = self.limit;
+        let moving = before.pid.linear(last.error, last.velocity);
+        state.held = (last.command - moving).limited(low, high);
+        state.command = last.command;
+        (state.velocity, state.velocity_now) = (LowPassState::moving(last.velocity), last.velocity);
+        let mut holding = self.held_after(before, N::ZERO, last);
+        holding.send(N::ZERO);
+        state.activity = Activity::Holding(holding);
+    }
+
     /// One sample. After an end it goes on holding the servo, with the new gains or those before, or
     /// keeps it let go.
     pub fn process(&self, state: &mut CommissionState<N>, seen: &Seen) -> CommissionStep<N> {
@@ -185,11 +206,27 @@ impl<N: Number> Commission<N> {
     }
 
     /// Takes an answer of the study.
-    pub fn accept(&self, state: &mut CommissionState<N>, answer: &Answer) {
+    pub fn accept(&self, state: &mut CommissionState<N>, answer: &Answer<N>) {
         if state.phase.is_end() {
             return;
         }
-        state.answer = Some(*answer);
+        state.next = match answer {
+            Answer::Identified(known) | Answer::Uncertain(known) => {
+                state.identified = Some(*known);
+                let again = matches!(answer, Answer::Uncertain(_));
+                Next::Hold { again }
+            }
+            Answer::Verified => Next::Tune,
+            Answer::Tuned(candidate) => {
+                state.candidate = Some(*candidate);
+                Next::Trial
+            }
+            Answer::NoGains(error) => {
+                state.tuning_error = Some(*error);
+                Next::End(StopReason::NoGains)
+            }
+            Answer::Failed(reason) => Next::End(*reason),
+        };
     }
 
     fn watched(
@@ -207,7 +244,7 @@ impl<N: Number> Commission<N> {
             position: state.position,
             setpoint: state.activity.setpoint(),
             late: seen.late,
-            must_move: false,
+            must_move: state.activity.must_move(),
         };
         self.plausibility.process(&mut state.watch, &observation)
     }
@@ -233,10 +270,11 @@ impl<N: Number> Commission<N> {
                     Progress::Going => {}
                     Progress::AtRest => {
                         state.end_record();
-                        let crude = wiggle.servo().identified(&self.units);
-                        let servo = state.servo.or(crude);
-                        let servo = servo.ok_or(StopReason::TooLittleEvidence)?;
-                        self.hold(state, &servo, step.command)?;
+                        let unknown = || (*wiggle.servo(), N::from_f64(Self::UNKNOWN_DELAY));
+                        let known = state.identified.as_ref();
+                        let (servo, delay) =
+                            known.map_or_else(unknown, |known| (known.crude, known.delay));
+                        self.hold(state, &servo, delay, step.command)?;
                     }
                     Progress::Failed(reason) => return Err(reason),
                 }
@@ -281,47 +319,36 @@ impl<N: Number> Commission<N> {
             }
             return Ok(command);
         }
-        match state.answer {
-            None => Ok(command),
-            Some(Answer::Failed(reason)) => Err(reason),
-            Some(Answer::NoGains(error)) => {
-                state.tuning_error = Some(error);
-                Err(StopReason::NoGains)
-            }
-            Some(Answer::Verified) => {
-                state.answer = None;
+        match state.next {
+            Next::Answer => {}
+            Next::End(reason) => return Err(reason),
+            Next::Tune => {
+                state.next = Next::Answer;
                 state.phase = Phase::Tune;
                 state.passed = 0;
-                Ok(command)
             }
-            Some(answer @ (Answer::Identified(servo) | Answer::Uncertain(servo))) => {
-                if state.servo != Some(servo) {
-                    state.servo = Some(servo);
-                    self.plausibility.know(&mut state.watch, &servo);
-                    self.hold(state, &servo, command)?;
-                    return Ok(command);
-                }
-                match &mut state.lead {
-                    None if holding.is_at_rest() => self.begin_lead(state, &answer),
-                    None => {}
-                    Some(0) => {
-                        state.lead = None;
-                        state.answer = None;
-                        return self.begin_motion(state, &servo);
-                    }
-                    Some(lead) => *lead -= 1,
-                }
-                Ok(command)
+            Next::Hold { again } => {
+                state.next = Next::Motion { again };
+                self.hold_known(state, command)?;
             }
-            Some(Answer::Tuned(tuning)) => {
-                state.tuning = Some(tuning);
+            Next::Motion { again } => {
                 if holding.is_at_rest() {
-                    state.answer = None;
+                    self.begin_lead(state, again);
+                }
+            }
+            Next::Lead(0) => {
+                state.next = Next::Answer;
+                return self.begin_motion(state);
+            }
+            Next::Lead(samples) => state.next = Next::Lead(samples - 1),
+            Next::Trial => {
+                if holding.is_at_rest() {
+                    state.next = Next::Answer;
                     self.begin_trial(state, command)?;
                 }
-                Ok(command)
             }
         }
+        Ok(command)
     }
 
     fn begin_wiggle(
@@ -336,31 +363,30 @@ impl<N: Number> Commission<N> {
 
     /// Begins the record of the next motion while the servo is still held: the first commands of the
     /// motion act late, and those before them are to be known.
-    fn begin_lead(&self, state: &mut CommissionState<N>, answer: &Answer) {
-        let again = matches!(answer, Answer::Uncertain(_));
+    fn begin_lead(&self, state: &mut CommissionState<N>, again: bool) {
         state.phase = if state.phase == Phase::Fit || again {
             Phase::Refine
         } else {
             Phase::Verify
         };
-        state.lead = Some(self.lead);
+        state.next = Next::Lead(self.lead);
         state.begin_record();
     }
 
-    fn begin_motion(
-        &self,
-        state: &mut CommissionState<N>,
-        servo: &IdentifiedServo,
-    ) -> Result<N, StopReason> {
+    fn begin_motion(&self, state: &mut CommissionState<N>) -> Result<N, StopReason> {
+        let Some(known) = &state.identified else {
+            return Err(StopReason::TooLittleEvidence);
+        };
         let [second, third] = Self::PARTS;
         let part = if state.phase == Phase::Refine {
             second
         } else {
             third
         };
+        let position = state.position;
         self.begin(
             state,
-            self.wiggle.start_knowing(servo, state.position, part),
+            self.wiggle.start_knowing(&known.crude, position, part),
         )
     }
 
@@ -379,20 +405,32 @@ impl<N: Number> Commission<N> {
         }
     }
 
+    /// Holds the servo by what the study has told of it, and watches it by that too.
+    fn hold_known(&self, state: &mut CommissionState<N>, command: N) -> Result<(), StopReason> {
+        let Some(known) = &state.identified else {
+            return Err(StopReason::TooLittleEvidence);
+        };
+        if let Some(known) = &known.known {
+            self.plausibility.know(&mut state.watch, known);
+        }
+        let (servo, delay) = (known.crude, known.delay);
+        self.hold(state, &servo, delay, command)
+    }
+
     /// Holds the servo with careful gains, and brings it back to where it began.
     fn hold(
         &self,
         state: &mut CommissionState<N>,
-        servo: &IdentifiedServo,
+        servo: &Crude<N>,
+        delay: N,
         command: N,
     ) -> Result<(), StopReason> {
         if state.phase == Phase::Wiggle {
             state.phase = Phase::Fit;
         }
         state.passed = 0;
-        let gains = HoldingGains::careful(servo, &self.units, &self.settings.limits);
-        let built = gains.build(&self.units);
-        let controller = built.map_err(|_| StopReason::TooLittleEvidence)?;
+        let controller = self.careful.around(servo, delay);
+        let controller = controller.ok_or(StopReason::TooLittleEvidence)?;
         let mut holding = self.held_by(controller, state.position, state.velocity_now, command);
         if !self.settings.limits.one_way {
             holding.send(N::ZERO);
@@ -402,44 +440,31 @@ impl<N: Number> Commission<N> {
     }
 
     fn begin_trial(&self, state: &mut CommissionState<N>, command: N) -> Result<(), StopReason> {
-        let (Some(tuning), Some(servo)) = (state.tuning, state.servo) else {
+        let Some(candidate) = &state.candidate else {
             return Err(StopReason::NoGains);
         };
-        let gains = HoldingGains::tuned(&tuning, &self.settings.limits);
-        let built = gains.build(&self.units);
-        let controller = built.map_err(|_| StopReason::NoGains)?;
-        let [low, high] = self.settings.limits.travel;
-        let step = if high < -low {
-            -tuning.promise.step
-        } else {
-            tuning.promise.step
-        };
-        let [least, most] = self.settings.limits.command;
-        // Back towards where the servo came from, and no further than the travel has room for.
-        let left = high.max(-low) - tuning.promise.step;
-        let b = servo.parameters.b;
-        let bearable = Self::OF_ROOM * left / (tuning.promise.compliance * b);
-        let disturbance = (Self::DISTURBANCE * most.min(-least)).min(bearable);
-        let disturbance = libm::copysign(disturbance, -step);
+        let (position, velocity) = (state.position, state.velocity_now);
+        let mut holding = self.held_by(candidate.controller, position, velocity, command);
+        holding.rest_for(self.rest.max(candidate.rest));
+        state.activity = Activity::OnTrial(holding, candidate.trial);
         state.phase = Phase::Trial;
         state.passed = 0;
-        let mut holding = self.held_by(controller, state.position, state.velocity_now, command);
-        // A servo that hunts about its friction is still for a while too.
-        let dies_down = Trial::<N>::DIES_DOWN / tuning.bandwidth;
-        let settling = tuning.promise.settling_time.min(dies_down);
-        holding.rest_for(
-            self.rest
-                .max((0.5 * settling / self.settings.sample_time) as u32),
-        );
-        let trial = Trial::of(&tuning, &self.units, step, disturbance, &servo.parameters);
-        state.activity = Activity::OnTrial(holding, trial);
         Ok(())
     }
 
     fn held_by(&self, controller: Loop<N>, position: N, velocity: N, command: N) -> Holding<N> {
-        Holding::take_over(
-            controller, self.limit, position, velocity, command, self.pace, self.rest,
-        )
+        let last = ControlSample {
+            error: N::ZERO,
+            increment: N::ZERO,
+            velocity,
+            command,
+        };
+        self.held_after(controller, position, &last)
+    }
+
+    /// Held from after the last sample of another controller.
+    fn held_after(&self, controller: Loop<N>, position: N, last: &ControlSample<N>) -> Holding<N> {
+        Holding::take_over(controller, self.limit, position, last, self.pace, self.rest)
     }
 
     /// Ends it: the gains before hold again where they can, or the servo is let go.

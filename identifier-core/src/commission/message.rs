@@ -1,5 +1,6 @@
-use super::{IdentifiedServo, MotionBlock, Phase, StopReason};
-use crate::tuning::{Tuning, TuningError};
+use super::{Candidate, Identified, IdentifiedServo, MotionBlock, Phase, StopReason};
+use crate::number::Number;
+use crate::tuning::TuningError;
 
 /// What the interrupt's half tells the study.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,18 +14,31 @@ pub enum Finding<N> {
 }
 
 /// What the study answers, once for each motion that has ended, and once more when it has tuned.
+///
+/// All that the interrupt's half needs is prepared in it: no sample converts from SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Answer {
+pub enum Answer<N: Number> {
     /// The servo as it is known now: after the first motion and after the second.
-    Identified(IdentifiedServo),
+    Identified(Identified<N>),
     /// The servo as it is known after a motion, not well enough: the second is done again.
-    Uncertain(IdentifiedServo),
+    Uncertain(Identified<N>),
     /// The third motion was predicted; gains are looked for next.
     Verified,
     /// Gains and what they promise.
-    Tuned(Tuning),
+    Tuned(Candidate<N>),
     /// No gains keep what was asked for; which would do is in the error.
     NoGains(TuningError),
     /// It cannot go on.
     Failed(StopReason),
+}
+
+impl<N: Number> Answer<N> {
+    /// The servo, where the answer tells of one.
+    #[must_use]
+    pub fn servo(&self) -> Option<&IdentifiedServo> {
+        match self {
+            Self::Identified(known) | Self::Uncertain(known) => Some(&known.servo),
+            _ => None,
+        }
+    }
 }

@@ -60,11 +60,14 @@
 //! assert!((rise / 0.03 - 1.0).abs() < 0.15, "{rise}");
 //! ```
 
+mod candidate;
+mod careful;
 mod crude;
 mod error;
 mod fit;
 mod gains;
 mod holding;
+mod identified;
 mod in_step;
 mod machine;
 mod message;
@@ -78,12 +81,14 @@ mod wiggle;
 
 pub use crate::model::IdentifiedServo;
 pub use crate::stop_reason::StopReason;
+pub use candidate::Candidate;
 pub use crude::Crude;
 pub use error::CommissionError;
 pub use fit::{
     FitSettings, Motion, MotionBlock, MotionRecorder, Predicting, Prediction, ServoFit, ServoFitter,
 };
 pub use gains::HoldingGains;
+pub use identified::Identified;
 pub use in_step::{CommissionReading, InStep};
 pub use machine::{Commission, CommissionStep, Seen};
 pub use message::{Answer, Finding};

@@ -1,8 +1,10 @@
 use super::holding::Holding;
 use super::trial::{Trial, TrialResult};
 use super::{
-    Answer, Finding, IdentifiedServo, MotionBlock, MotionRecorder, Phase, StopReason, WiggleState,
+    Candidate, Finding, Identified, IdentifiedServo, MotionBlock, MotionRecorder, Phase,
+    StopReason, WiggleState,
 };
+use crate::control::ControlSample;
 use crate::measurement::velocity::LowPassState;
 use crate::number::Number;
 use crate::plausibility::PlausibilityState;
@@ -26,11 +28,9 @@ pub struct CommissionState<N: Number> {
     recorder: MotionRecorder<N>,
     block: Option<MotionBlock<N>>,
     recording: Recording,
-    pub(super) answer: Option<Answer>,
-    /// Samples until the next motion begins, once its record has begun.
-    pub(super) lead: Option<u32>,
-    pub(super) servo: Option<IdentifiedServo>,
-    pub(super) tuning: Option<Tuning>,
+    pub(super) next: Next,
+    pub(super) identified: Option<Identified<N>>,
+    pub(super) candidate: Option<Candidate<N>>,
     pub(super) tuning_error: Option<TuningError>,
     pub(super) trial: Option<TrialResult>,
     pub(super) reason: Option<StopReason>,
@@ -53,6 +53,32 @@ impl<N: Number> Activity<N> {
             Self::Holding(holding) | Self::OnTrial(holding, _) => Some(holding.reference()),
         }
     }
+}
+
+impl<N: Number> Activity<N> {
+    /// Whether the command that acts must move the servo.
+    pub(super) fn must_move(&self) -> bool {
+        matches!(self, Self::Wiggling(wiggle) if wiggle.is_swinging())
+    }
+}
+
+/// What follows while the servo is held, as the study answers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Next {
+    /// Nothing before the study answers.
+    Answer,
+    /// Gains for what is known now hold it; then the next motion, the second `again` or not.
+    Hold { again: bool },
+    /// The next motion once it is at rest.
+    Motion { again: bool },
+    /// The next motion after so many samples of its record.
+    Lead(u32),
+    /// Gains are looked for.
+    Tune,
+    /// The trial once it is at rest.
+    Trial,
+    /// The end.
+    End(StopReason),
 }
 
 /// What of a record was told to the study.
@@ -88,10 +114,9 @@ impl<N: Number> CommissionState<N> {
             recorder,
             block: None,
             recording: Recording::None,
-            answer: None,
-            lead: None,
-            servo: None,
-            tuning: None,
+            next: Next::Answer,
+            identified: None,
+            candidate: None,
             tuning_error: None,
             trial: None,
             reason: None,
@@ -113,13 +138,13 @@ impl<N: Number> CommissionState<N> {
     /// The servo, as far as it is known.
     #[must_use]
     pub fn servo(&self) -> Option<&IdentifiedServo> {
-        self.servo.as_ref()
+        self.identified.as_ref().map(|known| &known.servo)
     }
 
     /// The gains that were found, on trial or applied, and their promise.
     #[must_use]
     pub fn tuning(&self) -> Option<&Tuning> {
-        self.tuning.as_ref()
+        self.candidate.as_ref().map(|candidate| &candidate.tuning)
     }
 
     /// Where a controller wants the servo, counts from where it began; none where none acts.
@@ -138,6 +163,24 @@ impl<N: Number> CommissionState<N> {
     #[must_use]
     pub fn trial(&self) -> Option<&TrialResult> {
         self.trial.as_ref()
+    }
+
+    /// Puts a commissioning that has run no sample yet at another count.
+    pub fn begin_at(&mut self, count: i32) {
+        self.count = count;
+    }
+
+    /// The last sample of the controller that holds the servo, for one that goes on from there; none where
+    /// none acts.
+    #[must_use]
+    pub fn last_sample(&self) -> Option<ControlSample<N>> {
+        let setpoint = self.activity.setpoint()?;
+        Some(ControlSample {
+            error: setpoint - self.position,
+            increment: self.velocity_now,
+            velocity: self.velocity_now,
+            command: self.command,
+        })
     }
 
     /// Takes in a count, and returns the increment since the last.

@@ -1,6 +1,6 @@
 use super::{
-    Answer, CommissionError, CommissionSettings, Finding, IdentifiedServo, Motion, Phase,
-    Predicting, Prediction, ServoFit, ServoFitter, StopReason,
+    Answer, Candidate, CommissionError, CommissionSettings, Finding, Identified, IdentifiedServo,
+    Motion, Phase, Predicting, Prediction, ServoFit, ServoFitter, StopReason,
 };
 use crate::number::Number;
 use crate::tuning::{Goal, Tuner, TunerState, Tuning, TuningError, TuningSettings};
@@ -126,7 +126,7 @@ impl<N: Number, const W: usize> Study<N, W> {
 
     /// A slice of work: at most a block of a pass, a point of the frequency response, or a sample of a
     /// predicted step. Returns an answer when there is one.
-    pub fn work(&mut self) -> Option<Answer> {
+    pub fn work(&mut self) -> Option<Answer<N>> {
         match &mut self.work {
             Work::Nothing => None,
             Work::NotTuned(error) => {
@@ -144,7 +144,8 @@ impl<N: Number, const W: usize> Study<N, W> {
                     self.servo = Some(servo);
                     self.work = Work::Nothing;
                     if self.motion != Phase::Refine || self.is_known(&servo) {
-                        return Some(Answer::Identified(servo));
+                        let known = Identified::of(&servo, &self.settings);
+                        return Some(Answer::Identified(known));
                     }
                     if servo.unexplained > Self::UNEXPLAINED * self.settings.resolution {
                         // More motion does not help a model that lacks something.
@@ -184,7 +185,7 @@ impl<N: Number, const W: usize> Study<N, W> {
     }
 
     /// Judges how a motion that nothing was fitted to was predicted.
-    fn judge(&mut self, prediction: &Prediction) -> Option<Answer> {
+    fn judge(&mut self, prediction: &Prediction) -> Option<Answer<N>> {
         match refuted(prediction) {
             Some(reason) => self.fail(reason),
             None if self.motion == Phase::Refine => {
@@ -199,12 +200,13 @@ impl<N: Number, const W: usize> Study<N, W> {
     }
 
     /// Asks for the second motion once more, some times.
-    fn again(&mut self, servo: IdentifiedServo) -> Option<Answer> {
+    fn again(&mut self, servo: IdentifiedServo) -> Option<Answer<N>> {
         self.refined += 1;
         if self.refined >= Self::MOST_REFINED {
             return self.fail(StopReason::TooLittleEvidence);
         }
-        Some(Answer::Uncertain(servo))
+        let known = Identified::of(&servo, &self.settings);
+        Some(Answer::Uncertain(known))
     }
 
     /// Whether two motions have told enough of a servo to tune for it.
@@ -212,7 +214,7 @@ impl<N: Number, const W: usize> Study<N, W> {
         servo.standard_error(IdentifiedServo::B) <= Self::KNOWN_GAIN * servo.parameters.b
     }
 
-    fn fail(&mut self, reason: StopReason) -> Option<Answer> {
+    fn fail(&mut self, reason: StopReason) -> Option<Answer<N>> {
         self.work = Work::Nothing;
         Some(Answer::Failed(reason))
     }
@@ -247,7 +249,7 @@ impl<N: Number, const W: usize> Study<N, W> {
     }
 
     /// Gains with the step that is to try them, which is chosen for them.
-    fn offer(&mut self, tuning: Tuning, fitted: bool) -> Option<Answer> {
+    fn offer(&mut self, tuning: Tuning, fitted: bool) -> Option<Answer<N>> {
         let step = self.step_for(&tuning);
         let other = libm::fabs(step - tuning.promise.step) > 1e-3 * step;
         if !fitted && other {
@@ -255,7 +257,11 @@ impl<N: Number, const W: usize> Study<N, W> {
             return None;
         }
         self.work = Work::Nothing;
-        Some(Answer::Tuned(tuning))
+        let servo = self.servo?;
+        Some(match Candidate::of(&tuning, &servo, &self.settings) {
+            Ok(candidate) => Answer::Tuned(candidate),
+            Err(_) => Answer::Failed(StopReason::NoGains),
+        })
     }
 
     /// The step of the trial for gains: within speed, command and travel, and seen well by the encoder.

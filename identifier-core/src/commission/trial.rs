@@ -80,7 +80,7 @@ impl<N: Number> Trial<N> {
 
     /// The time after which a transient has died down at the latest, 1/ω: that of a pole at −ω/5, to a
     /// fiftieth.
-    pub(super) const DIES_DOWN: f64 = 20.0;
+    const DIES_DOWN: f64 = 20.0;
 
     /// Time for which the slowest of promises is waited for besides, s.
     const BESIDES: f64 = 0.5;
@@ -106,9 +106,7 @@ impl<N: Number> Trial<N> {
         let rounding = 0.5 / libm::fabs(counts).max(1.0);
         let highest = 1.0 + promise.overshoot + Self::OVERSHOOT + rounding;
         let moved = promise.compliance * b * libm::fabs(disturbance) * units.position();
-        // Friction may hold a servo outside of the band for long.
-        let dies_down = Self::DIES_DOWN / tuning.bandwidth;
-        let settling = samples(promise.settling_time.min(dies_down));
+        let settling = samples(Self::settling(tuning));
         let most = Self::MOST * settling + samples(Self::BESIDES);
         Self {
             step: N::from_f64(counts),
@@ -132,6 +130,13 @@ impl<N: Number> Trial<N> {
             measure: StepMeasure::new(libm::fabs(counts), 1.0),
             excursion: N::ZERO,
         }
+    }
+
+    /// The time after which a transient of the servo is over, s.
+    pub(super) fn settling(tuning: &Tuning) -> f64 {
+        // Friction may hold a servo outside of the band for long.
+        let dies_down = Self::DIES_DOWN / tuning.bandwidth;
+        tuning.promise.settling_time.min(dies_down)
     }
 
     /// Takes in the position of a sample (counts), and has the servo do what comes next. True once all
@@ -221,6 +226,7 @@ impl<N: Number> Trial<N> {
 mod tests {
     use super::*;
     use crate::commission::HoldingGains;
+    use crate::control::ControlSample;
     use crate::settings::ControllerSettings;
     use crate::tuning::Promise;
 
@@ -273,7 +279,13 @@ mod tests {
         };
         let controller = gains.build::<f64>(&units).expect("valid");
         let limit = [-10.0, 10.0];
-        let mut holding = Holding::take_over(controller, limit, 0.0, 0.0, 0.0, 1.0, 60);
+        let at_rest = ControlSample {
+            error: 0.0,
+            increment: 0.0,
+            velocity: 0.0,
+            command: 0.0,
+        };
+        let mut holding = Holding::take_over(controller, limit, 0.0, &at_rest, 1.0, 60);
         let servo = ServoParameters {
             a: 0.0,
             b: B,

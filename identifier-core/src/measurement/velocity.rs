@@ -57,6 +57,16 @@ impl<N: Number> LowPass<N> {
     }
 }
 
+impl<N: Number> LowPass<N> {
+    /// One that shows this part of a step of the velocity after a sample, 1 − p.
+    pub(crate) fn passing(gain: N) -> Self {
+        Self {
+            pole: N::ONE - gain,
+            gain,
+        }
+    }
+}
+
 impl<N: Number> FromSettings for LowPass<N> {
     fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
         Ok(Self::new(&settings.units()?, settings.cutoff)?)

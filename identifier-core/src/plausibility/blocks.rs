@@ -198,6 +198,6 @@ impl<N: Number> Blocks<N> {
 }
 
 /// The larger of two.
-fn larger<N: Number>(one: N, other: N) -> N {
+pub(super) fn larger<N: Number>(one: N, other: N) -> N {
     if one > other { one } else { other }
 }

@@ -25,6 +25,7 @@
 mod blocks;
 mod bounds;
 mod detection;
+mod known_servo;
 mod model;
 mod motion;
 mod observation;
@@ -35,6 +36,7 @@ mod settings;
 mod watch;
 
 pub use detection::Detection;
+pub use known_servo::KnownServo;
 pub use observation::Observation;
 pub use settings::PlausibilitySettings;
 pub use watch::{Plausibility, PlausibilityState};

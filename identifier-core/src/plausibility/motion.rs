@@ -42,9 +42,15 @@ pub(super) struct MotionState<N> {
     still: i32,
     /// and of those, running, in which it had to move and did not.
     pushed: i32,
-    /// How fast the servo may become slower, counts a sample squared: by friction and load,
+    able: Able<N>,
+}
+
+/// What a servo can do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Able<N> {
+    /// How fast it may become slower, counts a sample squared: by friction and load,
     braking: N,
-    /// and for a unit of command.
+    /// and for a unit of command; zero while it is not known.
     gain: N,
     /// Ranges of the command within which it may stand, with a step of the load and without, command
     /// units,
@@ -89,8 +95,12 @@ impl<N: Number> Motion<N> {
             smoothing: over(Self::SMOOTH),
             fading: over(Self::FADE),
             ranges: Self::RANGES.map(|share| N::from_f64(share * settings.limit())),
-            patience: Self::samples(Self::LONGEST, sample_time),
+            patience: Self::longest_patience(sample_time),
         }
+    }
+
+    fn longest_patience(sample_time: f64) -> i32 {
+        Self::samples(Self::LONGEST, sample_time)
     }
 
     fn samples(time: f64, sample_time: f64) -> i32 {
@@ -111,12 +121,14 @@ impl<N: Number> Motion<N> {
             setpoint: N::ZERO,
             still: 0,
             pushed: 0,
-            braking: N::REACH,
-            gain: N::ZERO,
-            stands: self.ranges,
-            holding: N::ZERO,
-            reach: N::REACH,
-            patience: self.patience,
+            able: Able {
+                braking: N::REACH,
+                gain: N::ZERO,
+                stands: self.ranges,
+                holding: N::ZERO,
+                reach: N::REACH,
+                patience: self.patience,
+            },
         }
     }
 
@@ -126,38 +138,45 @@ impl<N: Number> Motion<N> {
         state.range = [command; 2];
     }
 
-    pub(super) fn know(
-        &self,
-        state: &mut MotionState<N>,
+    /// What a servo that is known can do.
+    pub(super) fn able(
         model: &Model,
         settings: &PlausibilitySettings,
         sample_time: f64,
-    ) {
+    ) -> Able<N> {
         /// The share of the command's limit beyond breakaway that a command which must move the servo has.
         const PUSH: f64 = 0.05;
-        state.braking = N::from_f64(MODEL_ERROR * model.braking);
-        state.gain = N::from_f64(MODEL_ERROR * model.gain);
         // To either side of what holds it, and a step of the load.
         let load_step = MODEL_ERROR * model.load_step / model.gain;
         let friction = 2.0 * Self::LOW_SPEED * model.breakaway + PUSH * settings.limit();
-        state.stands = [friction + load_step, friction].map(N::from_f64);
         let reach = Self::LOW_SPEED * model.breakaway + load_step + PUSH * settings.limit();
-        state.holding = N::from_f64(-model.load / model.gain);
-        state.reach = N::from_f64(reach);
         // Until it has moved by what counts as motion, under a push that is hardly more than friction.
         let push = PUSH * settings.limit() * model.gain;
         let moves = libm::sqrt(2.0 * f64::from(Self::MISSED) / push);
         let least = f64::from(Self::samples(Self::SHORTEST, sample_time));
-        let most = f64::from(self.patience);
-        state.patience = (moves + model.delay as f64).max(least.min(most)).min(most) as i32;
+        let most = f64::from(Self::longest_patience(sample_time));
+        Able {
+            braking: N::from_f64(MODEL_ERROR * model.braking),
+            gain: N::from_f64(MODEL_ERROR * model.gain),
+            stands: [friction + load_step, friction].map(N::from_f64),
+            holding: N::from_f64(-model.load / model.gain),
+            reach: N::from_f64(reach),
+            patience: (moves + model.delay as f64).max(least.min(most)).min(most) as i32,
+        }
+    }
+
+    pub(super) fn know(state: &mut MotionState<N>, able: &Able<N>) {
+        state.able = *able;
     }
 
     /// The servo was seen to change its speed by so much, counts a sample squared.
     #[inline]
     pub(super) fn learn(state: &mut MotionState<N>, acceleration: N) {
         let braking = N::from_f64(Self::UNKNOWN) * acceleration;
-        if state.gain == N::ZERO && (state.braking == N::REACH || braking > state.braking) {
-            state.braking = braking;
+        if state.able.gain == N::ZERO
+            && (state.able.braking == N::REACH || braking > state.able.braking)
+        {
+            state.able.braking = braking;
         }
     }
 
@@ -169,7 +188,7 @@ impl<N: Number> Motion<N> {
         command: N,
         under: Under<N>,
     ) -> Result<(), StopReason> {
-        if state.gain > N::ZERO {
+        if state.able.gain > N::ZERO {
             Self::stops(state, increment, command)?;
         }
         self.stands(state, increment, command, under)
@@ -210,7 +229,7 @@ impl<N: Number> Motion<N> {
         let change = (now - before).magnitude() - missed;
         let sudden = change > N::from_f64(Self::LIKELY) * possible;
         state.abrupt |= now == N::ZERO && sudden;
-        if change <= possible || state.gain == N::ZERO {
+        if change <= possible || state.able.gain == N::ZERO {
             return Ok(());
         }
         let (size, past) = (now.magnitude(), before.magnitude());
@@ -246,7 +265,7 @@ impl<N: Number> Motion<N> {
             return Ok(());
         }
         // What brakes it is not yet what it stands under.
-        if state.still < state.patience {
+        if state.still < state.able.patience {
             state.still += 1;
             state.range = [state.command; 2];
         }
@@ -263,16 +282,16 @@ impl<N: Number> Motion<N> {
             Under::Nothing => false,
             Under::Push => true,
             Under::Control(setpoint) => {
-                if state.still < state.patience {
+                if state.still < state.able.patience {
                     state.setpoint = setpoint;
                 }
-                let [disturbed, undisturbed] = state.stands;
+                let [disturbed, undisturbed] = state.able.stands;
                 let moved = (setpoint - state.setpoint).magnitude();
                 let asked = moved > N::from_count(Self::ASKED);
                 let stands = if asked { undisturbed } else { disturbed };
                 state.command - *low > stands
                     || *high - state.command > stands
-                    || (state.command - state.holding).magnitude() > state.reach
+                    || (state.command - state.able.holding).magnitude() > state.able.reach
             }
         };
         if !pushed {
@@ -280,7 +299,7 @@ impl<N: Number> Motion<N> {
             return Ok(());
         }
         state.pushed = state.pushed.saturating_add(1);
-        if state.pushed < state.patience {
+        if state.pushed < state.able.patience {
             Ok(())
         } else if state.abrupt {
             Err(StopReason::EncoderStuck)
@@ -293,13 +312,13 @@ impl<N: Number> Motion<N> {
 impl<N: Number> MotionState<N> {
     /// Samples that the servo may stand where it must move.
     pub(super) fn patience(&self) -> i32 {
-        self.patience
+        self.able.patience
     }
 
     /// How fast the servo may become slower, counts a sample squared.
     #[inline]
     fn braking(&self, command: N) -> N {
-        self.braking + self.gain * command.magnitude()
+        self.able.braking + self.able.gain * command.magnitude()
     }
 }
 

@@ -51,13 +51,18 @@ impl<N: Number> Readings<N> {
         }
     }
 
-    pub(super) fn know(&self, state: &mut ReadingsState<N>, model: &Model) {
+    /// By how many counts an increment of a servo may differ from the one before.
+    pub(super) fn change_of(model: &Model) -> N {
         /// Standard deviations that noise stays within.
         const DEVIATIONS: f64 = 8.0;
         let change = Self::BEYOND * model.most_acceleration
             + Self::ROUNDING
             + DEVIATIONS * model.unexplained;
-        state.change = N::from_f64(change);
+        N::from_f64(change)
+    }
+
+    pub(super) fn know(state: &mut ReadingsState<N>, change: N) {
+        state.change = change;
     }
 
     /// The smallest jump that is seen for certain, counts.

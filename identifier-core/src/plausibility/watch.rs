@@ -1,21 +1,17 @@
 use super::bounds::{Bounds, BoundsState};
-use super::model::Model;
+use super::known_servo::{KnownServo, LONGEST_DELAY};
 use super::motion::{Motion, MotionState, Under};
 use super::oscillation::{Oscillation, OscillationState};
 use super::readings::{Readings, ReadingsState};
 use super::response::{Known, Response, ResponseState};
 use super::{Detection, Observation, PlausibilitySettings};
 use crate::error::OutOfRange;
-use crate::model::IdentifiedServo;
 use crate::number::Number;
 use crate::stop_reason::StopReason;
-use crate::units::Units;
 
 /// What a servo and its encoder must keep to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plausibility<N> {
-    settings: PlausibilitySettings,
-    units: Units,
     bounds: Bounds<N>,
     readings: Readings<N>,
     motion: Motion<N>,
@@ -43,9 +39,6 @@ pub struct PlausibilityState<N> {
     begun: bool,
 }
 
-/// Samples that a command may take until it acts.
-const LONGEST_DELAY: usize = 16;
-
 impl<N: Number> Plausibility<N> {
     /// The share of the command limit by which a load may step without being a fault.
     pub const LOAD_STEP: f64 = 0.3;
@@ -63,8 +56,6 @@ impl<N: Number> Plausibility<N> {
         let samples = libm::round(Self::SHORTER / units.sample_time());
         let shorter = samples.max(Self::FEWEST) as i32;
         Ok(Self {
-            settings: *settings,
-            units,
             bounds: Bounds::new(settings, &units),
             readings: Readings::new(settings, &units),
             motion: Motion::new(settings, &units),
@@ -94,18 +85,13 @@ impl<N: Number> Plausibility<N> {
         }
     }
 
-    /// From now on the servo is known. In f64, once in a commissioning.
-    pub fn know(&self, state: &mut PlausibilityState<N>, servo: &IdentifiedServo) {
-        let Some(model) = Model::of(servo, &self.settings, &self.units, LONGEST_DELAY - 2) else {
-            return;
-        };
-        self.readings.know(&mut state.readings, &model);
-        let sample_time = self.units.sample_time();
-        self.motion
-            .know(&mut state.motion, &model, &self.settings, sample_time);
-        state.known = Some(Known::new(&model));
-        state.delay = model.delay;
-        state.part = N::from_f64(model.part);
+    /// From now on the servo is known.
+    pub fn know(&self, state: &mut PlausibilityState<N>, servo: &KnownServo<N>) {
+        Readings::know(&mut state.readings, servo.change);
+        Motion::know(&mut state.motion, &servo.able);
+        state.known = Some(servo.response);
+        state.delay = servo.delay;
+        state.part = servo.part;
         state.response = self.response.map(|response| response.start());
     }
 
@@ -131,7 +117,8 @@ impl<N: Number> Plausibility<N> {
             return Ok(());
         };
         self.bounds
-            .motion(&mut state.bounds, increment, seen.position)?;
+            .motion(&mut state.bounds, increment, seen.position)
+            .map_err(|limit| state.suspicion().unwrap_or(limit))?;
         let under = match seen.setpoint {
             _ if seen.must_move => Under::Push,
             Some(setpoint) => Under::Control(setpoint),
@@ -177,6 +164,16 @@ impl<N: Number> Plausibility<N> {
 }
 
 impl<N: Number> PlausibilityState<N> {
+    /// Why a limit may have been left: a loop that pushes the wrong way, before one that does not push.
+    fn suspicion(&self) -> Option<StopReason> {
+        let [shorter, longer] = self.response.each_ref().map(ResponseState::suspicion);
+        match (shorter, longer) {
+            (reversed @ Some(StopReason::Reversed), _)
+            | (_, reversed @ Some(StopReason::Reversed)) => reversed,
+            _ => shorter.or(longer),
+        }
+    }
+
     /// What acts on the mean of a sample when this command is given.
     #[inline]
     fn acting(&mut self, command: N) -> N {

@@ -44,6 +44,22 @@ fn an_ordinary_servo_ends_with_new_gains_that_keep_their_promise() {
     }
 }
 
+#[test]
+fn a_sound_servo_is_predicted_wherever_between_two_counts_friction_holds_it() {
+    for k in 0..60 {
+        let mut bench = ordinary();
+        bench.counts = 65_536.0;
+        bench.settings.resolution = std::f64::consts::TAU / bench.counts;
+        bench.settings.goal = Goal::Bandwidth(100.0);
+        bench.offset = f64::from(k) / 60.0;
+        bench.servo.coulomb = f64::from(k % 7) * 8.0;
+        bench.servo.load = f64::from(k % 11) * 8.0;
+        let course = bench.commission(&mut |_| None);
+        let state = &course.state;
+        assert_eq!(state.phase(), Phase::Applied, "{k} {:?}", state.reason());
+    }
+}
+
 /// Stops a commissioning in each phase, some samples after it began.
 fn stopped_in_each_phase(bench: &Bench, reason: StopReason) {
     for phase in &Phase::ALL[1..8] {

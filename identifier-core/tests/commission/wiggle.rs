@@ -1,5 +1,5 @@
 use crate::wiggle_support::{Unknown, Wiggled, unknown_servos};
-use identifier_core::commission::{CommissionError, IdentifiedServo, Progress, StopReason, Wiggle};
+use identifier_core::commission::{CommissionError, Crude, Progress, StopReason, Wiggle};
 use identifier_core::model::ServoParameters;
 
 #[test]
@@ -86,19 +86,15 @@ fn a_coarse_encoder_takes_as_long_as_evidence_takes() {
 fn a_later_motion_of_a_known_servo_is_another_one_within_the_same_limits() {
     for unknown in unknown_servos().filter(|unknown| unknown.counts >= 10_000.0) {
         let Unknown { parameters, .. } = unknown;
-        let servo = IdentifiedServo {
-            parameters,
-            delay: unknown.sample_time,
-            covariance: [[0.0; 5]; 5],
-            unexplained: 0.0,
-        };
+        let resolution = std::f64::consts::TAU / unknown.counts;
+        let known = Crude::of(&parameters, unknown.sample_time, resolution);
         let held = Unknown {
             held: Some(-parameters.load / parameters.b),
             ..unknown
         };
         let wiggle = Wiggle::new(&held.settings()).expect("allowed");
         let sizes = [1.0, 0.6].map(|part| {
-            let moved = held.moved_by(&wiggle, wiggle.start_knowing(&servo, 0.0, part));
+            let moved = held.moved_by(&wiggle, wiggle.start_knowing(&known, 0.0, part));
             assert_eq!(moved.progress, Progress::AtRest, "{unknown:?}");
             assert!(moved.travel < 1.0 && moved.speed < 1.0, "{unknown:?}");
             moved.travel

@@ -218,8 +218,15 @@ impl Wiggled {
     }
 }
 
-/// As many unknown servos as are tried: all 1000 if the environment asks for the campaign.
+/// As many unknown servos as are tried: a thousand if the environment asks for the campaign (`CAMPAIGN=1`),
+/// others than usual if it has a seed (`CAMPAIGN_SEED=1`).
 pub(crate) fn unknown_servos() -> impl Iterator<Item = Unknown> {
-    let campaign = std::env::var_os("CAMPAIGN").is_some();
-    (0..if campaign { 1000 } else { 200 }).map(Unknown::of)
+    let asked = |variable| std::env::var(variable).ok()?.parse().ok();
+    let first = 1000 * asked("CAMPAIGN_SEED").unwrap_or(0_u64);
+    let servos = if asked("CAMPAIGN").is_some() {
+        1000
+    } else {
+        200
+    };
+    (first..first + servos).map(Unknown::of)
 }

@@ -2,7 +2,10 @@
 
 use identifier_core::commission::{IdentifiedServo, StopReason};
 use identifier_core::model::ServoParameters;
-use identifier_core::plausibility::{Detection, Observation, Plausibility, PlausibilitySettings};
+use identifier_core::number::Number;
+use identifier_core::plausibility::{
+    Detection, KnownServo, Observation, Plausibility, PlausibilitySettings,
+};
 
 const RATES: [f64; 5] = [250.0, 1e3, 4e3, 10e3, 20e3];
 
@@ -14,6 +17,10 @@ fn settings(rate: f64) -> PlausibilitySettings {
         speed: 30.0,
         command: [-8.0, 8.0],
     }
+}
+
+fn prepared<N: Number>(settings: &PlausibilitySettings, servo: &IdentifiedServo) -> KnownServo<N> {
+    KnownServo::of(settings, servo).expect("it has a gain")
 }
 
 /// A servo at rest at its setpoint.
@@ -129,7 +136,7 @@ fn a_jump_is_found_in_its_sample_and_a_smaller_one_is_motion() {
         let mut state = watch.start();
         for known in [false, true] {
             if known {
-                watch.know(&mut state, &SERVO);
+                watch.know(&mut state, &prepared(&settings, &SERVO));
             }
             let least = watch.detection_times(&state).smallest_jump;
             for jump in [least, -least, f64::NAN] {
@@ -298,7 +305,7 @@ fn the_page_says_what_is_stated() {
                 let watch = Plausibility::<f32>::new(&settings(rate)).expect("allowed");
                 let mut state = watch.start();
                 if known {
-                    watch.know(&mut state, &STRONG);
+                    watch.know(&mut state, &prepared(&settings(rate), &STRONG));
                 }
                 samples(&watch.detection_times(&state)).to_string()
             })
@@ -347,7 +354,7 @@ fn gliding(rate: f64, fails: impl Fn(f64) -> f64) -> Option<(StopReason, u32)> {
     };
     let watch = Plausibility::<f64>::new(&settings).expect("allowed");
     let mut state = watch.start();
-    watch.know(&mut state, &SERVO);
+    watch.know(&mut state, &prepared(&settings, &SERVO));
     let ServoParameters {
         a,
         b,

@@ -3,7 +3,7 @@
 use identifier_core::commission::{IdentifiedServo, StopReason};
 use identifier_core::model::ServoParameters;
 use identifier_core::plausibility::{
-    Detection, Observation, Plausibility, PlausibilitySettings, PlausibilityState,
+    Detection, KnownServo, Observation, Plausibility, PlausibilitySettings, PlausibilityState,
 };
 use std::f64::consts::TAU;
 use virtual_servo::faults::{Faults, InjectedFault};
@@ -145,7 +145,9 @@ impl<'f> Run<'f> {
     fn begin(&self, watch: &Plausibility<f32>) -> PlausibilityState<f32> {
         let mut state = watch.start();
         if let Knowledge::Model(factors) = self.knowledge {
-            watch.know(&mut state, &self.axis.identified(factors));
+            let servo = self.axis.identified(factors);
+            let known = KnownServo::of(&self.settings, &servo).expect("it has a gain");
+            watch.know(&mut state, &known);
         }
         state
     }

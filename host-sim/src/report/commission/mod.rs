@@ -8,6 +8,7 @@ mod words;
 pub use document::Document;
 pub use picture::{Traces, picture};
 pub use rows::RowWriter;
+pub(crate) use words::why;
 pub use words::{gains, largest_motion, phases, promise, servo, verdict};
 
 use identifier_core::commission::IdentifiedServo;

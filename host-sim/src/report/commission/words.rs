@@ -3,7 +3,10 @@
 use std::fmt::Write as _;
 
 use comfy_table::{CellAlignment, Table};
-use identifier_core::commission::{HoldingGains, IdentifiedServo, LargestMotion, TrialResult};
+use drive_link::NoGains;
+use identifier_core::commission::{
+    HoldingGains, IdentifiedServo, LargestMotion, StopReason, TrialResult,
+};
 use identifier_core::tuning::Tuning;
 
 use super::{UNKNOWNS, truth, values};
@@ -185,12 +188,21 @@ pub fn verdict(before: bool, outcome: &Outcome) -> String {
                 "the servo is let go"
             };
             format!(
-                "{} in {}: {reason} ({since} since {:.4} s)",
+                "{} in {}: {} ({since} since {:.4} s)",
                 end.phase.name(),
                 end.within.name(),
+                why(reason, outcome.no_gains.as_ref()),
                 end.time
             )
         }
+    }
+}
+
+/// A reason, with the figure that would do where there is one.
+pub(crate) fn why(reason: StopReason, no_gains: Option<&NoGains>) -> String {
+    match no_gains {
+        Some(no_gains) => format!("{reason}: {no_gains}"),
+        None => reason.to_string(),
     }
 }
 

@@ -2,7 +2,7 @@ use super::super::IdentifiedServo;
 use super::follower::Follower;
 use super::lacking::Lacking;
 use super::motion::Motion;
-use super::prediction::{Pass, Predicting, Prediction};
+use super::prediction::{ALL, Pass, Predicting, Prediction};
 use super::servo_fitter::ServoFitter;
 use super::{A, B, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
 use crate::adaptation::NormalEquations;
@@ -75,6 +75,15 @@ impl<N: Number> ServoFitter<N> {
         /// Of the mean speed: where friction at low speed is another.
         const LOW: f64 = 0.2;
         let low_speed = (LOW * speed.to_f64()).max(f64::from(f32::EPSILON));
+        // A model that friction holds at first tells nothing of the velocity with which it began: at rest,
+        // but for a count in a hundred pieces.
+        let mut equations = NormalEquations::EMPTY;
+        for (place, weight) in [(POSITION, 1.0), (VELOCITY, 100.0 * libm::sqrt(ROUNDING))] {
+            let weight = N::from_f64(weight);
+            let mut row = [N::ZERO; ALL];
+            row[place] = weight;
+            equations.add(&row, -(weight * unknowns[place]));
+        }
         Pass {
             follower: Follower::new(unknowns, motion),
             lacking: Lacking::new(
@@ -83,7 +92,7 @@ impl<N: Number> ServoFitter<N> {
                 N::from_f64(self.resolution()),
                 N::from_f64(low_speed),
             ),
-            equations: NormalEquations::EMPTY,
+            equations,
             worst: N::ZERO,
             uncertain: N::ZERO,
             most_uncertain: N::ZERO,

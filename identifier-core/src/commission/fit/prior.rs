@@ -33,10 +33,11 @@ impl<N: Number> Prior<N> {
         let weight = libm::sqrt(ROUNDING) / CAUTION;
         let values = servo.values();
         let lower = inverse_factor(&servo.covariance);
+        let per_scale = scale.map(|scale| weight / scale);
         for i in 0..5 {
             self.expected[i] = N::from_f64(values[i] * scale[i]);
             for j in 0..5 {
-                self.rows[i][j] = N::from_f64(weight * lower[i][j] / scale[j]);
+                self.rows[i][j] = N::from_f64(lower[i][j] * per_scale[j]);
             }
         }
         self
@@ -76,13 +77,13 @@ fn inverse_factor(covariance: &[[f64; 5]; 5]) -> [[f64; 5]; 5] {
             if i == j {
                 factor[i][i] = libm::sqrt(sum.max(LEAST * covariance[i][i]));
             } else if factor[j][j] > 0.0 {
-                factor[i][j] = sum / factor[j][j];
+                factor[i][j] = sum * inverse[j][j];
             }
         }
         inverse[i][i] = 1.0 / factor[i][i];
         for j in 0..i {
             let sum: f64 = (j..i).map(|k| factor[i][k] * inverse[k][j]).sum();
-            inverse[i][j] = -sum / factor[i][i];
+            inverse[i][j] = -sum * inverse[i][i];
         }
     }
     inverse

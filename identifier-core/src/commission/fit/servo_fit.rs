@@ -28,6 +28,7 @@ pub struct ServoFit<N> {
     this: Option<Best<N>>,
     /// Whether the servo has moved in the linear pass.
     moved: bool,
+    over: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -109,6 +110,7 @@ impl<N: Number> ServoFit<N> {
             first,
             this: None,
             moved: false,
+            over: false,
         }
     }
 
@@ -117,12 +119,18 @@ impl<N: Number> ServoFit<N> {
         self.best.as_ref()
     }
 
+    /// Whether there is no more to do.
+    pub(super) fn is_over(&self) -> bool {
+        self.over
+    }
+
+    /// Continues by a piece.
+    pub(super) fn go_on<const W: usize>(&mut self, step: &FrictionStep<N>, motion: &Motion<N, W>) {
+        self.over = self.ends(step, motion);
+    }
+
     /// Continues by a piece; true if there is no more to do.
-    pub(super) fn goes_on<const W: usize>(
-        &mut self,
-        step: &FrictionStep<N>,
-        motion: &Motion<N, W>,
-    ) -> bool {
+    fn ends<const W: usize>(&mut self, step: &FrictionStep<N>, motion: &Motion<N, W>) -> bool {
         if self.next < self.taken
             && let Some(piece) = motion.get(self.next)
         {

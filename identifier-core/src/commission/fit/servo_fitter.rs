@@ -109,7 +109,8 @@ impl<N: Number> ServoFitter<N> {
         fit: &mut ServoFit<N>,
         motion: &Motion<N, W>,
     ) -> Option<Result<IdentifiedServo, StopReason>> {
-        if !fit.goes_on(&self.step, motion) {
+        if !fit.is_over() {
+            fit.go_on(&self.step, motion);
             return None;
         }
         Some(self.result(fit, motion))
@@ -148,9 +149,11 @@ impl<N: Number> ServoFitter<N> {
             (best.lag_one.to_f64() / cost.max(f64::MIN_POSITIVE)).clamp(0.0, MOST_CORRELATED);
         let coloured = variance * (1.0 + correlation) / (1.0 - correlation);
         let inverse = best.equations.covariance();
-        let value = |i: usize| best.unknowns[i].to_f64() / scale[i];
+        let per_scale = scale.map(|scale| 1.0 / scale);
+        let value = |i: usize| best.unknowns[i].to_f64() * per_scale[i];
         let covariance: [[f64; 5]; 5] = core::array::from_fn(|i| {
-            core::array::from_fn(|j| coloured * inverse[i][j].to_f64() / (scale[i] * scale[j]))
+            let per_scale_of_i = coloured * per_scale[i];
+            core::array::from_fn(|j| per_scale_of_i * inverse[i][j].to_f64() * per_scale[j])
         });
         let servo = IdentifiedServo {
             parameters: ServoParameters {

@@ -1,6 +1,6 @@
 use super::super::crude::Crude;
 use super::super::regression::Regression;
-use super::super::{CommissionError, IdentifiedServo, StopReason};
+use super::super::{CommissionError, StopReason};
 use super::observer::Observer;
 use super::plan::{COMMANDS, Plan};
 use super::state::{Stage, WiggleState};
@@ -85,10 +85,9 @@ impl<N: Number> Wiggle<N> {
     /// Begins a later motion of a servo that is known, `position` counts from where the first began, with
     /// a `part` of the usual swing, so that it is not the same motion again.
     #[must_use]
-    pub fn start_knowing(&self, servo: &IdentifiedServo, position: N, part: f64) -> WiggleState<N> {
-        let (time, resolution) = (self.settings.sample_time, self.settings.resolution);
+    pub fn start_knowing(&self, servo: &Crude<N>, position: N, part: f64) -> WiggleState<N> {
         let mut state = WiggleState::new(&self.plan, None);
-        state.servo = Crude::of(&servo.parameters, time, resolution);
+        state.servo = *servo;
         state.guessed = state.servo.gain;
         state.guessed_limit = state.servo.gain * self.plan.command[1];
         state.known_before = true;

@@ -1,0 +1,160 @@
+use super::gains::Loop;
+use super::{Crude, Limits};
+use crate::control::Pid;
+use crate::measurement::velocity::LowPass;
+use crate::number::Number;
+use crate::units::Units;
+
+/// Gains that hold a servo while it is studied: a double pole at −ω and one at −ω/5, placed for what is
+/// known of it, which may be little.
+///
+/// They are computed in the sample in which they take over, hence in the working number and in machine
+/// units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Careful<N> {
+    /// Lowest and highest command.
+    limit: [N; 2],
+    /// The change of the command that a count of the encoder may make, over (k_p + k_d ω_c)/(ω²/b).
+    of_a_count: N,
+    /// The largest ω T.
+    brisk: N,
+}
+
+impl<N: Number> Careful<N> {
+    /// The largest ω T: unknown delays of some samples cost little phase.
+    const SLOW: f64 = 0.08;
+
+    /// The largest ω, rad/s: a servo at rest asks for no more.
+    const BRISK: f64 = 250.0;
+
+    /// The part of the command that a count of the encoder may change.
+    const OF_A_COUNT: f64 = 0.1;
+
+    /// The cut-off of the velocity estimate over ω.
+    const CUTOFF: f64 = 6.0;
+
+    /// k_p, k_d and k_i over ω²/b, ω/b and ω³/b for these poles, without viscous friction.
+    const PLACED: [f64; 3] = [1.4, 2.2, 0.2];
+
+    /// Within these limits.
+    pub(super) fn new(units: &Units, limits: &Limits) -> Self {
+        let [low, high] = limits.command;
+        let [proportional, derivative, _] = Self::PLACED;
+        let through_the_filter = proportional + derivative * Self::CUTOFF;
+        Self {
+            limit: limits.command.map(N::from_f64),
+            of_a_count: N::from_f64(Self::OF_A_COUNT * high.min(-low) / through_the_filter),
+            brisk: N::from_f64(Self::BRISK * units.rate()),
+        }
+    }
+
+    /// The loop for a servo whose commands act after a delay, samples; none where no loop holds it.
+    pub(super) fn around(&self, servo: &Crude<N>, delay: N) -> Option<Loop<N>> {
+        let quarter = N::from_f64(0.25);
+        let sampled = N::from_f64(Self::SLOW) * (N::ONE + quarter * delay).reciprocal();
+        let noise = servo.gain * self.of_a_count;
+        let quiet = noise * noise.reciprocal_root();
+        let omega = smaller(smaller(sampled, quiet), self.brisk);
+        let [proportional, derivative, integral] = Self::PLACED.map(N::from_f64);
+        let damping = derivative * omega - servo.viscous;
+        let gains = [
+            proportional * omega * omega * servo.per_gain,
+            damping.limited(N::ZERO, N::REACH) * servo.per_gain,
+            integral * omega * omega * omega * servo.per_gain,
+        ];
+        let cutoff = N::from_f64(Self::CUTOFF) * omega;
+        // The pole of the backward difference: an exponential is dear where there is no other.
+        let passed = cutoff * (N::ONE + cutoff).reciprocal();
+        let usable = gains.iter().all(|gain| gain.is_finite()) && gains[0] > N::ZERO;
+        usable.then(|| {
+            let pid = Pid::in_machine_units(gains, self.limit);
+            Loop::new(pid, LowPass::passing(passed))
+        })
+    }
+}
+
+fn smaller<N: Number>(one: N, other: N) -> N {
+    if one < other { one } else { other }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::commission::HoldingGains;
+    use crate::measurement::velocity::VelocityEstimate;
+    use crate::model::ServoParameters;
+    use crate::settings::ControllerSettings;
+
+    const LIMITS: Limits = Limits {
+        travel: [-1.0, 1.0],
+        speed: 20.0,
+        command: [-8.0, 10.0],
+        duration: 1.0,
+        one_way: false,
+    };
+
+    fn loop_for(b: f64, time: f64, counts: f64, delay: f64) -> Loop<f64> {
+        let resolution = core::f64::consts::TAU / counts;
+        let units = Units::new(time, resolution).expect("valid");
+        let parameters = ServoParameters {
+            a: 0.5,
+            b,
+            coulomb: 10.0,
+            load: 3.0,
+        };
+        let servo = Crude::of(&parameters, time, resolution);
+        let careful = Careful::new(&units, &LIMITS);
+        careful.around(&servo, delay).expect("it can be held")
+    }
+
+    #[test]
+    fn the_poles_are_placed_in_si_as_they_are_in_machine_units() {
+        // Slow enough for the largest ω to bind: 0.08/(1e-4 (1 + 2/4)) = 533 rad/s.
+        let (time, counts, b) = (1e-4, 1e6, 200.0);
+        let omega = Careful::<f64>::BRISK;
+        let expected = HoldingGains {
+            controller: ControllerSettings {
+                kp: 1.4 * omega * omega / b,
+                kd: (2.2 * omega - 0.5) / b,
+                ki: 0.2 * omega * omega * omega / b,
+                limit: LIMITS.command,
+            },
+            cutoff: 6.0 * omega,
+        };
+        let units = Units::new(time, core::f64::consts::TAU / counts).expect("valid");
+        let expected: Loop<f64> = expected.build(&units).expect("valid");
+        let placed = loop_for(b, time, counts, 2.0);
+        for (error, velocity, integral) in [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)] {
+            let [own, other] = [placed, expected]
+                .map(|controller| controller.pid.command(error, velocity, integral).value);
+            assert!((own / other - 1.0).abs() < 1e-6, "{own} {other}");
+        }
+        let [own, other] = [placed, expected].map(|one| one.velocity.transfer().pole);
+        // x/(1 + x) for 1 − e^(−x).
+        assert!((own - other).abs() < 0.02, "{own} {other}");
+    }
+
+    #[test]
+    fn a_count_of_a_coarse_encoder_changes_little_of_the_command() {
+        let of_a_count = |counts: f64| {
+            let controller = loop_for(5000.0, 1e-3, counts, 0.0);
+            let velocity = 1.0 - controller.velocity.transfer().pole;
+            controller.pid.linear(1.0, -velocity)
+        };
+        assert!(of_a_count(1000.0) < 0.1 * 8.0, "{}", of_a_count(1000.0));
+        assert!(of_a_count(1e5) < 0.1 * of_a_count(1000.0));
+    }
+
+    #[test]
+    fn a_late_servo_is_held_more_slowly() {
+        let stiffness = |delay: f64| loop_for(200.0, 1e-3, 1e5, delay).pid.linear(1.0, 0.0);
+        assert!((stiffness(4.0) / stiffness(0.0) - 0.25).abs() < 1e-6);
+    }
+
+    #[test]
+    fn what_cannot_be_held_gets_no_gains() {
+        let units = Units::new(1e-3, 1e-3).expect("valid");
+        let careful = Careful::<f32>::new(&units, &LIMITS);
+        assert_eq!(careful.around(&Crude::UNKNOWN, 2.0), None);
+    }
+}
