@@ -52,5 +52,4 @@ pub mod simulated_drive;
 pub mod sweep;
 pub mod tune;
 
-/// The version of this program, with the commit that a release was built from where it is known.
-pub const VERSION: &str = env!("HOST_SIM_VERSION");
+pub use program::VERSION;
