@@ -1,12 +1,15 @@
 //! The simulator of the servo identifier.
 
 pub mod analysis;
+pub mod check;
 pub mod cli;
 pub mod commission;
 pub mod compare;
 pub mod drift;
 pub mod drive;
 pub mod experiment;
+pub mod init;
+pub mod log_file;
 pub mod loops;
 pub mod monitor;
 pub mod paper;
@@ -15,6 +18,7 @@ pub mod port;
 pub mod prediction;
 pub mod replay;
 pub mod report;
+pub mod rerun;
 pub mod scenario;
 pub mod simulate;
 pub mod simulated_drive;

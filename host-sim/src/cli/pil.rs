@@ -4,7 +4,8 @@ use super::fault::Fault;
 use super::output::{Notes, Outputs};
 use crate::pil::{self, PilError};
 use crate::port::Port;
-use crate::scenario::{Purpose, Scenario, keys};
+use crate::rerun::{Origin, ScenarioText, Task};
+use crate::scenario::{Purpose, keys};
 
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
@@ -19,8 +20,10 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
-    let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
-    let mut results = arguments.outputs.begin(&[&arguments.scenario])?;
+    let text = ScenarioText::read(&arguments.scenario)?;
+    let scenario = text.scenario(Purpose::Run)?;
+    let origin = Origin::of(Task::Pil, &text, &scenario);
+    let mut results = (arguments.outputs).begin(&[&arguments.scenario], origin, None)?;
     let fault = |error| match error {
         PilError::Scenario(fault) => Fault::of_scenario(&arguments.scenario, fault),
         other => Fault::Other(other.to_string()),

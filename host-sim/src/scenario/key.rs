@@ -338,7 +338,7 @@ fn either(names: impl Iterator<Item = &'static str>) -> String {
 }
 
 /// The name that a word is most likely meant to be.
-pub(super) fn nearest<'n>(word: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
+pub(crate) fn nearest<'n>(word: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
     /// Likeness from which on it is worth asking.
     const ALIKE: f64 = 0.6;
     let word = shown(word);
