@@ -146,6 +146,20 @@ fn the_numbers_are_those_of_the_data_sheet() {
 }
 
 #[test]
+fn the_examples_are_what_their_first_lines_say() {
+    for name in ["dc_motor", "servo_motor"] {
+        let file = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let example = std::fs::read_to_string(file).expect("an example");
+        let call = example
+            .lines()
+            .find_map(|line| line.strip_prefix("#   host-sim init "));
+        let options: Vec<&str> = call.expect("a call").split(' ').skip(1).collect();
+        let written = done(&[&["init", "-"], &options[..]].concat());
+        assert!(example.ends_with(&written), "{name}:\n{written}");
+    }
+}
+
+#[test]
 fn what_is_missing_or_wrong_is_named_and_nothing_is_written() {
     let file = folder("init-wrong").join("servo.toml");
     for (sheet, expected) in [
@@ -200,11 +214,9 @@ fn what_is_said_to_become_known_does_in_a_run() {
         );
     }
     let settled = number(&run["settling_time"]["b"]);
-    let b = check["known"].as_array().expect("a list").iter();
-    let from = b
-        .filter(|known| known["unknown"] == "b")
-        .map(|known| number(&known["from"]));
-    let from = from.last().expect("b is estimated");
+    let known = check["known"].as_array().expect("a list");
+    let b = known.iter().find(|known| known["unknown"] == "b");
+    let from = number(&b.expect("b is estimated")["from"]);
     assert!(
         from <= 1.5 * settled && settled < 100.0 * from,
         "{from} s, settled {settled} s"

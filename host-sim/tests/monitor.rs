@@ -270,6 +270,7 @@ fn a_signal_gives_the_terminal_back_and_lets_the_servo_go() {
     let (status, text) = monitor.ends();
     assert_eq!(status, 0, "{text}");
     assert!(text.contains("the servo was let go"), "{text}");
+    assert!(bench.drive("status").contains("the last run was stopped"));
 }
 
 #[test]

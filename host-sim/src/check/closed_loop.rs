@@ -280,7 +280,7 @@ mod tests {
     #[test]
     fn a_slow_pd_loop_is_the_double_pole_of_the_textbook() {
         // Both poles at −ω: kp = ω²/b, kd = (2ω − a)/b, and L = (kd s + kp) b/(s (s + a)).
-        let omega = 8.0;
+        let omega = 8.0_f64;
         let (kp, kd) = (omega * omega / 300.0, (2.0 * omega - 2.0) / 300.0);
         let (scenario, response) = loop_of(&format!("kp = {kp}\nkd = {kd}\nki = 0.0"));
         let found = response.figures(&scenario);

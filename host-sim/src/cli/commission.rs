@@ -1,7 +1,10 @@
 use std::path::{Path, PathBuf};
 
+use super::call;
 use super::fault::Fault;
 use super::files::{self, Files, io_error};
+use super::live_commission::LiveCommission;
+use super::output::Outputs;
 use super::rerun;
 use super::standard_output::say;
 use super::streamed::Streamed;
@@ -10,6 +13,7 @@ use crate::log_file::commissioning as messages;
 use crate::pil;
 use crate::port::Port;
 use crate::report::commission::{self as report, Document, RowWriter};
+use crate::report::page::{Commissioned, commissioning};
 use crate::rerun::{Kept, Origin, OriginAlone, ScenarioText, Task, WithOrigin};
 use crate::scenario::{Purpose, keys};
 
@@ -17,79 +21,78 @@ use crate::scenario::{Purpose, keys};
 #[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
 pub(super) struct Arguments {
     /// The scenario, a TOML file with [commission]; a [controller] is one that runs already.
-    pub(super) scenario: PathBuf,
+    scenario: PathBuf,
     /// Have the machine on the chip there, the servo simulated here: a serial device, or tcp:HOST:PORT
     /// for an emulator.
     #[arg(long, value_name = "PORT")]
-    pub(super) port: Option<String>,
-    /// Write the result as JSON to this file; `-` is standard output.
-    #[arg(long, value_name = "FILE")]
-    pub(super) json: Option<PathBuf>,
-    /// Write the samples, a row each, to this file; `-` is standard output.
-    #[arg(long, value_name = "FILE")]
-    pub(super) csv: Option<PathBuf>,
-    /// Write the samples, with where they are from, to this MCAP file, which Foxglove and PlotJuggler show; `-`
-    /// is standard output.
-    #[arg(long, value_name = "FILE")]
-    pub(super) mcap: Option<PathBuf>,
-    /// Draw phases, limits and signals into this file, .png or .svg; `-` is standard output, as SVG.
-    #[arg(long, value_name = "FILE")]
-    pub(super) plot: Option<PathBuf>,
-    /// Replace files that are there already.
-    #[arg(long)]
-    pub(super) force: bool,
+    port: Option<String>,
+    #[command(flatten)]
+    outputs: Outputs,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
-    let text = ScenarioText::read(&arguments.scenario)?;
-    experiment(arguments, &text, None)
+    let Arguments {
+        scenario,
+        port,
+        outputs,
+    } = arguments;
+    let text = ScenarioText::read(scenario)?;
+    experiment(&text, port.as_deref(), outputs, scenario, None)
 }
 
-/// Commissions the servo of a scenario, whose text is given; the result is to be the one that was `kept`, if
-/// one was.
+/// Commissions the servo of a scenario, with the machine behind a port or here; the result is to be the one that
+/// was `kept`, if one was. No output may be `input`.
 pub(super) fn experiment(
-    arguments: &Arguments,
     text: &ScenarioText,
+    port: Option<&str>,
+    outputs: &Outputs,
+    input: &Path,
     kept: Option<&Kept>,
 ) -> Result<(), Fault> {
     let scenario = text.scenario(Purpose::Commission)?;
-    let of_scenario = |fault| Fault::of_scenario(Path::new(&text.file), fault);
-    let commissioning = match &arguments.port {
-        Some(_) => pil::commissioning(&scenario),
-        None => Commissioning::of(&scenario),
-    };
-    let commissioning = commissioning.map_err(of_scenario)?;
-    let port = arguments.port.as_deref().map(Port::open).transpose();
-    let port = port.map_err(|error| Fault::Input(error.to_string()))?;
-    let mut files = Files::reading(&[&arguments.scenario], arguments.force);
-    let json = files.output(arguments.json.as_deref())?;
-    let rows = files.output(arguments.csv.as_deref())?;
-    let description = files.description_of(arguments.csv.as_deref())?;
-    let mcap = files.output(arguments.mcap.as_deref())?;
-    let plot = files.picture(arguments.plot.as_deref())?;
-    let mut traces = plot.is_some().then(report::Traces::default);
-    let silent = files.own_standard_output();
-
-    let task = match arguments.port {
+    let file = Path::new(&text.file);
+    let of_scenario = |fault| Fault::of_scenario(file, fault);
+    let task = match port {
         Some(_) => Task::Pil,
         None => Task::Commission,
     };
     let origin = Origin::of(task, text, &scenario);
+    let machine = match port {
+        Some(_) => pil::commissioning(&scenario),
+        None => Commissioning::of(&scenario),
+    };
+    let machine = machine.map_err(of_scenario)?;
+    let port = port.map(Port::open).transpose();
+    let port = port.map_err(|error| Fault::Input(error.to_string()))?;
+    let mut files = Files::reading(&[input], outputs.force);
+    let json = files.output(outputs.json.as_deref())?;
+    let rows = files.output(outputs.csv.as_deref())?;
     let begin = |csv| RowWriter::new(csv).map_err(io_error);
     let mut rows = rows.map(|csv| Streamed::begin(csv, begin));
+    let description = files.description_of(outputs.csv.as_deref())?;
     let begin = |mcap| {
         let mut recorder = messages::begin(mcap)?;
         recorder.about("origin", origin.entries()?)?;
         Ok(recorder)
     };
+    let mcap = files.output(outputs.mcap.as_deref())?;
     let mut mcap = mcap.map(|mcap| Streamed::begin(mcap, begin));
+    let plot = files.picture(&outputs.drawing)?;
+    let page = files.output(outputs.report.as_deref())?;
+    let live = outputs.live.begin()?;
+    let is_shown = plot.is_some() || page.is_some() || live.is_some();
+    let mut traces = is_shown.then(report::Traces::default);
+    let silent = files.own_standard_output();
 
-    let largest = commissioning.largest_motion();
+    let largest = machine.largest_motion();
     if !silent {
         say!("{}", report::largest_motion(&largest))?;
     }
-    let limits = commissioning.settings().limits;
-    let before = commissioning.gains_before().copied();
+    let limits = machine.settings().limits;
+    let before = machine.gains_before().copied();
+    let title = call::title("Commissioning of", file);
+    let mut live =
+        live.map(|live| LiveCommission::new(live, title.clone(), &scenario, limits, before));
     let mut observe = |sample: &Sample| {
         if let Some(rows) = &mut rows {
             rows.write(|rows| rows.add(sample).map_err(io_error));
@@ -99,15 +102,29 @@ pub(super) fn experiment(
         }
         if let Some(traces) = &mut traces {
             traces.add(sample);
+            if let Some(live) = &mut live {
+                live.add(sample, traces);
+            }
         }
     };
     let outcome = match port {
-        Some(mut port) => pil::commission(commissioning, &mut port, &mut observe)
+        Some(mut port) => pil::commission(machine, &mut port, &mut observe)
             .map_err(|error| Fault::Other(error.to_string()))?,
-        None => commissioning.run(&mut observe).map_err(of_scenario)?,
+        None => machine.run(&mut observe).map_err(of_scenario)?,
     };
 
     let document = Document::new(&scenario, &limits, &largest, before.as_ref(), &outcome);
+    let reported = traces.as_ref().map(|traces| {
+        commissioning(&Commissioned {
+            title: &title,
+            command: &call::command(),
+            scenario: &scenario,
+            limits: &limits,
+            before: before.as_ref(),
+            outcome: &outcome,
+            traces,
+        })
+    });
     let told = WithOrigin {
         result: &document,
         origin: &origin,
@@ -121,15 +138,17 @@ pub(super) fn experiment(
                 mcap.finish()
             })
         }),
-        plot.zip(traces).map(|(plot, traces)| {
+        plot.zip(traces.as_ref()).map(|(plot, traces)| {
             let promised = StepResponse::promised(&scenario, &outcome);
             plot.timeline(&report::picture(
                 &limits,
                 &outcome,
-                &traces,
+                traces,
                 promised.as_ref(),
             ))
         }),
+        page.zip(reported.as_ref())
+            .map(|(page, reported)| page.page(reported)),
         json.map(|json| json.document(&told)),
     ])?;
     let verdict = report::verdict(before.is_some(), &outcome);
@@ -147,6 +166,9 @@ pub(super) fn experiment(
     }
     if let Some(kept) = kept {
         rerun::compare(kept, &document, silent)?;
+    }
+    if let (Some(live), Some(reported)) = (live, &reported) {
+        live.into_live().stay(reported);
     }
     if !outcome.is_applied() {
         return Err(Fault::Other(verdict));

@@ -1,5 +1,6 @@
 use std::path::PathBuf;
 
+use super::call;
 use super::fault::Fault;
 use super::output::{Notes, Outputs};
 use crate::pil::{self, PilError};
@@ -10,7 +11,7 @@ use crate::scenario::{Purpose, keys};
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
 pub(super) struct Arguments {
-    /// The scenario, a TOML file (its keys: `host-sim run --help`).
+    /// The scenario, a TOML file (its keys are at the end of `run --help`).
     scenario: PathBuf,
     /// Where the chip is: a serial device, or tcp:HOST:PORT for an emulator.
     #[arg(long, value_name = "PORT")]
@@ -22,8 +23,9 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let text = ScenarioText::read(&arguments.scenario)?;
     let scenario = text.scenario(Purpose::Run)?;
+    let title = call::title("Run on the chip of", &arguments.scenario);
     let origin = Origin::of(Task::Pil, &text, &scenario);
-    let mut results = (arguments.outputs).begin(&[&arguments.scenario], origin, None)?;
+    let mut results = (arguments.outputs).begin(title, &[&arguments.scenario], origin, None)?;
     let fault = |error| match error {
         PilError::Scenario(fault) => Fault::of_scenario(&arguments.scenario, fault),
         other => Fault::Other(other.to_string()),

@@ -1,6 +1,9 @@
 //! What is kept of an experiment while it runs: never more than a bounded part, however long it takes.
 
 use super::files::{Output, io_error};
+use super::live::Live;
+use super::live_experiment::LiveExperiment;
+use super::progress::Progress;
 use super::streamed::Streamed;
 use crate::analysis::{Summariser, Summary};
 use crate::experiment::{Outcome, Sample};
@@ -24,6 +27,8 @@ pub(super) struct Recording {
     traces: Option<Traces>,
     rows: Option<Rows>,
     messages: Option<Messages>,
+    live: Option<LiveExperiment>,
+    progress: Progress,
 }
 
 /// What an experiment that has ended leaves.
@@ -33,6 +38,7 @@ pub(super) struct Recorded {
     pub(super) traces: Option<Traces>,
     pub(super) rows: Option<Rows>,
     pub(super) messages: Option<Messages>,
+    pub(super) live: Option<Live>,
 }
 
 impl Recording {
@@ -45,6 +51,7 @@ impl Recording {
         rows: Option<Rows>,
         messages: Option<Messages>,
         traces: Option<Traces>,
+        live: Option<LiveExperiment>,
     ) -> Self {
         Self {
             passes_to_come: passes.saturating_sub(1),
@@ -52,23 +59,28 @@ impl Recording {
             traces,
             rows,
             messages,
+            live,
+            progress: Progress::of_samples((duration / scenario.sample_time()) as u64),
         }
     }
 
     /// A sample.
     pub(super) fn add(&mut self, sample: &Sample) {
         self.summariser.add(sample);
+        self.progress.advance();
         if let Some(traces) = &mut self.traces {
             traces.add(sample);
         }
-        if self.passes_to_come > 0 {
-            return;
+        if self.passes_to_come == 0 {
+            if let Some(rows) = &mut self.rows {
+                rows.write(|rows| rows.add(sample).map_err(io_error));
+            }
+            if let Some(messages) = &mut self.messages {
+                messages.write(|messages| trace::add(messages, sample));
+            }
         }
-        if let Some(rows) = &mut self.rows {
-            rows.write(|rows| rows.add(sample).map_err(io_error));
-        }
-        if let Some(messages) = &mut self.messages {
-            messages.write(|messages| trace::add(messages, sample));
+        if let (Some(live), Some(traces)) = (&mut self.live, &self.traces) {
+            live.add(&self.summariser, traces);
         }
     }
 
@@ -93,6 +105,7 @@ impl Recording {
             traces: self.traces,
             rows: self.rows,
             messages: self.messages,
+            live: self.live.map(LiveExperiment::into_live),
         }
     }
 }

@@ -1,5 +1,6 @@
 use std::path::{Path, PathBuf};
 
+use super::call;
 use super::fault::Fault;
 use super::output::{Notes, Outputs};
 use crate::replay::{self, Log, ReplayError};
@@ -49,8 +50,8 @@ pub(super) struct Replay<'a> {
 }
 
 impl Replay<'_> {
-    /// Replays it; the result is to be the one that was `kept`, if one was. What is said of it comes from the
-    /// logs and `input`.
+    /// Replays it; the result is to be the one that was `kept`, if one was. Besides the logs this reads
+    /// `input`.
     pub(super) fn experiment(
         self,
         outputs: &Outputs,
@@ -70,8 +71,9 @@ impl Replay<'_> {
         let scenario = text.scenario(Purpose::Replay)?;
         let read = logs.iter().chain(predict).map(PathBuf::as_path);
         let inputs: Vec<_> = read.chain([input]).collect();
-        let task = self.task(outputs.tell_origin())?;
-        let mut results = outputs.begin(&inputs, Origin::of(task, text, &scenario), kept)?;
+        let title = call::title("Replay of", logs.first().map_or(input, PathBuf::as_path));
+        let origin = Origin::of(self.task(outputs.tell_origin())?, text, &scenario);
+        let mut results = outputs.begin(title, &inputs, origin, kept)?;
         let all = read_all(logs.iter().chain(predict), &scenario)?;
         let (learnt, predicted) = all.split_at(logs.len());
         let scenario = replay::fitted(scenario, learnt);

@@ -1,5 +1,6 @@
 use std::path::{Path, PathBuf};
 
+use super::call;
 use super::fault::Fault;
 use super::output::{Notes, Outputs};
 use crate::rerun::{Kept, Origin, ScenarioText, Task};
@@ -9,7 +10,7 @@ use crate::simulate;
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
 pub(super) struct Arguments {
-    /// The scenario, a TOML file (its keys: `host-sim run --help`).
+    /// The scenario, a TOML file (its keys are at the end of `--help`).
     scenario: PathBuf,
     #[command(flatten)]
     outputs: Outputs,
@@ -28,8 +29,9 @@ pub(super) fn experiment(
     kept: Option<&Kept>,
 ) -> Result<(), Fault> {
     let scenario = text.scenario(Purpose::Run)?;
+    let title = call::title("Run of", Path::new(&text.file));
     let origin = Origin::of(Task::Run, text, &scenario);
-    let mut results = outputs.begin(inputs, origin, kept)?;
+    let mut results = outputs.begin(title, inputs, origin, kept)?;
 
     let mut recording = results.record(&scenario, scenario.duration, 1);
     let outcome = simulate::run(&scenario, &mut |sample| recording.add(sample))

@@ -20,6 +20,8 @@ pub(super) struct Listening {
     resolution: f64,
     /// The last count.
     count: i32,
+    /// Whether it is to join a motion with the next sample.
+    joins: bool,
 }
 
 impl Listening {
@@ -37,41 +39,38 @@ impl Listening {
             identifier,
             resolution: core.resolution,
             count: 0,
+            joins: false,
         })
     }
 
-    /// Hears a frame of every sample. Behind a gap it joins the motion again; what it knows it keeps.
+    /// Hears a frame of every sample. A motion that is not heard from its beginning, or not without a gap,
+    /// is joined as soon as two samples say how fast it is; what is known is kept.
     pub(super) fn hear(&mut self, frame: &Frame, order: Order) {
         // Exact as long as single precision tells one count from the next.
         let count = (frame.position() / self.resolution).round() as i32;
-        let moved = count.wrapping_sub(self.count);
+        let before = std::mem::replace(&mut self.count, count);
         let moved = match order {
-            Order::Follows => moved,
-            Order::Begins => {
-                self.join(0.0);
-                // Every motion begins at rest where its position is zero.
-                if frame.sample() == 1 { count } else { 0 }
-            }
-            Order::FollowsLost(lost) => {
-                let mean = f64::from(moved) / (f64::from(lost) + 1.0);
-                self.join(mean);
-                mean.round() as i32
+            Order::Follows => count.wrapping_sub(before),
+            // A motion begins where its position is zero.
+            Order::Begins if frame.sample() == 1 => count,
+            Order::Begins | Order::FollowsLost(_) => {
+                self.joins = true;
+                return;
             }
         };
-        self.count = count;
+        if order == Order::Begins || self.joins {
+            self.joins = false;
+            self.identifier.join(&mut self.state, f64::from(moved));
+        }
         let command = frame.command().unwrap_or(0.0);
         if self
             .identifier
             .process(&mut self.state, moved, command)
             .is_err()
         {
-            self.join(0.0);
+            self.joins = true;
         }
         self.identifier.work(&mut self.state, u32::MAX);
-    }
-
-    fn join(&mut self, increment: f64) {
-        self.identifier.join(&mut self.state, increment);
     }
 
     /// The estimates with their standard errors, once there is a fit.

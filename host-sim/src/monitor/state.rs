@@ -10,7 +10,7 @@ use super::history::{History, Point};
 use super::listening::Listening;
 use super::telemetry::{Order, Telemetry};
 
-/// How long a drive whose servo is driven may send no frame before it is asked anew.
+/// How late a frame may be before the drive is asked for them anew.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// What is known of a drive.
@@ -107,7 +107,8 @@ impl State {
             self.told = now;
             return false;
         }
-        let silent = now.duration_since(self.told) > PATIENCE;
+        let apart = f64::from(self.telemetry.samples_apart()) * self.sample_time();
+        let silent = now.duration_since(self.told) > PATIENCE + Duration::from_secs_f64(apart);
         if silent {
             self.told = now;
             self.telemetry.begin_anew();

@@ -25,7 +25,6 @@ mod stability;
 pub use commission::CommissionOrder;
 pub use error::{Fault, ScenarioError};
 pub use key::Key;
-pub(crate) use key::nearest;
 pub(crate) use keys::MOST_COLUMNS;
 pub use law::{Baseline, BaselineSettings, Closing, Law};
 pub use log::{Column, LogSettings};

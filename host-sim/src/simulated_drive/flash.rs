@@ -3,11 +3,13 @@ use core::convert::Infallible;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
 /// Two sectors of a flash that never fails and that is gone with the program.
-pub(super) struct FlashInMemory(Vec<u8>);
+#[derive(Debug, Clone)]
+pub struct FlashInMemory(Vec<u8>);
 
 impl FlashInMemory {
     /// As it comes from the factory.
-    pub(super) fn erased() -> Self {
+    #[must_use]
+    pub fn erased() -> Self {
         Self(vec![0xff; 2 * Self::ERASE_SIZE])
     }
 }

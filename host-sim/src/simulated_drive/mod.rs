@@ -15,8 +15,8 @@ use drive_link::{Command, Dither, Protection, Refusal, Report, Request, Settings
 use drive_logic::{Channel, Conversation, Memory, Sampler, Stage, Supervisor};
 
 use self::chip::SimulatedChip;
-use self::flash::FlashInMemory;
-use self::wire::Wire;
+pub use self::flash::FlashInMemory;
+pub use self::wire::Wire;
 use crate::commission::Axis;
 use crate::scenario::{Fault, Scenario};
 

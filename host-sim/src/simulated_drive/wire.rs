@@ -11,8 +11,8 @@ const ROOM: usize = 16_384;
 const GULP: usize = 1024;
 
 /// The wire to whoever is connected; without anybody, what is said is lost.
-#[derive(Default)]
-pub(super) struct Wire {
+#[derive(Debug, Default)]
+pub struct Wire {
     line: Option<TcpStream>,
     said: VecDeque<u8>,
     heard: VecDeque<u8>,
@@ -20,7 +20,7 @@ pub(super) struct Wire {
 
 impl Wire {
     /// Somebody connects, and takes the place of whoever did before: a serial line has one other end.
-    pub(super) fn connect(&mut self, line: TcpStream) {
+    pub fn connect(&mut self, line: TcpStream) {
         let ready = line
             .set_nonblocking(true)
             .and_then(|()| line.set_nodelay(true));
@@ -31,7 +31,7 @@ impl Wire {
     }
 
     /// Sends as much as goes without waiting.
-    pub(super) fn flush(&mut self) {
+    pub fn flush(&mut self) {
         while let (Some(line), false) = (&mut self.line, self.said.is_empty()) {
             let (next, _) = self.said.as_slices();
             match line.write(next) {

@@ -27,6 +27,9 @@ struct RestWatch<N> {
     within: N,
     still: u32,
     needed: u32,
+    /// The sum of the commands while it was still, and how many they are.
+    commands: N,
+    commanded: u32,
 }
 
 impl<N: Number> Holding<N> {
@@ -57,6 +60,8 @@ impl<N: Number> Holding<N> {
                 within: N::from_f64(Self::AT_REST),
                 still: 0,
                 needed: rest,
+                commands: N::ZERO,
+                commanded: 0,
             },
         }
     }
@@ -69,7 +74,7 @@ impl<N: Number> Holding<N> {
     /// Brings the servo to a place.
     pub(super) fn send(&mut self, target: N) {
         self.target = target;
-        self.rest.still = 0;
+        self.rest.begin();
     }
 
     /// A step of the reference.
@@ -88,7 +93,7 @@ impl<N: Number> Holding<N> {
     /// Disturbs the servo by a command on top of the controller's.
     pub(super) fn disturb(&mut self, command: N) {
         self.disturbance = command;
-        self.rest.still = 0;
+        self.rest.begin();
     }
 
     /// The reference.
@@ -105,20 +110,49 @@ impl<N: Number> Holding<N> {
         let sample = self.controller.process(&mut self.state, error, increment);
         let [low, high] = self.limit;
         let command = sample.ok()?.command + self.disturbance;
-        Some(command.limited(low, high))
+        let command = command.limited(low, high);
+        self.rest.gather(command);
+        Some(command)
     }
 
     /// Whether the servo has arrived and stands.
     pub(super) fn is_at_rest(&self) -> bool {
         self.reference == self.target && self.rest.still >= self.rest.needed
     }
+
+    /// What a controller that takes over from a rest goes on from: the mean command, and no velocity. An
+    /// edge of a coarse encoder makes much of both in a single sample.
+    pub(super) fn resting(&self) -> ControlSample<N> {
+        ControlSample {
+            error: N::ZERO,
+            increment: N::ZERO,
+            velocity: N::ZERO,
+            command: self.rest.mean_command(),
+        }
+    }
 }
 
 impl<N: Number> RestWatch<N> {
+    fn begin(&mut self) {
+        self.still = 0;
+        self.commands = N::ZERO;
+        self.commanded = 0;
+    }
+
+    fn gather(&mut self, command: N) {
+        self.commands += command;
+        self.commanded = self.commanded.saturating_add(1);
+    }
+
+    fn mean_command(&self) -> N {
+        let commanded = N::from_f64(f64::from(self.commanded.max(1)));
+        self.commands * commanded.reciprocal()
+    }
+
     fn observe(&mut self, position: N) {
         if (position - self.at).magnitude() > self.within {
             self.at = position;
-            self.still = 0;
+            self.begin();
         } else {
             self.still = self.still.saturating_add(1);
         }

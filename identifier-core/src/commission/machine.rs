@@ -344,7 +344,7 @@ impl<N: Number> Commission<N> {
             Next::Trial => {
                 if holding.is_at_rest() {
                     state.next = Next::Answer;
-                    self.begin_trial(state, command)?;
+                    self.begin_trial(state, holding)?;
                 }
             }
         }
@@ -439,12 +439,16 @@ impl<N: Number> Commission<N> {
         Ok(())
     }
 
-    fn begin_trial(&self, state: &mut CommissionState<N>, command: N) -> Result<(), StopReason> {
+    fn begin_trial(
+        &self,
+        state: &mut CommissionState<N>,
+        held: &Holding<N>,
+    ) -> Result<(), StopReason> {
         let Some(candidate) = &state.candidate else {
             return Err(StopReason::NoGains);
         };
-        let (position, velocity) = (state.position, state.velocity_now);
-        let mut holding = self.held_by(candidate.controller, position, velocity, command);
+        let last = held.resting();
+        let mut holding = self.held_after(candidate.controller, held.reference(), &last);
         holding.rest_for(self.rest.max(candidate.rest));
         state.activity = Activity::OnTrial(holding, candidate.trial);
         state.phase = Phase::Trial;

@@ -18,6 +18,7 @@
 
 use super::blocks::{Block, Blocks, BlocksState, larger};
 use super::model::{MODEL_ERROR, Model};
+use super::parts::Part;
 use crate::number::Number;
 use crate::stop_reason::StopReason;
 
@@ -100,9 +101,8 @@ impl<N: Number> Response<N> {
     /// One block weighs no more than so many times what its command explains.
     const CREDIT: f64 = 2.5;
 
-    /// Over blocks of so many samples, the first shorter by those that it is ahead, for commands up to a
-    /// limit.
-    pub(super) fn new(length: i32, ahead: i32, limit: f64) -> Self {
+    /// Over blocks of so many parts of so many samples each, for commands up to a limit.
+    pub(super) fn new(parts: i32, part: i32, limit: f64) -> Self {
         /// The change of the command that tells something, as a share of the limit: of a smaller one what is
         /// not known of delay and friction makes up too much.
         const LEAST: f64 = 0.05;
@@ -110,23 +110,20 @@ impl<N: Number> Response<N> {
         const STRONG: f64 = 0.7;
         /// The command that a load does not explain, if it does not step.
         const HELD: f64 = 0.35;
-        let area = f64::from(length) * f64::from(length);
+        let length = f64::from(parts) * f64::from(part);
+        let area = length * length;
         Self {
-            blocks: Blocks::new(length, ahead),
+            blocks: Blocks::new(parts, part),
             least: N::from_f64(LEAST * limit * area),
             strong: N::from_f64(STRONG * limit * area),
             held: N::from_f64(HELD * limit * area),
         }
     }
 
-    pub(super) fn length(&self) -> i32 {
-        self.blocks.length()
-    }
-
     /// Nothing has been seen yet.
-    pub(super) fn start(&self) -> ResponseState<N> {
+    pub(super) fn start() -> ResponseState<N> {
         ResponseState {
-            blocks: self.blocks.start(),
+            blocks: Blocks::start(),
             evidence: 0,
             against: 0,
             product: N::ZERO,
@@ -138,16 +135,14 @@ impl<N: Number> Response<N> {
     }
 
     /// `relay` says that a relay gives the command. Returns a block that has ended.
-    #[inline]
-    pub(super) fn process(
+    pub(super) fn take(
         &self,
         state: &mut ResponseState<N>,
-        increment: N,
-        command: N,
+        part: &Part<N>,
         known: Option<&Known<N>>,
         relay: bool,
     ) -> Result<Option<Block<N>>, StopReason> {
-        let Some(block) = self.blocks.process(&mut state.blocks, increment, command) else {
+        let Some(block) = self.blocks.take(&mut state.blocks, part) else {
             return Ok(None);
         };
         match known {

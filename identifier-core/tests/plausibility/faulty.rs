@@ -122,10 +122,10 @@ const CASES: [Case; 36] = [
     (Weak, KNOWN, Shake, &[ActuatorDead, ActuatorWeak], 5, 712),
     (ActuatorReversed, NOTHING, Wiggle, &[Reversed, ActuatorDead, TravelLeft], 0, 174),
     (ActuatorReversed, NOTHING, Steps, &[Reversed, SpeedExceeded], 0, 116),
-    (ActuatorReversed, NOTHING, Shake, &[Reversed], 0, 196),
+    (ActuatorReversed, NOTHING, Shake, &[Reversed, SpeedExceeded], 0, 196),
     (ActuatorReversed, KNOWN, Wiggle, &[Reversed, ActuatorDead, TravelLeft], 0, 128),
     (ActuatorReversed, KNOWN, Steps, &[Reversed, SpeedExceeded], 0, 116),
-    (ActuatorReversed, KNOWN, Shake, &[Reversed], 0, 196),
+    (ActuatorReversed, KNOWN, Shake, &[Reversed, SpeedExceeded], 0, 196),
 ];
 
 fn size_of(kind: FaultKind, run: &Run<'_>) -> f64 {

@@ -19,6 +19,42 @@ const WANTED: Style = Style::new().fg(Color::Yellow);
 /// How much of the range lies around the extremes.
 const MARGIN: f64 = 0.05;
 
+/// A signal, and how it is drawn.
+struct Curve<'a> {
+    marker: Marker,
+    kind: GraphType,
+    style: Style,
+    points: &'a [(f64, f64)],
+}
+
+impl<'a> Curve<'a> {
+    fn measured(points: &'a [(f64, f64)]) -> Self {
+        Self {
+            marker: Marker::Braille,
+            kind: GraphType::Line,
+            style: MEASURED,
+            points,
+        }
+    }
+
+    fn wanted(points: &'a [(f64, f64)]) -> Self {
+        Self {
+            marker: Marker::Dot,
+            kind: GraphType::Scatter,
+            style: WANTED,
+            points,
+        }
+    }
+
+    fn dataset(&self) -> Dataset<'a> {
+        Dataset::default()
+            .marker(self.marker)
+            .graph_type(self.kind)
+            .style(self.style)
+            .data(self.points)
+    }
+}
+
 pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, state: &State) {
     let [motion, command, error] = Layout::vertical([
         Constraint::Fill(5),
@@ -39,10 +75,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, state: &State) {
         frame,
         motion,
         Line::from(title),
-        &[
-            (Marker::Dot, WANTED, &reference),
-            (Marker::Braille, MEASURED, &position),
-        ],
+        &[Curve::wanted(&reference), Curve::measured(&position)],
         None,
     );
     let acting = state.history.signal(Signal::Command);
@@ -58,7 +91,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, state: &State) {
         frame,
         command,
         Line::from(title),
-        &[(Marker::Braille, MEASURED, &acting)],
+        &[Curve::measured(&acting)],
         state.command_limit(),
     );
     let output_error = state.history.signal(Signal::OutputError);
@@ -66,7 +99,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, state: &State) {
         frame,
         error,
         Line::from(format!("output error [rad], last {LENGTH} s")),
-        &[(Marker::Braille, MEASURED, &output_error)],
+        &[Curve::measured(&output_error)],
         None,
     );
 }
@@ -76,25 +109,11 @@ fn chart(
     frame: &mut Frame<'_>,
     area: Rect,
     title: Line<'_>,
-    signals: &[(Marker, Style, &[(f64, f64)])],
+    curves: &[Curve<'_>],
     limits: Option<[f64; 2]>,
 ) {
-    let bounds =
-        limits.unwrap_or_else(|| extremes(signals.iter().flat_map(|(.., points)| *points)));
-    let datasets = signals
-        .iter()
-        .map(|(marker, style, points)| {
-            let kind = match marker {
-                Marker::Dot => GraphType::Scatter,
-                _ => GraphType::Line,
-            };
-            Dataset::default()
-                .marker(*marker)
-                .graph_type(kind)
-                .style(*style)
-                .data(points)
-        })
-        .collect();
+    let bounds = limits.unwrap_or_else(|| extremes(curves.iter().flat_map(|curve| curve.points)));
+    let datasets = curves.iter().map(Curve::dataset).collect();
     let [low, high] = bounds;
     let label = |value: f64| format!("{:>9}", super::figures::signed(value));
     let chart = Chart::new(datasets)

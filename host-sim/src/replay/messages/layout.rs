@@ -8,7 +8,8 @@ use serde_json::Value;
 use super::super::error::{LogError, shortened};
 use super::field::FieldPath;
 use crate::log_file::{Damage, Record, Records};
-use crate::scenario::{Column, LogSettings, TimeUnit, nearest};
+use crate::nearest;
+use crate::scenario::{Column, LogSettings, TimeUnit};
 
 /// The name of the time at which messages were logged, where a column of time is stated.
 const LOG_TIME: &str = "log_time";
@@ -248,7 +249,7 @@ impl Contents {
                     read: convert it, or save the signals as .csv"
                 .to_owned();
         };
-        match nearest(
+        match nearest::name(
             name.trim_start_matches('/'),
             names.iter().map(String::as_str),
         ) {

@@ -11,6 +11,7 @@ mod inputs;
 mod lacking;
 mod motion;
 mod pass;
+mod placing;
 mod prediction;
 mod predictor;
 mod prior;

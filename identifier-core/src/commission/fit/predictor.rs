@@ -2,7 +2,9 @@ use super::super::IdentifiedServo;
 use super::follower::Follower;
 use super::lacking::Lacking;
 use super::motion::Motion;
+use super::placing::Placing;
 use super::prediction::{ALL, Pass, Predicting, Prediction};
+use super::prior::at_first;
 use super::servo_fitter::ServoFitter;
 use super::{A, B, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
 use crate::adaptation::NormalEquations;
@@ -25,7 +27,7 @@ impl<N: Number> ServoFitter<N> {
             }),
             next: 0,
             pass: None,
-            placed: false,
+            placing: None,
             ways: N::ZERO,
             samples: N::ZERO,
         }
@@ -54,13 +56,17 @@ impl<N: Number> ServoFitter<N> {
             predicting.next += 1;
             return None;
         }
-        if predicting.placed {
+        let deviation = self.speed_at_first(motion, true);
+        let fastest = Self::FASTEST_AT_FIRST * deviation;
+        let placing = predicting
+            .placing
+            .get_or_insert_with(|| Placing::new(N::from_f64(deviation), N::from_f64(fastest)));
+        if placing.is_done() {
             return Some(self.prediction(pass, motion.len()));
         }
-        let [position, velocity] = pass.placed();
-        predicting.unknowns[POSITION] += position;
-        predicting.unknowns[VELOCITY] += velocity;
-        predicting.placed = true;
+        let unknowns = &mut predicting.unknowns;
+        [unknowns[POSITION], unknowns[VELOCITY]] =
+            placing.next(pass, motion.len(), [unknowns[POSITION], unknowns[VELOCITY]]);
         predicting.pass = None;
         predicting.next = 0;
         None
@@ -75,10 +81,9 @@ impl<N: Number> ServoFitter<N> {
         /// Of the mean speed: where friction at low speed is another.
         const LOW: f64 = 0.2;
         let low_speed = (LOW * speed.to_f64()).max(f64::from(f32::EPSILON));
-        // A model that friction holds at first tells nothing of the velocity with which it began: at rest,
-        // but for a count in a hundred pieces.
+        // A model that friction holds at first tells nothing of the velocity with which it began.
         let mut equations = NormalEquations::EMPTY;
-        for (place, weight) in [(POSITION, 1.0), (VELOCITY, 100.0 * libm::sqrt(ROUNDING))] {
+        for (place, weight) in at_first(self.speed_at_first(motion, true)) {
             let weight = N::from_f64(weight);
             let mut row = [N::ZERO; ALL];
             row[place] = weight;

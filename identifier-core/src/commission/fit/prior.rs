@@ -3,6 +3,12 @@ use super::{DELAY, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
 use crate::adaptation::NormalEquations;
 use crate::number::Number;
 
+/// The weights of position and velocity with which a record begins, for errors of the encoder's rounding:
+/// the servo is where its count begins, with a velocity of a standard deviation (counts per sample).
+pub(super) fn at_first(velocity: f64) -> [(usize, f64); 2] {
+    [(POSITION, 1.0), (VELOCITY, libm::sqrt(ROUNDING) / velocity)]
+}
+
 /// What is known before a fit: rows of equations for errors of the encoder's rounding.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Prior<N> {
@@ -11,8 +17,9 @@ pub(super) struct Prior<N> {
 }
 
 impl<N: Number> Prior<N> {
-    /// A delay (expected, standard deviation; pieces), and a servo that stands where its count begins.
-    pub(super) fn vague(delay: [f64; 2]) -> Self {
+    /// A delay (expected, standard deviation; samples), and a servo that is where its count begins, with a
+    /// velocity of that standard deviation (counts per sample).
+    pub(super) fn vague(delay: [f64; 2], velocity: f64) -> Self {
         let mut prior = Self {
             rows: [[N::ZERO; UNKNOWNS]; UNKNOWNS],
             expected: [N::ZERO; UNKNOWNS],
@@ -20,9 +27,9 @@ impl<N: Number> Prior<N> {
         let rounding = libm::sqrt(ROUNDING);
         prior.expected[DELAY] = N::from_f64(delay[0]);
         prior.rows[DELAY][DELAY] = N::from_f64(rounding / delay[1]);
-        prior.rows[POSITION][POSITION] = N::ONE;
-        // At rest, but for a count in a hundred pieces.
-        prior.rows[VELOCITY][VELOCITY] = N::from_f64(100.0 * rounding);
+        for (place, weight) in at_first(velocity) {
+            prior.rows[place][place] = N::from_f64(weight);
+        }
         prior
     }
 
@@ -33,11 +40,10 @@ impl<N: Number> Prior<N> {
         let weight = libm::sqrt(ROUNDING) / CAUTION;
         let values = servo.values();
         let lower = inverse_factor(&servo.covariance);
-        let per_scale = scale.map(|scale| weight / scale);
         for i in 0..5 {
             self.expected[i] = N::from_f64(values[i] * scale[i]);
             for j in 0..5 {
-                self.rows[i][j] = N::from_f64(lower[i][j] * per_scale[j]);
+                self.rows[i][j] = N::from_f64(weight * lower[i][j] / scale[j]);
             }
         }
         self
@@ -77,13 +83,13 @@ fn inverse_factor(covariance: &[[f64; 5]; 5]) -> [[f64; 5]; 5] {
             if i == j {
                 factor[i][i] = libm::sqrt(sum.max(LEAST * covariance[i][i]));
             } else if factor[j][j] > 0.0 {
-                factor[i][j] = sum * inverse[j][j];
+                factor[i][j] = sum / factor[j][j];
             }
         }
         inverse[i][i] = 1.0 / factor[i][i];
         for j in 0..i {
             let sum: f64 = (j..i).map(|k| factor[i][k] * inverse[k][j]).sum();
-            inverse[i][j] = -sum * inverse[i][i];
+            inverse[i][j] = -sum / factor[i][i];
         }
     }
     inverse

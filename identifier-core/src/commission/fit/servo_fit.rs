@@ -48,17 +48,19 @@ impl<N: Number> ServoFit<N> {
     /// A pass that lowers the cost by less than this part is the last.
     const ENOUGH: f64 = 1e-4;
     /// A motion is explained if the variance of the errors is below this many times the encoder's.
-    const EXPLAINED: f64 = 4.0;
-    /// Factors on gain and friction of the linear estimate: further starts where the motion is not
-    /// explained.
-    const LADDER: [[f64; 2]; 7] = [
-        [1.0, 1.0],
-        [1.0, 1.5],
-        [1.0, 0.6],
-        [0.7, 1.0],
-        [1.4, 1.0],
-        [2.0, 1.0],
-        [0.4, 0.5],
+    const EXPLAINED: f64 = 1.5;
+    /// Factors on gain and friction of the linear estimate, and what is added to its delay (samples):
+    /// further starts where the motion is not explained.
+    const LADDER: [[f64; 3]; 9] = [
+        [1.0, 1.0, 0.0],
+        [1.0, 1.0, -0.9],
+        [1.0, 1.0, 1.0],
+        [1.0, 1.5, 0.0],
+        [1.0, 0.6, 0.0],
+        [0.7, 1.0, 0.0],
+        [1.4, 1.0, 0.0],
+        [2.0, 1.0, 0.0],
+        [0.4, 0.5, 0.0],
     ];
 
     pub(super) fn from_nothing(
@@ -215,9 +217,10 @@ impl<N: Number> ServoFit<N> {
     fn begin_start<const W: usize>(&mut self, motion: &Motion<N, W>) {
         let factor = Self::LADDER.get(self.starts as usize).copied();
         let mut trial = self.first;
-        let [gain, friction] = factor.unwrap_or([1.0; 2]).map(N::from_f64);
+        let [gain, friction, delay] = factor.unwrap_or([1.0, 1.0, 0.0]).map(N::from_f64);
         trial[B] = trial[B] * gain;
         trial[COULOMB] = trial[COULOMB] * friction;
+        trial[DELAY] += delay;
         self.damping = N::from_f64(Self::FIRST_DAMPING);
         self.passes = 0;
         self.this = None;

@@ -39,6 +39,16 @@ impl<N: Number> ServoFitter<N> {
     /// The time of the pieces that are fitted first, s.
     const FEW: f64 = 0.12;
 
+    /// The speed of a servo that stands, counts per sample: a count in a hundred.
+    const STOOD: f64 = 0.01;
+
+    /// The bandwidth of gains that hold a servo, rad/s, and the most of it per sample.
+    const HELD: f64 = 250.0;
+    const HELD_SAMPLED: f64 = 0.08;
+
+    /// The largest speed with which a record begins, in standard deviations.
+    pub(super) const FASTEST_AT_FIRST: f64 = 4.0;
+
     /// The longest delay, s.
     const LONGEST_DELAY: f64 = 0.02;
 
@@ -63,9 +73,9 @@ impl<N: Number> ServoFitter<N> {
         let expected = self.settings.command_delay / time + 1.0;
         let deviation = Self::UNKNOWN_DELAY.max(time) / time;
         let longest = motion.longest().to_f64();
-        let vague = Prior::vague([expected, deviation]);
-        // A record begins at rest, or with a servo that begins to move as it is let go.
-        let speed = 0.02 + 2.0 * motion.speed_at_first(N::from_f64(0.002 / time)).to_f64();
+        let speed = self.speed_at_first(motion, prior.is_some());
+        let fastest = Self::FASTEST_AT_FIRST * speed;
+        let vague = Prior::vague([expected, deviation], speed);
         let mut low = [-f64::from(f32::MAX); UNKNOWNS];
         let mut high = [f64::from(f32::MAX); UNKNOWNS];
         let most_rate = ZeroOrderHoldStep::<N>::LARGEST_RATE / longest;
@@ -75,7 +85,7 @@ impl<N: Number> ServoFitter<N> {
             (COULOMB, [0.0, f64::from(f32::MAX)]),
             (DELAY, [0.0, Self::LONGEST_DELAY / time]),
             (POSITION, [-1.0, 1.0]),
-            (VELOCITY, [-speed, speed]),
+            (VELOCITY, [-fastest, fastest]),
         ] {
             low[place] = least;
             high[place] = most;
@@ -114,6 +124,19 @@ impl<N: Number> ServoFitter<N> {
             return None;
         }
         Some(self.result(fit, motion))
+    }
+
+    /// The standard deviation of the speed with which a record begins, counts per sample: of a servo that
+    /// stood, or of one that careful gains hold, which hunts by a count. What is let go may begin to move.
+    pub(super) fn speed_at_first<const W: usize>(&self, motion: &Motion<N, W>, held: bool) -> f64 {
+        let time = self.settings.sample_time;
+        let hunting = if held {
+            0.5 * (Self::HELD * time).min(Self::HELD_SAMPLED)
+        } else {
+            Self::STOOD
+        };
+        let first = motion.speed_at_first(N::from_f64(0.002 / time)).to_f64();
+        hunting + 0.5 * first
     }
 
     /// Position of a count, rad.

@@ -4,7 +4,7 @@ use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use drive_link::{Command, Settings, Status};
+use drive_link::{Command, Report, Settings, State as Does, Status};
 
 use super::plan::Orders;
 use super::recordings::Recordings;
@@ -98,20 +98,7 @@ impl Session {
         let now = Instant::now();
         while let Some(heard) = self.link.hear() {
             match heard {
-                Heard::Report(report) => {
-                    let was_driven = self.state.is_driven();
-                    if let Some(frame) = self.state.take(&report, now) {
-                        let added = self.recordings.add(&frame);
-                        self.tell(added);
-                    }
-                    if was_driven && !self.state.is_driven() {
-                        self.state.say_no_more();
-                        // A recording is of one motion.
-                        self.end_recording();
-                        // A commissioning may have found gains.
-                        self.link.order(Command::Show);
-                    }
-                }
+                Heard::Report(report) => self.take(&report, now),
                 Heard::Done(command) => self.was_done(&command),
                 Heard::Refused(refusal) => self.state.was_refused(&refusal),
                 Heard::Unanswered(command) => self.state.say(Note::Failed(format!(
@@ -126,6 +113,37 @@ impl Session {
             self.link.order(Command::Watch(every));
         }
         Ok(())
+    }
+
+    fn take(&mut self, report: &Report, now: Instant) {
+        let before = self.state.status().state;
+        if let Some(frame) = self.state.take(report, now) {
+            let added = self.recordings.add(&frame);
+            self.tell(added);
+        }
+        let after = self.state.status().state;
+        if before == after {
+            return;
+        }
+        if !self.state.is_driven() {
+            self.state.say_no_more();
+        }
+        if before == Does::Commissioning {
+            let is_over = !matches!(after, Does::Faulted(_));
+            if let Some(stands) = self.state.status().commissioning.filter(|_| is_over) {
+                let said = format!("commissioning: {stands}");
+                self.state.say(match stands.reason {
+                    None => Note::Done(said),
+                    Some(_) => Note::Failed(said),
+                });
+            }
+            // It may have found gains.
+            self.link.order(Command::Show);
+        }
+        if !self.state.is_driven() {
+            // A recording is of one motion.
+            self.end_recording();
+        }
     }
 
     fn act(&mut self, action: Action) {
