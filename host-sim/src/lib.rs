@@ -29,13 +29,16 @@
 //! | verbs, options, outputs | [`cli`] |
 
 pub mod analysis;
+pub mod check;
 pub mod cli;
 pub mod commission;
 pub mod compare;
 pub mod drift;
 pub mod drive;
 pub mod experiment;
+pub mod init;
 pub mod live;
+pub mod log_file;
 pub mod loops;
 pub mod monitor;
 pub mod nearest;
@@ -46,6 +49,7 @@ pub mod prediction;
 pub mod program;
 pub mod replay;
 pub mod report;
+pub mod rerun;
 pub mod scenario;
 pub mod simulate;
 pub mod simulated_drive;

@@ -97,6 +97,22 @@ impl Files {
         }))
     }
 
+    /// Begins the description beside a trace in CSV, if it is a file of its own.
+    ///
+    /// # Errors
+    /// As [`output`](Self::output).
+    pub(super) fn description_of(&mut self, csv: Option<&Path>) -> Result<Option<Output>, Fault> {
+        let Some(csv) = csv else { return Ok(None) };
+        match Place::of(csv) {
+            Ok(Place::File { .. }) => {
+                let mut name = csv.as_os_str().to_owned();
+                name.push("-metadata.json");
+                self.output(Some(Path::new(&name)))
+            }
+            _ => Ok(None),
+        }
+    }
+
     fn begin(&mut self, name: &Path) -> Result<Output, Fault> {
         let unusable = |error: io::Error| Fault::unusable(name.display(), &error);
         let place = Place::of(name).map_err(unusable)?;

@@ -1,6 +1,7 @@
 //! The command line: one verb, one file, and beside them what all verbs write with.
 
 mod call;
+mod check;
 mod commission;
 mod compare;
 mod completions;
@@ -9,6 +10,7 @@ mod drift;
 mod drive;
 mod fault;
 mod files;
+mod init;
 mod interruption;
 mod keys;
 mod live;
@@ -23,8 +25,10 @@ mod place;
 mod progress;
 mod recording;
 mod replay;
+mod rerun;
 mod run;
 mod standard_output;
+mod streamed;
 mod sweep;
 mod terminal;
 mod tune;
@@ -57,8 +61,14 @@ enum Verb {
     Paper(paper::Arguments),
     /// Run one experiment on the simulated servo.
     Run(run::Arguments),
+    /// Write a scenario from the data sheet of a motor, by options or by questions.
+    Init(init::Arguments),
+    /// Say what a scenario means before it is run: bandwidth, margins, what will be known how soon.
+    Check(check::Arguments),
     /// Identify from a recorded log with a declared controller.
     Replay(replay::Arguments),
+    /// Repeat what a result is from, and say whether it comes out the same.
+    Rerun(rerun::Arguments),
     /// Commission the simulated drive: wiggle, identify, verify, tune, try, then apply or roll back.
     Commission(commission::Arguments),
     /// Run every method on the same servo, in cases that each break one assumption.
@@ -118,7 +128,10 @@ impl Arguments {
         {
             Verb::Paper(arguments) => paper::run(&arguments),
             Verb::Run(arguments) => run::run(&arguments),
+            Verb::Init(arguments) => init::run(&arguments),
+            Verb::Check(arguments) => check::run(&arguments),
             Verb::Replay(arguments) => replay::run(&arguments),
+            Verb::Rerun(arguments) => rerun::run(&arguments),
             Verb::Commission(arguments) => commission::run(&arguments),
             Verb::Compare(arguments) => compare::run(&arguments),
             Verb::Drift(arguments) => drift::run(&arguments),

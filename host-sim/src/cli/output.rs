@@ -5,20 +5,24 @@ use std::path::{Path, PathBuf};
 use super::call;
 use super::drawing::Drawing;
 use super::fault::Fault;
-use super::files::{self, Files, Output, Picture};
+use super::files::{self, Files, Output, Picture, io_error};
 use super::live::{Live, LiveOptions};
 use super::live_experiment::LiveExperiment;
-use super::recording::{Recorded, Recording, Rows};
+use super::recording::{Messages, Recorded, Recording, Rows};
+use super::rerun;
 use super::standard_output::say;
 use super::terminal;
 use crate::analysis::Status;
 use crate::experiment::Outcome;
+use crate::log_file::trace;
 use crate::replay::Agreement;
+use crate::report::csv::TraceWriter;
 use crate::report::json::Document;
 use crate::report::logs::{LogDocument, PredictionDocument};
 use crate::report::page::{self, Experiment};
 use crate::report::panels::{self, Traces};
 use crate::report::{residual, style, table, terms};
+use crate::rerun::{Kept, Origin, OriginAlone, WithOrigin};
 use crate::scenario::Scenario;
 
 /// Where the results of one experiment go.
@@ -26,20 +30,24 @@ use crate::scenario::Scenario;
 pub(super) struct Outputs {
     /// Write the result as JSON to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    pub(super) json: Option<PathBuf>,
     /// Write the trace, one row a sample, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
-    csv: Option<PathBuf>,
+    pub(super) csv: Option<PathBuf>,
+    /// Write the trace, with where it is from, to this MCAP file, which Foxglove and PlotJuggler show; `-` is
+    /// standard output.
+    #[arg(long, value_name = "FILE")]
+    pub(super) mcap: Option<PathBuf>,
     #[command(flatten)]
-    drawing: Drawing,
+    pub(super) drawing: Drawing,
     /// Write a report, one HTML page with everything in it, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
-    report: Option<PathBuf>,
+    pub(super) report: Option<PathBuf>,
     #[command(flatten)]
-    live: LiveOptions,
+    pub(super) live: LiveOptions,
     /// Replace files that are there already.
     #[arg(long)]
-    force: bool,
+    pub(super) force: bool,
 }
 
 /// The results of one experiment, begun.
@@ -49,11 +57,17 @@ pub(super) struct Results {
     title: String,
     json: Option<Output>,
     csv: Option<Output>,
+    /// What is said beside a trace in CSV of where it is from.
+    description: Option<Output>,
+    mcap: Option<Output>,
     plot: Option<Picture>,
     report: Option<Output>,
     live: Option<Live>,
     /// Whether one of them has standard output to itself.
     silent: bool,
+    origin: Origin,
+    /// What is to be had again.
+    kept: Option<Kept>,
 }
 
 /// What there is to be said of the logs of a replay.
@@ -69,18 +83,34 @@ pub(super) struct Notes {
 
 impl Outputs {
     /// Begins every file that is asked for, none of which may be among those that are read; the report has
-    /// a `title`.
-    pub(super) fn begin(&self, title: String, inputs: &[&Path]) -> Result<Results, Fault> {
+    /// a `title`. They say of what `origin` they are; the result is to be the one that was `kept`, if one
+    /// was.
+    pub(super) fn begin(
+        &self,
+        title: String,
+        inputs: &[&Path],
+        origin: Origin,
+        kept: Option<&Kept>,
+    ) -> Result<Results, Fault> {
         let mut files = Files::reading(inputs, self.force);
         Ok(Results {
             title,
             json: files.output(self.json.as_deref())?,
             csv: files.output(self.csv.as_deref())?,
+            description: files.description_of(self.csv.as_deref())?,
+            mcap: files.output(self.mcap.as_deref())?,
             plot: files.picture(&self.drawing)?,
             report: files.output(self.report.as_deref())?,
             live: self.live.begin()?,
             silent: files.own_standard_output(),
+            origin,
+            kept: kept.cloned(),
         })
+    }
+
+    /// Whether anything is written that says where it is from.
+    pub(super) fn tell_origin(&self) -> bool {
+        self.json.is_some() || self.csv.is_some() || self.mcap.is_some()
     }
 }
 
@@ -88,12 +118,19 @@ impl Results {
     /// What is kept of an experiment of so many passes while it runs; `duration` is that of all
     /// together, s.
     pub(super) fn record(&mut self, scenario: &Scenario, duration: f64, passes: u32) -> Recording {
-        let rows = self.csv.take().map(Rows::begin);
+        let rows = self.csv.take();
+        let rows = rows.map(|csv| Rows::begin(csv, |csv| TraceWriter::new(csv).map_err(io_error)));
+        let begin = |mcap| {
+            let mut messages = trace::begin(mcap)?;
+            messages.about("origin", self.origin.entries()?)?;
+            Ok(messages)
+        };
+        let messages = self.mcap.take().map(|mcap| Messages::begin(mcap, begin));
         let is_shown = self.plot.is_some() || self.report.is_some() || self.live.is_some();
         let traces = is_shown.then(Traces::default);
         let live = self.live.take();
         let live = live.map(|live| LiveExperiment::new(live, &self.title, scenario, duration));
-        Recording::new(scenario, duration, passes, rows, traces, live)
+        Recording::new(scenario, duration, passes, rows, messages, traces, live)
     }
 
     /// Writes what was asked for and says what was found, after `notes` on the log; an experiment that
@@ -115,6 +152,7 @@ impl Results {
             summary,
             traces,
             rows,
+            messages,
             live,
         } = recording.finish(scenario, outcome);
         let picture = self.plot.zip(traces.as_ref());
@@ -130,15 +168,27 @@ impl Results {
                 traces,
             })
         });
+        let told = WithOrigin {
+            result: &document,
+            origin: &self.origin,
+        };
         files::commit([
-            rows.map(Rows::finish),
+            rows.map(|rows| rows.finish(TraceWriter::finish)),
+            self.description
+                .map(|description| description.document(&OriginAlone::of(&self.origin))),
+            messages.map(|messages| {
+                messages.finish(|mut messages| {
+                    messages.about("result", Origin::entry(&document)?)?;
+                    messages.finish()
+                })
+            }),
             picture.map(|(picture, traces)| {
                 picture.panels("", 2, &panels::experiment(&summary, traces))
             }),
             self.report
                 .zip(page.as_ref())
                 .map(|(report, page)| report.page(page)),
-            self.json.map(|json| json.document(&document)),
+            self.json.map(|json| json.document(&told)),
         ])?;
         if !self.silent {
             for log in &document.logs {
@@ -172,6 +222,9 @@ impl Results {
             for prediction in &document.predictions {
                 say!("{prediction}")?;
             }
+        }
+        if let Some(kept) = &self.kept {
+            rerun::compare(kept, &document, self.silent)?;
         }
         if let (Some(live), Some(page)) = (live, &page) {
             live.stay(page);

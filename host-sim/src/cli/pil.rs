@@ -5,7 +5,8 @@ use super::fault::Fault;
 use super::output::{Notes, Outputs};
 use crate::pil::{self, PilError};
 use crate::port::Port;
-use crate::scenario::{Purpose, Scenario, keys};
+use crate::rerun::{Origin, ScenarioText, Task};
+use crate::scenario::{Purpose, keys};
 
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
@@ -20,9 +21,11 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
-    let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
+    let text = ScenarioText::read(&arguments.scenario)?;
+    let scenario = text.scenario(Purpose::Run)?;
     let title = call::title("Run on the chip of", &arguments.scenario);
-    let mut results = arguments.outputs.begin(title, &[&arguments.scenario])?;
+    let origin = Origin::of(Task::Pil, &text, &scenario);
+    let mut results = (arguments.outputs).begin(title, &[&arguments.scenario], origin, None)?;
     let fault = |error| match error {
         PilError::Scenario(fault) => Fault::of_scenario(&arguments.scenario, fault),
         other => Fault::Other(other.to_string()),
