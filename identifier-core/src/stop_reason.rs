@@ -140,6 +140,28 @@ impl StopReason {
         self.entry().3
     }
 
+    /// Whether an effect that the model lacks, as this reason names it, may show as another reason.
+    #[must_use]
+    pub const fn may_show_as(self, other: Self) -> bool {
+        let any_effect = matches!(
+            other,
+            Self::TooLittleEvidence
+                | Self::NotPredicted
+                | Self::ResponseTimeMissed
+                | Self::OvershootExceeded
+                | Self::DisturbanceExceeded
+                | Self::NeverAtRest
+                | Self::ActuatorWeak
+                | Self::Oscillating
+                | Self::TravelLeft
+                | Self::SpeedExceeded
+        );
+        // What swings behind a spring, or lies in a play, moves against the command for a moment.
+        let against = matches!(self, Self::LacksResonance | Self::LacksBacklash)
+            && matches!(other, Self::Reversed);
+        any_effect || against
+    }
+
     /// Whether the servo is let go for it, whatever gains held it before: no gains help where encoder or
     /// actuator cannot be relied on, or somebody wants it to stand without force.
     #[must_use]

@@ -223,6 +223,10 @@ impl Wiggled {
 pub(crate) fn unknown_servos() -> impl Iterator<Item = Unknown> {
     let asked = |variable| std::env::var(variable).ok()?.parse().ok();
     let first = 1000 * asked("CAMPAIGN_SEED").unwrap_or(0_u64);
-    let servos = if asked("CAMPAIGN").is_some() { 1000 } else { 200 };
+    let servos = if asked("CAMPAIGN").is_some() {
+        1000
+    } else {
+        200
+    };
     (first..first + servos).map(Unknown::of)
 }

@@ -149,12 +149,32 @@ fn a_servo_that_is_not_the_model_is_applied_only_where_the_promise_is_kept() {
     let seeds: Vec<u32> = (1..=(SEEDS * factor()).ceil() as u32).collect();
     for kind in &KINDS {
         for effect in effects(kind) {
+            if let Ok(only) = std::env::var("ONLY") {
+                let what = format!("{} {} {}", kind.name, effect.name, effect.size);
+                if !what.contains(&only) {
+                    continue;
+                }
+                println!("== {what}");
+            }
             let judged = in_parallel(&seeds, |&seed| {
                 commission(&kind.scenario(&effect.plant, seed))
             });
             let mut row = Row::default();
             for judged in &judged {
                 row.add(judged, effect.named);
+                if std::env::var("D").is_ok() {
+                    let o = &judged.outcome;
+                    let servo = o.servo();
+                    println!(
+                        "{:<8}{:<21}{:<20} {:?} {:?} t={:.2} b={:?} c={:?} un={:?} {:?} {:?}",
+                        kind.name, effect.name, effect.size,
+                        o.end.map(|e| e.within), o.reason(), o.end.map_or(0.0, |e| e.time),
+                        servo.map(|s| s.parameters.b / kind.b),
+                        servo.map(|s| s.parameters.coulomb / kind.coulomb),
+                        servo.map(|s| s.unexplained * kind.counts / std::f64::consts::TAU),
+                        judged.kept.map(|k| (k.rise, k.overshoot)), judged.broken
+                    );
+                }
                 let what = format!("{}, {} {}", kind.name, effect.name, effect.size);
                 faults.extend(judged.broken.iter().map(|fault| format!("{what}: {fault}")));
                 if let Some(kept) = judged.kept.filter(|kept| !kept.is_kept()) {

@@ -59,28 +59,11 @@ impl<N: Number> ServoFitter<N> {
         prior: Option<&IdentifiedServo>,
     ) -> ServoFit<N> {
         let time = self.settings.sample_time;
-        let scale = self.scale();
         let expected = self.settings.command_delay / time + 1.0;
         let deviation = Self::UNKNOWN_DELAY.max(time) / time;
         let longest = motion.longest().to_f64();
         let vague = Prior::vague([expected, deviation]);
-        // A record begins at rest, or with a servo that begins to move as it is let go.
-        let speed = 0.02 + 2.0 * motion.speed_at_first(N::from_f64(0.002 / time)).to_f64();
-        let mut low = [-f64::from(f32::MAX); UNKNOWNS];
-        let mut high = [f64::from(f32::MAX); UNKNOWNS];
-        let most_rate = ZeroOrderHoldStep::<N>::LARGEST_RATE / longest;
-        for (place, [least, most]) in [
-            (A, [0.0, most_rate]),
-            (B, [0.0, f64::from(f32::MAX)]),
-            (COULOMB, [0.0, f64::from(f32::MAX)]),
-            (DELAY, [0.0, Self::LONGEST_DELAY / time]),
-            (POSITION, [-1.0, 1.0]),
-            (VELOCITY, [-speed, speed]),
-        ] {
-            low[place] = least;
-            high[place] = most;
-        }
-        let bounds = [low, high].map(|bound| bound.map(N::from_f64));
+        let bounds = self.bounds(motion);
         let few = motion.pieces_in(N::from_f64(Self::FEW / time));
         let fit = match prior {
             None => {
@@ -91,12 +74,8 @@ impl<N: Number> ServoFitter<N> {
                 ServoFit::from_nothing(vague, bounds, regression, expected)
             }
             Some(servo) => {
-                let values = servo.values();
-                let mut start = [N::ZERO; UNKNOWNS];
-                for i in 0..5 {
-                    start[i] = N::from_f64(values[i] * scale[i]);
-                }
-                ServoFit::from_known(vague.knowing(servo, &scale), bounds, start)
+                let vague = vague.knowing(servo, &self.scale());
+                ServoFit::from_known(vague, bounds, self.unknowns(servo))
             }
         };
         fit.few_first(few)
@@ -128,6 +107,38 @@ impl<N: Number> ServoFitter<N> {
         scale[A] = time;
         scale[DELAY] = 1.0 / time;
         scale
+    }
+
+    /// The least and the largest unknowns.
+    pub(super) fn bounds<const W: usize>(&self, motion: &Motion<N, W>) -> [[N; UNKNOWNS]; 2] {
+        let time = self.settings.sample_time;
+        // A record begins at rest, or with a servo that begins to move as it is let go.
+        let speed = 0.02 + 2.0 * motion.speed_at_first(N::from_f64(0.002 / time)).to_f64();
+        let mut low = [-f64::from(f32::MAX); UNKNOWNS];
+        let mut high = [f64::from(f32::MAX); UNKNOWNS];
+        let most_rate = ZeroOrderHoldStep::<N>::LARGEST_RATE / motion.longest().to_f64();
+        for (place, [least, most]) in [
+            (A, [0.0, most_rate]),
+            (B, [0.0, f64::from(f32::MAX)]),
+            (COULOMB, [0.0, f64::from(f32::MAX)]),
+            (DELAY, [0.0, Self::LONGEST_DELAY / time]),
+            (POSITION, [-1.0, 1.0]),
+            (VELOCITY, [-speed, speed]),
+        ] {
+            low[place] = least;
+            high[place] = most;
+        }
+        [low, high].map(|bound| bound.map(N::from_f64))
+    }
+
+    /// Of a servo, at rest.
+    pub(super) fn unknowns(&self, servo: &IdentifiedServo) -> [N; UNKNOWNS] {
+        let (values, scale) = (servo.values(), self.scale());
+        let mut unknowns = [N::ZERO; UNKNOWNS];
+        for i in 0..5 {
+            unknowns[i] = N::from_f64(values[i] * scale[i]);
+        }
+        unknowns
     }
 
     fn result<const W: usize>(
