@@ -332,9 +332,10 @@ impl<N: Number, const W: usize> Study<N, W> {
             return None;
         }
         self.work = Work::Nothing;
-        let dead_band = self.suspect.map_or(0.0, |suspect| suspect.dead_band);
-        if dead_band > Self::MOST_DEAD_BAND * tuning.kp * step {
-            return self.fail(StopReason::LacksDeadBand);
+        let dead =
+            |suspect: &Diagnosis| suspect.dead_band > Self::MOST_DEAD_BAND * tuning.kp * step;
+        if let Some(suspect) = self.suspect.filter(dead) {
+            return self.fail(suspect.reason);
         }
         let servo = self.servo?;
         Some(match Candidate::of(&tuning, &servo, &self.settings) {

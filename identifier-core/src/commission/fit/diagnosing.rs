@@ -1,6 +1,6 @@
 use super::super::StopReason;
 use super::comparison::{Comparison, sizes_of};
-use super::effect::{Effect, SIZES};
+use super::effect::{Effect, SIZES, Sizes};
 use super::motion::Motion;
 use super::pass::next_trial;
 use super::scales::Scales;
@@ -29,6 +29,8 @@ pub struct Diagnosis {
 pub struct Diagnosing<N> {
     resolution: N,
     scales: Scales,
+    own_bounds: [[N; UNKNOWNS]; 2],
+    /// These with the bounds of the sizes of the present effect.
     bounds: [[N; ALL]; 2],
     /// The servo's own unknowns, from which each effect is looked for.
     own: [N; UNKNOWNS],
@@ -45,7 +47,7 @@ pub struct Diagnosing<N> {
     without: f64,
     /// The reason that names the best effect, and what it leaves; the same of a dead band.
     found: Option<(StopReason, f64)>,
-    dead_band: f64,
+    dead_band: (f64, f64),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,7 +58,7 @@ struct Best<N> {
 
 impl<N: Number> Diagnosing<N> {
     /// The most passes of a fit.
-    const PASSES: u32 = 12;
+    const PASSES: u32 = 16;
     /// Levenberg's and Marquardt's damping at the start, and its change with a pass.
     const FIRST_DAMPING: f64 = 1e-3;
     const CHANGE: f64 = 10.0;
@@ -64,10 +66,12 @@ impl<N: Number> Diagnosing<N> {
     const ENOUGH: f64 = 1e-3;
     /// A motion is explained if the variance of the errors is below this many times the encoder's.
     const EXPLAINED: f64 = 1.5;
-    /// The part of the errors that a dead band explains which is worth being told.
-    const DEAD_BAND: f64 = 0.3;
-    /// Bounds of the position at the beginning, counts, and of the velocity, over the mean speed: one that
-    /// swings on its spring need not stand.
+    /// A dead band that explains this part of the errors, and leaves no more than so many times what the best
+    /// effect leaves, may be there too.
+    const DEAD_BAND: f64 = 0.5;
+    const ALIKE: f64 = 4.0;
+    /// How far from its place one that swings may be when a record begins, counts, and how fast, over the
+    /// mean speed.
     const PLACE: f64 = 20.0;
     const SPEED: f64 = 0.3;
 
@@ -79,16 +83,10 @@ impl<N: Number> Diagnosing<N> {
         motion: &Motion<N, W>,
     ) -> Self {
         let scales = Scales::of(motion, own[super::B]);
-        let extended = |bound: &[N; UNKNOWNS], sign: f64| {
-            let mut all = [N::ZERO; ALL];
-            all[..UNKNOWNS].copy_from_slice(bound);
-            all[POSITION] = N::from_f64(sign * Self::PLACE);
-            all[VELOCITY] = N::from_f64(sign * Self::SPEED * scales.speed);
-            all
-        };
         Self {
             resolution: N::from_f64(resolution),
-            bounds: [extended(&bounds[0], -1.0), extended(&bounds[1], 1.0)],
+            own_bounds: *bounds,
+            bounds: [[N::ZERO; ALL]; 2],
             scales,
             own: *own,
             place: 0,
@@ -100,7 +98,7 @@ impl<N: Number> Diagnosing<N> {
             passes: 0,
             without: 0.0,
             found: None,
-            dead_band: 0.0,
+            dead_band: (0.0, f64::MAX),
         }
     }
 
@@ -139,15 +137,23 @@ impl<N: Number> Diagnosing<N> {
             chosen
         };
         let first = effect.first(start, &self.scales);
-        let [low, high] = effect.bounds(&first, &self.scales);
-        let mut unknowns = [N::ZERO; ALL];
-        unknowns[..UNKNOWNS].copy_from_slice(&self.own);
-        for i in 0..SIZES {
-            unknowns[UNKNOWNS + i] = N::from_f64(first[i]);
-            self.bounds[0][UNKNOWNS + i] = N::from_f64(low[i]);
-            self.bounds[1][UNKNOWNS + i] = N::from_f64(high[i]);
+        self.bounds = self.bounds_of(effect, &first);
+        self.begin_pass(effect, &joined(&self.own, &first), motion);
+    }
+
+    fn bounds_of(&self, effect: Effect, first: &Sizes) -> [[N; ALL]; 2] {
+        let sizes = effect.bounds(first, &self.scales);
+        let mut bounds: [[N; ALL]; 2] =
+            core::array::from_fn(|end| joined(&self.own_bounds[end], &sizes[end]));
+        if effect == Effect::Resonance {
+            // One that swings on its spring need not stand.
+            let speed = Self::SPEED * self.scales.speed;
+            for (bound, sign) in bounds.iter_mut().zip([-1.0, 1.0]) {
+                bound[POSITION] = N::from_f64(sign * Self::PLACE);
+                bound[VELOCITY] = N::from_f64(sign * speed);
+            }
         }
-        self.begin_pass(effect, &unknowns, motion);
+        bounds
     }
 
     fn begin_pass<const W: usize>(
@@ -158,14 +164,9 @@ impl<N: Number> Diagnosing<N> {
     ) {
         let [low, high] = &self.bounds;
         let unknowns = core::array::from_fn(|i| unknowns[i].limited(low[i], high[i]));
-        let own = self.scales.changes();
+        let own = self.scales.changes().map(N::from_f64);
         let sizes = effect.changes(&sizes_of(&unknowns), &self.scales);
-        let changes = core::array::from_fn(|i| {
-            N::from_f64(match i.checked_sub(UNKNOWNS) {
-                None => own[i],
-                Some(size) => sizes[size],
-            })
-        });
+        let changes = joined(&own, &sizes);
         let begun = Comparison::new(effect, self.resolution, &unknowns, &changes, motion);
         self.comparison = Some(begun);
     }
@@ -226,8 +227,10 @@ impl<N: Number> Diagnosing<N> {
         let mut explained = false;
         if let Some(best) = self.best.take() {
             let left = best.equations.cost().to_f64();
+            let sizes = sizes_of(&best.unknowns);
             explained = left < Self::EXPLAINED * ROUNDING * pieces as f64;
             match effect.reason() {
+                Some(_) if !effect.is_material(&sizes) => {}
                 None => {
                     self.without = left;
                     self.own.copy_from_slice(&best.unknowns[..UNKNOWNS]);
@@ -236,8 +239,8 @@ impl<N: Number> Diagnosing<N> {
                     if self.found.is_none_or(|(_, least)| left < least) {
                         self.found = Some((reason, left));
                     }
-                    if effect == Effect::DeadBand && left < (1.0 - Self::DEAD_BAND) * self.without {
-                        self.dead_band = best.unknowns[UNKNOWNS].to_f64();
+                    if effect == Effect::DeadBand {
+                        self.dead_band = (sizes[0], left);
                     }
                 }
             }
@@ -256,11 +259,22 @@ impl<N: Number> Diagnosing<N> {
 
     fn diagnosis(&self) -> Option<Diagnosis> {
         let (reason, left) = self.found?;
+        let (dead_band, alone) = self.dead_band;
+        let is_there =
+            alone <= Self::ALIKE * left && alone <= (1.0 - Self::DEAD_BAND) * self.without;
         let part = left / self.without.max(f64::MIN_POSITIVE);
         Some(Diagnosis {
             reason,
             share: 1.0 - part.min(1.0),
-            dead_band: self.dead_band,
+            dead_band: if is_there { dead_band } else { 0.0 },
         })
     }
+}
+
+/// A servo's own unknowns with sizes.
+fn joined<N: Number>(own: &[N; UNKNOWNS], sizes: &Sizes) -> [N; ALL] {
+    core::array::from_fn(|i| match i.checked_sub(UNKNOWNS) {
+        None => own[i],
+        Some(size) => N::from_f64(sizes[size]),
+    })
 }

@@ -29,6 +29,9 @@ pub(super) const SIZES: usize = 3;
 /// Sizes, or changes of them.
 pub(super) type Sizes = [f64; SIZES];
 
+/// Orders of ripple, periods per revolution.
+const ORDERS: [f64; 2] = [2.0, 48.0];
+
 /// More than any size.
 const ANY: f64 = f32::MAX as f64;
 
@@ -75,8 +78,6 @@ impl Effect {
         const PLAYS: [f64; 2] = [3.0, 200.0];
         /// Speeds below which friction is another, over the mean.
         const LOW_SPEEDS: [f64; 2] = [0.03, 0.5];
-        /// Orders of ripple, periods per revolution.
-        const ORDERS: [f64; 2] = [2.0, 48.0];
         /// Of a dead band, over the largest command: without one, its beginning would be none.
         const DEAD_BAND: f64 = 0.01;
         /// The fewest periods of a resonance in a record, and the largest angle of one in a piece, rad.
@@ -124,6 +125,13 @@ impl Effect {
         }
     }
 
+    /// Whether there is as much of it as to be what it is called. With hardly any mass behind the spring, all
+    /// that a fit gains is that the servo need not stand at first.
+    pub(super) fn is_material(self, sizes: &Sizes) -> bool {
+        const RATIO: f64 = 0.03;
+        self != Self::Resonance || sizes[0] >= RATIO
+    }
+
     /// The least and the largest sizes, about the first ones.
     pub(super) fn bounds(self, first: &Sizes, scales: &Scales) -> [Sizes; 2] {
         /// The largest ratio of the masses.
@@ -137,7 +145,7 @@ impl Effect {
             Self::LowSpeedFriction => [[0.0, 0.3 * first[1], 0.0], [force, 3.0 * first[1], 0.0]],
             Self::Resonance => [[0.0, 0.5 * first[1], 0.0], [RATIO, 2.0 * first[1], 0.0]],
             Self::Ripple => [
-                [-force, -force, 0.7 * first[2]],
+                [-force, -force, (0.7 * first[2]).max(ORDERS[0])],
                 [force, force, 1.4 * first[2]],
             ],
         }
