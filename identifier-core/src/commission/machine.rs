@@ -204,7 +204,7 @@ impl<N: Number> Commission<N> {
                 Next::End(StopReason::NoGains)
             }
             Answer::Suspects(effect) => {
-                state.suspect = Some(*effect);
+                state.suspect = *effect;
                 return;
             }
             Answer::Failed(reason) => Next::End(*reason),

@@ -88,8 +88,11 @@ impl<N: Number, const W: usize> Study<N, W> {
     /// What is left unexplained of the position where the model lacks something, counts.
     const UNEXPLAINED: f64 = 1.0;
 
+    /// What is left of it where the model lacks nothing, counts: twice the encoder's rounding.
+    const EXPLAINED: f64 = 0.6;
+
     /// The part of what is unexplained that an effect explains which is named for it.
-    const NAMED: f64 = 0.5;
+    const NAMED: f64 = 0.8;
 
     /// The largest dead band, over what the gains answer the step with: while the integral passes from one
     /// side of it to the other, the loop goes on by about so much of the step.
@@ -184,7 +187,8 @@ impl<N: Number, const W: usize> Study<N, W> {
                 let found = self.fitter.diagnose(diagnosing, &self.record)?;
                 self.work = Work::Then(*then);
                 self.suspect = found.filter(|found| found.share >= Self::NAMED);
-                self.suspect.map(|found| Answer::Suspects(found.reason))
+                self.suspect
+                    .map(|found| Answer::Suspects(Some(found.reason)))
             }
             Work::Predicting(predicting) => {
                 let prediction = self.fitter.predict(predicting, &self.record)?;
@@ -222,7 +226,7 @@ impl<N: Number, const W: usize> Study<N, W> {
             Phase::Refine if !self.is_known(&servo) => Then::Again,
             _ => Then::Tell,
         };
-        self.explain(unexplained, then)
+        self.explain(servo.unexplained, then)
     }
 
     /// Judges how a motion that nothing was fitted to was predicted.
@@ -232,13 +236,18 @@ impl<N: Number, const W: usize> Study<N, W> {
             Phase::Refine => Then::Again,
             _ => Then::Tune,
         };
-        let unexplained = prediction.rms > Self::UNEXPLAINED * self.settings.resolution;
-        self.explain(unexplained, then)
+        self.explain(prediction.rms, then)
     }
 
-    /// Looks for what a model lacks that leaves a motion unexplained, if it was not found before.
-    fn explain(&mut self, unexplained: bool, then: Then) -> Option<Answer<N>> {
-        let begun = self.servo.as_ref().filter(|_| unexplained);
+    /// Looks for what a model lacks that leaves so much of a motion unexplained (rad), if it was not found
+    /// before; what was found where a fit went astray is dropped once a motion is explained.
+    fn explain(&mut self, left: f64, then: Then) -> Option<Answer<N>> {
+        let counts = left / self.settings.resolution;
+        if counts < Self::EXPLAINED && self.suspect.take().is_some() {
+            self.work = Work::Then(then);
+            return Some(Answer::Suspects(None));
+        }
+        let begun = self.servo.as_ref().filter(|_| counts > Self::UNEXPLAINED);
         let begun = begun.map(|servo| self.fitter.begin_diagnosis(servo, &self.record));
         self.diagnose(begun, then)
     }

@@ -68,8 +68,8 @@ impl<N: Number> Diagnosing<N> {
     const EXPLAINED: f64 = 1.5;
     /// A dead band that explains this part of the errors, and leaves no more than so many times what the best
     /// effect leaves, may be there too.
-    const DEAD_BAND: f64 = 0.5;
-    const ALIKE: f64 = 4.0;
+    const DEAD_BAND: f64 = 0.8;
+    const ALIKE: f64 = 3.0;
     /// How far from its place one that swings may be when a record begins, counts, and how fast, over the
     /// mean speed.
     const PLACE: f64 = 20.0;
