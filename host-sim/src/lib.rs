@@ -7,7 +7,9 @@ pub mod compare;
 pub mod drift;
 pub mod drive;
 pub mod experiment;
+pub mod live;
 pub mod loops;
+pub mod monitor;
 pub mod paper;
 pub mod pil;
 pub mod port;
@@ -16,6 +18,7 @@ pub mod replay;
 pub mod report;
 pub mod scenario;
 pub mod simulate;
+pub mod simulated_drive;
 pub mod sweep;
 pub mod tune;
 

@@ -2,11 +2,12 @@ use std::path::PathBuf;
 
 use identifier_core::parameters::Parameter;
 
+use super::call;
 use super::fault::Fault;
 use super::files::{self, Files};
 use super::standard_output::say;
 use crate::compare;
-use crate::report::{comparison, plot};
+use crate::report::{comparison, page, plot};
 use crate::scenario::{Purpose, Scenario, keys};
 
 #[derive(Debug, clap::Args)]
@@ -21,6 +22,9 @@ pub(super) struct Arguments {
     /// output, as SVG.
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
+    /// Write a report, one HTML page with everything in it, to this file; `-` is standard output.
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
     /// Replace files that are there already.
     #[arg(long)]
     force: bool,
@@ -31,6 +35,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let mut files = Files::reading(&[&arguments.scenario], arguments.force);
     let json = files.output(arguments.json.as_deref())?;
     let picture = files.picture(arguments.plot.as_deref())?;
+    let page = files.output(arguments.report.as_deref())?;
     let compared = compare::compare(&scenario)
         .map_err(|fault| Fault::of_scenario(&arguments.scenario, fault))?;
     let drawn = picture.map(|picture| {
@@ -47,8 +52,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
             grid(Parameter::B, "log₁₀ of the relative error of b"),
         ])
     });
-    let document = || comparison::Document::new(&compared);
-    files::commit([drawn, json.map(|json| json.document(&document()))])?;
+    let document = comparison::Document::new(&compared);
+    let reported = page.map(|page| {
+        let title = call::title("Comparison on", &arguments.scenario);
+        page.page(&page::comparison(
+            title,
+            call::command(),
+            &compared,
+            &document,
+        ))
+    });
+    files::commit([drawn, reported, json.map(|json| json.document(&document))])?;
     if !files.own_standard_output() {
         say!("{}", comparison::methods(&compared))?;
         for case in &compared.cases {

@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::fault::Fault;
 use super::output_file::PendingFile;
 use super::place::Place;
+use crate::report::page::Page;
 use crate::report::plot::{self, Format, Grid, Panel, PlotError};
 use crate::report::timeline::{self, Timeline};
 
@@ -158,6 +159,12 @@ impl Output {
         let text = serde_json::to_string_pretty(document)
             .map_err(|error| Fault::Other(format!("{}: {error}", self.name.display())))?;
         self.bytes((text + "\n").as_bytes())?;
+        Ok(self)
+    }
+
+    /// Writes a report as HTML.
+    pub(super) fn page(mut self, page: &Page) -> Result<Self, Fault> {
+        self.bytes(page.html().as_bytes())?;
         Ok(self)
     }
 

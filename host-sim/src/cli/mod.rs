@@ -1,5 +1,6 @@
 //! The command line: one verb, one file, and beside them what all verbs write with.
 
+mod call;
 mod commission;
 mod compare;
 mod drift;
@@ -8,6 +9,9 @@ mod fault;
 mod files;
 mod interruption;
 mod keys;
+mod live;
+mod live_commission;
+mod live_experiment;
 mod output;
 mod output_file;
 mod paper;

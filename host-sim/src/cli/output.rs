@@ -2,8 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use super::call;
 use super::fault::Fault;
 use super::files::{self, Files, Output, Picture};
+use super::live::{Live, LiveOptions};
+use super::live_experiment::LiveExperiment;
 use super::recording::{Recorded, Recording, Rows};
 use super::standard_output::say;
 use crate::analysis::Status;
@@ -11,6 +14,7 @@ use crate::experiment::Outcome;
 use crate::replay::Agreement;
 use crate::report::json::Document;
 use crate::report::logs::{LogDocument, PredictionDocument};
+use crate::report::page::{self, Experiment};
 use crate::report::panels::{self, Traces};
 use crate::report::{residual, table, terms};
 use crate::scenario::Scenario;
@@ -27,6 +31,11 @@ pub(super) struct Outputs {
     /// Draw the estimates and signals into this file, .png or .svg; `-` is standard output, as SVG.
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
+    /// Write a report, one HTML page with everything in it, to this file; `-` is standard output.
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+    #[command(flatten)]
+    live: LiveOptions,
     /// Replace files that are there already.
     #[arg(long)]
     force: bool,
@@ -35,9 +44,13 @@ pub(super) struct Outputs {
 /// The results of one experiment, begun.
 #[derive(Debug)]
 pub(super) struct Results {
+    /// What the report is called.
+    title: String,
     json: Option<Output>,
     csv: Option<Output>,
     plot: Option<Picture>,
+    report: Option<Output>,
+    live: Option<Live>,
     /// Whether one of them has standard output to itself.
     silent: bool,
 }
@@ -54,13 +67,17 @@ pub(super) struct Notes {
 }
 
 impl Outputs {
-    /// Begins every file that is asked for, none of which may be among those that are read.
-    pub(super) fn begin(&self, inputs: &[&Path]) -> Result<Results, Fault> {
+    /// Begins every file that is asked for, none of which may be among those that are read; the report has
+    /// a `title`.
+    pub(super) fn begin(&self, title: String, inputs: &[&Path]) -> Result<Results, Fault> {
         let mut files = Files::reading(inputs, self.force);
         Ok(Results {
+            title,
             json: files.output(self.json.as_deref())?,
             csv: files.output(self.csv.as_deref())?,
             plot: files.picture(self.plot.as_deref())?,
+            report: files.output(self.report.as_deref())?,
+            live: self.live.begin()?,
             silent: files.own_standard_output(),
         })
     }
@@ -71,12 +88,15 @@ impl Results {
     /// together, s.
     pub(super) fn record(&mut self, scenario: &Scenario, duration: f64, passes: u32) -> Recording {
         let rows = self.csv.take().map(Rows::begin);
-        let traces = self.plot.is_some().then(Traces::default);
-        Recording::new(scenario, duration, passes, rows, traces)
+        let is_shown = self.plot.is_some() || self.report.is_some() || self.live.is_some();
+        let traces = is_shown.then(Traces::default);
+        let live = self.live.take();
+        let live = live.map(|live| LiveExperiment::new(live, &self.title, scenario, duration));
+        Recording::new(scenario, duration, passes, rows, traces, live)
     }
 
     /// Writes what was asked for and says what was found, after `notes` on the log; an experiment that
-    /// was aborted is a fault.
+    /// was aborted is a fault. One that was shown is shown until somebody has seen enough.
     pub(super) fn conclude(
         self,
         scenario: &Scenario,
@@ -94,14 +114,29 @@ impl Results {
             summary,
             traces,
             rows,
+            live,
         } = recording.finish(scenario, outcome);
-        let picture = self.plot.zip(traces);
+        let picture = self.plot.zip(traces.as_ref());
         let document = Document::new(&summary, agreement).of_logs(logs, predictions);
+        let page = traces.as_ref().map(|traces| {
+            page::experiment(&Experiment {
+                title: &self.title,
+                command: &call::command(),
+                scenario,
+                summary: &summary,
+                document: &document,
+                agreement,
+                traces,
+            })
+        });
         files::commit([
             rows.map(Rows::finish),
             picture.map(|(picture, traces)| {
-                picture.panels("", 2, &panels::experiment(&summary, &traces))
+                picture.panels("", 2, &panels::experiment(&summary, traces))
             }),
+            self.report
+                .zip(page.as_ref())
+                .map(|(report, page)| report.page(page)),
             self.json.map(|json| json.document(&document)),
         ])?;
         if !self.silent {
@@ -131,6 +166,9 @@ impl Results {
             for prediction in &document.predictions {
                 say!("{prediction}")?;
             }
+        }
+        if let (Some(live), Some(page)) = (live, &page) {
+            live.stay(page);
         }
         match summary.status() {
             Status::Aborted => Err(Fault::Other(summary.reason)),

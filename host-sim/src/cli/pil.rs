@@ -1,5 +1,6 @@
 use std::path::PathBuf;
 
+use super::call;
 use super::fault::Fault;
 use super::output::{Notes, Outputs};
 use crate::pil::{self, PilError};
@@ -20,7 +21,8 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
-    let mut results = arguments.outputs.begin(&[&arguments.scenario])?;
+    let title = call::title("Run on the chip of", &arguments.scenario);
+    let mut results = arguments.outputs.begin(title, &[&arguments.scenario])?;
     let fault = |error| match error {
         PilError::Scenario(fault) => Fault::of_scenario(&arguments.scenario, fault),
         other => Fault::Other(other.to_string()),

@@ -4,6 +4,8 @@ use std::io;
 
 use super::fault::Fault;
 use super::files::{Output, io_error};
+use super::live::Live;
+use super::live_experiment::LiveExperiment;
 use crate::analysis::{Summariser, Summary};
 use crate::experiment::{Outcome, Sample};
 use crate::report::csv::TraceWriter;
@@ -18,6 +20,7 @@ pub(super) struct Recording {
     summariser: Summariser,
     traces: Option<Traces>,
     rows: Option<Rows>,
+    live: Option<LiveExperiment>,
 }
 
 /// What an experiment that has ended leaves.
@@ -26,6 +29,7 @@ pub(super) struct Recorded {
     pub(super) summary: Summary,
     pub(super) traces: Option<Traces>,
     pub(super) rows: Option<Rows>,
+    pub(super) live: Option<Live>,
 }
 
 impl Recording {
@@ -36,12 +40,14 @@ impl Recording {
         passes: u32,
         rows: Option<Rows>,
         traces: Option<Traces>,
+        live: Option<LiveExperiment>,
     ) -> Self {
         Self {
             passes_to_come: passes.saturating_sub(1),
             summariser: Summariser::lasting(scenario, duration),
             traces,
             rows,
+            live,
         }
     }
 
@@ -55,6 +61,9 @@ impl Recording {
             && let Some(rows) = &mut self.rows
         {
             rows.add(sample);
+        }
+        if let (Some(live), Some(traces)) = (&mut self.live, &self.traces) {
+            live.add(&self.summariser, traces);
         }
     }
 
@@ -78,6 +87,7 @@ impl Recording {
             summary,
             traces: self.traces,
             rows: self.rows,
+            live: self.live.map(LiveExperiment::into_live),
         }
     }
 }

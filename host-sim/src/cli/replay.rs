@@ -1,5 +1,6 @@
 use std::path::{Path, PathBuf};
 
+use super::call;
 use super::fault::Fault;
 use super::output::{Notes, Outputs};
 use crate::replay::{self, Log, ReplayError};
@@ -43,7 +44,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(scenario, Purpose::Replay)?;
     let read = logs.iter().chain(predict);
     let inputs = read.chain([&arguments.scenario]).map(PathBuf::as_path);
-    let mut results = outputs.begin(&inputs.collect::<Vec<_>>())?;
+    let title = call::title("Replay of", &logs[0]);
+    let mut results = outputs.begin(title, &inputs.collect::<Vec<_>>())?;
     let all = read_all(logs.iter().chain(predict), &scenario)?;
     let (learnt, predicted) = all.split_at(logs.len());
     let scenario = replay::fitted(scenario, learnt);

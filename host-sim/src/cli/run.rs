@@ -1,5 +1,6 @@
 use std::path::PathBuf;
 
+use super::call;
 use super::fault::Fault;
 use super::output::{Notes, Outputs};
 use crate::scenario::{Purpose, Scenario, keys};
@@ -16,7 +17,8 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
-    let mut results = arguments.outputs.begin(&[&arguments.scenario])?;
+    let title = call::title("Run of", &arguments.scenario);
+    let mut results = arguments.outputs.begin(title, &[&arguments.scenario])?;
 
     let mut recording = results.record(&scenario, scenario.duration, 1);
     let outcome = simulate::run(&scenario, &mut |sample| recording.add(sample))

@@ -3,11 +3,13 @@ use std::sync::atomic::Ordering;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::call;
 use super::fault::Fault;
 use super::files::{self, Files};
 use super::interruption;
 use super::standard_output::say;
 use crate::report::distribution;
+use crate::report::page::{self, Swept};
 use crate::scenario::{Purpose, Scenario, keys};
 use crate::sweep::{self, Distribution};
 
@@ -35,6 +37,9 @@ pub(super) struct Arguments {
     /// Draw the distribution into this file, .png or .svg; `-` is standard output, as SVG.
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
+    /// Write a report, one HTML page with everything in it, to this file; `-` is standard output.
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
     /// Replace files that are there already.
     #[arg(long)]
     force: bool,
@@ -46,6 +51,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let json = files.output(arguments.json.as_deref())?;
     let csv = files.output(arguments.csv.as_deref())?;
     let picture = files.picture(arguments.plot.as_deref())?;
+    let page = files.output(arguments.report.as_deref())?;
     if let Some(threads) = arguments.threads {
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads as usize)
@@ -75,6 +81,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     files::commit([
         csv.map(|csv| csv.table(|file| distribution::csv(file, &runs))),
         picture.map(|picture| picture.panels("", 2, &distribution::panels(&result))),
+        page.map(|page| {
+            page.page(&page::sweep(&Swept {
+                title: &call::title("Sweep around", &arguments.scenario),
+                command: &call::command(),
+                scenario: &scenario,
+                seed: arguments.seed,
+                distribution: &result,
+            }))
+        }),
         json.map(|json| json.document(&document())),
     ])?;
     if !files.own_standard_output() {

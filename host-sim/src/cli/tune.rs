@@ -5,10 +5,12 @@ use std::path::{Path, PathBuf};
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::tuning::{Goal, TuningError};
 
+use super::call;
 use super::fault::Fault;
 use super::files::{self, Files};
 use super::standard_output::say;
-use crate::report::promise::{self, Document};
+use crate::report::page::tuning;
+use crate::report::promise::{self, Document, FeedForwardDocument};
 use crate::scenario::{Purpose, Scenario};
 use crate::tune::{Conditions, IdentifiedResult, NoGains, Tuned};
 
@@ -79,6 +81,9 @@ pub(super) struct Arguments {
     /// as SVG.
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
+    /// Write a report, one HTML page with everything in it, to this file; `-` is standard output.
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
     /// Replace files that are there already.
     #[arg(long)]
     force: bool,
@@ -95,6 +100,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let mut files = Files::reading(&inputs, arguments.force);
     let json = files.output(arguments.json.as_deref())?;
     let picture = files.picture(arguments.plot.as_deref())?;
+    let page = files.output(arguments.report.as_deref())?;
 
     let of_result = |fault: &dyn std::fmt::Display| {
         Fault::Input(format!("{}: {fault}", arguments.result.display()))
@@ -115,12 +121,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let tuned = Tuned::of(&result, &settings)
         .map_err(|error| Fault::Input(arguments.refusal(&error, settings.step)))?;
 
-    let drawn = picture.map(|picture| {
-        let panels = promise::panels(&tuned).map_err(|error| Fault::Other(error.to_string()))?;
-        picture.panels("", 1, &panels)
+    let panels = || promise::panels(&tuned).map_err(|error| Fault::Other(error.to_string()));
+    let drawn = picture.map(|picture| picture.panels("", 1, &panels()?));
+    let reported = page.map(|page| {
+        let title = call::title("Tuning for", &arguments.result);
+        page.page(&tuning(title, call::command(), &tuned, &panels()?, warning))
     });
     files::commit([
         drawn,
+        reported,
         json.map(|json| json.document(&Document::new(&tuned))),
     ])?;
     if !files.own_standard_output() {
@@ -138,7 +147,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         )?;
         say!("{}", promise::table(&tuned.tuning))?;
         say!("{}", promise::remarks(&tuned))?;
-        say!("{}", promise::feed_forward(&tuned))?;
+        say!(
+            "{}",
+            promise::feed_forward(&FeedForwardDocument::new(&tuned))
+        )?;
     }
     Ok(())
 }

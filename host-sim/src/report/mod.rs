@@ -8,6 +8,7 @@ pub mod drift;
 mod envelope;
 pub mod json;
 pub mod logs;
+pub mod page;
 pub mod panels;
 pub mod plot;
 pub mod promise;

@@ -30,7 +30,7 @@ pub fn terms(summary: &Summary, truth: Option<&Effects>) -> String {
             format!("{:.digits$}", term.std_error),
             term.unknown.unit().to_owned(),
         ];
-        row.extend(truth.map(|effects| of(effects, term.unknown).to_string()));
+        row.extend(truth.map(|effects| self::truth(effects, term.unknown).to_string()));
         row.push(seconds(term.since));
         table.add_row(row);
     }
@@ -61,8 +61,9 @@ fn digits(std_error: f64) -> usize {
     }
 }
 
-/// The true size.
-fn of(effects: &Effects, unknown: Unknown) -> f64 {
+/// The true size, SI; zero for what is no term.
+#[must_use]
+pub fn truth(effects: &Effects, unknown: Unknown) -> f64 {
     match unknown {
         Unknown::Delay => effects.delay,
         Unknown::Asymmetry => effects.asymmetry,

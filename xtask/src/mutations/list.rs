@@ -296,10 +296,10 @@ pub(super) const LOGIC: [Mutation; 25] = [
         "            fault: found_at_boot.err().filter(|_| false),",
     ),
     mutation(
-        "supervisor/mod.rs",
+        "supervisor/runs.rs",
         "what was kept is not used",
-        "            if let Ok(run) = Run::new(&settings, &self.stage) {",
-        "            if let Ok(run) = Run::new(&self.settings, &self.stage) {",
+        "            parts::begin_with(estimates, &mut settings.closed_loop.core.identifier);\n",
+        "            let _ = (estimates, &mut settings);\n",
     ),
     mutation(
         "sampler.rs",
@@ -340,8 +340,8 @@ pub(super) const LOGIC: [Mutation; 25] = [
     mutation(
         "supervisor/commission.rs",
         "what a commissioning found is not kept",
-        "        let kept = self.keep(false);",
-        "        let kept: Result<(), StoreError> = Ok(());",
+        "        if self.unkept && !self.is_out() {",
+        "        if self.unkept && self.is_out() {",
     ),
     mutation(
         "supervisor/mod.rs",

@@ -44,6 +44,7 @@ impl<N: Number> ServoFitter<N> {
         own: &[N; UNKNOWNS],
         motion: &Motion<N, W>,
     ) -> Diagnosing<N> {
-        Diagnosing::new(own, &self.bounds(motion), self.resolution(), motion)
+        let bounds = self.bounds(motion, self.speed_at_first(motion, true));
+        Diagnosing::new(own, &bounds, self.resolution(), motion)
     }
 }

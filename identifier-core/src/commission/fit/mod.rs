@@ -16,6 +16,7 @@ mod follower;
 mod inputs;
 mod motion;
 mod pass;
+mod placing;
 mod prediction;
 mod predictor;
 mod prior;

@@ -1,4 +1,5 @@
 use super::follower::Follower;
+use super::placing::Placing;
 use super::{POSITION, UNKNOWNS, VELOCITY};
 use crate::adaptation::NormalEquations;
 use crate::number::Number;
@@ -30,8 +31,8 @@ pub struct Predicting<N> {
     pub(super) covariance: [[N; 5]; 5],
     pub(super) next: usize,
     pub(super) pass: Option<Pass<N>>,
-    /// Whether position and velocity at the beginning were fitted.
-    pub(super) placed: bool,
+    /// Position and velocity at the beginning, which are fitted first; none before the first pass.
+    pub(super) placing: Option<Placing<N>>,
 }
 
 /// A pass over the record.
@@ -77,7 +78,23 @@ impl<N: Number> Pass<N> {
         }
     }
 
-    /// Position and velocity at the beginning that explain the errors best.
+    /// The step of the position at the beginning alone that explains the errors best.
+    pub(super) fn step_of_position(&self) -> N {
+        let step = self.equations.solve(N::ZERO, &Self::only(POSITION));
+        step[POSITION]
+    }
+
+    /// What is left of the squared errors with that.
+    pub(super) fn left_by_position(&self) -> N {
+        let explained = self.equations.explained_by(&Self::only(POSITION));
+        self.equations.cost() - explained
+    }
+
+    fn only(unknown: usize) -> [bool; UNKNOWNS] {
+        core::array::from_fn(|i| i == unknown)
+    }
+
+    /// The step of position and velocity at the beginning that explains the errors best.
     pub(super) fn placed(&self) -> [N; 2] {
         let free = core::array::from_fn(|i| i == POSITION || i == VELOCITY);
         let step = self.equations.solve(N::ZERO, &free);

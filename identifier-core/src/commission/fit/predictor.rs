@@ -1,8 +1,9 @@
 use super::super::IdentifiedServo;
 use super::follower::Follower;
 use super::motion::Motion;
+use super::placing::Placing;
 use super::prediction::{Pass, Predicting, Prediction};
-use super::prior::at_rest;
+use super::prior::at_first;
 use super::servo_fitter::ServoFitter;
 use super::{POSITION, ROUNDING, UNKNOWNS, VELOCITY};
 use crate::adaptation::NormalEquations;
@@ -20,7 +21,7 @@ impl<N: Number> ServoFitter<N> {
             }),
             next: 0,
             pass: None,
-            placed: false,
+            placing: None,
         }
     }
 
@@ -40,13 +41,17 @@ impl<N: Number> ServoFitter<N> {
             predicting.next += 1;
             return None;
         }
-        if predicting.placed {
+        let deviation = self.speed_at_first(motion, true);
+        let fastest = Self::FASTEST_AT_FIRST * deviation;
+        let placing = predicting
+            .placing
+            .get_or_insert_with(|| Placing::new(N::from_f64(deviation), N::from_f64(fastest)));
+        if placing.is_done() {
             return Some(self.prediction(pass, motion.len()));
         }
-        let [position, velocity] = pass.placed();
-        predicting.unknowns[POSITION] += position;
-        predicting.unknowns[VELOCITY] += velocity;
-        predicting.placed = true;
+        let unknowns = &mut predicting.unknowns;
+        [unknowns[POSITION], unknowns[VELOCITY]] =
+            placing.next(pass, motion.len(), [unknowns[POSITION], unknowns[VELOCITY]]);
         predicting.pass = None;
         predicting.next = 0;
         None
@@ -59,7 +64,7 @@ impl<N: Number> ServoFitter<N> {
     ) -> Pass<N> {
         // A model that friction holds at first tells nothing of the velocity with which it began.
         let mut equations = NormalEquations::EMPTY;
-        for (place, weight) in at_rest() {
+        for (place, weight) in at_first(self.speed_at_first(motion, true)) {
             let weight = N::from_f64(weight);
             let mut row = [N::ZERO; UNKNOWNS];
             row[place] = weight;

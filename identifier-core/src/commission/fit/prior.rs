@@ -4,9 +4,9 @@ use crate::adaptation::NormalEquations;
 use crate::number::Number;
 
 /// The weights of position and velocity with which a record begins, for errors of the encoder's rounding:
-/// the servo stands where its count begins, but for a count in a hundred pieces.
-pub(super) fn at_rest() -> [(usize, f64); 2] {
-    [(POSITION, 1.0), (VELOCITY, 100.0 * libm::sqrt(ROUNDING))]
+/// the servo is where its count begins, with a velocity of a standard deviation (counts per sample).
+pub(super) fn at_first(velocity: f64) -> [(usize, f64); 2] {
+    [(POSITION, 1.0), (VELOCITY, libm::sqrt(ROUNDING) / velocity)]
 }
 
 /// What is known before a fit: rows of equations for errors of the encoder's rounding.
@@ -17,8 +17,9 @@ pub(super) struct Prior<N> {
 }
 
 impl<N: Number> Prior<N> {
-    /// A delay (expected, standard deviation; pieces), and a servo that stands where its count begins.
-    pub(super) fn vague(delay: [f64; 2]) -> Self {
+    /// A delay (expected, standard deviation; samples), and a servo that is where its count begins, with a
+    /// velocity of that standard deviation (counts per sample).
+    pub(super) fn vague(delay: [f64; 2], velocity: f64) -> Self {
         let mut prior = Self {
             rows: [[N::ZERO; UNKNOWNS]; UNKNOWNS],
             expected: [N::ZERO; UNKNOWNS],
@@ -26,7 +27,7 @@ impl<N: Number> Prior<N> {
         let rounding = libm::sqrt(ROUNDING);
         prior.expected[DELAY] = N::from_f64(delay[0]);
         prior.rows[DELAY][DELAY] = N::from_f64(rounding / delay[1]);
-        for (place, weight) in at_rest() {
+        for (place, weight) in at_first(velocity) {
             prior.rows[place][place] = N::from_f64(weight);
         }
         prior

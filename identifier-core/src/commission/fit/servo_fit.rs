@@ -28,6 +28,7 @@ pub struct ServoFit<N> {
     this: Option<Best<N>>,
     /// Whether the servo has moved in the linear pass.
     moved: bool,
+    over: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,17 +48,19 @@ impl<N: Number> ServoFit<N> {
     /// A pass that lowers the cost by less than this part is the last.
     const ENOUGH: f64 = 1e-4;
     /// A motion is explained if the variance of the errors is below this many times the encoder's.
-    const EXPLAINED: f64 = 4.0;
-    /// Factors on gain and friction of the linear estimate: further starts where the motion is not
-    /// explained.
-    const LADDER: [[f64; 2]; 7] = [
-        [1.0, 1.0],
-        [1.0, 1.5],
-        [1.0, 0.6],
-        [0.7, 1.0],
-        [1.4, 1.0],
-        [2.0, 1.0],
-        [0.4, 0.5],
+    const EXPLAINED: f64 = 1.5;
+    /// Factors on gain and friction of the linear estimate, and what is added to its delay (samples):
+    /// further starts where the motion is not explained.
+    const LADDER: [[f64; 3]; 9] = [
+        [1.0, 1.0, 0.0],
+        [1.0, 1.0, -0.9],
+        [1.0, 1.0, 1.0],
+        [1.0, 1.5, 0.0],
+        [1.0, 0.6, 0.0],
+        [0.7, 1.0, 0.0],
+        [1.4, 1.0, 0.0],
+        [2.0, 1.0, 0.0],
+        [0.4, 0.5, 0.0],
     ];
 
     pub(super) fn from_nothing(
@@ -109,6 +112,7 @@ impl<N: Number> ServoFit<N> {
             first,
             this: None,
             moved: false,
+            over: false,
         }
     }
 
@@ -122,12 +126,18 @@ impl<N: Number> ServoFit<N> {
         &self.first
     }
 
+    /// Whether there is no more to do.
+    pub(super) fn is_over(&self) -> bool {
+        self.over
+    }
+
+    /// Continues by a piece.
+    pub(super) fn go_on<const W: usize>(&mut self, step: &FrictionStep<N>, motion: &Motion<N, W>) {
+        self.over = self.ends(step, motion);
+    }
+
     /// Continues by a piece; true if there is no more to do.
-    pub(super) fn goes_on<const W: usize>(
-        &mut self,
-        step: &FrictionStep<N>,
-        motion: &Motion<N, W>,
-    ) -> bool {
+    fn ends<const W: usize>(&mut self, step: &FrictionStep<N>, motion: &Motion<N, W>) -> bool {
         if self.next < self.taken
             && let Some(piece) = motion.get(self.next)
         {
@@ -212,9 +222,10 @@ impl<N: Number> ServoFit<N> {
     fn begin_start<const W: usize>(&mut self, motion: &Motion<N, W>) {
         let factor = Self::LADDER.get(self.starts as usize).copied();
         let mut trial = self.first;
-        let [gain, friction] = factor.unwrap_or([1.0; 2]).map(N::from_f64);
+        let [gain, friction, delay] = factor.unwrap_or([1.0, 1.0, 0.0]).map(N::from_f64);
         trial[B] = trial[B] * gain;
         trial[COULOMB] = trial[COULOMB] * friction;
+        trial[DELAY] += delay;
         self.damping = N::from_f64(Self::FIRST_DAMPING);
         self.passes = 0;
         self.this = None;

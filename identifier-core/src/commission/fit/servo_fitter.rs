@@ -39,6 +39,16 @@ impl<N: Number> ServoFitter<N> {
     /// The time of the pieces that are fitted first, s.
     const FEW: f64 = 0.12;
 
+    /// The speed of a servo that stands, counts per sample: a count in a hundred.
+    const STOOD: f64 = 0.01;
+
+    /// The bandwidth of gains that hold a servo, rad/s, and the most of it per sample.
+    const HELD: f64 = 250.0;
+    const HELD_SAMPLED: f64 = 0.08;
+
+    /// The largest speed with which a record begins, in standard deviations.
+    pub(super) const FASTEST_AT_FIRST: f64 = 4.0;
+
     /// The longest delay, s.
     const LONGEST_DELAY: f64 = 0.02;
 
@@ -62,8 +72,9 @@ impl<N: Number> ServoFitter<N> {
         let expected = self.settings.command_delay / time + 1.0;
         let deviation = Self::UNKNOWN_DELAY.max(time) / time;
         let longest = motion.longest().to_f64();
-        let vague = Prior::vague([expected, deviation]);
-        let bounds = self.bounds(motion);
+        let speed = self.speed_at_first(motion, prior.is_some());
+        let vague = Prior::vague([expected, deviation], speed);
+        let bounds = self.bounds(motion, speed);
         let few = motion.pieces_in(N::from_f64(Self::FEW / time));
         let fit = match prior {
             None => {
@@ -88,10 +99,24 @@ impl<N: Number> ServoFitter<N> {
         fit: &mut ServoFit<N>,
         motion: &Motion<N, W>,
     ) -> Option<Result<IdentifiedServo, StopReason>> {
-        if !fit.goes_on(&self.step, motion) {
+        if !fit.is_over() {
+            fit.go_on(&self.step, motion);
             return None;
         }
         Some(self.result(fit, motion))
+    }
+
+    /// The standard deviation of the speed with which a record begins, counts per sample: of a servo that
+    /// stood, or of one that careful gains hold, which hunts by a count. What is let go may begin to move.
+    pub(super) fn speed_at_first<const W: usize>(&self, motion: &Motion<N, W>, held: bool) -> f64 {
+        let time = self.settings.sample_time;
+        let hunting = if held {
+            0.5 * (Self::HELD * time).min(Self::HELD_SAMPLED)
+        } else {
+            Self::STOOD
+        };
+        let first = motion.speed_at_first(N::from_f64(0.002 / time)).to_f64();
+        hunting + 0.5 * first
     }
 
     /// Position of a count, rad.
@@ -109,11 +134,14 @@ impl<N: Number> ServoFitter<N> {
         scale
     }
 
-    /// The least and the largest unknowns.
-    pub(super) fn bounds<const W: usize>(&self, motion: &Motion<N, W>) -> [[N; UNKNOWNS]; 2] {
+    /// The least and the largest unknowns, for a record that begins with a speed of such a deviation.
+    pub(super) fn bounds<const W: usize>(
+        &self,
+        motion: &Motion<N, W>,
+        speed: f64,
+    ) -> [[N; UNKNOWNS]; 2] {
         let time = self.settings.sample_time;
-        // A record begins at rest, or with a servo that begins to move as it is let go.
-        let speed = 0.02 + 2.0 * motion.speed_at_first(N::from_f64(0.002 / time)).to_f64();
+        let fastest = Self::FASTEST_AT_FIRST * speed;
         let mut low = [-f64::from(f32::MAX); UNKNOWNS];
         let mut high = [f64::from(f32::MAX); UNKNOWNS];
         let most_rate = ZeroOrderHoldStep::<N>::LARGEST_RATE / motion.longest().to_f64();
@@ -123,7 +151,7 @@ impl<N: Number> ServoFitter<N> {
             (COULOMB, [0.0, f64::from(f32::MAX)]),
             (DELAY, [0.0, Self::LONGEST_DELAY / time]),
             (POSITION, [-1.0, 1.0]),
-            (VELOCITY, [-speed, speed]),
+            (VELOCITY, [-fastest, fastest]),
         ] {
             low[place] = least;
             high[place] = most;
@@ -159,9 +187,11 @@ impl<N: Number> ServoFitter<N> {
             (best.lag_one.to_f64() / cost.max(f64::MIN_POSITIVE)).clamp(0.0, MOST_CORRELATED);
         let coloured = variance * (1.0 + correlation) / (1.0 - correlation);
         let inverse = best.equations.covariance();
-        let value = |i: usize| best.unknowns[i].to_f64() / scale[i];
+        let per_scale = scale.map(|scale| 1.0 / scale);
+        let value = |i: usize| best.unknowns[i].to_f64() * per_scale[i];
         let covariance: [[f64; 5]; 5] = core::array::from_fn(|i| {
-            core::array::from_fn(|j| coloured * inverse[i][j].to_f64() / (scale[i] * scale[j]))
+            let per_scale_of_i = coloured * per_scale[i];
+            core::array::from_fn(|j| per_scale_of_i * inverse[i][j].to_f64() * per_scale[j])
         });
         let servo = IdentifiedServo {
             parameters: ServoParameters {
