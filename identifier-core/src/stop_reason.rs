@@ -419,4 +419,27 @@ mod tests {
         }
         assert_eq!(StopReason::of_number(0), None);
     }
+
+    #[test]
+    fn an_effect_hides_no_fault_and_nobody_s_stop() {
+        let plain = [
+            StopReason::EncoderLost,
+            StopReason::EncoderStuck,
+            StopReason::EncoderJumped,
+            StopReason::ActuatorDead,
+            StopReason::Overrun,
+            StopReason::Stopped,
+            StopReason::LimitSwitch,
+            StopReason::AmplifierFault,
+        ];
+        for effect in StopReason::ALL {
+            assert!(!plain.iter().any(|&other| effect.may_show_as(other)));
+            let moves = matches!(
+                effect,
+                StopReason::LacksResonance | StopReason::LacksBacklash
+            );
+            assert_eq!(effect.may_show_as(StopReason::Reversed), moves);
+        }
+        assert!(StopReason::LacksGravity.may_show_as(StopReason::NotPredicted));
+    }
 }
