@@ -1,34 +1,56 @@
-//! Tells the program its version: that of the package, with the commit it was built from where one is known.
+//! Tells the program which commit it was built from.
 
 use std::path::Path;
 use std::process::Command;
 
+/// What a package that was made from a repository says of it.
+const PACKAGED: &str = ".cargo_vcs_info.json";
+
+/// Where the sources are that the program is built from, from here.
+const SOURCES: [&str; 3] = ["src", "../identifier-core/src", "../crates"];
+
 fn main() {
-    let version = env!("CARGO_PKG_VERSION");
-    println!("cargo:rerun-if-changed=build.rs");
-    let told = match commit() {
-        Some(commit) => format!("{version} ({commit})"),
-        None => version.to_owned(),
-    };
-    println!("cargo:rustc-env=HOST_SIM_VERSION={told}");
+    println!("cargo::rerun-if-changed=build.rs");
+    // Whoever develops builds after every commit, and not everything anew.
+    let is_release = std::env::var("PROFILE").is_ok_and(|profile| profile == "release");
+    let mut version = env!("CARGO_PKG_VERSION").to_owned();
+    if let Some(commit) = is_release.then(commit).flatten() {
+        version += &format!(" ({commit})");
+    }
+    println!("cargo::rustc-env=HOST_SIM_VERSION={version}");
 }
 
-/// The commit of a release build from a repository. Other builds would be made anew after every commit.
+/// The commit, with a plus where files differ from it; none outside a repository and a package of one.
 fn commit() -> Option<String> {
-    if std::env::var("PROFILE").as_deref() != Ok("release") {
-        return None;
+    if let Ok(packaged) = std::fs::read_to_string(PACKAGED) {
+        let (_, rest) = packaged.split_once("\"sha1\": \"")?;
+        return Some(
+            rest.chars()
+                .take_while(char::is_ascii_hexdigit)
+                .take(12)
+                .collect(),
+        );
     }
-    let git = |arguments: &[&str]| {
-        let told = Command::new("git").args(arguments).output().ok()?;
-        let text = String::from_utf8(told.stdout).ok()?;
-        (told.status.success() && !text.trim().is_empty()).then(|| text.trim().to_owned())
-    };
-    // Not every move of the head changes HEAD itself; its log changes with each.
-    for watched in ["HEAD", "logs/HEAD"] {
-        let path = git(&["rev-parse", "--git-path", watched])?;
-        if Path::new(&path).exists() {
-            println!("cargo:rerun-if-changed={path}");
+    // The sources may lie in a repository that is not theirs.
+    git(&["ls-files", "--error-unmatch", "Cargo.toml"])?;
+    let log = git(&["rev-parse", "--git-path", "logs/HEAD"])?;
+    for watched in SOURCES.into_iter().chain([log.as_str()]) {
+        if Path::new(watched).exists() {
+            println!("cargo::rerun-if-changed={watched}");
         }
     }
-    git(&["rev-parse", "--short=12", "HEAD"])
+    let commit = git(&["rev-parse", "--short=12", "HEAD"])?;
+    let changed = git(&["status", "--porcelain", "--untracked-files=no"])?;
+    Some(if changed.is_empty() {
+        commit
+    } else {
+        commit + "+"
+    })
+}
+
+/// What git says; nothing where there is none, or where it fails.
+fn git(arguments: &[&str]) -> Option<String> {
+    let told = Command::new("git").args(arguments).output().ok()?;
+    let text = String::from_utf8(told.stdout).ok()?;
+    told.status.success().then(|| text.trim().to_owned())
 }

@@ -1,23 +1,59 @@
-//! The simulator of the servo identifier.
+//! Simulation, replay and comparison of the identification of servos, and the command line `servo-id`.
+//!
+//! A [`scenario`] describes a servo, its loop and an identifier. [`simulate`] runs it on an exact simulated servo,
+//! [`replay`] on recorded logs; both hand every [`experiment::Sample`] to whoever looks on, and
+//! [`analysis`] makes estimates with standard errors and a verdict of them.
+//!
+//! ```
+//! use host_sim::analysis::Summariser;
+//! use host_sim::scenario::{Purpose, Scenario};
+//! use host_sim::simulate;
+//!
+//! let text = "[plant]\na = 0.5\nb = 180.0\nload = 12.0\n[run]\nduration = 10.0\n";
+//! let scenario = Scenario::parse("axis.toml", text, Purpose::Run)?;
+//! let mut summariser = Summariser::new(&scenario);
+//! let outcome = simulate::run(&scenario, &mut |sample| summariser.add(sample))?;
+//! let summary = summariser.finish(&scenario, outcome);
+//! println!("{}: b = {}", summary.reason, summary.b.last);
+//! # assert!((summary.b.last / 180.0 - 1.0).abs() < 0.02);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! | what | where |
+//! |---|---|
+//! | the identifier itself | the crate `identifier-core` |
+//! | experiments: one servo, logs, every method, random servos, number formats, a chip | [`simulate`], [`replay`], [`compare`], [`sweep`], [`drift`], [`pil`] |
+//! | commissioning and gains | [`commission`], [`tune`] |
+//! | the host of a drive | [`drive`], [`port`] |
+//! | tables, JSON, CSV, pictures | [`report`] |
+//! | verbs, options, outputs | [`cli`] |
 
 pub mod analysis;
+pub mod check;
 pub mod cli;
 pub mod commission;
 pub mod compare;
 pub mod drift;
 pub mod drive;
 pub mod experiment;
+pub mod init;
+pub mod live;
+pub mod log_file;
 pub mod loops;
+pub mod monitor;
+pub mod nearest;
 pub mod paper;
 pub mod pil;
 pub mod port;
 pub mod prediction;
+pub mod program;
 pub mod replay;
 pub mod report;
+pub mod rerun;
 pub mod scenario;
 pub mod simulate;
+pub mod simulated_drive;
 pub mod sweep;
 pub mod tune;
 
-/// The version of this program, with the commit that a release was built from where it is known.
-pub const VERSION: &str = env!("HOST_SIM_VERSION");
+pub use program::VERSION;

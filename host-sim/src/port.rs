@@ -31,8 +31,8 @@ pub struct Port {
     receiver: Receiver,
 }
 
-trait Line: Read + Write {}
-impl<L: Read + Write> Line for L {}
+trait Line: Read + Write + Send {}
+impl<L: Read + Write + Send> Line for L {}
 
 impl fmt::Debug for Port {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -90,7 +90,7 @@ impl Port {
     /// Over anything that carries bytes both ways. A read must end after a few milliseconds without a
     /// byte, with [`ErrorKind::WouldBlock`] or [`ErrorKind::TimedOut`].
     #[must_use]
-    pub fn over(name: &str, stream: impl Read + Write + 'static) -> Self {
+    pub fn over(name: &str, stream: impl Read + Write + Send + 'static) -> Self {
         Self {
             name: name.to_owned(),
             line: buffered(stream),
@@ -207,7 +207,7 @@ fn connect(address: &str) -> io::Result<Box<dyn Line>> {
     Ok(buffered(stream))
 }
 
-fn buffered(stream: impl Read + Write + 'static) -> Box<dyn Line> {
+fn buffered(stream: impl Read + Write + Send + 'static) -> Box<dyn Line> {
     Box::new(Stream {
         incoming: io::BufReader::new(stream),
     })

@@ -437,10 +437,48 @@ fn a_commissioning_that_is_refused_or_fails_says_why_and_what_would_do() {
     write(COMMISSION);
     let why = person.fails(1, "commission my-servo.toml");
     assert!(why.contains("reason 101:"), "{why}");
+    // More than the servo bears is told with what would do.
+    person.drive.with(|around| around.supply = true);
+    write(&COMMISSION.replace("bandwidth = 40.0", "bandwidth = 150.0"));
+    let why = person.fails(1, "commission my-servo.toml");
+    let would_do = "a bandwidth of 150.0 rad/s is more than the servo bears: the encoder's noise in the \
+                    command allows 1";
+    assert!(
+        why.contains("reason 130:") && why.contains(would_do),
+        "{why}"
+    );
+    let output = host_sim(&person.arguments("commission my-servo.toml --json -"));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let most = json["no_gains"]["most"].as_f64().expect("a figure");
+    assert!((100.0..150.0).contains(&most), "{most}");
+    assert_eq!(json["no_gains"]["cap"], "encoder-noise");
     // Another sample time than that of the configured drive.
     write(&COMMISSION.replace("sample_time = 0.001", "sample_time = 0.0005"));
     let why = person.fails(2, "commission my-servo.toml");
     assert!(why.contains("sample_time"), "{why}");
+}
+
+#[test]
+fn a_loop_that_runs_is_commissioned_and_goes_on() {
+    let person = Person::before_a_drive("commission_beside");
+    person.drive.with(|around| around.supply = true);
+    person.does("configure my-servo.toml --link-timeout 0 --travel 50 --speed 100");
+    person.does("start --leave");
+    std::fs::write(&person.scenario, COMMISSION).expect("the scenario is written");
+    let said = person.does("commission my-servo.toml");
+    let goes_on = "applied: the new gains hold, and are kept as soon as the servo is let go; the loop goes on";
+    assert!(said.contains(goes_on), "{said}");
+    let status = person.does("status");
+    assert!(status.starts_with("running"), "{status}");
+    assert!(status.contains("as commissioned"), "{status}");
+    person.does("stop");
+    person.drive.pass(0.1);
+    assert!(person.does("status").contains("released"));
+    person.drive.with(|around| around.power = false);
+    person.drive.pass(0.2);
+    person.drive.with(|around| around.power = true);
+    person.drive.pass(0.2);
+    assert!(person.does("status").contains("as commissioned"));
 }
 
 #[test]

@@ -12,7 +12,7 @@ const BENCH: &str = include_str!("../../host-sim/scenarios/compare.toml");
 /// The table of docs/comparison.md: a change in any method shows here.
 #[test]
 fn the_comparison_is_as_reviewed() {
-    let compared = compare::compare(&parse(BENCH)).expect("it has a servo");
+    let compared = compare::compare(&parse(BENCH), &|| ()).expect("it has a servo");
     let mut text = comparison::methods(&compared);
     for case in &compared.cases {
         text.push_str(&format!("\n\n{}: {}\n", case.case.name, case.case.detail));
@@ -123,7 +123,7 @@ fn a_method_that_cannot_be_built_is_refused_and_the_others_run() {
     let mut scenario = parse(BENCH);
     controller(&mut scenario).kp = 0.5;
     scenario.duration = 2.0;
-    let compared = compare::compare(&scenario).expect("it has a servo");
+    let compared = compare::compare(&scenario, &|| ()).expect("it has a servo");
     let results = &compared.cases[0].results;
     assert!(matches!(&results[0], MethodResult::Refused(why) if why.contains("kp")));
     assert!(matches!(&results[4], MethodResult::Ran(_)));

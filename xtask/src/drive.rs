@@ -185,6 +185,28 @@ fn commission(drive: &mut Client, closed_loop: &LoopSettings) -> Result<(), Box<
     drive.ask(Command::Stop)?;
     until(drive, State::Released)?;
     println!("commissioned: b {b:.1}, and the gains are kept");
+    commission_beside(drive, &order)
+}
+
+/// The same beside the loop that runs, which goes on.
+fn commission_beside(drive: &mut Client, order: &CommissionSettings) -> Result<(), Box<dyn Error>> {
+    drive.ask(Command::Start)?;
+    drive.commission(order)?;
+    until(drive, State::Running)?;
+    let outcome = drive.outcome()?;
+    let phase = outcome.commissioning.phase;
+    expect("the commissioning beside a loop", phase, Phase::Applied)?;
+    expect("whether it is kept in motion", outcome.kept, false)?;
+    drive.ask(Command::Watch(100))?;
+    let b = drive.next(shown)?.estimates.b;
+    if !(252.5..263.0).contains(&b) {
+        return Err(format!("the loop goes on with b = {b} where the servo has 257.7").into());
+    }
+    expect("late samples", drive.status()?.overruns, 0)?;
+    drive.ask(Command::Stop)?;
+    until(drive, State::Released)?;
+    expect("whether it is kept then", drive.outcome()?.kept, true)?;
+    println!("commissioned beside a loop, which goes on with b {b:.1}");
     Ok(())
 }
 

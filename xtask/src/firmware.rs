@@ -104,10 +104,11 @@ const EXCEPTION: u64 = 26 * 4 + 4;
 /// What a sample does when no run is under way: it commissions, or rests.
 const WITHOUT_A_RUN: &str = "without_a_run";
 
-/// What is no part of a run, as mangled names have it: that, and the beginning of a commissioning.
-const APART: [&str; 2] = ["13without_a_run", "13commissioning13Commissioning5start"];
+/// What is no part of a run, as mangled names have it.
+const APART: [&str; 1] = ["13without_a_run"];
 
-/// Bounds of the drive's paths. A division in what every sample of a run may run is an error.
+/// Bounds of the drive's paths. A division in what a sample of a run may run is an error, and one in what
+/// begins a run or a commissioning.
 pub(crate) fn paths(drive: &Path) -> Result<Paths, String> {
     let listing = Listing::of(drive)?;
     let sample = listing.under_without("TIM5", &APART)?;

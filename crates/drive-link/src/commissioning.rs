@@ -5,6 +5,8 @@ use identifier_core::commission::{IdentifiedServo, Phase, StopReason, TrialResul
 use identifier_core::tuning::Tuning;
 use serde::{Deserialize, Serialize};
 
+use crate::no_gains::NoGains;
+
 /// A commissioning under way.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
@@ -33,7 +35,7 @@ pub struct Commissioning {
 }
 
 /// What the last commissioning came to.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// Its end and the reason.
     pub commissioning: Commissioning,
@@ -41,9 +43,11 @@ pub struct Outcome {
     pub servo: Option<IdentifiedServo>,
     /// The gains that were found, with what they promise.
     pub tuning: Option<Tuning>,
+    /// Why there are none, where that is the reason, and which would do.
+    pub no_gains: Option<NoGains>,
     /// What was measured of that in the trial.
     pub trial: Option<TrialResult>,
-    /// Whether they survive a loss of power.
+    /// Whether the gains survive a loss of power: they are kept when the servo is let go.
     pub kept: bool,
 }
 

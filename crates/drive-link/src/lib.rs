@@ -15,6 +15,7 @@ mod frame;
 mod line;
 mod lock_step;
 mod message;
+mod no_gains;
 mod settings;
 
 pub use commissioning::{Commissioning, Gains, Origin, Outcome, Progress};
@@ -26,6 +27,7 @@ pub use message::{
     Command, Ended, Estimates, Kept, Noticed, PROTOCOL, Refusal, Report, Request, Snapshot, State,
     Status,
 };
+pub use no_gains::NoGains;
 pub use settings::{
     Dither, Format, Law, LoopSettings, Name, NotAllowed, Protection, Settings, Why,
 };

@@ -5,6 +5,7 @@ use identifier_core::identifier::Event;
 use serde::{Deserialize, Serialize};
 
 use crate::message::Estimates;
+use crate::no_gains::NoGains;
 use crate::settings::{LoopSettings, NotAllowed};
 
 /// What a host asks of a processor in the loop: the plant is on the host, the loop on the chip.
@@ -75,6 +76,8 @@ pub enum Answer {
         number: u32,
         /// What it did.
         step: CommissionReading,
+        /// Why it found no gains, if that is why it has ended.
+        no_gains: Option<NoGains>,
     },
 }
 

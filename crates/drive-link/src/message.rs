@@ -10,7 +10,7 @@ use crate::fault::Fault;
 use crate::settings::{NotAllowed, Settings};
 
 /// The version of these messages: a host and a drive of different versions do not talk.
-pub const PROTOCOL: u8 = 5;
+pub const PROTOCOL: u8 = 6;
 
 /// What the host says: a command, and the number that the answer will carry.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -46,8 +46,9 @@ pub enum Command {
     Watch(u16),
     /// Keep settings and estimates through a loss of power; only while the servo is let go.
     Save,
-    /// Come to know the servo, tune to a goal, prove it and keep it; only while the servo is let go.
-    /// The delay that is given adds to the drive's own. Settings and estimates are kept first.
+    /// Come to know the servo, tune to a goal, prove it and keep it, from rest or in place of the loop that
+    /// runs, which goes on at the end. The delay that is given adds to the drive's own. From rest, settings
+    /// and estimates are kept first.
     Commission(CommissionSettings),
     /// What did the last commissioning come to? Answered by [`Report::Outcome`].
     Outcome,
@@ -225,7 +226,7 @@ pub enum Refusal {
     Running,
     /// It needs the loop closed: start first.
     NotRunning,
-    /// A commissioning ran and was ended for it: ask again when the servo is let go.
+    /// A commissioning ran and was ended for it: ask again when the servo is at rest.
     EndedCommissioning,
     /// There was no commissioning.
     NeverCommissioned,
@@ -255,7 +256,7 @@ impl fmt::Display for Refusal {
             Self::NotRunning => f.write_str("the loop must be closed first: start"),
             Self::EndedCommissioning => f.write_str(
                 "a commissioning ran and was ended for it, the gains before hold: ask again when the \
-                 servo is let go",
+                 servo is at rest",
             ),
             Self::NeverCommissioned => f.write_str("it was never commissioned"),
             Self::Faulted(fault) => fault.fmt(f),

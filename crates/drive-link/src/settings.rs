@@ -1,6 +1,7 @@
 use core::fmt;
 
 use identifier_core::ControllerSettings;
+use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::parameters::Parameter;
 use identifier_core::settings::{BoxSettings, IdentifierSettings, RangeSettings};
 use serde::{Deserialize, Serialize};
@@ -296,6 +297,26 @@ pub enum Why {
     NotGiven,
     /// This firmware has something else only.
     NotHere,
+}
+
+impl From<&OutOfRange> for NotAllowed {
+    fn from(error: &OutOfRange) -> Self {
+        let (least, most) = match error.allowed {
+            Allowed::Above(low) | Allowed::AtLeast(low) => (low, f64::INFINITY),
+            Allowed::Below(high) | Allowed::AtMost(high) => (f64::NEG_INFINITY, high),
+            Allowed::Between(low, high) | Allowed::Within(low, high) => (low, high),
+            Allowed::PositiveUpTo(high) => (0.0, high),
+            _ => (f64::NEG_INFINITY, f64::INFINITY),
+        };
+        Self {
+            name: Name::try_from(error.parameter).unwrap_or_default(),
+            why: Why::OutOfRange {
+                given: error.value,
+                least,
+                most,
+            },
+        }
+    }
 }
 
 impl fmt::Display for NotAllowed {

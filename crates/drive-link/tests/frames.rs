@@ -2,8 +2,8 @@
 
 use drive_link::{
     Answer, Command, Commissioning, Dither, Estimates, Format, FrameError, LONGEST_FRAME, Law,
-    LoopSettings, Outcome, Protection, Question, Reading, Receiver, Report, Request, Settings,
-    StopListener, frame,
+    LoopSettings, NoGains, Outcome, Protection, Question, Reading, Receiver, Report, Request,
+    Settings, StopListener, frame,
 };
 use identifier_core::ControllerSettings;
 use identifier_core::commission::{
@@ -179,6 +179,11 @@ fn what_a_commissioning_says_fits_a_message() {
                 noise: f64::MIN,
                 compliance: f64::MIN,
             },
+        }),
+        no_gains: Some(NoGains::TooFast {
+            bandwidth: f64::MIN,
+            most: f64::MIN,
+            cap: Cap::EncoderNoise,
         }),
         trial: Some(TrialResult {
             step: f64::MIN,

@@ -7,14 +7,16 @@ use identifier_core::drive::{Actuator, ControlStepError, PositionSensor, Setpoin
 use identifier_core::fixed_point::Word;
 use identifier_core::identifier::{
     DiagonalGradientIdentifier, GaussNewtonFitted, GaussNewtonIdentifier, GaussNewtonRecursion,
-    IdentifierError, Identify, NumberedBlock, RecordBlocks, Seen, ServoLoop, ServoLoopState,
+    IdentifierError, Identify, MotionOfKnown, NumberedBlock, RecordBlocks, Seen, ServoLoop,
+    ServoLoopState,
 };
 use identifier_core::measurement::velocity::{LowPass, LowPassState};
-use identifier_core::model::ServoParameters;
+use identifier_core::model::{IdentifiedServo, ServoParameters};
 use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad};
 use identifier_core::settings::{FromSettings, Settings};
 
 use crate::fixed_loop::{self, FixedLoop};
+use crate::held::Held;
 use crate::parts;
 
 type Velocity = LowPass<f32>;
@@ -154,6 +156,16 @@ where
         );
     }
 
+    /// The same, holding a servo that another controller has held until then.
+    pub(crate) fn take_over(&mut self, held: &Held) {
+        let Held { last, count, .. } = held;
+        whatever_law!(
+            &mut self.0,
+            own => own.servo_loop.take_over(&mut own.state, *count, last),
+            fixed => fixed.take_over(held)
+        );
+    }
+
     /// A sample: measure, control, act; have it looked at, with its count; then learn, while the command
     /// acts. What looks at it may end it.
     ///
@@ -219,6 +231,15 @@ where
 }
 
 impl ClosedLoop {
+    /// Has Gauss–Newton go on from a servo that was identified, in place of its first fit; another law
+    /// begins as it does.
+    pub(crate) fn know(&mut self, servo: &IdentifiedServo, motion: &MotionOfKnown) {
+        if let Laws::GaussNewton(own) = &mut self.0 {
+            let identifier = own.servo_loop.identifier();
+            *own.state.identification_mut() = identifier.start_knowing(servo, motion);
+        }
+    }
+
     /// Hands on the block of Gauss–Newton's record that the sample completed, if it did, and goes on
     /// from a first fit that has come back.
     #[inline]

@@ -1,6 +1,6 @@
 //! A commissioning in the sample interrupt: what moves the servo, and what the drive ends it for.
 
-use drive_link::{self, Fault, NotAllowed, Outcome, Protection};
+use drive_link::{self, Fault, NoGains, NotAllowed, Outcome, Protection};
 use identifier_core::commission::{
     Commission, CommissionSettings, CommissionState, HoldingGains, Phase, Seen, StopReason,
 };
@@ -10,6 +10,7 @@ use identifier_core::units::Units;
 use crate::background_alive::Patience;
 use crate::channel::InterruptEnd;
 use crate::chip::Lines;
+use crate::held::Held;
 use crate::line_watch::LineWatch;
 use crate::messages::Moved;
 use crate::parts;
@@ -35,6 +36,10 @@ pub(crate) struct Commissioning {
     late: bool,
     moved: Moved,
     started_at: i32,
+    /// Where the loop was started beside which it runs; none if it runs from rest.
+    beside: Option<i32>,
+    /// Whether it holds the servo for a loop to go on.
+    waits: bool,
 }
 
 /// What a sample means for a commissioning.
@@ -44,6 +49,8 @@ pub(crate) enum Course {
     On,
     /// It goes on in another phase.
     NextPhase,
+    /// It is over, and holds the servo from now on for a loop to go on.
+    Waits,
     /// It is over, and the servo is let go.
     Over,
 }
@@ -75,16 +82,49 @@ impl Commissioning {
             late: false,
             moved: Moved::NOT_YET,
             started_at: 0,
+            beside: None,
+            waits: false,
         })
     }
 
     /// From where the servo stands. Not inlined, to be seen in the machine code.
     #[inline(never)]
     pub(crate) fn start(&mut self, count: i32, channel: &InterruptEnd<'_>) {
-        self.state = self.commission.start(count, None);
+        self.state.begin_at(count);
+        self.begin(count, channel);
+    }
+
+    /// In place of a loop that has run until now, under its gains at first. Not inlined, to be seen in the
+    /// machine code.
+    #[inline(never)]
+    pub(crate) fn take_over(&mut self, held: &Held, channel: &InterruptEnd<'_>) {
+        let Held {
+            last,
+            count,
+            started_at,
+            ..
+        } = held;
+        self.commission.take_over(&mut self.state, *count, last);
+        self.beside = Some(*started_at);
+        self.begin(*count, channel);
+    }
+
+    fn begin(&mut self, count: i32, channel: &InterruptEnd<'_>) {
         self.moved.phase = self.state.phase();
         self.started_at = count;
         self.background.begin(channel);
+    }
+
+    /// The servo, if it holds it for a loop to go on.
+    pub(crate) fn held(&self) -> Option<Held> {
+        let started_at = self.beside.filter(|_| self.waits)?;
+        let last = self.state.last_sample()?;
+        Some(Held {
+            last,
+            count: self.started_at.wrapping_add(self.moved.count),
+            started_at,
+            stood_at: self.started_at,
+        })
     }
 
     /// The slices of work that its study does in each sample.
@@ -146,6 +186,7 @@ impl Commissioning {
             commissioning: drive_link::Commissioning { phase, reason },
             servo: state.servo().copied(),
             tuning: state.tuning().copied(),
+            no_gains: state.tuning_error().map(NoGains::from),
             trial: state.trial().copied(),
             kept: false,
         }
@@ -216,7 +257,12 @@ impl Commissioning {
             self.rest.begin(self.moved.count);
         }
         if is_end && self.rest.is_over(self.moved.count) {
-            Course::Over
+            // What no loop may go on from is let go.
+            if self.beside.is_none() || self.fault.is_some() {
+                return Course::Over;
+            }
+            let is_new = !core::mem::replace(&mut self.waits, true);
+            if is_new { Course::Waits } else { Course::On }
         } else if has_changed {
             Course::NextPhase
         } else {

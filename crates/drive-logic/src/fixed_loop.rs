@@ -11,6 +11,7 @@ use identifier_core::identifier::{Event, IdentifierError, Identify, Seen};
 use identifier_core::parameters::Ab;
 use identifier_core::settings::Settings;
 
+use crate::held::Held;
 use crate::parts;
 
 type State = FixedServoLoopState<<FixedLowPass as FixedVelocity>::State, 2>;
@@ -55,6 +56,11 @@ impl FixedLoop {
 
     pub(crate) fn start(&mut self, count: i32) {
         self.state.begin_at(count);
+    }
+
+    pub(crate) fn take_over(&mut self, held: &Held) {
+        let Held { last, count, .. } = held;
+        self.servo_loop.take_over(&mut self.state, *count, last);
     }
 
     pub(crate) fn count(&self) -> i32 {

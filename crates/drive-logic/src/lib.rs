@@ -24,6 +24,7 @@ mod conversation;
 mod ending;
 mod first_fit;
 mod fixed_loop;
+mod held;
 mod line_watch;
 mod lock_step;
 mod memory;

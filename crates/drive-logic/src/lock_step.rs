@@ -3,9 +3,10 @@
 use core::convert::Infallible;
 
 use drive_link::{
-    Answer, Estimates, Format, Law, LoopSettings, NotAllowed, Question, Reading, Refused, Why,
+    Answer, Estimates, Format, Law, LoopSettings, NoGains, NotAllowed, Question, Reading, Refused,
+    Why,
 };
-use identifier_core::commission::{CommissionReading, InStep, Seen};
+use identifier_core::commission::{CommissionReading, CommissionState, InStep, Seen};
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, PositionSensor, Setpoint};
 use identifier_core::fixed_point::{
@@ -46,14 +47,14 @@ enum Loops {
 }
 
 /// What was done in the last sample.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 #[expect(
     clippy::large_enum_variant,
     reason = "there is one, and no heap to put it on"
 )]
 enum Done {
     Reading(Reading),
-    Commissioning(CommissionReading),
+    Commissioning(CommissionReading, Option<NoGains>),
 }
 
 impl Default for LockStep {
@@ -107,7 +108,10 @@ impl LockStep {
                 Loops::None => Err(Refused::NotBegun),
                 Loops::Commissioning(commissioning) => {
                     let step = commissioning.sample(&Seen { count, late, stop });
-                    Ok(Done::Commissioning(step))
+                    let error = commissioning
+                        .state()
+                        .and_then(CommissionState::tuning_error);
+                    Ok(Done::Commissioning(step, error.map(NoGains::from)))
                 }
                 Loops::Single(_) | Loops::Fixed(_) => Err(Refused::BegunOtherwise),
             }),
@@ -130,8 +134,8 @@ impl LockStep {
         number: u32,
         sample: impl FnOnce(&mut Loops) -> Result<Done, Refused>,
     ) -> Answer {
-        let next = match self.last {
-            Some((last, done)) if last == number => return done.answer(number),
+        let next = match &self.last {
+            Some((last, done)) if *last == number => return done.answer(number),
             Some((last, _)) => last.wrapping_add(1),
             None => 0,
         };
@@ -142,8 +146,9 @@ impl LockStep {
         }
         match sample(&mut self.loops) {
             Ok(done) => {
+                let answer = done.answer(number);
                 self.last = Some((number, done));
-                done.answer(number)
+                answer
             }
             Err(refused) => Answer::Refused(refused),
         }
@@ -151,10 +156,17 @@ impl LockStep {
 }
 
 impl Done {
-    fn answer(self, number: u32) -> Answer {
+    fn answer(&self, number: u32) -> Answer {
         match self {
-            Self::Reading(reading) => Answer::Command { number, reading },
-            Self::Commissioning(step) => Answer::Commissioned { number, step },
+            Self::Reading(reading) => Answer::Command {
+                number,
+                reading: *reading,
+            },
+            Self::Commissioning(step, no_gains) => Answer::Commissioned {
+                number,
+                step: *step,
+                no_gains: no_gains.clone(),
+            },
         }
     }
 }

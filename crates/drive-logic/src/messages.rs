@@ -15,6 +15,10 @@ pub(crate) enum Order {
     Run(&'static mut Run),
     /// Commission the servo from where it stands.
     Commission(&'static mut Commissioning),
+    /// The same in place of the loop that runs.
+    CommissionBeside(&'static mut Commissioning),
+    /// Go on with this loop where a commissioning holds the servo.
+    GoOn(&'static mut Run),
     /// Send the servo to a target, counts from where it started.
     Target(i32),
     /// Forget a fault, if its cause is gone.
@@ -52,6 +56,8 @@ pub(crate) struct Standing {
     pub(crate) returned: Option<Returned>,
     /// Where a commissioning stands that is under way.
     pub(crate) phase: Option<Phase>,
+    /// Whether it is over and holds the servo for a loop to go on.
+    pub(crate) waits: bool,
     /// The stops that were obeyed.
     pub(crate) stops: u32,
     /// What happened without being a fault.

@@ -2,7 +2,6 @@
 
 use drive_link::{Estimates, Name, NotAllowed, Why};
 use identifier_core::commission::{CommissionError, IdentifiedServo};
-use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::identifier::{IdentifierError, Identify};
 use identifier_core::model::ServoParameters;
 use identifier_core::settings::{IdentifierSettings, PerParameter};
@@ -78,11 +77,7 @@ pub(crate) fn begin_with(known: &Estimates, identifier: &mut IdentifierSettings)
 /// A refusal of the core as a message.
 pub(crate) fn not_allowed(error: IdentifierError) -> NotAllowed {
     match error {
-        IdentifierError::Range(OutOfRange {
-            parameter,
-            value,
-            allowed,
-        }) => out_of_range(parameter, value, ends(allowed)),
+        IdentifierError::Range(ref error) => error.into(),
         IdentifierError::Certificate(CertificateError::MuNotPositive { mu }) => {
             out_of_range("mu", mu, (0.0, f64::INFINITY))
         }
@@ -185,15 +180,5 @@ pub(crate) fn refusal(name: &str, why: Why) -> NotAllowed {
     NotAllowed {
         name: Name::try_from(name).unwrap_or_default(),
         why,
-    }
-}
-
-fn ends(allowed: Allowed) -> (f64, f64) {
-    match allowed {
-        Allowed::Above(low) | Allowed::AtLeast(low) => (low, f64::INFINITY),
-        Allowed::Below(high) | Allowed::AtMost(high) => (f64::NEG_INFINITY, high),
-        Allowed::Between(low, high) | Allowed::Within(low, high) => (low, high),
-        Allowed::PositiveUpTo(high) => (0.0, high),
-        _ => (f64::NEG_INFINITY, f64::INFINITY),
     }
 }

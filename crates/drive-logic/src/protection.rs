@@ -6,6 +6,7 @@ use identifier_core::settings::ControllerSettings;
 use identifier_core::units::Units;
 
 use crate::chip::Lines;
+use crate::held::Held;
 use crate::line_watch::LineWatch;
 use crate::parts::{out_of_range, too_small};
 use crate::reference::FARTHEST;
@@ -183,6 +184,13 @@ impl Protection {
         self.started_at = count;
         self.speed.from = count;
         self.stall.from = count;
+    }
+
+    /// From where the servo was held by something else.
+    pub(crate) fn go_on(&mut self, held: &Held) {
+        self.start(held.count);
+        self.started_at = held.started_at;
+        self.stall.at_rest = held.last.command;
     }
 
     /// Looks at the lines, before the servo is moved.

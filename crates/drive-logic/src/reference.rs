@@ -62,6 +62,12 @@ impl Reference {
         self.arrived = true;
     }
 
+    /// Goes on to a target from a setpoint, an offset from a count.
+    pub(crate) fn go_on_to(&mut self, target: i32, count: i32, offset: f32) {
+        self.at = Setpoint { count, offset };
+        self.send(target);
+    }
+
     /// Sends the servo elsewhere.
     pub(crate) fn send(&mut self, target: i32) {
         if !self.stays {

@@ -5,13 +5,15 @@ use identifier_core::ControllerSettings;
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::error::OutOfRange;
-use identifier_core::identifier::Seen;
+use identifier_core::identifier::{MotionOfKnown, Seen};
+use identifier_core::model::IdentifiedServo;
 
 use crate::background_alive::Patience;
 use crate::channel::InterruptEnd;
 use crate::chip::{Lines, Stage};
 use crate::closed_loop::{ClosedLoop, Look, Looked};
 use crate::ending::{Course, Ending};
+use crate::held::Held;
 use crate::messages::{Counts, Shown};
 use crate::parts;
 use crate::protection::Protection;
@@ -34,10 +36,19 @@ pub(crate) struct Run {
     ending: Ending,
     background: Patience,
     sample: u32,
-    /// The count of the last sample, and of the first.
+    /// The last sample, its count, and that of the first.
+    last: ControlSample<f32>,
     count: i32,
     started_at: i32,
 }
+
+/// Before the first sample.
+const NOT_YET: ControlSample<f32> = ControlSample {
+    error: 0.0,
+    increment: 0.0,
+    velocity: 0.0,
+    command: 0.0,
+};
 
 impl Run {
     /// # Errors
@@ -58,6 +69,7 @@ impl Run {
             background: Patience::of(samples(DRIVEN_PATIENCE, &units)),
             closed_loop: ClosedLoop::new(&settings.closed_loop)?,
             sample: 0,
+            last: NOT_YET,
             count: 0,
             started_at: 0,
         })
@@ -81,6 +93,11 @@ impl Run {
         Protection::new(settings, &none, &units).map(|_| ())
     }
 
+    /// Knows the servo from the beginning, as a commissioning has identified it.
+    pub(crate) fn know(&mut self, servo: &IdentifiedServo, motion: &MotionOfKnown) {
+        self.closed_loop.know(servo, motion);
+    }
+
     /// From where the servo stands. Not inlined, to be seen in the machine code.
     #[inline(never)]
     pub(crate) fn start(&mut self, count: i32, channel: &InterruptEnd<'_>) {
@@ -90,6 +107,32 @@ impl Run {
         self.ending.start();
         self.started_at = count;
         self.background.begin(channel);
+    }
+
+    /// Goes on where something else has held the servo, in the run that was under way before.
+    pub(crate) fn go_on(&mut self, held: &Held, channel: &InterruptEnd<'_>) {
+        let Held {
+            last,
+            count,
+            started_at,
+            stood_at,
+        } = *held;
+        self.closed_loop.take_over(held);
+        self.reference.go_on_to(stood_at, count, last.error);
+        self.protection.go_on(held);
+        self.ending.start();
+        self.started_at = started_at;
+        self.background.begin(channel);
+    }
+
+    /// The servo as it leaves it to something else.
+    pub(crate) fn held(&self) -> Held {
+        Held {
+            last: self.last,
+            count: self.count,
+            started_at: self.started_at,
+            stood_at: self.count,
+        }
     }
 
     /// The host was heard.
@@ -173,6 +216,7 @@ impl Run {
             protection,
             ending,
             sample,
+            last,
             count: last_count,
             ..
         } = self;
@@ -182,6 +226,7 @@ impl Run {
             protection,
             ending,
             reference,
+            last,
             last_count,
         };
         let done = closed_loop.sample(setpoint, sensor, actuator, watch)?;
@@ -203,6 +248,7 @@ struct RunWatch<'a> {
     protection: &'a mut Protection,
     ending: &'a mut Ending,
     reference: &'a mut Reference,
+    last: &'a mut ControlSample<f32>,
     last_count: &'a mut i32,
 }
 
@@ -215,6 +261,7 @@ impl Look for RunWatch<'_> {
         taken: Looked<S, A>,
     ) -> Result<ControlSample<f32>, Ended> {
         let (control, count) = taken.map_err(|error| Ended::Faulted(fault_of(&error)))?;
+        *self.last = control;
         *self.last_count = count;
         let checked = self.protection.check(&control, count);
         checked.map_err(Ended::Faulted)?;

@@ -106,7 +106,7 @@ impl<'a> Sampler<'a> {
         let (sensor, output) = chip.servo();
         match commissioning.step(lines, sensor, output, &mut self.channel) {
             Course::On => {}
-            Course::NextPhase => self.tell_anew(),
+            Course::NextPhase | Course::Waits => self.tell_anew(),
             Course::Over => return self.end_commissioning(output),
         }
         let Some(commissioning) = &mut self.commissioning else {
@@ -211,34 +211,32 @@ impl<'a> Sampler<'a> {
     ) {
         match order {
             // A stop has overtaken it; a fault that struck while it was on its way stands.
-            Err(Order::Run(run)) => self.give_back(Returned::Run(run)),
+            Err(Order::Run(run) | Order::GoOn(run)) => self.give_back(Returned::Run(run)),
             Ok(Order::Run(run)) if self.fault.is_some() => self.give_back(Returned::Run(run)),
-            Ok(Order::Run(run)) => {
-                match stands(lines, sensor) {
-                    Ok(count) => {
-                        self.counts.start();
-                        // Of a run before.
-                        while self.channel.fitted().is_some() {}
-                        run.start(count, &self.channel);
-                        self.run = Some(run);
-                    }
-                    Err(fault) => {
-                        self.returned = Some(Returned::Run(run));
-                        self.end(Ended::Faulted(fault), actuator);
-                    }
+            Ok(Order::Run(run)) => match stands(lines, sensor) {
+                Ok(count) => {
+                    self.counts.start();
+                    self.forget_fits();
+                    run.start(count, &self.channel);
+                    self.run = Some(run);
                 }
-            }
-            Err(Order::Commission(commissioning)) => {
+                Err(fault) => {
+                    self.returned = Some(Returned::Run(run));
+                    self.end(Ended::Faulted(fault), actuator);
+                }
+            },
+            Ok(Order::GoOn(run)) => self.go_on(run),
+            Err(Order::Commission(commissioning) | Order::CommissionBeside(commissioning)) => {
                 commissioning.end(StopReason::Stopped);
                 self.give_back(Returned::Commissioning(commissioning));
             }
+            Ok(Order::CommissionBeside(commissioning)) => self.commission_beside(commissioning),
             Ok(Order::Commission(commissioning)) => {
                 let stands = self.fault.map_or_else(|| stands(lines, sensor), Err);
                 match stands {
                     Ok(count) => {
                         self.counts.start();
-                        // Of a commissioning before.
-                        while self.channel.answer().is_some() {}
+                        self.forget_answers();
                         commissioning.start(count, &self.channel);
                         self.commissioning = Some(commissioning);
                         self.tell_anew();
@@ -261,6 +259,46 @@ impl<'a> Sampler<'a> {
             }
             Err(Order::Target(_) | Order::Clear) => {}
         }
+    }
+
+    /// Puts a commissioning in the place of the loop that runs, from this sample on.
+    fn commission_beside(&mut self, commissioning: &'static mut Commissioning) {
+        let Some(run) = self.run.take() else {
+            // It has ended since.
+            match self.fault {
+                Some(fault) => commissioning.refuse(fault),
+                None => commissioning.end(StopReason::ModeChanged),
+            }
+            return self.give_back(Returned::Commissioning(commissioning));
+        };
+        self.forget_answers();
+        commissioning.take_over(&run.held(), &self.channel);
+        self.commissioning = Some(commissioning);
+        self.give_back(Returned::Run(run));
+    }
+
+    /// Goes on with a loop from this sample on, if a commissioning waits for it.
+    fn go_on(&mut self, run: &'static mut Run) {
+        let held = self.commissioning.as_ref().and_then(|over| over.held());
+        let Some(held) = held.filter(|_| self.fault.is_none()) else {
+            return self.give_back(Returned::Run(run));
+        };
+        self.forget_fits();
+        run.go_on(&held, &self.channel);
+        self.run = Some(run);
+        if let Some(over) = self.commissioning.take() {
+            self.give_back(Returned::Commissioning(over));
+        }
+    }
+
+    /// Those of a run before.
+    fn forget_fits(&mut self) {
+        while self.channel.fitted().is_some() {}
+    }
+
+    /// Those of a commissioning before.
+    fn forget_answers(&mut self) {
+        while self.channel.answer().is_some() {}
     }
 
     fn clear(&mut self, lines: Lines) {
@@ -308,6 +346,10 @@ impl<'a> Sampler<'a> {
                 .commissioning
                 .as_ref()
                 .map(|under_way| under_way.moved().phase),
+            waits: self
+                .commissioning
+                .as_ref()
+                .is_some_and(|under_way| under_way.held().is_some()),
             stops: self.stops,
             counts: self.counts,
         };

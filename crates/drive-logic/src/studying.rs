@@ -4,6 +4,7 @@ use drive_link::NotAllowed;
 use identifier_core::commission::{
     Answer, CommissionSettings, IdentifiedServo, Study as CoreStudy,
 };
+use identifier_core::tuning::Tuning;
 
 use crate::channel::BackgroundEnd;
 use crate::parts;
@@ -23,6 +24,7 @@ pub(crate) struct Studying {
     /// What was answered and found no room yet.
     answer: Option<Answer<f32>>,
     servo: Option<IdentifiedServo>,
+    tuning: Option<Tuning>,
 }
 
 impl Studying {
@@ -33,6 +35,7 @@ impl Studying {
             done: 0,
             answer: None,
             servo: None,
+            tuning: None,
         }
     }
 
@@ -49,7 +52,7 @@ impl Studying {
         let study = Study::new(settings).map_err(|error| parts::not_commissioned(&error))?;
         *self.memory = Some(study);
         self.slices = slices;
-        (self.answer, self.servo) = (None, None);
+        (self.answer, self.servo, self.tuning) = (None, None, None);
         // Nothing is found now: what is still there is of a commissioning before.
         while channel.finding().is_some() {}
         Ok(())
@@ -63,6 +66,11 @@ impl Studying {
     /// The servo as it is known so far.
     pub(crate) fn servo(&self) -> Option<&IdentifiedServo> {
         self.servo.as_ref()
+    }
+
+    /// The gains that it found last.
+    pub(crate) fn tuning(&self) -> Option<&Tuning> {
+        self.tuning.as_ref()
     }
 
     /// Takes what was found, does a slice, and hands over what it answers. True if there is more to do
@@ -79,6 +87,9 @@ impl Studying {
         }
         if let Some(servo) = self.answer.as_ref().and_then(Answer::servo) {
             self.servo = Some(*servo);
+        }
+        if let Some(Answer::Tuned(candidate)) = &self.answer {
+            self.tuning = Some(candidate.tuning);
         }
         if let Some(answer) = &self.answer
             && channel.answer(answer)

@@ -22,7 +22,6 @@ fn in_the_wrong_state_it_is_refused_with_a_reason_before_anything_moves() {
     drive.done(Command::Configure(settings()));
     drive.done(Command::Start);
     drive.pass(10);
-    assert_eq!(drive.refusal(order), Refusal::Running);
     drive.lines(|lines| lines.amplifier = false);
     drive.pass(3);
     let struck = Refusal::Faulted(Fault::AmplifierFault);
@@ -232,10 +231,12 @@ fn what_was_never_ended_is_told_with_its_number_after_the_power_came_back() {
         commissioning,
         servo,
         tuning,
+        no_gains,
         trial,
         kept,
     } = outcome(&mut drive);
     let number = commissioning.reason.map(StopReason::number);
     assert_eq!((commissioning.phase, number), (Phase::Aborted, Some(173)));
     assert_eq!((servo, tuning, trial, kept), (None, None, None, false));
+    assert_eq!(no_gains, None);
 }

@@ -86,7 +86,8 @@ fn commission(instructions: &Instructions) -> Result<Phase, CommissionError> {
             break;
         }
         if let Some(finding) = &step.finding {
-            study.take(finding);
+            let ((), taken) = counted(instructions, || study.take(finding));
+            slices.add(taken);
         }
         for _ in 0..machine.slices() {
             let (answered, taken) = counted(instructions, || study.work());

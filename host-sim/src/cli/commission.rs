@@ -1,14 +1,21 @@
-use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use super::call;
 use super::fault::Fault;
-use super::files::{self, Files, Output, io_error};
+use super::files::{self, Files, io_error};
+use super::live_commission::LiveCommission;
+use super::output::Outputs;
+use super::rerun;
 use super::standard_output::say;
+use super::streamed::Streamed;
 use crate::commission::{Commissioning, Sample, StepResponse};
+use crate::log_file::commissioning as messages;
 use crate::pil;
 use crate::port::Port;
 use crate::report::commission::{self as report, Document, RowWriter};
-use crate::scenario::{Purpose, Scenario, keys};
+use crate::report::page::{Commissioned, commissioning};
+use crate::rerun::{Kept, Origin, OriginAlone, ScenarioText, Task, WithOrigin};
+use crate::scenario::{Purpose, keys};
 
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
@@ -19,70 +26,130 @@ pub(super) struct Arguments {
     /// for an emulator.
     #[arg(long, value_name = "PORT")]
     port: Option<String>,
-    /// Write the result as JSON to this file; `-` is standard output.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-    /// Write the samples, a row each, to this file; `-` is standard output.
-    #[arg(long, value_name = "FILE")]
-    csv: Option<PathBuf>,
-    /// Draw phases, limits and signals into this file, .png or .svg; `-` is standard output, as SVG.
-    #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
-    /// Replace files that are there already.
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    outputs: Outputs,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
-    let scenario = Scenario::load(&arguments.scenario, Purpose::Commission)?;
-    let of_scenario = |fault| Fault::of_scenario(&arguments.scenario, fault);
-    let commissioning = match &arguments.port {
+    let Arguments {
+        scenario,
+        port,
+        outputs,
+    } = arguments;
+    let text = ScenarioText::read(scenario)?;
+    experiment(&text, port.as_deref(), outputs, scenario, None)
+}
+
+/// Commissions the servo of a scenario, with the machine behind a port or here; the result is to be the one that
+/// was `kept`, if one was. No output may be `input`.
+pub(super) fn experiment(
+    text: &ScenarioText,
+    port: Option<&str>,
+    outputs: &Outputs,
+    input: &Path,
+    kept: Option<&Kept>,
+) -> Result<(), Fault> {
+    let scenario = text.scenario(Purpose::Commission)?;
+    let file = Path::new(&text.file);
+    let of_scenario = |fault| Fault::of_scenario(file, fault);
+    let task = match port {
+        Some(_) => Task::Pil,
+        None => Task::Commission,
+    };
+    let origin = Origin::of(task, text, &scenario);
+    let machine = match port {
         Some(_) => pil::commissioning(&scenario),
         None => Commissioning::of(&scenario),
     };
-    let commissioning = commissioning.map_err(of_scenario)?;
-    let port = arguments.port.as_deref().map(Port::open).transpose();
+    let machine = machine.map_err(of_scenario)?;
+    let port = port.map(Port::open).transpose();
     let port = port.map_err(|error| Fault::Input(error.to_string()))?;
-    let mut files = Files::reading(&[&arguments.scenario], arguments.force);
-    let json = files.output(arguments.json.as_deref())?;
-    let mut rows = files.output(arguments.csv.as_deref())?.map(Rows::begin);
-    let plot = files.picture(arguments.plot.as_deref())?;
-    let mut traces = plot.is_some().then(report::Traces::default);
+    let mut files = Files::reading(&[input], outputs.force);
+    let json = files.output(outputs.json.as_deref())?;
+    let rows = files.output(outputs.csv.as_deref())?;
+    let begin = |csv| RowWriter::new(csv).map_err(io_error);
+    let mut rows = rows.map(|csv| Streamed::begin(csv, begin));
+    let description = files.description_of(outputs.csv.as_deref())?;
+    let begin = |mcap| {
+        let mut recorder = messages::begin(mcap)?;
+        recorder.about("origin", origin.entries()?)?;
+        Ok(recorder)
+    };
+    let mcap = files.output(outputs.mcap.as_deref())?;
+    let mut mcap = mcap.map(|mcap| Streamed::begin(mcap, begin));
+    let plot = files.picture(&outputs.drawing)?;
+    let page = files.output(outputs.report.as_deref())?;
+    let live = outputs.live.begin()?;
+    let is_shown = plot.is_some() || page.is_some() || live.is_some();
+    let mut traces = is_shown.then(report::Traces::default);
     let silent = files.own_standard_output();
 
-    let largest = commissioning.largest_motion();
+    let largest = machine.largest_motion();
     if !silent {
         say!("{}", report::largest_motion(&largest))?;
     }
-    let limits = commissioning.settings().limits;
-    let before = commissioning.gains_before().copied();
+    let limits = machine.settings().limits;
+    let before = machine.gains_before().copied();
+    let title = call::title("Commissioning of", file);
+    let mut live =
+        live.map(|live| LiveCommission::new(live, title.clone(), &scenario, limits, before));
     let mut observe = |sample: &Sample| {
         if let Some(rows) = &mut rows {
-            rows.add(sample);
+            rows.write(|rows| rows.add(sample).map_err(io_error));
+        }
+        if let Some(mcap) = &mut mcap {
+            mcap.write(|mcap| messages::add(mcap, sample));
         }
         if let Some(traces) = &mut traces {
             traces.add(sample);
+            if let Some(live) = &mut live {
+                live.add(sample, traces);
+            }
         }
     };
     let outcome = match port {
-        Some(mut port) => pil::commission(commissioning, &mut port, &mut observe)
+        Some(mut port) => pil::commission(machine, &mut port, &mut observe)
             .map_err(|error| Fault::Other(error.to_string()))?,
-        None => commissioning.run(&mut observe).map_err(of_scenario)?,
+        None => machine.run(&mut observe).map_err(of_scenario)?,
     };
 
     let document = Document::new(&scenario, &limits, &largest, before.as_ref(), &outcome);
+    let reported = traces.as_ref().map(|traces| {
+        commissioning(&Commissioned {
+            title: &title,
+            command: &call::command(),
+            scenario: &scenario,
+            limits: &limits,
+            before: before.as_ref(),
+            outcome: &outcome,
+            traces,
+        })
+    });
+    let told = WithOrigin {
+        result: &document,
+        origin: &origin,
+    };
     files::commit([
-        rows.map(Rows::finish),
-        plot.zip(traces).map(|(plot, traces)| {
+        rows.map(|rows| rows.finish(RowWriter::finish)),
+        description.map(|description| description.document(&OriginAlone::of(&origin))),
+        mcap.map(|mcap| {
+            mcap.finish(|mut mcap| {
+                mcap.about("result", Origin::entry(&document)?)?;
+                mcap.finish()
+            })
+        }),
+        plot.zip(traces.as_ref()).map(|(plot, traces)| {
             let promised = StepResponse::promised(&scenario, &outcome);
             plot.timeline(&report::picture(
                 &limits,
                 &outcome,
-                &traces,
+                traces,
                 promised.as_ref(),
             ))
         }),
-        json.map(|json| json.document(&document)),
+        page.zip(reported.as_ref())
+            .map(|(page, reported)| page.page(reported)),
+        json.map(|json| json.document(&told)),
     ])?;
     let verdict = report::verdict(before.is_some(), &outcome);
     if !silent {
@@ -97,6 +164,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
             say!("{}", report::promise(servo, tuning, outcome.trial.as_ref()))?;
         }
     }
+    if let Some(kept) = kept {
+        rerun::compare(kept, &document, silent)?;
+    }
+    if let (Some(live), Some(reported)) = (live, &reported) {
+        live.into_live().stay(reported);
+    }
     if !outcome.is_applied() {
         return Err(Fault::Other(verdict));
     }
@@ -104,33 +177,4 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         say!("{verdict}")?;
     }
     Ok(())
-}
-
-/// The samples on their way into a file; the first failure ends the writing, and is told at the end.
-struct Rows {
-    name: String,
-    writer: Result<RowWriter<Output>, io::Error>,
-}
-
-impl Rows {
-    fn begin(output: Output) -> Self {
-        Self {
-            name: output.name().display().to_string(),
-            writer: RowWriter::new(output).map_err(io_error),
-        }
-    }
-
-    fn add(&mut self, sample: &Sample) {
-        if let Ok(writer) = &mut self.writer
-            && let Err(error) = writer.add(sample)
-        {
-            self.writer = Err(io_error(error));
-        }
-    }
-
-    fn finish(self) -> Result<Output, Fault> {
-        self.writer
-            .and_then(RowWriter::finish)
-            .map_err(|error| Fault::unwritable(&self.name, &error))
-    }
 }

@@ -1,12 +1,14 @@
 use std::path::PathBuf;
 
-use identifier_core::parameters::Parameter;
-
+use super::call;
+use super::drawing::Drawing;
 use super::fault::Fault;
 use super::files::{self, Files};
+use super::progress::Progress;
 use super::standard_output::say;
+use super::terminal;
 use crate::compare;
-use crate::report::{comparison, plot};
+use crate::report::{comparison, page};
 use crate::scenario::{Purpose, Scenario, keys};
 
 #[derive(Debug, clap::Args)]
@@ -17,10 +19,11 @@ pub(super) struct Arguments {
     /// Write the result as JSON to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Draw the errors of every method in every case into this file, .png or .svg; `-` is standard
-    /// output, as SVG.
+    #[command(flatten)]
+    drawing: Drawing,
+    /// Write a report, one HTML page with everything in it, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
+    report: Option<PathBuf>,
     /// Replace files that are there already.
     #[arg(long)]
     force: bool,
@@ -30,30 +33,31 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
     let mut files = Files::reading(&[&arguments.scenario], arguments.force);
     let json = files.output(arguments.json.as_deref())?;
-    let picture = files.picture(arguments.plot.as_deref())?;
-    let compared = compare::compare(&scenario)
-        .map_err(|fault| Fault::of_scenario(&arguments.scenario, fault))?;
-    let drawn = picture.map(|picture| {
-        let methods = compared.methods.iter().map(|method| method.name);
-        let cases = compared.cases.iter().map(|compared| compared.case.name);
-        let grid = |parameter, title: &str| plot::Grid {
-            title: title.to_owned(),
-            rows: methods.clone().map(str::to_owned).collect(),
-            columns: cases.clone().map(str::to_owned).collect(),
-            values: comparison::grid(&compared, parameter),
-        };
-        picture.grids(&[
-            grid(Parameter::A, "log₁₀ of the error of a, 1/s"),
-            grid(Parameter::B, "log₁₀ of the relative error of b"),
-        ])
+    let picture = files.picture(&arguments.drawing)?;
+    let page = files.output(arguments.report.as_deref())?;
+    let of_scenario = |fault| Fault::of_scenario(&arguments.scenario, fault);
+    let runs = compare::runs(&scenario).map_err(of_scenario)?;
+    let progress = Progress::of(runs as u64, "runs");
+    let compared = compare::compare(&scenario, &|| progress.advance()).map_err(of_scenario)?;
+    drop(progress);
+    let drawn = picture.map(|picture| picture.grids(&comparison::grids(&compared)));
+    let document = comparison::Document::new(&compared);
+    let reported = page.map(|page| {
+        let title = call::title("Comparison on", &arguments.scenario);
+        page.page(&page::comparison(
+            title,
+            call::command(),
+            &compared,
+            &document,
+        ))
     });
-    let document = || comparison::Document::new(&compared);
-    files::commit([drawn, json.map(|json| json.document(&document()))])?;
+    files::commit([drawn, reported, json.map(|json| json.document(&document))])?;
     if !files.own_standard_output() {
-        say!("{}", comparison::methods(&compared))?;
+        let width = terminal::width();
+        say!("{}", comparison::methods(&compared, width))?;
         for case in &compared.cases {
             say!("\n{}: {}", case.case.name, case.case.detail)?;
-            say!("{}", comparison::case(case, &compared))?;
+            say!("{}", comparison::case(case, &compared, width))?;
         }
         say!(
             "Errors: mean over the last quarter of {} s less the truth. Settled: from when on â stays \

@@ -2,9 +2,12 @@ use std::path::PathBuf;
 
 use identifier_core::excitation::Excitation;
 
+use super::drawing::Drawing;
 use super::fault::Fault;
 use super::files::{self, Files};
+use super::progress::Progress;
 use super::standard_output::say;
+use super::terminal;
 use crate::drift::{self, Differences};
 use crate::report::drift as report;
 use crate::scenario::{Arithmetic, Purpose, Reference, Scenario, keys};
@@ -27,9 +30,8 @@ pub(super) struct Arguments {
     /// output.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Draw the differences over time into this file, .png or .svg; `-` is standard output, as SVG.
-    #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
+    #[command(flatten)]
+    drawing: Drawing,
     /// Replace files that are there already.
     #[arg(long)]
     force: bool,
@@ -52,7 +54,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let mut files = Files::reading(&[&arguments.scenario], arguments.force);
     let json = files.output(arguments.json.as_deref())?;
     let csv = files.output(arguments.csv.as_deref())?;
-    let picture = files.picture(arguments.plot.as_deref())?;
+    let picture = files.picture(&arguments.drawing)?;
 
     let units = scenario.units();
     let reference = Reference::<f64>::new(&units, &scenario.excitation)
@@ -64,12 +66,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let mut traces = report::Traces::default();
     let mut place = 0;
     let mut differences = Differences::lasting(scenario.duration);
+    let progress = Progress::of_samples(samples);
     drift::run(
         &scenario,
         arguments.turns,
         samples,
         &mut |_| reference.process(&mut state) * units.position_unit(),
         &mut |compared| {
+            progress.advance();
             differences.add(compared);
             traces.add(compared);
             if place % every == 0 {
@@ -79,6 +83,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         },
     )
     .map_err(|error| input(error.to_string()))?;
+    drop(progress);
 
     let document = || report::Document::new(&differences, place, units.sample_time());
     files::commit([
@@ -87,7 +92,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         json.map(|json| json.document(&document())),
     ])?;
     if !files.own_standard_output() {
-        say!("{}", report::table(&differences))?;
+        say!("{}", report::table(&differences, terminal::width()))?;
         say!(
             "Differences from f64 on the same {place} measurements: mean and root mean square over \
              the last quarter, the largest\nover the whole run."

@@ -1,7 +1,9 @@
 mod commission;
+mod monitor;
+mod simulate;
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
@@ -23,9 +25,9 @@ use crate::scenario::{ExcitationSettings, Purpose, Scenario, keys};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// Where the drive is: a serial device, or tcp:HOST:PORT for an emulator.
+    /// Where the drive is: a serial device, or tcp:HOST:PORT for an emulated or a simulated drive.
     #[arg(long, value_name = "PORT")]
-    port: String,
+    port: Option<String>,
     #[command(subcommand)]
     verb: Verb,
 }
@@ -53,9 +55,15 @@ enum Verb {
     /// Look on for a while.
     Watch(Watch),
     /// Let the drive come to know its servo within the limits of a scenario, tune itself, prove it and keep
-    /// it, and look on.
+    /// it, and look on; a loop that runs goes on at the end.
     #[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
     Commission(commission::Arguments),
+    /// See and operate the drive in the terminal: signals, estimates and state as they come; start, stop,
+    /// target, commission, record.
+    Monitor(monitor::Arguments),
+    /// Be a drive without hardware: the firmware's logic in real time against the servo of a scenario, at
+    /// a TCP port.
+    Simulate(simulate::Arguments),
 }
 
 #[derive(Debug, clap::Args)]
@@ -121,13 +129,27 @@ struct Watch {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
+    if let Verb::Simulate(simulate) = &arguments.verb {
+        return simulate.run();
+    }
+    let Some(port) = &arguments.port else {
+        return Err(Fault::Input(
+            "say where the drive is: drive --port PORT …, a serial device as /dev/ttyUSB0, or \
+             tcp:HOST:PORT; `drive simulate` is a drive without hardware"
+                .to_owned(),
+        ));
+    };
     // A file that cannot be written is told before anything is said to the drive.
     let table = match &arguments.verb {
         Verb::Watch(watch) => watch.begin()?,
         _ => None,
     };
-    let port = Port::open(&arguments.port).map_err(|error| Fault::Input(error.to_string()))?;
-    let mut client = Client::new(port);
+    let monitor = match &arguments.verb {
+        Verb::Monitor(monitor) => Some(monitor.prepared()?),
+        _ => None,
+    };
+    let line = Port::open(port).map_err(|error| Fault::Input(error.to_string()))?;
+    let mut client = Client::new(line);
     let status = client.status().map_err(fault)?;
     if status.protocol != PROTOCOL {
         return Err(Fault::Other(format!(
@@ -135,6 +157,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
              the firmware of this version",
             status.protocol
         )));
+    }
+    if let Some(monitor) = monitor {
+        return monitor.run(client, status, port);
     }
     match &arguments.verb {
         Verb::Status => {
@@ -152,6 +177,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         Verb::Save => client.ask(Command::Save).map_err(fault),
         Verb::Watch(watch) => watch.run(&mut client, table),
         Verb::Commission(commission) => commission.run(&mut client, &status),
+        // Done above: neither asks the drive one thing only.
+        Verb::Monitor(_) | Verb::Simulate(_) => Ok(()),
     }
 }
 
@@ -159,24 +186,7 @@ impl Configure {
     /// The drive's settings with what is asked for.
     fn settings(&self, now: Settings) -> Result<Settings, Fault> {
         let scenario = Scenario::load(&self.scenario, Purpose::Run)?;
-        let closed_loop = pil::loop_settings(&scenario)
-            .map_err(|error| Fault::Input(format!("{}: {error}", self.scenario.display())))?;
-        let mut settings = Settings { closed_loop, ..now };
-        match scenario.excitation {
-            ExcitationSettings::Prbs {
-                amplitude, hold, ..
-            } => {
-                settings.dither.amplitude = amplitude;
-                settings.dither.hold = hold;
-            }
-            ExcitationSettings::None => settings.dither.amplitude = 0.0,
-            _ => {
-                return Err(Fault::Input(format!(
-                    "{}: excitation.kind: the drive has \"prbs\" and \"none\"",
-                    self.scenario.display()
-                )));
-            }
-        }
+        let mut settings = of_scenario(&self.scenario, &scenario, now)?;
         let protection = &mut settings.protection;
         for (place, given) in [
             (&mut protection.following_error, self.following_error),
@@ -193,6 +203,27 @@ impl Configure {
         }
         Ok(settings)
     }
+}
+
+/// A drive's settings with the loop and the dither of a scenario, which was read from a file.
+fn of_scenario(file: &Path, scenario: &Scenario, now: Settings) -> Result<Settings, Fault> {
+    let closed_loop =
+        pil::loop_settings(scenario).map_err(|error| Fault::of_scenario(file, error))?;
+    let mut settings = Settings { closed_loop, ..now };
+    match scenario.excitation {
+        ExcitationSettings::Prbs {
+            amplitude, hold, ..
+        } => {
+            settings.dither.amplitude = amplitude;
+            settings.dither.hold = hold;
+        }
+        ExcitationSettings::None => settings.dither.amplitude = 0.0,
+        _ => {
+            let fault = "excitation.kind: the drive has \"prbs\" and \"none\"";
+            return Err(Fault::of_scenario(file, fault));
+        }
+    }
+    Ok(settings)
 }
 
 impl Start {

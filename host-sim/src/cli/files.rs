@@ -6,10 +6,13 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use super::drawing::Drawing;
 use super::fault::Fault;
 use super::output_file::PendingFile;
 use super::place::Place;
-use crate::report::plot::{self, Format, Grid, Panel, PlotError};
+use crate::report::heat::{self, Grids};
+use crate::report::page::Page;
+use crate::report::plot::{self, Format, Panel, PlotError, Size};
 use crate::report::timeline::{self, Timeline};
 
 /// The files of one call. Every output is claimed before any work is done.
@@ -33,6 +36,7 @@ pub(super) struct Output {
 #[derive(Debug)]
 pub(super) struct Picture {
     format: Format,
+    size: Size,
     output: Output,
 }
 
@@ -75,8 +79,8 @@ impl Files {
     ///
     /// # Errors
     /// As [`output`](Self::output), and if the name ends in no known format.
-    pub(super) fn picture(&mut self, name: Option<&Path>) -> Result<Option<Picture>, Fault> {
-        let Some(name) = name else {
+    pub(super) fn picture(&mut self, drawing: &Drawing) -> Result<Option<Picture>, Fault> {
+        let Some(name) = drawing.plot.as_deref() else {
             return Ok(None);
         };
         let format = if Place::is_standard_output(name) {
@@ -86,7 +90,27 @@ impl Files {
                 .map_err(|error| Fault::Input(format!("{}: {error}", name.display())))?
         };
         let output = self.begin(name)?;
-        Ok(Some(Picture { format, output }))
+        Ok(Some(Picture {
+            format,
+            size: drawing.size,
+            output,
+        }))
+    }
+
+    /// Begins the description beside a trace in CSV, if it is a file of its own.
+    ///
+    /// # Errors
+    /// As [`output`](Self::output).
+    pub(super) fn description_of(&mut self, csv: Option<&Path>) -> Result<Option<Output>, Fault> {
+        let Some(csv) = csv else { return Ok(None) };
+        match Place::of(csv) {
+            Ok(Place::File { .. }) => {
+                let mut name = csv.as_os_str().to_owned();
+                name.push("-metadata.json");
+                self.output(Some(Path::new(&name)))
+            }
+            _ => Ok(None),
+        }
     }
 
     fn begin(&mut self, name: &Path) -> Result<Output, Fault> {
@@ -161,6 +185,12 @@ impl Output {
         Ok(self)
     }
 
+    /// Writes a report as HTML.
+    pub(super) fn page(mut self, page: &Page) -> Result<Self, Fault> {
+        self.bytes(page.html().as_bytes())?;
+        Ok(self)
+    }
+
     /// Writes a table as CSV.
     pub(super) fn table(
         mut self,
@@ -218,19 +248,19 @@ impl Picture {
         columns: usize,
         panels: &[Panel],
     ) -> Result<Output, Fault> {
-        let drawn = plot::panels(self.format, title, columns, panels);
+        let drawn = plot::panels(self.format, self.size, title, columns, panels);
         self.drawn(drawn)
     }
 
     /// Draws grids side by side.
-    pub(super) fn grids(self, grids: &[Grid]) -> Result<Output, Fault> {
-        let drawn = plot::grids(self.format, grids);
+    pub(super) fn grids(self, grids: &Grids) -> Result<Output, Fault> {
+        let drawn = heat::grids(self.format, self.size, grids);
         self.drawn(drawn)
     }
 
     /// Draws panels over stretches of time.
     pub(super) fn timeline(self, timeline: &Timeline) -> Result<Output, Fault> {
-        let drawn = timeline::timeline(self.format, timeline);
+        let drawn = timeline::timeline(self.format, self.size, timeline);
         self.drawn(drawn)
     }
 

@@ -1,13 +1,12 @@
 use comfy_table::{ColumnConstraint, ContentArrangement, Table, presets};
 
 use super::fault::Fault;
-use super::standard_output::say;
+use super::standard_output;
+use super::terminal;
+use crate::program;
 use crate::scenario::Key;
 use crate::scenario::keys::KEYS;
 use crate::scenario::schema::schema;
-
-/// Width of the table, characters.
-const WIDTH: u16 = 120;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
@@ -25,7 +24,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         None => table(KEYS.iter()),
         Some(of) => described(of)?,
     };
-    say!("{text}")
+    standard_output::result(format_args!("{text}"))
 }
 
 fn described(of: &str) -> Result<String, Fault> {
@@ -35,7 +34,8 @@ fn described(of: &str) -> Result<String, Fault> {
             format!("; did you mean {}?", near.path)
         });
         return Err(Fault::Input(format!(
-            "there is no such table or key{hint}\n  `host-sim keys` lists them all"
+            "{of}: there is no such table or key{hint}\n  `{} keys` lists them all",
+            program::name()
         )));
     };
     let inside = |other: &&Key| other.path.starts_with(&format!("{of}."));
@@ -56,7 +56,7 @@ fn table<'k>(keys: impl Iterator<Item = &'k Key>) -> String {
     table
         .load_style(presets::UTF8_FULL_CONDENSED)
         .set_content_arrangement(ContentArrangement::Dynamic)
-        .set_width(WIDTH)
+        .set_width(terminal::width())
         .set_header(["key", "what it is", "allowed", "default"]);
     for key in keys {
         table.add_row([

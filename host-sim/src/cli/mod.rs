@@ -1,39 +1,58 @@
 //! The command line: one verb, one file, and beside them what all verbs write with.
 
+mod call;
+mod check;
 mod commission;
 mod compare;
+mod completions;
+mod drawing;
 mod drift;
 mod drive;
 mod fault;
 mod files;
+mod init;
 mod interruption;
 mod keys;
+mod live;
+mod live_commission;
+mod live_experiment;
+mod manual;
 mod output;
 mod output_file;
 mod paper;
 mod pil;
 mod place;
+mod progress;
 mod recording;
 mod replay;
+mod rerun;
 mod run;
 mod standard_output;
+mod streamed;
 mod sweep;
+mod terminal;
 mod tune;
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand};
 use fault::Fault;
+
+use crate::program;
+use crate::report::style::FAULT;
 
 /// Simulates the on-line identification of a servo under PID control.
 ///
 /// Exit status: 0 done; 2 bad input; 130 interrupted; 1 anything else.
 #[derive(Debug, Parser)]
-#[command(name = "host-sim", version)]
+#[command(version = program::VERSION, max_term_width = 100)]
 struct Arguments {
     #[command(subcommand)]
     verb: Option<Verb>,
+    /// Say nothing of what was done, but for faults and for what is to go to `-`.
+    #[arg(long, short, global = true)]
+    quiet: bool,
 }
 
 #[derive(Debug, Subcommand)]
@@ -42,8 +61,14 @@ enum Verb {
     Paper(paper::Arguments),
     /// Run one experiment on the simulated servo.
     Run(run::Arguments),
+    /// Write a scenario from the data sheet of a motor, by options or by questions.
+    Init(init::Arguments),
+    /// Say what a scenario means before it is run: bandwidth, margins, what will be known how soon.
+    Check(check::Arguments),
     /// Identify from a recorded log with a declared controller.
     Replay(replay::Arguments),
+    /// Repeat what a result is from, and say whether it comes out the same.
+    Rerun(rerun::Arguments),
     /// Commission the simulated drive: wiggle, identify, verify, tune, try, then apply or roll back.
     Commission(commission::Arguments),
     /// Run every method on the same servo, in cases that each break one assumption.
@@ -60,12 +85,22 @@ enum Verb {
     Sweep(sweep::Arguments),
     /// List the keys of a scenario: what each is, what it may hold, what holds without it.
     Keys(keys::Arguments),
+    /// Print a script that lets a shell complete verbs, options and files.
+    Completions(completions::Arguments),
+    /// Print the manual page, of the program or of a verb, for `man -l -`.
+    Manual(manual::Arguments),
+}
+
+/// The command line under the name that was typed.
+fn command() -> Command {
+    Arguments::command().name(program::name())
 }
 
 /// Parses the command line, does what it says and answers with the exit status.
 #[must_use]
 pub fn main() -> ExitCode {
-    let done = match Arguments::try_parse() {
+    let parsed = command().try_get_matches();
+    let done = match parsed.and_then(|found| Arguments::from_arg_matches(&found)) {
         Ok(arguments) => arguments.run(),
         // Help and version.
         Err(asked) if !asked.use_stderr() => standard_output::written(asked.print()),
@@ -75,7 +110,7 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(fault) => {
             // Where nobody can be told, the exit status still says it.
-            let _ = writeln!(io::stderr(), "error: {fault}");
+            let _ = writeln!(anstream::stderr(), "{FAULT}error:{FAULT:#} {fault}");
             fault.exit_code()
         }
     }
@@ -84,13 +119,19 @@ pub fn main() -> ExitCode {
 impl Arguments {
     fn run(self) -> Result<(), Fault> {
         interruption::handle();
+        if self.quiet {
+            standard_output::be_quiet();
+        }
         match self
             .verb
             .unwrap_or_else(|| Verb::Paper(paper::Arguments::default()))
         {
             Verb::Paper(arguments) => paper::run(&arguments),
             Verb::Run(arguments) => run::run(&arguments),
+            Verb::Init(arguments) => init::run(&arguments),
+            Verb::Check(arguments) => check::run(&arguments),
             Verb::Replay(arguments) => replay::run(&arguments),
+            Verb::Rerun(arguments) => rerun::run(&arguments),
             Verb::Commission(arguments) => commission::run(&arguments),
             Verb::Compare(arguments) => compare::run(&arguments),
             Verb::Drift(arguments) => drift::run(&arguments),
@@ -99,6 +140,8 @@ impl Arguments {
             Verb::Tune(arguments) => tune::run(&arguments),
             Verb::Sweep(arguments) => sweep::run(&arguments),
             Verb::Keys(arguments) => keys::run(&arguments),
+            Verb::Completions(arguments) => completions::run(&arguments),
+            Verb::Manual(arguments) => manual::run(&arguments),
         }
     }
 }

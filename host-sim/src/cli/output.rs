@@ -2,17 +2,27 @@
 
 use std::path::{Path, PathBuf};
 
+use super::call;
+use super::drawing::Drawing;
 use super::fault::Fault;
-use super::files::{self, Files, Output, Picture};
-use super::recording::{Recorded, Recording, Rows};
+use super::files::{self, Files, Output, Picture, io_error};
+use super::live::{Live, LiveOptions};
+use super::live_experiment::LiveExperiment;
+use super::recording::{Messages, Recorded, Recording, Rows};
+use super::rerun;
 use super::standard_output::say;
+use super::terminal;
 use crate::analysis::Status;
 use crate::experiment::Outcome;
+use crate::log_file::trace;
 use crate::replay::Agreement;
+use crate::report::csv::TraceWriter;
 use crate::report::json::Document;
 use crate::report::logs::{LogDocument, PredictionDocument};
+use crate::report::page::{self, Experiment};
 use crate::report::panels::{self, Traces};
-use crate::report::{residual, table, terms};
+use crate::report::{residual, style, table, terms};
+use crate::rerun::{Kept, Origin, OriginAlone, WithOrigin};
 use crate::scenario::Scenario;
 
 /// Where the results of one experiment go.
@@ -20,26 +30,44 @@ use crate::scenario::Scenario;
 pub(super) struct Outputs {
     /// Write the result as JSON to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    pub(super) json: Option<PathBuf>,
     /// Write the trace, one row a sample, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
-    csv: Option<PathBuf>,
-    /// Draw the estimates and signals into this file, .png or .svg; `-` is standard output, as SVG.
+    pub(super) csv: Option<PathBuf>,
+    /// Write the trace, with where it is from, to this MCAP file, which Foxglove and PlotJuggler show; `-` is
+    /// standard output.
     #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
+    pub(super) mcap: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) drawing: Drawing,
+    /// Write a report, one HTML page with everything in it, to this file; `-` is standard output.
+    #[arg(long, value_name = "FILE")]
+    pub(super) report: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) live: LiveOptions,
     /// Replace files that are there already.
     #[arg(long)]
-    force: bool,
+    pub(super) force: bool,
 }
 
 /// The results of one experiment, begun.
 #[derive(Debug)]
 pub(super) struct Results {
+    /// What the report is called.
+    title: String,
     json: Option<Output>,
     csv: Option<Output>,
+    /// What is said beside a trace in CSV of where it is from.
+    description: Option<Output>,
+    mcap: Option<Output>,
     plot: Option<Picture>,
+    report: Option<Output>,
+    live: Option<Live>,
     /// Whether one of them has standard output to itself.
     silent: bool,
+    origin: Origin,
+    /// What is to be had again.
+    kept: Option<Kept>,
 }
 
 /// What there is to be said of the logs of a replay.
@@ -54,15 +82,35 @@ pub(super) struct Notes {
 }
 
 impl Outputs {
-    /// Begins every file that is asked for, none of which may be among those that are read.
-    pub(super) fn begin(&self, inputs: &[&Path]) -> Result<Results, Fault> {
+    /// Begins every file that is asked for, none of which may be among those that are read; the report has
+    /// a `title`. They say of what `origin` they are; the result is to be the one that was `kept`, if one
+    /// was.
+    pub(super) fn begin(
+        &self,
+        title: String,
+        inputs: &[&Path],
+        origin: Origin,
+        kept: Option<&Kept>,
+    ) -> Result<Results, Fault> {
         let mut files = Files::reading(inputs, self.force);
         Ok(Results {
+            title,
             json: files.output(self.json.as_deref())?,
             csv: files.output(self.csv.as_deref())?,
-            plot: files.picture(self.plot.as_deref())?,
+            description: files.description_of(self.csv.as_deref())?,
+            mcap: files.output(self.mcap.as_deref())?,
+            plot: files.picture(&self.drawing)?,
+            report: files.output(self.report.as_deref())?,
+            live: self.live.begin()?,
             silent: files.own_standard_output(),
+            origin,
+            kept: kept.cloned(),
         })
+    }
+
+    /// Whether anything is written that says where it is from.
+    pub(super) fn tell_origin(&self) -> bool {
+        self.json.is_some() || self.csv.is_some() || self.mcap.is_some()
     }
 }
 
@@ -70,13 +118,23 @@ impl Results {
     /// What is kept of an experiment of so many passes while it runs; `duration` is that of all
     /// together, s.
     pub(super) fn record(&mut self, scenario: &Scenario, duration: f64, passes: u32) -> Recording {
-        let rows = self.csv.take().map(Rows::begin);
-        let traces = self.plot.is_some().then(Traces::default);
-        Recording::new(scenario, duration, passes, rows, traces)
+        let rows = self.csv.take();
+        let rows = rows.map(|csv| Rows::begin(csv, |csv| TraceWriter::new(csv).map_err(io_error)));
+        let begin = |mcap| {
+            let mut messages = trace::begin(mcap)?;
+            messages.about("origin", self.origin.entries()?)?;
+            Ok(messages)
+        };
+        let messages = self.mcap.take().map(|mcap| Messages::begin(mcap, begin));
+        let is_shown = self.plot.is_some() || self.report.is_some() || self.live.is_some();
+        let traces = is_shown.then(Traces::default);
+        let live = self.live.take();
+        let live = live.map(|live| LiveExperiment::new(live, &self.title, scenario, duration));
+        Recording::new(scenario, duration, passes, rows, messages, traces, live)
     }
 
     /// Writes what was asked for and says what was found, after `notes` on the log; an experiment that
-    /// was aborted is a fault.
+    /// was aborted is a fault. One that was shown is shown until somebody has seen enough.
     pub(super) fn conclude(
         self,
         scenario: &Scenario,
@@ -94,31 +152,64 @@ impl Results {
             summary,
             traces,
             rows,
+            messages,
+            live,
         } = recording.finish(scenario, outcome);
-        let picture = self.plot.zip(traces);
+        let picture = self.plot.zip(traces.as_ref());
         let document = Document::new(&summary, agreement).of_logs(logs, predictions);
+        let page = traces.as_ref().map(|traces| {
+            page::experiment(&Experiment {
+                title: &self.title,
+                command: &call::command(),
+                scenario,
+                summary: &summary,
+                document: &document,
+                agreement,
+                traces,
+            })
+        });
+        let told = WithOrigin {
+            result: &document,
+            origin: &self.origin,
+        };
         files::commit([
-            rows.map(Rows::finish),
-            picture.map(|(picture, traces)| {
-                picture.panels("", 2, &panels::experiment(&summary, &traces))
+            rows.map(|rows| rows.finish(TraceWriter::finish)),
+            self.description
+                .map(|description| description.document(&OriginAlone::of(&self.origin))),
+            messages.map(|messages| {
+                messages.finish(|mut messages| {
+                    messages.about("result", Origin::entry(&document)?)?;
+                    messages.finish()
+                })
             }),
-            self.json.map(|json| json.document(&document)),
+            picture.map(|(picture, traces)| {
+                picture.panels("", 2, &panels::experiment(&summary, traces))
+            }),
+            self.report
+                .zip(page.as_ref())
+                .map(|(report, page)| report.page(page)),
+            self.json.map(|json| json.document(&told)),
         ])?;
         if !self.silent {
             for log in &document.logs {
                 say!("{log}")?;
             }
             if let Some(agreement) = agreement {
-                let warning = if agreement.holds() { "" } else { "warning: " };
-                say!("{warning}{agreement}")?;
+                match agreement.holds() {
+                    true => say!("{agreement}")?,
+                    false => say!("{} {agreement}", style::warning())?,
+                }
             }
-            say!("{}", table::estimates(&[(summary.law, &summary)]))?;
+            say!(
+                "{}",
+                table::estimates(&[(summary.law, &summary)], terminal::width())
+            )?;
             let truth = summary.truth.map(|_| &scenario.effects);
-            let terms = terms::terms(&summary, truth);
+            let terms = terms::terms(&summary, truth, terminal::width());
             if !terms.is_empty() {
                 say!("{terms}")?;
             }
-            say!("{}: {}", summary.status().name(), summary.reason)?;
+            say!("{}: {}", style::status(summary.status()), summary.reason)?;
             if let Some(batch) = &summary.batch {
                 say!(
                     "{}",
@@ -131,6 +222,12 @@ impl Results {
             for prediction in &document.predictions {
                 say!("{prediction}")?;
             }
+        }
+        if let Some(kept) = &self.kept {
+            rerun::compare(kept, &document, self.silent)?;
+        }
+        if let (Some(live), Some(page)) = (live, &page) {
+            live.stay(page);
         }
         match summary.status() {
             Status::Aborted => Err(Fault::Other(summary.reason)),

@@ -1,12 +1,14 @@
 use std::path::{Path, PathBuf};
 
+use super::drawing::Drawing;
 use super::fault::Fault;
 use super::files::{self, Files};
 use super::standard_output::say;
+use super::terminal;
 use crate::experiment::Sample;
 use crate::paper::{self, Case, Method, Run};
 use crate::report::json::Document;
-use crate::report::plot::{self, Panel};
+use crate::report::plot::{self, Panel, Size};
 use crate::report::{self, Envelope, table};
 
 /// Where it goes unless stated. This folder is the program's own.
@@ -21,6 +23,9 @@ pub(super) struct Arguments {
     /// earlier run are replaced.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// How wide the picture is, in a paper of two columns.
+    #[arg(long, value_enum, default_value_t)]
+    size: Size,
     /// Replace files that are there already, in a folder of your own too.
     #[arg(long)]
     force: bool,
@@ -39,7 +44,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
             begin(&format!("{stem}.json"))?,
         ));
     }
-    let picture = files.picture(Some(&out.join(PICTURE)))?;
+    let picture = files.picture(&Drawing {
+        plot: Some(out.join(PICTURE)),
+        size: arguments.size,
+    })?;
 
     let runs = paper::experiment().map_err(|fault| Fault::Other(fault.to_string()))?;
     let mut written = Vec::new();
@@ -54,7 +62,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
 
     say!(
         "{}",
-        table::estimates(&runs.each_ref().map(|run| (run.name(), &run.summary)))
+        table::estimates(
+            &runs.each_ref().map(|run| (run.name(), &run.summary)),
+            terminal::width()
+        )
     )?;
     say!(
         "Nominal: a = {} 1/s, b = {} rad/s² per command unit. Estimates: mean ± standard deviation \
@@ -109,41 +120,34 @@ fn panels(runs: &[Run; 4]) -> Vec<Panel> {
     for run in runs {
         let number = panels.len() + 1;
         let method = match run.method {
-            Method::Proposed => "proposed method",
+            Method::Proposed => "proposed",
             Method::LeastSquares => "least squares",
         };
         let case = match run.case {
             Case::Balanced => "d = 0",
             Case::Unbalanced => "d ≠ 0",
         };
-        let panel =
-            |number, what: &str, axis: &str, nominal, range, value: fn(&Sample) -> f64| Panel {
-                title: format!("({number}) {what}, {method}, {case}"),
-                abscissa: plot::TIME.to_owned(),
-                logarithmic: false,
-                axis: axis.to_owned(),
-                curves: vec![
-                    run.trace
-                        .iter()
-                        .map(|s| (s.time, value(s)))
-                        .collect::<Envelope>()
-                        .curve(None),
-                ],
-                nominal: Some(("nominal".to_owned(), nominal)),
-                range: Some(range),
-            };
-        panels.push(panel(
-            number,
-            "â",
-            "â [1/s]",
-            paper::NOMINAL_A,
-            SCALE_A,
-            |s| s.estimates.a,
-        ));
+        let panel = |number, axis: &str, nominal, range, value: fn(&Sample) -> f64| Panel {
+            title: format!("({number}) {method}, {case}"),
+            abscissa: plot::TIME.to_owned(),
+            logarithmic_abscissa: false,
+            axis: axis.to_owned(),
+            curves: vec![
+                run.trace
+                    .iter()
+                    .map(|s| (s.time, value(s)))
+                    .collect::<Envelope>()
+                    .curve(None),
+            ],
+            nominal: Some(("nominal".to_owned(), nominal)),
+            range: Some(range),
+        };
+        panels.push(panel(number, "â [1/s]", paper::NOMINAL_A, SCALE_A, |s| {
+            s.estimates.a
+        }));
         panels.push(panel(
             number + 1,
-            "b̂",
-            "b̂ [rad/s² per unit]",
+            "b̂ [rad/s² per command unit]",
             paper::NOMINAL_B,
             SCALE_B,
             |s| s.estimates.b,

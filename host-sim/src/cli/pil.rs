@@ -1,15 +1,17 @@
 use std::path::PathBuf;
 
+use super::call;
 use super::fault::Fault;
 use super::output::{Notes, Outputs};
 use crate::pil::{self, PilError};
 use crate::port::Port;
-use crate::scenario::{Purpose, Scenario, keys};
+use crate::rerun::{Origin, ScenarioText, Task};
+use crate::scenario::{Purpose, keys};
 
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
 pub(super) struct Arguments {
-    /// The scenario, a TOML file (its keys: `host-sim run --help`).
+    /// The scenario, a TOML file (its keys are at the end of `run --help`).
     scenario: PathBuf,
     /// Where the chip is: a serial device, or tcp:HOST:PORT for an emulator.
     #[arg(long, value_name = "PORT")]
@@ -19,8 +21,11 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
-    let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
-    let mut results = arguments.outputs.begin(&[&arguments.scenario])?;
+    let text = ScenarioText::read(&arguments.scenario)?;
+    let scenario = text.scenario(Purpose::Run)?;
+    let title = call::title("Run on the chip of", &arguments.scenario);
+    let origin = Origin::of(Task::Pil, &text, &scenario);
+    let mut results = (arguments.outputs).begin(title, &[&arguments.scenario], origin, None)?;
     let fault = |error| match error {
         PilError::Scenario(fault) => Fault::of_scenario(&arguments.scenario, fault),
         other => Fault::Other(other.to_string()),

@@ -1,15 +1,17 @@
 use std::path::{Path, PathBuf};
 
+use super::call;
 use super::fault::Fault;
 use super::output::{Notes, Outputs};
 use crate::replay::{self, Log, ReplayError};
 use crate::report::logs::{LogDocument, PredictionDocument};
+use crate::rerun::{Kept, LogFile, Origin, ScenarioText, Task};
 use crate::scenario::{Purpose, Scenario, keys};
 
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
 pub(super) struct Arguments {
-    /// The log, a file, .csv or .csv.gz: what `run --csv` wrote, or what a drive recorded. Of several,
+    /// The log, a file, .csv, .csv.gz or .mcap: what `run` wrote, or what a drive recorded. Of several,
     /// all of one servo, each goes on from the estimates of the one before.
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
@@ -29,61 +31,112 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
-    let Arguments {
-        logs,
-        scenario,
-        predict,
-        passes,
-        outputs,
-    } = arguments;
-    let of_replay = |error: ReplayError| match error {
-        ReplayError::Scenario { .. } => Fault::of_scenario(&arguments.scenario, error),
-        ReplayError::Log(error) => Fault::Input(error.to_string()),
-    };
-    let scenario = Scenario::load(scenario, Purpose::Replay)?;
-    let read = logs.iter().chain(predict);
-    let inputs = read.chain([&arguments.scenario]).map(PathBuf::as_path);
-    let mut results = outputs.begin(&inputs.collect::<Vec<_>>())?;
-    let all = read_all(logs.iter().chain(predict), &scenario)?;
-    let (learnt, predicted) = all.split_at(logs.len());
-    let scenario = replay::fitted(scenario, learnt);
-
-    let length: f64 = learnt.iter().map(Log::duration).sum();
-    let mut recording = results.record(&scenario, f64::from(*passes) * length, *passes);
-    let mut pass_shown = 0;
-    let replayed = replay::replay(&scenario, learnt, *passes, &mut |pass, sample| {
-        if pass != pass_shown {
-            recording.begin_pass();
-            pass_shown = pass;
-        }
-        recording.add(sample);
-    })
-    .map_err(of_replay)?;
-    let is_learnt = |log: &Log| {
-        let mut others = learnt.iter().map(Log::path);
-        others.any(|other| is_same(other, log.path()))
-    };
-    let mut predictions = Vec::new();
-    if replayed.outcome.abort.is_none() {
-        for log in predicted {
-            let seen = is_learnt(log);
-            let predicted = replay::predict(&scenario, &replayed, log).map_err(of_replay)?;
-            if let Some(open_loop) = predicted.open_loop.filter(|_| !seen) {
-                recording.predicted(open_loop.relative);
-            }
-            predictions.push(PredictionDocument::new(log, seen, &predicted));
-        }
+    Replay {
+        scenario: &ScenarioText::read(&arguments.scenario)?,
+        logs: &arguments.logs,
+        predict: &arguments.predict,
+        passes: arguments.passes,
     }
-    let notes = Notes {
-        agreement: replayed.agreement,
-        logs: learnt
-            .iter()
-            .chain(predicted.iter().filter(|log| !is_learnt(log)))
-            .map(LogDocument::new)
-            .collect(),
-        predictions,
-    };
-    results.conclude(&scenario, recording, replayed.outcome, notes)
+    .experiment(&arguments.outputs, &arguments.scenario, None)
+}
+
+/// What is replayed.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Replay<'a> {
+    pub(super) scenario: &'a ScenarioText,
+    pub(super) logs: &'a [PathBuf],
+    pub(super) predict: &'a [PathBuf],
+    pub(super) passes: u32,
+}
+
+impl Replay<'_> {
+    /// Replays it; the result is to be the one that was `kept`, if one was. Besides the logs this reads
+    /// `input`.
+    pub(super) fn experiment(
+        self,
+        outputs: &Outputs,
+        input: &Path,
+        kept: Option<&Kept>,
+    ) -> Result<(), Fault> {
+        let Self {
+            scenario: text,
+            logs,
+            predict,
+            passes,
+        } = self;
+        let of_replay = |error: ReplayError| match error {
+            ReplayError::Scenario { .. } => Fault::of_scenario(Path::new(&text.file), error),
+            ReplayError::Log(error) => Fault::Input(error.to_string()),
+        };
+        let scenario = text.scenario(Purpose::Replay)?;
+        let read = logs.iter().chain(predict).map(PathBuf::as_path);
+        let inputs: Vec<_> = read.chain([input]).collect();
+        let title = call::title("Replay of", logs.first().map_or(input, PathBuf::as_path));
+        let origin = Origin::of(self.task(outputs.tell_origin())?, text, &scenario);
+        let mut results = outputs.begin(title, &inputs, origin, kept)?;
+        let all = read_all(logs.iter().chain(predict), &scenario)?;
+        let (learnt, predicted) = all.split_at(logs.len());
+        let scenario = replay::fitted(scenario, learnt);
+
+        let length: f64 = learnt.iter().map(Log::duration).sum();
+        let mut recording = results.record(&scenario, f64::from(passes) * length, passes);
+        let mut pass_shown = 0;
+        let replayed = replay::replay(&scenario, learnt, passes, &mut |pass, sample| {
+            if pass != pass_shown {
+                recording.begin_pass();
+                pass_shown = pass;
+            }
+            recording.add(sample);
+        })
+        .map_err(of_replay)?;
+        let is_learnt = |log: &Log| {
+            let mut others = learnt.iter().map(Log::path);
+            others.any(|other| is_same(other, log.path()))
+        };
+        let mut predictions = Vec::new();
+        if replayed.outcome.abort.is_none() {
+            for log in predicted {
+                let seen = is_learnt(log);
+                let predicted = replay::predict(&scenario, &replayed, log).map_err(of_replay)?;
+                if let Some(open_loop) = predicted.open_loop.filter(|_| !seen) {
+                    recording.predicted(open_loop.relative);
+                }
+                predictions.push(PredictionDocument::new(log, seen, &predicted));
+            }
+        }
+        let notes = Notes {
+            agreement: replayed.agreement,
+            logs: learnt
+                .iter()
+                .chain(predicted.iter().filter(|log| !is_learnt(log)))
+                .map(LogDocument::new)
+                .collect(),
+            predictions,
+        };
+        results.conclude(&scenario, recording, replayed.outcome, notes)
+    }
+
+    /// What is done, with the logs as they are now where that is to be told.
+    fn task(self, is_told: bool) -> Result<Task, Fault> {
+        let files = |logs: &[PathBuf]| -> Result<Vec<LogFile>, Fault> {
+            let known = logs.iter().filter(|log| is_told && log.is_file());
+            let files = known.map(|log| {
+                let unreadable = |error| {
+                    Fault::Input(format!(
+                        "{}: the log cannot be read: {error}",
+                        log.display()
+                    ))
+                };
+                LogFile::of(log).map_err(unreadable)
+            });
+            files.collect()
+        };
+        Ok(Task::Replay {
+            passes: self.passes,
+            logs: files(self.logs)?,
+            predict: files(self.predict)?,
+        })
+    }
 }
 
 /// Reads logs that must have one sample time.

@@ -1,25 +1,40 @@
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use super::call;
 use super::fault::Fault;
 use super::output::{Notes, Outputs};
-use crate::scenario::{Purpose, Scenario, keys};
+use crate::rerun::{Kept, Origin, ScenarioText, Task};
+use crate::scenario::{Purpose, keys};
 use crate::simulate;
 
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
 pub(super) struct Arguments {
-    /// The scenario, a TOML file (its keys: `host-sim run --help`).
+    /// The scenario, a TOML file (its keys are at the end of `--help`).
     scenario: PathBuf,
     #[command(flatten)]
     outputs: Outputs,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
-    let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
-    let mut results = arguments.outputs.begin(&[&arguments.scenario])?;
+    let text = ScenarioText::read(&arguments.scenario)?;
+    experiment(&text, &arguments.outputs, &[&arguments.scenario], None)
+}
+
+/// Runs a scenario, whose result is to be the one that was `kept`, if one was; outputs may be no `inputs`.
+pub(super) fn experiment(
+    text: &ScenarioText,
+    outputs: &Outputs,
+    inputs: &[&Path],
+    kept: Option<&Kept>,
+) -> Result<(), Fault> {
+    let scenario = text.scenario(Purpose::Run)?;
+    let title = call::title("Run of", Path::new(&text.file));
+    let origin = Origin::of(Task::Run, text, &scenario);
+    let mut results = outputs.begin(title, inputs, origin, kept)?;
 
     let mut recording = results.record(&scenario, scenario.duration, 1);
     let outcome = simulate::run(&scenario, &mut |sample| recording.add(sample))
-        .map_err(|fault| Fault::of_scenario(&arguments.scenario, fault))?;
+        .map_err(|fault| Fault::of_scenario(Path::new(&text.file), fault))?;
     results.conclude(&scenario, recording, outcome, Notes::default())
 }

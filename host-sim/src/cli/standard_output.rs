@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::io::{self, ErrorKind, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::fault::Fault;
 
@@ -13,10 +14,31 @@ macro_rules! say {
 }
 pub(super) use say;
 
-/// Writes a line.
+/// Whether nothing is to be said.
+static QUIET: AtomicBool = AtomicBool::new(false);
+
+/// From now on nothing is said.
+pub(super) fn be_quiet() {
+    QUIET.store(true, Ordering::Relaxed);
+}
+
+/// Whether nothing is said.
+pub(super) fn is_quiet() -> bool {
+    QUIET.load(Ordering::Relaxed)
+}
+
+/// Writes a line, with its colours where they are shown; none where nothing is to be said.
 pub(super) fn line(text: fmt::Arguments<'_>) -> Result<(), Fault> {
+    if is_quiet() {
+        return Ok(());
+    }
+    result(text)
+}
+
+/// Writes what was asked for in so many words, however quiet it is to be.
+pub(super) fn result(text: fmt::Arguments<'_>) -> Result<(), Fault> {
     // In one piece, and not piece by piece as the text is made.
-    written(io::stdout().write_all(format!("{text}\n").as_bytes()))
+    written(anstream::stdout().write_all(format!("{text}\n").as_bytes()))
 }
 
 /// Writes what waits.

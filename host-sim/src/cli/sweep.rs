@@ -1,13 +1,16 @@
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
-use indicatif::{ProgressBar, ProgressStyle};
-
+use super::call;
+use super::drawing::Drawing;
 use super::fault::Fault;
 use super::files::{self, Files};
 use super::interruption;
+use super::progress::Progress;
 use super::standard_output::say;
+use super::terminal;
 use crate::report::distribution;
+use crate::report::page::{self, Swept};
 use crate::scenario::{Purpose, Scenario, keys};
 use crate::sweep::{self, Distribution};
 
@@ -32,9 +35,11 @@ pub(super) struct Arguments {
     /// output.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Draw the distribution into this file, .png or .svg; `-` is standard output, as SVG.
+    #[command(flatten)]
+    drawing: Drawing,
+    /// Write a report, one HTML page with everything in it, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
+    report: Option<PathBuf>,
     /// Replace files that are there already.
     #[arg(long)]
     force: bool,
@@ -45,7 +50,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let mut files = Files::reading(&[&arguments.scenario], arguments.force);
     let json = files.output(arguments.json.as_deref())?;
     let csv = files.output(arguments.csv.as_deref())?;
-    let picture = files.picture(arguments.plot.as_deref())?;
+    let picture = files.picture(&arguments.drawing)?;
+    let page = files.output(arguments.report.as_deref())?;
     if let Some(threads) = arguments.threads {
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads as usize)
@@ -53,18 +59,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
             .map_err(|error| Fault::Other(format!("no {threads} threads: {error}")))?;
     }
     let stop = interruption::asks_first();
-    // Shown on a terminal alone.
-    let bar = ProgressBar::new(u64::from(arguments.runs));
-    if let Ok(style) = ProgressStyle::with_template(
-        "{bar:40} {pos} of {len} servos, {per_sec}, {eta} left (Ctrl-C ends with what is done)",
-    ) {
-        bar.set_style(style);
-    }
+    let what = "servos (Ctrl-C ends with what is done)";
+    let progress = Progress::of(u64::from(arguments.runs), what);
     let runs = sweep::sweep(&scenario, arguments.runs, arguments.seed, stop, &|| {
-        bar.inc(1)
+        progress.advance()
     })
     .map_err(|fault| Fault::of_scenario(&arguments.scenario, fault))?;
-    bar.finish_and_clear();
+    drop(progress);
     if runs.is_empty() {
         return Err(Fault::Other("stopped before a servo was done".to_owned()));
     }
@@ -75,10 +76,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     files::commit([
         csv.map(|csv| csv.table(|file| distribution::csv(file, &runs))),
         picture.map(|picture| picture.panels("", 2, &distribution::panels(&result))),
+        page.map(|page| {
+            page.page(&page::sweep(&Swept {
+                title: &call::title("Sweep around", &arguments.scenario),
+                command: &call::command(),
+                scenario: &scenario,
+                seed: arguments.seed,
+                distribution: &result,
+            }))
+        }),
         json.map(|json| json.document(&document())),
     ])?;
     if !files.own_standard_output() {
-        say!("{}", distribution::table(&result))?;
+        say!("{}", distribution::table(&result, terminal::width()))?;
         say!(
             "{law}, {} servos: {} converged, {} unexplained, {} without information, {} moving, {} aborted",
             result.runs,

@@ -5,10 +5,15 @@ use std::path::{Path, PathBuf};
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::tuning::{Goal, TuningError};
 
+use super::call;
+use super::drawing::Drawing;
 use super::fault::Fault;
 use super::files::{self, Files};
 use super::standard_output::say;
-use crate::report::promise::{self, Document};
+use crate::nearest;
+use crate::report::page::tuning;
+use crate::report::promise::{self, Document, FeedForwardDocument};
+use crate::report::style;
 use crate::scenario::{Purpose, Scenario};
 use crate::tune::{Conditions, IdentifiedResult, NoGains, Tuned};
 
@@ -75,10 +80,11 @@ pub(super) struct Arguments {
     /// Write gains and promise as JSON to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Draw the predicted step and the sensitivity into this file, .png or .svg; `-` is standard output,
-    /// as SVG.
+    #[command(flatten)]
+    drawing: Drawing,
+    /// Write a report, one HTML page with everything in it, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
+    report: Option<PathBuf>,
     /// Replace files that are there already.
     #[arg(long)]
     force: bool,
@@ -94,13 +100,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         .collect();
     let mut files = Files::reading(&inputs, arguments.force);
     let json = files.output(arguments.json.as_deref())?;
-    let picture = files.picture(arguments.plot.as_deref())?;
+    let picture = files.picture(&arguments.drawing)?;
+    let page = files.output(arguments.report.as_deref())?;
 
     let of_result = |fault: &dyn std::fmt::Display| {
         Fault::Input(format!("{}: {fault}", arguments.result.display()))
     };
     let text = fs::read_to_string(&arguments.result)
-        .map_err(|error| of_result(&format!("the result cannot be read: {error}")))?;
+        .map_err(|error| nearest::unreadable(&arguments.result, &error))
+        .map_err(|why| of_result(&format!("the result cannot be read: {why}")))?;
     let result = IdentifiedResult::read(&text).map_err(|error| of_result(&error))?;
     let warning = result.doubt.as_ref();
     if let Some(doubt) = warning.filter(|_| !arguments.accept_unconverged) {
@@ -115,21 +123,25 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let tuned = Tuned::of(&result, &settings)
         .map_err(|error| Fault::Input(arguments.refusal(&error, settings.step)))?;
 
-    let drawn = picture.map(|picture| {
-        let panels = promise::panels(&tuned).map_err(|error| Fault::Other(error.to_string()))?;
-        picture.panels("", 1, &panels)
+    let panels = || promise::panels(&tuned).map_err(|error| Fault::Other(error.to_string()));
+    let drawn = picture.map(|picture| picture.panels("", 1, &panels()?));
+    let reported = page.map(|page| {
+        let title = call::title("Tuning for", &arguments.result);
+        page.page(&tuning(title, call::command(), &tuned, &panels()?, warning))
     });
     files::commit([
         drawn,
+        reported,
         json.map(|json| json.document(&Document::new(&tuned))),
     ])?;
     if !files.own_standard_output() {
         if let Some(doubt) = warning {
-            say!("warning: {doubt}")?;
+            say!("{} {doubt}", style::warning())?;
         }
         if arguments.command_delay.is_none() && settings.command_delay == 0.0 && !result.has_delay {
             say!(
-                "warning: no delay was identified or declared, so none is reckoned with: --command-delay states it"
+                "{} no delay was identified or declared, so none is reckoned with: --command-delay states it",
+                style::warning()
             )?;
         }
         say!(
@@ -138,7 +150,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         )?;
         say!("{}", promise::table(&tuned.tuning))?;
         say!("{}", promise::remarks(&tuned))?;
-        say!("{}", promise::feed_forward(&tuned))?;
+        say!(
+            "{}",
+            promise::feed_forward(&FeedForwardDocument::new(&tuned))
+        )?;
     }
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 use std::convert::Infallible;
 
+use drive_link::NoGains;
 use identifier_core::commission::{CommissionReading, InStep, Seen};
 use identifier_core::number::Number;
 
@@ -15,6 +16,9 @@ pub trait Commissioner {
     /// # Errors
     /// Why it is not done.
     fn sample(&mut self, seen: &Seen) -> Result<CommissionReading, Self::Error>;
+
+    /// Why it found no gains, if that is why it has ended, and which would do.
+    fn no_gains(&self) -> Option<NoGains>;
 }
 
 /// The firmware's machine, here.
@@ -23,5 +27,10 @@ impl<N: Number, const W: usize> Commissioner for InStep<N, W> {
 
     fn sample(&mut self, seen: &Seen) -> Result<CommissionReading, Infallible> {
         Ok(Self::sample(self, seen))
+    }
+
+    fn no_gains(&self) -> Option<NoGains> {
+        let error = self.state()?.tuning_error()?;
+        Some(NoGains::from(error))
     }
 }

@@ -35,7 +35,8 @@ pub struct Excursion {
 }
 
 impl Course {
-    pub(super) fn add(&mut self, sample: &Sample) {
+    /// Takes in a sample.
+    pub fn add(&mut self, sample: &Sample) {
         self.samples += 1;
         match self.phases.last_mut() {
             Some(last) if last.phase == sample.phase => {}
@@ -57,7 +58,9 @@ impl Course {
         }
     }
 
-    pub(super) fn finish(mut self, time: f64) -> Self {
+    /// The course, which ends at a time, s.
+    #[must_use]
+    pub fn finish(mut self, time: f64) -> Self {
         if let Some(last) = self.phases.last_mut() {
             last.end = time;
         }

@@ -165,6 +165,7 @@ impl Commissioning {
                     end,
                     known,
                     tuning,
+                    no_gains: commissioner.no_gains(),
                     trial: done.trial,
                     course: course.finish(time),
                 });

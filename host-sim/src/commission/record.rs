@@ -1,3 +1,4 @@
+use drive_link::NoGains;
 use identifier_core::commission::{IdentifiedServo, Phase, StopReason, TrialResult};
 use identifier_core::tuning::Tuning;
 
@@ -53,6 +54,8 @@ pub struct Outcome {
     pub known: Vec<Known>,
     /// The gains that were found, and their promise.
     pub tuning: Option<Tuning>,
+    /// Why there are none, where that is the reason, and which would do.
+    pub no_gains: Option<NoGains>,
     /// What was measured in the trial, as far as it went.
     pub trial: Option<TrialResult>,
     /// Its phases, and how far the servo went.

@@ -109,11 +109,19 @@ pub fn with_law(base: &Scenario, law: &Law) -> Scenario {
     scenario.in_own_loop()
 }
 
-/// Runs every method in every case, on all cores.
+/// How many runs a comparison is.
 ///
 /// # Errors
 /// The scenario has no servo.
-pub fn compare(base: &Scenario) -> Result<Comparison, Fault> {
+pub fn runs(base: &Scenario) -> Result<usize, Fault> {
+    Ok(laws().len() * Case::all(base)?.len())
+}
+
+/// Runs every method in every case, on all cores; `done` is told of each run's end.
+///
+/// # Errors
+/// The scenario has no servo.
+pub fn compare(base: &Scenario, done: &(dyn Fn() + Sync)) -> Result<Comparison, Fault> {
     let laws = laws();
     let cases = Case::all(base)?;
     let pairs: Vec<(&Case, &Law)> = cases
@@ -122,7 +130,11 @@ pub fn compare(base: &Scenario) -> Result<Comparison, Fault> {
         .collect();
     let found: Vec<MethodResult> = pairs
         .par_iter()
-        .map(|(case, law)| run(&with_law(&case.scenario, law)))
+        .map(|(case, law)| {
+            let found = run(&with_law(&case.scenario, law));
+            done();
+            found
+        })
         .collect();
     let mut found = found.into_iter();
     let methods = laws

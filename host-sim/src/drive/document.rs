@@ -10,7 +10,7 @@ use identifier_core::tuning::{Cap, Promise};
 use serde::Serialize;
 
 use crate::report::commission::document::{
-    GainsDocument, LimitsDocument, MotionDocument, ReasonDocument, UnknownDocument,
+    GainsDocument, LimitsDocument, MotionDocument, NoGainsDocument, ReasonDocument, UnknownDocument,
 };
 
 /// The result of a drive's commissioning: the keys of a simulated one's that a drive can tell, and whether
@@ -24,6 +24,7 @@ pub struct CommissionDocument {
     pub status: &'static str,
     pub code: u8,
     pub reason: Option<ReasonDocument>,
+    pub no_gains: Option<NoGainsDocument>,
     pub kept: bool,
     pub sample_time: f64,
     pub limits: LimitsDocument,
@@ -53,6 +54,7 @@ impl CommissionDocument {
             status: outcome.commissioning.phase.name(),
             code: reason.map_or(0, StopReason::number),
             reason: reason.map(ReasonDocument::of),
+            no_gains: outcome.no_gains.as_ref().map(NoGainsDocument::of),
             kept: outcome.kept,
             sample_time: order.sample_time,
             limits: LimitsDocument::of(&order.limits),

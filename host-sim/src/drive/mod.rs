@@ -88,15 +88,16 @@ impl Client {
         &mut self.port
     }
 
-    /// Says something whose answer nobody waits for.
+    /// Says something without waiting for the answer, which will carry this number.
     ///
     /// # Errors
     /// If the line breaks.
-    pub fn say(&mut self, command: Command) -> Result<(), DriveError> {
+    pub fn say(&mut self, command: Command) -> Result<u8, DriveError> {
         self.id = self.id.wrapping_add(1);
         self.spoke = Instant::now();
         let id = self.id;
-        Ok(self.port.send(&Request { id, command })?)
+        self.port.send(&Request { id, command })?;
+        Ok(id)
     }
 
     /// Asks for something that is answered by being done.

@@ -1,6 +1,6 @@
 //! A commissioning whose machine is on a chip.
 
-use drive_link::{Answer, Question};
+use drive_link::{Answer, NoGains, Question};
 use identifier_core::commission::{CommissionReading, Seen};
 
 use crate::commission::{Commissioner, Commissioning, Outcome, Sample};
@@ -38,7 +38,11 @@ pub fn commission(
         held: commissioning.held(),
     };
     let mut there = match ask(port, &begin)? {
-        Answer::Ready => There { port, next: 0 },
+        Answer::Ready => There {
+            port,
+            next: 0,
+            no_gains: None,
+        },
         other => return Err(unexpected(&other)),
     };
     commissioning.run_by(&mut there, observe)
@@ -49,6 +53,7 @@ struct There<'a> {
     port: &'a mut Port,
     /// The number of the next sample, which tells an answer from an earlier one.
     next: u32,
+    no_gains: Option<NoGains>,
 }
 
 impl Commissioner for There<'_> {
@@ -63,10 +68,17 @@ impl Commissioner for There<'_> {
             stop,
         };
         let reading = match ask(self.port, &question)? {
-            Answer::Commissioned { step, .. } => step,
+            Answer::Commissioned { step, no_gains, .. } => {
+                self.no_gains = no_gains;
+                step
+            }
             other => return Err(unexpected(&other)),
         };
         self.next = self.next.wrapping_add(1);
         Ok(reading)
+    }
+
+    fn no_gains(&self) -> Option<NoGains> {
+        self.no_gains.clone()
     }
 }

@@ -120,14 +120,22 @@ impl Place {
             )
         };
         let number = self.scale * decimals.number(cell, line).map_err(refused)?;
-        if number.abs() <= LARGEST {
-            Ok(number)
-        } else {
-            Err(refused(format!(
-                "in s, rad and command units a number is from -{LARGEST:e} to {LARGEST:e}"
-            )))
-        }
+        within_bounds(number).map_err(refused)?;
+        Ok(number)
     }
+}
+
+/// Whether a number may be a measurement, s, rad or command units.
+///
+/// # Errors
+/// What is allowed.
+pub(super) fn within_bounds(number: f64) -> Result<(), String> {
+    if number.abs() <= LARGEST {
+        return Ok(());
+    }
+    Err(format!(
+        "in s, rad and command units a number is from -{LARGEST:e} to {LARGEST:e}"
+    ))
 }
 
 fn index_of(column: &Column, heading: &[String]) -> Result<usize, String> {

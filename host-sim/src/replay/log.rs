@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use super::clock::Jitter;
-use super::dialect::Dialect;
 use super::error::LogError;
-use super::rows::{Record, Rows};
+use super::rows::Record;
+use super::source::{Format, Rows};
 use super::spacing::{Records, usual_step};
 use crate::scenario::{LogSettings, MOST_PLAYED};
 
@@ -15,7 +15,7 @@ use crate::scenario::{LogSettings, MOST_PLAYED};
 pub struct Log {
     path: PathBuf,
     settings: LogSettings,
-    dialect: Dialect,
+    format: Format,
     /// Sample time, s.
     pub sample_time: f64,
     /// Its samples, the bridged ones among them.
@@ -40,8 +40,8 @@ pub struct Found {
     pub gaps: u64,
     /// Rows in ranges of time that were left out.
     pub left_out: u64,
-    /// What separates the columns, by name.
-    pub separator: &'static str,
+    /// What separates the columns of a text, by name.
+    pub separator: Option<&'static str>,
     /// Whether its numbers have decimal commas.
     pub decimal_commas: bool,
     /// What the row of units says that was found below the heading.
@@ -66,7 +66,7 @@ impl Log {
     /// told from fewer.
     const FEWEST: u64 = 10;
 
-    /// Reads a `.csv` or `.csv.gz` file whose samples must be `sample_time` (s) apart; if nobody states
+    /// Reads a `.csv`, `.csv.gz` or `.mcap` file whose samples must be `sample_time` (s) apart; if nobody states
     /// it, whatever it is on average.
     ///
     /// # Errors
@@ -76,19 +76,19 @@ impl Log {
         settings: &LogSettings,
         sample_time: Option<f64>,
     ) -> Result<Self, LogError> {
-        let dialect = Dialect::of_file(path)?;
-        let rows = |sample_time| Rows::open(path, settings, dialect, sample_time);
+        let format = Format::of_file(path, settings)?;
+        let rows = |sample_time| Rows::open(path, settings, &format, sample_time);
         let Some(stated) = sample_time else {
             if !settings.tells_sample_time() {
                 let fault = "nothing says how long a sample lasts: state log.sample_time";
                 return Err(LogError::of_file(path, fault.to_owned()));
             }
             let usual = usual_step(rows(f64::NAN)?, settings)?.unwrap_or(f64::NAN);
-            let (mut log, mean) = Self::judge(path, settings, dialect, usual)?;
+            let (mut log, mean) = Self::judge(path, settings, &format, usual)?;
             log.sample_time = mean.unwrap_or(usual);
             return Ok(log);
         };
-        let log = match Self::judge(path, settings, dialect, stated) {
+        let log = match Self::judge(path, settings, &format, stated) {
             Ok((log, mean)) => check_rate(path, mean, stated).map(|()| log)?,
             // A rate that is not the stated one is why time seems to be wrong.
             Err(error) => {
@@ -103,19 +103,19 @@ impl Log {
     fn judge(
         path: &Path,
         settings: &LogSettings,
-        dialect: Dialect,
+        format: &Format,
         sample_time: f64,
     ) -> Result<(Self, Option<f64>), LogError> {
-        let rows = Rows::open(path, settings, dialect, sample_time)?;
+        let rows = Rows::open(path, settings, format, sample_time)?;
         let mut records = Records::new(path, rows, settings, sample_time);
         let mut log = Self {
             path: path.to_owned(),
             settings: settings.clone(),
-            dialect,
+            format: format.clone(),
             sample_time,
             samples: 0,
             found: Found {
-                separator: dialect.separator_name(),
+                separator: format.separator_name(),
                 ..Found::default()
             },
             stretches: Vec::new(),
@@ -130,9 +130,9 @@ impl Log {
             last = Some(record);
         }
         log.found.jitter = records.jitter();
-        log.found.left_out = records.rows().left_out;
+        log.found.left_out = records.rows().left_out();
         log.found.decimal_commas = records.rows().has_decimal_commas();
-        log.found.units_row = records.rows().units_row.clone();
+        log.found.units_row = records.rows().units_row().cloned();
         log.check()?;
         Ok((log, records.mean_step()))
     }
@@ -202,11 +202,11 @@ impl Log {
         let Self {
             path,
             settings,
-            dialect,
+            format,
             sample_time,
             ..
         } = self;
-        let rows = Rows::open(path, settings, *dialect, *sample_time)?;
+        let rows = Rows::open(path, settings, format, *sample_time)?;
         Ok(Records::new(path, rows, settings, *sample_time))
     }
 

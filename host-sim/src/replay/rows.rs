@@ -1,4 +1,4 @@
-//! The rows of a log, one at a time: columns, numbers, and bounds on all that is read.
+//! The rows of a log that is a text, one at a time: columns, numbers, and bounds on all that is read.
 
 use std::path::Path;
 
@@ -10,13 +10,13 @@ use super::text::{self, Allowance, Text};
 use crate::scenario::{Column, LogSettings, MOST_COLUMNS};
 
 /// The most rows of a log.
-const MOST_ROWS: u64 = 1_000_000_000;
+pub(super) const MOST_ROWS: u64 = 1_000_000_000;
 
 /// One sample of a log, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Record {
-    /// The line of the file, from 1, the heading among them; of a bridged sample, the line after
-    /// the gap.
+    /// The line of the file, from 1, the heading among them, or the number of the message; of a bridged
+    /// sample, that after the gap.
     pub line: u64,
     /// Time, s.
     pub time: f64,
@@ -37,7 +37,7 @@ pub struct Record {
 
 /// Reads a file row by row, of which there is never more than one in memory. Rows in ranges of time that
 /// are left out are passed over.
-pub(super) struct Rows<'a> {
+pub(super) struct TextRows<'a> {
     path: &'a Path,
     settings: &'a LogSettings,
     sample_time: f64,
@@ -60,7 +60,7 @@ pub(super) struct Rows<'a> {
     pub(super) units_row: Option<String>,
 }
 
-impl<'a> Rows<'a> {
+impl<'a> TextRows<'a> {
     /// Opens a `.csv` or `.csv.gz` file and finds its columns. Rows without a column of time, and those
     /// of a counter, are `sample_time` (s) apart.
     ///
@@ -228,7 +228,7 @@ impl<'a> Rows<'a> {
     }
 }
 
-impl Iterator for Rows<'_> {
+impl Iterator for TextRows<'_> {
     type Item = Result<Record, LogError>;
 
     fn next(&mut self) -> Option<Self::Item> {

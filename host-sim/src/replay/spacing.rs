@@ -4,7 +4,8 @@ use std::path::Path;
 
 use super::clock::{Clock, Jitter, Tick};
 use super::error::{LogError, rounded};
-use super::rows::{Record, Rows};
+use super::rows::Record;
+use super::source::Rows;
 use crate::scenario::{LogSettings, TimeUnit};
 
 /// The records of a log in even time, one at a time.

@@ -9,6 +9,7 @@ use std::rc::Rc;
 use flate2::read::MultiGzDecoder;
 
 use super::error::LogError;
+use crate::nearest;
 
 /// The longest row, bytes, whatever a file unpacks to.
 const LONGEST_ROW: usize = 1 << 20;
@@ -32,8 +33,10 @@ impl Allowance {
 /// # Errors
 /// The file that cannot be read, or is none.
 pub(super) fn open(path: &Path) -> Result<(Text, Allowance), LogError> {
-    let unreadable =
-        |error: io::Error| LogError::of_file(path, format!("the log cannot be read: {error}"));
+    let unreadable = |error: io::Error| {
+        let why = nearest::unreadable(path, &error);
+        LogError::of_file(path, format!("the log cannot be read: {why}"))
+    };
     let file = File::open(path).map_err(unreadable)?;
     if !file.metadata().map_err(unreadable)?.is_file() {
         return Err(LogError::of_file(

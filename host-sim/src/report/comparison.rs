@@ -1,27 +1,29 @@
 //! A comparison as tables, as JSON and as a picture.
 
-use comfy_table::{CellAlignment, Table, presets};
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Parameter;
 use serde::Serialize;
 
+use super::heat::{Cell, Grid, Grids, Tone};
+use super::rows::Rows;
+use super::scale::power_of_ten;
 use crate::analysis::{Status, Summary};
 use crate::compare::{Compared, Comparison, MethodResult};
 
 /// What is said of the methods whatever the case.
 #[must_use]
-pub fn methods(comparison: &Comparison) -> String {
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_BORDERS_ONLY);
-    table.set_header([
-        "method",
-        "from",
-        "loop",
-        "known beforehand",
-        "operations a sample",
-    ]);
+pub fn methods(comparison: &Comparison, width: u16) -> String {
+    let mut table = Rows::default()
+        .words("method")
+        .words("from")
+        .dispensable(0)
+        .words("loop")
+        .dispensable(1)
+        .words("known beforehand")
+        .dispensable(2)
+        .figures("operations a sample");
     for method in &comparison.methods {
-        table.add_row([
+        table.row(vec![
             method.name.to_owned(),
             method.source.to_owned(),
             method.closing.to_owned(),
@@ -31,43 +33,39 @@ pub fn methods(comparison: &Comparison) -> String {
                 .map_or_else(|| "–".to_owned(), |mean| format!("{mean:.0}")),
         ]);
     }
-    if let Some(column) = table.column_mut(4) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table.to_string()
+    table.within(width)
 }
 
 /// The errors of every method in one case.
 #[must_use]
-pub fn case(compared: &Compared, comparison: &Comparison) -> String {
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_BORDERS_ONLY);
-    table.set_header([
-        "method",
-        "â − a [1/s]",
-        "b̂/b − 1",
-        "ĉ − c [rad/s²]",
-        "d̂ − d [rad/s²]",
-        "settled a, b [s]",
-        "status",
-    ]);
+pub fn case(compared: &Compared, comparison: &Comparison, width: u16) -> String {
+    let mut table = Rows::default()
+        .words("method")
+        .figures("â − a [1/s]")
+        .figures("b̂/b − 1")
+        .figures("ĉ − c [rad/s²]")
+        .dispensable(0)
+        .figures("d̂ − d [rad/s²]")
+        .dispensable(1)
+        .figures("settled a, b [s]")
+        .dispensable(2)
+        .words("status");
+    let mut refusals = String::new();
     for (method, found) in comparison.methods.iter().zip(&compared.results) {
         match found {
             MethodResult::Refused(why) => {
                 let mut row = vec![method.name.to_owned()];
                 row.extend(std::iter::repeat_n("–".to_owned(), 5));
-                row.push(format!("refused: {why}"));
-                table.add_row(row);
+                row.push("refused".to_owned());
+                table.row(row);
+                refusals += &format!("\n {}: {why}", method.name);
             }
             MethodResult::Ran(summary) => {
-                table.add_row(row(method.name, summary));
+                table.row(row(method.name, summary));
             }
         }
     }
-    for column in table.column_iter_mut().skip(1).take(5) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table.to_string()
+    table.within(width) + &refusals
 }
 
 fn row(name: &str, summary: &Summary) -> Vec<String> {
@@ -200,31 +198,139 @@ impl Document {
     }
 }
 
-/// The relative error of a parameter per method (rows) and case (columns), as powers of ten; a
-/// method without an estimate counts as off by a factor of ten.
+/// What is shown of a parameter's error: its name and unit, what it is taken times, and the powers of ten
+/// between which it is coloured.
+struct Shown {
+    parameter: Parameter,
+    title: &'static str,
+    per_truth: Option<f64>,
+    decades: (f64, f64),
+}
+
+const SHOWN: [Shown; 4] = [
+    Shown {
+        parameter: Parameter::A,
+        title: "|â − a| [1/s]",
+        per_truth: None,
+        decades: (-4.0, 0.0),
+    },
+    Shown {
+        parameter: Parameter::B,
+        title: "|b̂/b − 1| [%]",
+        per_truth: Some(100.0),
+        decades: (-3.0, 1.0),
+    },
+    Shown {
+        parameter: Parameter::Coulomb,
+        title: "|ĉ − c| [rad/s²]",
+        per_truth: None,
+        decades: (-3.0, 1.0),
+    },
+    Shown {
+        parameter: Parameter::Load,
+        title: "|d̂ − d| [rad/s²]",
+        per_truth: None,
+        decades: (-3.0, 1.0),
+    },
+];
+
+/// The errors and the status of every method (rows) in every case (columns).
 #[must_use]
-pub fn grid(comparison: &Comparison, parameter: Parameter) -> Vec<Vec<f64>> {
-    const NONE: f64 = 1.0;
-    const LEAST: f64 = 1e-5;
-    let scale = |summary: &Summary| {
-        summary.truth.map_or(1.0, |truth| match parameter {
-            // The damping that the loop itself adds is what a stands beside.
-            Parameter::A => 1.0,
-            _ => parameter.of(&truth),
-        })
+pub fn grids(comparison: &Comparison) -> Grids {
+    let grid = |title: &str, cell: &dyn Fn(&MethodResult) -> Cell| Grid {
+        title: title.to_owned(),
+        cells: (0..comparison.methods.len())
+            .map(|row| {
+                let cases = comparison.cases.iter();
+                cases.map(|case| cell(&case.results[row])).collect()
+            })
+            .collect(),
     };
-    (0..comparison.methods.len())
-        .map(|row| {
-            comparison
-                .cases
-                .iter()
-                .map(|compared| match &compared.results[row] {
-                    MethodResult::Ran(summary) => error(summary, parameter).map_or(NONE, |error| {
-                        (error.abs() / scale(summary)).max(LEAST).log10().min(NONE)
-                    }),
-                    MethodResult::Refused(_) => NONE,
-                })
-                .collect()
-        })
-        .collect()
+    let mut grids: Vec<Grid> = SHOWN
+        .iter()
+        .map(|shown| grid(shown.title, &|found| shown.cell(found)))
+        .collect();
+    grids.push(grid("status", &status_cell));
+    Grids {
+        rows: comparison.methods.iter().map(|method| method.name.to_owned()).collect(),
+        columns: comparison.cases.iter().map(|case| case.case.name.to_owned()).collect(),
+        grids,
+        key: "C converged; U unexplained; N no information; M moving; A aborted; R refused; – no estimate"
+            .to_owned(),
+    }
+}
+
+const NO_ESTIMATE: &str = "–";
+
+impl Shown {
+    fn cell(&self, found: &MethodResult) -> Cell {
+        let error = match found {
+            MethodResult::Ran(summary) => error(summary, self.parameter).and_then(|error| {
+                let truth = summary.truth.map(|truth| self.parameter.of(&truth))?;
+                Some(error.abs() * self.per_truth.map_or(1.0, |times| times / truth.abs()))
+            }),
+            MethodResult::Refused(_) => None,
+        };
+        let (least, most) = self.decades;
+        match error {
+            Some(error) => Cell {
+                text: short(error),
+                tone: Tone::Graded((error.log10() - least) / (most - least)),
+            },
+            None => Cell {
+                text: NO_ESTIMATE.to_owned(),
+                tone: Tone::Bare,
+            },
+        }
+    }
+}
+
+fn status_cell(found: &MethodResult) -> Cell {
+    let (letter, tone) = match found {
+        MethodResult::Ran(summary) => match summary.status() {
+            Status::Converged => ("C", Tone::Good),
+            Status::Unexplained => ("U", Tone::Doubtful),
+            Status::NoInformation => ("N", Tone::Doubtful),
+            Status::Moving => ("M", Tone::Doubtful),
+            Status::Aborted => ("A", Tone::Bare),
+        },
+        MethodResult::Refused(_) => ("R", Tone::Bare),
+    };
+    Cell {
+        text: letter.to_owned(),
+        tone,
+    }
+}
+
+/// Two digits, or a power of ten.
+fn short(error: f64) -> String {
+    let power = error.log10();
+    if !power.is_finite() {
+        return "0".to_owned();
+    }
+    match power.floor() as i32 {
+        1..=3 => format!("{error:.0}"),
+        0 => format!("{error:.1}"),
+        -1 => format!("{error:.2}"),
+        -2 => format!("{error:.3}"),
+        _ => power_of_ten(power.round() as i32),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::short;
+
+    #[test]
+    fn errors_are_written_with_two_digits_or_as_powers_of_ten() {
+        let written = [
+            (123.4, "123"),
+            (0.02134, "0.021"),
+            (3e-4, "10⁻⁴"),
+            (0.0, "0"),
+        ];
+        for (error, text) in [(4e-4, "10⁻³")].into_iter().chain(written) {
+            assert_eq!(short(error), text, "{error}");
+        }
+    }
 }

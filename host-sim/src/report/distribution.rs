@@ -2,21 +2,21 @@
 
 use std::io::Write;
 
-use comfy_table::{CellAlignment, Table, presets};
 use serde::Serialize;
 
 use super::Envelope;
 use super::plot::Panel;
+use super::rows::Rows;
 use crate::sweep::{Distribution, Run, Spread};
 
-/// The quantiles.
+/// The quantiles, as many as `width` characters have room for.
 #[must_use]
-pub fn table(distribution: &Distribution) -> String {
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_BORDERS_ONLY);
-    table.set_header([
-        "quantity", "servos", "5 %", "25 %", "50 %", "75 %", "95 %", "largest",
-    ]);
+pub fn table(distribution: &Distribution, width: u16) -> String {
+    let mut table = Rows::default().words("quantity").figures("servos");
+    for (quantile, rank) in [("5 %", 2), ("25 %", 1), ("50 %", 0), ("75 %", 1)] {
+        table = table.figures(quantile).dispensable(rank);
+    }
+    table = table.figures("95 %").figures("largest");
     for spread in &distribution.spreads {
         let quantiles = &spread.quantiles;
         let mut row = vec![
@@ -34,15 +34,12 @@ pub fn table(distribution: &Distribution) -> String {
             ]
             .map(|value| format!("{value:.4}")),
         );
-        table.add_row(row);
+        table.row(row);
     }
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table.to_string()
+    table.within(width)
 }
 
-/// The quantile functions, one panel for each quantity.
+/// Which share of the servos is no worse, one panel for each quantity.
 #[must_use]
 pub fn panels(distribution: &Distribution) -> Vec<Panel> {
     distribution.spreads.iter().map(panel).collect()
@@ -51,22 +48,22 @@ pub fn panels(distribution: &Distribution) -> Vec<Panel> {
 fn panel(spread: &Spread) -> Panel {
     let share = |place: usize| 100.0 * (place + 1) as f64 / spread.sorted.len() as f64;
     Panel {
-        title: format!("{} over {} servos", spread.name, spread.count),
-        logarithmic: true,
-        abscissa: "servos that are no worse [%]".to_owned(),
-        axis: format!("{} [{}]", spread.name, spread.unit),
+        title: String::new(),
+        logarithmic_abscissa: true,
+        abscissa: format!("{} [{}]", spread.name, spread.unit),
+        axis: format!("share of {} servos that are no worse [%]", spread.count),
         curves: vec![
             spread
                 .sorted
                 .iter()
                 .enumerate()
                 .filter(|(_, value)| **value > 0.0)
-                .map(|(place, &value)| (share(place), value))
+                .map(|(place, &value)| (value, share(place)))
                 .collect::<Envelope>()
                 .curve(None),
         ],
         nominal: None,
-        range: None,
+        range: Some((0.0, 100.0)),
     }
 }
 

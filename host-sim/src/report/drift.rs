@@ -2,31 +2,31 @@
 
 use std::io::Write;
 
-use comfy_table::{CellAlignment, Table, presets};
 use serde::Serialize;
 
 use super::Envelope;
 use super::plot::{self, Panel};
+use super::rows::Rows;
 use crate::drift::{Compared, Difference, Differences, FORMATS, Signals};
 use crate::scenario::Arithmetic;
 
-/// One row a signal and format.
+/// One row a signal and format, as wide as `width` characters have room for.
 #[must_use]
-pub fn table(differences: &Differences) -> String {
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_BORDERS_ONLY);
-    table.set_header([
-        "signal",
-        "format",
-        "rms in f64",
-        "mean difference",
-        "rms difference",
-        "largest difference",
-        "signal to noise",
-    ]);
+pub fn table(differences: &Differences, width: u16) -> String {
+    let mut table = Rows::default()
+        .words("signal")
+        .words("format")
+        .figures("rms in f64")
+        .dispensable(2)
+        .figures("mean off by")
+        .dispensable(1)
+        .figures("rms off by")
+        .figures("at most")
+        .figures("signal to noise")
+        .dispensable(0);
     for format in [Arithmetic::F32, Arithmetic::Fixed] {
         for difference in differences.of(format) {
-            table.add_row([
+            table.row(vec![
                 format!("{} [{}]", difference.name, difference.unit),
                 format.name().to_owned(),
                 format!("{:.4e}", difference.size),
@@ -37,10 +37,7 @@ pub fn table(differences: &Differences) -> String {
             ]);
         }
     }
-    for column in table.column_iter_mut().skip(2) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table.to_string()
+    table.within(width)
 }
 
 fn decibel(difference: &Difference) -> String {
@@ -110,7 +107,7 @@ pub fn panels(traces: &Traces) -> Vec<Panel> {
             title: format!("{title}, less f64"),
             abscissa: plot::TIME.to_owned(),
             axis: (*axis).to_owned(),
-            logarithmic: false,
+            logarithmic_abscissa: false,
             curves: HELD
                 .iter()
                 .zip(envelopes)

@@ -122,7 +122,7 @@ impl Envelope {
             .map(|all| (all.lowest.value, all.highest.value))
     }
 
-    /// The curve to be drawn; it has a band if all its points have one.
+    /// The curve to be drawn. It has a band if a point has one, which is of no width where there is none yet.
     #[must_use]
     pub fn curve(&self, name: Option<&str>) -> Curve {
         let mut points: Vec<Point> = self.stretches.iter().flat_map(Stretch::points).collect();
@@ -132,11 +132,12 @@ impl Envelope {
             drawn.is_some_and(|drawn| drawn < newest.place)
         });
         points.extend(end);
-        let band: Option<Vec<f64>> = points.iter().map(|point| point.half_width).collect();
+        let has_band = points.iter().any(|point| point.half_width.is_some());
+        let band = points.iter().map(|point| point.half_width.unwrap_or(0.0));
         Curve {
             name: name.map(str::to_owned),
             points: points.iter().map(|p| (p.place, p.value)).collect(),
-            band: band.unwrap_or_default(),
+            band: band.filter(|_| has_band).collect(),
         }
     }
 }
@@ -207,6 +208,8 @@ mod tests {
         let belongs = |((_, value), half): (&(f64, f64), &f64)| (half - 2.0 * value).abs() < 1e-12;
         assert!(curve.points.iter().zip(&curve.band).all(belongs));
         envelope.add(10_000.0, 0.0, None);
-        assert!(envelope.curve(None).band.is_empty());
+        assert_eq!(envelope.curve(None).band.last(), Some(&0.0));
+        let bare: Envelope = points(10).collect();
+        assert!(bare.curve(None).band.is_empty());
     }
 }

@@ -22,7 +22,7 @@ pub struct LogDocument {
     pub gaps: u64,
     pub bridged_samples: u64,
     pub left_out_rows: u64,
-    pub separator: &'static str,
+    pub separator: Option<&'static str>,
     pub decimal_commas: bool,
     pub units_row: Option<String>,
 }
@@ -77,13 +77,15 @@ impl fmt::Display for LogDocument {
         if self.left_out_rows > 0 {
             write!(f, "; {} rows were left out", self.left_out_rows)?;
         }
-        if self.separator != "comma" || self.decimal_commas {
+        if let Some(separator) = self.separator
+            && (separator != "comma" || self.decimal_commas)
+        {
             let commas = if self.decimal_commas {
                 " and decimal commas"
             } else {
                 ""
             };
-            write!(f, "; read with {}s between columns{commas}", self.separator)?;
+            write!(f, "; read with {separator}s between columns{commas}")?;
         }
         if let Some(units) = &self.units_row {
             write!(

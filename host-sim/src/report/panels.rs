@@ -64,7 +64,7 @@ pub fn experiment(summary: &Summary, traces: &Traces) -> Vec<Panel> {
         .collect();
     let mut position = signal("Position", "q [rad]", &traces.position);
     position.curves[0].name = Some("measured".to_owned());
-    for (name, envelope) in [("model", &traces.model), ("reference", &traces.reference)] {
+    for (name, envelope) in [("reference", &traces.reference), ("model", &traces.model)] {
         if !envelope.is_empty() {
             position.curves.push(envelope.curve(Some(name)));
         }
@@ -78,6 +78,12 @@ pub fn experiment(summary: &Summary, traces: &Traces) -> Vec<Panel> {
 }
 
 fn estimate(parameter: Parameter, title: &str, summary: &Summary, envelope: &Envelope) -> Panel {
+    let mut curve = envelope.curve(None);
+    let banded = !curve.band.is_empty();
+    curve.name = Some(match banded {
+        true => format!("estimate ± {BAND} standard errors"),
+        false => "estimate".to_owned(),
+    });
     let scale = summary
         .estimate(parameter)
         .map(|estimate| estimate.last)
@@ -85,13 +91,27 @@ fn estimate(parameter: Parameter, title: &str, summary: &Summary, envelope: &Env
     Panel {
         title: title.to_owned(),
         abscissa: plot::TIME.to_owned(),
-        logarithmic: false,
-        axis: format!("{} [{}]", parameter.name(), Unknown::from(parameter).unit()),
-        curves: vec![envelope.curve(None)],
+        logarithmic_abscissa: false,
+        axis: format!(
+            "{} [{}]",
+            symbol(parameter),
+            Unknown::from(parameter).unit()
+        ),
+        curves: vec![curve],
         nominal: summary
             .truth
             .map(|truth| ("true".to_owned(), parameter.of(&truth))),
         range: scale.and_then(|last| around(last, envelope)),
+    }
+}
+
+/// What an estimate is called in equations.
+fn symbol(parameter: Parameter) -> &'static str {
+    match parameter {
+        Parameter::A => "â",
+        Parameter::B => "b̂",
+        Parameter::Coulomb => "ĉ",
+        Parameter::Load => "d̂",
     }
 }
 
@@ -107,7 +127,7 @@ fn signal(title: &str, axis: &str, envelope: &Envelope) -> Panel {
     Panel {
         title: title.to_owned(),
         abscissa: plot::TIME.to_owned(),
-        logarithmic: false,
+        logarithmic_abscissa: false,
         axis: axis.to_owned(),
         curves: vec![envelope.curve(None)],
         nominal: None,

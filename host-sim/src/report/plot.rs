@@ -1,14 +1,10 @@
-//! Pictures: lines over time in panels, as PNG or SVG.
+//! Pictures as a paper has them: panels of curves, in the width of a column or a page, as PNG or SVG.
 
 use std::path::Path;
 
-use kuva::backend::png::PngBackend;
-use kuva::backend::svg::SvgBackend;
-use kuva::plot::{Heatmap, LegendPosition, LinePlot};
-use kuva::render::figure::Figure;
-use kuva::render::layout::Layout;
-use kuva::render::plots::Plot;
-use kuva::render::render::Scene;
+use super::axes::{Axes, LEFT, Row};
+use super::ink::{Align, BLACK, LETTER, Sheet};
+use super::legend::{self, Entry};
 
 /// The horizontal axis of what happens over time.
 pub const TIME: &str = "time [s]";
@@ -22,20 +18,20 @@ pub struct Panel {
     pub abscissa: String,
     /// Name and unit of the vertical axis.
     pub axis: String,
-    /// Whether the vertical axis is logarithmic.
-    pub logarithmic: bool,
+    /// Whether the horizontal axis is logarithmic.
+    pub logarithmic_abscissa: bool,
     /// The curves, the first in front.
     pub curves: Vec<Curve>,
     /// A constant to compare with: its name and value.
     pub nominal: Option<(String, f64)>,
-    /// The range of the vertical axis; none to fit the curves.
+    /// The range of the vertical axis; none to fit the curves, up to ticks.
     pub range: Option<(f64, f64)>,
 }
 
 /// A line.
 #[derive(Debug, Clone)]
 pub struct Curve {
-    /// Its name in the legend; none where the panel has only this one.
+    /// Its name in the legend, with the level of its band; none where the panel has only this one.
     pub name: Option<String>,
     /// Places, from zero up, and values, every one of which is drawn: of a long curve an
     /// [`Envelope`](super::Envelope).
@@ -64,20 +60,6 @@ impl std::fmt::Display for PlotError {
 
 impl std::error::Error for PlotError {}
 
-/// Size of a panel, pixels before scaling.
-const PANEL: (f64, f64) = (560.0, 250.0);
-
-/// Size of a grid, likewise.
-const GRID: (f64, f64) = (760.0, 480.0);
-
-/// Scale of a PNG against the size of its panels.
-const PNG_SCALE: f32 = 1.5;
-
-/// Colours of the curves, in their order; the line to compare with is black. (Okabe and Ito, "Color
-/// universal design", 2008: told apart by colour-blind readers too.)
-pub(super) const COLOURS: [&str; 4] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7"];
-const NOMINAL: &str = "#000000";
-
 /// What a picture is written as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
@@ -101,148 +83,142 @@ impl Format {
     }
 }
 
-/// Draws panels, row by row, as one picture: the bytes of its file.
+/// How wide a picture is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+pub enum Size {
+    /// A column of a paper of two, 3.5 inches.
+    Column,
+    /// A page of such a paper, 7.16 inches.
+    #[default]
+    Page,
+}
+
+impl Size {
+    /// Its width, points of 1/72 inch.
+    #[must_use]
+    pub(super) const fn width(self) -> f64 {
+        match self {
+            Self::Column => 252.0,
+            Self::Page => 516.0,
+        }
+    }
+}
+
+/// Height of the curves of a panel, points.
+const HEIGHT: f64 = 82.0;
+/// Room between panels side by side, and around the picture.
+const BETWEEN: f64 = 10.0;
+pub(super) const MARGIN: f64 = 4.0;
+/// Height of a title.
+const TITLE: f64 = 16.0;
+
+/// Draws panels, row by row, as one picture: the bytes of its file. A column has them one below the other.
+/// The last of an odd number is as wide as two.
 ///
 /// # Errors
 /// [`PlotError::Drawing`].
 pub fn panels(
     format: Format,
+    size: Size,
     title: &str,
     columns: usize,
     panels: &[Panel],
 ) -> Result<Vec<u8>, PlotError> {
-    let rows = panels.len().div_ceil(columns);
-    let (plots, layouts): (Vec<_>, Vec<_>) = panels.iter().map(draw).unzip();
-    let scene = Figure::new(rows, columns)
-        .with_plots(plots)
-        .with_layouts(layouts)
-        .with_title(title)
-        .with_cell_size(PANEL.0, PANEL.1)
-        .render();
-    bytes(format, &scene)
-}
-
-/// A table of values as colours.
-#[derive(Debug, Clone)]
-pub struct Grid {
-    /// Its title.
-    pub title: String,
-    /// Names of the rows, from the top.
-    pub rows: Vec<String>,
-    /// Names of the columns.
-    pub columns: Vec<String>,
-    /// The values, row by row.
-    pub values: Vec<Vec<f64>>,
-}
-
-/// Draws grids side by side as one picture: the bytes of its file.
-///
-/// # Errors
-/// [`PlotError::Drawing`].
-pub fn grids(format: Format, grids: &[Grid]) -> Result<Vec<u8>, PlotError> {
-    let (plots, layouts): (Vec<_>, Vec<_>) = grids
+    let columns = match size {
+        Size::Column => 1,
+        Size::Page => columns,
+    };
+    let axes: Vec<Axes<'_>> = panels
         .iter()
-        .map(|grid| {
-            // The lowest row is the first to be drawn.
-            let upwards: Vec<String> = grid.rows.iter().rev().cloned().collect();
-            // One digit is what the eye can take in of a colour.
-            let rounded = grid.values.iter().rev().map(|row| {
-                row.iter()
-                    .map(|value| (value * 10.0).round() / 10.0 + 0.0)
-                    .collect()
+        .map(|panel| Axes::plain(panel, HEIGHT))
+        .collect();
+    let rows: Vec<&[Axes<'_>]> = axes.chunks(columns).collect();
+    let heading = Heading {
+        title,
+        legend: shared(&axes),
+    };
+    sheet(size, &heading, &rows).bytes(format)
+}
+
+/// What stands above all panels.
+#[derive(Debug)]
+pub(super) struct Heading<'a> {
+    pub(super) title: &'a str,
+    /// The legend of all panels; empty where each has its own.
+    pub(super) legend: Vec<Entry>,
+}
+
+/// The legend of all panels, where those that have one have the same.
+fn shared(axes: &[Axes<'_>]) -> Vec<Entry> {
+    let legends = axes.iter().map(Axes::legend);
+    let legends: Vec<_> = legends.filter(|legend| !legend.is_empty()).collect();
+    let words = |legend: &[Entry]| {
+        legend
+            .iter()
+            .map(|entry| entry.words.clone())
+            .collect::<Vec<_>>()
+    };
+    match legends.split_first() {
+        Some((first, others)) if !others.is_empty() => {
+            let is_same = |other: &Vec<Entry>| words(other) == words(first);
+            match others.iter().all(is_same) {
+                true => first.clone(),
+                false => Vec::new(),
+            }
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// Rows of panels below a heading, their curves one below the other.
+pub(super) fn sheet(size: Size, heading: &Heading<'_>, rows: &[&[Axes<'_>]]) -> Sheet {
+    let room = size.width() - 2.0 * MARGIN;
+    let wide = |row: &[Axes<'_>]| (room + BETWEEN) / row.len() as f64 - BETWEEN;
+    let own = |axes: &Axes<'_>| match heading.legend.is_empty() {
+        true => axes.legend(),
+        false => Vec::new(),
+    };
+    let laid: Vec<Row> = rows
+        .iter()
+        .enumerate()
+        .map(|(place, row)| {
+            let room = wide(row) - LEFT;
+            let lines = row.iter().map(|axes| legend::lines(&own(axes), room));
+            let continued = rows.get(place + 1).is_some_and(|below| {
+                let mut pairs = below.iter().zip(*row);
+                below.len() == row.len() && pairs.all(|(below, above)| below.continues(above))
             });
-            let heatmap = Heatmap::new()
-                .with_data::<f64, Vec<f64>, _>(rounded)
-                .with_values()
-                .with_labels(upwards.clone(), grid.columns.clone());
-            let plots = vec![Plot::Heatmap(heatmap)];
-            let layout = Layout::auto_from_plots(&plots)
-                .with_title(grid.title.clone())
-                .with_x_categories(grid.columns.clone())
-                .with_y_categories(upwards)
-                .with_x_tick_rotate(-30.0)
-                .with_title_size(13)
-                .with_tick_size(11);
-            (plots, layout)
+            Row {
+                legend: lines.max().unwrap_or(0),
+                abscissa: !continued,
+            }
         })
-        .unzip();
-    let scene = Figure::new(1, grids.len())
-        .with_plots(plots)
-        .with_layouts(layouts)
-        .with_cell_size(GRID.0, GRID.1)
-        .render();
-    bytes(format, &scene)
-}
-
-pub(super) fn bytes(format: Format, scene: &Scene) -> Result<Vec<u8>, PlotError> {
-    match format {
-        Format::Png => PngBackend::new()
-            .with_scale(PNG_SCALE)
-            .render_scene(scene)
-            .map_err(PlotError::Drawing),
-        Format::Svg => Ok(SvgBackend::new()
-            .with_embedded_font(true)
-            .render_scene(scene)
-            .into_bytes()),
-    }
-}
-
-pub(super) fn draw(panel: &Panel) -> (Vec<Plot>, Layout) {
-    let mut plots = Vec::new();
-    let end = panel
-        .curves
+        .collect();
+    let tall = |row: &[Axes<'_>]| row.iter().map(|axes| axes.height).fold(0.0, f64::max);
+    let title = if heading.title.is_empty() { 0.0 } else { TITLE };
+    let lines = legend::lines(&heading.legend, room - LEFT);
+    let above = MARGIN + title + lines as f64 * legend::LINE;
+    let below: f64 = rows
         .iter()
-        .filter_map(|curve| curve.points.last())
-        .fold(0.0_f64, |end, point| end.max(point.0));
-    for (k, curve) in panel.curves.iter().enumerate().rev() {
-        let colour = COLOURS[k % COLOURS.len()];
-        let inside = |value: f64| match panel.range {
-            Some((low, high)) => value.clamp(low, high),
-            None => value,
-        };
-        let points = curve.points.iter().map(|&(x, y)| (x, inside(y)));
-        let mut line = LinePlot::new()
-            .with_data(points)
-            .with_color(colour)
-            .with_stroke_width(1.4);
-        if curve.band.len() == curve.points.len() && !curve.band.is_empty() {
-            let edge = |sign: f64| {
-                let edges = curve.points.iter().zip(&curve.band);
-                edges
-                    .map(|((_, value), half)| inside(value + sign * half))
-                    .collect::<Vec<f64>>()
-            };
-            line = line.with_band(edge(-1.0), edge(1.0));
+        .zip(&laid)
+        .map(|(row, laid)| laid.height(tall(row)))
+        .sum();
+
+    let mut sheet = Sheet::new(size.width(), above + below + MARGIN);
+    if !heading.title.is_empty() {
+        let at = (MARGIN, MARGIN + 9.0);
+        sheet.words(at, heading.title, LETTER + 1, Align::Left, BLACK);
+    }
+    let at = (MARGIN + LEFT, MARGIN + title);
+    legend::draw(&mut sheet, at, room - LEFT, &heading.legend);
+    let mut top = above;
+    for (row, laid) in rows.iter().zip(laid) {
+        let mut left = MARGIN;
+        for axes in *row {
+            axes.draw(&mut sheet, (left, top), wide(row), laid, &own(axes));
+            left += wide(row) + BETWEEN;
         }
-        if let Some(name) = &curve.name {
-            line = line.with_legend(name.clone());
-        }
-        plots.push(Plot::Line(line));
+        top += laid.height(tall(row));
     }
-    if let Some((name, value)) = &panel.nominal {
-        let line = LinePlot::new()
-            .with_data([(0.0, *value), (end, *value)])
-            .with_color(NOMINAL)
-            .with_stroke_width(1.2)
-            .with_dashed()
-            .with_legend(name.clone());
-        plots.push(Plot::Line(line));
-    }
-    let mut layout = Layout::auto_from_plots(&plots)
-        .with_title(panel.title.clone())
-        .with_x_label(panel.abscissa.clone())
-        .with_y_label(panel.axis.clone())
-        .with_x_axis_min(0.0)
-        .with_x_axis_max(end)
-        .with_title_size(13)
-        .with_label_size(12)
-        .with_tick_size(11)
-        .with_legend_position(LegendPosition::InsideTopRight);
-    if panel.logarithmic {
-        layout = layout.with_log_y();
-    }
-    if let Some((low, high)) = panel.range {
-        layout = layout.with_y_axis_min(low).with_y_axis_max(high);
-    }
-    (plots, layout)
+    sheet
 }

@@ -1,32 +1,36 @@
 //! Tables for a terminal.
 
-use comfy_table::{CellAlignment, Table, presets};
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Parameter;
 
+use super::rows::Rows;
 use crate::analysis::{Estimate, Summary};
 
 /// One row for each experiment, named in the first column; friction only where some law estimates
-/// it, deviations and settling times only where some truth is known.
+/// it, deviations and settling times only where some truth is known, and where `width` characters have room.
 #[must_use]
-pub fn estimates(rows: &[(&str, &Summary)]) -> String {
+pub fn estimates(rows: &[(&str, &Summary)], width: u16) -> String {
     let friction = rows
         .iter()
         .any(|(_, summary)| summary.estimate(Parameter::Coulomb).is_some());
     let truth = rows.iter().any(|(_, summary)| summary.truth.is_some());
 
-    let mut heading = vec!["experiment", "â [1/s]"];
-    heading.extend(truth.then_some("â − a"));
-    heading.push("b̂ [rad/s²/u]");
-    heading.extend(truth.then_some("b̂/b − 1"));
-    heading.extend(friction.then_some("ĉ [rad/s²]"));
-    heading.push("d̂ [rad/s²]");
-    heading.extend(truth.then_some("settled a, b [s]"));
-    heading.push("status");
-
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_BORDERS_ONLY);
-    table.set_header(heading);
+    let mut table = Rows::default().words("experiment").figures("â [1/s]");
+    if truth {
+        table = table.figures("â − a").dispensable(1);
+    }
+    table = table.figures("b̂ [rad/s²/u]");
+    if truth {
+        table = table.figures("b̂/b − 1").dispensable(0);
+    }
+    if friction {
+        table = table.figures("ĉ [rad/s²]");
+    }
+    table = table.figures("d̂ [rad/s²]");
+    if truth {
+        table = table.figures("settled a, b [s]").dispensable(2);
+    }
+    table = table.words("status");
     for (name, summary) in rows {
         let cell = |parameter, digits| with_spread(summary.estimate(parameter), digits);
         let deviation = |of: &dyn Fn(&ServoParameters) -> String| {
@@ -61,12 +65,9 @@ pub fn estimates(rows: &[(&str, &Summary)]) -> String {
             )
         }));
         row.push(summary.status().name().to_owned());
-        table.add_row(row);
+        table.row(row);
     }
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table.to_string()
+    table.within(width)
 }
 
 fn dash() -> String {

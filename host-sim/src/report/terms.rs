@@ -1,27 +1,27 @@
 //! A table of the optional terms that have entered the model.
 
-use comfy_table::{CellAlignment, Table, presets};
 use identifier_core::unknowns::Unknown;
 use virtual_servo::Effects;
 
+use super::rows::Rows;
 use crate::analysis::Summary;
 
 /// One row for each size of a term, with the truth where there is one; empty where none has entered.
 /// Of a term without a size, when it entered.
 #[must_use]
-pub fn terms(summary: &Summary, truth: Option<&Effects>) -> String {
+pub fn terms(summary: &Summary, truth: Option<&Effects>, width: u16) -> String {
     let outcome = &summary.outcome;
     if outcome.entered.is_empty() {
         return String::new();
     }
     let seconds = |sample: u64| format!("{:.2}", sample as f64 * summary.sample_time);
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_BORDERS_ONLY);
-    let mut heading = vec!["term", "size", "standard error", "unit"];
-    heading.extend(truth.map(|_| "truth"));
-    heading.push("since [s]");
-    let columns = heading.len();
-    table.set_header(heading);
+    let columns = 5 + usize::from(truth.is_some());
+    let mut table = Rows::default().words("term").figures("size");
+    table = table.figures("standard error").words("unit");
+    if truth.is_some() {
+        table = table.figures("truth");
+    }
+    table = table.figures("since [s]").dispensable(0);
     for term in &outcome.terms {
         let digits = digits(term.std_error);
         let mut row = vec![
@@ -30,9 +30,9 @@ pub fn terms(summary: &Summary, truth: Option<&Effects>) -> String {
             format!("{:.digits$}", term.std_error),
             term.unknown.unit().to_owned(),
         ];
-        row.extend(truth.map(|effects| of(effects, term.unknown).to_string()));
+        row.extend(truth.map(|effects| self::truth(effects, term.unknown).to_string()));
         row.push(seconds(term.since));
-        table.add_row(row);
+        table.row(row);
     }
     let has_size = |term| {
         let mut sizes = outcome.terms.iter();
@@ -42,12 +42,9 @@ pub fn terms(summary: &Summary, truth: Option<&Effects>) -> String {
         let mut row = vec![String::new(); columns];
         row[0] = term.name().to_owned();
         row[columns - 1] = seconds(*since);
-        table.add_row(row);
+        table.row(row);
     }
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table.to_string()
+    table.within(width)
 }
 
 /// Digits behind the point that show two of a standard error.
@@ -61,8 +58,9 @@ fn digits(std_error: f64) -> usize {
     }
 }
 
-/// The true size.
-fn of(effects: &Effects, unknown: Unknown) -> f64 {
+/// The true size, SI; zero for what is no term.
+#[must_use]
+pub fn truth(effects: &Effects, unknown: Unknown) -> f64 {
     match unknown {
         Unknown::Delay => effects.delay,
         Unknown::Asymmetry => effects.asymmetry,

@@ -1,11 +1,10 @@
 //! Panels over one time, in which the same stretches are shaded and limits are drawn, with one legend
-//! beside them all.
+//! above them all.
 
-use kuva::plot::legend::{LegendEntry, LegendShape};
-use kuva::render::annotations::{ReferenceLine, ShadedRegion};
-use kuva::render::figure::Figure;
-
-use super::plot::{self, COLOURS, Format, Panel, PlotError};
+use super::axes::Axes;
+use super::ink::{BLACK, Stroke};
+use super::legend::{Entry, Mark};
+use super::plot::{self, Format, Heading, Panel, PlotError, Size};
 
 /// A picture of what happens in stretches of time.
 #[derive(Debug, Clone)]
@@ -47,102 +46,59 @@ const SHADES: [&str; 8] = [
 ];
 
 /// How much of a shade is seen.
-const OPACITY: f64 = 0.35;
+pub(super) const OPACITY: f64 = 0.35;
 
-const LIMIT: &str = "#000000";
-const DASHES: &str = "6 4";
+/// A limit.
+pub(super) const LIMIT: Stroke = Stroke {
+    colour: BLACK,
+    width: 0.7,
+    dashes: Some((4.0, 2.5)),
+};
 
-/// Width of a panel, and heights of one that is followed by another over the same time, of the last of
-/// these, and of one below, pixels before scaling.
-const WIDTH: f64 = 860.0;
-const HEIGHTS: [f64; 3] = [170.0, 195.0, 260.0];
-
-/// Margins of a panel: left and right, above, and below where nothing, ticks, or ticks and a name stand.
-const SIDES: (f64, f64) = (72.0, 14.0);
-const ABOVE: f64 = 10.0;
-const BELOW: [f64; 2] = [24.0, 48.0];
+/// Heights of the curves of a panel over the stretches, and of one below, points.
+const HEIGHTS: [f64; 2] = [62.0, 96.0];
 
 /// Draws it: the bytes of its file.
 ///
 /// # Errors
 /// [`PlotError::Drawing`].
-pub fn timeline(format: Format, timeline: &Timeline) -> Result<Vec<u8>, PlotError> {
-    let last = timeline.tracks.len().saturating_sub(1);
-    let tracks = timeline.tracks.iter().enumerate().map(|(place, track)| {
-        let (plots, layout) = plot::draw(&track.panel);
-        let below = BELOW[usize::from(place == last)];
-        let mut layout = layout
-            .with_force_margins(SIDES.0, SIDES.1)
-            .with_force_margins_y(ABOVE, below);
-        for stretch in &timeline.stretches {
-            let [begin, end] = stretch.time;
-            let region = ShadedRegion::vertical(begin, end)
-                .with_color(shade(stretch))
-                .with_opacity(OPACITY);
-            layout = layout.with_shaded_region(region);
-        }
-        for limit in &track.limits {
-            let line = ReferenceLine::horizontal(*limit)
-                .with_color(LIMIT)
-                .with_dasharray(DASHES);
-            layout = layout.with_reference_line(line);
-        }
-        (plots, layout)
+pub fn timeline(format: Format, size: Size, timeline: &Timeline) -> Result<Vec<u8>, PlotError> {
+    let tracks = timeline.tracks.iter().map(|track| Axes {
+        panel: &track.panel,
+        stretches: &timeline.stretches,
+        limits: &track.limits,
+        height: HEIGHTS[0],
     });
-    let below = timeline.below.iter().map(|panel| {
-        let (plots, layout) = plot::draw(panel);
-        (plots, layout.with_force_margins(SIDES.0, SIDES.1))
-    });
-    let (plots, layouts): (Vec<_>, Vec<_>) = tracks.chain(below).unzip();
-    let mut figure = Figure::new(plots.len(), 1).with_cell_size(WIDTH, HEIGHTS[2]);
-    for row in 0..=last {
-        figure = figure.with_row_height(row, HEIGHTS[usize::from(row == last)]);
-    }
-    let scene = figure
-        .with_plots(plots)
-        .with_layouts(layouts)
-        .with_shared_legend_entries(legend(timeline))
-        .with_shared_legend_right_top()
-        .render();
-    plot::bytes(format, &scene)
+    let below = timeline
+        .below
+        .iter()
+        .map(|panel| Axes::plain(panel, HEIGHTS[1]));
+    let axes: Vec<Axes<'_>> = tracks.chain(below).collect();
+    let rows: Vec<&[Axes<'_>]> = axes.chunks(1).collect();
+    let heading = Heading {
+        title: "",
+        legend: legend(timeline, &axes),
+    };
+    plot::sheet(size, &heading, &rows).bytes(format)
 }
 
-fn shade(stretch: &Shade) -> &'static str {
+pub(super) fn shade(stretch: &Shade) -> &'static str {
     SHADES[stretch.colour % SHADES.len()]
 }
 
 /// The stretches once each, then the curves by their names, then the limits.
-fn legend(timeline: &Timeline) -> Vec<LegendEntry> {
-    let entry = |label: &str, colour: &str, shape, dashes: Option<&str>| LegendEntry {
-        label: label.to_owned(),
-        color: colour.to_owned(),
-        shape,
-        dasharray: dashes.map(str::to_owned),
-    };
-    let mut entries: Vec<LegendEntry> = Vec::new();
-    for stretch in &timeline.stretches {
-        entries.push(entry(
-            &stretch.name,
-            shade(stretch),
-            LegendShape::Rect,
-            None,
-        ));
-    }
-    let tracks = timeline.tracks.iter().map(|track| &track.panel);
-    for panel in tracks.chain(&timeline.below) {
-        for (curve, colour) in panel.curves.iter().zip(COLOURS) {
-            if let Some(name) = &curve.name {
-                entries.push(entry(name, colour, LegendShape::Line, None));
-            }
-        }
-    }
-    entries.push(entry(
-        &timeline.limit,
-        LIMIT,
-        LegendShape::Line,
-        Some(DASHES),
-    ));
+fn legend(timeline: &Timeline, axes: &[Axes<'_>]) -> Vec<Entry> {
+    let stretches = timeline.stretches.iter().map(|stretch| Entry {
+        mark: Mark::Area(shade(stretch), OPACITY),
+        words: stretch.name.clone(),
+    });
+    let mut entries: Vec<Entry> = stretches.collect();
+    entries.extend(axes.iter().flat_map(Axes::legend));
+    entries.push(Entry {
+        mark: Mark::Line(LIMIT),
+        words: timeline.limit.clone(),
+    });
     let mut seen = std::collections::HashSet::new();
-    entries.retain(|entry| seen.insert(entry.label.clone()));
+    entries.retain(|entry| seen.insert(entry.words.clone()));
     entries
 }

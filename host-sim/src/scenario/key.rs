@@ -339,10 +339,5 @@ fn either(names: impl Iterator<Item = &'static str>) -> String {
 
 /// The name that a word is most likely meant to be.
 pub(super) fn nearest<'n>(word: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
-    /// Likeness from which on it is worth asking.
-    const ALIKE: f64 = 0.6;
-    let word = shown(word);
-    let likeness = |name: &str| strsim::normalized_damerau_levenshtein(&word, name);
-    let best = names.max_by(|a, b| likeness(a).total_cmp(&likeness(b)))?;
-    (likeness(best) >= ALIKE).then_some(best)
+    crate::nearest::name(&shown(word), names)
 }

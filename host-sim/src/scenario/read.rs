@@ -13,6 +13,7 @@ use super::key::{Absent, Choice, Entries, Holds, Key, When, examples, nearest};
 use super::keys::{self, KEYS, MOST_COLUMNS, MOST_ENTRIES, MOST_RANGES};
 use super::source::Source;
 use super::{Column, Purpose, Scenario};
+use crate::program;
 
 type Value<'a> = Spanned<DeValue<'a>>;
 
@@ -248,7 +249,7 @@ fn advice(table: &str, unknown: &str) -> String {
     let mut lines = meant.map_or(String::new(), |meant| format!("did you mean {meant}?\n"));
     if !names.is_empty() {
         lines += &format!("allowed: the keys {}\n", names.join(", "));
-        lines += &format!("`host-sim keys {table}` explains them");
+        lines += &format!("`{} keys {table}` explains them", program::name());
     }
     lines
 }

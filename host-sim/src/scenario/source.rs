@@ -8,6 +8,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::error::{Fault, ScenarioError, shown};
 use super::key::{Absent, Key, examples};
+use crate::nearest;
 
 /// The longest scenario, bytes; those of the repository have about a thousand.
 const LONGEST: u64 = 1 << 20;
@@ -22,8 +23,10 @@ pub(crate) fn fetch(path: &Path) -> Result<String, ScenarioError> {
         fault,
         advice: String::new(),
     };
-    let unreadable =
-        |error: std::io::Error| refused(None, format!("the scenario cannot be read: {error}"));
+    let unreadable = |error: std::io::Error| {
+        let why = nearest::unreadable(path, &error);
+        refused(None, format!("the scenario cannot be read: {why}"))
+    };
     let file = std::fs::File::open(path).map_err(unreadable)?;
     if file.metadata().map_err(unreadable)?.is_dir() {
         let fault = "this is a folder, where a scenario file belongs";

@@ -76,6 +76,20 @@ impl Conditions {
     /// The step that is promised where none is stated, rad.
     pub const STEP: f64 = 0.1;
 
+    /// As stiff as the servo bears, with everything else from result and scenario.
+    pub const STIFFEST: Self = Self {
+        goal: Goal::Stiffest,
+        sample_time: None,
+        resolution: None,
+        limit: None,
+        command_delay: None,
+        cutoff: None,
+        most_sensitivity: None,
+        most_noise: None,
+        resonance: None,
+        step: None,
+    };
+
     /// Everything that the tuner is to know of a result.
     ///
     /// # Errors

@@ -52,19 +52,27 @@ impl IdentifiedResult {
                 error.line()
             ),
         })?;
+        Self::of(&result)
+    }
+
+    /// Of a result that is at hand as it would be written.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn of(result: &Value) -> Result<Self, ResultError> {
         let status = result.get("status").and_then(Value::as_str);
         let status = status.ok_or_else(|| missing("status"))?;
         let reason = result.get("reason").and_then(Value::as_str).unwrap_or("");
-        let sample_time = number(&result, "sample_time")?;
+        let sample_time = number(result, "sample_time")?;
         if sample_time <= 0.0 {
             return Err(refused("sample_time", sample_time, "a number above 0"));
         }
 
         let known = |name: &str| -> Result<[f64; 2], ResultError> {
-            Ok(estimate(&result, name)?.unwrap_or([0.0; 2]))
+            Ok(estimate(result, name)?.unwrap_or([0.0; 2]))
         };
         let needed = |name: &str| {
-            estimate(&result, name)?.ok_or_else(|| ResultError {
+            estimate(result, name)?.ok_or_else(|| ResultError {
                 key: format!("estimates.{name}"),
                 fault: "it was not identified, and there are no gains without it".to_owned(),
             })
@@ -122,7 +130,7 @@ impl IdentifiedResult {
                 unexplained: residual.unwrap_or(0.0),
             },
             gravity: [known("gravity-sine")?[0], known("gravity-cosine")?[0]],
-            has_delay: estimate(&result, "delay")?.is_some(),
+            has_delay: estimate(result, "delay")?.is_some(),
             sample_time,
             doubt,
         })

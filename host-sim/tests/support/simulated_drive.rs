@@ -2,15 +2,14 @@
 //! flash in memory. Somebody can put a hand on the shaft, switch the motor's supply, swap its leads, and
 //! take the drive's power away.
 
-use std::io::{ErrorKind, Read, Write};
-use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::net::{Ipv4Addr, TcpListener};
 use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use drive_link::{Line, Settings};
+use drive_link::Settings;
 use drive_logic::{Channel, Chip, Conversation, Lines, Sampler, Stage, Supervisor};
-use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+use host_sim::simulated_drive::{FlashInMemory, Wire};
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::model::ServoParameters;
 use virtual_servo::{Encoder, Plant};
@@ -88,7 +87,7 @@ fn live(
     servo: &ServoParameters,
     example: &Settings,
 ) {
-    let mut flash = Memory(vec![0xff; 2 * Memory::ERASE_SIZE]);
+    let mut flash = FlashInMemory::erased();
     loop {
         while !around.lock().expect("nobody panicked").power {
             thread::sleep(Duration::from_millis(1));
@@ -102,7 +101,7 @@ fn boot(
     around: &Mutex<Surroundings>,
     servo: &ServoParameters,
     example: &Settings,
-    flash: &mut Memory,
+    flash: &mut FlashInMemory,
 ) {
     let mut channel = Channel::new();
     let (background, interrupt) = channel.split();
@@ -127,9 +126,7 @@ fn boot(
     let mut samples = 0;
     loop {
         if let Ok((line, _)) = listener.accept() {
-            line.set_nonblocking(true).expect("a socket");
-            line.set_nodelay(true).expect("a socket");
-            wire.line = Some(line);
+            wire.connect(line);
         }
         let due = begun.elapsed().as_millis() as u64 * u64::from(HASTE);
         while samples < due {
@@ -215,83 +212,4 @@ impl Chip for Axis {
     }
 
     fn feed_watchdog(&mut self) {}
-}
-
-/// The wire to whoever is connected; without anybody, what is said is lost.
-#[derive(Default)]
-struct Wire {
-    line: Option<TcpStream>,
-    said: Vec<u8>,
-}
-
-impl Wire {
-    fn flush(&mut self) {
-        if let Some(line) = &mut self.line
-            && !self.said.is_empty()
-            && line.write_all(&self.said).is_err()
-        {
-            self.line = None;
-        }
-        self.said.clear();
-    }
-}
-
-impl Line for Wire {
-    fn hear(&mut self) -> Option<u8> {
-        let mut byte = [0];
-        match self.line.as_mut()?.read(&mut byte) {
-            Ok(1..) => Some(byte[0]),
-            Err(error) if error.kind() == ErrorKind::WouldBlock => None,
-            _ => {
-                self.line = None;
-                None
-            }
-        }
-    }
-
-    fn room(&self) -> usize {
-        4096_usize.saturating_sub(self.said.len())
-    }
-
-    fn say(&mut self, bytes: &[u8]) {
-        self.said.extend(bytes);
-    }
-}
-
-/// A flash of two sectors that never fails.
-struct Memory(Vec<u8>);
-
-impl ErrorType for Memory {
-    type Error = core::convert::Infallible;
-}
-
-impl ReadNorFlash for Memory {
-    const READ_SIZE: usize = 1;
-
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
-        let offset = offset as usize;
-        bytes.copy_from_slice(&self.0[offset..offset + bytes.len()]);
-        Ok(())
-    }
-
-    fn capacity(&self) -> usize {
-        self.0.len()
-    }
-}
-
-impl NorFlash for Memory {
-    const WRITE_SIZE: usize = 4;
-    const ERASE_SIZE: usize = 16_384;
-
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
-        self.0[from as usize..to as usize].fill(0xff);
-        Ok(())
-    }
-
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
-        for (place, byte) in self.0[offset as usize..].iter_mut().zip(bytes) {
-            *place &= byte;
-        }
-        Ok(())
-    }
 }

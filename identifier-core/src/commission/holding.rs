@@ -1,5 +1,5 @@
 use super::gains::Loop;
-use crate::control::ControlState;
+use crate::control::{ControlSample, ControlState};
 use crate::measurement::velocity::LowPassState;
 use crate::number::Number;
 
@@ -27,31 +27,31 @@ struct RestWatch<N> {
     within: N,
     still: u32,
     needed: u32,
+    /// The sum of the commands while it was still, and how many they are.
+    commands: N,
+    commanded: u32,
 }
 
 impl<N: Number> Holding<N> {
     /// Counts within which a servo is at rest: an edge of the encoder to either side.
     const AT_REST: f64 = 2.0;
 
-    /// Takes over where the servo is, without a bump of the command. `rest` is the number of samples for
-    /// which it must be still to be at rest.
+    /// Takes over where the servo is after the last sample of what held or moved it, without a bump of
+    /// the command. `rest` is the number of samples for which it must be still to be at rest.
     pub(super) fn take_over(
         controller: Loop<N>,
         limit: [N; 2],
         position: N,
-        velocity: N,
-        command: N,
+        last: &ControlSample<N>,
         pace: N,
         rest: u32,
     ) -> Self {
-        let integral = controller.pid.integral_for(command, N::ZERO, velocity);
+        let reference = position + last.error;
         Self {
-            state: ControlState::default()
-                .with_integral(integral)
-                .with_filter(LowPassState::moving(velocity)),
+            state: controller.take_over(last),
             controller,
-            reference: position,
-            target: position,
+            reference,
+            target: reference,
             pace,
             disturbance: N::ZERO,
             limit,
@@ -60,6 +60,8 @@ impl<N: Number> Holding<N> {
                 within: N::from_f64(Self::AT_REST),
                 still: 0,
                 needed: rest,
+                commands: N::ZERO,
+                commanded: 0,
             },
         }
     }
@@ -72,7 +74,7 @@ impl<N: Number> Holding<N> {
     /// Brings the servo to a place.
     pub(super) fn send(&mut self, target: N) {
         self.target = target;
-        self.rest.still = 0;
+        self.rest.begin();
     }
 
     /// A step of the reference.
@@ -91,7 +93,7 @@ impl<N: Number> Holding<N> {
     /// Disturbs the servo by a command on top of the controller's.
     pub(super) fn disturb(&mut self, command: N) {
         self.disturbance = command;
-        self.rest.still = 0;
+        self.rest.begin();
     }
 
     /// The reference.
@@ -108,20 +110,49 @@ impl<N: Number> Holding<N> {
         let sample = self.controller.process(&mut self.state, error, increment);
         let [low, high] = self.limit;
         let command = sample.ok()?.command + self.disturbance;
-        Some(command.limited(low, high))
+        let command = command.limited(low, high);
+        self.rest.gather(command);
+        Some(command)
     }
 
     /// Whether the servo has arrived and stands.
     pub(super) fn is_at_rest(&self) -> bool {
         self.reference == self.target && self.rest.still >= self.rest.needed
     }
+
+    /// What a controller that takes over from a rest goes on from: the mean command, and no velocity. An
+    /// edge of a coarse encoder makes much of both in a single sample.
+    pub(super) fn resting(&self) -> ControlSample<N> {
+        ControlSample {
+            error: N::ZERO,
+            increment: N::ZERO,
+            velocity: N::ZERO,
+            command: self.rest.mean_command(),
+        }
+    }
 }
 
 impl<N: Number> RestWatch<N> {
+    fn begin(&mut self) {
+        self.still = 0;
+        self.commands = N::ZERO;
+        self.commanded = 0;
+    }
+
+    fn gather(&mut self, command: N) {
+        self.commands += command;
+        self.commanded = self.commanded.saturating_add(1);
+    }
+
+    fn mean_command(&self) -> N {
+        let commanded = N::from_f64(f64::from(self.commanded.max(1)));
+        self.commands * commanded.reciprocal()
+    }
+
     fn observe(&mut self, position: N) {
         if (position - self.at).magnitude() > self.within {
             self.at = position;
-            self.still = 0;
+            self.begin();
         } else {
             self.still = self.still.saturating_add(1);
         }

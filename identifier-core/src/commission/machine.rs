@@ -6,7 +6,8 @@ use super::{
     Answer, CommissionError, CommissionSettings, Crude, Finding, LargestMotion, MotionRecorder,
     Phase, Progress, StopReason, Wiggle, WiggleState,
 };
-use crate::measurement::velocity::{LowPass, VelocityEstimate};
+use crate::control::ControlSample;
+use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
 use crate::number::Number;
 use crate::plausibility::{Observation, Plausibility};
 use crate::units::Units;
@@ -81,7 +82,9 @@ impl<N: Number> Commission<N> {
     /// The cut-off of the velocity estimate that gains take over with, ω T.
     const CUTOFF: f64 = 0.2;
 
-    /// The longest that a slice of the study takes, s: on a Cortex-M4F at 168 MHz, beside the interrupt.
+    /// What is reckoned for a slice of the study, s. On a Cortex-M4F at 168 MHz it takes a fifth of that on
+    /// the average and nearly all of it at most, beside the interrupt; a few that end a fit or a prediction
+    /// take longer (`commission-slice` in the firmware's budget).
     const SLICE: f64 = 1e-4;
 
     /// The sizes of the second and of the third motion, as parts of the first.
@@ -153,6 +156,25 @@ impl<N: Number> Commission<N> {
         )
     }
 
+    /// Begins beside a controller that has run until a count, with the gains before: `last` is that
+    /// one's last sample. Its command goes on without a bump, its integral is carried over, and its
+    /// reference goes to where the servo is. For a state of [`Commission::start`] that has run no sample
+    /// yet, where there is no time to build a new one.
+    pub fn take_over(&self, state: &mut CommissionState<N>, count: i32, last: &ControlSample<N>) {
+        state.begin_at(count);
+        let Some(before) = self.before else {
+            return;
+        };
+        let [low, high] = self.limit;
+        let moving = before.pid.linear(last.error, last.velocity);
+        state.held = (last.command - moving).limited(low, high);
+        state.command = last.command;
+        (state.velocity, state.velocity_now) = (LowPassState::moving(last.velocity), last.velocity);
+        let mut holding = self.held_after(before, N::ZERO, last);
+        holding.send(N::ZERO);
+        state.activity = Activity::Holding(holding);
+    }
+
     /// One sample. After an end it goes on holding the servo, with the new gains or those before, or
     /// keeps it let go.
     pub fn process(&self, state: &mut CommissionState<N>, seen: &Seen) -> CommissionStep<N> {
@@ -203,6 +225,10 @@ impl<N: Number> Commission<N> {
                 state.tuning_error = Some(*error);
                 Next::End(StopReason::NoGains)
             }
+            Answer::Suspects(effect) => {
+                state.suspect = *effect;
+                return;
+            }
             Answer::Failed(reason) => Next::End(*reason),
         };
     }
@@ -222,7 +248,7 @@ impl<N: Number> Commission<N> {
             position: state.position,
             setpoint: state.activity.setpoint(),
             late: seen.late,
-            must_move: false,
+            must_move: state.activity.must_move(),
         };
         self.plausibility.process(&mut state.watch, &observation)
     }
@@ -322,7 +348,7 @@ impl<N: Number> Commission<N> {
             Next::Trial => {
                 if holding.is_at_rest() {
                     state.next = Next::Answer;
-                    self.begin_trial(state, command)?;
+                    self.begin_trial(state, holding)?;
                 }
             }
         }
@@ -417,12 +443,16 @@ impl<N: Number> Commission<N> {
         Ok(())
     }
 
-    fn begin_trial(&self, state: &mut CommissionState<N>, command: N) -> Result<(), StopReason> {
+    fn begin_trial(
+        &self,
+        state: &mut CommissionState<N>,
+        held: &Holding<N>,
+    ) -> Result<(), StopReason> {
         let Some(candidate) = &state.candidate else {
             return Err(StopReason::NoGains);
         };
-        let (position, velocity) = (state.position, state.velocity_now);
-        let mut holding = self.held_by(candidate.controller, position, velocity, command);
+        let last = held.resting();
+        let mut holding = self.held_after(candidate.controller, held.reference(), &last);
         holding.rest_for(self.rest.max(candidate.rest));
         state.activity = Activity::OnTrial(holding, candidate.trial);
         state.phase = Phase::Trial;
@@ -431,9 +461,18 @@ impl<N: Number> Commission<N> {
     }
 
     fn held_by(&self, controller: Loop<N>, position: N, velocity: N, command: N) -> Holding<N> {
-        Holding::take_over(
-            controller, self.limit, position, velocity, command, self.pace, self.rest,
-        )
+        let last = ControlSample {
+            error: N::ZERO,
+            increment: N::ZERO,
+            velocity,
+            command,
+        };
+        self.held_after(controller, position, &last)
+    }
+
+    /// Held from after the last sample of another controller.
+    fn held_after(&self, controller: Loop<N>, position: N, last: &ControlSample<N>) -> Holding<N> {
+        Holding::take_over(controller, self.limit, position, last, self.pace, self.rest)
     }
 
     /// Ends it: the gains before hold again where they can, or the servo is let go.
@@ -442,7 +481,8 @@ impl<N: Number> Commission<N> {
             Phase::Trial | Phase::Applied | Phase::RolledBack => Phase::RolledBack,
             _ => Phase::Aborted,
         };
-        state.reason = Some(reason);
+        let effect = state.suspect.filter(|effect| effect.may_show_as(reason));
+        state.reason = Some(effect.unwrap_or(reason));
         state.drop_record();
         if let Activity::OnTrial(_, trial) = &state.activity {
             state.trial = Some(trial.result(&self.units));

@@ -4,6 +4,7 @@ use super::{
     Candidate, Finding, Identified, IdentifiedServo, MotionBlock, MotionRecorder, Phase,
     StopReason, WiggleState,
 };
+use crate::control::ControlSample;
 use crate::measurement::velocity::LowPassState;
 use crate::number::Number;
 use crate::plausibility::PlausibilityState;
@@ -33,6 +34,8 @@ pub struct CommissionState<N: Number> {
     pub(super) tuning_error: Option<TuningError>,
     pub(super) trial: Option<TrialResult>,
     pub(super) reason: Option<StopReason>,
+    /// The effect that the servo may have.
+    pub(super) suspect: Option<StopReason>,
 }
 
 /// What moves or holds the servo.
@@ -51,6 +54,13 @@ impl<N: Number> Activity<N> {
             Self::Free | Self::Wiggling(_) => None,
             Self::Holding(holding) | Self::OnTrial(holding, _) => Some(holding.reference()),
         }
+    }
+}
+
+impl<N: Number> Activity<N> {
+    /// Whether the command that acts must move the servo.
+    pub(super) fn must_move(&self) -> bool {
+        matches!(self, Self::Wiggling(wiggle) if wiggle.is_swinging())
     }
 }
 
@@ -112,6 +122,7 @@ impl<N: Number> CommissionState<N> {
             tuning_error: None,
             trial: None,
             reason: None,
+            suspect: None,
         }
     }
 
@@ -155,6 +166,24 @@ impl<N: Number> CommissionState<N> {
     #[must_use]
     pub fn trial(&self) -> Option<&TrialResult> {
         self.trial.as_ref()
+    }
+
+    /// Puts a commissioning that has run no sample yet at another count.
+    pub fn begin_at(&mut self, count: i32) {
+        self.count = count;
+    }
+
+    /// The last sample of the controller that holds the servo, for one that goes on from there; none where
+    /// none acts.
+    #[must_use]
+    pub fn last_sample(&self) -> Option<ControlSample<N>> {
+        let setpoint = self.activity.setpoint()?;
+        Some(ControlSample {
+            error: setpoint - self.position,
+            increment: self.velocity_now,
+            velocity: self.velocity_now,
+            command: self.command,
+        })
     }
 
     /// Takes in a count, and returns the increment since the last.

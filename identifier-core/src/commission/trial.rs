@@ -226,6 +226,7 @@ impl<N: Number> Trial<N> {
 mod tests {
     use super::*;
     use crate::commission::HoldingGains;
+    use crate::control::ControlSample;
     use crate::settings::ControllerSettings;
     use crate::tuning::Promise;
 
@@ -278,7 +279,13 @@ mod tests {
         };
         let controller = gains.build::<f64>(&units).expect("valid");
         let limit = [-10.0, 10.0];
-        let mut holding = Holding::take_over(controller, limit, 0.0, 0.0, 0.0, 1.0, 60);
+        let at_rest = ControlSample {
+            error: 0.0,
+            increment: 0.0,
+            velocity: 0.0,
+            command: 0.0,
+        };
+        let mut holding = Holding::take_over(controller, limit, 0.0, &at_rest, 1.0, 60);
         let servo = ServoParameters {
             a: 0.0,
             b: B,

@@ -31,7 +31,7 @@ pub use pid::{Command, Pid};
 
 use crate::error::StepError;
 use crate::identifier::IdentifierError;
-use crate::measurement::velocity::VelocityEstimate;
+use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
 use crate::number::{Number, RunningSum};
 use crate::settings::{FromSettings, Settings};
 
@@ -118,6 +118,20 @@ impl<N: Number, V: VelocityEstimate<N>> FromSettings for Controller<N, V> {
             velocity: settings.build()?,
             jump: N::from_f64(N::REACH.to_f64() / most),
         })
+    }
+}
+
+impl<N: Number> Controller<N, LowPass<N>> {
+    /// The state with which it goes on, without a bump of the command, where another controller has held
+    /// the servo: `last` is that one's last sample.
+    #[must_use]
+    pub fn take_over(&self, last: &ControlSample<N>) -> ControlState<N, LowPassState<N>> {
+        let integral = self
+            .pid
+            .integral_for(last.command, last.error, last.velocity);
+        ControlState::default()
+            .with_integral(integral)
+            .with_filter(LowPassState::moving(last.velocity))
     }
 }
 

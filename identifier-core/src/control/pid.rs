@@ -12,6 +12,8 @@ pub struct Pid<N> {
     proportional: N,
     derivative: N,
     integral: N,
+    /// 1/k_i, for a sample to divide by nothing; zero without integral action.
+    per_integral: N,
     low: N,
     high: N,
 }
@@ -33,16 +35,23 @@ impl<N: Number> Pid<N> {
     /// The control law for SI gains and a command limit.
     #[must_use]
     pub fn new(units: &Units, gains: &Gains, limit: &CommandLimit) -> Self {
+        let integral = gains.ki() * units.rate() / units.position();
+        let per_integral = N::from_f64(1.0 / integral);
         Self {
             proportional: N::from_f64(gains.kp() / units.position()),
             derivative: N::from_f64(gains.kd() / units.velocity()),
-            integral: N::from_f64(gains.ki() * units.rate() / units.position()),
+            integral: N::from_f64(integral),
+            per_integral: if per_integral.is_finite() {
+                per_integral
+            } else {
+                N::ZERO
+            },
             low: N::from_f64(limit.low()),
             high: N::from_f64(limit.high()),
         }
     }
 
-    /// The control law for k_p, k_d and k_i in machine units, and the lowest and highest command.
+    /// The control law for k_p, k_d and k_i in machine units, the last above zero, and the lowest and highest command.
     pub(crate) fn in_machine_units(
         [proportional, derivative, integral]: [N; 3],
         [low, high]: [N; 2],
@@ -51,6 +60,7 @@ impl<N: Number> Pid<N> {
             proportional,
             derivative,
             integral,
+            per_integral: integral.reciprocal(),
             low,
             high,
         }
@@ -84,11 +94,7 @@ impl<N: Number> Pid<N> {
     /// The integral ∑e with which a controller that takes over goes on from a command without a bump:
     /// (u − k_p e + k_d v)/k_i; zero without integral action. For the sample in which it takes over.
     pub(crate) fn integral_for(&self, command: N, error: N, velocity: N) -> N {
-        if self.integral > N::ZERO {
-            (command - self.linear(error, velocity)) * self.integral.reciprocal()
-        } else {
-            N::ZERO
-        }
+        self.per_integral * (command - self.linear(error, velocity))
     }
 
     /// The proportional and derivative parts of a command, without limit: k_p e − k_d v.

@@ -201,6 +201,18 @@ impl Sum {
         Self(libm::rint(libm::ldexp(value, SUM_BITS - exponent)) as i64)
     }
 
+    /// Last bits of a sum of full scale 2^exponent.
+    pub(super) fn bits_of_one(exponent: i32) -> f32 {
+        libm::ldexpf(1.0, SUM_BITS - exponent)
+    }
+
+    /// A sum of so many last bits, within its full scale.
+    pub(super) fn of_bits(bits: f32) -> Self {
+        const MOST: i64 = (1 << SUM_BITS) - 1;
+        // A cast saturates, and makes zero of what is no number.
+        Self(between(bits as i64, -MOST, MOST))
+    }
+
     /// The sum as a value.
     pub(super) fn value(self, exponent: i32) -> f64 {
         libm::ldexp(self.0 as f64, exponent - SUM_BITS)

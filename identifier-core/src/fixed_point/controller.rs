@@ -4,6 +4,7 @@ use super::arithmetic::{Raise, Sum, WORD_BITS, Word, between, limit, value};
 use super::pid::FixedPid;
 use super::ranges::Scales;
 use super::velocity::FixedVelocity;
+use crate::control::{ControlSample, Pid};
 use crate::error::StepError;
 use crate::identifier::IdentifierError;
 use crate::settings::{FromSettings, Settings};
@@ -21,6 +22,9 @@ pub struct FixedController<V> {
     /// The largest increment that is taken.
     most: Word,
     scales: Scales,
+    /// The same PID on numbers, and last bits of the integral per count: for what takes over.
+    on_numbers: Pid<f32>,
+    integral_bits: f32,
 }
 
 /// What the controller remembers between samples.
@@ -66,9 +70,11 @@ impl<V: FixedVelocity> FromSettings for FixedController<V> {
     fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
         let given = settings.own_controller()?;
         let (gains, limit) = (given.gains()?, given.command_limit()?);
-        let scales = Scales::of(settings)?;
+        let (scales, units) = (Scales::of(settings)?, settings.units()?);
         Ok(Self {
-            pid: FixedPid::new(&settings.units()?, &gains, &limit, &scales),
+            pid: FixedPid::new(&units, &gains, &limit, &scales),
+            on_numbers: Pid::new(&units, &gains, &limit),
+            integral_bits: Sum::bits_of_one(scales.sum(&units, &gains)),
             velocity: settings.build()?,
             error: ErrorWord::new(&scales),
             increment: IncrementWord::new(&scales),
@@ -84,6 +90,18 @@ impl<V: FixedVelocity> FixedController<V> {
     pub fn start(&self) -> FixedControlState<V::State> {
         FixedControlState {
             integral: Sum::ZERO,
+            filter: V::State::default(),
+        }
+    }
+
+    /// The state with which it goes on where another controller has held the servo: `last` is that one's
+    /// last sample, in counts, and its command goes on without a bump. The velocity estimate begins at
+    /// zero.
+    #[must_use]
+    pub fn take_over(&self, last: &ControlSample<f32>) -> FixedControlState<V::State> {
+        let integral = self.on_numbers.integral_for(last.command, last.error, 0.0);
+        FixedControlState {
+            integral: Sum::of_bits(integral * self.integral_bits),
             filter: V::State::default(),
         }
     }

@@ -4,6 +4,7 @@ use super::arithmetic::Word;
 use super::controller::{FixedControlSample, FixedControlState, FixedController};
 use super::identifier::{FixedGradientIdentifier, FixedGradientState};
 use super::velocity::FixedVelocity;
+use crate::control::ControlSample;
 use crate::error::StepError;
 use crate::identifier::{IdentifierError, Identify, Seen};
 use crate::parameters::ParameterSet;
@@ -100,6 +101,22 @@ where
             control: self.controller.start(),
             identification: self.identifier.start(),
         }
+    }
+
+    /// Goes on where another controller has held the servo until a count, as
+    /// [`FixedController::take_over`] does. For a state that has run no sample yet, where there is no
+    /// time to build a new one.
+    pub fn take_over(
+        &self,
+        state: &mut FixedServoLoopState<V::State, P>,
+        count: i32,
+        last: &ControlSample<f32>,
+    ) {
+        state.count = count;
+        state.control = self.controller.take_over(last);
+        // A cast saturates.
+        let increment = self.controller.increment(last.increment as i32);
+        self.identifier.join(&mut state.identification, increment);
     }
 
     /// One sample: towards `setpoint` counts plus an `offset` (a fraction of a count, a reference that

@@ -28,7 +28,7 @@ pub use error::IdentifierError;
 pub use fit::NumberedBlock;
 pub use gauss_newton::{
     GaussNewtonFitted, GaussNewtonFitter, GaussNewtonFitterState, GaussNewtonIdentifier,
-    GaussNewtonIdentifierState, GaussNewtonRecursion, GaussNewtonRecursionState,
+    GaussNewtonIdentifierState, GaussNewtonRecursion, GaussNewtonRecursionState, MotionOfKnown,
 };
 pub use gradient::{
     DiagonalGradientIdentifier, GradientEstimates, GradientIdentifier, GradientIdentifierState,

@@ -1,7 +1,7 @@
 use super::{IdentifierError, Identify, Seen};
 use crate::control::{ControlSample, ControlState, Controller, position_error};
 use crate::error::StepError;
-use crate::measurement::velocity::VelocityEstimate;
+use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
 use crate::number::Number;
 use crate::settings::{FromSettings, Settings};
 
@@ -174,5 +174,22 @@ impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
         self.identifier.check(sample.increment, command)?;
         let acted = ControlSample { command, ..*sample };
         Ok(self.learn(state, &acted))
+    }
+}
+
+impl<N: Number, I: Identify<N>> ServoLoop<N, LowPass<N>, I> {
+    /// Goes on, without a bump of the command, where another controller has held the servo until a
+    /// count: `last` is that one's last sample. For a state that has run no sample yet, where there is no
+    /// time to build a new one.
+    pub fn take_over(
+        &self,
+        state: &mut ServoLoopState<N, LowPassState<N>, I::State>,
+        count: i32,
+        last: &ControlSample<N>,
+    ) {
+        state.count = count;
+        state.control = self.controller.take_over(last);
+        self.identifier
+            .join(&mut state.identification, last.increment);
     }
 }

@@ -5,16 +5,16 @@
 //!
 //!   A = b W + M² (d − c sign v) − a M (D + D⁻)/2.
 
+use super::parts::Part;
 use crate::number::Number;
 
 /// Blocks of one length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Blocks<N> {
-    /// M.
-    length: i32,
-    /// Samples by which the first block is shorter, so that blocks of several lengths do not end in one
-    /// sample.
-    ahead: i32,
+    /// Parts of a block.
+    parts: i32,
+    /// Samples of a part, and M.
+    part: N,
     scale: N,
     /// M² and 1/M².
     area: N,
@@ -23,8 +23,9 @@ pub(super) struct Blocks<N> {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct BlocksState<N> {
-    samples: i32,
-    /// Of this block: counts, the sum of the commands and the sum of its partial sums.
+    /// Parts of this block so far, and what has been seen in them: counts, the sum of the commands and the
+    /// sum of its partial sums.
+    parts: i32,
     counts: N,
     sum: N,
     double_sum: N,
@@ -39,8 +40,7 @@ pub(super) struct BlocksState<N> {
     weighed: N,
     /// Whether the servo has turned in this block.
     turned: bool,
-    /// Samples running without a count, and the most of them in this block.
-    quiet: i32,
+    /// The most samples running without a count in it.
     longest: i32,
     /// Blocks so far, and those running in which it moved one way, as long as they are few.
     blocks: i32,
@@ -73,32 +73,29 @@ pub(super) struct Block<N> {
 
 impl<N: Number> Blocks<N> {
     /// Blocks that A and A⁻ are made of.
-    const PARTS: i32 = 3;
+    const BLOCKS: i32 = 3;
     /// A block in which the servo has moved no further than this may hold a turn, counts.
     const SLIP: i32 = 2;
     /// A servo that has stood within a block has passed so many counts fewer than at its speed.
     const STOOD: i32 = 3;
 
-    pub(super) fn new(length: i32, ahead: i32) -> Self {
-        let samples = f64::from(length);
+    /// Of so many parts, each of so many samples.
+    pub(super) fn new(parts: i32, part: i32) -> Self {
+        let samples = f64::from(parts) * f64::from(part);
         Self {
-            length,
-            ahead,
+            parts,
+            part: N::from_f64(f64::from(part)),
             scale: N::from_f64(samples),
             area: N::from_f64(samples * samples),
             per_area: N::from_f64(1.0 / (samples * samples)),
         }
     }
 
-    pub(super) fn length(&self) -> i32 {
-        self.length
-    }
-
     /// Nothing has been seen yet.
-    pub(super) fn start(&self) -> BlocksState<N> {
+    pub(super) fn start() -> BlocksState<N> {
         let zero = N::ZERO;
         BlocksState {
-            samples: self.ahead,
+            parts: 0,
             counts: zero,
             sum: zero,
             double_sum: zero,
@@ -108,41 +105,29 @@ impl<N: Number> Blocks<N> {
             acceleration: zero,
             weighed: zero,
             turned: false,
-            quiet: 0,
             longest: 0,
-            // The first is no whole one.
-            blocks: -1,
+            blocks: 0,
             one_way: 0,
         }
     }
 
-    /// A sample; from the third block on, what has been seen at the end of each.
+    /// A part; from the third block on, what has been seen at the end of each.
     #[inline]
-    pub(super) fn process(
-        &self,
-        state: &mut BlocksState<N>,
-        increment: N,
-        command: N,
-    ) -> Option<Block<N>> {
+    pub(super) fn take(&self, state: &mut BlocksState<N>, part: &Part<N>) -> Option<Block<N>> {
         let [largest, _] = &mut state.largest;
-        *largest = larger(*largest, command.magnitude());
-        state.turned |= increment * state.counts < N::ZERO;
-        state.quiet = if increment == N::ZERO {
-            state.quiet + 1
-        } else {
-            0
-        };
-        state.longest = state.longest.max(state.quiet);
-        state.counts += increment;
-        state.double_sum += state.sum + N::from_f64(0.5) * command;
-        state.sum += command;
-        state.samples += 1;
-        if state.samples < self.length {
+        *largest = larger(*largest, part.largest);
+        state.turned |= part.turned || part.counts * state.counts < N::ZERO;
+        state.longest = state.longest.max(part.longest);
+        state.counts += part.counts;
+        state.double_sum += part.double_sum + self.part * state.sum;
+        state.sum += part.sum;
+        state.parts += 1;
+        if state.parts < self.parts {
             return None;
         }
         let block = self.end(state);
-        state.blocks = (state.blocks + 1).min(Self::PARTS);
-        (state.blocks == Self::PARTS).then_some(block)
+        state.blocks = (state.blocks + 1).min(Self::BLOCKS);
+        (state.blocks == Self::BLOCKS).then_some(block)
     }
 
     fn end(&self, state: &mut BlocksState<N>) -> Block<N> {
@@ -154,7 +139,7 @@ impl<N: Number> Blocks<N> {
         state.one_way = if self.stops(state) {
             0
         } else if counts * before > N::ZERO {
-            (state.one_way + 1).min(Self::PARTS)
+            (state.one_way + 1).min(Self::BLOCKS)
         } else {
             1
         };
@@ -166,21 +151,19 @@ impl<N: Number> Blocks<N> {
             weighed,
             cause: weighed - state.weighed,
             largest: larger(largest, largest_before),
-            one_way: state.one_way == Self::PARTS,
+            one_way: state.one_way == Self::BLOCKS,
             half: N::from_f64(0.5) * self.scale,
             area: self.area,
         };
         *state = BlocksState {
-            samples: 0,
             largest: [N::ZERO, largest],
             carried: self.scale * state.sum - state.double_sum,
             before: [counts, before],
             acceleration: moved,
             weighed,
-            quiet: 0,
             blocks: state.blocks,
             one_way: state.one_way,
-            ..self.start()
+            ..Self::start()
         };
         block
     }
@@ -198,6 +181,6 @@ impl<N: Number> Blocks<N> {
 }
 
 /// The larger of two.
-fn larger<N: Number>(one: N, other: N) -> N {
+pub(super) fn larger<N: Number>(one: N, other: N) -> N {
     if one > other { one } else { other }
 }

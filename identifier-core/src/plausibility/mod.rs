@@ -30,6 +30,7 @@ mod model;
 mod motion;
 mod observation;
 mod oscillation;
+mod parts;
 mod readings;
 mod response;
 mod settings;

@@ -12,9 +12,13 @@
 //!
 //! Of a servo that is not known, b > 0 alone is: its motion must not change against the command's change,
 //! and it must not gain speed against a command that no load explains.
+//!
+//! A loop that runs away may leave its limits before that is certain. What the level of the last block alone
+//! speaks for then tells why.
 
-use super::blocks::{Block, Blocks, BlocksState};
+use super::blocks::{Block, Blocks, BlocksState, larger};
 use super::model::{MODEL_ERROR, Model};
+use super::parts::Part;
 use crate::number::Number;
 use crate::stop_reason::StopReason;
 
@@ -25,6 +29,8 @@ pub(super) struct Response<N> {
     /// The change of W that tells something, and the W that no load explains.
     least: N,
     strong: N,
+    /// The W that no load explains which was there before.
+    held: N,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,8 +44,9 @@ pub(super) struct ResponseState<N> {
     square: N,
     /// Blocks running that were no evidence.
     idle: i32,
-    /// The level: running blocks against the command.
+    /// The level: running blocks against the command, and what the last of all speaks for.
     level: i32,
+    suspicion: Option<StopReason>,
 }
 
 /// What is known of the servo's response, in the number format of the loop.
@@ -94,57 +101,53 @@ impl<N: Number> Response<N> {
     /// One block weighs no more than so many times what its command explains.
     const CREDIT: f64 = 2.5;
 
-    /// Over blocks of so many samples, the first shorter by those that it is ahead, for commands up to a
-    /// limit.
-    pub(super) fn new(length: i32, ahead: i32, limit: f64) -> Self {
+    /// Over blocks of so many parts of so many samples each, for commands up to a limit.
+    pub(super) fn new(parts: i32, part: i32, limit: f64) -> Self {
         /// The change of the command that tells something, as a share of the limit: of a smaller one what is
         /// not known of delay and friction makes up too much.
         const LEAST: f64 = 0.05;
         /// The command that neither a load nor a step of it explains: either is 30 %.
         const STRONG: f64 = 0.7;
-        let area = f64::from(length) * f64::from(length);
+        /// The command that a load does not explain, if it does not step.
+        const HELD: f64 = 0.35;
+        let length = f64::from(parts) * f64::from(part);
+        let area = length * length;
         Self {
-            blocks: Blocks::new(length, ahead),
+            blocks: Blocks::new(parts, part),
             least: N::from_f64(LEAST * limit * area),
             strong: N::from_f64(STRONG * limit * area),
+            held: N::from_f64(HELD * limit * area),
         }
     }
 
-    pub(super) fn length(&self) -> i32 {
-        self.blocks.length()
-    }
-
     /// Nothing has been seen yet.
-    pub(super) fn start(&self) -> ResponseState<N> {
+    pub(super) fn start() -> ResponseState<N> {
         ResponseState {
-            blocks: self.blocks.start(),
+            blocks: Blocks::start(),
             evidence: 0,
             against: 0,
             product: N::ZERO,
             square: N::ZERO,
             idle: 0,
             level: 0,
+            suspicion: None,
         }
     }
 
     /// `relay` says that a relay gives the command. Returns a block that has ended.
-    #[inline]
-    pub(super) fn process(
+    pub(super) fn take(
         &self,
         state: &mut ResponseState<N>,
-        increment: N,
-        command: N,
+        part: &Part<N>,
         known: Option<&Known<N>>,
         relay: bool,
     ) -> Result<Option<Block<N>>, StopReason> {
-        let Some(block) = self.blocks.process(&mut state.blocks, increment, command) else {
+        let Some(block) = self.blocks.take(&mut state.blocks, part) else {
             return Ok(None);
         };
-        if block.one_way {
-            match known {
-                Some(known) => self.judge(state, &block, known, relay)?,
-                None => self.judge_signs(state, &block)?,
-            }
+        match known {
+            Some(known) => self.judge(state, &block, known, relay)?,
+            None => self.judge_signs(state, &block)?,
         }
         Ok(Some(block))
     }
@@ -158,14 +161,36 @@ impl<N: Number> Response<N> {
     ) -> Result<(), StopReason> {
         let [counts, before, first] = block.counts;
         let viscous = known.x * block.half;
-        let enough = if relay { Self::FEW } else { Self::ENOUGH };
-        let change = block.change + viscous * (counts - first);
-        let least = known.gain * self.least;
-        state.compare(change, known.gain * block.cause, least, enough)?;
         let braked = viscous * (counts + before)
             + block.area * (known.coulomb * sign_of(counts) - known.load);
         let favour = block.area * known.favour;
-        state.compare_level(block.moved + braked, known.gain * block.weighed, favour)
+        let acts = block.moved + braked;
+        let force = known.gain * block.weighed;
+        let contradiction = contradiction(acts, force, favour);
+        let faint = N::from_count(Self::FAINT);
+        let by_level = contradiction.filter(|_| force.magnitude() >= faint);
+        state.suspicion = by_level.or(self.gains_against(block, self.strong));
+        if !block.one_way {
+            return Ok(());
+        }
+        let enough = if relay { Self::FEW } else { Self::ENOUGH };
+        let change = block.change + viscous * (counts - first);
+        let (cause, least) = (known.gain * block.cause, known.gain * self.least);
+        if change * cause < N::ZERO && cause.magnitude() >= larger(faint, least) {
+            state.suspicion = Some(StopReason::Reversed);
+        }
+        state.compare(change, cause, least, enough)?;
+        let telling = N::from_count(Self::TELLING);
+        state.count_level(contradiction.filter(|_| force.magnitude() >= telling))
+    }
+
+    /// Whether the servo gains speed against a command.
+    fn gains_against(&self, block: &Block<N>, least: N) -> Option<StopReason> {
+        let [counts, ..] = block.counts;
+        let direction = sign_of(counts);
+        let gains = block.moved * direction >= N::from_count(Self::VISIBLE);
+        let against = -(block.weighed * direction) >= least;
+        (gains && against).then_some(StopReason::Reversed)
     }
 
     fn judge_signs(
@@ -173,11 +198,15 @@ impl<N: Number> Response<N> {
         state: &mut ResponseState<N>,
         block: &Block<N>,
     ) -> Result<(), StopReason> {
-        let [counts, ..] = block.counts;
+        state.suspicion = self.gains_against(block, self.held);
+        if !block.one_way {
+            return Ok(());
+        }
         state.compare_signs(block.change, block.cause, self.least)?;
-        let gains = block.moved * sign_of(counts);
-        let against = -(block.weighed * sign_of(counts));
-        state.compare_level_signs(gains, against, self.strong)
+        if state.against > 0 {
+            state.suspicion = Some(StopReason::Reversed);
+        }
+        state.count_level(self.gains_against(block, self.strong))
     }
 }
 
@@ -240,33 +269,22 @@ impl<N: Number> ResponseState<N> {
         Err(StopReason::Reversed)
     }
 
-    /// What acts of a command by the motion, and what should, counts; a step of the load in its favour.
-    fn compare_level(&mut self, acts: N, force: N, favour: N) -> Result<(), StopReason> {
-        let size = force.magnitude();
-        let along = acts * sign_of(force);
-        let contradicts = size >= N::from_count(Response::<N>::TELLING)
-            && along + favour < N::from_f64(Response::<N>::WEAK) * size;
-        self.level = if contradicts { self.level + 1 } else { 0 };
+    /// Takes in what the level of a block speaks for.
+    fn count_level(&mut self, contradiction: Option<StopReason>) -> Result<(), StopReason> {
+        let Some(reason) = contradiction else {
+            self.level = 0;
+            return Ok(());
+        };
+        self.level += 1;
         if self.level < Response::<N>::FEW {
             return Ok(());
         }
-        let share = |share: f64| N::from_f64(share) * size;
-        Err(if along < share(Response::<N>::REVERSED) {
-            StopReason::Reversed
-        } else {
-            StopReason::ActuatorDead
-        })
+        Err(reason)
     }
 
-    /// The same for a servo that is not known: `gains` is what it gains of speed, and `against` the command
-    /// against its motion.
-    fn compare_level_signs(&mut self, gains: N, against: N, strong: N) -> Result<(), StopReason> {
-        let contradicts = against >= strong && gains >= N::from_count(Response::<N>::VISIBLE);
-        self.level = if contradicts { self.level + 1 } else { 0 };
-        if self.level < Response::<N>::FEW {
-            return Ok(());
-        }
-        Err(StopReason::Reversed)
+    /// What the last block speaks for, too little to be certain.
+    pub(super) fn suspicion(&self) -> Option<StopReason> {
+        self.suspicion
     }
 
     fn acquit(&mut self) {
@@ -276,6 +294,21 @@ impl<N: Number> ResponseState<N> {
         self.product = N::ZERO;
         self.square = N::ZERO;
     }
+}
+
+/// What acts of a command by the motion, and what should, counts, with a step of the load in its favour: what
+/// is wrong, if they contradict each other.
+fn contradiction<N: Number>(acts: N, force: N, favour: N) -> Option<StopReason> {
+    let size = force.magnitude();
+    let along = acts * sign_of(force);
+    let share = |share: f64| N::from_f64(share) * size;
+    (along + favour < share(Response::<N>::WEAK)).then(|| {
+        if along < share(Response::<N>::REVERSED) {
+            StopReason::Reversed
+        } else {
+            StopReason::ActuatorDead
+        }
+    })
 }
 
 /// ±1.

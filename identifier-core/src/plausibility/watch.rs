@@ -2,6 +2,7 @@ use super::bounds::{Bounds, BoundsState};
 use super::known_servo::{KnownServo, LONGEST_DELAY};
 use super::motion::{Motion, MotionState, Under};
 use super::oscillation::{Oscillation, OscillationState};
+use super::parts::{Part, Parts, PartsState};
 use super::readings::{Readings, ReadingsState};
 use super::response::{Known, Response, ResponseState};
 use super::{Detection, Observation, PlausibilitySettings};
@@ -16,6 +17,9 @@ pub struct Plausibility<N> {
     readings: Readings<N>,
     motion: Motion<N>,
     oscillation: Oscillation<N>,
+    parts: Parts,
+    /// Samples of the longer blocks.
+    longer: i32,
     /// Over shorter and over longer blocks.
     response: [Response<N>; 2],
 }
@@ -27,6 +31,9 @@ pub struct PlausibilityState<N> {
     readings: ReadingsState<N>,
     motion: MotionState<N>,
     oscillation: OscillationState<N>,
+    parts: PartsState<N>,
+    /// A part that the longer blocks take in the next sample, for no sample to end both.
+    part: Option<Part<N>>,
     response: [ResponseState<N>; 2],
     known: Option<Known<N>>,
     /// The last commands; the place of the newest, and how far back the one is that acts.
@@ -34,10 +41,14 @@ pub struct PlausibilityState<N> {
     newest: usize,
     delay: usize,
     /// The part of a sample in which the one before it still acts.
-    part: N,
+    late: N,
     /// Whether there was a sample.
     begun: bool,
 }
+
+/// The places of the two lengths of blocks.
+const SHORTER: usize = 0;
+const LONGER: usize = 1;
 
 impl<N: Number> Plausibility<N> {
     /// The share of the command limit by which a load may step without being a fault.
@@ -60,10 +71,10 @@ impl<N: Number> Plausibility<N> {
             readings: Readings::new(settings, &units),
             motion: Motion::new(settings, &units),
             oscillation: Oscillation::new(settings, &units),
-            response: [
-                Response::new(shorter, 0, settings.limit()),
-                Response::new(Self::LONGER * shorter, shorter / 2, settings.limit()),
-            ],
+            parts: Parts::new(shorter),
+            longer: Self::LONGER * shorter,
+            response: [1, Self::LONGER]
+                .map(|parts| Response::new(parts, shorter, settings.limit())),
         })
     }
 
@@ -75,12 +86,14 @@ impl<N: Number> Plausibility<N> {
             readings: self.readings.start(),
             motion: self.motion.start(),
             oscillation: self.oscillation.start(),
-            response: self.response.map(|response| response.start()),
+            parts: PartsState::START,
+            part: None,
+            response: [Response::<N>::start(); 2],
             known: None,
             commands: [N::ZERO; LONGEST_DELAY],
             newest: 0,
             delay: 0,
-            part: N::ZERO,
+            late: N::ZERO,
             begun: false,
         }
     }
@@ -91,8 +104,8 @@ impl<N: Number> Plausibility<N> {
         Motion::know(&mut state.motion, &servo.able);
         state.known = Some(servo.response);
         state.delay = servo.delay;
-        state.part = servo.part;
-        state.response = self.response.map(|response| response.start());
+        state.late = servo.part;
+        state.compare_anew();
     }
 
     /// A sample.
@@ -113,11 +126,12 @@ impl<N: Number> Plausibility<N> {
         let command = state.acting(seen.command);
         self.readings.process(&mut state.readings, seen.increment)?;
         let Some(increment) = seen.increment else {
-            state.response = self.response.map(|response| response.start());
+            state.compare_anew();
             return Ok(());
         };
         self.bounds
-            .motion(&mut state.bounds, increment, seen.position)?;
+            .motion(&mut state.bounds, increment, seen.position)
+            .map_err(|limit| state.suspicion().unwrap_or(limit))?;
         let under = match seen.setpoint {
             _ if seen.must_move => Under::Push,
             Some(setpoint) => Under::Control(setpoint),
@@ -125,18 +139,13 @@ impl<N: Number> Plausibility<N> {
         };
         self.motion
             .process(&mut state.motion, increment, command, under)?;
-        for (response, past) in self.response.iter().zip(&mut state.response) {
-            let known = state.known.as_ref();
-            let Some(block) = response.process(past, increment, command, known, seen.must_move)?
-            else {
-                continue;
-            };
-            if seen.must_move {
-                Motion::learn(&mut state.motion, block.acceleration.magnitude());
-            }
-            if seen.must_move || known.is_some() {
-                Motion::jolts(&mut state.motion, &block)?;
-            }
+        let waiting = state.part.take();
+        state.part = self.parts.process(&mut state.parts, increment, command);
+        if let Some(part) = waiting {
+            self.compare(state, LONGER, &part, seen.must_move)?;
+        }
+        if let Some(part) = state.part {
+            self.compare(state, SHORTER, &part, seen.must_move)?;
         }
         self.oscillation.process(
             &mut state.oscillation,
@@ -146,16 +155,40 @@ impl<N: Number> Plausibility<N> {
         )
     }
 
+    /// Compares motion and command over the shorter or the longer blocks.
+    #[inline(never)]
+    fn compare(
+        &self,
+        state: &mut PlausibilityState<N>,
+        of: usize,
+        part: &Part<N>,
+        relay: bool,
+    ) -> Result<(), StopReason> {
+        let (Some(response), Some(past)) = (self.response.get(of), state.response.get_mut(of))
+        else {
+            return Ok(());
+        };
+        let Some(block) = response.take(past, part, state.known.as_ref(), relay)? else {
+            return Ok(());
+        };
+        if relay {
+            Motion::learn(&mut state.motion, block.acceleration.magnitude());
+        }
+        if relay || state.known.is_some() {
+            Motion::jolts(&mut state.motion, &block)?;
+        }
+        Ok(())
+    }
+
     /// Within how many samples each fault is found, as the servo is known now.
     pub fn detection_times(&self, state: &PlausibilityState<N>) -> Detection {
-        let [_, longer] = &self.response;
         Detection {
             overrun: Bounds::<N>::TOO_LATE,
             encoder_lost: self.readings.lost_after as u32,
             smallest_jump: self.readings.smallest_jump(&state.readings),
             speed: libm::ceil(self.bounds.samples_until_too_fast()) as u32,
             standing: state.motion.patience() as u32,
-            response: (Response::<N>::BLOCKS * longer.length()) as u32 + state.delay as u32,
+            response: (Response::<N>::BLOCKS * self.longer) as u32 + state.delay as u32,
             swings: Oscillation::<N>::SWINGS,
             longest_swing: self.oscillation.longest as u32,
         }
@@ -163,6 +196,22 @@ impl<N: Number> Plausibility<N> {
 }
 
 impl<N: Number> PlausibilityState<N> {
+    fn compare_anew(&mut self) {
+        self.parts = PartsState::START;
+        self.part = None;
+        self.response = [Response::<N>::start(); 2];
+    }
+
+    /// Why a limit may have been left: a loop that pushes the wrong way, before one that does not push.
+    fn suspicion(&self) -> Option<StopReason> {
+        let [shorter, longer] = self.response.each_ref().map(ResponseState::suspicion);
+        match (shorter, longer) {
+            (reversed @ Some(StopReason::Reversed), _)
+            | (_, reversed @ Some(StopReason::Reversed)) => reversed,
+            _ => shorter.or(longer),
+        }
+    }
+
     /// What acts on the mean of a sample when this command is given.
     #[inline]
     fn acting(&mut self, command: N) -> N {
@@ -175,6 +224,6 @@ impl<N: Number> PlausibilityState<N> {
             self.commands.get(place).copied().unwrap_or(command)
         };
         let (now, before) = (given_before(self.delay), given_before(self.delay + 1));
-        now + self.part * (before - now)
+        now + self.late * (before - now)
     }
 }

@@ -24,6 +24,8 @@ pub(super) struct Prediction {
     measure: StepMeasure<f64>,
     /// The farthest from where it was, rad.
     farthest: f64,
+    /// Whether what is being predicted has been seen.
+    seen: bool,
     promise: Promise,
 }
 
@@ -127,6 +129,7 @@ impl Prediction {
             closed_loop: scene.step(design)?,
             measure: scene.measure(),
             farthest: 0.0,
+            seen: false,
             promise: Promise {
                 step: scene.settings.step,
                 rise_time: f64::INFINITY,
@@ -143,8 +146,16 @@ impl Prediction {
         })
     }
 
-    /// One sample of one servo.
+    /// One sample of one servo, or what comes between two of them.
     pub(super) fn work(&mut self, scene: &Scene) -> Option<Result<Promise, TuningError>> {
+        if self.seen {
+            self.seen = false;
+            return match self.next(scene) {
+                Ok(true) => None,
+                Ok(false) => Some(Ok(self.promise)),
+                Err(error) => Some(Err(error)),
+            };
+        }
         let Some(seen) = self.closed_loop.advance() else {
             return Some(Err(TuningError::DoesNotArrive));
         };
@@ -154,14 +165,8 @@ impl Prediction {
             let share = libm::fabs(seen.command) / scene.settings.command;
             self.promise.command_share = self.promise.command_share.max(share);
         }
-        if !self.ends(seen.position) {
-            return None;
-        }
-        match self.next(scene) {
-            Ok(true) => None,
-            Ok(false) => Some(Ok(self.promise)),
-            Err(error) => Some(Err(error)),
-        }
+        self.seen = self.ends(seen.position);
+        None
     }
 
     /// Whether what is being predicted has been seen.

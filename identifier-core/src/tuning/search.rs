@@ -19,8 +19,9 @@ pub(super) struct Judge {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Case {
     design: Design,
-    /// The servo whose loop is walked along; none before the first.
-    walk: Option<(usize, Walk)>,
+    /// The servo whose loop is walked along, and the walk, if it has begun.
+    place: usize,
+    walk: Option<Walk>,
     margins: Margins,
 }
 
@@ -36,7 +37,9 @@ pub(super) enum Verdict {
 /// A search under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Search {
-    case: Case,
+    bandwidth: f64,
+    /// Its judgement; none before that is begun.
+    case: Option<Case>,
     low: Option<(Design, Margins)>,
     high: Option<(f64, Cap)>,
     tried: u32,
@@ -91,19 +94,23 @@ impl Judge {
     pub(super) fn open(&self, bandwidth: f64) -> Case {
         Case {
             design: self.design(bandwidth),
+            place: 0,
             walk: None,
             margins: Margins::AMPLE,
         }
     }
 
-    /// One frequency of one servo.
+    /// The loop of a servo, or one frequency of it.
     pub(super) fn work(&self, case: &mut Case) -> Option<Verdict> {
-        let Some((place, walk)) = &mut case.walk else {
-            if let Some(cap) = self.placement.forbids(&case.design) {
+        let Some(walk) = &mut case.walk else {
+            if case.place == 0
+                && let Some(cap) = self.placement.forbids(&case.design)
+            {
                 return Some(Verdict::Breaks(cap));
             }
-            case.walk = self.walk(&case.design, 0);
-            return None;
+            case.walk = self.walk(&case.design, case.place);
+            let all = case.walk.is_none();
+            return all.then_some(Verdict::Keeps(case.design, case.margins));
         };
         match walk.work() {
             Progress::Goes => None,
@@ -113,22 +120,21 @@ impl Judge {
                 Cap::Delay
             })),
             Progress::Keeps(margins) => {
-                let next = *place + 1;
                 case.margins = case.margins.both(margins);
-                case.walk = self.walk(&case.design, next);
-                let all = case.walk.is_none();
-                all.then_some(Verdict::Keeps(case.design, case.margins))
+                case.place += 1;
+                case.walk = None;
+                None
             }
         }
     }
 
-    fn walk(&self, design: &Design, place: usize) -> Option<(usize, Walk)> {
+    fn walk(&self, design: &Design, place: usize) -> Option<Walk> {
         /// Where a walk begins, as a part of the slowest pole.
         const FIRST: f64 = 1.0 / 16.0;
         let servo = self.servos.get(place)?;
         let response = SampledResponse::new(design, servo, self.sample_time);
         let first = FIRST * THIRD_POLE * design.bandwidth * self.sample_time;
-        Some((place, Walk::begin(response, first, self.most_sensitivity)))
+        Some(Walk::begin(response, first, self.most_sensitivity))
     }
 }
 
@@ -147,19 +153,24 @@ impl Search {
     const MOST: u32 = 50;
 
     /// Begins at a bandwidth.
-    pub(super) fn from(judge: &Judge, bandwidth: f64) -> Self {
+    pub(super) fn from(bandwidth: f64) -> Self {
         Self {
-            case: judge.open(bandwidth),
+            bandwidth,
+            case: None,
             low: None,
             high: None,
             tried: 0,
         }
     }
 
-    /// One frequency of one servo; at the end the largest bandwidth, or none if there is no such.
+    /// The gains for a bandwidth, or one frequency of one servo; at the end the largest bandwidth, or none if there is no such.
     pub(super) fn work(&mut self, judge: &Judge) -> Option<Option<Largest>> {
-        let bandwidth = self.case.bandwidth();
-        match judge.work(&mut self.case)? {
+        let bandwidth = self.bandwidth;
+        let Some(case) = &mut self.case else {
+            self.case = Some(judge.open(bandwidth));
+            return None;
+        };
+        match judge.work(case)? {
             Verdict::Keeps(design, margins) => self.low = Some((design, margins)),
             Verdict::Breaks(cap) => self.high = Some((bandwidth, cap)),
         }
@@ -181,7 +192,8 @@ impl Search {
         if self.tried >= Self::MOST {
             return Some(None);
         }
-        self.case = judge.open(next);
+        self.bandwidth = next;
+        self.case = None;
         None
     }
 }

@@ -23,13 +23,21 @@ pub struct Tuner {
 pub struct TunerState(Task);
 
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is no heap here, and nobody has many tunings"
+)]
 enum Task {
+    /// Nothing was done yet.
+    Begin,
     /// Looks for the bandwidth of a response time.
     Time(ByTime),
     /// Judges what was asked for.
     Ask(Case),
     /// Looks for the largest bandwidth: for one that was asked for in vain, or for its own sake.
     Search(Search, Option<f64>),
+    /// These gains keep everything.
+    Found(Found),
     Predict(Found, Prediction),
     End(Result<Tuning, TuningError>),
 }
@@ -71,7 +79,11 @@ impl Tuner {
     /// Begins.
     #[must_use]
     pub fn start(&self) -> TunerState {
-        TunerState(match self.scene.settings.goal {
+        TunerState(Task::Begin)
+    }
+
+    fn first_task(&self) -> Task {
+        match self.scene.settings.goal {
             Goal::ResponseTime(time) => {
                 let bandwidth = Self::RISE / time;
                 match ByTime::begin(&self.scene, &self.judge, bandwidth, time) {
@@ -80,26 +92,27 @@ impl Tuner {
                 }
             }
             Goal::Bandwidth(bandwidth) => Task::Ask(self.judge.open(bandwidth)),
-            Goal::Stiffest => Task::Search(Search::from(&self.judge, self.first_guess()), None),
-        })
+            Goal::Stiffest => Task::Search(Search::from(self.first_guess()), None),
+        }
     }
 
     /// A slice of work. Returns the gains when they are found; from then on the same again.
     pub fn work(&self, state: &mut TunerState) -> Option<Result<Tuning, TuningError>> {
         let next = match &mut state.0 {
+            Task::Begin => self.first_task(),
             Task::Time(by_time) => {
                 let bandwidth = by_time.work(&self.scene, &self.judge)?;
                 Task::Ask(self.judge.open(bandwidth))
             }
             Task::Ask(case) => match self.judge.work(case)? {
-                Verdict::Keeps(design, margins) => self.predict(Found {
+                Verdict::Keeps(design, margins) => Task::Found(Found {
                     design,
                     margins,
                     cap: None,
                 }),
                 Verdict::Breaks(_) => {
                     let asked = case.bandwidth();
-                    Task::Search(Search::from(&self.judge, 0.5 * asked), Some(asked))
+                    Task::Search(Search::from(0.5 * asked), Some(asked))
                 }
             },
             Task::Search(search, asked) => match (search.work(&self.judge)?, *asked) {
@@ -109,8 +122,9 @@ impl Tuner {
                     most: largest.design.bandwidth,
                     cap: largest.cap,
                 })),
-                (Some(largest), None) => self.predict(largest.into()),
+                (Some(largest), None) => Task::Found(largest.into()),
             },
+            Task::Found(found) => self.predict(*found),
             Task::Predict(found, prediction) => Task::End(
                 prediction
                     .work(&self.scene)?

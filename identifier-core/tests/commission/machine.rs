@@ -95,6 +95,23 @@ fn whenever_it_is_stopped_what_held_before_holds_again_from_that_sample_on() {
 }
 
 #[test]
+fn the_gains_before_go_on_with_the_command_that_held_the_load() {
+    let mut bench = beside_a_controller();
+    bench.servo.load = 200.0;
+    let mut left = 5;
+    let course = bench.commission(&mut |now| {
+        left -= i32::from(now == Phase::Tune);
+        (left == 0).then_some(StopReason::ModeChanged)
+    });
+    assert_eq!(course.state.phase(), Phase::Aborted);
+    let [Some(first), ..] = course.after[..] else {
+        panic!("it is held");
+    };
+    let held = -bench.servo.load / bench.servo.b;
+    assert!((first / held - 1.0).abs() < 0.1, "{first} {held}");
+}
+
+#[test]
 fn an_answer_that_comes_after_the_end_changes_nothing() {
     let mut stopped = false;
     let course = ordinary().commission(&mut |phase| {

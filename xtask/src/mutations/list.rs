@@ -296,10 +296,10 @@ pub(super) const LOGIC: [Mutation; 25] = [
         "            fault: found_at_boot.err().filter(|_| false),",
     ),
     mutation(
-        "supervisor/mod.rs",
+        "supervisor/runs.rs",
         "what was kept is not used",
-        "            if let Ok(run) = Run::new(&settings, &self.stage) {",
-        "            if let Ok(run) = Run::new(&self.settings, &self.stage) {",
+        "            parts::begin_with(estimates, &mut settings.closed_loop.core.identifier);\n",
+        "            let _ = (estimates, &mut settings);\n",
     ),
     mutation(
         "sampler.rs",
@@ -340,13 +340,31 @@ pub(super) const LOGIC: [Mutation; 25] = [
     mutation(
         "supervisor/commission.rs",
         "what a commissioning found is not kept",
-        "        let kept = self.keep(false);",
-        "        let kept: Result<(), StoreError> = Ok(());",
+        "        if self.unkept && !self.is_out() {",
+        "        if self.unkept && self.is_out() {",
     ),
     mutation(
         "supervisor/mod.rs",
         "another mode does not end a commissioning",
         "                self.channel.change_mode();\n",
         "",
+    ),
+    mutation(
+        "supervisor/commission.rs",
+        "the flash is written while a loop goes on",
+        "        if self.unkept && !self.is_out() {",
+        "        if self.unkept {",
+    ),
+    mutation(
+        "closed_loop.rs",
+        "a loop that goes on forgets the integral",
+        "own => own.servo_loop.take_over(&mut own.state, *count, last),",
+        "own => { let _ = last; own.state.begin_at(*count) },",
+    ),
+    mutation(
+        "commissioning.rs",
+        "what a commissioning beside a loop holds is let go",
+        "            if self.beside.is_none() || self.fault.is_some() {",
+        "            if self.beside.is_none() || self.moved.sample > 0 {",
     ),
 ];

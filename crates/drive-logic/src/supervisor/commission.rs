@@ -1,7 +1,10 @@
-//! A commissioning as a transaction: what held before is kept before anything moves; what was found is
-//! kept as one record, once it is proved and the servo is let go.
+//! A commissioning as a transaction. From rest, what held before is kept before anything moves. Beside a
+//! loop the store is left alone, which holds all of the old. What was found is kept as one record, once it
+//! is proved and the servo is let go.
 
-use drive_link::{Commissioning as Standing, Gains, Kept, NotAllowed, Origin, Outcome, Refusal};
+use drive_link::{
+    Commissioning as Standing, Gains, Kept, NotAllowed, Origin, Outcome, Refusal, Settings, State,
+};
 use embedded_storage::nor_flash::NorFlash;
 use identifier_core::commission::{CommissionSettings, HoldingGains, Phase, StopReason};
 
@@ -24,13 +27,20 @@ impl<F: NorFlash> Supervisor<'_, F> {
         if self.is_commissioning() && !self.is_stopping() && self.ordered == Some(*given) {
             return Ok(());
         }
-        self.must_be_ready()?;
+        let is_beside = self.state() == State::Running && !self.is_stopping();
+        if !is_beside {
+            self.must_be_ready()?;
+        }
         let commissioning = self.commissioning(given).map_err(Refusal::Setting)?;
         let Some(spare) = self.spare_commissioning.take() else {
             return Err(Refusal::Busy);
         };
         let commissioning = spare.filled(commissioning);
-        let ordered = self.mark_and_order(commissioning, overtaken);
+        let ordered = if is_beside {
+            self.order_unless(overtaken, Order::CommissionBeside(commissioning))
+        } else {
+            self.mark_and_order(commissioning, overtaken)
+        };
         match ordered {
             Ok(()) => (self.ordered, self.phase) = (Some(*given), Phase::Idle),
             Err(_) => self.studying.end(),
@@ -76,22 +86,32 @@ impl<F: NorFlash> Supervisor<'_, F> {
             return Err(Refusal::NotKept);
         }
         // To keep may take long: only now is it known whether a stop has come.
-        let refused = if overtaken(self) {
-            self.spare_commissioning = Some(Spare::Used(commissioning));
-            Refusal::Overtaken
+        let ordered = self.order_unless(overtaken, Order::Commission(commissioning));
+        if ordered.is_err() {
+            // If that fails, the next boot tells of a commissioning that never began.
+            let _ = self.keep(false);
+        }
+        ordered
+    }
+
+    /// Orders a commissioning, unless a stop has overtaken it.
+    fn order_unless(
+        &mut self,
+        overtaken: impl FnOnce(&Self) -> bool,
+        order: Order,
+    ) -> Result<(), Refusal> {
+        let (order, refusal) = if overtaken(self) {
+            (order, Refusal::Overtaken)
         } else {
-            match self.channel.order(Order::Commission(commissioning)) {
+            match self.channel.order(order) {
                 Ok(()) => return Ok(()),
-                Err(Order::Commission(back)) => {
-                    self.spare_commissioning = Some(Spare::Used(back));
-                    Refusal::Busy
-                }
-                Err(_) => Refusal::Busy,
+                Err(order) => (order, Refusal::Busy),
             }
         };
-        // If that fails, the next boot tells of a commissioning that never began.
-        let _ = self.keep(false);
-        Err(refused)
+        if let Order::Commission(back) | Order::CommissionBeside(back) = order {
+            self.spare_commissioning = Some(Spare::Used(back));
+        }
+        Err(refusal)
     }
 
     /// Takes a commissioning back that is over, and keeps what it came to.
@@ -106,10 +126,18 @@ impl<F: NorFlash> Supervisor<'_, F> {
                 reason: Some(StopReason::NoGains),
             };
         }
-        let is_applied = outcome.commissioning.phase == Phase::Applied;
-        let kept = self.keep(false);
-        outcome.kept = is_applied && kept.is_ok();
+        self.unkept |= outcome.commissioning.phase == Phase::Applied;
         self.outcome = Some(outcome);
+        self.keep_what_is_due();
+    }
+
+    /// Keeps what holds, if that is due and the servo is let go: writing stops the processor, and with it
+    /// whatever holds the servo.
+    pub(super) fn keep_what_is_due(&mut self) {
+        if self.unkept && !self.is_out() {
+            // If that fails, the store holds all of the old, and the next time may do.
+            let _ = self.keep(false);
+        }
     }
 
     /// Lets what was found hold from now on.
@@ -118,13 +146,18 @@ impl<F: NorFlash> Supervisor<'_, F> {
             return Err(parts::refusal("gains", drive_link::Why::NotGiven));
         };
         let found = Commissioned::new(&servo, tuning, outcome.trial);
-        let limit = self
-            .ordered
-            .map_or([0.0; 2], |ordered| ordered.limits.command);
-        self.settings = found.settings(&self.settings, limit, &self.stage)?;
+        self.settings = self.with_gains_of(&found)?;
         self.estimates = Some(parts::identified(&servo));
         self.commissioned = Some(found);
         Ok(())
+    }
+
+    /// The settings that hold with the gains that were found.
+    pub(super) fn with_gains_of(&self, found: &Commissioned) -> Result<Settings, NotAllowed> {
+        let limit = self
+            .ordered
+            .map_or([0.0; 2], |ordered| ordered.limits.command);
+        found.settings(&self.settings, limit, &self.stage)
     }
 
     /// Keeps what holds.
@@ -136,6 +169,11 @@ impl<F: NorFlash> Supervisor<'_, F> {
             under_way,
         })?;
         self.kept = Kept::Record;
+        self.unkept = under_way;
+        if let Some(outcome) = &mut self.outcome {
+            let is_applied = outcome.commissioning.phase == Phase::Applied;
+            outcome.kept = is_applied && self.commissioned.is_some();
+        }
         Ok(())
     }
 
@@ -147,7 +185,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
                 reason: None,
             });
         }
-        self.outcome.map(|outcome| outcome.commissioning)
+        self.outcome.as_ref().map(|outcome| outcome.commissioning)
     }
 
     /// The gains that hold.
@@ -175,6 +213,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
                 },
                 servo: None,
                 tuning: None,
+                no_gains: None,
                 trial: None,
                 kept: false,
             });
@@ -186,6 +225,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
             },
             servo: Some(found.servo()),
             tuning: Some(found.tuning),
+            no_gains: None,
             trial: found.trial,
             kept: true,
         })

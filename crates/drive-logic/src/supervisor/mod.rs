@@ -3,12 +3,12 @@
 mod commission;
 mod record;
 mod reports;
+mod runs;
 
 use core::fmt;
 
 use drive_link::{
-    Command, Ended, Estimates, Fault, Kept, LoopSettings, NotAllowed, Outcome, Refusal, Report,
-    Request, Settings, State,
+    Command, Ended, Estimates, Fault, Kept, Outcome, Refusal, Report, Request, Settings, State,
 };
 use embedded_storage::nor_flash::NorFlash;
 use identifier_core::commission::{CommissionSettings, Phase};
@@ -21,7 +21,6 @@ use crate::commissioning::Commissioning;
 use crate::first_fit::FirstFit;
 use crate::memory::Memory;
 use crate::messages::{Counts, Order};
-use crate::parts;
 use crate::protection::reach;
 use crate::run::Run;
 use crate::spare::Spare;
@@ -53,6 +52,10 @@ pub struct Supervisor<'a, F> {
     ordered: Option<CommissionSettings>,
     phase: Phase,
     outcome: Option<Outcome>,
+    /// Whether it is over and holds the servo for a loop to go on.
+    waits: bool,
+    /// Whether what holds is to be kept as soon as the servo is let go.
+    unkept: bool,
     /// What the gains that hold come from, unless they were given.
     commissioned: Option<Commissioned>,
     fault: Option<Fault>,
@@ -111,6 +114,8 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             ordered: None,
             phase: Phase::Idle,
             outcome: record.as_ref().and_then(Self::outcome_of),
+            waits: false,
+            unkept: false,
             commissioned: record.and_then(|record| record.commissioned),
             fault: found_at_boot.err(),
             ended: None,
@@ -182,6 +187,9 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         if let Some(first_fit) = &mut self.first_fit {
             first_fit.work(&mut self.channel);
         }
+        if self.waits {
+            self.go_on();
+        }
         self.studying.work(&mut self.channel)
     }
 
@@ -212,7 +220,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                     id,
                     settings: self.settings,
                 },
-                Command::Outcome => self.outcome.map_or_else(
+                Command::Outcome => self.outcome.clone().map_or_else(
                     || refused(Refusal::NeverCommissioned),
                     |outcome| Report::Outcome { id, outcome },
                 ),
@@ -274,47 +282,6 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             Command::Commission(settings) => self.commission(&settings, overtaken)?,
         }
         Ok(())
-    }
-
-    fn start(&mut self, overtaken: impl FnOnce(&Self) -> bool) -> Result<(), Refusal> {
-        self.must_be_ready()?;
-        let (run, begun_from) = self.prepared().map_err(Refusal::Setting)?;
-        if overtaken(self) {
-            return Err(Refusal::Overtaken);
-        }
-        let Some(spare) = self.spare.take() else {
-            return Err(Refusal::Busy);
-        };
-        let run = spare.filled(run);
-        let closed_loop = *run.closed_loop();
-        // Nothing records now: what is still there is of a run before.
-        while self.channel.block().is_some() {}
-        self.first_fit = FirstFit::of(&begun_from);
-        match self.channel.order(Order::Run(run)) {
-            Ok(()) => {
-                self.closed_loop = Some(closed_loop);
-                Ok(())
-            }
-            Err(order) => {
-                if let Order::Run(run) = order {
-                    self.spare = Some(Spare::Used(run));
-                }
-                Err(Refusal::Busy)
-            }
-        }
-    }
-
-    /// A run that begins with what is known of the servo; with what was configured, where that would
-    /// not do. And what its loop was built from.
-    fn prepared(&self) -> Result<(Run, LoopSettings), NotAllowed> {
-        if let Some(known) = &self.estimates {
-            let mut settings = self.settings;
-            parts::begin_with(known, &mut settings.closed_loop.core.identifier);
-            if let Ok(run) = Run::new(&settings, &self.stage) {
-                return Ok((run, settings.closed_loop));
-            }
-        }
-        Run::new(&self.settings, &self.stage).map(|run| (run, self.settings.closed_loop))
     }
 
     /// Released and configured.

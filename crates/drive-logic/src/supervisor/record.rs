@@ -3,6 +3,7 @@
 use drive_link::{Estimates, Format, Law, NotAllowed, Settings};
 use identifier_core::ControllerSettings;
 use identifier_core::commission::{IdentifiedServo, TrialResult};
+use identifier_core::identifier::MotionOfKnown;
 use identifier_core::model::ServoParameters;
 use identifier_core::settings::IdentifierSettings;
 use identifier_core::tuning::Tuning;
@@ -75,6 +76,14 @@ impl Commissioned {
             delay: self.delay,
             covariance: core::array::from_fn(|i| core::array::from_fn(|j| entry(i, j))),
             unexplained: self.unexplained,
+        }
+    }
+
+    /// The motion that its gains give to the servo.
+    pub(super) fn motion(&self) -> MotionOfKnown {
+        MotionOfKnown {
+            bandwidth: self.tuning.bandwidth,
+            command: self.tuning.kp * self.tuning.promise.step,
         }
     }
 

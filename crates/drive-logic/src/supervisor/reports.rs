@@ -43,12 +43,14 @@ impl<F: NorFlash> Supervisor<'_, F> {
         self.ended = standing.ended;
         self.stops = standing.stops;
         self.phase = standing.phase.unwrap_or(self.phase);
+        self.waits = standing.waits;
         match standing.returned {
             Some(Returned::Run(run)) => {
                 if run.has_run() {
                     self.take_in_all(run);
                 }
                 self.spare = Some(Spare::Used(run));
+                self.keep_what_is_due();
             }
             Some(Returned::Commissioning(over)) => self.conclude(over),
             None => {}

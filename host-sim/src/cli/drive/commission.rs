@@ -85,18 +85,24 @@ impl Arguments {
         look_on(client, order.sample_time, stop)?;
         let outcome = client.outcome().map_err(fault)?;
         client.ask(Command::Watch(0)).map_err(fault)?;
+        let goes_on = client.status().map_err(fault)?.state == State::Running;
 
         let document = CommissionDocument::new(&order, &largest, before.as_ref(), &outcome);
         files::commit([json.map(|json| json.document(&document))])?;
         if !silent {
             show(&scenario, before.as_ref(), &outcome)?;
         }
-        judged(before.is_some(), &outcome, silent)
+        let end = End {
+            gains_before: before.is_some(),
+            goes_on,
+            link_timeout: settings.protection.link_timeout,
+        };
+        judged(&end, &outcome, silent)
     }
 }
 
 /// The gains that a drive with these settings goes back to.
-fn gains(settings: &Settings) -> Option<HoldingGains> {
+pub(super) fn gains(settings: &Settings) -> Option<HoldingGains> {
     let core = &settings.closed_loop.core;
     core.controller.map(|controller| HoldingGains {
         controller,
@@ -106,7 +112,7 @@ fn gains(settings: &Settings) -> Option<HoldingGains> {
 
 /// Settings for a drive that nobody has told anything: what it is to measure with, the gains that are known,
 /// if any, and protections with as much room as the commissioning has; for the rest the drive's example.
-fn unconfigured(
+pub(super) fn unconfigured(
     example: &Settings,
     order: &CommissionSettings,
     gains: Option<&HoldingGains>,
@@ -234,31 +240,61 @@ fn show(
     Ok(())
 }
 
-fn judged(has_gains_before: bool, outcome: &Outcome, silent: bool) -> Result<(), Fault> {
-    let Commissioning { phase, reason } = outcome.commissioning;
-    match reason {
-        None if phase == Phase::Applied && outcome.kept => {
-            if !silent {
-                say!("applied: the new gains hold, and are kept through a loss of power")?;
-            }
-            Ok(())
-        }
-        None if phase == Phase::Applied => Err(Fault::Other(
-            "applied, but the flash did not take them: the new gains hold until the power is lost; try \
-             `save`"
-                .to_owned(),
-        )),
-        None => Err(Fault::Other(format!("it ended as {}", phase.name()))),
-        Some(reason) => {
-            let holds = if has_gains_before {
-                "the gains before hold"
-            } else {
-                "the servo is let go, without gains"
-            };
-            Err(Fault::Other(format!(
-                "{}: {reason} ({holds})",
-                phase.name()
-            )))
+/// How the drive stands after a commissioning.
+struct End {
+    /// There are gains that held before.
+    gains_before: bool,
+    /// The loop beside which it ran goes on.
+    goes_on: bool,
+    /// For how long the line may then be silent, s; 0 for ever.
+    link_timeout: f64,
+}
+
+impl End {
+    /// What becomes of a loop that goes on.
+    fn loop_goes_on(&self) -> String {
+        if self.link_timeout > 0.0 {
+            format!(
+                "the loop goes on, and comes to rest when the line was silent for {} s",
+                self.link_timeout
+            )
+        } else {
+            "the loop goes on".to_owned()
         }
     }
+}
+
+fn judged(end: &End, outcome: &Outcome, silent: bool) -> Result<(), Fault> {
+    let Commissioning { phase, reason } = outcome.commissioning;
+    let applied = reason.is_none() && phase == Phase::Applied;
+    let holds = match reason {
+        None if applied && outcome.kept => {
+            "the new gains hold, and are kept through a loss of power".to_owned()
+        }
+        None if applied && end.goes_on => format!(
+            "the new gains hold, and are kept as soon as the servo is let go; {}",
+            end.loop_goes_on()
+        ),
+        None if applied => {
+            return Err(Fault::Other(
+                "applied, but the flash did not take them: the new gains hold until the power is lost; try \
+                 `save`"
+                    .to_owned(),
+            ));
+        }
+        _ if end.goes_on => format!("the gains before hold; {}", end.loop_goes_on()),
+        _ if end.gains_before => "the gains before hold".to_owned(),
+        _ => "the servo is let go, without gains".to_owned(),
+    };
+    if applied {
+        if !silent {
+            say!("applied: {holds}")?;
+        }
+        return Ok(());
+    }
+    let why = match reason {
+        Some(reason) => report::why(reason, outcome.no_gains.as_ref()),
+        None => "it did not end by itself".to_owned(),
+    };
+    Err(Fault::Other(format!("{}: {why} ({holds})", phase.name())))
 }

@@ -1,5 +1,6 @@
 use std::collections::BTreeMap;
 
+use drive_link::NoGains;
 use identifier_core::commission::{
     HoldingGains, IdentifiedServo, LargestMotion, Limits, StopReason, TrialResult,
 };
@@ -21,6 +22,7 @@ pub struct Document {
     pub code: Option<u8>,
     pub phase: Option<&'static str>,
     pub reason: Option<ReasonDocument>,
+    pub no_gains: Option<NoGainsDocument>,
     pub arithmetic: &'static str,
     pub sample_time: f64,
     pub samples: u64,
@@ -51,6 +53,19 @@ pub struct ReasonDocument {
     pub name: &'static str,
     pub cause: &'static str,
     pub remedy: &'static str,
+}
+
+/// Why no gains were found, with the figure that would do.
+#[derive(Debug, Clone, Serialize)]
+#[expect(
+    missing_docs,
+    reason = "the fields are the keys of the result, documented in docs/commissioning.md"
+)]
+pub struct NoGainsDocument {
+    pub message: String,
+    pub bandwidth: Option<f64>,
+    pub most: Option<f64>,
+    pub cap: Option<&'static str>,
 }
 
 /// A phase, from when to when.
@@ -149,6 +164,7 @@ impl Document {
             code: end.map(|end| end.reason.map_or(0, StopReason::number)),
             phase: end.map(|end| end.within.name()),
             reason: outcome.reason().map(ReasonDocument::of),
+            no_gains: outcome.no_gains.as_ref().map(NoGainsDocument::of),
             arithmetic: scenario.identifier.arithmetic.name(),
             sample_time: scenario.sample_time(),
             samples: outcome.course.samples(),
@@ -221,6 +237,25 @@ impl ReasonDocument {
             name: reason.name(),
             cause: reason.cause(),
             remedy: reason.remedy(),
+        }
+    }
+}
+
+impl NoGainsDocument {
+    pub(crate) fn of(no_gains: &NoGains) -> Self {
+        let (bandwidth, most, cap) = match no_gains {
+            NoGains::TooFast {
+                bandwidth,
+                most,
+                cap,
+            } => (Some(*bandwidth), Some(*most), Some(cap.name())),
+            _ => (None, None, None),
+        };
+        Self {
+            message: no_gains.to_string(),
+            bandwidth,
+            most,
+            cap,
         }
     }
 }

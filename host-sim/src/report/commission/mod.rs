@@ -8,7 +8,8 @@ mod words;
 pub use document::Document;
 pub use picture::{Traces, picture};
 pub use rows::RowWriter;
-pub use words::{gains, largest_motion, phases, promise, servo, verdict};
+pub(crate) use words::why;
+pub use words::{gain_rows, gains, largest_motion, phases, promise, promise_rows, servo, verdict};
 
 use identifier_core::commission::IdentifiedServo;
 use identifier_core::model::ServoParameters;
@@ -25,7 +26,7 @@ pub(crate) const UNKNOWNS: [(&str, &str, usize); 5] = [
 ];
 
 /// The values in the order of [`UNKNOWNS`].
-fn values(parameters: &ServoParameters, delay: f64) -> [f64; 5] {
+pub(crate) fn values(parameters: &ServoParameters, delay: f64) -> [f64; 5] {
     [
         parameters.a,
         parameters.b,
@@ -36,7 +37,7 @@ fn values(parameters: &ServoParameters, delay: f64) -> [f64; 5] {
 }
 
 /// Those of the true servo, where it stands at first. A slow current loop delays as its time constant does.
-fn truth(scenario: &Scenario) -> Option<[f64; 5]> {
+pub(crate) fn truth(scenario: &Scenario) -> Option<[f64; 5]> {
     let effects = &scenario.effects;
     let delay = effects.delay + effects.current_loop;
     scenario.plant.as_ref().map(|plant| values(plant, delay))

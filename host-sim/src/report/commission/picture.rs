@@ -74,8 +74,7 @@ pub fn picture(
         traces.reference.curve(Some("reference")),
     ];
     let speed = track("q̇ [rad/s]", &traces.speed, &[-limits.speed, limits.speed]);
-    let mut command = track("u [command units]", &traces.command, &limits.command);
-    command.panel.abscissa = plot::TIME.to_owned();
+    let command = track("u [command units]", &traces.command, &limits.command);
     Timeline {
         stretches: outcome
             .course
@@ -121,9 +120,9 @@ fn track(axis: &str, envelope: &Envelope, limits: &[f64]) -> Track {
     Track {
         panel: Panel {
             title: String::new(),
-            abscissa: String::new(),
+            abscissa: plot::TIME.to_owned(),
             axis: axis.to_owned(),
-            logarithmic: false,
+            logarithmic_abscissa: false,
             curves: vec![envelope.curve(None)],
             nominal: None,
             range: Some((lowest - room, highest + room)),
@@ -155,7 +154,7 @@ fn trial(step: &Step, settling_time: f64, promised: &StepResponse) -> Panel {
         title: "Step of the trial".to_owned(),
         abscissa: "time since the step [s]".to_owned(),
         axis: "q [rad]".to_owned(),
-        logarithmic: false,
+        logarithmic_abscissa: false,
         curves: vec![
             servo,
             curve("reference", reference, Vec::new()),

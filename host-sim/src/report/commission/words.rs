@@ -2,12 +2,16 @@
 
 use std::fmt::Write as _;
 
-use comfy_table::{CellAlignment, Table, presets};
-use identifier_core::commission::{HoldingGains, IdentifiedServo, LargestMotion, TrialResult};
+use comfy_table::{CellAlignment, Table};
+use drive_link::NoGains;
+use identifier_core::commission::{
+    HoldingGains, IdentifiedServo, LargestMotion, StopReason, TrialResult,
+};
 use identifier_core::tuning::Tuning;
 
 use super::{UNKNOWNS, truth, values};
 use crate::commission::Outcome;
+use crate::report::rows;
 use crate::scenario::Scenario;
 
 /// What is printed before anything moves.
@@ -75,8 +79,16 @@ pub fn servo(scenario: &Scenario, servo: &IdentifiedServo) -> String {
 #[must_use]
 pub fn gains(before: Option<&HoldingGains>, tuning: &Tuning) -> String {
     let mut table = heading(["gain", "before", "new", "unit"]);
+    table.add_rows(gain_rows(before, tuning));
+    right_aligned(&mut table, &[1, 2]);
+    table.to_string()
+}
+
+/// A row for each gain: its name, what it was, what it is, its unit.
+#[must_use]
+pub fn gain_rows(before: Option<&HoldingGains>, tuning: &Tuning) -> [[String; 4]; 4] {
     let gain = |of: fn(&HoldingGains) -> f64| before.map_or_else(dash, |before| figure(of(before)));
-    for (name, before, new, unit) in [
+    [
         (
             "kp",
             gain(|g| g.controller.kp),
@@ -96,16 +108,26 @@ pub fn gains(before: Option<&HoldingGains>, tuning: &Tuning) -> String {
             "command units per rad s",
         ),
         ("cutoff", gain(|g| g.cutoff), tuning.cutoff, "rad/s"),
-    ] {
-        table.add_row([name.to_owned(), before, figure(new), unit.to_owned()]);
-    }
-    right_aligned(&mut table, &[1, 2]);
-    table.to_string()
+    ]
+    .map(|(name, before, new, unit)| [name.to_owned(), before, figure(new), unit.to_owned()])
 }
 
 /// What the new gains promise, beside what was measured in the trial.
 #[must_use]
 pub fn promise(servo: &IdentifiedServo, tuning: &Tuning, trial: Option<&TrialResult>) -> String {
+    let mut table = heading(["response", "promised", "measured", "unit"]);
+    table.add_rows(promise_rows(servo, tuning, trial));
+    right_aligned(&mut table, &[1, 2]);
+    table.to_string()
+}
+
+/// A row for each figure: its name, what is promised, what was measured, its unit.
+#[must_use]
+pub fn promise_rows(
+    servo: &IdentifiedServo,
+    tuning: &Tuning,
+    trial: Option<&TrialResult>,
+) -> [[String; 4]; 10] {
     let promise = &tuning.promise;
     let [least, most] = promise.gain_margins;
     let measured =
@@ -121,8 +143,7 @@ pub fn promise(servo: &IdentifiedServo, tuning: &Tuning, trial: Option<&TrialRes
         Some(cap) => format!("{} by {}", figure(tuning.bandwidth), cap.name()),
         None => figure(tuning.bandwidth),
     };
-    let mut table = heading(["response", "promised", "measured", "unit"]);
-    for (name, promised, measured, unit) in [
+    [
         ("bandwidth", bandwidth, dash(), "rad/s"),
         ("step", figure(promise.step), dash(), "rad"),
         ("rise time", figure(1e3 * promise.rise_time), rise, "ms"),
@@ -158,11 +179,8 @@ pub fn promise(servo: &IdentifiedServo, tuning: &Tuning, trial: Option<&TrialRes
             dash(),
             "command units",
         ),
-    ] {
-        table.add_row([name.to_owned(), promised, measured, unit.to_owned()]);
-    }
-    right_aligned(&mut table, &[1, 2]);
-    table.to_string()
+    ]
+    .map(|(name, promised, measured, unit)| [name.to_owned(), promised, measured, unit.to_owned()])
 }
 
 /// How it ended, in a sentence.
@@ -184,18 +202,27 @@ pub fn verdict(before: bool, outcome: &Outcome) -> String {
                 "the servo is let go"
             };
             format!(
-                "{} in {}: {reason} ({since} since {:.4} s)",
+                "{} in {}: {} ({since} since {:.4} s)",
                 end.phase.name(),
                 end.within.name(),
+                why(reason, outcome.no_gains.as_ref()),
                 end.time
             )
         }
     }
 }
 
+/// A reason, with the figure that would do where there is one.
+pub(crate) fn why(reason: StopReason, no_gains: Option<&NoGains>) -> String {
+    match no_gains {
+        Some(no_gains) => format!("{reason}: {no_gains}"),
+        None => reason.to_string(),
+    }
+}
+
 fn heading<const N: usize>(names: [&str; N]) -> Table {
     let mut table = Table::new();
-    table.load_style(presets::UTF8_BORDERS_ONLY);
+    table.load_style(rows::STYLE);
     table.set_header(names);
     table
 }

@@ -1,3 +1,4 @@
+use identifier_core::commission::IdentifiedServo;
 use identifier_core::tuning::Cap;
 use serde::Serialize;
 
@@ -144,24 +145,38 @@ impl Document {
 }
 
 impl FeedForwardDocument {
-    pub(super) fn new(tuned: &Tuned) -> Self {
-        let Tuned {
-            servo,
-            gravity: [sine, cosine],
-            settings,
-            tuning,
-        } = tuned;
+    /// Of a tuning.
+    #[must_use]
+    pub fn new(tuned: &Tuned) -> Self {
+        let settings = &tuned.settings;
+        Self::of(
+            &tuned.servo,
+            tuned.gravity,
+            tuned.tuning.kd,
+            settings.command_delay + settings.sample_time / 2.0,
+        )
+    }
+
+    /// Of a servo with `gravity`, rad/s², under a derivative gain, command units per rad/s; `late` is the delay
+    /// that was not identified, with that of the hold, s.
+    #[must_use]
+    pub fn of(
+        servo: &IdentifiedServo,
+        [sine, cosine]: [f64; 2],
+        derivative: f64,
+        late: f64,
+    ) -> Self {
         let parameters = servo.parameters;
         let b = parameters.b;
         Self {
             acceleration: 1.0 / b,
-            velocity: parameters.a / b + tuning.kd,
+            velocity: parameters.a / b + derivative,
             sign: parameters.coulomb / b,
             // Without a zero's sign.
             constant: 0.0 - parameters.load / b,
             gravity_sine: 0.0 - sine / b,
             gravity_cosine: 0.0 - cosine / b,
-            lead: servo.delay + settings.command_delay + settings.sample_time / 2.0,
+            lead: servo.delay + late,
         }
     }
 }

@@ -8,4 +8,4 @@ pub use document::{
     ConditionsDocument, Document, FeedForwardDocument, PromiseDocument, ServoDocument,
 };
 pub use picture::panels;
-pub use words::{controller, feed_forward, remarks, table};
+pub use words::{controller, feed_forward, remarks, rows, table};

@@ -37,7 +37,7 @@ pub fn panels(tuned: &Tuned) -> Result<Vec<Panel>, TuningError> {
         title: title.to_owned(),
         abscissa: plot::TIME.to_owned(),
         axis: axis.to_owned(),
-        logarithmic: false,
+        logarithmic_abscissa: false,
         curves,
         nominal: None,
         range: None,

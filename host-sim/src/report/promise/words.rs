@@ -1,9 +1,10 @@
 use std::fmt::Write as _;
 
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::{CellAlignment, Table};
 use identifier_core::tuning::{Promise, Tuning};
 
 use super::FeedForwardDocument;
+use crate::report::rows;
 use crate::tune::Tuned;
 
 /// The controller as a scenario has it.
@@ -29,9 +30,9 @@ fn pasted(value: f64) -> String {
     format!("{rounded:?}")
 }
 
-/// What the gains promise, a row for each figure.
+/// What the gains promise, a row for each figure: its name, the figure, its unit.
 #[must_use]
-pub fn table(tuning: &Tuning) -> String {
+pub fn rows(tuning: &Tuning) -> Vec<(&'static str, String, &'static str)> {
     let promise = &tuning.promise;
     let [least, most] = promise.gain_margins;
     let percent = |part: f64| figure(100.0 * part);
@@ -49,10 +50,7 @@ pub fn table(tuning: &Tuning) -> String {
     } else {
         format!("above {}", figure(1e3 * longest))
     };
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_BORDERS_ONLY);
-    table.set_header(["response", "promised", "unit"]);
-    for (name, promised, unit) in [
+    vec![
         ("bandwidth", figure(tuning.bandwidth), "rad/s"),
         ("step", figure(promise.step), "rad"),
         ("rise time, 10 to 90 %", rise, "ms"),
@@ -76,7 +74,16 @@ pub fn table(tuning: &Tuning) -> String {
             figure(1.0 / promise.compliance),
             "rad/s² per rad",
         ),
-    ] {
+    ]
+}
+
+/// What the gains promise as a table.
+#[must_use]
+pub fn table(tuning: &Tuning) -> String {
+    let mut table = Table::new();
+    table.load_style(rows::STYLE);
+    table.set_header(["response", "promised", "unit"]);
+    for (name, promised, unit) in rows(tuning) {
         table.add_row([name.to_owned(), promised, unit.to_owned()]);
     }
     if let Some(column) = table.column_mut(1) {
@@ -112,7 +119,7 @@ fn depends_on_friction(tuning: &Tuning, times: f64) -> bool {
 
 /// The feed-forward as a formula.
 #[must_use]
-pub fn feed_forward(tuned: &Tuned) -> String {
+pub fn feed_forward(of: &FeedForwardDocument) -> String {
     let FeedForwardDocument {
         acceleration,
         velocity,
@@ -121,7 +128,7 @@ pub fn feed_forward(tuned: &Tuned) -> String {
         gravity_sine,
         gravity_cosine,
         lead,
-    } = FeedForwardDocument::new(tuned);
+    } = *of;
     let mut formula = format!("u = {} q̈r", figure(acceleration));
     for (coefficient, factor) in [
         (velocity, " q̇r"),

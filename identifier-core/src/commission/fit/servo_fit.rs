@@ -1,6 +1,6 @@
 use super::super::regression::{Gathered, Regression};
 use super::motion::Motion;
-use super::pass::{Best, Pass};
+use super::pass::{Best, Pass, next_trial};
 use super::prior::Prior;
 use super::{A, B, COULOMB, DELAY, LOAD, ROUNDING, UNKNOWNS};
 use crate::measurement::direction::direction as direction_of;
@@ -29,6 +29,7 @@ pub struct ServoFit<N> {
     this: Option<Best<N>>,
     /// Whether the servo has moved in the linear pass.
     moved: bool,
+    over: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -112,12 +113,28 @@ impl<N: Number> ServoFit<N> {
             first,
             this: None,
             moved: false,
+            over: false,
         }
     }
 
     /// The unknowns that explain the motion best; none if none was tried.
     pub(super) fn best(&self) -> Option<&Best<N>> {
         self.best.as_ref()
+    }
+
+    /// The linear estimate, or what was known before.
+    pub(super) fn first(&self) -> &[N; UNKNOWNS] {
+        &self.first
+    }
+
+    /// Whether there is no more to do.
+    pub(super) fn is_over(&self) -> bool {
+        self.over
+    }
+
+    /// Continues by a piece.
+    pub(super) fn go_on<const W: usize>(&mut self, step: &FrictionStep<N>, motion: &Motion<N, W>) {
+        self.over = self.ends(step, motion);
     }
 
     /// Whether one of the unknowns that explain the motion best is as large as it may be.
@@ -127,11 +144,7 @@ impl<N: Number> ServoFit<N> {
     }
 
     /// Continues by a piece; true if there is no more to do.
-    pub(super) fn goes_on<const W: usize>(
-        &mut self,
-        step: &FrictionStep<N>,
-        motion: &Motion<N, W>,
-    ) -> bool {
+    fn ends<const W: usize>(&mut self, step: &FrictionStep<N>, motion: &Motion<N, W>) -> bool {
         if self.next < self.taken
             && let Some(piece) = motion.get(self.next)
         {
@@ -181,7 +194,7 @@ impl<N: Number> ServoFit<N> {
             let Some(best) = self.this else {
                 return true;
             };
-            let trial = best.next_trial(self.damping, &self.bounds);
+            let trial = next_trial(&best.equations, &best.unknowns, self.damping, &self.bounds);
             self.begin_pass(motion, trial);
             return false;
         }

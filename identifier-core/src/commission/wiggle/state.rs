@@ -199,6 +199,11 @@ impl<N: Number> WiggleState<N> {
         self.evidence
     }
 
+    /// Whether it accelerates or brakes a servo whose friction is known.
+    pub(in crate::commission) fn is_swinging(&self) -> bool {
+        self.servo.is_known() && matches!(self.stage, Stage::Push | Stage::Brake)
+    }
+
     /// Aims in a direction from here on.
     pub(super) fn aim(&mut self, direction: N) {
         self.direction = direction;

@@ -37,7 +37,7 @@ where
     S: UnknownSet<P>,
 {
     /// The recursion that starts from a fit result, and keeps the terms that have entered `before`.
-    fn recursion(
+    pub(super) fn recursion(
         &self,
         result: &Explained<N, S, P>,
         before: &Recursion<N, S, P>,

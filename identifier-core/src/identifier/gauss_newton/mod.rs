@@ -2,6 +2,7 @@ mod aside;
 mod beginning;
 mod first_fit;
 mod interrupt;
+mod known;
 mod learning;
 mod load_step;
 mod recursion;
@@ -12,6 +13,7 @@ mod terms;
 pub use beginning::GaussNewtonFitted;
 pub use first_fit::{GaussNewtonFitter, GaussNewtonFitterState};
 pub use interrupt::GaussNewtonRecursionState;
+pub use known::MotionOfKnown;
 
 use core::marker::PhantomData;
 

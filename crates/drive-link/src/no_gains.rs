@@ -1,0 +1,97 @@
+use core::fmt;
+
+use identifier_core::tuning::{Cap, TuningError};
+use serde::{Deserialize, Serialize};
+
+use crate::settings::NotAllowed;
+
+/// Why a commissioning found no gains, with the figure that would do: the core's [`TuningError`] on a line.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum NoGains {
+    /// What is left of a setting once the servo is known is out of its range.
+    NotAllowed(NotAllowed),
+    /// What was asked for is more than the servo bears.
+    TooFast {
+        /// The bandwidth asked for, rad/s.
+        bandwidth: f64,
+        /// The largest that would do, rad/s.
+        most: f64,
+        /// What keeps it there.
+        cap: Cap,
+    },
+    /// The servo is not known well enough to tune for.
+    NotKnown,
+    /// Friction holds the servo through the step.
+    DoesNotArrive,
+}
+
+impl From<&TuningError> for NoGains {
+    fn from(error: &TuningError) -> Self {
+        match *error {
+            TuningError::OutOfRange(ref error) => Self::NotAllowed(error.into()),
+            TuningError::TooFast {
+                bandwidth,
+                most,
+                cap,
+            } => Self::TooFast {
+                bandwidth,
+                most,
+                cap,
+            },
+            TuningError::DoesNotArrive => Self::DoesNotArrive,
+            _ => Self::NotKnown,
+        }
+    }
+}
+
+impl fmt::Display for NoGains {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::NotAllowed(ref refused) => refused.fmt(f),
+            Self::TooFast {
+                bandwidth,
+                most,
+                cap,
+            } => TuningError::TooFast {
+                bandwidth,
+                most,
+                cap,
+            }
+            .fmt(f),
+            Self::NotKnown => TuningError::NotKnown.fmt(f),
+            Self::DoesNotArrive => TuningError::DoesNotArrive.fmt(f),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use identifier_core::error::{Allowed, OutOfRange};
+
+    use super::*;
+
+    #[test]
+    fn it_says_with_its_figures_what_the_core_says() {
+        for error in [
+            TuningError::TooFast {
+                bandwidth: 500.0,
+                most: 312.5,
+                cap: Cap::EncoderNoise,
+            },
+            TuningError::NotKnown,
+            TuningError::DoesNotArrive,
+        ] {
+            assert_eq!(NoGains::from(&error).to_string(), error.to_string());
+        }
+        let error = TuningError::OutOfRange(OutOfRange {
+            parameter: "command",
+            value: -0.5,
+            allowed: Allowed::Above(0.0),
+        });
+        let says = NoGains::from(&error).to_string();
+        assert_eq!(
+            says,
+            "command = -0.5 is not allowed: it must be from 0 to inf"
+        );
+    }
+}

@@ -1,0 +1,458 @@
+//! A drive that commissions its servo beside a loop that runs: the loop's gains hold it before and, unless
+//! there are better ones, after.
+
+#[macro_use]
+mod support;
+
+use drive_link::{
+    Command, Commissioning, Ended, Fault, Format, Law, Origin, Refusal, Report, Settings, State,
+};
+use drive_logic::Channel;
+use identifier_core::commission::{Phase, StopReason};
+use identifier_core::model::ServoParameters;
+use identifier_core::settings::IdentifierSettings;
+use support::commission::{ORDER, SERVO, outcome, over, until};
+use support::drive::{Drive, snapshots};
+use support::{Bench, Flash, settings};
+
+/// A servo whose load friction does not hold.
+const LOADED: ServoParameters = ServoParameters {
+    load: 100.0,
+    ..SERVO
+};
+
+const PHASES: [Phase; 7] = [
+    Phase::ReleasedCheck,
+    Phase::Wiggle,
+    Phase::Fit,
+    Phase::Refine,
+    Phase::Verify,
+    Phase::Tune,
+    Phase::Trial,
+];
+
+/// Command that a count of the encoder is, at most: k_p and the derivative's share of it.
+const A_COUNT: f32 = 0.06;
+
+/// A loop that nothing disturbs.
+fn quiet() -> Settings {
+    let mut quiet = settings();
+    quiet.dither.amplitude = 0.0;
+    quiet
+}
+
+fn gauss_newton() -> Settings {
+    let mut quiet = quiet();
+    quiet.closed_loop.law = Law::GaussNewton;
+    quiet.closed_loop.core.identifier = IdentifierSettings::UNSTATED;
+    quiet
+}
+
+/// Starts a loop and lets it hold the load, away from where it started.
+fn run(drive: &mut Drive<'_>, settings: Settings) {
+    drive.done(Command::Configure(settings));
+    drive.done(Command::Start);
+    drive.pass(10);
+    drive.done(Command::Target(-1.0));
+    drive.pass(6000);
+    assert_eq!(drive.supervisor.state(), State::Running);
+}
+
+fn held(drive: &Drive<'_>) -> f32 {
+    drive.bench.held.get().expect("the servo is held")
+}
+
+fn position(drive: &Drive<'_>) -> f64 {
+    drive.bench.plant.borrow().position
+}
+
+/// The drive as a run of these settings, which obeys.
+fn goes_on(drive: &mut Drive<'_>, settings: &Settings) {
+    assert_eq!(drive.supervisor.state(), State::Running);
+    assert_eq!(drive.shown(), *settings);
+    drive.pass(4000);
+    drive.done(Command::Target(0.5));
+    drive.pass(4000);
+    assert_eq!(drive.supervisor.state(), State::Running);
+    // Targets are counted from where the loop was started.
+    let at = position(drive);
+    assert!((at - 0.5).abs() < 0.1, "{at}");
+}
+
+#[test]
+fn the_command_goes_on_without_a_bump_when_the_commissioning_takes_over() {
+    for target in [None, Some(3.0)] {
+        let (bench, flash) = (Bench::new(&LOADED), Flash::blank());
+        boot!(drive, &bench, &flash);
+        run(&mut drive, quiet());
+        if let Some(target) = target {
+            drive.done(Command::Target(target));
+            drive.pass(200);
+            assert!(bench.plant.borrow().velocity > 4.0, "it is on its way");
+        }
+        let before = held(&drive);
+        drive.done(Command::Commission(ORDER));
+        drive.sample();
+        let after = held(&drive);
+        // The reference begins to go back to where the servo is.
+        let most = if target.is_some() { 0.2 } else { A_COUNT };
+        assert!((after - before).abs() < most, "{before} {after}");
+        drive.pass(1);
+        assert_eq!(drive.supervisor.state(), State::Commissioning);
+        until(&mut drive, Phase::Wiggle);
+    }
+}
+
+#[test]
+fn the_gains_that_were_proved_hold_from_then_on_and_are_kept_when_the_servo_is_let_go() {
+    for settings in [quiet(), gauss_newton()] {
+        let (bench, flash) = (Bench::new(&LOADED), Flash::blank());
+        let gains = {
+            boot!(drive, &bench, &flash);
+            run(&mut drive, settings);
+            drive.done(Command::Watch(1));
+            drive.done(Command::Commission(ORDER));
+            let begun_at = position(&drive);
+            until(&mut drive, Phase::Trial);
+            let told = over(&mut drive);
+            assert_eq!(drive.supervisor.state(), State::Running);
+            let found = outcome(&mut drive);
+            assert_eq!(found.commissioning.phase, Phase::Applied, "{found:?}");
+            assert!(!found.kept, "writing would stop the processor");
+            assert_eq!(flash.steps.get(), 0);
+            let tuning = found.tuning.expect("it is tuned");
+            let status = drive.status();
+            let gains = status.gains.expect("they hold");
+            assert_eq!(gains.origin, Origin::Commissioned);
+            assert_eq!(gains.controller.kp.to_bits(), tuning.kp.to_bits());
+            assert_eq!(status.ended, None, "the run goes on");
+
+            // From the commissioning to the loop, and on.
+            let commands: Vec<f32> = told
+                .iter()
+                .filter_map(|report| match report {
+                    Report::Progress(progress) => progress.command,
+                    _ => None,
+                })
+                .collect();
+            let last = *commands.last().expect("it is shown");
+            assert!((held(&drive) - last).abs() < 3.0 * A_COUNT, "{last}");
+            let shown = snapshots(&drive.pass(2000));
+            let end = shown.last().expect("it is shown");
+            assert!((position(&drive) - begun_at).abs() < 0.2);
+            assert!((f64::from(end.position) - position(&drive)).abs() < 0.01);
+            drive.done(Command::Target(-2.0));
+            drive.pass(3000);
+            assert!((position(&drive) + 2.0).abs() < 0.02);
+
+            drive.done(Command::Stop);
+            drive.pass(1);
+            assert_eq!(bench.held.get(), None);
+            assert!(outcome(&mut drive).kept);
+            assert_eq!(drive.status().ended, Some(Ended::Stopped));
+            gains
+        };
+        let bench = Bench::new(&LOADED);
+        boot!(drive, &bench, &flash);
+        assert_eq!(drive.status().gains, Some(gains));
+        assert_eq!(outcome(&mut drive).commissioning.phase, Phase::Applied);
+    }
+}
+
+#[test]
+fn gauss_newton_goes_on_from_what_the_commissioning_found() {
+    let (bench, flash) = (Bench::new(&LOADED), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let mut wanted = gauss_newton();
+    wanted.dither.amplitude = 0.05;
+    run(&mut drive, wanted);
+    drive.done(Command::Commission(ORDER));
+    over(&mut drive);
+    let found = outcome(&mut drive).servo.expect("it is known");
+    for restarted in [false, true] {
+        if restarted {
+            // A run from rest begins with it too, as long as nothing was learnt since.
+            drive.done(Command::Stop);
+            drive.pass(1);
+            drive.done(Command::Commission(ORDER));
+            over(&mut drive);
+            let phase = outcome(&mut drive).commissioning.phase;
+            assert_eq!(phase, Phase::Applied);
+            drive.done(Command::Start);
+        }
+        drive.done(Command::Watch(1));
+        let shown = snapshots(&drive.pass(700));
+        let first = shown.first().expect("shown").estimates;
+        assert!(
+            (first.b / found.parameters.b - 1.0).abs() < 0.01,
+            "{first:?}"
+        );
+        // A first fit would take a second before anything moves.
+        let last = shown.last().expect("shown").estimates;
+        assert_ne!(first.b.to_bits(), last.b.to_bits(), "it is learnt on");
+        assert!(
+            shown
+                .iter()
+                .all(|at| (at.estimates.b / LOADED.b - 1.0).abs() < 0.03)
+        );
+        assert!((last.load - LOADED.load).abs() < 4.0, "{last:?}");
+    }
+    drive.done(Command::Stop);
+    drive.pass(1);
+    let status = drive.status();
+    assert_eq!(status.noticed.started, 0, "there was no first fit");
+    let errors = status.estimates.and_then(|known| known.standard_errors);
+    assert!(errors.is_some_and(|errors| errors.b > 0.0), "{status:?}");
+}
+
+/// What may come between, the number that it is told by, and how the drive stands then.
+type Harm = (fn(&mut Drive<'_>), u8, State);
+
+const HARMS: [Harm; 8] = [
+    (|drive| drive.done(Command::Stop), 170, State::Released),
+    (
+        |drive| {
+            let refused = drive.refusal(Command::Start);
+            assert_eq!(refused, Refusal::EndedCommissioning);
+        },
+        171,
+        State::Running,
+    ),
+    (
+        |drive| {
+            let refused = drive.refusal(Command::Configure(settings()));
+            assert_eq!(refused, Refusal::EndedCommissioning);
+        },
+        171,
+        State::Running,
+    ),
+    (
+        |drive| drive.lines(|lines| lines.high_switch = false),
+        174,
+        State::Faulted(Fault::LimitSwitch),
+    ),
+    (
+        |drive| drive.lines(|lines| lines.amplifier = false),
+        175,
+        State::Faulted(Fault::AmplifierFault),
+    ),
+    (|drive| drive.bench.late.set(true), 159, State::Released),
+    (
+        |drive| drive.bench.sensor_works.set(false),
+        151,
+        State::Faulted(Fault::EncoderFailed),
+    ),
+    (
+        |drive| drive.bench.plant.borrow_mut().position += 4.0,
+        152,
+        State::Released,
+    ),
+];
+
+#[test]
+fn whatever_comes_in_whatever_phase_the_loop_goes_on_or_the_servo_is_let_go() {
+    for phase in PHASES {
+        for (harm, number, state) in HARMS {
+            let case = format!("{number} in {phase:?}");
+            let (bench, flash) = (Bench::new(&LOADED), Flash::blank());
+            boot!(drive, &bench, &flash);
+            run(&mut drive, quiet());
+            drive.done(Command::Commission(ORDER));
+            until(&mut drive, phase);
+            harm(&mut drive);
+            drive.sample();
+            if state == State::Running {
+                held(&drive);
+            }
+            over(&mut drive);
+            let came_to = outcome(&mut drive);
+            let reason = came_to.commissioning.reason.map(StopReason::number);
+            assert_eq!(reason, Some(number), "{case}");
+            let wanted = if phase == Phase::Trial {
+                Phase::RolledBack
+            } else {
+                Phase::Aborted
+            };
+            assert_eq!(came_to.commissioning.phase, wanted, "{case}");
+            assert_eq!(drive.supervisor.state(), state, "{case}");
+            assert_eq!(drive.shown(), quiet(), "{case}");
+            let origin = drive.status().gains.map(|gains| gains.origin);
+            assert_eq!(origin, Some(Origin::Given), "{case}");
+            if state == State::Running {
+                goes_on(&mut drive, &quiet());
+            } else {
+                assert_eq!(bench.held.get(), None, "{case}: it is let go");
+            }
+            assert_eq!(flash.steps.get(), 0, "{case}: the store was touched");
+        }
+    }
+}
+
+#[test]
+fn a_host_that_falls_silent_ends_it_as_it_ends_a_run() {
+    let mut listening = quiet();
+    listening.protection.link_timeout = 0.05;
+    for phase in PHASES {
+        let (bench, flash) = (Bench::new(&LOADED), Flash::blank());
+        boot!(drive, &bench, &flash);
+        drive.done(Command::Configure(listening));
+        drive.done(Command::Start);
+        for _ in 0..200 {
+            drive.status();
+            drive.pass(10);
+        }
+        drive.done(Command::Commission(ORDER));
+        until(&mut drive, phase);
+        over(&mut drive);
+        assert_eq!(bench.held.get(), None, "{phase:?}");
+        let silent = State::Faulted(Fault::LinkSilent);
+        assert_eq!(drive.supervisor.state(), silent, "{phase:?}");
+        let reason = outcome(&mut drive).commissioning.reason;
+        assert_eq!(reason, Some(StopReason::LinkLost), "{phase:?}");
+        assert_eq!(drive.shown(), listening, "{phase:?}");
+    }
+}
+
+#[test]
+fn what_ends_it_hands_the_servo_back_without_a_bump_and_the_load_does_not_fall() {
+    let (bench, flash) = (Bench::new(&LOADED), Flash::blank());
+    boot!(drive, &bench, &flash);
+    run(&mut drive, quiet());
+    drive.done(Command::Commission(ORDER));
+    let begun_at = position(&drive);
+    until(&mut drive, Phase::Fit);
+    drive.refusal(Command::Start);
+    let mut last = held(&drive);
+    let mut handed_back = false;
+    for _ in 0..3000 {
+        let was = drive.supervisor.state();
+        drive.pass(1);
+        let now = held(&drive);
+        if was == State::Commissioning && drive.supervisor.state() == State::Running {
+            assert!((now - last).abs() < 2.0 * A_COUNT, "{last} {now}");
+            handed_back = true;
+        }
+        last = now;
+    }
+    assert!(handed_back);
+    let sagged = position(&drive) - begun_at;
+    assert!(sagged.abs() < 0.1, "{sagged}");
+}
+
+#[test]
+fn in_fixed_point_the_loop_is_taken_over_and_goes_on_too() {
+    let mut fixed = quiet();
+    fixed.closed_loop.format = Format::Fixed;
+    let (bench, flash) = (
+        Bench::counting_from(i32::MAX - 100, &LOADED),
+        Flash::blank(),
+    );
+    boot!(drive, &bench, &flash);
+    run(&mut drive, fixed);
+    let before = held(&drive);
+    drive.done(Command::Commission(ORDER));
+    drive.sample();
+    assert!((held(&drive) - before).abs() < A_COUNT);
+    until(&mut drive, Phase::Verify);
+    drive.refusal(Command::Start);
+    let mut last = 0.0;
+    while drive.supervisor.state() != State::Running {
+        last = held(&drive);
+        drive.pass(1);
+    }
+    assert!((held(&drive) - last).abs() < 2.0 * A_COUNT, "{last}");
+    goes_on(&mut drive, &fixed);
+}
+
+#[test]
+fn a_run_that_has_ended_meanwhile_is_not_begun_again() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let mut short = quiet();
+    short.protection.duration = 1.0;
+    drive.done(Command::Configure(short));
+    drive.done(Command::Start);
+    while bench.held.get().is_none() {
+        drive.sample();
+    }
+    while bench.held.get().is_some() {
+        drive.sample();
+    }
+    // Nobody has looked at what the interrupt tells.
+    drive.done(Command::Commission(ORDER));
+    over(&mut drive);
+    assert_eq!(bench.held.get(), None);
+    let ended = Commissioning {
+        phase: Phase::Aborted,
+        reason: Some(StopReason::ModeChanged),
+    };
+    assert_eq!(outcome(&mut drive).commissioning, ended);
+    assert_eq!(drive.supervisor.state(), State::Released);
+    drive.done(Command::Start);
+}
+
+#[test]
+fn a_stop_that_overtakes_it_stops_the_loop_and_lets_nothing_begin() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    run(&mut drive, quiet());
+    drive.done(Command::Commission(ORDER));
+    drive.done(Command::Stop);
+    over(&mut drive);
+    assert_eq!(bench.held.get(), None);
+    let reason = outcome(&mut drive).commissioning.reason;
+    assert_eq!(reason, Some(StopReason::Stopped));
+    drive.done(Command::Start);
+}
+
+#[test]
+fn wherever_the_power_goes_all_of_the_old_or_all_of_the_new_holds() {
+    // The flash of a drive that was configured and saved.
+    let cold = {
+        let (bench, flash) = (Bench::new(&LOADED), Flash::blank());
+        boot!(drive, &bench, &flash);
+        drive.done(Command::Configure(quiet()));
+        drive.done(Command::Save);
+        flash.bytes.borrow().clone()
+    };
+    let commissioned = |flash: &Flash| {
+        let bench = Bench::new(&LOADED);
+        boot!(drive, &bench, flash);
+        let begun = flash.steps.get();
+        drive.done(Command::Start);
+        drive.pass(1000);
+        drive.done(Command::Commission(ORDER));
+        over(&mut drive);
+        assert_eq!(drive.supervisor.state(), State::Running);
+        // Up to here a loss of power finds the store untouched.
+        assert_eq!(flash.steps.get(), begun);
+        drive.done(Command::Stop);
+        drive.pass(1);
+        (drive.shown(), flash.steps.get())
+    };
+    let (new, steps) = commissioned(&Flash::with(cold.clone()));
+    assert_ne!(new, quiet());
+    let (mut old_holds, mut new_holds) = (0, 0);
+    for cut in 0..=steps {
+        let flash = Flash::with(cold.clone());
+        flash.steps_left.set(cut);
+        commissioned(&flash);
+        let mut channel = Channel::new();
+        let bench = Bench::new(&LOADED);
+        let after = Flash::with(flash.bytes.borrow().clone());
+        let mut drive = Drive::as_it_comes(&mut channel, &bench, &after, Ok(()));
+        let status = drive.status();
+        let origin = status.gains.map(|gains| gains.origin);
+        if drive.shown() == new {
+            assert_eq!(origin, Some(Origin::Commissioned), "cut after {cut}");
+            assert!(status.estimates.is_some(), "cut after {cut}");
+            new_holds += 1;
+        } else {
+            assert_eq!(drive.shown(), quiet(), "cut after {cut}: a mixture");
+            assert_eq!(origin, Some(Origin::Given), "cut after {cut}");
+            assert_eq!(status.estimates, None, "cut after {cut}");
+            old_holds += 1;
+        }
+    }
+    assert!(old_holds > 100 && new_holds > 0, "{old_holds}, {new_holds}");
+}

@@ -1,0 +1,297 @@
+//! The frequency response of the sampled loop, opened at the command.
+
+use std::f64::consts::PI;
+
+use identifier_core::control::Gains;
+use identifier_core::identifier::IdentifierError;
+use identifier_core::measurement::velocity::{Transfer, VelocityEstimate};
+use identifier_core::model::ServoParameters;
+use identifier_core::stability::sampled_loop;
+use serde::Serialize;
+
+use crate::scenario::dispatch::with_velocity;
+use crate::scenario::{Closing, Scenario};
+
+/// What a loop bears, and how fast it is. The figures but the first are null where it is unstable.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ClosedLoop {
+    /// Whether it is stable, delay left aside.
+    pub stable: bool,
+    /// Where the closed loop has fallen by 3 dB, rad/s.
+    pub bandwidth: Option<f64>,
+    /// Where |L| last falls below 1, rad/s.
+    pub crossover: Option<f64>,
+    /// Phase margin there, degrees.
+    pub phase_margin: Option<f64>,
+    /// The factors by which the gain may fall and rise; null for any.
+    pub gain_margins: [Option<f64>; 2],
+    /// The least |1 + L|.
+    pub modulus_margin: Option<f64>,
+}
+
+/// A loop whose response can be told at every frequency.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Response {
+    a: f64,
+    b: f64,
+    gains: Gains,
+    velocity: Transfer,
+    sample_time: f64,
+    /// Delay in front of the servo, s, and time constant of the current loop, s.
+    delay: f64,
+    current_loop: f64,
+}
+
+/// A complex number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Complex {
+    re: f64,
+    im: f64,
+}
+
+impl Complex {
+    const ONE: Self = Self { re: 1.0, im: 0.0 };
+
+    fn at_angle(angle: f64) -> Self {
+        let (im, re) = angle.sin_cos();
+        Self { re, im }
+    }
+
+    fn plus(self, other: Self) -> Self {
+        Self {
+            re: self.re + other.re,
+            im: self.im + other.im,
+        }
+    }
+
+    fn times(self, other: Self) -> Self {
+        Self {
+            re: self.re * other.re - self.im * other.im,
+            im: self.re * other.im + self.im * other.re,
+        }
+    }
+
+    fn scaled(self, by: f64) -> Self {
+        Self {
+            re: by * self.re,
+            im: by * self.im,
+        }
+    }
+
+    fn over(self, other: Self) -> Self {
+        let power = other.re * other.re + other.im * other.im;
+        let conjugate = Self {
+            re: other.re,
+            im: -other.im,
+        };
+        self.times(conjugate).scaled(1.0 / power)
+    }
+
+    fn size(self) -> f64 {
+        self.re.hypot(self.im)
+    }
+}
+
+impl Response {
+    /// The loop of a scenario's controller around a servo; none where another than a PID closes it.
+    pub(super) fn of(scenario: &Scenario, servo: &ServoParameters) -> Option<Self> {
+        let closing = scenario.identifier.law.closing();
+        if matches!(closing, Closing::Relay | Closing::TwoDegreesOfFreedom) {
+            return None;
+        }
+        scenario.stated.controller?;
+        let velocity = with_velocity!(scenario, f64 => transfer(scenario)).ok()?;
+        let gains = scenario.stated.own_controller().ok()?.gains().ok()?;
+        Some(Self {
+            a: servo.a,
+            b: servo.b,
+            gains,
+            velocity,
+            sample_time: scenario.sample_time(),
+            delay: scenario.effects.delay,
+            current_loop: scenario.effects.current_loop,
+        })
+    }
+
+    /// L at a frequency, rad/s: the servo held over a sample times the controller.
+    fn at(&self, frequency: f64) -> Complex {
+        let time = self.sample_time;
+        let z = Complex::at_angle(frequency * time);
+        let delta = z.plus(Complex { re: -1.0, im: 0.0 });
+        let x = self.a * time;
+        // (1 − e^(−x))/x and (x − 1 + e^(−x))/x², also for a servo without friction.
+        let h1 = if x > 0.0 { -(-x).exp_m1() / x } else { 1.0 };
+        let h2 = if x > 1e-4 {
+            (1.0 - h1) / x
+        } else {
+            0.5 - x / 6.0
+        };
+        let zero = Complex::ONE.scaled(h1).plus(delta.scaled(h2));
+        let pole = delta.plus(Complex::ONE.scaled(x * h1));
+        let servo = zero.over(delta.times(pole)).scaled(self.b * time * time);
+        let [constant, slope] = self.velocity.numerator;
+        let filter = Complex::ONE
+            .scaled(constant)
+            .plus(z.scaled(slope))
+            .times(delta);
+        let filter = filter.over(z.times(z.plus(Complex::ONE.scaled(-self.velocity.pole))));
+        let controller = Complex::ONE
+            .scaled(self.gains.kp())
+            .plus(Complex::ONE.over(delta).scaled(self.gains.ki() * time))
+            .plus(filter.scaled(self.gains.kd() / time));
+        let late = Complex::at_angle(-frequency * self.delay);
+        let lag = Complex {
+            re: 1.0,
+            im: frequency * self.current_loop,
+        };
+        servo.times(controller).times(late).over(lag)
+    }
+
+    /// By how much a step of the position moves the command in its first sample.
+    pub(super) fn command_of(&self, step: f64) -> f64 {
+        let [_, slope] = self.velocity.numerator;
+        step * (self.gains.kp() + self.gains.kd() * slope / self.sample_time)
+    }
+
+    /// Margins and bandwidth.
+    pub(super) fn figures(&self, scenario: &Scenario) -> ClosedLoop {
+        /// Frequencies of a decade, and decades below half the sample rate.
+        const A_DECADE: u32 = 400;
+        const DECADES: f64 = 6.0;
+        let units = scenario.units();
+        let stable = sampled_loop::is_stable(&units, &self.gains, &self.velocity, self.a, self.b);
+        let mut found = ClosedLoop {
+            stable,
+            bandwidth: None,
+            crossover: None,
+            phase_margin: None,
+            gain_margins: [None; 2],
+            modulus_margin: None,
+        };
+        if !stable {
+            return found;
+        }
+        let most = PI / self.sample_time;
+        let points = (DECADES * f64::from(A_DECADE)) as u32;
+        let mut last: Option<(f64, Complex)> = None;
+        for point in 0..=points {
+            let below = f64::from(points - point) / f64::from(A_DECADE);
+            let frequency = most * 10_f64.powf(-below);
+            let gain = self.at(frequency);
+            let distance = gain.plus(Complex::ONE).size();
+            let least = found.modulus_margin.get_or_insert(distance);
+            *least = least.min(distance);
+            if let Some((before, was)) = last {
+                // Where a curve falls through a level, on the logarithm of the frequency.
+                let crossing = |from: f64, to: f64, level: f64| {
+                    (from >= level && to < level).then(|| {
+                        let part = (from / level).ln() / (from / to).ln();
+                        before * (frequency / before).powf(part)
+                    })
+                };
+                let follows = |gain: Complex| gain.over(gain.plus(Complex::ONE)).size();
+                let level = 0.5_f64.sqrt();
+                if let Some(at) = crossing(follows(was), follows(gain), level) {
+                    found.bandwidth = Some(at);
+                }
+                if let Some(at) = crossing(was.size(), gain.size(), 1.0) {
+                    let there = self.at(at);
+                    let phase = there.im.atan2(there.re).to_degrees();
+                    found.crossover = Some(at);
+                    found.phase_margin = Some((phase + 180.0).rem_euclid(360.0));
+                }
+                if (was.im > 0.0) != (gain.im > 0.0) && was.re < 0.0 && gain.re < 0.0 {
+                    let part = was.im / (was.im - gain.im);
+                    let at = was.re + (gain.re - was.re) * part;
+                    found.bear(-1.0 / at);
+                }
+            }
+            last = Some((frequency, gain));
+        }
+        found
+    }
+}
+
+impl ClosedLoop {
+    /// The gain may change by less than this factor.
+    fn bear(&mut self, factor: f64) {
+        let [fall, rise] = &mut self.gain_margins;
+        if factor < 1.0 {
+            *fall = Some(fall.map_or(factor, |known| known.max(factor)));
+        } else {
+            *rise = Some(rise.map_or(factor, |known| known.min(factor)));
+        }
+    }
+}
+
+fn transfer<V: VelocityEstimate<f64>>(scenario: &Scenario) -> Result<Transfer, IdentifierError> {
+    let velocity: V = scenario.stated.build()?;
+    Ok(velocity.transfer())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::Purpose;
+
+    fn loop_of(controller: &str) -> (Scenario, Response) {
+        let text = format!(
+            "[plant]\na = 2.0\nb = 300.0\n[identifier]\nlaw = \"gauss-newton\"\n\
+             [controller]\nsample_time = 0.001\n{controller}"
+        );
+        let scenario = Scenario::parse("s.toml", &text, Purpose::Run).expect("a scenario");
+        let servo = scenario.plant.expect("a plant");
+        let response = Response::of(&scenario, &servo).expect("a PID");
+        (scenario, response)
+    }
+
+    #[test]
+    fn the_gain_margins_are_where_the_cores_polynomial_becomes_unstable() {
+        for controller in [
+            "kp = 9.0\nkd = 0.19\nki = 4.0",
+            "kp = 20.0\nkd = 0.3\nki = 90.0",
+        ] {
+            let (scenario, response) = loop_of(controller);
+            let [fall, rise] = response.figures(&scenario).gain_margins;
+            let stable = |factor: f64| {
+                let b = factor * response.b;
+                sampled_loop::is_stable(
+                    &scenario.units(),
+                    &response.gains,
+                    &response.velocity,
+                    response.a,
+                    b,
+                )
+            };
+            let rise = rise.expect("sampling bounds every gain");
+            assert!(
+                rise > 1.0 && stable(0.999 * rise) && !stable(1.001 * rise),
+                "{rise}"
+            );
+            if let Some(fall) = fall {
+                assert!(stable(1.001 * fall) && !stable(0.999 * fall), "{fall}");
+            }
+        }
+        // Three integrations fall to no gain at all.
+        let (scenario, response) = loop_of("kp = 20.0\nkd = 0.3\nki = 90.0");
+        assert!(response.figures(&scenario).gain_margins[0].is_some());
+    }
+
+    #[test]
+    fn a_slow_pd_loop_is_the_double_pole_of_the_textbook() {
+        // Both poles at −ω: kp = ω²/b, kd = (2ω − a)/b, and L = (kd s + kp) b/(s (s + a)).
+        let omega = 8.0_f64;
+        let (kp, kd) = (omega * omega / 300.0, (2.0 * omega - 2.0) / 300.0);
+        let (scenario, response) = loop_of(&format!("kp = {kp}\nkd = {kd}\nki = 0.0"));
+        let found = response.figures(&scenario);
+        // |L| = 1: ω⁴ + (a² − b²kd²) ω² − b²kp² = 0.
+        let (p, q) = (4.0 - 14.0_f64.powi(2), omega.powi(4));
+        let crossover = (-0.5 * p + (0.25 * p * p + q).sqrt()).sqrt();
+        let told = found.crossover.expect("a crossover");
+        assert!((told / crossover - 1.0).abs() < 0.01, "{told}, {crossover}");
+        let phase = 90.0 + (14.0 * crossover / omega.powi(2)).atan().to_degrees()
+            - (crossover / 2.0).atan().to_degrees();
+        let told = found.phase_margin.expect("a margin");
+        assert!((told - phase).abs() < 2.0, "{told}, {phase}");
+    }
+}

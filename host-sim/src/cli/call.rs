@@ -1,0 +1,50 @@
+//! The call of the program, as reports tell it.
+
+use std::env;
+use std::ffi::OsStr;
+use std::path::Path;
+
+/// What was done, to what file.
+pub(super) fn title(done: &str, file: &Path) -> String {
+    let name = file.file_name().unwrap_or(file.as_os_str());
+    format!("{done} {}", name.display())
+}
+
+/// The call as it may be typed again.
+pub(super) fn command() -> String {
+    let name = env::args_os().next().unwrap_or_default();
+    // Where the program lies says nothing to who reads it elsewhere.
+    let name = Path::new(&name).file_stem().map(OsStr::to_owned);
+    let words = name.into_iter().chain(env::args_os().skip(1));
+    let words: Vec<String> = words.map(|word| quoted(&word.to_string_lossy())).collect();
+    words.join(" ")
+}
+
+/// A word as a shell takes it for one.
+fn quoted(word: &str) -> String {
+    let is_plain =
+        |character: char| character.is_alphanumeric() || "-_./=,:+@%".contains(character);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::quoted;
+
+    #[test]
+    fn words_are_quoted_where_a_shell_would_split_them() {
+        for (word, shown) in [
+            ("a/b-1.toml", "a/b-1.toml"),
+            ("two words", "'two words'"),
+            ("it's", r"'it'\''s'"),
+            ("", "''"),
+            ("<b>", "'<b>'"),
+        ] {
+            assert_eq!(quoted(word), shown);
+        }
+    }
+}

@@ -1,0 +1,33 @@
+use std::path::PathBuf;
+
+use super::fault::Fault;
+use super::files::{self, Files};
+use super::standard_output::say;
+use crate::check::{Check, Words};
+use crate::scenario::{Purpose, Scenario, keys};
+
+#[derive(Debug, clap::Args)]
+#[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
+pub(super) struct Arguments {
+    /// The scenario, a TOML file with a [plant].
+    scenario: PathBuf,
+    /// Write what is told as JSON to this file; `-` is standard output.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Replace a file that is there already.
+    #[arg(long)]
+    force: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
+    let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
+    let mut files = Files::reading(&[&arguments.scenario], arguments.force);
+    let json = files.output(arguments.json.as_deref())?;
+    let check =
+        Check::of(&scenario).map_err(|fault| Fault::of_scenario(&arguments.scenario, fault))?;
+    files::commit([json.map(|json| json.document(&check))])?;
+    if !files.own_standard_output() {
+        say!("{}", Words(&check))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,229 @@
+//! From keys to orders, and from reports to the screen.
+
+use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use drive_link::{Command, Report, Settings, State as Does, Status};
+
+use super::plan::Orders;
+use super::recordings::Recordings;
+use super::screen::Screen;
+use crate::cli::fault::Fault;
+use crate::monitor::{Action, AtEnd, Dialogue, Heard, Link, LinkError, Motion, Note, Shown, State};
+
+/// How often the screen is drawn anew.
+const REDRAW: Duration = Duration::from_millis(50);
+
+/// A monitor at work.
+pub(super) struct Session {
+    pub(super) state: State,
+    pub(super) link: Link,
+    pub(super) recordings: Recordings,
+    dialogue: Dialogue,
+    plan: Option<Orders>,
+}
+
+/// Why it ended, if nobody wanted it to.
+pub(super) enum End {
+    /// The drive has gone.
+    Lost(LinkError),
+    /// The terminal has gone.
+    Screen(io::Error),
+}
+
+impl From<io::Error> for End {
+    fn from(error: io::Error) -> Self {
+        Self::Screen(error)
+    }
+}
+
+impl Session {
+    pub(super) fn new(
+        port: &str,
+        settings: Settings,
+        status: Status,
+        every: u16,
+        link: Link,
+        recordings: Recordings,
+        plan: Option<Orders>,
+    ) -> Self {
+        link.order(Command::Watch(every));
+        Self {
+            state: State::new(port, settings, status, every, Instant::now()),
+            link,
+            recordings,
+            dialogue: Dialogue::default(),
+            plan,
+        }
+    }
+
+    /// Goes on until somebody wants an end.
+    pub(super) fn go_on(
+        &mut self,
+        screen: &mut Screen,
+        asked_to_end: &AtomicBool,
+        at_end: AtEnd,
+    ) -> Result<(), End> {
+        loop {
+            self.hear()?;
+            screen.show(&Shown {
+                state: &self.state,
+                dialogue: &self.dialogue,
+                recording: self.recordings.under_way(),
+                commission: self.plan.as_ref().map(|plan| plan.most.as_str()),
+                leaves: at_end == AtEnd::Leave,
+            })?;
+            let until = Instant::now() + REDRAW;
+            loop {
+                if asked_to_end.load(Ordering::Relaxed) {
+                    return Ok(());
+                }
+                let left = until.saturating_duration_since(Instant::now());
+                let Some(key) = screen.key(left)? else { break };
+                match self.dialogue.press(key, self.state.is_driven()) {
+                    Some(Action::Quit) => return Ok(()),
+                    Some(action) => self.act(action),
+                    None => {}
+                }
+                if left.is_zero() {
+                    break;
+                }
+            }
+        }
+    }
+
+    /// Takes in what was heard.
+    fn hear(&mut self) -> Result<(), End> {
+        let now = Instant::now();
+        while let Some(heard) = self.link.hear() {
+            match heard {
+                Heard::Report(report) => self.take(&report, now),
+                Heard::Done(command) => self.was_done(&command),
+                Heard::Refused(refusal) => self.state.was_refused(&refusal),
+                Heard::Unanswered(command) => self.state.say(Note::Failed(format!(
+                    "the drive does not answer, nobody knows whether it did this: {}",
+                    name(&command)
+                ))),
+                Heard::Lost(error) => return Err(End::Lost(error)),
+            }
+        }
+        if self.state.is_to_be_asked_again(now) {
+            let every = self.state.telemetry().samples_apart();
+            self.link.order(Command::Watch(every));
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, report: &Report, now: Instant) {
+        let before = self.state.status().state;
+        if let Some(frame) = self.state.take(report, now) {
+            let added = self.recordings.add(&frame);
+            self.tell(added);
+        }
+        let after = self.state.status().state;
+        if before == after {
+            return;
+        }
+        if !self.state.is_driven() {
+            self.state.say_no_more();
+        }
+        if before == Does::Commissioning {
+            let is_over = !matches!(after, Does::Faulted(_));
+            if let Some(stands) = self.state.status().commissioning.filter(|_| is_over) {
+                let said = format!("commissioning: {stands}");
+                self.state.say(match stands.reason {
+                    None => Note::Done(said),
+                    Some(_) => Note::Failed(said),
+                });
+            }
+            // It may have found gains.
+            self.link.order(Command::Show);
+        }
+        if !self.state.is_driven() {
+            // A recording is of one motion.
+            self.end_recording();
+        }
+    }
+
+    fn act(&mut self, action: Action) {
+        match action {
+            Action::Move(Motion::Start) => self.link.order(Command::Start),
+            Action::Move(Motion::Commission) => self.commission(),
+            Action::Stop => self.link.order(Command::Stop),
+            Action::Target(radians) => self.link.order(Command::Target(radians)),
+            Action::Clear => self.link.order(Command::Clear),
+            Action::Save => self.link.order(Command::Save),
+            Action::Record if self.recordings.under_way().is_some() => self.end_recording(),
+            Action::Record => {
+                let every = self.state.telemetry().samples_apart();
+                let begun = self.recordings.begin(self.state.settings(), every);
+                self.tell(begun.map(|()| Some("recording".to_owned())));
+            }
+            // Whoever drew the screen sees to that.
+            Action::Quit => {}
+        }
+    }
+
+    fn commission(&mut self) {
+        let Some(plan) = &self.plan else {
+            return self.state.say(Note::Failed(
+                "not commissioned: start the monitor with --scenario, whose [commission] says how far the \
+                 servo may move"
+                    .to_owned(),
+            ));
+        };
+        if let Some(configure) = plan.configure.filter(|_| !self.state.status().configured) {
+            self.link.order(configure);
+        }
+        self.link.order(plan.commission);
+    }
+
+    fn was_done(&mut self, command: &Command) {
+        let said = match command {
+            Command::Start => match self.state.settings().protection.link_timeout {
+                0.0 => "started; it goes on, too, when nobody is heard any more".to_owned(),
+                timeout => {
+                    format!("started; it comes to rest when nobody is heard for {timeout} s")
+                }
+            },
+            Command::Stop => "stopped: the servo is let go".to_owned(),
+            Command::Target(radians) => format!("on its way to {radians} rad"),
+            Command::Clear => "the fault is forgotten, if its cause is gone".to_owned(),
+            Command::Save => "settings and estimates are kept through a loss of power".to_owned(),
+            Command::Commission(_) => "commissioning; Space or a stops it".to_owned(),
+            Command::Configure(_) => {
+                self.link.order(Command::Show);
+                return;
+            }
+            Command::Hello | Command::Show | Command::Watch(_) | Command::Outcome => return,
+        };
+        self.state.say(Note::Done(said));
+    }
+
+    fn end_recording(&mut self) {
+        let ended = self.recordings.end();
+        self.tell(ended);
+    }
+
+    fn tell(&mut self, done: Result<Option<String>, Fault>) {
+        match done {
+            Ok(Some(said)) => self.state.say(Note::Done(said)),
+            Ok(None) => {}
+            Err(fault) => self.state.say(Note::Failed(fault.to_string())),
+        }
+    }
+}
+
+fn name(command: &Command) -> &'static str {
+    match command {
+        Command::Start => "start",
+        Command::Stop => "stop",
+        Command::Target(_) => "target",
+        Command::Clear => "clear",
+        Command::Save => "keep",
+        Command::Commission(_) => "commission",
+        Command::Configure(_) => "configure",
+        Command::Hello | Command::Show | Command::Watch(_) | Command::Outcome => "report",
+    }
+}

@@ -1,0 +1,67 @@
+//! `host-sim drive simulate`: a drive to try everything on.
+
+use std::io;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+use super::of_scenario;
+use crate::cli::fault::Fault;
+use crate::cli::standard_output::{flush, say};
+use crate::scenario::{Purpose, Scenario};
+use crate::simulated_drive::{SimulatedDrive, SimulatedDriveError};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The scenario: its plant, encoder and amplifier are the servo; its loop is what the drive is
+    /// configured with.
+    scenario: PathBuf,
+    /// Where to listen; with port 0 wherever there is a free port.
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:5760")]
+    listen: SocketAddr,
+    /// Be a drive that nobody has told anything yet.
+    #[arg(long)]
+    new: bool,
+}
+
+impl Arguments {
+    pub(super) fn run(&self) -> Result<(), Fault> {
+        let scenario = Scenario::load(&self.scenario, Purpose::Run)?;
+        let mut drive =
+            SimulatedDrive::new(&scenario, self.listen).map_err(|error| self.fault(error))?;
+        if !self.new {
+            let settings = of_scenario(&self.scenario, &scenario, drive.built_in())
+                .map_err(|fault| self.hint(fault))?;
+            drive = drive.configured(settings);
+        }
+        let address = drive
+            .address()
+            .map_err(|error| Fault::unusable(self.listen, &error))?;
+        say!("a simulated drive listens at {address} until it is interrupted; look at it with")?;
+        say!("host-sim drive --port tcp:{address} monitor")?;
+        flush()?;
+        match drive.run() {
+            Err(error) => Err(self.fault(error)),
+            Ok(never) => match never {},
+        }
+    }
+
+    fn hint(&self, fault: Fault) -> Fault {
+        Fault::Input(format!(
+            "{fault}; with --new the drive is not configured, and any loop will do"
+        ))
+    }
+
+    fn fault(&self, error: SimulatedDriveError) -> Fault {
+        match error {
+            SimulatedDriveError::Port(address, error)
+                if error.kind() == io::ErrorKind::AddrInUse =>
+            {
+                Fault::Other(SimulatedDriveError::Port(address, error).to_string())
+            }
+            SimulatedDriveError::Port(..) => Fault::Input(error.to_string()),
+            SimulatedDriveError::Scenario(_) | SimulatedDriveError::Refused(_) => {
+                Fault::of_scenario(&self.scenario, error)
+            }
+        }
+    }
+}

@@ -1,0 +1,233 @@
+use std::io::{self, BufRead, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+
+use super::fault::Fault;
+use super::files::{self, Files};
+use super::standard_output::say;
+use crate::init::{Chosen, DataSheet, Drive, scenario};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The scenario to write; `-`, or none, is standard output.
+    file: Option<PathBuf>,
+    /// What the command is: the current of an amplifier with a current loop, or the voltage at the motor.
+    #[arg(long, value_enum)]
+    drive: Option<Command>,
+    /// Torque constant of the motor, N m/A (the back-EMF constant in V s/rad is the same number).
+    #[arg(long, value_name = "KT")]
+    torque_constant: Option<f64>,
+    /// Inertia of the rotor, kg m²; 1 g cm² is 1e-7.
+    #[arg(long, value_name = "J")]
+    rotor_inertia: Option<f64>,
+    /// Inertia of the load behind the gear, kg m²; 0 unless stated.
+    #[arg(long, value_name = "J")]
+    load_inertia: Option<f64>,
+    /// Turns of the motor for one of the load; 1 unless stated.
+    #[arg(long, value_name = "N")]
+    gear: Option<f64>,
+    /// Counts of the encoder for a turn of the motor, after quadrature.
+    #[arg(long, value_name = "N")]
+    counts: Option<f64>,
+    /// The largest current, A (driven by current).
+    #[arg(long, value_name = "A")]
+    peak_current: Option<f64>,
+    /// The supply's voltage, V (driven by voltage).
+    #[arg(long, value_name = "V")]
+    voltage: Option<f64>,
+    /// Resistance of the winding, ohm (driven by voltage).
+    #[arg(long, value_name = "OHM")]
+    resistance: Option<f64>,
+    /// Viscous friction, N m s/rad; 0 unless stated.
+    #[arg(long, value_name = "B")]
+    viscous: Option<f64>,
+    /// Coulomb friction, N m; 0 unless stated.
+    #[arg(long, value_name = "TORQUE")]
+    coulomb: Option<f64>,
+    /// Sample time of the loop, s; 0.001 unless stated.
+    #[arg(long, value_name = "T")]
+    sample_time: Option<f64>,
+    /// Replace a file that is there already.
+    #[arg(long)]
+    force: bool,
+}
+
+/// What the command is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Command {
+    Current,
+    Voltage,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
+    let sheet = arguments.sheet(&mut Asker::at_terminal())?;
+    let servo = sheet
+        .servo()
+        .map_err(|error| Fault::Input(error.to_string()))?;
+    let text = scenario(&sheet, &servo, &Chosen::of(&sheet, &servo));
+    let mut files = Files::reading(&[], arguments.force);
+    let file = arguments.file.as_deref().unwrap_or(Path::new("-"));
+    let output = files.output(Some(file))?.map(|mut output| {
+        output.bytes(text.as_bytes())?;
+        Ok(output)
+    });
+    files::commit([output])?;
+    if !files.own_standard_output() {
+        let file = file.display();
+        say!("{file} is written: `check {file}` says what it means, `run {file}` tries it")?;
+    }
+    Ok(())
+}
+
+impl Arguments {
+    /// The data sheet; what is missing is asked for.
+    fn sheet(&self, asker: &mut Asker) -> Result<DataSheet, Fault> {
+        let drive = match (self.drive, self.peak_current, self.voltage) {
+            (Some(drive), ..) => drive,
+            (None, Some(_), None) => Command::Current,
+            (None, None, Some(_)) => Command::Voltage,
+            _ => asker.drive()?,
+        };
+        let drive = match drive {
+            Command::Current => Drive::Current {
+                peak: asker.number(
+                    self.peak_current,
+                    "peak-current",
+                    "largest current, A",
+                    None,
+                )?,
+            },
+            Command::Voltage => Drive::Voltage {
+                supply: asker.number(self.voltage, "voltage", "supply's voltage, V", None)?,
+                resistance: asker.number(
+                    self.resistance,
+                    "resistance",
+                    "resistance of the winding, ohm",
+                    None,
+                )?,
+            },
+        };
+        let mut number = |stated, name, meaning, usual| asker.number(stated, name, meaning, usual);
+        Ok(DataSheet {
+            drive,
+            torque_constant: number(
+                self.torque_constant,
+                "torque-constant",
+                "torque constant, N m/A",
+                None,
+            )?,
+            rotor_inertia: number(
+                self.rotor_inertia,
+                "rotor-inertia",
+                "inertia of the rotor, kg m² (1 g cm² = 1e-7)",
+                None,
+            )?,
+            counts: number(
+                self.counts,
+                "counts",
+                "counts of the encoder for a turn of the motor, after quadrature",
+                None,
+            )?,
+            load_inertia: number(
+                self.load_inertia,
+                "load-inertia",
+                "inertia of the load behind the gear, kg m²",
+                Some(0.0),
+            )?,
+            gear: number(
+                self.gear,
+                "gear",
+                "turns of the motor for one of the load",
+                Some(1.0),
+            )?,
+            viscous: number(
+                self.viscous,
+                "viscous",
+                "viscous friction, N m s/rad",
+                Some(0.0),
+            )?,
+            coulomb: number(self.coulomb, "coulomb", "Coulomb friction, N m", Some(0.0))?,
+            sample_time: number(
+                self.sample_time,
+                "sample-time",
+                "sample time of the loop, s",
+                Some(1e-3),
+            )?,
+        })
+    }
+}
+
+/// Asks for what no option states, where there is a terminal to ask at.
+struct Asker {
+    is_there: bool,
+}
+
+impl Asker {
+    fn at_terminal() -> Self {
+        Self {
+            is_there: io::stdin().is_terminal() && io::stderr().is_terminal(),
+        }
+    }
+
+    /// A number: stated, asked for, or the usual one.
+    fn number(
+        &mut self,
+        stated: Option<f64>,
+        name: &str,
+        meaning: &str,
+        usual: Option<f64>,
+    ) -> Result<f64, Fault> {
+        if let Some(stated) = stated {
+            return Ok(stated);
+        }
+        if !self.is_there {
+            return usual.ok_or_else(|| Fault::Input(format!("--{name} is missing: {meaning}")));
+        }
+        let usual_shown = usual.map_or(String::new(), |usual| format!(" [{usual}]"));
+        loop {
+            let answer = ask(&format!("{meaning}{usual_shown}: "))?;
+            match (answer.trim().parse(), usual) {
+                (Ok(number), _) if f64::is_finite(number) => return Ok(number),
+                (Err(_), Some(usual)) if answer.trim().is_empty() => return Ok(usual),
+                _ => tell("a number, as 0.05 or 5e-2\n")?,
+            }
+        }
+    }
+
+    fn drive(&mut self) -> Result<Command, Fault> {
+        if !self.is_there {
+            return Err(Fault::Input(
+                "--drive is missing: current (with --peak-current) or voltage (with --voltage and \
+                 --resistance)"
+                    .to_owned(),
+            ));
+        }
+        loop {
+            let answer = ask("the command is the motor's current or voltage [current]: ")?;
+            match answer.trim() {
+                "" | "c" | "current" => return Ok(Command::Current),
+                "v" | "voltage" => return Ok(Command::Voltage),
+                _ => tell("current or voltage\n")?,
+            }
+        }
+    }
+}
+
+fn ask(question: &str) -> Result<String, Fault> {
+    tell(question)?;
+    let mut answer = String::new();
+    let read = io::stdin().lock().read_line(&mut answer);
+    match read {
+        Ok(0) | Err(_) => Err(Fault::Input("no answer: nothing is written".to_owned())),
+        Ok(_) => Ok(answer),
+    }
+}
+
+fn tell(text: &str) -> Result<(), Fault> {
+    let mut terminal = io::stderr();
+    terminal
+        .write_all(text.as_bytes())
+        .and_then(|()| terminal.flush())
+        .map_err(|error| Fault::unwritable("the terminal", &error))
+}

@@ -1,0 +1,144 @@
+//! `--live`: the report of a run while it goes on, for browsers of this machine.
+
+use std::io::{self, ErrorKind, Write as _};
+use std::sync::atomic::Ordering;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use super::fault::Fault;
+use super::interruption;
+use crate::live::{Server, Update};
+use crate::report::page::{Page, Stage};
+
+/// How often the page is made anew.
+const PERIOD: Duration = Duration::from_millis(400);
+
+/// Whether and where a run is shown while it goes on.
+#[derive(Debug, clap::Args)]
+pub(super) struct LiveOptions {
+    /// Show the report in browsers of this machine while the run goes on, in real time, and afterwards until
+    /// Ctrl-C. The address is told on standard error; without a port it is any free one.
+    #[arg(
+        long,
+        value_name = "PORT",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "0"
+    )]
+    live: Option<u16>,
+    /// With --live: so many times as fast as real time; inf for as fast as it goes.
+    #[arg(
+        long,
+        value_name = "X",
+        requires = "live",
+        default_value = "1",
+        value_parser = pace,
+        allow_negative_numbers = true
+    )]
+    pace: f64,
+}
+
+fn pace(text: &str) -> Result<f64, String> {
+    let pace: f64 = text
+        .parse()
+        .map_err(|_| "it must be a number above 0, or inf".to_owned())?;
+    if pace > 0.0 {
+        Ok(pace)
+    } else {
+        Err(format!(
+            "{text} is not allowed: it must be a number above 0, or inf"
+        ))
+    }
+}
+
+/// A run that is shown while it goes on.
+#[derive(Debug)]
+pub(super) struct Live {
+    server: Server,
+    pace: f64,
+    begun: Instant,
+    shown: Option<Instant>,
+}
+
+impl LiveOptions {
+    /// Begins to serve, if it is asked for, and tells where.
+    ///
+    /// # Errors
+    /// If the port cannot be had.
+    pub(super) fn begin(&self) -> Result<Option<Live>, Fault> {
+        let Some(port) = self.live else {
+            return Ok(None);
+        };
+        let server = Server::start(port).map_err(|error| unavailable(port, &error))?;
+        // Where nobody can be told, it is served all the same.
+        let _ = writeln!(
+            io::stderr(),
+            "live: http://{}/ shows the run while it goes on (Ctrl-C ends it)",
+            server.address()
+        );
+        Ok(Some(Live {
+            server,
+            pace: self.pace,
+            begun: Instant::now(),
+            shown: None,
+        }))
+    }
+}
+
+fn unavailable(port: u16, error: &io::Error) -> Fault {
+    let why = match error.kind() {
+        ErrorKind::AddrInUse => "another program uses it".to_owned(),
+        ErrorKind::PermissionDenied => "it is not permitted".to_owned(),
+        _ => error.to_string(),
+    };
+    Fault::Other(format!(
+        "port {port} of this machine cannot be had: {why}; --live={port} takes another number, and --live alone \
+         any port that is free"
+    ))
+}
+
+impl Live {
+    /// Waits until so much of the motion, s, is due. Whether the page is to be made anew.
+    pub(super) fn keep_pace(&mut self, motion: f64) -> bool {
+        /// Sleeping for less is of no use.
+        const SHORTEST: Duration = Duration::from_millis(3);
+        let due = Duration::try_from_secs_f64(motion / self.pace).unwrap_or(Duration::ZERO);
+        let ahead = due.saturating_sub(self.begun.elapsed());
+        if ahead > SHORTEST {
+            thread::sleep(ahead);
+        }
+        let is_due = self.shown.is_none_or(|shown| shown.elapsed() >= PERIOD);
+        if is_due {
+            self.shown = Some(Instant::now());
+        }
+        is_due
+    }
+
+    /// Shows the page as it is now.
+    pub(super) fn show(&self, page: &Page) {
+        self.put(page, Stage::Underway);
+    }
+
+    /// Shows the page as it is in the end, until somebody has seen enough.
+    pub(super) fn stay(&self, page: &Page) {
+        const LOOK: Duration = Duration::from_millis(50);
+        self.put(page, Stage::Over);
+        let enough = interruption::asks_first();
+        // As above.
+        let _ = writeln!(
+            io::stderr(),
+            "live: the run is over; http://{}/ shows its report until Ctrl-C",
+            self.server.address()
+        );
+        while !enough.load(Ordering::Relaxed) {
+            thread::sleep(LOOK);
+        }
+    }
+
+    fn put(&self, page: &Page, stage: Stage) {
+        self.server.show(Update {
+            page: page.live_html(stage).into(),
+            change: page.change(stage).into(),
+        });
+    }
+}

@@ -1,0 +1,68 @@
+//! How far a verb is and how long it still takes, on standard error where that is a terminal.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::standard_output;
+
+/// Nothing is shown of what is done within this time.
+const AT_ONCE: Duration = Duration::from_secs(2);
+
+/// A line that shows how much is done. It goes when it is dropped.
+#[derive(Debug)]
+pub(super) struct Progress {
+    bar: ProgressBar,
+    begun: Instant,
+    done: AtomicU64,
+    /// So many are told together.
+    together: u64,
+    shown: AtomicBool,
+}
+
+impl Progress {
+    /// Of so many of what takes long.
+    pub(super) fn of(total: u64, what: &str) -> Self {
+        Self::new(total, what, 1)
+    }
+
+    /// Of samples, of which many are done in a moment.
+    pub(super) fn of_samples(total: u64) -> Self {
+        Self::new(total, "samples", 4096)
+    }
+
+    fn new(total: u64, what: &str, together: u64) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::hidden());
+        let line = format!("{{bar:30}} {{human_pos}} of {{human_len}} {what}, {{eta}} left");
+        if let Ok(style) = ProgressStyle::with_template(&line) {
+            bar.set_style(style);
+        }
+        Self {
+            bar,
+            begun: Instant::now(),
+            done: AtomicU64::new(0),
+            together,
+            // As if it had been.
+            shown: AtomicBool::new(standard_output::is_quiet()),
+        }
+    }
+
+    /// One more is done.
+    pub(super) fn advance(&self) {
+        let done = 1 + self.done.fetch_add(1, Ordering::Relaxed);
+        if !done.is_multiple_of(self.together) {
+            return;
+        }
+        if self.begun.elapsed() > AT_ONCE && !self.shown.swap(true, Ordering::Relaxed) {
+            self.bar.set_draw_target(ProgressDrawTarget::stderr());
+        }
+        self.bar.set_position(done);
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}

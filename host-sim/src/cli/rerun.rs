@@ -1,0 +1,92 @@
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use super::fault::Fault;
+use super::output::Outputs;
+use super::standard_output::say;
+use super::{commission, replay, run};
+use crate::rerun::{Kept, KeptError, LogFile, Task};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// What `run`, `replay` or `commission` wrote with --json or --mcap, or the -metadata.json beside a CSV
+    /// trace.
+    result: PathBuf,
+    #[command(flatten)]
+    outputs: Outputs,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
+    let file = &arguments.result;
+    let refused = |error: KeptError| Fault::Input(format!("{}: {error}", file.display()));
+    let kept = Kept::read(file).map_err(refused)?;
+    if kept.origin.version != crate::VERSION {
+        eprintln!(
+            "warning: {} was written by version {}, and this is {}: the result may differ",
+            file.display(),
+            kept.origin.version,
+            crate::VERSION
+        );
+    }
+    let found = |logs: &[LogFile]| -> Result<Vec<PathBuf>, Fault> {
+        let logs = logs.iter().map(|log| kept.log(log));
+        logs.collect::<Result<_, _>>().map_err(refused)
+    };
+    let outputs = &arguments.outputs;
+    let scenario = &kept.origin.scenario;
+    match &kept.origin.task {
+        Task::Run => run::experiment(scenario, outputs, &[file], Some(&kept)),
+        Task::Replay {
+            passes,
+            logs,
+            predict,
+        } => replay::Replay {
+            scenario,
+            logs: &found(logs)?,
+            predict: &found(predict)?,
+            passes: *passes,
+        }
+        .experiment(outputs, file, Some(&kept)),
+        Task::Commission => commission::experiment(scenario, None, outputs, file, Some(&kept)),
+        Task::Pil => Err(Fault::Input(format!(
+            "{}: the result is that of a loop on a chip, which a file cannot bring back: run `pil` again \
+             with the scenario that it holds",
+            file.display()
+        ))),
+    }
+}
+
+/// Says whether a result is the same as one that was kept.
+///
+/// # Errors
+/// Where it is not.
+pub(super) fn compare(kept: &Kept, result: &impl Serialize, silent: bool) -> Result<(), Fault> {
+    /// Differences that are shown.
+    const SHOWN: usize = 10;
+    let file = kept.file.display();
+    let differences = kept.differences(result);
+    let differences = differences.map_err(|error| Fault::Other(format!("{file}: {error}")))?;
+    match differences {
+        None if silent => Ok(()),
+        None => say!("{file} holds no result to compare with"),
+        Some(differences) if differences.is_empty() => match silent {
+            true => Ok(()),
+            false => say!("the same result as in {file}, to the last bit"),
+        },
+        Some(differences) => {
+            let mut lines: Vec<String> = differences.iter().take(SHOWN).cloned().collect();
+            if let Some(more) = differences
+                .len()
+                .checked_sub(SHOWN)
+                .filter(|more| *more > 0)
+            {
+                lines.push(format!("and {more} more"));
+            }
+            Err(Fault::Other(format!(
+                "the result is not that in {file}:\n  {}",
+                lines.join("\n  ")
+            )))
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! The channels of a run or a replay.
+
+use std::io::{self, Write};
+
+use super::{Channel, Recorder};
+use crate::experiment::Sample;
+use crate::scenario::LogSettings;
+
+/// What a replay looks for; the names are those of the columns of a CSV trace.
+pub static SERVO: Channel = Channel {
+    topic: "/servo",
+    schema: "host-sim/Servo",
+    fields: &[
+        (LogSettings::OWN_TIME, "time, s"),
+        (LogSettings::OWN_REFERENCE, "reference position, rad"),
+        (LogSettings::OWN_POSITION, "measured position, rad"),
+        (
+            LogSettings::OWN_COMMAND,
+            "the whole command that acts from here to the next sample, command units",
+        ),
+        (
+            "output_error_rad",
+            "measured position less the model's, rad",
+        ),
+    ],
+};
+
+/// What the identifier makes of it.
+pub static ESTIMATES: Channel = Channel {
+    topic: "/estimates",
+    schema: "host-sim/Estimates",
+    fields: &[
+        ("a_per_s", "viscous friction over inertia, 1/s"),
+        (
+            "b_rad_per_s2_per_command",
+            "gain over inertia, rad/s² per command unit",
+        ),
+        (
+            "coulomb_rad_per_s2",
+            "Coulomb friction over inertia, rad/s²",
+        ),
+        ("load_rad_per_s2", "load over inertia, rad/s²"),
+        ("a_std_error", "standard error of a, 1/s"),
+        (
+            "b_std_error",
+            "standard error of b, rad/s² per command unit",
+        ),
+        (
+            "coulomb_std_error",
+            "standard error of the Coulomb friction, rad/s²",
+        ),
+        ("load_std_error", "standard error of the load, rad/s²"),
+    ],
+};
+
+/// Begins the file of a trace.
+///
+/// # Errors
+/// Whatever `out` answers.
+pub fn begin<W: Write>(out: W) -> io::Result<Recorder<W>> {
+    Recorder::new(out, &[&SERVO, &ESTIMATES])
+}
+
+/// Writes a sample.
+///
+/// # Errors
+/// Whatever the writer answers.
+pub fn add<W: Write>(recorder: &mut Recorder<W>, sample: &Sample) -> io::Result<()> {
+    recorder.begin_sample();
+    let time = sample.time;
+    recorder.numbers(
+        &SERVO,
+        time,
+        [
+            Some(time),
+            Some(sample.reference),
+            Some(sample.position),
+            Some(sample.command),
+            sample.output_error,
+        ],
+    )?;
+    let estimates = &sample.estimates;
+    let errors = sample.standard_errors.as_ref();
+    recorder.numbers(
+        &ESTIMATES,
+        time,
+        [
+            Some(estimates.a),
+            Some(estimates.b),
+            Some(estimates.coulomb),
+            Some(estimates.load),
+            errors.map(|errors| errors.a),
+            errors.map(|errors| errors.b),
+            errors.map(|errors| errors.coulomb),
+            errors.map(|errors| errors.load),
+        ],
+    )?;
+    recorder.joint(time, Some(sample.position), None, Some(sample.command))
+}

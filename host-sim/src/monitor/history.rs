@@ -1,0 +1,70 @@
+//! The last seconds of a motion.
+
+use std::collections::VecDeque;
+
+use super::frame::Frame;
+
+/// How long what is seen is remembered, s.
+pub(super) const LENGTH: f64 = 10.0;
+
+/// A sample that was seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Point {
+    /// Since the motion began, s.
+    pub(super) time: f64,
+    pub(super) frame: Frame,
+}
+
+/// What was seen of a motion lately.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct History(VecDeque<Point>);
+
+/// The signals that are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Signal {
+    Reference,
+    Position,
+    Command,
+    OutputError,
+}
+
+impl History {
+    /// Another motion begins.
+    pub(super) fn begin(&mut self) {
+        self.0.clear();
+    }
+
+    pub(super) fn add(&mut self, point: Point) {
+        self.0.push_back(point);
+        while self
+            .0
+            .front()
+            .is_some_and(|first| first.time < point.time - LENGTH)
+        {
+            self.0.pop_front();
+        }
+    }
+
+    /// The newest sample.
+    pub(super) fn newest(&self) -> Option<&Point> {
+        self.0.back()
+    }
+
+    /// What is drawn of a signal: time before the newest sample (s, not positive) and value.
+    pub(super) fn signal(&self, signal: Signal) -> Vec<(f64, f64)> {
+        let Some(newest) = self.newest() else {
+            return Vec::new();
+        };
+        let value = |frame: &Frame| match signal {
+            Signal::Reference => frame.reference(),
+            Signal::Position => Some(frame.position()),
+            Signal::Command => Some(frame.command().unwrap_or(0.0)),
+            Signal::OutputError => frame.output_error(),
+        };
+        self.0
+            .iter()
+            .filter_map(|point| Some((point.time - newest.time, value(&point.frame)?)))
+            .filter(|(_, value)| value.is_finite())
+            .collect()
+    }
+}

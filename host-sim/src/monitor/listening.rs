@@ -1,0 +1,89 @@
+//! The host's own estimates, from what the telemetry shows: the core's Gauss–Newton in double precision
+//! listens beside the drive, whatever law the drive has, and says how sure it is while the servo moves.
+
+use drive_link::{Estimates, Settings};
+use identifier_core::identifier::{GaussNewtonIdentifier, GaussNewtonIdentifierState, Identify};
+use identifier_core::parameters::AbCoulombLoad;
+
+use super::frame::Frame;
+use super::telemetry::Order;
+
+type Identifier = GaussNewtonIdentifier<f64, AbCoulombLoad, 4>;
+type State = GaussNewtonIdentifierState<f64, AbCoulombLoad, 4>;
+
+/// An identifier that hears every sample.
+#[derive(Debug)]
+pub(super) struct Listening {
+    identifier: Identifier,
+    state: State,
+    /// A count, rad.
+    resolution: f64,
+    /// The last count.
+    count: i32,
+    /// Whether it is to join a motion with the next sample.
+    joins: bool,
+}
+
+impl Listening {
+    /// To a loop with these settings; none if nothing can be learnt with its sample time and encoder.
+    pub(super) fn to(settings: &Settings) -> Option<Self> {
+        let core = settings.closed_loop.core;
+        // What the drive was told to begin with does not enter.
+        let core = identifier_core::Settings {
+            resolution: core.resolution,
+            ..identifier_core::Settings::new(core.sample_time, 1.0)
+        };
+        let identifier: Identifier = core.build().ok()?;
+        Some(Self {
+            state: identifier.start(),
+            identifier,
+            resolution: core.resolution,
+            count: 0,
+            joins: false,
+        })
+    }
+
+    /// Hears a frame of every sample. A motion that is not heard from its beginning, or not without a gap,
+    /// is joined as soon as two samples say how fast it is; what is known is kept.
+    pub(super) fn hear(&mut self, frame: &Frame, order: Order) {
+        // Exact as long as single precision tells one count from the next.
+        let count = (frame.position() / self.resolution).round() as i32;
+        let before = std::mem::replace(&mut self.count, count);
+        let moved = match order {
+            Order::Follows => count.wrapping_sub(before),
+            // A motion begins where its position is zero.
+            Order::Begins if frame.sample() == 1 => count,
+            Order::Begins | Order::FollowsLost(_) => {
+                self.joins = true;
+                return;
+            }
+        };
+        if order == Order::Begins || self.joins {
+            self.joins = false;
+            self.identifier.join(&mut self.state, f64::from(moved));
+        }
+        let command = frame.command().unwrap_or(0.0);
+        if self
+            .identifier
+            .process(&mut self.state, moved, command)
+            .is_err()
+        {
+            self.joins = true;
+        }
+        self.identifier.work(&mut self.state, u32::MAX);
+    }
+
+    /// The estimates with their standard errors, once there is a fit.
+    pub(super) fn estimates(&self) -> Option<Estimates> {
+        let standard_errors = self.identifier.standard_errors(&self.state)?;
+        let found = self.identifier.estimates(&self.state);
+        (found.b > 0.0).then(|| Estimates {
+            a: found.a,
+            b: found.b,
+            coulomb: found.coulomb,
+            load: found.load,
+            at_bounds: self.identifier.at_bounds(&self.state),
+            standard_errors: Some(standard_errors),
+        })
+    }
+}

@@ -1,0 +1,166 @@
+//! Which frames came, and which did not: each carries the number of its sample.
+
+use super::frame::{Frame, Kind};
+
+/// Counts frames, and those that are missing between them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Telemetry {
+    /// Samples from one frame to the next.
+    every: u16,
+    last: Option<(Kind, u32)>,
+    frames: u64,
+    lost: u64,
+}
+
+/// Where a frame stands among the others.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Order {
+    /// It is the first that is seen of a motion.
+    Begins,
+    /// None is missing before it.
+    Follows,
+    /// So many are missing before it.
+    FollowsLost(u32),
+}
+
+impl Telemetry {
+    /// Expects a frame every so many samples.
+    #[must_use]
+    pub fn every(samples: u16) -> Self {
+        Self {
+            every: samples.max(1),
+            last: None,
+            frames: 0,
+            lost: 0,
+        }
+    }
+
+    /// Samples from one frame to the next.
+    #[must_use]
+    pub fn samples_apart(&self) -> u16 {
+        self.every
+    }
+
+    /// Frames that came.
+    #[must_use]
+    pub fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// Frames that were to come and did not.
+    #[must_use]
+    pub fn lost(&self) -> u64 {
+        self.lost
+    }
+
+    /// The next frame may be any: the drive was asked anew.
+    pub fn begin_anew(&mut self) {
+        self.last = None;
+    }
+
+    /// Takes in a frame.
+    pub fn take(&mut self, frame: &Frame) -> Order {
+        let every = u32::from(self.every);
+        let (kind, sample) = (frame.kind(), frame.sample());
+        let before = self.last.replace((kind, sample));
+        self.frames += 1;
+        match before {
+            Some((same, last)) if same == kind && sample > last => {
+                let missing = ((sample - last) / every).saturating_sub(1);
+                self.lost += u64::from(missing);
+                match missing {
+                    0 => Order::Follows,
+                    missing => Order::FollowsLost(missing),
+                }
+            }
+            // A motion that begins shows a sample among its first.
+            Some(_) => {
+                self.lost += u64::from(sample.saturating_sub(1) / every);
+                Order::Begins
+            }
+            None => Order::Begins,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use drive_link::{Estimates, Progress, Snapshot};
+    use identifier_core::commission::Phase;
+
+    use super::*;
+
+    fn running(sample: u32) -> Frame {
+        Frame::Running(Snapshot {
+            sample,
+            reference: 0.0,
+            position: 0.0,
+            command: 0.0,
+            output_error: 0.0,
+            estimates: Estimates::default(),
+        })
+    }
+
+    fn commissioning(sample: u32) -> Frame {
+        Frame::Commissioning(Progress {
+            phase: Phase::Idle,
+            sample,
+            position: 0.0,
+            command: None,
+            recorded: 0,
+            gain: None,
+        })
+    }
+
+    #[test]
+    fn a_thousand_frames_a_second_leave_room_on_a_serial_line() {
+        const BITS_OF_A_BYTE: usize = 10;
+        const BAUD: usize = 1_000_000;
+        let Frame::Running(mut snapshot) = running(u32::MAX) else {
+            panic!("it is one");
+        };
+        snapshot.estimates.b = 257.7;
+        let framed = drive_link::frame(&drive_link::Report::Snapshot(snapshot)).expect("it fits");
+        assert!(1000 * BITS_OF_A_BYTE * framed.len() < 8 * BAUD / 10);
+    }
+
+    #[test]
+    fn a_frame_that_is_missing_is_counted() {
+        let mut telemetry = Telemetry::every(1);
+        for sample in 500..600 {
+            telemetry.take(&running(sample));
+        }
+        assert_eq!((telemetry.frames(), telemetry.lost()), (100, 0));
+        assert_eq!(telemetry.take(&running(602)), Order::FollowsLost(2));
+        assert_eq!(telemetry.take(&running(603)), Order::Follows);
+        assert_eq!((telemetry.frames(), telemetry.lost()), (102, 2));
+    }
+
+    #[test]
+    fn frames_may_be_many_samples_apart() {
+        let mut telemetry = Telemetry::every(20);
+        assert_eq!(telemetry.take(&running(7)), Order::Begins);
+        assert_eq!(telemetry.take(&running(27)), Order::Follows);
+        assert_eq!(telemetry.take(&running(87)), Order::FollowsLost(2));
+        assert_eq!(telemetry.lost(), 2);
+    }
+
+    #[test]
+    fn the_beginning_of_a_motion_may_be_missing_too() {
+        let mut telemetry = Telemetry::every(2);
+        telemetry.take(&running(40));
+        assert_eq!(telemetry.take(&running(2)), Order::Begins);
+        assert_eq!(telemetry.lost(), 0);
+        assert_eq!(telemetry.take(&commissioning(7)), Order::Begins);
+        assert_eq!(telemetry.lost(), 3);
+    }
+
+    #[test]
+    fn what_was_before_somebody_looked_on_is_not_lost() {
+        let mut telemetry = Telemetry::every(1);
+        telemetry.take(&running(1_000));
+        telemetry.begin_anew();
+        telemetry.take(&running(9_000));
+        assert_eq!(telemetry.lost(), 0);
+    }
+}

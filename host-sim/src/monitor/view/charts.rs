@@ -1,0 +1,143 @@
+//! The signals of the last seconds.
+
+use drive_link::State as Does;
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::{Color, Style};
+use ratatui::symbols::Marker;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Axis, Block, Borders, Chart, Dataset, GraphType};
+
+use super::figures::plain;
+use crate::monitor::history::{LENGTH, Signal};
+use crate::monitor::state::State;
+
+/// Colours that nobody confuses, and that are on every terminal.
+const MEASURED: Style = Style::new().fg(Color::Cyan);
+const WANTED: Style = Style::new().fg(Color::Yellow);
+
+/// How much of the range lies around the extremes.
+const MARGIN: f64 = 0.05;
+
+/// A signal, and how it is drawn.
+struct Curve<'a> {
+    marker: Marker,
+    kind: GraphType,
+    style: Style,
+    points: &'a [(f64, f64)],
+}
+
+impl<'a> Curve<'a> {
+    fn measured(points: &'a [(f64, f64)]) -> Self {
+        Self {
+            marker: Marker::Braille,
+            kind: GraphType::Line,
+            style: MEASURED,
+            points,
+        }
+    }
+
+    fn wanted(points: &'a [(f64, f64)]) -> Self {
+        Self {
+            marker: Marker::Dot,
+            kind: GraphType::Scatter,
+            style: WANTED,
+            points,
+        }
+    }
+
+    fn dataset(&self) -> Dataset<'a> {
+        Dataset::default()
+            .marker(self.marker)
+            .graph_type(self.kind)
+            .style(self.style)
+            .data(self.points)
+    }
+}
+
+pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, state: &State) {
+    let [motion, command, error] = Layout::vertical([
+        Constraint::Fill(5),
+        Constraint::Fill(4),
+        Constraint::Fill(4),
+    ])
+    .areas(area);
+    let position = state.history.signal(Signal::Position);
+    let reference = state.history.signal(Signal::Reference);
+    let mut title = vec![Span::styled("position", MEASURED)];
+    if !reference.is_empty() {
+        title.push(Span::raw(" (line), "));
+        title.push(Span::styled("reference", WANTED));
+        title.push(Span::raw(" (dots)"));
+    }
+    title.push(Span::raw(" [rad]"));
+    chart(
+        frame,
+        motion,
+        Line::from(title),
+        &[Curve::wanted(&reference), Curve::measured(&position)],
+        None,
+    );
+    let acting = state.history.signal(Signal::Command);
+    let let_go = matches!(state.status().state, Does::Released | Does::Faulted(_));
+    let title = match (state.command_limit(), let_go) {
+        (_, true) => "command [u], now let go".to_owned(),
+        (Some([low, high]), false) => {
+            format!("command [u], limits {} to {}", plain(low), plain(high))
+        }
+        (None, false) => "command [u]".to_owned(),
+    };
+    chart(
+        frame,
+        command,
+        Line::from(title),
+        &[Curve::measured(&acting)],
+        state.command_limit(),
+    );
+    let output_error = state.history.signal(Signal::OutputError);
+    chart(
+        frame,
+        error,
+        Line::from(format!("output error [rad], last {LENGTH} s")),
+        &[Curve::measured(&output_error)],
+        None,
+    );
+}
+
+/// Signals over the last seconds; without limits their own extremes bound what is seen of them.
+fn chart(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    title: Line<'_>,
+    curves: &[Curve<'_>],
+    limits: Option<[f64; 2]>,
+) {
+    let bounds = limits.unwrap_or_else(|| extremes(curves.iter().flat_map(|curve| curve.points)));
+    let datasets = curves.iter().map(Curve::dataset).collect();
+    let [low, high] = bounds;
+    let label = |value: f64| format!("{:>9}", super::figures::signed(value));
+    let chart = Chart::new(datasets)
+        .block(Block::new().borders(Borders::TOP).title(title))
+        .legend_position(None)
+        .x_axis(Axis::default().bounds([-LENGTH, 0.0]))
+        .y_axis(
+            Axis::default()
+                .bounds(bounds)
+                .labels([label(low), label(high)]),
+        );
+    frame.render_widget(chart, area);
+}
+
+/// A range that holds all values, with a margin.
+fn extremes<'a>(points: impl Iterator<Item = &'a (f64, f64)>) -> [f64; 2] {
+    let [low, high] = points.fold(
+        [f64::INFINITY, f64::NEG_INFINITY],
+        |[low, high], (_, value)| [low.min(*value), high.max(*value)],
+    );
+    if low > high {
+        return [-1.0, 1.0];
+    }
+    // Something that keeps still is a line in the middle.
+    let margin = (MARGIN * (high - low)).max(1e-6 * (1.0 + high.abs()));
+    [low - margin, high + margin]
+}

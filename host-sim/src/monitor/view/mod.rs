@@ -1,0 +1,88 @@
+//! How what is known is drawn.
+
+mod charts;
+mod figures;
+mod lines;
+mod numbers;
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect, Size};
+use ratatui::text::Line;
+use ratatui::widgets::{Paragraph, Wrap};
+
+use super::dialogue::Dialogue;
+use super::state::State;
+
+/// The least size of a screen, columns and rows.
+pub const LEAST: Size = Size {
+    width: 80,
+    height: 24,
+};
+
+/// Columns of the numbers beside the charts.
+const NUMBERS: u16 = 31;
+
+/// What is drawn.
+#[derive(Debug, Clone, Copy)]
+pub struct Shown<'a> {
+    /// What is known of the drive.
+    pub state: &'a State,
+    /// What is being asked.
+    pub dialogue: &'a Dialogue,
+    /// The file that is being recorded to, and its rows so far.
+    pub recording: Option<(&'a str, u64)>,
+    /// What a commissioning may do, in words, if one can be ordered.
+    pub commission: Option<&'a str>,
+    /// Whether the drive goes on when nobody looks on any more.
+    pub leaves: bool,
+}
+
+/// Draws a screen.
+pub fn draw(frame: &mut Frame<'_>, shown: &Shown<'_>) {
+    let area = frame.area();
+    if area.width < LEAST.width || area.height < LEAST.height {
+        return too_small(frame, area, shown);
+    }
+    let [head, reason, body, telemetry, prompt, help] = Layout::vertical([
+        Constraint::Length(1),
+        Constraint::Length(2),
+        Constraint::Min(0),
+        Constraint::Length(1),
+        Constraint::Length(2),
+        Constraint::Length(1),
+    ])
+    .areas(area);
+    let [signals, numbers] = Layout::horizontal([Constraint::Min(0), Constraint::Length(NUMBERS)])
+        .spacing(1)
+        .areas(body);
+    lines::head(frame, head, shown.state);
+    frame.render_widget(wrapped(shown.state.reason()), reason);
+    charts::draw(frame, signals, shown.state);
+    frame.render_widget(Paragraph::new(numbers::lines(shown.state)), numbers);
+    frame.render_widget(lines::telemetry(shown), telemetry);
+    frame.render_widget(lines::prompt(shown), prompt);
+    frame.render_widget(lines::help(), help);
+}
+
+fn wrapped(text: String) -> Paragraph<'static> {
+    Paragraph::new(text).wrap(Wrap { trim: true })
+}
+
+fn too_small(frame: &mut Frame<'_>, area: Rect, shown: &Shown<'_>) {
+    let text = vec![
+        Line::from(format!(
+            "{} x {} is too small for the monitor:",
+            area.width, area.height
+        )),
+        Line::from(format!(
+            "it needs {} x {}; make the window larger.",
+            LEAST.width, LEAST.height
+        )),
+        Line::from(if shown.state.is_driven() {
+            "The servo is driven: Space stops it, q leaves."
+        } else {
+            "The servo is let go; q leaves."
+        }),
+    ];
+    frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }), area);
+}

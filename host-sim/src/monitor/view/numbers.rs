@@ -1,0 +1,143 @@
+//! The newest numbers, and what is known of the servo.
+
+use drive_link::Estimates;
+use identifier_core::model::ServoParameters;
+use identifier_core::settings::PerParameter;
+use ratatui::style::{Color, Modifier, Style};
+use ratatui::text::{Line, Span};
+
+use super::NUMBERS;
+use super::figures::{plain, signed, with_error};
+use crate::monitor::frame::Frame;
+use crate::monitor::state::State;
+
+/// A command that is so near to a limit stands there, as a part of the range.
+const AT_LIMIT: f64 = 1e-3;
+
+/// How far a name goes.
+const NAME: usize = 13;
+
+pub(super) fn lines(state: &State) -> Vec<Line<'static>> {
+    let newest = state.newest().map(|(_, frame)| frame);
+    let mut lines = vec![
+        value("position", newest.map(Frame::position), "rad"),
+        value("reference", newest.and_then(Frame::reference), "rad"),
+    ];
+    lines.extend(command(newest, state.command_limit()));
+    lines.push(value(
+        "output error",
+        newest.and_then(Frame::output_error),
+        "rad",
+    ));
+    lines.push(Line::default());
+    lines.extend(match newest {
+        Some(Frame::Commissioning(progress)) if state.is_driven() => {
+            let gain = progress
+                .gain
+                .map(|[b, error]| with_error(f64::from(b), Some(f64::from(error))));
+            vec![
+                heading("the drive's commissioning"),
+                Line::from(format!("  {}", progress.phase.name())),
+                Line::from(format!("  pieces recorded {}", progress.recorded)),
+                Line::from(format!(
+                    "b {}",
+                    gain.unwrap_or_else(|| "not known yet".to_owned())
+                )),
+            ]
+        }
+        _ => known("the drive's estimates", state.status().estimates.as_ref()),
+    });
+    lines.push(Line::default());
+    if state.hears_all() {
+        lines.extend(known(
+            "estimates from the frames",
+            state.estimates_here().as_ref(),
+        ));
+    } else {
+        lines.push(heading("estimates from the frames"));
+        lines.push(Line::from("  need every sample (--every 1)"));
+    }
+    lines
+}
+
+fn heading(text: &'static str) -> Line<'static> {
+    Line::styled(text, Style::new().add_modifier(Modifier::BOLD))
+}
+
+fn value(name: &str, value: Option<f64>, unit: &str) -> Line<'static> {
+    let text = value.map_or_else(|| "–".to_owned(), signed);
+    Line::from(format!("{name:<NAME$}{text:>9} {unit}"))
+}
+
+/// The command, and where it stands between its limits.
+fn command(newest: Option<&Frame>, limit: Option<[f64; 2]>) -> [Line<'static>; 2] {
+    let acting = newest.and_then(Frame::command);
+    let number = value("command", acting, "u");
+    let Some([low, high]) = limit.filter(|[low, high]| low < high) else {
+        return [number, Line::from("  no limit is known")];
+    };
+    let width = usize::from(NUMBERS) - 2;
+    let place = |command: f64| {
+        let part = ((command - low) / (high - low)).clamp(0.0, 1.0);
+        (part * (width - 1) as f64).round() as usize
+    };
+    let zero = place(0.0);
+    let acts = acting.map_or(zero, place);
+    let bar: String = (0..width)
+        .map(|column| match column {
+            _ if column == zero => '┃',
+            _ if (zero.min(acts)..=zero.max(acts)).contains(&column) => '━',
+            _ => '╌',
+        })
+        .collect();
+    let near = AT_LIMIT * (high - low);
+    let limited = acting.is_some_and(|acting| acting - low < near || high - acting < near);
+    let style = if limited {
+        Style::new().fg(Color::Red).add_modifier(Modifier::BOLD)
+    } else {
+        Style::default()
+    };
+    let number = if limited {
+        Line::from(vec![
+            Span::raw(format!("{:<NAME$}", "command")),
+            Span::styled(
+                format!("{:>9} AT LIMIT", signed(acting.unwrap_or(0.0))),
+                style,
+            ),
+        ])
+    } else {
+        number
+    };
+    [number, Line::styled(format!("[{bar}]"), style)]
+}
+
+fn known(title: &'static str, estimates: Option<&Estimates>) -> Vec<Line<'static>> {
+    let Some(estimates) = estimates else {
+        return vec![heading(title), Line::from("  not known yet")];
+    };
+    let row = |name: &str,
+               value: f64,
+               error: fn(&ServoParameters) -> f64,
+               bound: fn(&PerParameter<bool>) -> bool,
+               unit: &str| {
+        let text = if bound(&estimates.at_bounds) {
+            format!("{} (at a bound)", plain(value))
+        } else {
+            with_error(value, estimates.standard_errors.as_ref().map(error))
+        };
+        Line::from(format!("{name} {text} {unit}"))
+    };
+    vec![
+        heading(title),
+        row("a", estimates.a, |e| e.a, |b| b.a, "1/s"),
+        row("b", estimates.b, |e| e.b, |b| b.b, "rad/s²/u"),
+        row(
+            "c",
+            estimates.coulomb,
+            |e| e.coulomb,
+            |b| b.coulomb,
+            "rad/s²",
+        ),
+        row("d", estimates.load, |e| e.load, |b| b.load, "rad/s²"),
+    ]
+}

@@ -1,0 +1,48 @@
+//! What somebody may have meant: the name that is nearest to one that is unknown.
+
+use std::fs;
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+
+/// The name that is most like a word, if it is like it.
+pub fn name<'n>(word: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
+    /// Likeness from which on it is worth asking.
+    const ALIKE: f64 = 0.6;
+    let likeness = |name: &str| strsim::normalized_damerau_levenshtein(word, name);
+    let best = names.max_by(|a, b| likeness(a).total_cmp(&likeness(b)))?;
+    (likeness(best) >= ALIKE).then_some(best)
+}
+
+/// Why a file cannot be read, and which file may have been meant.
+#[must_use]
+pub fn unreadable(path: &Path, error: &io::Error) -> String {
+    let told = error.to_string();
+    match error.kind() {
+        ErrorKind::NotFound => {
+            let near = file(path);
+            let hint = near.map(|near| format!("; did you mean {}?", near.display()));
+            format!("there is no such file{}", hint.unwrap_or_default())
+        }
+        ErrorKind::PermissionDenied => "it is not permitted".to_owned(),
+        // Without the number that the system has for it.
+        _ => told.split(" (os error").next().unwrap_or(&told).to_owned(),
+    }
+}
+
+/// The file of the same folder whose name is nearest.
+fn file(path: &Path) -> Option<PathBuf> {
+    let folder = path.parent()?;
+    let listed = match folder.as_os_str().is_empty() {
+        true => Path::new("."),
+        false => folder,
+    };
+    let entries = fs::read_dir(listed).ok()?.filter_map(Result::ok);
+    let names: Vec<String> = entries
+        .filter_map(|entry| entry.file_name().into_string().ok())
+        .collect();
+    let near = name(
+        path.file_name()?.to_str()?,
+        names.iter().map(String::as_str),
+    )?;
+    Some(folder.join(near))
+}

@@ -1,0 +1,34 @@
+//! Reports: one page each, whole in one file, for a browser that has no network.
+//!
+//! An experiment becomes a [`Page`], its panels become [`Figure`]s, and the template sets both. Whatever a user
+//! wrote, names of files and texts of scenarios, is escaped where it is set.
+//!
+//! ```text
+//! result ─► content ─► template ─► html
+//! panels ─► figure ─┬► data (what the script draws)
+//!                   └► drawing (what is seen without a script, and printed)
+//! ```
+
+mod commissioning;
+mod comparison;
+mod content;
+mod data;
+mod drawing;
+mod experiment;
+mod figure;
+mod gains;
+mod quantity;
+mod remedies;
+mod sweep;
+mod template;
+mod ticks;
+mod tuning;
+mod unknowns;
+
+pub use commissioning::{Commissioned, commissioning};
+pub use comparison::comparison;
+pub use content::{Block, Column, Page, Section, Stage, Table, Tone, Verdict};
+pub use experiment::{Experiment, experiment};
+pub use figure::{Figure, Stretch, Stroke, Trace};
+pub use sweep::{Swept, sweep};
+pub use tuning::tuning;

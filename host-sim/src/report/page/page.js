@@ -1,0 +1,306 @@
+"use strict";
+
+// Draws the plots of the page, zooms them together, shows values and switches traces. Without it the page
+// shows them as drawings.
+(() => {
+  const HEIGHT = 250;
+  const STEP = 0.01; // of what is shown, that an arrow key moves the cursor
+  const PAN = 0.25; // of what is shown, that what is shown is moved
+  const ZOOM = 0.5;
+  const LEAST = 1e-6; // of the whole, that can be zoomed to
+  const ROOM = 0.06; // above and below what is shown
+
+  const hosts = [...document.querySelectorAll("figure.plot")];
+  const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  const shown = (value) => (value == null ? "" : String(Number(value.toPrecision(6))).replace("-", "−"));
+
+  let figures = JSON.parse(document.getElementById("figures").textContent);
+  let plots = [];
+
+  // What is shown of each abscissa, and what there is.
+  const views = new Map();
+
+  function measure() {
+    for (const view of views.values()) view.whole = [Infinity, -Infinity];
+    for (const figure of figures) {
+      const view = views.get(figure.abscissa) ?? { whole: [Infinity, -Infinity], now: null };
+      for (const { places } of figure.traces) {
+        if (places.length === 0) continue;
+        view.whole[0] = Math.min(view.whole[0], places[0]);
+        view.whole[1] = Math.max(view.whole[1], places[places.length - 1]);
+      }
+      views.set(figure.abscissa, view);
+    }
+  }
+
+  const within = (abscissa) => {
+    const { now, whole } = views.get(abscissa);
+    return now ?? (whole[0] < whole[1] ? whole : [0, 1]);
+  };
+
+  function show(abscissa, from, to) {
+    const view = views.get(abscissa);
+    const [first, last] = view.whole;
+    const length = Math.min(Math.max(to - from, LEAST * (last - first)), last - first);
+    const begin = Math.min(Math.max(from, first), last - length);
+    view.now = length < last - first ? [begin, begin + length] : null;
+    const [min, max] = within(abscissa);
+    plots.filter((plot) => plot.abscissa === abscissa).forEach(({ chart }) => chart.setScale("x", { min, max }));
+  }
+
+  function zoom(abscissa, how, at) {
+    const [from, to] = within(abscissa);
+    const length = to - from;
+    const about = at ?? (from + to) / 2;
+    const scaled = (by) => show(abscissa, about - (about - from) * by, about + (to - about) * by);
+    if (how === "in") scaled(ZOOM);
+    if (how === "out") scaled(1 / ZOOM);
+    if (how === "left") show(abscissa, from - PAN * length, to - PAN * length);
+    if (how === "right") show(abscissa, from + PAN * length, to + PAN * length);
+    if (how === "reset") show(abscissa, -Infinity, Infinity);
+    if (typeof how === "number") scaled(how);
+  }
+
+  // The traces over one set of places, the last first, so that the first is in front; what a trace has no value for
+  // is left undefined, and bridged.
+  function table(figure) {
+    const tables = figure.traces.toReversed().map(({ places, values, band }) => {
+      if (!band) return [places, values];
+      const edge = (sign) => values.map((value, i) => (band[i] == null ? null : value + sign * band[i]));
+      return [places, values, edge(1), edge(-1)];
+    });
+    return uPlot.join(tables);
+  }
+
+  const nearest = (chart, series, index) => {
+    const values = chart.data[series];
+    for (let off = 0; off < values.length; off++) {
+      if (values[index - off] != null) return index - off;
+      if (values[index + off] != null) return index + off;
+    }
+    return index;
+  };
+
+  function draw(number) {
+    const figure = figures[number];
+    const host = hosts[number];
+    const canvas = host.querySelector(".canvas");
+    const buttons = [...host.querySelectorAll("button[data-traces]")];
+    const place = host.querySelector(".place");
+    const font = `12px ${style("--sans")}`;
+    const soft = style("--soft");
+    const grid = { stroke: style("--grid"), width: 1 };
+    const series = [{}];
+    const bands = [];
+    const first = []; // the series of each trace
+
+    for (const [trace, { colour, band }] of [...figure.traces.entries()].reverse()) {
+      const stroke = style(`--trace-${colour ?? "dashed"}`);
+      first[trace] = series.length;
+      series.push({ stroke, width: colour == null ? 1.2 : 1.5, dash: colour == null ? [6, 4] : undefined, points: { show: false } });
+      if (!band) continue;
+      const edge = { stroke: "transparent", width: 0, points: { show: false } };
+      bands.push({
+        series: [series.length, series.length + 1],
+        fill: `color-mix(in srgb, ${stroke} ${100 * Number(style("--band"))}%, transparent)`,
+      });
+      series.push({ ...edge }, { ...edge });
+    }
+
+    const chart = new uPlot(
+      {
+        width: canvas.clientWidth,
+        height: HEIGHT,
+        series,
+        bands,
+        legend: { show: false },
+        padding: [10, 14, 0, 0],
+        cursor: {
+          dataIdx: nearest,
+          y: false,
+          drag: { x: true, y: false, setScale: false },
+          bind: { dblclick: () => () => zoom(figure.abscissa, "reset") },
+          focus: { prox: -1 },
+          points: { size: 7 },
+          sync: {
+            key: figure.abscissa,
+            scales: ["x", null],
+            filters: { pub: (type) => type === "mousemove" || type === "mouseleave" },
+          },
+        },
+        scales: {
+          x: { time: false, distr: figure.logarithmic_abscissa ? 3 : 1, range: () => within(figure.abscissa) },
+          y: {
+            range: (_, low, high) => {
+              const { range } = figures[number];
+              if (range && views.get(figure.abscissa).now == null) return range;
+              if (low == null) return range ?? [0, 1];
+              const room = ROOM * (high - low) || 0.1 * Math.abs(high) || 1;
+              return [low - room, high + room];
+            },
+          },
+        },
+        axes: [
+          { stroke: soft, grid, ticks: { ...grid, size: 4 }, font, label: figure.abscissa, labelFont: font, labelSize: 20, labelGap: 0, size: 28, gap: 4 },
+          { stroke: soft, grid, ticks: { ...grid, size: 4 }, font, size: 60, gap: 4,
+            values: (_, splits) => splits.map((value) => (value == null ? "" : shown(Number(value.toPrecision(8))))) },
+        ],
+        hooks: {
+          drawClear: [(chart) => shade(chart, figures[number])],
+          setSelect: [
+            (chart) => {
+              const { left, width } = chart.select;
+              if (width < 3) return;
+              const [from, to] = [left, left + width].map((at) => chart.posToVal(at, "x"));
+              chart.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
+              show(figure.abscissa, from, to);
+            },
+          ],
+          setCursor: [
+            (chart) => {
+              const { left, idx, idxs } = chart.cursor;
+              const is = left >= 0 && idx != null;
+              place.textContent = is ? `${figure.abscissa.split(" [")[0]} ${shown(chart.posToVal(left, "x"))}` : "";
+              for (const button of buttons) {
+                const [trace] = tracesOf(button);
+                const series = first[trace];
+                const value = is && chart.series[series].show ? chart.data[series][idxs[series]] : null;
+                button.querySelector("output").textContent = shown(value);
+              }
+            },
+          ],
+        },
+      },
+      table(figure),
+      canvas,
+    );
+
+    const switched = (button) => {
+      const is = button.getAttribute("aria-pressed") === "true";
+      for (const trace of tracesOf(button)) {
+        const count = figure.traces[trace].band ? 3 : 1;
+        for (let i = first[trace]; i < first[trace] + count; i++) chart.setSeries(i, { show: is });
+      }
+    };
+    for (const button of buttons) {
+      button.onclick = () => {
+        button.setAttribute("aria-pressed", String(button.getAttribute("aria-pressed") !== "true"));
+        switched(button);
+      };
+      if (button.getAttribute("aria-pressed") === "false") switched(button);
+    }
+    keys(canvas, chart, figure.abscissa);
+    pinch(chart, figure.abscissa);
+    canvas.classList.add("drawn");
+    return { chart, canvas, abscissa: figure.abscissa };
+  }
+
+  const tracesOf = (button) => button.dataset.traces.split(" ").map(Number);
+
+  function shade(chart, figure) {
+    const { ctx, bbox } = chart;
+    ctx.save();
+    ctx.globalAlpha = Number(style("--stretch"));
+    for (const { extent, colour } of figure.stretches) {
+      const [from, to] = extent.map((at) =>
+        Math.min(Math.max(chart.valToPos(at, "x", true), bbox.left), bbox.left + bbox.width));
+      ctx.fillStyle = style(`--stretch-${colour}`);
+      ctx.fillRect(from, bbox.top, to - from, bbox.height);
+    }
+    ctx.restore();
+  }
+
+  function keys(canvas, chart, abscissa) {
+    const move = (by) => {
+      const width = chart.over.clientWidth;
+      const from = chart.cursor.left >= 0 ? chart.cursor.left : width / 2;
+      const left = Math.min(Math.max(from + by * width, 0), width);
+      chart.setCursor({ left, top: chart.over.clientHeight / 2 });
+    };
+    canvas.onkeydown = (event) => {
+      if (event.ctrlKey || event.metaKey || event.altKey) return;
+      const { key, shiftKey } = event;
+      if (key === "ArrowLeft" || key === "ArrowRight") {
+        const forward = key === "ArrowRight";
+        if (shiftKey) zoom(abscissa, forward ? "right" : "left");
+        else move(forward ? STEP : -STEP);
+      } else if (key === "+" || key === "=") zoom(abscissa, "in", at(chart));
+      else if (key === "-") zoom(abscissa, "out", at(chart));
+      else if (key === "0" || key === "Escape") zoom(abscissa, "reset");
+      else return;
+      event.preventDefault();
+    };
+  }
+
+  // The place of the cursor, if it is there.
+  const at = (chart) => (chart.cursor.left >= 0 ? chart.posToVal(chart.cursor.left, "x") : null);
+
+  // Two fingers, or a wheel with Ctrl, which is what touch pads make of two fingers.
+  function pinch(chart, abscissa) {
+    const { over } = chart;
+    const fingers = new Map();
+    const apart = () => {
+      const [one, other] = [...fingers.values()];
+      return Math.max(Math.abs(one - other), 20);
+    };
+    over.addEventListener("pointerdown", (event) => {
+      if (event.pointerType === "touch") fingers.set(event.pointerId, event.offsetX);
+    });
+    over.addEventListener("pointermove", (event) => {
+      if (!fingers.has(event.pointerId)) return;
+      const before = fingers.size === 2 ? apart() : null;
+      fingers.set(event.pointerId, event.offsetX);
+      if (before == null) return;
+      const [one, other] = [...fingers.values()];
+      zoom(abscissa, before / apart(), chart.posToVal((one + other) / 2, "x"));
+    });
+    for (const end of ["pointerup", "pointercancel", "pointerleave"])
+      over.addEventListener(end, (event) => fingers.delete(event.pointerId));
+    over.addEventListener("wheel", (event) => {
+      if (!event.ctrlKey) return;
+      event.preventDefault();
+      zoom(abscissa, Math.exp(0.005 * event.deltaY), chart.posToVal(event.offsetX, "x"));
+    }, { passive: false });
+  }
+
+  function drawAll() {
+    for (const { chart } of plots) chart.destroy();
+    measure();
+    plots = figures.map((_, number) => draw(number));
+    window.plots = plots;
+  }
+
+  // Other data of the same plots, as a run goes on; where there are others, the page is loaded again.
+  window.renew = (next) => {
+    const shape = (figure) => figure.traces.map(({ band }) => (band ? 3 : 1)).join();
+    if (next.map(shape).join(";") !== figures.map(shape).join(";")) return location.reload();
+    figures = next;
+    measure();
+    plots.forEach(({ chart }, number) => chart.setData(table(figures[number])));
+  };
+
+  for (const host of hosts) {
+    const canvas = host.querySelector(".canvas");
+    canvas.tabIndex = 0;
+    // Values are spoken where keys move the cursor, not wherever the pointer passes.
+    const speak = (how) => host.querySelectorAll("output").forEach((output) => output.setAttribute("aria-live", how));
+    canvas.onfocus = () => speak("polite");
+    canvas.onblur = () => speak("off");
+    canvas.setAttribute("role", "group");
+    canvas.setAttribute("aria-roledescription", "plot");
+    canvas.setAttribute("aria-label", host.querySelector(".title").textContent);
+  }
+  for (const toolbar of document.querySelectorAll(".toolbar")) {
+    toolbar.hidden = false;
+    toolbar.addEventListener("click", ({ target }) => {
+      if (target.dataset.zoom) for (const abscissa of views.keys()) zoom(abscissa, target.dataset.zoom);
+    });
+  }
+  drawAll();
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", drawAll);
+  const sizes = new ResizeObserver(() => {
+    for (const { chart, canvas } of plots)
+      if (canvas.clientWidth > 0 && canvas.clientWidth !== chart.width) chart.setSize({ width: canvas.clientWidth, height: HEIGHT });
+  });
+  hosts.forEach((host) => sizes.observe(host));
+})();

@@ -1,0 +1,185 @@
+//! Numbers as people read them.
+
+/// Digits behind the point that a table has room for.
+const MOST_PLACES: f64 = 9.0;
+
+/// Standard errors to each side that a ± means: nineteen of twenty such intervals hold the truth.
+pub(super) const SIDES: f64 = 2.0;
+
+/// A value and half the width of its interval, both with the digits that two of the latter take; of one
+/// that is not known, or exact, four digits of the value.
+#[must_use]
+pub(super) fn with_interval(value: f64, half: Option<f64>) -> (String, String) {
+    match half.filter(|half| *half > 0.0 && half.is_finite()) {
+        Some(half) => {
+            let places = (1.0 - half.log10().floor()).clamp(0.0, MOST_PLACES) as usize;
+            (fixed(value, places), format!("± {}", fixed(half, places)))
+        }
+        None => (figure(value), "not known".to_owned()),
+    }
+}
+
+/// Four digits that count.
+#[must_use]
+pub(super) fn figure(value: f64) -> String {
+    if !value.is_finite() {
+        return if value.is_nan() { "–" } else { "∞" }.to_owned();
+    }
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let order = value.abs().log10().floor();
+    if order < -5.0 {
+        return power_of_ten(value);
+    }
+    fixed(value, (3.0 - order).clamp(0.0, MOST_PLACES) as usize)
+}
+
+/// The same without zeros at its end.
+#[must_use]
+pub(super) fn plain(value: f64) -> String {
+    let text = figure(value);
+    if text.contains('.') && !text.contains('·') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
+/// Two digits that count, and a power of ten.
+fn power_of_ten(value: f64) -> String {
+    let text = format!("{value:.1e}");
+    let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
+    format!("{digits}·10{}", raised(power)).replace('-', "−")
+}
+
+fn raised(power: &str) -> String {
+    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    power
+        .chars()
+        .map(|character| match character.to_digit(10) {
+            Some(digit) => DIGITS[digit as usize],
+            None => '⁻',
+        })
+        .collect()
+}
+
+/// A part in per cent, two digits of it.
+#[must_use]
+pub(super) fn per_cent(part: f64) -> String {
+    let per_cent = 100.0 * part.abs();
+    if !per_cent.is_finite() {
+        return "–".to_owned();
+    }
+    if per_cent == 0.0 {
+        return "0 %".to_owned();
+    }
+    let places = (1.0 - per_cent.log10().floor()).clamp(0.0, 4.0) as usize;
+    match format!("{per_cent:.places$}") {
+        text if text.parse() == Ok(0.0) => format!("below 0.{} %", "0".repeat(places - 1) + "1"),
+        text => format!("{text} %"),
+    }
+}
+
+/// So many digits behind the point, with the sign that people write.
+#[must_use]
+pub(super) fn fixed(value: f64, places: usize) -> String {
+    let scale = 10_f64.powi(places as i32);
+    let rounded = (value * scale).round() / scale;
+    // + 0.0 turns a negative zero into zero; what is too large to be rounded needs no places.
+    let value = if rounded.is_finite() {
+        rounded + 0.0
+    } else {
+        value
+    };
+    format!("{value:.places$}").replace('-', "−")
+}
+
+/// The same with its sign in any case.
+#[must_use]
+pub(super) fn signed(value: f64, places: usize) -> String {
+    let text = fixed(value, places);
+    if value > 0.0 {
+        format!("+{text}")
+    } else {
+        text
+    }
+}
+
+/// The first letter large.
+#[must_use]
+pub(super) fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    let begun: String = letters
+        .next()
+        .map(|first| first.to_uppercase().chain(letters).collect())
+        .unwrap_or_default();
+    if begun.ends_with('.') || begun.is_empty() {
+        begun
+    } else {
+        begun + "."
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_has_the_digits_that_its_interval_leaves() {
+        let shown = |value, half| with_interval(value, half);
+        let pair = |value: &str, half: &str| (value.to_owned(), half.to_owned());
+        assert_eq!(shown(257.694_12, Some(0.0123)), pair("257.694", "± 0.012"));
+        assert_eq!(shown(-0.004, Some(3.0)), pair("0.0", "± 3.0"));
+        assert_eq!(shown(-12.3, Some(40.0)), pair("−12", "± 40"));
+        assert_eq!(shown(0.217_44, None), pair("0.2174", "not known"));
+        assert_eq!(shown(1.0, Some(f64::INFINITY)), pair("1.000", "not known"));
+    }
+
+    #[test]
+    fn figures_have_four_digits_that_count() {
+        for (value, text) in [
+            (0.0, "0"),
+            (134.267, "134.3"),
+            (-0.013_81, "−0.01381"),
+            (30_900.2, "30900"),
+            (0.000_000_32, "3.2·10⁻⁷"),
+            (f64::NAN, "–"),
+            (f64::INFINITY, "∞"),
+        ] {
+            assert_eq!(figure(value), text);
+        }
+    }
+
+    #[test]
+    fn plain_figures_end_with_no_zero() {
+        for (value, text) in [
+            (60.0, "60"),
+            (0.001, "0.001"),
+            (30_900.2, "30900"),
+            (1e-6, "1.0·10⁻⁶"),
+        ] {
+            assert_eq!(plain(value), text);
+        }
+    }
+
+    #[test]
+    fn parts_are_per_cents() {
+        for (part, text) in [
+            (0.0, "0 %"),
+            (0.123, "12 %"),
+            (-0.000_123, "0.012 %"),
+            (1e-8, "below 0.0001 %"),
+            (3.0, "300 %"),
+        ] {
+            assert_eq!(per_cent(part), text);
+        }
+    }
+
+    #[test]
+    fn sentences_begin_large_and_end() {
+        assert_eq!(sentence("ä b"), "Ä b.");
+        assert_eq!(sentence("A."), "A.");
+        assert_eq!(sentence(""), "");
+    }
+}

@@ -1,0 +1,63 @@
+//! The page of a tuning.
+
+use super::quantity::{figure, plain, sentence};
+use super::{Block, Figure, Page, Section, Tone, Verdict, gains};
+use crate::report::plot::Panel;
+use crate::tune::Tuned;
+
+/// The page of a tuning: `panels` are what its promise looks like, `doubt` what speaks against the result that it
+/// is for.
+#[must_use]
+pub fn tuning(
+    title: String,
+    command: String,
+    tuned: &Tuned,
+    panels: &[Panel],
+    doubt: Option<&String>,
+) -> Page {
+    let promise = &tuned.tuning.promise;
+    let verdict = Verdict {
+        tone: if doubt.is_some() {
+            Tone::Doubtful
+        } else {
+            Tone::Good
+        },
+        status: "tuned".to_owned(),
+        headline: format!(
+            "A step will rise in {} ms and overshoot by {} % at most.",
+            figure(1e3 * promise.rise_time),
+            figure(100.0 * promise.overshoot)
+        ),
+        detail: match doubt {
+            Some(doubt) => sentence(&format!("nothing vouches for it: {doubt}")),
+            None => "It is what the identified servo does in simulation.".to_owned(),
+        },
+    };
+    let parameters = &tuned.servo.parameters;
+    let settings = &tuned.settings;
+    let facts = [
+        ("a", parameters.a, "1/s"),
+        ("b", parameters.b, "rad/s² per command unit"),
+        ("c", parameters.coulomb, "rad/s²"),
+        ("d", parameters.load, "rad/s²"),
+        ("Delay", tuned.servo.delay + settings.command_delay, "s"),
+        ("Encoder", settings.resolution, "rad a count"),
+        ("Command", settings.command, "command units beyond the load"),
+        ("Sample time", settings.sample_time, "s"),
+        ("Sensitivity", settings.most_sensitivity, "at most"),
+    ];
+    let facts =
+        facts.map(|(name, value, unit)| (name.to_owned(), format!("{} {unit}", plain(value))));
+    let figures = panels.iter().map(Figure::of).collect();
+    let sections = [
+        Section::of("What was found", gains::of(tuned)),
+        Section::of("What it looks like", vec![Block::Figures(figures)]),
+        Section::of("What it rests on", vec![Block::Facts(facts.into())]),
+    ];
+    Page {
+        title,
+        verdict,
+        sections: sections.into_iter().flatten().collect(),
+        command,
+    }
+}

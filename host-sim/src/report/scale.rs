@@ -1,0 +1,204 @@
+//! Axes: where ticks stand, and what is written at them.
+
+/// How values become places along an axis.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Scale {
+    low: f64,
+    high: f64,
+    is_logarithmic: bool,
+    ticks: Vec<f64>,
+    /// Digits behind the point of a linear axis, once divided by ten to the `exponent`.
+    digits: usize,
+    exponent: i32,
+}
+
+impl Scale {
+    /// At least from `low` to `high`, which are moved outwards to ticks; at most so many steps, nearly.
+    pub(super) fn around(low: f64, high: f64, steps: u32) -> Self {
+        let (low, high) = apart(low, high);
+        let step = nice((high - low) / f64::from(steps));
+        // A value beside a tick is on it.
+        const BESIDE: f64 = 1e-6;
+        let first = (low / step + BESIDE).floor();
+        let last = (high / step - BESIDE).ceil();
+        Self::linear(first * step, last * step, step)
+    }
+
+    /// From `low` to `high`, moved to a tick that is near.
+    pub(super) fn between(low: f64, high: f64, steps: u32) -> Self {
+        /// How much of a step is added so that the axis ends in a tick.
+        const NEAR: f64 = 0.12;
+        let (low, high) = apart(low, high);
+        let step = nice((high - low) / f64::from(steps));
+        let last = (high / step).round() * step;
+        let end = if (last - high).abs() <= 0.002 * (high - low)
+            || (last > high && last - high < NEAR * step)
+        {
+            last
+        } else {
+            high
+        };
+        Self::linear(low, end, step)
+    }
+
+    /// Whole decades around positive values.
+    pub(super) fn decades(low: f64, high: f64) -> Self {
+        let first = low.log10().floor();
+        let last = high.log10().ceil().max(first + 1.0);
+        /// The most ticks.
+        const MOST: f64 = 6.0;
+        let every = ((last - first) / MOST).ceil().max(1.0);
+        let last = first + ((last - first) / every).ceil() * every;
+        let count = ((last - first) / every).round() as i32;
+        Self {
+            low: first,
+            high: last,
+            is_logarithmic: true,
+            ticks: (0..=count).map(|k| first + f64::from(k) * every).collect(),
+            digits: 0,
+            exponent: 0,
+        }
+    }
+
+    fn linear(low: f64, high: f64, step: f64) -> Self {
+        let first = (low / step - 1e-6).ceil() as i64;
+        let last = (high / step + 1e-6).floor() as i64;
+        let largest = low.abs().max(high.abs());
+        // As engineers have it: thousands.
+        let power = (largest.log10() + 1e-9).floor() as i32;
+        let exponent = if (-2..=4).contains(&power) {
+            0
+        } else {
+            3 * power.div_euclid(3)
+        };
+        let shown_step = step / 10_f64.powi(exponent);
+        Self {
+            low,
+            high,
+            is_logarithmic: false,
+            ticks: (first..=last).map(|k| k as f64 * step).collect(),
+            digits: (-(shown_step.log10() + 1e-9).floor()).max(0.0) as usize,
+            exponent,
+        }
+    }
+
+    /// Where a value lies: 0 at the beginning, 1 at the end.
+    pub(super) fn part(&self, value: f64) -> f64 {
+        let value = if self.is_logarithmic {
+            value.log10()
+        } else {
+            value
+        };
+        (value - self.low) / (self.high - self.low)
+    }
+
+    /// The ticks: where each lies, and what is written there.
+    pub(super) fn ticks(&self) -> impl Iterator<Item = (f64, String)> {
+        self.ticks.iter().map(|&tick| {
+            let part = (tick - self.low) / (self.high - self.low);
+            let text = if self.is_logarithmic {
+                power_of_ten(tick as i32)
+            } else {
+                let digits = self.digits;
+                // + 0.0 turns a negative zero into zero.
+                let shown = tick / 10_f64.powi(self.exponent) + 0.0;
+                format!("{shown:.digits$}").replace('-', "−")
+            };
+            (part, text)
+        })
+    }
+
+    /// An axis's name, `ε [rad]`, with the power of ten that its figures are to be taken times:
+    /// `ε [10⁻³ rad]`.
+    pub(super) fn named(&self, axis: &str) -> String {
+        if self.exponent == 0 {
+            return axis.to_owned();
+        }
+        let power = power_of_ten(self.exponent);
+        match axis.rsplit_once('[') {
+            Some((name, unit)) => format!("{name}[{power} {unit}"),
+            None => format!("{axis} [{power}]"),
+        }
+    }
+}
+
+/// `10⁻³`.
+pub(super) fn power_of_ten(power: i32) -> String {
+    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    let raised = power
+        .to_string()
+        .chars()
+        .map(|c| match c.to_digit(10) {
+            Some(digit) => DIGITS[digit as usize],
+            None => '⁻',
+        })
+        .collect::<String>();
+    format!("10{raised}")
+}
+
+/// Two ends that differ.
+fn apart(low: f64, high: f64) -> (f64, f64) {
+    /// Of what they are, and where they are nothing.
+    const ROOM: (f64, f64) = (0.05, 1e-3);
+    if high - low > 1e-9 * low.abs().max(high.abs()) {
+        (low, high)
+    } else {
+        let room = (ROOM.0 * low.abs()).max(ROOM.1);
+        (low - room, high + room)
+    }
+}
+
+/// The next of 1, 2, 5 or 10 times a power of ten.
+fn nice(step: f64) -> f64 {
+    let power = 10_f64.powf(step.log10().floor());
+    let times = [1.0, 2.0, 5.0]
+        .into_iter()
+        .find(|times| step <= times * power * (1.0 + 1e-9));
+    times.unwrap_or(10.0) * power
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Scale;
+
+    fn texts(scale: &Scale) -> Vec<String> {
+        scale.ticks().map(|(_, text)| text).collect()
+    }
+
+    #[test]
+    fn an_axis_ends_in_ticks() {
+        let scale = Scale::around(-0.72, 0.68, 4);
+        assert_eq!(texts(&scale), ["−1.0", "−0.5", "0.0", "0.5", "1.0"]);
+        assert!((scale.part(-1.0)).abs() < 1e-12 && (scale.part(1.0) - 1.0).abs() < 1e-12);
+        let time = Scale::between(0.0, 59.999, 6);
+        assert_eq!(texts(&time).last().map(String::as_str), Some("60"));
+        let cut = Scale::between(0.0, 2.4, 5);
+        assert_eq!(texts(&cut), ["0.0", "0.5", "1.0", "1.5", "2.0"]);
+        assert!((cut.part(2.4) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn small_figures_are_taken_times_a_power_of_ten() {
+        let scale = Scale::around(-5.3e-4, 7.6e-4, 4);
+        assert_eq!(scale.named("ε [rad]"), "ε [10⁻³ rad]");
+        assert_eq!(texts(&scale), ["−1.0", "−0.5", "0.0", "0.5", "1.0"]);
+        assert_eq!(Scale::around(0.0, 300.0, 4).named("b [1/s]"), "b [1/s]");
+    }
+
+    #[test]
+    fn a_curve_without_extent_has_room() {
+        for value in [0.0, 258.0, -1e-7] {
+            let scale = Scale::around(value, value, 4);
+            assert!((0.0..=1.0).contains(&scale.part(value)), "{value}");
+            assert!(texts(&scale).len() >= 2);
+        }
+    }
+
+    #[test]
+    fn decades_have_powers_of_ten() {
+        assert_eq!(
+            texts(&Scale::decades(2e-3, 0.4)),
+            ["10⁻³", "10⁻²", "10⁻¹", "10⁰"]
+        );
+    }
+}

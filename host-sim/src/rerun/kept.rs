@@ -1,0 +1,172 @@
+//! A result that was kept, read again.
+
+use std::fmt;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use serde_json::Value;
+
+use super::difference::differences;
+use super::{LogFile, Origin};
+use crate::log_file::{Damage, Record, Records, is_mcap};
+
+/// A result that was kept.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Kept {
+    /// The file it was read from.
+    pub file: PathBuf,
+    /// Where it is from.
+    pub origin: Origin,
+    /// What it says, if the file holds it.
+    pub result: Option<Value>,
+}
+
+/// Why a result cannot be had again.
+#[derive(Debug)]
+pub enum KeptError {
+    /// The file cannot be read.
+    Unreadable(io::Error),
+    /// The MCAP file is damaged.
+    Damaged(Damage),
+    /// It is neither JSON nor MCAP.
+    NoResult,
+    /// It does not say where it is from.
+    NoOrigin,
+    /// A log is not there.
+    NoLog(PathBuf),
+    /// A log is another than it was.
+    OtherLog(PathBuf),
+}
+
+impl fmt::Display for KeptError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unreadable(error) => write!(f, "the result cannot be read: {error}"),
+            Self::Damaged(damage) => damage.fmt(f),
+            Self::NoResult => f.write_str(
+                "this is no result: give what run, replay or commission wrote with --json or --mcap, or \
+                 the -metadata.json beside a CSV trace",
+            ),
+            Self::NoOrigin => f.write_str(
+                "the file does not say where it is from: only what run, replay and commission write can \
+                 be had again, from version 0.1.0 on",
+            ),
+            Self::NoLog(log) => write!(
+                f,
+                "the result is that of a log, {}, which is not there: bring it back to that place, or \
+                 beside the result",
+                log.display()
+            ),
+            Self::OtherLog(log) => write!(
+                f,
+                "{} is not the log that the result is from: its SHA-256 is another; replay it by itself, \
+                 or bring the first one back",
+                log.display()
+            ),
+        }
+    }
+}
+
+impl std::error::Error for KeptError {}
+
+impl Kept {
+    /// The most bytes of a result in JSON.
+    const LONGEST: u64 = 1 << 26;
+
+    /// Reads a result.
+    ///
+    /// # Errors
+    /// Why it cannot be had again.
+    pub fn read(file: &Path) -> Result<Self, KeptError> {
+        if is_mcap(file) {
+            Self::of_mcap(file)
+        } else {
+            Self::of_json(file)
+        }
+    }
+
+    fn of_json(file: &Path) -> Result<Self, KeptError> {
+        let mut bytes = Vec::new();
+        File::open(file)
+            .and_then(|opened| opened.take(Self::LONGEST).read_to_end(&mut bytes))
+            .map_err(KeptError::Unreadable)?;
+        let Ok(Value::Object(mut result)) = serde_json::from_slice(&bytes) else {
+            return Err(KeptError::NoResult);
+        };
+        let origin = result.remove("origin").ok_or(KeptError::NoOrigin)?;
+        Ok(Self {
+            file: file.to_owned(),
+            origin: serde_json::from_value(origin).map_err(|_| KeptError::NoOrigin)?,
+            // A description of a trace has no result.
+            result: result.contains_key("status").then(|| result.into()),
+        })
+    }
+
+    fn of_mcap(file: &Path) -> Result<Self, KeptError> {
+        let damaged = |damage| match damage {
+            Damage::Unreadable(error) => KeptError::Unreadable(error),
+            damage => KeptError::Damaged(damage),
+        };
+        let mut records = Records::open(file).map_err(damaged)?;
+        let mut origin = None;
+        let mut result = None;
+        while let Some(record) = records.next_record().map_err(damaged)? {
+            let Record::Metadata { name, entries } = record else {
+                continue;
+            };
+            let json = entries.get(Origin::ENTRY).map_or("", String::as_str);
+            match name.as_str() {
+                "origin" => origin = serde_json::from_str(json).ok(),
+                "result" => result = serde_json::from_str(json).ok(),
+                _ => {}
+            }
+        }
+        Ok(Self {
+            file: file.to_owned(),
+            origin: origin.ok_or(KeptError::NoOrigin)?,
+            result,
+        })
+    }
+
+    /// A log that the result is from: where it was, or beside the result.
+    ///
+    /// # Errors
+    /// If it is not there, or another.
+    pub fn log(&self, kept: &LogFile) -> Result<PathBuf, KeptError> {
+        let beside = self.file.parent().unwrap_or(Path::new(""));
+        let mut places = [
+            Some(kept.file.clone()),
+            kept.file.file_name().map(|name| beside.join(name)),
+        ]
+        .into_iter()
+        .flatten()
+        .filter(|place| place.is_file())
+        .peekable();
+        let Some(first) = places.peek().cloned() else {
+            return Err(KeptError::NoLog(kept.file.clone()));
+        };
+        for place in places {
+            let found = LogFile::of(&place).map_err(KeptError::Unreadable)?;
+            if found.sha256 == kept.sha256 {
+                return Ok(place);
+            }
+        }
+        Err(KeptError::OtherLog(first))
+    }
+
+    /// Where another result differs from this one, key by key; nothing if this one's is not known.
+    ///
+    /// # Errors
+    /// If the other cannot be written as JSON.
+    pub fn differences(
+        &self,
+        other: &impl Serialize,
+    ) -> Result<Option<Vec<String>>, serde_json::Error> {
+        // As it is read from a file, and not as it is in memory.
+        let other = serde_json::from_str(&serde_json::to_string(other)?)?;
+        let result = self.result.as_ref();
+        Ok(result.map(|result| differences(result, &other)))
+    }
+}

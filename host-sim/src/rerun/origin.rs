@@ -1,0 +1,167 @@
+//! Where a result is from.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::fingerprint;
+use crate::scenario::{Purpose, Scenario, ScenarioError, fetch};
+
+/// Where a result is from: all that it takes to have it again.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Origin {
+    /// The version of the program.
+    pub version: String,
+    /// The command line.
+    pub command: Vec<String>,
+    /// What was done.
+    #[serde(flatten)]
+    pub task: Task,
+    /// The scenario, whole.
+    pub scenario: ScenarioText,
+    /// The seed of what is random in servo and sensor.
+    pub seed: u32,
+}
+
+/// What was done.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "verb", rename_all = "kebab-case")]
+pub enum Task {
+    /// An experiment on the simulated servo.
+    Run,
+    /// Identification from logs.
+    Replay {
+        /// Passes over the logs.
+        passes: u32,
+        /// The logs, in their order.
+        logs: Vec<LogFile>,
+        /// Those that were predicted.
+        predict: Vec<LogFile>,
+    },
+    /// A commissioning of the simulated drive.
+    Commission,
+    /// What needs a chip, too.
+    Pil,
+}
+
+/// A scenario as it was read.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ScenarioText {
+    /// The file.
+    pub file: String,
+    /// What it holds.
+    pub text: String,
+}
+
+/// A log that was read.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LogFile {
+    /// The file.
+    pub file: PathBuf,
+    /// The SHA-256 of what it holds.
+    pub sha256: String,
+}
+
+/// A result with where it is from.
+#[derive(Debug, Serialize)]
+pub struct WithOrigin<'a, D> {
+    /// The result.
+    #[serde(flatten)]
+    pub result: &'a D,
+    /// Where it is from.
+    pub origin: &'a Origin,
+}
+
+/// What stands beside a trace that cannot say where it is from.
+#[derive(Debug, Serialize)]
+pub struct OriginAlone<'a> {
+    origin: &'a Origin,
+}
+
+impl<'a> OriginAlone<'a> {
+    /// Of a trace.
+    #[must_use]
+    pub fn of(origin: &'a Origin) -> Self {
+        Self { origin }
+    }
+}
+
+impl Origin {
+    /// Of what this program does now.
+    #[must_use]
+    pub fn of(task: Task, text: &ScenarioText, scenario: &Scenario) -> Self {
+        Self {
+            version: crate::VERSION.to_owned(),
+            command: std::env::args_os()
+                .map(|argument| argument.to_string_lossy().into_owned())
+                .collect(),
+            task,
+            scenario: text.clone(),
+            seed: scenario.noise_seed(),
+        }
+    }
+
+    /// Its entries as text: each by itself for people, and all together in JSON.
+    ///
+    /// # Errors
+    /// If it cannot be written as JSON.
+    pub fn entries(&self) -> io::Result<BTreeMap<String, String>> {
+        let entries = [
+            ("version", self.version.clone()),
+            ("command", self.command.join(" ")),
+            ("scenario", self.scenario.text.clone()),
+            ("seed", self.seed.to_string()),
+        ];
+        let mut all = Self::entry(self)?;
+        all.extend(entries.map(|(name, text)| (name.to_owned(), text)));
+        Ok(all)
+    }
+
+    /// Anything as the one entry that holds all of it, in JSON.
+    ///
+    /// # Errors
+    /// If it cannot be written so.
+    pub fn entry(held: &impl Serialize) -> io::Result<BTreeMap<String, String>> {
+        let json = serde_json::to_string(held)?;
+        Ok([(Self::ENTRY.to_owned(), json)].into())
+    }
+
+    /// The name of the entry that holds all.
+    pub(super) const ENTRY: &str = "json";
+}
+
+impl ScenarioText {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// Why it cannot be read.
+    pub fn read(path: &Path) -> Result<Self, ScenarioError> {
+        Ok(Self {
+            file: path.display().to_string(),
+            text: fetch(path)?,
+        })
+    }
+
+    /// What it describes.
+    ///
+    /// # Errors
+    /// File, line, key and what is allowed there.
+    pub fn scenario(&self, purpose: Purpose) -> Result<Scenario, ScenarioError> {
+        Scenario::parse(&self.file, &self.text, purpose)
+    }
+}
+
+impl LogFile {
+    /// A log as it is now.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    pub fn of(file: &Path) -> io::Result<Self> {
+        Ok(Self {
+            sha256: fingerprint::of_file(file)?,
+            file: file.to_owned(),
+        })
+    }
+}

@@ -1,0 +1,85 @@
+use super::GaussNewtonRecursion;
+use super::beginning::Explained;
+use super::interrupt::GaussNewtonRecursionState;
+use crate::adaptation::Factors;
+use crate::identifier::Identify;
+use crate::model::IdentifiedServo;
+use crate::number::Number;
+use crate::unknowns::{Unknown, UnknownSet};
+
+/// The motion in which a servo that is known already goes on being learnt.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotionOfKnown {
+    /// The bandwidth of the loop that moves it, rad/s.
+    pub bandwidth: f64,
+    /// The command that it is usually given, command units: the largest steps of the load and errors of
+    /// friction are as large as what it accelerates.
+    pub command: f64,
+}
+
+impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
+where
+    N: Number,
+    S: UnknownSet<P>,
+{
+    /// The factor on the covariance of a fit: its errors are not white.
+    const DOUBT: f64 = 4.0;
+
+    /// Goes on from a servo that was identified, with its covariance, in place of a first fit. For the
+    /// background: it converts from SI.
+    ///
+    /// The model joins the servo with the first samples; what the servo is said to lack is learnt anew.
+    #[must_use]
+    pub fn start_knowing(
+        &self,
+        servo: &IdentifiedServo,
+        motion: &MotionOfKnown,
+    ) -> GaussNewtonRecursionState<N, S, P> {
+        let units = &self.units;
+        let places = S::UNKNOWNS.map(place_of);
+        let scales = S::UNKNOWNS.map(|unknown| unknown.scale(units));
+        let values = servo.values();
+        let estimates = core::array::from_fn(|i| {
+            let value = places[i].and_then(|place| values.get(place));
+            N::from_f64(value.map_or(0.0, |value| value * scales[i]))
+        });
+        let covariance: [[f64; P]; P] = core::array::from_fn(|i| {
+            core::array::from_fn(|j| {
+                let (Some(row), Some(column)) = (places[i], places[j]) else {
+                    return 0.0;
+                };
+                let entry = servo.covariance.get(row).and_then(|row| row.get(column));
+                Self::DOUBT * entry.map_or(0.0, |entry| entry * scales[i] * scales[j])
+            })
+        });
+        let unexplained = servo.unexplained * units.position();
+        let acceleration = servo.parameters.b * motion.command * units.acceleration();
+        let known = Explained {
+            estimates,
+            covariance: Factors::of(&covariance),
+            unexplained: N::from_f64(unexplained * unexplained),
+            bandwidth: N::from_f64(motion.bandwidth * units.sample_time()),
+            acceleration: N::from_f64(acceleration),
+            one_way: false,
+        };
+        let start = self.start();
+        GaussNewtonRecursionState {
+            recursion: self.recursion(&known, &start.recursion, N::ZERO),
+            usual: known.unexplained,
+            recording: false,
+            ..start
+        }
+    }
+}
+
+/// The place of an unknown in the covariance of a servo that was identified.
+fn place_of(unknown: Unknown) -> Option<usize> {
+    match unknown {
+        Unknown::A => Some(IdentifiedServo::A),
+        Unknown::B => Some(IdentifiedServo::B),
+        Unknown::Coulomb => Some(IdentifiedServo::COULOMB),
+        Unknown::Delay => Some(IdentifiedServo::DELAY),
+        Unknown::Load => Some(IdentifiedServo::LOAD),
+        _ => None,
+    }
+}
