@@ -47,8 +47,8 @@ pub struct PlausibilityState<N> {
 }
 
 /// The places of the two lengths of blocks.
-const SHORTER: usize = 0;
-const LONGER: usize = 1;
+const SHORTER_BLOCKS: usize = 0;
+const LONGER_BLOCKS: usize = 1;
 
 impl<N: Number> Plausibility<N> {
     /// The share of the command limit by which a load may step without being a fault.
@@ -142,10 +142,10 @@ impl<N: Number> Plausibility<N> {
         let waiting = state.part.take();
         state.part = self.parts.process(&mut state.parts, increment, command);
         if let Some(part) = waiting {
-            self.compare(state, LONGER, &part, seen.must_move)?;
+            self.compare(state, LONGER_BLOCKS, &part, seen.must_move)?;
         }
         if let Some(part) = state.part {
-            self.compare(state, SHORTER, &part, seen.must_move)?;
+            self.compare(state, SHORTER_BLOCKS, &part, seen.must_move)?;
         }
         self.oscillation.process(
             &mut state.oscillation,
