@@ -1,8 +1,10 @@
 //! The call of the program, as reports tell it.
 
 use std::env;
-use std::ffi::OsStr;
+use std::iter;
 use std::path::Path;
+
+use crate::program;
 
 /// What was done, to what file.
 pub(super) fn title(done: &str, file: &Path) -> String {
@@ -12,11 +14,11 @@ pub(super) fn title(done: &str, file: &Path) -> String {
 
 /// The call as it may be typed again.
 pub(super) fn command() -> String {
-    let name = env::args_os().next().unwrap_or_default();
-    // Where the program lies says nothing to who reads it elsewhere.
-    let name = Path::new(&name).file_stem().map(OsStr::to_owned);
-    let words = name.into_iter().chain(env::args_os().skip(1));
-    let words: Vec<String> = words.map(|word| quoted(&word.to_string_lossy())).collect();
+    let words = env::args_os().skip(1);
+    let words = words.map(|word| quoted(&word.to_string_lossy()));
+    let words: Vec<String> = iter::once(program::name().to_owned())
+        .chain(words)
+        .collect();
     words.join(" ")
 }
 

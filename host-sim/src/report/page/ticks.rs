@@ -3,6 +3,8 @@
 /// Round values within a range, about so many, as text with no more digits than tell them apart.
 #[must_use]
 pub(super) fn linear((low, high): (f64, f64), about: f64) -> Vec<(f64, String)> {
+    /// The part of a step by which rounding may put an end of the range beside a tick.
+    const SLACK: f64 = 1e-6;
     let span = high - low;
     if !(span > 0.0 && span.is_finite()) {
         return Vec::new();
@@ -15,7 +17,8 @@ pub(super) fn linear((low, high): (f64, f64), about: f64) -> Vec<(f64, String)> 
         .find(|step| *step >= rough)
         .unwrap_or(rough);
     let places = (-step.log10().floor()).clamp(0.0, 12.0) as usize;
-    let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);
+    let first = (low / step - SLACK).ceil() as i64;
+    let last = (high / step + SLACK).floor() as i64;
     (first..=last)
         .map(|count| {
             // + 0.0 turns a negative zero into zero.
