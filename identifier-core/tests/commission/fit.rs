@@ -1,6 +1,7 @@
 use crate::wiggle_support::{Unknown, unknown_servos};
 use identifier_core::commission::{
-    FitSettings, IdentifiedServo, Motion, MotionRecorder, Prediction, ServoFitter, StopReason,
+    Diagnosis, FitSettings, IdentifiedServo, Motion, MotionRecorder, Prediction, ServoFitter,
+    StopReason,
 };
 use identifier_core::model::ServoParameters;
 use virtual_servo::{Effects, Plant};
@@ -51,6 +52,27 @@ fn predicted<const W: usize>(
             return prediction;
         }
     }
+}
+
+/// What a motion that a servo was fitted to, or could not be, says that its model lacks.
+fn diagnosed<const W: usize>(unknown: &Unknown, motion: &Motion<f32, W>) -> Option<Diagnosis> {
+    let fitter = ServoFitter::new(&settings(unknown));
+    let mut fit = fitter.begin(motion, None);
+    let servo = loop {
+        if let Some(result) = fitter.work(&mut fit, motion) {
+            break result;
+        }
+    };
+    let mut diagnosing = match servo {
+        Ok(servo) => fitter.begin_diagnosis(&servo, motion),
+        Err(_) => fitter.begin_diagnosis_of(&fit, motion)?,
+    };
+    for _ in 0..100_000 {
+        if let Some(found) = fitter.diagnose(&mut diagnosing, motion) {
+            return found;
+        }
+    }
+    panic!("the diagnosis does not end");
 }
 
 /// The largest difference in an open-loop move of 0.2 s, over its length: to two thirds of the speed that
@@ -243,14 +265,39 @@ fn what_the_model_lacks_is_named() {
             },
             StopReason::LacksGravity,
         ),
+        (
+            Effects {
+                resonance: 400.0,
+                inertia_ratio: 0.5,
+                ..none
+            },
+            StopReason::LacksResonance,
+        ),
+        (
+            Effects {
+                ripple: [100.0, 0.0],
+                ripple_order: 12,
+                ..none
+            },
+            StopReason::LacksRipple,
+        ),
     ] {
         let unknown = ordinary(effects);
         let motion = recorded::<256>(&unknown, &unknown.wiggle().samples);
-        let servo = fitted(&unknown, &motion, None).expect("a servo");
-        let prediction = predicted(&unknown, &motion, &servo);
-        assert!(prediction.rms > 5.0 * prediction.rounding, "{prediction:?}");
-        let (named, share) = prediction.lacks.expect("something is left");
-        assert_eq!(named, reason);
-        assert!(share > 0.8, "{prediction:?}");
+        let diagnosis = diagnosed(&unknown, &motion);
+        let diagnosis = diagnosis.unwrap_or_else(|| panic!("{reason:?}: nothing is found"));
+        assert_eq!(diagnosis.reason, reason, "{diagnosis:?}");
+        assert!(diagnosis.share > 0.9, "{diagnosis:?}");
+        if reason == StopReason::LacksDeadBand {
+            let off = diagnosis.dead_band - effects.dead_band;
+            assert!(off.abs() < 0.02, "{diagnosis:?}");
+        }
     }
+}
+
+#[test]
+fn nothing_is_named_where_the_model_lacks_nothing() {
+    let unknown = ordinary(Effects::NONE);
+    let motion = recorded::<256>(&unknown, &unknown.wiggle().samples);
+    assert_eq!(diagnosed(&unknown, &motion), None);
 }

@@ -1,6 +1,6 @@
 use super::super::regression::{Gathered, Regression};
 use super::motion::Motion;
-use super::pass::{Best, Pass};
+use super::pass::{Best, Pass, next_trial};
 use super::prior::Prior;
 use super::{A, B, COULOMB, DELAY, LOAD, ROUNDING, UNKNOWNS};
 use crate::model::FrictionStep;
@@ -121,6 +121,11 @@ impl<N: Number> ServoFit<N> {
         self.best.as_ref()
     }
 
+    /// The linear estimate, or what was known before.
+    pub(super) fn first(&self) -> &[N; UNKNOWNS] {
+        &self.first
+    }
+
     /// Whether there is no more to do.
     pub(super) fn is_over(&self) -> bool {
         self.over
@@ -182,7 +187,7 @@ impl<N: Number> ServoFit<N> {
             let Some(best) = self.this else {
                 return true;
             };
-            let trial = best.next_trial(self.damping, &self.bounds);
+            let trial = next_trial(&best.equations, &best.unknowns, self.damping, &self.bounds);
             self.begin_pass(motion, trial);
             return false;
         }
