@@ -21,7 +21,7 @@ use simulated_drive::SimulatedDrive;
 use support::{folder, standard_error};
 
 /// What is not run here, each with the reason. One that no page shows any more is an error.
-const ELSEWHERE: [(&str, &str); 5] = [
+const ELSEWHERE: [(&str, &str); 6] = [
     ("cargo test", "checks everything: CI does"),
     (
         "cargo install",
@@ -33,8 +33,12 @@ const ELSEWHERE: [(&str, &str); 5] = [
     ),
     ("cargo xtask", "takes an emulator: CI does"),
     (
-        "cargo run --release -- compare",
-        "takes a minute: the integration tests do",
+        "cargo run --release -- drive simulate",
+        "goes on until it is ended: the tests of the monitor end it",
+    ),
+    (
+        "cargo run --release -- drive --port tcp:127.0.0.1:5760 monitor",
+        "takes a terminal: the tests of the monitor type into one",
     ),
 ];
 
@@ -59,8 +63,7 @@ const READERS: [(&str, &str); 6] = [
     ),
     (
         "my-servo.toml",
-        "{ cat axis.toml; printf '[encoder]\\ncounts_per_rev = 10000\\n[excitation]\\nkind = \"prbs\"\\n\
-         amplitude = 0.05\\nhold = 0.05\\n'; } > my-servo.toml",
+        "cp host-sim/scenarios/drive.toml my-servo.toml",
     ),
 ];
 

@@ -33,8 +33,14 @@ struct Bench {
 
 impl Bench {
     fn new(test: &str) -> Self {
+        Self::with(test, "")
+    }
+
+    /// With something more in the scenario.
+    fn with(test: &str, more: &str) -> Self {
         let folder = folder(test);
-        std::fs::write(folder.join("servo.toml"), SCENARIO).expect("it is written");
+        let scenario = format!("{SCENARIO}{more}");
+        std::fs::write(folder.join("servo.toml"), scenario).expect("it is written");
         let mut drive = Command::new(PROGRAM)
             .args(["drive", "simulate", "servo.toml", "--listen", "127.0.0.1:0"])
             .current_dir(&folder)
@@ -185,6 +191,26 @@ fn a_drive_is_operated_from_the_keyboard() {
         let b = replayed(&bench.folder, name);
         assert!((b / 257.7 - 1.0).abs() < 0.01, "{name}: {b}");
     }
+}
+
+#[test]
+fn a_fault_is_told_with_its_remedy() {
+    let fault = "[[fault]]\nkind = \"amplifier-fault\"\ntime = 0.0\n";
+    let bench = Bench::with("monitor_fault", fault);
+    let mut monitor = bench.monitor("");
+    monitor.shows(" RELEASED ");
+    monitor.types("t0.1\r");
+    monitor.shows("the drive refuses: the loop must be closed first: start");
+    monitor.types("sy");
+    let text = monitor.shows(" FAULT ");
+    assert!(text.contains("fault 10: the amplifier reports"), "{text}");
+    assert!(text.contains("check wiring"), "{text}");
+    // Its cause is still there.
+    monitor.types("f");
+    monitor.shows("if its cause is gone");
+    assert!(monitor.text().contains(" FAULT "));
+    monitor.types("q");
+    assert_eq!(monitor.ends().0, 0);
 }
 
 #[test]

@@ -202,7 +202,7 @@ fn a_page_follows_a_run_and_stays() {
         let begun = Instant::now();
         let mut ends: Vec<f64> = Vec::new();
         loop {
-            let seen = browser.ask("return [document.getElementById('stage').textContent, plots[0].chart.scales.x.max];");
+            let seen = browser.ask("return [document.getElementById('stage').textContent, plots[0].chart.data[0].at(-1)];");
             let stage = seen[0].as_str().unwrap_or_default().to_owned();
             ends.push(number(&seen[1]));
             if stage == "The run is over; this page stays." {

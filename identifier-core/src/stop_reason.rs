@@ -140,6 +140,28 @@ impl StopReason {
         self.entry().3
     }
 
+    /// Whether an effect that the model lacks, as this reason names it, may show as another reason.
+    #[must_use]
+    pub const fn may_show_as(self, other: Self) -> bool {
+        let any_effect = matches!(
+            other,
+            Self::TooLittleEvidence
+                | Self::NotPredicted
+                | Self::ResponseTimeMissed
+                | Self::OvershootExceeded
+                | Self::DisturbanceExceeded
+                | Self::NeverAtRest
+                | Self::ActuatorWeak
+                | Self::Oscillating
+                | Self::TravelLeft
+                | Self::SpeedExceeded
+        );
+        // What swings behind a spring, or lies in a play, moves against the command for a moment.
+        let against = matches!(self, Self::LacksResonance | Self::LacksBacklash)
+            && matches!(other, Self::Reversed);
+        any_effect || against
+    }
+
     /// Whether the servo is let go for it, whatever gains held it before: no gains help where encoder or
     /// actuator cannot be relied on, or somebody wants it to stand without force.
     #[must_use]
@@ -396,5 +418,28 @@ mod tests {
             }
         }
         assert_eq!(StopReason::of_number(0), None);
+    }
+
+    #[test]
+    fn an_effect_hides_no_fault_and_nobody_s_stop() {
+        let plain = [
+            StopReason::EncoderLost,
+            StopReason::EncoderStuck,
+            StopReason::EncoderJumped,
+            StopReason::ActuatorDead,
+            StopReason::Overrun,
+            StopReason::Stopped,
+            StopReason::LimitSwitch,
+            StopReason::AmplifierFault,
+        ];
+        for effect in StopReason::ALL {
+            assert!(!plain.iter().any(|&other| effect.may_show_as(other)));
+            let moves = matches!(
+                effect,
+                StopReason::LacksResonance | StopReason::LacksBacklash
+            );
+            assert_eq!(effect.may_show_as(StopReason::Reversed), moves);
+        }
+        assert!(StopReason::LacksGravity.may_show_as(StopReason::NotPredicted));
     }
 }

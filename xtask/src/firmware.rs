@@ -111,10 +111,6 @@ const APART: [&str; 1] = ["13without_a_run"];
 /// begins a run or a commissioning.
 pub(crate) fn paths(drive: &Path) -> Result<Paths, String> {
     let listing = Listing::of(drive)?;
-    eprintln!(
-        "DIVIDES WITHOUT A RUN: {:?}",
-        listing.under_method(WITHOUT_A_RUN)?.divisions
-    );
     let sample = listing.under_without("TIM5", &APART)?;
     let commission = listing.under_method(WITHOUT_A_RUN)?;
     if !sample.divisions.is_empty() {

@@ -63,35 +63,3 @@ impl fmt::Display for NoGains {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use identifier_core::error::{Allowed, OutOfRange};
-
-    use super::*;
-
-    #[test]
-    fn it_says_with_its_figures_what_the_core_says() {
-        for error in [
-            TuningError::TooFast {
-                bandwidth: 500.0,
-                most: 312.5,
-                cap: Cap::EncoderNoise,
-            },
-            TuningError::NotKnown,
-            TuningError::DoesNotArrive,
-        ] {
-            assert_eq!(NoGains::from(&error).to_string(), error.to_string());
-        }
-        let error = TuningError::OutOfRange(OutOfRange {
-            parameter: "command",
-            value: -0.5,
-            allowed: Allowed::Above(0.0),
-        });
-        let says = NoGains::from(&error).to_string();
-        assert_eq!(
-            says,
-            "command = -0.5 is not allowed: it must be from 0 to inf"
-        );
-    }
-}

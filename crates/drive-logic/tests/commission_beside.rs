@@ -17,7 +17,7 @@ use support::{Bench, Flash, settings};
 
 /// A servo whose load friction does not hold.
 const LOADED: ServoParameters = ServoParameters {
-    load: 40.0,
+    load: 100.0,
     ..SERVO
 };
 

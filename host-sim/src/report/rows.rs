@@ -89,8 +89,18 @@ impl Rows {
                 column.set_constraint(ColumnConstraint::Hidden);
             }
         }
-        let lines = table.lines().map(|line| line.trim_end().to_owned());
-        lines.collect()
+        let mut lines: Vec<String> = table
+            .lines()
+            .map(|line| line.trim_end().to_owned())
+            .collect();
+        let is_rule = |line: &str| line.starts_with('─');
+        let texts = lines.iter().filter(|line| !is_rule(line));
+        let longest = texts.map(|line| measured(line)).max().unwrap_or(0);
+        // It is as long as what stands around it, without the room behind the last column.
+        for rule in lines.iter_mut().filter(|line| is_rule(line)) {
+            *rule = "─".repeat(longest);
+        }
+        lines
     }
 
     fn finished(&self, lines: &[String], left_out: &mut [usize]) -> String {

@@ -2,6 +2,7 @@
 //! other end of a TCP port. Whatever talks to a drive talks to it as to a real one.
 
 mod chip;
+mod clock;
 mod flash;
 mod wire;
 
@@ -9,12 +10,13 @@ use std::fmt;
 use std::io;
 use std::net::{SocketAddr, TcpListener};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use drive_link::{Command, Dither, Protection, Refusal, Report, Request, Settings};
 use drive_logic::{Channel, Conversation, Memory, Sampler, Stage, Supervisor};
 
 use self::chip::SimulatedChip;
+use self::clock::Clock;
 pub use self::flash::FlashInMemory;
 pub use self::wire::Wire;
 use crate::commission::Axis;
@@ -22,10 +24,6 @@ use crate::scenario::{Fault, Scenario};
 
 /// From the reading of the encoder to the change of the output, s: in the simulation there is none.
 const COMMAND_DELAY: f64 = 0.0;
-
-/// How far the drive's time may lag behind the clock, s. What is more is left out: who stops a process or
-/// closes a notebook does not want to see what it missed.
-const LONGEST_LAG: f64 = 0.1;
 
 /// How long it sleeps at most between two looks at the line.
 const NAP: Duration = Duration::from_micros(500);
@@ -210,46 +208,5 @@ fn example(core: identifier_core::Settings) -> Settings {
             link_timeout: 1.0,
             stop_time: 0.5,
         },
-    }
-}
-
-/// The drive's time beside the clock on the wall, s.
-struct Clock {
-    begun: Instant,
-    /// What was left out.
-    missed: f64,
-    now: f64,
-    next: f64,
-}
-
-impl Clock {
-    fn start() -> Self {
-        Self {
-            begun: Instant::now(),
-            missed: 0.0,
-            now: 0.0,
-            next: 0.0,
-        }
-    }
-
-    fn look(&mut self) {
-        self.now = self.begun.elapsed().as_secs_f64() - self.missed;
-        let lag = self.now - self.next - LONGEST_LAG;
-        if lag > 0.0 {
-            self.missed += lag;
-            self.now -= lag;
-        }
-    }
-
-    fn is_due(&self) -> bool {
-        self.next <= self.now
-    }
-
-    fn advance(&mut self, sample_time: f64) {
-        self.next += sample_time;
-    }
-
-    fn left(&self) -> Duration {
-        Duration::from_secs_f64((self.next - self.now).max(0.0))
     }
 }

@@ -225,6 +225,10 @@ impl<N: Number> Commission<N> {
                 state.tuning_error = Some(*error);
                 Next::End(StopReason::NoGains)
             }
+            Answer::Suspects(effect) => {
+                state.suspect = *effect;
+                return;
+            }
             Answer::Failed(reason) => Next::End(*reason),
         };
     }
@@ -477,7 +481,8 @@ impl<N: Number> Commission<N> {
             Phase::Trial | Phase::Applied | Phase::RolledBack => Phase::RolledBack,
             _ => Phase::Aborted,
         };
-        state.reason = Some(reason);
+        let effect = state.suspect.filter(|effect| effect.may_show_as(reason));
+        state.reason = Some(effect.unwrap_or(reason));
         state.drop_record();
         if let Activity::OnTrial(_, trial) = &state.activity {
             state.trial = Some(trial.result(&self.units));

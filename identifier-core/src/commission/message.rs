@@ -28,6 +28,9 @@ pub enum Answer<N: Number> {
     Tuned(Candidate<N>),
     /// No gains keep what was asked for; which would do is in the error.
     NoGains(TuningError),
+    /// An effect that the model lacks of the servo: what goes wrong from now on may come of it; none if what
+    /// was suspected before is explained. Another answer follows.
+    Suspects(Option<StopReason>),
     /// It cannot go on.
     Failed(StopReason),
 }

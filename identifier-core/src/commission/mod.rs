@@ -85,7 +85,8 @@ pub use candidate::Candidate;
 pub use crude::Crude;
 pub use error::CommissionError;
 pub use fit::{
-    FitSettings, Motion, MotionBlock, MotionRecorder, Predicting, Prediction, ServoFit, ServoFitter,
+    Diagnosing, Diagnosis, FitSettings, Motion, MotionBlock, MotionRecorder, Predicting,
+    Prediction, ServoFit, ServoFitter,
 };
 pub use gains::HoldingGains;
 pub use identified::Identified;

@@ -34,6 +34,8 @@ pub struct CommissionState<N: Number> {
     pub(super) tuning_error: Option<TuningError>,
     pub(super) trial: Option<TrialResult>,
     pub(super) reason: Option<StopReason>,
+    /// The effect that the servo may have.
+    pub(super) suspect: Option<StopReason>,
 }
 
 /// What moves or holds the servo.
@@ -120,6 +122,7 @@ impl<N: Number> CommissionState<N> {
             tuning_error: None,
             trial: None,
             reason: None,
+            suspect: None,
         }
     }
 

@@ -1,6 +1,7 @@
 use super::{
-    Answer, Candidate, CommissionError, CommissionSettings, Finding, Identified, IdentifiedServo,
-    Motion, Phase, Predicting, Prediction, ServoFit, ServoFitter, StopReason,
+    Answer, Candidate, CommissionError, CommissionSettings, Diagnosing, Diagnosis, Finding,
+    Identified, IdentifiedServo, Motion, Phase, Predicting, Prediction, ServoFit, ServoFitter,
+    StopReason,
 };
 use crate::number::Number;
 use crate::tuning::{Goal, Tuner, TunerState, Tuning, TuningError, TuningSettings};
@@ -19,6 +20,8 @@ pub struct Study<N: Number, const W: usize = 256> {
     refined: u32,
     /// The step that gains are looked for with, rad.
     step: f64,
+    /// What the model lacks of the servo, as far as a motion told.
+    suspect: Option<Diagnosis>,
     work: Work<N>,
 }
 
@@ -32,6 +35,9 @@ enum Work<N: Number> {
     Nothing,
     Fitting(ServoFit<N>),
     Predicting(Predicting<N>),
+    /// What the model lacks is looked for, before what comes next.
+    Diagnosing(Diagnosing<N>, Then),
+    Then(Then),
     Tuning {
         tuner: Tuner,
         state: TunerState,
@@ -39,7 +45,21 @@ enum Work<N: Number> {
         fitted: bool,
     },
     NotTuned(TuningError),
-    Failed(StopReason),
+}
+
+/// What comes next once a motion is explained as well as it can be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Then {
+    /// The servo is told.
+    Tell,
+    /// Its own motion is to be predicted, as it is not known well enough.
+    Predict,
+    /// The second motion is asked for once more.
+    Again,
+    /// Gains are looked for.
+    Tune,
+    /// It has failed for this.
+    Fail(StopReason),
 }
 
 impl<N: Number, const W: usize> Study<N, W> {
@@ -59,7 +79,7 @@ impl<N: Number, const W: usize> Study<N, W> {
     /// The part of the command that it may ask for.
     const OF_COMMAND: f64 = 0.5;
 
-    /// The least counts of a step that tell an overshoot.
+    /// The least counts of a step that tell an overshoot and a rise.
     const SEEN: f64 = 40.0;
 
     /// How much larger the next step is where friction holds the servo through one.
@@ -67,6 +87,16 @@ impl<N: Number, const W: usize> Study<N, W> {
 
     /// What is left unexplained of the position where the model lacks something, counts.
     const UNEXPLAINED: f64 = 1.0;
+
+    /// What is left of it where the model lacks nothing, counts: twice the encoder's rounding.
+    const EXPLAINED: f64 = 0.6;
+
+    /// The part of what is unexplained that an effect explains which is named for it.
+    const NAMED: f64 = 0.8;
+
+    /// The largest dead band, over what the gains answer the step with: while the integral passes from one
+    /// side of it to the other, the loop goes on by about so much of the step.
+    const MOST_DEAD_BAND: f64 = 0.02;
 
     /// How often the second motion is done before there is too little evidence.
     const MOST_REFINED: u32 = 5;
@@ -91,6 +121,7 @@ impl<N: Number, const W: usize> Study<N, W> {
             servo: None,
             refined: 0,
             step: 0.0,
+            suspect: None,
             work: Work::Nothing,
         })
     }
@@ -101,6 +132,7 @@ impl<N: Number, const W: usize> Study<N, W> {
             Finding::Begins(phase) => {
                 if *phase == Phase::Wiggle {
                     self.servo = None;
+                    self.suspect = None;
                     self.refined = 0;
                 }
                 self.motion = *phase;
@@ -114,7 +146,9 @@ impl<N: Number, const W: usize> Study<N, W> {
             Finding::Ended => {
                 let record = &self.record;
                 self.work = match (self.motion, &self.servo) {
-                    _ if !record.is_complete() => Work::Failed(StopReason::TooLittleEvidence),
+                    _ if !record.is_complete() => {
+                        Work::Then(Then::Fail(StopReason::TooLittleEvidence))
+                    }
                     (Phase::Verify, Some(servo)) => {
                         Work::Predicting(self.fitter.begin_prediction(servo))
                     }
@@ -134,29 +168,28 @@ impl<N: Number, const W: usize> Study<N, W> {
                 self.work = Work::Nothing;
                 Some(Answer::NoGains(error))
             }
-            Work::Failed(reason) => {
-                let reason = *reason;
+            Work::Then(then) => {
+                let then = *then;
                 self.work = Work::Nothing;
-                Some(Answer::Failed(reason))
+                self.go_on(then)
             }
-            Work::Fitting(fit) => match self.fitter.work(fit, &self.record)? {
-                Ok(servo) => {
-                    self.servo = Some(servo);
-                    self.work = Work::Nothing;
-                    if self.motion != Phase::Refine || self.is_known(&servo) {
-                        let known = Identified::of(&servo, &self.settings);
-                        return Some(Answer::Identified(known));
+            Work::Fitting(fit) => {
+                let fitted = self.fitter.work(fit, &self.record)?;
+                match fitted {
+                    Ok(servo) => self.take_servo(servo),
+                    Err(reason) => {
+                        let begun = self.fitter.begin_diagnosis_of(fit, &self.record);
+                        self.diagnose(begun, Then::Fail(reason))
                     }
-                    if servo.unexplained > Self::UNEXPLAINED * self.settings.resolution {
-                        // More motion does not help a model that lacks something.
-                        let naming = self.fitter.begin_prediction(&servo);
-                        self.work = Work::Predicting(naming);
-                        return None;
-                    }
-                    self.again(servo)
                 }
-                Err(reason) => self.fail(reason),
-            },
+            }
+            Work::Diagnosing(diagnosing, then) => {
+                let found = self.fitter.diagnose(diagnosing, &self.record)?;
+                self.work = Work::Then(*then);
+                self.suspect = found.filter(|found| found.share >= Self::NAMED);
+                self.suspect
+                    .map(|found| Answer::Suspects(Some(found.reason)))
+            }
             Work::Predicting(predicting) => {
                 let prediction = self.fitter.predict(predicting, &self.record)?;
                 self.judge(&prediction)
@@ -184,29 +217,80 @@ impl<N: Number, const W: usize> Study<N, W> {
         }
     }
 
+    /// Takes a servo that was fitted.
+    fn take_servo(&mut self, servo: IdentifiedServo) -> Option<Answer<N>> {
+        self.servo = Some(servo);
+        let unexplained = servo.unexplained > Self::UNEXPLAINED * self.settings.resolution;
+        let then = match self.motion {
+            Phase::Refine if !self.is_known(&servo) && unexplained => Then::Predict,
+            Phase::Refine if !self.is_known(&servo) => Then::Again,
+            _ => Then::Tell,
+        };
+        self.explain(servo.unexplained, then)
+    }
+
     /// Judges how a motion that nothing was fitted to was predicted.
     fn judge(&mut self, prediction: &Prediction) -> Option<Answer<N>> {
-        match refuted(prediction) {
-            Some(reason) => self.fail(reason),
-            None if self.motion == Phase::Refine => {
-                self.work = Work::Nothing;
-                self.servo.and_then(|servo| self.again(servo))
+        let then = match self.motion {
+            _ if is_refuted(prediction) => Then::Fail(StopReason::NotPredicted),
+            Phase::Refine => Then::Again,
+            _ => Then::Tune,
+        };
+        self.explain(prediction.rms, then)
+    }
+
+    /// Looks for what a model lacks that leaves so much of a motion unexplained (rad), if it was not found
+    /// before; what was found where a fit went astray is dropped once a motion is explained.
+    fn explain(&mut self, left: f64, then: Then) -> Option<Answer<N>> {
+        let counts = left / self.settings.resolution;
+        if counts < Self::EXPLAINED && self.suspect.take().is_some() {
+            self.work = Work::Then(then);
+            return Some(Answer::Suspects(None));
+        }
+        let begun = self.servo.as_ref().filter(|_| counts > Self::UNEXPLAINED);
+        let begun = begun.map(|servo| self.fitter.begin_diagnosis(servo, &self.record));
+        self.diagnose(begun, then)
+    }
+
+    fn diagnose(&mut self, begun: Option<Diagnosing<N>>, then: Then) -> Option<Answer<N>> {
+        match begun.filter(|_| self.suspect.is_none()) {
+            Some(begun) => {
+                self.work = Work::Diagnosing(begun, then);
+                None
             }
             None => {
-                self.tune(self.settings.goal, self.first_step(), false);
-                Some(Answer::Verified)
+                self.work = Work::Nothing;
+                self.go_on(then)
             }
         }
     }
 
-    /// Asks for the second motion once more, some times.
-    fn again(&mut self, servo: IdentifiedServo) -> Option<Answer<N>> {
-        self.refined += 1;
-        if self.refined >= Self::MOST_REFINED {
-            return self.fail(StopReason::TooLittleEvidence);
+    fn go_on(&mut self, then: Then) -> Option<Answer<N>> {
+        match then {
+            Then::Tell => self.tell(Answer::Identified),
+            Then::Predict => {
+                let servo = self.servo.as_ref()?;
+                self.work = Work::Predicting(self.fitter.begin_prediction(servo));
+                None
+            }
+            Then::Again => {
+                self.refined += 1;
+                if self.refined >= Self::MOST_REFINED {
+                    return self.fail(StopReason::TooLittleEvidence);
+                }
+                self.tell(Answer::Uncertain)
+            }
+            Then::Tune => {
+                self.tune(self.settings.goal, self.first_step(), false);
+                Some(Answer::Verified)
+            }
+            Then::Fail(reason) => self.fail(reason),
         }
-        let known = Identified::of(&servo, &self.settings);
-        Some(Answer::Uncertain(known))
+    }
+
+    fn tell(&self, answer: impl Fn(Identified<N>) -> Answer<N>) -> Option<Answer<N>> {
+        let servo = self.servo.as_ref()?;
+        Some(answer(Identified::of(servo, &self.settings)))
     }
 
     /// Whether two motions have told enough of a servo to tune for it.
@@ -257,6 +341,11 @@ impl<N: Number, const W: usize> Study<N, W> {
             return None;
         }
         self.work = Work::Nothing;
+        let dead =
+            |suspect: &Diagnosis| suspect.dead_band > Self::MOST_DEAD_BAND * tuning.kp * step;
+        if let Some(suspect) = self.suspect.filter(dead) {
+            return self.fail(suspect.reason);
+        }
         let servo = self.servo?;
         Some(match Candidate::of(&tuning, &servo, &self.settings) {
             Ok(candidate) => Answer::Tuned(candidate),
@@ -290,8 +379,7 @@ impl<N: Number, const W: usize> Study<N, W> {
     fn room(&self) -> f64 {
         let [low, high] = self.settings.limits.travel;
         let farthest = high.max(-low);
-        let few = TuningSettings::LEAST_COUNTS * self.settings.resolution;
-        (Self::STEP * farthest).max(few.min(Self::MOST_STEP * farthest))
+        (Self::STEP * farthest).max(self.least_step().min(Self::MOST_STEP * farthest))
     }
 
     /// The largest that there can be, where friction holds the servo through a smaller one, rad.
@@ -310,16 +398,14 @@ impl<N: Number, const W: usize> Study<N, W> {
     }
 }
 
-/// Why a servo that was identified is not the one that moved; none if it may be.
-fn refuted(prediction: &Prediction) -> Option<StopReason> {
+/// Whether a servo that was identified is not the one that moved.
+fn is_refuted(prediction: &Prediction) -> bool {
     /// The part of the motion's range that a model may lack: what it is tuned for bears more.
     const SHARE: f64 = 0.005;
     /// How many times the standard deviations of rounding and of what is not known the errors may be,
     /// and the largest of them.
     const ERRORS: f64 = 3.0;
     const WORST: f64 = 6.0;
-    /// The part of the errors that an effect explains which is named for them.
-    const NAMED: f64 = 0.3;
     let band = |times: f64, uncertain: f64| {
         let (rounding, unknown) = (times * prediction.rounding, times * uncertain);
         let share = SHARE * times * prediction.range;
@@ -327,9 +413,5 @@ fn refuted(prediction: &Prediction) -> Option<StopReason> {
     };
     let within = prediction.rms <= band(ERRORS, prediction.uncertain)
         && prediction.worst <= band(WORST, prediction.most_uncertain);
-    if within {
-        return None;
-    }
-    let named = prediction.lacks.filter(|(_, part)| *part >= NAMED);
-    Some(named.map_or(StopReason::NotPredicted, |(reason, _)| reason))
+    !within
 }

@@ -5,5 +5,6 @@
 //! distance from one.
 
 pub mod counter;
+pub(crate) mod direction;
 pub mod standstill;
 pub mod velocity;

@@ -1,6 +1,7 @@
 use crate::wiggle_support::{Unknown, unknown_servos};
 use identifier_core::commission::{
-    FitSettings, IdentifiedServo, Motion, MotionRecorder, Prediction, ServoFitter, StopReason,
+    Diagnosis, FitSettings, IdentifiedServo, Motion, MotionRecorder, Prediction, ServoFitter,
+    StopReason,
 };
 use identifier_core::model::ServoParameters;
 use virtual_servo::{Effects, Plant};
@@ -51,6 +52,21 @@ fn predicted<const W: usize>(
             return prediction;
         }
     }
+}
+
+fn diagnosed<const W: usize>(
+    unknown: &Unknown,
+    motion: &Motion<f32, W>,
+    servo: &IdentifiedServo,
+) -> Option<Diagnosis> {
+    let fitter = ServoFitter::new(&settings(unknown));
+    let mut diagnosing = fitter.begin_diagnosis(servo, motion);
+    for _ in 0..100_000 {
+        if let Some(found) = fitter.diagnose(&mut diagnosing, motion) {
+            return found;
+        }
+    }
+    panic!("the diagnosis does not end");
 }
 
 /// The largest difference in an open-loop move of 0.2 s, over its length: to two thirds of the speed that
@@ -164,6 +180,44 @@ fn errors_are_as_large_as_the_standard_errors_say() {
     );
 }
 
+/// What an encoder shows of a servo under a command that alternates, and the command.
+fn shaken(unknown: &Unknown, late: usize) -> Vec<[f32; 2]> {
+    let mut plant = Plant::at_rest(&unknown.parameters, unknown.sample_time);
+    let command = |k: usize| if k % 160 < 80 { 6.0 } else { -6.0 };
+    let mut last = 0.0;
+    (0..480_usize)
+        .map(|k| {
+            let count = (plant.position / unknown.resolution()).floor();
+            let increment = count - last;
+            last = count;
+            plant.advance(k.checked_sub(late).map_or(0.0, command));
+            [increment as f32, command(k) as f32]
+        })
+        .collect()
+}
+
+#[test]
+fn an_estimate_that_is_as_large_as_it_may_be_is_none() {
+    let mut unknown = ordinary(Effects::NONE);
+    unknown.sample_time = 1e-3;
+    unknown.parameters = ServoParameters {
+        a: 5.0,
+        b: 100.0,
+        coulomb: 30.0,
+        load: 0.0,
+    };
+    fn of<const W: usize>(unknown: &Unknown, late: usize) -> Result<(), StopReason> {
+        let motion = recorded::<W>(unknown, &shaken(unknown, late));
+        fitted(unknown, &motion, None).map(|_| ())
+    }
+    assert_eq!(of::<256>(&unknown, 1), Ok(()));
+    assert_eq!(of::<256>(&unknown, 26), Err(StopReason::EstimateAtBound));
+    // Pieces of the record in which more than half of a velocity dies down.
+    unknown.parameters.a = 60.0;
+    assert_eq!(of::<256>(&unknown, 1), Ok(()));
+    assert_eq!(of::<16>(&unknown, 1), Err(StopReason::EstimateAtBound));
+}
+
 #[test]
 fn a_long_motion_fits_into_a_short_record() {
     let unknown = ordinary(Effects::NONE);
@@ -243,14 +297,49 @@ fn what_the_model_lacks_is_named() {
             },
             StopReason::LacksGravity,
         ),
+        (
+            Effects {
+                backlash: 0.02,
+                ..none
+            },
+            StopReason::LacksBacklash,
+        ),
+        (
+            Effects {
+                resonance: 400.0,
+                inertia_ratio: 0.5,
+                ..none
+            },
+            StopReason::LacksResonance,
+        ),
+        (
+            Effects {
+                ripple: [100.0, 0.0],
+                ripple_order: 12,
+                ..none
+            },
+            StopReason::LacksRipple,
+        ),
     ] {
         let unknown = ordinary(effects);
         let motion = recorded::<256>(&unknown, &unknown.wiggle().samples);
         let servo = fitted(&unknown, &motion, None).expect("a servo");
         let prediction = predicted(&unknown, &motion, &servo);
         assert!(prediction.rms > 5.0 * prediction.rounding, "{prediction:?}");
-        let (named, share) = prediction.lacks.expect("something is left");
-        assert_eq!(named, reason);
-        assert!(share > 0.8, "{prediction:?}");
+        let diagnosis = diagnosed(&unknown, &motion, &servo).expect("something is left");
+        assert_eq!(diagnosis.reason, reason, "{diagnosis:?}");
+        assert!(diagnosis.share > 0.9, "{diagnosis:?}");
+        if reason == StopReason::LacksDeadBand {
+            let off = diagnosis.dead_band - effects.dead_band;
+            assert!(off.abs() < 0.02, "{diagnosis:?}");
+        }
     }
+}
+
+#[test]
+fn nothing_is_named_where_the_model_lacks_nothing() {
+    let unknown = ordinary(Effects::NONE);
+    let motion = recorded::<256>(&unknown, &unknown.wiggle().samples);
+    let servo = fitted(&unknown, &motion, None).expect("a servo");
+    assert_eq!(diagnosed(&unknown, &motion, &servo), None);
 }

@@ -2,6 +2,7 @@
 
 mod faults;
 mod fit;
+mod goes_on;
 mod machine;
 mod rig;
 mod wiggle;

@@ -134,6 +134,59 @@ fn a_servo_that_does_not_move_is_said_to_be_one() {
     assert_eq!(moved.progress, Progress::Failed(StopReason::DoesNotMove));
 }
 
+/// How the first motion ends of a servo of plain friction whose velocity a ratchet holds.
+fn moved_with(ratchet: impl Fn(f64) -> f64) -> Option<Progress> {
+    let unknown = Unknown {
+        sample_time: 1e-3,
+        held: None,
+        ..Unknown::of(2)
+    };
+    let wiggle = Wiggle::<f32>::new(&unknown.settings()).expect("allowed");
+    let (b, time) = (unknown.parameters.b, unknown.sample_time);
+    let coulomb = 0.1 * b * Unknown::COMMAND;
+    let mut state = wiggle.start(None);
+    let (mut position, mut velocity, mut last) = (0.0_f64, 0.0_f64, 0.0);
+    (0..3000).find_map(|_| {
+        let count = (position / unknown.resolution()).floor();
+        let step = wiggle.process(&mut state, (count - last) as f32);
+        last = count;
+        let push = b * f64::from(step.command);
+        let way = if velocity == 0.0 { push } else { velocity }.signum();
+        let slides = velocity != 0.0 || push.abs() > coulomb;
+        let pushed = velocity
+            + if slides {
+                (push - coulomb * way) * time
+            } else {
+                0.0
+            };
+        // It stops where it would turn.
+        velocity = if pushed * way < 0.0 {
+            0.0
+        } else {
+            ratchet(pushed)
+        };
+        position += velocity * time;
+        (step.progress != Progress::Going).then_some(step.progress)
+    })
+}
+
+#[test]
+fn a_servo_that_moves_one_way_and_not_the_other_is_said_to_be_one() {
+    let failed = |reason| Some(Progress::Failed(reason));
+    assert_eq!(moved_with(|velocity| velocity), Some(Progress::AtRest));
+    let forwards = moved_with(|velocity| velocity.max(0.0));
+    assert_eq!(forwards, failed(StopReason::OneDirectionOnly));
+    // It sticks for good once it has come to rest.
+    let moved = std::cell::Cell::new(false);
+    let stuck = std::cell::Cell::new(false);
+    let sticks = moved_with(|velocity| {
+        stuck.set(stuck.get() || moved.get() && velocity <= 0.0);
+        moved.set(moved.get() || velocity > 0.0);
+        if stuck.get() { 0.0 } else { velocity }
+    });
+    assert_eq!(sticks, failed(StopReason::DoesNotMove));
+}
+
 #[test]
 fn limits_that_are_too_small_are_refused_with_the_figure_that_would_do() {
     let coarse = Unknown {

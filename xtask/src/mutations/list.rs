@@ -349,4 +349,22 @@ pub(super) const LOGIC: [Mutation; 25] = [
         "                self.channel.change_mode();\n",
         "",
     ),
+    mutation(
+        "supervisor/commission.rs",
+        "the flash is written while a loop goes on",
+        "        if self.unkept && !self.is_out() {",
+        "        if self.unkept {",
+    ),
+    mutation(
+        "closed_loop.rs",
+        "a loop that goes on forgets the integral",
+        "own => own.servo_loop.take_over(&mut own.state, *count, last),",
+        "own => { let _ = last; own.state.begin_at(*count) },",
+    ),
+    mutation(
+        "commissioning.rs",
+        "what a commissioning beside a loop holds is let go",
+        "            if self.beside.is_none() || self.fault.is_some() {",
+        "            if self.beside.is_none() || self.moved.sample > 0 {",
+    ),
 ];

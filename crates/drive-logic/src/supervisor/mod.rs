@@ -187,7 +187,9 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         if let Some(first_fit) = &mut self.first_fit {
             first_fit.work(&mut self.channel);
         }
-        self.go_on();
+        if self.waits {
+            self.go_on();
+        }
         self.studying.work(&mut self.channel)
     }
 

@@ -24,10 +24,12 @@ impl<F: NorFlash> Supervisor<'_, F> {
         self.order_run(prepared, Order::Run)
     }
 
-    /// Orders a run where a commissioning holds the servo that is over, if it does: with the gains that it
-    /// proved, or with those before.
+    /// Orders a run where a commissioning that is over holds the servo, unless it was ordered already: with
+    /// the gains that it proved, or with those before.
+    #[cold]
+    #[inline(never)]
     pub(super) fn go_on(&mut self) {
-        if !self.waits || self.spare.is_none() || self.is_stopping() {
+        if self.spare.is_none() || self.is_stopping() {
             return;
         }
         let prepared = self

@@ -68,7 +68,11 @@ fn verdict(distribution: &Distribution) -> Verdict {
             "Of {} random servos {} converged.",
             distribution.runs, distribution.converged
         ),
-        detail: format!("In 95 % of the servos: {}.", within.join(", ")),
+        detail: if within.is_empty() {
+            "None has an estimate.".to_owned()
+        } else {
+            format!("In 95 % of the servos: {}.", within.join(", "))
+        },
     }
 }
 

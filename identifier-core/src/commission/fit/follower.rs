@@ -19,19 +19,6 @@ pub(super) struct Follower<N> {
     velocities: [N; UNKNOWNS],
 }
 
-/// A model's motion over a step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Gone<N> {
-    /// Samples.
-    pub(super) time: N,
-    pub(super) way: N,
-    /// Change of the velocity.
-    pub(super) change: N,
-    pub(super) phase: Phase<N>,
-    /// What acted.
-    pub(super) command: N,
-}
-
 impl<N: Number> Follower<N> {
     /// Before the first piece of a record.
     pub(super) fn new<const W: usize>(unknowns: &[N; UNKNOWNS], motion: &Motion<N, W>) -> Self {
@@ -49,13 +36,12 @@ impl<N: Number> Follower<N> {
         }
     }
 
-    /// Moves over a piece of the record, in as many steps as commands act in it; tells each.
+    /// Moves over a piece of the record, in as many steps as commands act in it.
     pub(super) fn advance<const W: usize>(
         &mut self,
         step: &FrictionStep<N>,
         motion: &Motion<N, W>,
         index: usize,
-        mut tell: impl FnMut(&Gone<N>),
     ) {
         /// More commands than these cannot act in a piece; a bound for what is not a number.
         const MOST: u32 = 64;
@@ -66,7 +52,7 @@ impl<N: Number> Follower<N> {
         for _ in 0..MOST {
             let acting = self.inputs.take(motion, left);
             if acting.time > N::ZERO {
-                tell(&self.go(step, &acting));
+                self.go(step, &acting);
                 left = left - acting.time;
             }
             if self.velocity != N::ZERO {
@@ -79,7 +65,7 @@ impl<N: Number> Follower<N> {
         self.error += piece.travel;
     }
 
-    fn go(&mut self, step: &FrictionStep<N>, acting: &Acting<N>) -> Gone<N> {
+    fn go(&mut self, step: &FrictionStep<N>, acting: &Acting<N>) {
         let [a, gain, coulomb] = [A, B, COULOMB].map(|i| self.unknowns[i]);
         let time = acting.time;
         let square = time * time;
@@ -118,13 +104,6 @@ impl<N: Number> Follower<N> {
             }
         }
         self.positions[B] += lead;
-        Gone {
-            time,
-            way: motion.increment,
-            change: after - before,
-            phase,
-            command: acting.command,
-        }
     }
 
     /// The tangents over a time in which the model went one way with a mean velocity.

@@ -3,12 +3,17 @@
 //! The interrupt's [`MotionRecorder`] condenses samples to [`MotionBlock`]s, which end where the command
 //! changes, so that a short record drives a model as exactly as the samples would, delayed by any part of
 //! a sample; the background collects them in a [`Motion`]. A [`ServoFitter`] fits a, b, c, d and the delay
-//! to it, and tells how well a servo that is known predicts it.
+//! to it, tells how well a servo that is known predicts it, and looks for what a model lacks that does not.
 
+mod affected;
 mod block;
+mod comparison;
+mod diagnoser;
+mod diagnosing;
+mod effect;
+mod effect_model;
 mod follower;
 mod inputs;
-mod lacking;
 mod motion;
 mod pass;
 mod placing;
@@ -16,10 +21,12 @@ mod prediction;
 mod predictor;
 mod prior;
 mod recorder;
+mod scales;
 mod servo_fit;
 mod servo_fitter;
 
 pub use block::MotionBlock;
+pub use diagnosing::{Diagnosing, Diagnosis};
 pub use motion::Motion;
 pub use prediction::{Predicting, Prediction};
 pub use recorder::MotionRecorder;
@@ -36,6 +43,9 @@ const DELAY: usize = super::IdentifiedServo::DELAY;
 const LOAD: usize = super::IdentifiedServo::LOAD;
 const POSITION: usize = 5;
 const VELOCITY: usize = 6;
+
+/// The same, then sizes of an effect.
+const ALL: usize = UNKNOWNS + effect::SIZES;
 
 /// Variance of a count's rounding.
 const ROUNDING: f64 = 1.0 / 12.0;

@@ -13,7 +13,7 @@ pub struct Motion<N, const W: usize> {
     count: usize,
     /// Pieces between which the command changes by no more may be joined.
     joined: N,
-    /// The longest piece, samples.
+    /// The longest that a piece may be, samples.
     longest: N,
     next: Option<u32>,
     complete: bool,
@@ -125,9 +125,16 @@ impl<N: Number, const W: usize> Motion<N, W> {
         self.count
     }
 
-    /// The longest piece, samples.
+    /// The longest piece, samples; one of an empty record.
     pub(crate) fn longest(&self) -> N {
-        self.longest
+        let pieces = self.pieces.iter().take(self.count);
+        pieces.fold(N::ONE, |longest, piece| {
+            if piece.samples > longest {
+                piece.samples
+            } else {
+                longest
+            }
+        })
     }
 
     pub(crate) fn get(&self, index: usize) -> Option<&Piece<N>> {

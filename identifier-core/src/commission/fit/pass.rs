@@ -49,7 +49,7 @@ impl<N: Number> Pass<N> {
         motion: &Motion<N, W>,
         index: usize,
     ) {
-        self.follower.advance(step, motion, index, |_| ());
+        self.follower.advance(step, motion, index);
         let error = self.follower.error;
         self.equations.add(&self.follower.positions, error);
         self.lag_one += error * self.last_error;
@@ -57,40 +57,42 @@ impl<N: Number> Pass<N> {
     }
 }
 
-impl<N: Number> Best<N> {
-    /// A step from here; an unknown at a bound that would leave it is kept there, so that the others
-    /// do not compensate for it.
-    pub(super) fn next_trial(&self, damping: N, [low, high]: &[[N; UNKNOWNS]; 2]) -> [N; UNKNOWNS] {
-        let best = self;
-        let mut free = [true; UNKNOWNS];
-        let mut step = best.equations.solve(damping, &free);
-        for _ in 0..UNKNOWNS {
-            let mut held = false;
-            for i in 0..UNKNOWNS {
-                let at = best.unknowns[i];
-                let outward =
-                    (at <= low[i] && step[i] < N::ZERO) || (at >= high[i] && step[i] > N::ZERO);
-                if free[i] && outward {
-                    free[i] = false;
-                    held = true;
-                }
+/// A step of Levenberg's and Marquardt's from unknowns within bounds; one at a bound that would leave it is
+/// kept there, so that the others do not compensate for it.
+pub(super) fn next_trial<N: Number, const Q: usize>(
+    equations: &NormalEquations<N, Q>,
+    unknowns: &[N; Q],
+    damping: N,
+    [low, high]: &[[N; Q]; 2],
+) -> [N; Q] {
+    let mut free = [true; Q];
+    let mut step = equations.solve(damping, &free);
+    for _ in 0..Q {
+        let mut held = false;
+        for i in 0..Q {
+            let at = unknowns[i];
+            let outward =
+                (at <= low[i] && step[i] < N::ZERO) || (at >= high[i] && step[i] > N::ZERO);
+            if free[i] && outward {
+                free[i] = false;
+                held = true;
             }
-            if !held {
-                break;
-            }
-            step = best.equations.solve(damping, &free);
         }
-        // A gain does not change its sign, nor its size at once.
-        let gain = best.unknowns[B];
-        let half = N::from_f64(0.5);
-        step[B] = step[B].limited(-(half * gain), gain + gain);
-        core::array::from_fn(|i| {
-            let moved = best.unknowns[i] + step[i];
-            if moved.is_finite() {
-                moved
-            } else {
-                best.unknowns[i]
-            }
-        })
+        if !held {
+            break;
+        }
+        step = equations.solve(damping, &free);
     }
+    // A gain does not change its sign, nor its size at once.
+    let gain = unknowns[B];
+    let half = N::from_f64(0.5);
+    step[B] = step[B].limited(-(half * gain), gain + gain);
+    core::array::from_fn(|i| {
+        let moved = unknowns[i] + step[i];
+        if moved.is_finite() {
+            moved
+        } else {
+            unknowns[i]
+        }
+    })
 }

@@ -1,6 +1,4 @@
-use super::super::StopReason;
 use super::follower::Follower;
-use super::lacking::{EFFECTS, Lacking, OF};
 use super::placing::Placing;
 use super::{POSITION, UNKNOWNS, VELOCITY};
 use crate::adaptation::NormalEquations;
@@ -23,13 +21,7 @@ pub struct Prediction {
     pub most_uncertain: f64,
     /// From the lowest to the highest position of the motion.
     pub range: f64,
-    /// The effect that explains most of what is left when the servo's parameters are fitted anew, and
-    /// the part of it that it explains, 0 to 1.
-    pub lacks: Option<(StopReason, f64)>,
 }
-
-/// Unknowns of the servo, then sizes of effects.
-pub(super) const ALL: usize = UNKNOWNS + EFFECTS;
 
 /// A prediction under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,28 +33,13 @@ pub struct Predicting<N> {
     pub(super) pass: Option<Pass<N>>,
     /// Position and velocity at the beginning, which are fitted first; none before the first pass.
     pub(super) placing: Option<Placing<N>>,
-    /// What the model has gone, counts, in so many samples.
-    pub(super) ways: N,
-    pub(super) samples: N,
-}
-
-impl<N: Number> Predicting<N> {
-    /// Of the passes before, counts per sample.
-    pub(super) fn mean_speed(&self) -> N {
-        if self.samples > N::ZERO {
-            self.ways * self.samples.reciprocal()
-        } else {
-            N::ZERO
-        }
-    }
 }
 
 /// A pass over the record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Pass<N> {
     pub(super) follower: Follower<N>,
-    pub(super) lacking: Lacking<N>,
-    pub(super) equations: NormalEquations<N, ALL>,
+    pub(super) equations: NormalEquations<N, UNKNOWNS>,
     pub(super) worst: N,
     pub(super) uncertain: N,
     pub(super) most_uncertain: N,
@@ -71,15 +48,11 @@ pub(super) struct Pass<N> {
 }
 
 impl<N: Number> Pass<N> {
-    /// Takes a piece that the follower and what is lacking have passed.
+    /// Takes a piece that the follower has passed.
     pub(super) fn measure(&mut self, covariance: &[[N; 5]; 5], travel: N) {
         let error = self.follower.error;
         let own = &self.follower.positions;
-        let row: [N; ALL] = core::array::from_fn(|i| match i.checked_sub(UNKNOWNS) {
-            None => own[i],
-            Some(effect) => self.lacking.positions[effect],
-        });
-        self.equations.add(&row, error);
+        self.equations.add(own, error);
         if error.magnitude() > self.worst {
             self.worst = error.magnitude();
         }
@@ -117,7 +90,7 @@ impl<N: Number> Pass<N> {
         self.equations.cost() - explained
     }
 
-    fn only(unknown: usize) -> [bool; ALL] {
+    fn only(unknown: usize) -> [bool; UNKNOWNS] {
         core::array::from_fn(|i| i == unknown)
     }
 
@@ -126,25 +99,5 @@ impl<N: Number> Pass<N> {
         let free = core::array::from_fn(|i| i == POSITION || i == VELOCITY);
         let step = self.equations.solve(N::ZERO, &free);
         [step[POSITION], step[VELOCITY]]
-    }
-
-    /// The effect that explains most of what the servo's own parameters do not.
-    pub(super) fn lacks(&self) -> Option<(StopReason, f64)> {
-        let own: [bool; ALL] = core::array::from_fn(|i| i < UNKNOWNS);
-        let cost = self.equations.cost().to_f64();
-        let left = cost - self.equations.explained_by(&own).to_f64();
-        if left <= 0.0 {
-            return None;
-        }
-        OF.into_iter()
-            .map(|(reason, sizes)| {
-                let with = core::array::from_fn(|i| match i.checked_sub(UNKNOWNS) {
-                    None => true,
-                    Some(effect) => sizes[effect],
-                });
-                let explained = self.equations.explained_by(&with).to_f64();
-                (reason, (1.0 - (cost - explained) / left).clamp(0.0, 1.0))
-            })
-            .max_by(|(_, one), (_, other)| one.total_cmp(other))
     }
 }

@@ -1,12 +1,11 @@
 use super::super::IdentifiedServo;
 use super::follower::Follower;
-use super::lacking::Lacking;
 use super::motion::Motion;
 use super::placing::Placing;
-use super::prediction::{ALL, Pass, Predicting, Prediction};
+use super::prediction::{Pass, Predicting, Prediction};
 use super::prior::at_first;
 use super::servo_fitter::ServoFitter;
-use super::{A, B, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
+use super::{POSITION, ROUNDING, UNKNOWNS, VELOCITY};
 use crate::adaptation::NormalEquations;
 use crate::number::Number;
 
@@ -15,21 +14,14 @@ impl<N: Number> ServoFitter<N> {
     #[must_use]
     pub fn begin_prediction(&self, servo: &IdentifiedServo) -> Predicting<N> {
         let scale = self.scale();
-        let values = servo.values();
-        let mut unknowns = [N::ZERO; UNKNOWNS];
-        for i in 0..5 {
-            unknowns[i] = N::from_f64(values[i] * scale[i]);
-        }
         Predicting {
-            unknowns,
+            unknowns: self.unknowns(servo),
             covariance: core::array::from_fn(|i| {
                 core::array::from_fn(|j| N::from_f64(servo.covariance[i][j] * scale[i] * scale[j]))
             }),
             next: 0,
             pass: None,
             placing: None,
-            ways: N::ZERO,
-            samples: N::ZERO,
         }
     }
 
@@ -39,20 +31,13 @@ impl<N: Number> ServoFitter<N> {
         predicting: &mut Predicting<N>,
         motion: &Motion<N, W>,
     ) -> Option<Prediction> {
-        let speed = predicting.mean_speed();
         let pass = match &mut predicting.pass {
             Some(pass) => pass,
-            empty => empty.insert(self.begin_pass(&predicting.unknowns, speed, motion)),
+            empty => empty.insert(self.begin_pass(&predicting.unknowns, motion)),
         };
         if let Some(piece) = motion.get(predicting.next) {
-            let (lacking, ways) = (&mut pass.lacking, &mut predicting.ways);
-            pass.follower
-                .advance(&self.step, motion, predicting.next, |gone| {
-                    lacking.advance(gone);
-                    *ways += gone.way.magnitude();
-                });
+            pass.follower.advance(&self.step, motion, predicting.next);
             pass.measure(&predicting.covariance, piece.travel);
-            predicting.samples += piece.samples;
             predicting.next += 1;
             return None;
         }
@@ -75,28 +60,18 @@ impl<N: Number> ServoFitter<N> {
     fn begin_pass<const W: usize>(
         &self,
         unknowns: &[N; UNKNOWNS],
-        speed: N,
         motion: &Motion<N, W>,
     ) -> Pass<N> {
-        /// Of the mean speed: where friction at low speed is another.
-        const LOW: f64 = 0.2;
-        let low_speed = (LOW * speed.to_f64()).max(f64::from(f32::EPSILON));
         // A model that friction holds at first tells nothing of the velocity with which it began.
         let mut equations = NormalEquations::EMPTY;
         for (place, weight) in at_first(self.speed_at_first(motion, true)) {
             let weight = N::from_f64(weight);
-            let mut row = [N::ZERO; ALL];
+            let mut row = [N::ZERO; UNKNOWNS];
             row[place] = weight;
             equations.add(&row, -(weight * unknowns[place]));
         }
         Pass {
             follower: Follower::new(unknowns, motion),
-            lacking: Lacking::new(
-                unknowns[A],
-                unknowns[B],
-                N::from_f64(self.resolution()),
-                N::from_f64(low_speed),
-            ),
             equations,
             worst: N::ZERO,
             uncertain: N::ZERO,
@@ -117,7 +92,6 @@ impl<N: Number> ServoFitter<N> {
             uncertain: mean_root(pass.uncertain) * resolution,
             most_uncertain: libm::sqrt(pass.most_uncertain.to_f64()) * resolution,
             range: (high - low).to_f64() * resolution,
-            lacks: pass.lacks(),
         }
     }
 }

@@ -1,8 +1,9 @@
 use super::super::regression::{Gathered, Regression};
 use super::motion::Motion;
-use super::pass::{Best, Pass};
+use super::pass::{Best, Pass, next_trial};
 use super::prior::Prior;
 use super::{A, B, COULOMB, DELAY, LOAD, ROUNDING, UNKNOWNS};
+use crate::measurement::direction::direction as direction_of;
 use crate::model::FrictionStep;
 use crate::number::Number;
 
@@ -121,6 +122,11 @@ impl<N: Number> ServoFit<N> {
         self.best.as_ref()
     }
 
+    /// The linear estimate, or what was known before.
+    pub(super) fn first(&self) -> &[N; UNKNOWNS] {
+        &self.first
+    }
+
     /// Whether there is no more to do.
     pub(super) fn is_over(&self) -> bool {
         self.over
@@ -129,6 +135,12 @@ impl<N: Number> ServoFit<N> {
     /// Continues by a piece.
     pub(super) fn go_on<const W: usize>(&mut self, step: &FrictionStep<N>, motion: &Motion<N, W>) {
         self.over = self.ends(step, motion);
+    }
+
+    /// Whether one of the unknowns that explain the motion best is as large as it may be.
+    pub(super) fn is_at_upper_bound(&self, best: &Best<N>) -> bool {
+        let [_, high] = &self.bounds;
+        [A, DELAY].into_iter().any(|i| best.unknowns[i] >= high[i])
     }
 
     /// Continues by a piece; true if there is no more to do.
@@ -182,7 +194,7 @@ impl<N: Number> ServoFit<N> {
             let Some(best) = self.this else {
                 return true;
             };
-            let trial = best.next_trial(self.damping, &self.bounds);
+            let trial = next_trial(&best.equations, &best.unknowns, self.damping, &self.bounds);
             self.begin_pass(motion, trial);
             return false;
         }
@@ -266,22 +278,9 @@ impl<N: Number> ServoFit<N> {
     }
 }
 
-/// The direction in which the servo moved during a piece, zero at standstill: by its own travel, or, if
-/// that is within the encoder's rounding, by that of the neighbouring pieces too.
+/// The direction in which the servo moved during a piece, zero at standstill.
 fn direction<N: Number, const W: usize>(motion: &Motion<N, W>, index: usize) -> N {
-    /// Travel that exceeds crossing one edge of the encoder to and fro.
-    const BEYOND: f64 = 1.5;
-    let beyond = N::from_f64(BEYOND);
     let travel = |index: usize| motion.get(index).map_or(N::ZERO, |piece| piece.travel);
-    let own = travel(index);
-    let around = own + travel(index + 1) + index.checked_sub(1).map_or(N::ZERO, travel);
-    for way in [own, around] {
-        if way > beyond {
-            return N::ONE;
-        }
-        if way < -beyond {
-            return -N::ONE;
-        }
-    }
-    N::ZERO
+    let before = index.checked_sub(1).map_or(N::ZERO, travel);
+    direction_of([before, travel(index), travel(index + 1)])
 }

@@ -69,28 +69,12 @@ impl<N: Number> ServoFitter<N> {
         prior: Option<&IdentifiedServo>,
     ) -> ServoFit<N> {
         let time = self.settings.sample_time;
-        let scale = self.scale();
         let expected = self.settings.command_delay / time + 1.0;
         let deviation = Self::UNKNOWN_DELAY.max(time) / time;
         let longest = motion.longest().to_f64();
         let speed = self.speed_at_first(motion, prior.is_some());
-        let fastest = Self::FASTEST_AT_FIRST * speed;
         let vague = Prior::vague([expected, deviation], speed);
-        let mut low = [-f64::from(f32::MAX); UNKNOWNS];
-        let mut high = [f64::from(f32::MAX); UNKNOWNS];
-        let most_rate = ZeroOrderHoldStep::<N>::LARGEST_RATE / longest;
-        for (place, [least, most]) in [
-            (A, [0.0, most_rate]),
-            (B, [0.0, f64::from(f32::MAX)]),
-            (COULOMB, [0.0, f64::from(f32::MAX)]),
-            (DELAY, [0.0, Self::LONGEST_DELAY / time]),
-            (POSITION, [-1.0, 1.0]),
-            (VELOCITY, [-fastest, fastest]),
-        ] {
-            low[place] = least;
-            high[place] = most;
-        }
-        let bounds = [low, high].map(|bound| bound.map(N::from_f64));
+        let bounds = self.bounds(motion, speed);
         let few = motion.pieces_in(N::from_f64(Self::FEW / time));
         let fit = match prior {
             None => {
@@ -101,12 +85,8 @@ impl<N: Number> ServoFitter<N> {
                 ServoFit::from_nothing(vague, bounds, regression, expected)
             }
             Some(servo) => {
-                let values = servo.values();
-                let mut start = [N::ZERO; UNKNOWNS];
-                for i in 0..5 {
-                    start[i] = N::from_f64(values[i] * scale[i]);
-                }
-                ServoFit::from_known(vague.knowing(servo, &scale), bounds, start)
+                let vague = vague.knowing(servo, &self.scale());
+                ServoFit::from_known(vague, bounds, self.unknowns(servo))
             }
         };
         fit.few_first(few)
@@ -154,6 +134,41 @@ impl<N: Number> ServoFitter<N> {
         scale
     }
 
+    /// The least and the largest unknowns, for a record that begins with a speed of such a deviation.
+    pub(super) fn bounds<const W: usize>(
+        &self,
+        motion: &Motion<N, W>,
+        speed: f64,
+    ) -> [[N; UNKNOWNS]; 2] {
+        let time = self.settings.sample_time;
+        let fastest = Self::FASTEST_AT_FIRST * speed;
+        let mut low = [-f64::from(f32::MAX); UNKNOWNS];
+        let mut high = [f64::from(f32::MAX); UNKNOWNS];
+        let most_rate = ZeroOrderHoldStep::<N>::LARGEST_RATE / motion.longest().to_f64();
+        for (place, [least, most]) in [
+            (A, [0.0, most_rate]),
+            (B, [0.0, f64::from(f32::MAX)]),
+            (COULOMB, [0.0, f64::from(f32::MAX)]),
+            (DELAY, [0.0, Self::LONGEST_DELAY / time]),
+            (POSITION, [-1.0, 1.0]),
+            (VELOCITY, [-fastest, fastest]),
+        ] {
+            low[place] = least;
+            high[place] = most;
+        }
+        [low, high].map(|bound| bound.map(N::from_f64))
+    }
+
+    /// Of a servo, at rest.
+    pub(super) fn unknowns(&self, servo: &IdentifiedServo) -> [N; UNKNOWNS] {
+        let (values, scale) = (servo.values(), self.scale());
+        let mut unknowns = [N::ZERO; UNKNOWNS];
+        for i in 0..5 {
+            unknowns[i] = N::from_f64(values[i] * scale[i]);
+        }
+        unknowns
+    }
+
     fn result<const W: usize>(
         &self,
         fit: &ServoFit<N>,
@@ -164,6 +179,9 @@ impl<N: Number> ServoFitter<N> {
         /// The largest correlation from piece to piece that can be told from one.
         const MOST_CORRELATED: f64 = 0.95;
         let best = fit.best().ok_or(StopReason::TooLittleEvidence)?;
+        if fit.is_at_upper_bound(best) {
+            return Err(StopReason::EstimateAtBound);
+        }
         let scale = self.scale();
         let pieces = motion.len().saturating_sub(UNKNOWNS).max(1) as f64;
         let cost = best.equations.cost().to_f64();

@@ -50,6 +50,8 @@ pub struct WiggleState<N> {
     pub(super) amplitude: N,
     /// The part of the usual swing.
     pub(super) part: N,
+    /// The direction in which it did not move under all of the command.
+    pub(super) blocked: Option<N>,
     /// Reversals at the low and at the high end.
     pub(super) reversals: [u32; 2],
     /// Whether the servo is known anew since evidence was judged.
@@ -164,6 +166,7 @@ impl<N: Number> WiggleState<N> {
             acceleration: N::ZERO,
             amplitude: N::ZERO,
             part: N::ONE,
+            blocked: None,
             reversals: [0; 2],
             is_new: false,
             evidence: None,

@@ -85,10 +85,33 @@ impl<N: Number> Wiggle<N> {
             let step = plan.first_step + plan.growth * state.extra;
             state.extra += step.limited(N::ZERO, plan.steepest + plan.steepest);
         }
-        state
+        let command = state
             .servo
             .command(direction * state.acceleration, direction)
-            + direction * state.extra
+            + direction * state.extra;
+        let [least, most] = plan.command;
+        let all = command > most || command < least;
+        if all && state.still > 4 * plan.standing && plan.one_way.is_none() {
+            return self.meet_stop(state);
+        }
+        command
+    }
+
+    /// All of the command does not move the servo in a direction: it is tried the other way. If it moves
+    /// there, and again does not come back, it may move one way only; if not, nothing moves it.
+    fn meet_stop(&self, state: &mut WiggleState<N>) -> N {
+        let direction = state.direction;
+        let Some(blocked) = state.blocked.replace(direction) else {
+            return self.turn(state);
+        };
+        state.ending = Some(Err(if blocked == direction {
+            StopReason::OneDirectionOnly
+        } else {
+            StopReason::DoesNotMove
+        }));
+        state.held_at = state.position;
+        state.enter(Stage::Hold);
+        self.hold(state)
     }
 
     /// Brakes until the servo turns.

@@ -3,6 +3,7 @@ use super::block::Block;
 use super::fitter::{Fit, Fitter};
 use super::record::Record;
 use crate::adaptation::NormalEquations;
+use crate::measurement::direction::direction as direction_of;
 use crate::model::{KnownInputs, ListeningModel, Tangents};
 use crate::number::Number;
 use crate::unknowns::{Unknown, UnknownSet};
@@ -133,25 +134,12 @@ where
     }
 }
 
-/// The direction in which the servo moved during a block, zero at standstill: by its own travel, or,
-/// if that is within the encoder's rounding, by that of the neighbouring blocks too.
+/// The direction in which the servo moved during a block, zero at standstill.
 pub(super) fn direction<N: Number, I: KnownInputs<N>, const W: usize>(
     record: &Record<N, I, W>,
     index: usize,
 ) -> N {
-    /// Travel that exceeds crossing one edge of the encoder to and fro.
-    const BEYOND: f64 = 1.5;
-    let beyond = N::from_f64(BEYOND);
     let travel = |index: usize| record.get(index).map_or(N::ZERO, |block| block.travel);
-    let own = travel(index);
-    let around = own + travel(index + 1) + index.checked_sub(1).map_or(N::ZERO, travel);
-    for way in [own, around] {
-        if way > beyond {
-            return N::ONE;
-        }
-        if way < -beyond {
-            return -N::ONE;
-        }
-    }
-    N::ZERO
+    let before = index.checked_sub(1).map_or(N::ZERO, travel);
+    direction_of([before, travel(index), travel(index + 1)])
 }

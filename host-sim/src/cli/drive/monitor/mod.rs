@@ -12,7 +12,7 @@ use drive_link::Status;
 use self::plan::Plan;
 use self::recordings::Recordings;
 use self::screen::Screen;
-use self::session::Session;
+use self::session::{End, Session};
 use super::fault;
 use crate::cli::fault::Fault;
 use crate::cli::interruption;
@@ -91,39 +91,44 @@ impl Prepared<'_> {
         let ended = session.go_on(&mut screen, asked_to_end, at_end);
         // From here on, messages are seen.
         drop(screen);
-        let Session {
-            link,
-            mut recordings,
-            state,
-            ..
-        } = session;
-        let gone = matches!(ended, Err(session::End::Lost(_)));
-        // First the servo, then the files.
-        let let_go = if gone { None } else { Some(link.close()) };
-        let kept = recordings.end();
-        let lost = |error: LinkError| {
-            Fault::Other(format!(
-                "{error}; {}",
-                afterwards(state.settings().protection.link_timeout)
-            ))
-        };
-        match let_go.transpose().map_err(lost)? {
-            Some(Ending::Stopped) => say!("the servo was let go")?,
-            Some(Ending::Left) => say!("the drive goes on")?,
-            Some(Ending::WasLetGo) | None => {}
-        }
-        if let Some(kept) = kept? {
-            say!("{kept}")?;
-        }
-        let telemetry = state.telemetry();
-        if telemetry.frames() > 0 {
-            say!("{} frames, {} lost", telemetry.frames(), telemetry.lost())?;
-        }
-        match ended {
-            Ok(()) => Ok(()),
-            Err(session::End::Lost(error)) => Err(lost(error)),
-            Err(session::End::Screen(error)) => Err(screen::fault(&error)),
-        }
+        conclude(session, ended)
+    }
+}
+
+/// Sees to the servo, then to the files, and says what became of both.
+fn conclude(session: Session, ended: Result<(), End>) -> Result<(), Fault> {
+    let Session {
+        link,
+        mut recordings,
+        state,
+        ..
+    } = session;
+    let lost = |error: LinkError| {
+        let link_timeout = state.settings().protection.link_timeout;
+        Fault::Other(format!("{error}; {}", afterwards(link_timeout)))
+    };
+    let servo = match ended {
+        Err(End::Lost(error)) => Err(lost(error)),
+        Err(End::Screen(error)) => link.close().map_err(lost).and(Err(screen::fault(&error))),
+        Ok(()) => link.close().map_err(lost),
+    };
+    let files = recordings.end();
+    match servo {
+        Ok(Ending::Stopped) => say!("the servo was let go")?,
+        Ok(Ending::Left) => say!("the drive goes on")?,
+        Ok(Ending::WasLetGo) | Err(_) => {}
+    }
+    if let Ok(Some(kept)) = &files {
+        say!("{kept}")?;
+    }
+    let telemetry = state.telemetry();
+    if telemetry.frames() > 0 {
+        say!("{} frames, {} lost", telemetry.frames(), telemetry.lost())?;
+    }
+    match (servo, files) {
+        (Ok(_), Ok(_)) => Ok(()),
+        (Err(fault), Ok(_)) | (Ok(_), Err(fault)) => Err(fault),
+        (Err(servo), Err(files)) => Err(Fault::Other(format!("{servo}; {files}"))),
     }
 }
 

@@ -1,0 +1,280 @@
+use super::super::StopReason;
+use super::comparison::{Comparison, sizes_of};
+use super::effect::{Effect, SIZES, Sizes};
+use super::motion::Motion;
+use super::pass::next_trial;
+use super::scales::Scales;
+use super::{ALL, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
+use crate::adaptation::NormalEquations;
+use crate::model::FrictionStep;
+use crate::number::Number;
+
+/// The effect that explains best what a model leaves of a motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Diagnosis {
+    /// The reason that names it.
+    pub reason: StopReason,
+    /// The part of the squared errors that it explains, the servo's own parameters being fitted with it and
+    /// without it; 0 to 1.
+    pub share: f64,
+    /// The dead band, where one alone explains much of them, command units; else zero.
+    pub dead_band: f64,
+}
+
+/// A search for it under way: the model is fitted to the record anew, with each of the effects in turn.
+///
+/// An effect whose size does not go evenly into the motion, as a frequency, is looked for from many first
+/// sizes: a pass from each tells how much it promises, and the fit goes on from the most promising.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Diagnosing<N> {
+    resolution: N,
+    scales: Scales,
+    own_bounds: [[N; UNKNOWNS]; 2],
+    /// These with the bounds of the sizes of the present effect.
+    bounds: [[N; ALL]; 2],
+    /// The servo's own unknowns, from which each effect is looked for.
+    own: [N; UNKNOWNS],
+    /// The place among the effects, and the first size that is tried.
+    place: usize,
+    start: u32,
+    /// The most promising so far, and what it leaves.
+    promising: Option<(u32, f64)>,
+    comparison: Option<Comparison<N>>,
+    best: Option<Best<N>>,
+    damping: N,
+    passes: u32,
+    /// The squared errors that are left without an effect.
+    without: f64,
+    /// The reason that names the best effect, and what it leaves; the same of a dead band.
+    found: Option<(StopReason, f64)>,
+    dead_band: (f64, f64),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Best<N> {
+    unknowns: [N; ALL],
+    equations: NormalEquations<N, ALL>,
+}
+
+impl<N: Number> Diagnosing<N> {
+    /// The most passes of a fit.
+    const PASSES: u32 = 16;
+    /// Levenberg's and Marquardt's damping at the start, and its change with a pass.
+    const FIRST_DAMPING: f64 = 1e-3;
+    const CHANGE: f64 = 10.0;
+    /// A pass that lowers the cost by less than this part is the last.
+    const ENOUGH: f64 = 1e-3;
+    /// A motion is explained if the variance of the errors is below this many times the encoder's.
+    const EXPLAINED: f64 = 1.5;
+    /// A dead band that explains this part of the errors, and leaves no more than so many times what the best
+    /// effect leaves, may be there too.
+    const DEAD_BAND: f64 = 0.8;
+    const ALIKE: f64 = 3.0;
+    /// How far from its place one that swings may be when a record begins, counts, and how fast, over the
+    /// mean speed.
+    const PLACE: f64 = 20.0;
+    const SPEED: f64 = 0.3;
+
+    /// From unknowns of a servo, within bounds.
+    pub(super) fn new<const W: usize>(
+        own: &[N; UNKNOWNS],
+        bounds: &[[N; UNKNOWNS]; 2],
+        resolution: f64,
+        motion: &Motion<N, W>,
+    ) -> Self {
+        let scales = Scales::of(motion, own[super::B]);
+        Self {
+            resolution: N::from_f64(resolution),
+            own_bounds: *bounds,
+            bounds: [[N::ZERO; ALL]; 2],
+            scales,
+            own: *own,
+            place: 0,
+            start: 0,
+            promising: None,
+            comparison: None,
+            best: None,
+            damping: N::from_f64(Self::FIRST_DAMPING),
+            passes: 0,
+            without: 0.0,
+            found: None,
+            dead_band: (0.0, f64::MAX),
+        }
+    }
+
+    /// Continues by a piece of the record, or by the work between two passes. Returns once there is no more
+    /// to do; with nothing if no effect explains anything.
+    pub(super) fn goes_on<const W: usize>(
+        &mut self,
+        step: &FrictionStep<N>,
+        motion: &Motion<N, W>,
+    ) -> Option<Option<Diagnosis>> {
+        let Some(&effect) = Effect::ALL.get(self.place) else {
+            return Some(self.diagnosis());
+        };
+        match &mut self.comparison {
+            None => self.begin(effect, motion),
+            Some(comparison) => {
+                if comparison.goes_on(step, motion) {
+                    self.end_pass(effect, motion);
+                }
+            }
+        }
+        None
+    }
+
+    /// Whether the first size is still to be chosen.
+    fn is_choosing(&self, effect: Effect) -> bool {
+        self.start < effect.starts() && effect.starts() > 1
+    }
+
+    /// Begins to look for an effect, from the first size that is next.
+    fn begin<const W: usize>(&mut self, effect: Effect, motion: &Motion<N, W>) {
+        let chosen = self.promising.map_or(0, |(start, _)| start);
+        let start = if self.is_choosing(effect) {
+            self.start
+        } else {
+            chosen
+        };
+        let first = effect.first(start, &self.scales);
+        self.bounds = self.bounds_of(effect, &first);
+        self.begin_pass(effect, &joined(&self.own, &first), motion);
+    }
+
+    fn bounds_of(&self, effect: Effect, first: &Sizes) -> [[N; ALL]; 2] {
+        let sizes = effect.bounds(first, &self.scales);
+        let mut bounds: [[N; ALL]; 2] =
+            core::array::from_fn(|end| joined(&self.own_bounds[end], &sizes[end]));
+        if effect == Effect::Resonance {
+            // One that swings on its spring need not stand.
+            let speed = Self::SPEED * self.scales.speed;
+            for (bound, sign) in bounds.iter_mut().zip([-1.0, 1.0]) {
+                bound[POSITION] = N::from_f64(sign * Self::PLACE);
+                bound[VELOCITY] = N::from_f64(sign * speed);
+            }
+        }
+        bounds
+    }
+
+    fn begin_pass<const W: usize>(
+        &mut self,
+        effect: Effect,
+        unknowns: &[N; ALL],
+        motion: &Motion<N, W>,
+    ) {
+        let [low, high] = &self.bounds;
+        let unknowns = core::array::from_fn(|i| unknowns[i].limited(low[i], high[i]));
+        let own = self.scales.changes().map(N::from_f64);
+        let sizes = effect.changes(&sizes_of(&unknowns), &self.scales);
+        let changes = joined(&own, &sizes);
+        let begun = Comparison::new(effect, self.resolution, &unknowns, &changes, motion);
+        self.comparison = Some(begun);
+    }
+
+    fn end_pass<const W: usize>(&mut self, effect: Effect, motion: &Motion<N, W>) {
+        let Some(pass) = self.comparison.take() else {
+            return;
+        };
+        if self.is_choosing(effect) {
+            let left = pass.promises();
+            if left.is_finite() && self.promising.is_none_or(|(_, least)| left < least) {
+                self.promising = Some((self.start, left));
+            }
+            self.start += 1;
+            return;
+        }
+        if self.is_last(&pass) {
+            self.conclude(effect, motion.len());
+            return;
+        }
+        if let Some(best) = &self.best {
+            let mut next = next_trial(&best.equations, &best.unknowns, self.damping, &self.bounds);
+            let most = effect.most(&sizes_of(&best.unknowns));
+            for i in 0..SIZES {
+                let (at, most) = (best.unknowns[UNKNOWNS + i], N::from_f64(most[i]));
+                let size = &mut next[UNKNOWNS + i];
+                *size = size.limited(at - most, at + most);
+            }
+            self.begin_pass(effect, &next, motion);
+        }
+    }
+
+    /// Judges a pass of a fit; true if it was the last.
+    fn is_last(&mut self, pass: &Comparison<N>) -> bool {
+        let cost = pass.equations.cost();
+        let least = self.best.as_ref().map(|best| best.equations.cost());
+        let helped = cost.is_finite() && least.is_none_or(|least| cost < least);
+        let little =
+            helped && least.is_some_and(|least| least - cost <= N::from_f64(Self::ENOUGH) * least);
+        if helped {
+            self.best = Some(Best {
+                unknowns: pass.unknowns,
+                equations: pass.equations,
+            });
+        }
+        let change = if helped {
+            1.0 / Self::CHANGE
+        } else {
+            Self::CHANGE
+        };
+        self.damping = self.damping * N::from_f64(change);
+        self.passes += 1;
+        little || self.passes >= Self::PASSES || self.best.is_none()
+    }
+
+    /// Takes in what a fit with an effect has come to, and goes on to the next.
+    fn conclude(&mut self, effect: Effect, pieces: usize) {
+        let mut explained = false;
+        if let Some(best) = self.best.take() {
+            let left = best.equations.cost().to_f64();
+            let sizes = sizes_of(&best.unknowns);
+            explained = left < Self::EXPLAINED * ROUNDING * pieces as f64;
+            match effect.reason() {
+                Some(_) if !effect.is_material(&sizes) => {}
+                None => {
+                    self.without = left;
+                    self.own.copy_from_slice(&best.unknowns[..UNKNOWNS]);
+                }
+                Some(reason) => {
+                    if self.found.is_none_or(|(_, least)| left < least) {
+                        self.found = Some((reason, left));
+                    }
+                    if effect == Effect::DeadBand {
+                        self.dead_band = (sizes[0], left);
+                    }
+                }
+            }
+        }
+        // What explains all needs no rival.
+        self.place = if explained {
+            Effect::ALL.len()
+        } else {
+            self.place + 1
+        };
+        self.start = 0;
+        self.promising = None;
+        self.passes = 0;
+        self.damping = N::from_f64(Self::FIRST_DAMPING);
+    }
+
+    fn diagnosis(&self) -> Option<Diagnosis> {
+        let (reason, left) = self.found?;
+        let (dead_band, alone) = self.dead_band;
+        let is_there =
+            alone <= Self::ALIKE * left && alone <= (1.0 - Self::DEAD_BAND) * self.without;
+        let part = left / self.without.max(f64::MIN_POSITIVE);
+        Some(Diagnosis {
+            reason,
+            share: 1.0 - part.min(1.0),
+            dead_band: if is_there { dead_band } else { 0.0 },
+        })
+    }
+}
+
+/// A servo's own unknowns with sizes.
+fn joined<N: Number>(own: &[N; UNKNOWNS], sizes: &Sizes) -> [N; ALL] {
+    core::array::from_fn(|i| match i.checked_sub(UNKNOWNS) {
+        None => own[i],
+        Some(size) => N::from_f64(sizes[size]),
+    })
+}

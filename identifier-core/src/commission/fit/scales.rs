@@ -1,0 +1,60 @@
+use super::motion::Motion;
+use super::{A, B, COULOMB, DELAY, LOAD, POSITION, UNKNOWNS, VELOCITY};
+use crate::number::Number;
+
+/// What moves in a record, about: sizes and small changes are chosen by it. Counts, samples and command
+/// units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Scales {
+    /// The largest command, and what it does.
+    pub(super) command: f64,
+    pub(super) acceleration: f64,
+    /// The mean speed.
+    pub(super) speed: f64,
+    /// The record, and its longest piece.
+    pub(super) lasting: f64,
+    pub(super) longest: f64,
+}
+
+impl Scales {
+    /// A change that is small beside what moves.
+    pub(super) const LITTLE: f64 = 0.003;
+
+    /// Of a record of a servo with a gain.
+    pub(super) fn of<N: Number, const W: usize>(motion: &Motion<N, W>, gain: N) -> Self {
+        let (mut command, mut travel, mut time) = (N::ZERO, N::ZERO, N::ZERO);
+        let mut index = 0;
+        while let Some(piece) = motion.get(index) {
+            if piece.command.magnitude() > command {
+                command = piece.command.magnitude();
+            }
+            travel += piece.travel.magnitude();
+            time += piece.samples;
+            index += 1;
+        }
+        // Nothing is zero that something is divided by.
+        let positive = |value: f64| value.max(f64::from(f32::EPSILON));
+        let lasting = time.to_f64().max(1.0);
+        Self {
+            command: positive(command.to_f64()),
+            acceleration: positive((gain * command).to_f64()),
+            speed: positive(travel.to_f64() / lasting),
+            lasting,
+            longest: motion.longest().to_f64().max(1.0),
+        }
+    }
+
+    /// By how much the servo's own unknowns are changed to see what that does.
+    pub(super) fn changes(&self) -> [f64; UNKNOWNS] {
+        let force = Self::LITTLE * self.acceleration;
+        let mut changes = [0.0; UNKNOWNS];
+        changes[A] = force / self.speed;
+        changes[B] = force / self.command;
+        changes[COULOMB] = force;
+        changes[DELAY] = 0.1;
+        changes[LOAD] = force;
+        changes[POSITION] = 0.5;
+        changes[VELOCITY] = Self::LITTLE * self.speed;
+        changes
+    }
+}
