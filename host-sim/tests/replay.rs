@@ -84,6 +84,8 @@ fn result(output: &Output) -> serde_json::Value {
 fn unnamed(mut result: serde_json::Value) -> serde_json::Value {
     let file = result["logs"][0]["file"].take();
     assert!(file.is_string(), "{result}");
+    let origin = result["origin"].take();
+    assert!(origin.is_object(), "{result}");
     result
 }
 
