@@ -80,7 +80,7 @@ fn result(output: &Output) -> serde_json::Value {
     serde_json::from_slice(&output.stdout).expect("JSON")
 }
 
-/// A result without the name of its log.
+/// A result without the name of its log and where it is from.
 fn unnamed(mut result: serde_json::Value) -> serde_json::Value {
     let file = result["logs"][0]["file"].take();
     assert!(file.is_string(), "{result}");

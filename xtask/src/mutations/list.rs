@@ -198,7 +198,7 @@ pub(super) const DRIVERS: [Mutation; 28] = [
 ];
 
 /// Of `drive-logic`.
-pub(super) const LOGIC: [Mutation; 25] = [
+pub(super) const LOGIC: [Mutation; 28] = [
     mutation(
         "channel.rs",
         "a stop is not counted",
