@@ -92,17 +92,18 @@ impl<N: Number> Wiggle<N> {
         let [least, most] = plan.command;
         let all = command > most || command < least;
         if all && state.still > 4 * plan.standing && plan.one_way.is_none() {
-            return self.meet_stop(state);
+            return self.meet_stop(state, command);
         }
         command
     }
 
     /// All of the command does not move the servo in a direction: it is tried the other way. If it moves
     /// there, and again does not come back, it may move one way only; if not, nothing moves it.
-    fn meet_stop(&self, state: &mut WiggleState<N>) -> N {
+    fn meet_stop(&self, state: &mut WiggleState<N>, command: N) -> N {
         let direction = state.direction;
         let Some(blocked) = state.blocked.replace(direction) else {
-            return self.turn(state);
+            self.swing_back(state);
+            return command;
         };
         state.ending = Some(Err(if blocked == direction {
             StopReason::OneDirectionOnly
@@ -170,17 +171,27 @@ impl<N: Number> Wiggle<N> {
         } else {
             let end = usize::from(state.direction > N::ZERO);
             state.reversals[end] += 1;
-            state.aim(-state.direction);
             if state.evidence.is_some() {
+                state.aim(-state.direction);
                 state.ending = Some(Ok(()));
                 state.held_at = state.position;
                 state.enter(Stage::Hold);
                 return self.hold(state);
             }
+            self.swing_back(state);
+            return self.push(state);
         }
         self.choose_swing(state);
         state.enter(Stage::Push);
         self.push(state)
+    }
+
+    /// From the next push on it swings the other way.
+    fn swing_back(&self, state: &mut WiggleState<N>) {
+        state.extra = N::ZERO;
+        state.aim(-state.direction);
+        self.choose_swing(state);
+        state.enter(Stage::Push);
     }
 
     /// Whether the servo is known well enough: it has turned twice at either end, and the acceleration of a
