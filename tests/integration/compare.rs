@@ -10,13 +10,16 @@ use integration_tests::{controller, in_parallel, parse, run, servo};
 const BENCH: &str = include_str!("../../host-sim/scenarios/compare.toml");
 
 /// The table of docs/comparison.md: a change in any method shows here.
+/// Wide enough for every column.
+const WIDTH: u16 = 200;
+
 #[test]
 fn the_comparison_is_as_reviewed() {
     let compared = compare::compare(&parse(BENCH), &|| ()).expect("it has a servo");
-    let mut text = comparison::methods(&compared);
+    let mut text = comparison::methods(&compared, WIDTH);
     for case in &compared.cases {
         text.push_str(&format!("\n\n{}: {}\n", case.case.name, case.case.detail));
-        text.push_str(&comparison::case(case, &compared));
+        text.push_str(&comparison::case(case, &compared, WIDTH));
     }
     insta::assert_snapshot!(text);
 }
