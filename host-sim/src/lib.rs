@@ -12,7 +12,8 @@
 //! let text = "[plant]\na = 0.5\nb = 180.0\nload = 12.0\n[run]\nduration = 10.0\n";
 //! let scenario = Scenario::parse("axis.toml", text, Purpose::Run)?;
 //! let mut summariser = Summariser::new(&scenario);
-//! let outcome = simulate::run(&scenario, &mut |sample| summariser.add(sample))?;
+//! let outcome = simulate::run(&scenario, &mut |sample| summariser.add(sample))
+//!     .map_err(|fault| fault.to_string())?;
 //! let summary = summariser.finish(&scenario, outcome);
 //! println!("{}: b = {}", summary.reason, summary.b.last);
 //! # assert!((summary.b.last / 180.0 - 1.0).abs() < 0.02);

@@ -21,7 +21,7 @@ fn the_comparison_is_as_reviewed() {
         text.push_str(&format!("\n\n{}: {}\n", case.case.name, case.case.detail));
         text.push_str(&comparison::case(case, &compared, WIDTH));
     }
-    insta::assert_snapshot!(text);
+    insta::assert_snapshot!(anstream::adapter::strip_str(&text));
 }
 
 /// What each method's own source claims: the servo without load, a fine sensor, no saturation; and
