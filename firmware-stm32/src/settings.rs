@@ -21,17 +21,6 @@ pub fn built_in() -> Settings {
             amplitude: 0.3,
             hold: 0.05,
         },
-        protection: Protection {
-            following_error: 1.5,
-            travel: 6.9,
-            pace: 6.3,
-            speed: 100.0,
-            breakaway: 0.3,
-            stall_time: 0.1,
-            overruns: 3,
-            duration: 0.0,
-            link_timeout: 1.0,
-            stop_time: 0.5,
-        },
+        protection: Protection::OF_A_BARE_MOTOR,
     }
 }

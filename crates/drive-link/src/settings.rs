@@ -91,6 +91,22 @@ pub struct Protection {
     pub stop_time: f64,
 }
 
+impl Protection {
+    /// For a bare motor: what a drive shows before anybody has told it what its servo is.
+    pub const OF_A_BARE_MOTOR: Self = Self {
+        following_error: 1.5,
+        travel: 6.9,
+        pace: 6.3,
+        speed: 100.0,
+        breakaway: 0.3,
+        stall_time: 0.1,
+        overruns: 3,
+        duration: 0.0,
+        link_timeout: 1.0,
+        stop_time: 0.5,
+    };
+}
+
 impl fmt::Display for Law {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
