@@ -33,6 +33,41 @@ pub struct Sample {
     pub at_bounds: PerParameter<bool>,
 }
 
+impl Sample {
+    /// Time, reference, position, command and output error, of what was measured and what the model left.
+    #[must_use]
+    pub fn measured(&self) -> [Option<f64>; 5] {
+        [
+            Some(self.time),
+            Some(self.reference),
+            Some(self.position),
+            Some(self.command),
+            self.output_error,
+        ]
+    }
+
+    /// The estimates of a, b, c and d, then their standard errors in the same order.
+    #[must_use]
+    pub fn identified(&self) -> [Option<f64>; 8] {
+        let of = |values: &ServoParameters| [values.a, values.b, values.coulomb, values.load];
+        let [a, b, coulomb, load] = of(&self.estimates).map(Some);
+        let [error_a, error_b, error_coulomb, error_load] = self
+            .standard_errors
+            .as_ref()
+            .map_or([None; 4], |errors| of(errors).map(Some));
+        [
+            a,
+            b,
+            coulomb,
+            load,
+            error_a,
+            error_b,
+            error_coulomb,
+            error_load,
+        ]
+    }
+}
+
 /// What is known of an experiment once it has run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Outcome {

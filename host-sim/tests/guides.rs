@@ -6,7 +6,6 @@
 #[path = "support/simulated_drive.rs"]
 #[expect(dead_code, reason = "nobody's hand is on its shaft here")]
 mod simulated_drive;
-#[expect(dead_code, reason = "the program is called by a shell")]
 mod support;
 
 use std::fs;

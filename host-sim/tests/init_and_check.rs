@@ -1,6 +1,9 @@
 //! From a data sheet to a scenario that is checked, run and commissioned.
 
 mod support;
+#[cfg(unix)]
+#[path = "support/terminal.rs"]
+mod terminal;
 
 use std::path::{Path, PathBuf};
 
@@ -120,6 +123,65 @@ fn what_is_written_is_checked_run_and_commissioned() {
             commissioned["reason"]
         );
     }
+}
+
+#[cfg(unix)]
+#[test]
+fn whoever_has_no_flags_is_asked_and_may_correct_or_cancel() {
+    use terminal::Terminal;
+    let folder = folder("init-asks");
+    const PROGRAM: &str = env!("CARGO_BIN_EXE_host-sim");
+    let begin = || {
+        let mut terminal = Terminal::start(&[PROGRAM, "init", "asked.toml"], &folder, 100, 40);
+        terminal.shows("current or voltage [current]:");
+        terminal
+    };
+    let mut cancelled = begin();
+    cancelled.types("\u{4}");
+    let (status, seen) = cancelled.ends();
+    assert_eq!(status, 2, "{seen}");
+    assert!(seen.contains("nothing is written"), "{seen}");
+    assert!(!folder.join("asked.toml").exists());
+
+    let mut terminal = begin();
+    terminal.types("voltage\n");
+    for (question, answer) in [
+        ("supply's voltage, V:", "24"),
+        ("resistance of the winding, ohm:", "two"),
+        ("a number, as 0.05 or 5e-2", "2"),
+        ("torque constant, N m/A:", "0.05"),
+        ("1 g cm² = 1e-7):", "2e-5"),
+        ("after quadrature:", "4096"),
+        ("kg m² [0]:", ""),
+        ("one of the load [1]:", ""),
+        ("N m s/rad [0]:", ""),
+        ("Coulomb friction, N m [0]:", "0.01"),
+        ("s [0.001]:", ""),
+    ] {
+        terminal.shows(question);
+        terminal.types(&format!("{answer}\n"));
+    }
+    let seen = terminal.shows("is written");
+    assert_eq!(terminal.ends().0, 0, "{seen}");
+    let asked = folder.join("asked.toml");
+    let stated = folder.join("stated.toml");
+    let stated_name = stated.display().to_string();
+    let flags = "--drive voltage --voltage 24 --resistance 2 --torque-constant 0.05 --rotor-inertia 2e-5 \
+         --counts 4096 --coulomb 0.01";
+    let mut words = vec!["init", stated_name.as_str()];
+    words.extend(flags.split_whitespace());
+    done(&words);
+    let written = |file: &Path| std::fs::read_to_string(file).expect("it is written");
+    assert_eq!(written(&asked), written(&stated));
+
+    // What cannot be written is told before anything is asked.
+    let again = Terminal::start(&[PROGRAM, "init", "asked.toml"], &folder, 100, 40);
+    let (status, seen) = again.ends();
+    assert_eq!(status, 2, "{seen}");
+    assert!(
+        seen.contains("--force") && !seen.contains("current or voltage"),
+        "{seen}"
+    );
 }
 
 #[test]

@@ -1,20 +1,16 @@
 //! The reports: whole, small, safe, and shown while a run goes on.
 
+#[path = "support/live.rs"]
+mod live;
 mod support;
 
 use std::fs;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
 
-use support::{folder, host_sim, standard_error};
-
-/// A scenario that comes with the program.
-fn scenario(name: &str) -> String {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
-    folder.join(name).display().to_string()
-}
+use live::Shown;
+use support::{folder, host_sim, scenario, standard_error};
 
 /// Calls the program, which must do what it is asked, with a report; the report.
 fn reported(folder: &Path, words: &[&str]) -> String {
@@ -154,35 +150,7 @@ fn a_dash_is_standard_output() {
     assert_self_contained(&String::from_utf8(output.stdout).expect("text"));
 }
 
-/// A run that is shown while it goes on, and where.
-struct Shown {
-    program: Child,
-    address: String,
-}
-
 impl Shown {
-    fn start(words: &[&str]) -> Self {
-        let mut program = Command::new("env")
-            .args(["--default-signal=INT", env!("CARGO_BIN_EXE_host-sim")])
-            .args(words)
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("the program starts");
-        let mut told = String::new();
-        let mut errors = BufReader::new(program.stderr.take().expect("it is piped"));
-        errors.read_line(&mut told).expect("it tells where");
-        let address = told
-            .split("http://")
-            .nth(1)
-            .and_then(|rest| rest.split('/').next());
-        let address = address
-            .unwrap_or_else(|| panic!("no address: {told}"))
-            .to_owned();
-        program.stderr = Some(errors.into_inner());
-        Self { program, address }
-    }
-
     /// What the server answers.
     fn answer(&self, path: &str, host: &str) -> String {
         let mut stream = TcpStream::connect(&self.address).expect("it listens");
@@ -191,14 +159,6 @@ impl Shown {
         let mut answer = String::new();
         stream.read_to_string(&mut answer).expect("it answers");
         answer
-    }
-
-    fn interrupt(mut self) -> Option<i32> {
-        let sent = Command::new("kill")
-            .args(["-INT", &self.program.id().to_string()])
-            .status();
-        assert!(sent.expect("kill").success());
-        self.program.wait().expect("it ends").code()
     }
 }
 

@@ -2,26 +2,21 @@
 
 #[path = "support/browser.rs"]
 mod browser;
+#[path = "support/live.rs"]
+mod live;
 mod support;
 
-use std::io::{BufRead, BufReader};
-use std::path::Path;
-use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use browser::Browser;
+use live::Shown;
 use serde_json::{Value, json};
-use support::{folder, host_sim, standard_error};
+use support::{folder, host_sim, scenario, standard_error};
 
 /// Keys by their WebDriver names.
 const RIGHT: &str = "\u{e014}";
 const TAB: &str = "\u{e004}";
 const ENTER: &str = "\u{e007}";
-
-fn scenario(name: &str) -> String {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
-    folder.join(name).display().to_string()
-}
 
 /// The address of a report of a verb.
 fn report(test: &str, words: &[&str]) -> String {
@@ -185,19 +180,8 @@ fn a_page_follows_a_run_and_stays() {
         ["run", &scenario("friction.toml"), "--pace", "1"],
         ["commission", &scenario("commission.toml"), "--pace", "0.25"],
     ] {
-        let mut program = Command::new("env")
-            .args(["--default-signal=INT", env!("CARGO_BIN_EXE_host-sim")])
-            .args(words)
-            .arg("--live")
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("the program starts");
-        let mut told = String::new();
-        let mut errors = BufReader::new(program.stderr.take().expect("it is piped"));
-        errors.read_line(&mut told).expect("it tells where");
-        let address = told.split_whitespace().nth(1).expect("an address");
-        browser.open(address);
+        let run = Shown::start(&[&words[..], &["--live"]].concat());
+        browser.open(&format!("http://{}", run.address));
 
         let begun = Instant::now();
         let mut ends: Vec<f64> = Vec::new();
@@ -216,11 +200,7 @@ fn a_page_follows_a_run_and_stays() {
         assert!(ends.len() > 2 && ends.is_sorted(), "{words:?}: {ends:?}");
         assert_silent(&browser, "over a run");
 
-        let sent = Command::new("kill")
-            .args(["-INT", &program.id().to_string()])
-            .status();
-        assert!(sent.expect("kill").success());
-        assert_eq!(program.wait().expect("it ends").code(), Some(0));
+        assert_eq!(run.interrupt(), Some(0));
         let stays = browser.ask("return document.getElementById('stage').textContent;");
         assert_eq!(stays, "The run is over; this page stays.");
         assert_silent(&browser, "after the program");

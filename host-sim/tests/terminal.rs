@@ -2,6 +2,8 @@
 
 #![cfg(target_os = "linux")]
 
+#[path = "support/terminal.rs"]
+mod pseudo_terminal;
 mod support;
 
 use std::os::unix::fs::symlink;
@@ -9,6 +11,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use host_sim::paper::PROPOSED;
+use pseudo_terminal::Terminal;
 use support::{folder, host_sim, standard_error};
 
 fn said(output: &Output) -> String {
@@ -93,6 +96,26 @@ fn colours_are_for_terminals() {
     assert!(coloured.contains('\u{1b}'), "{coloured}");
     let bare = anstream::adapter::strip_str(&coloured).to_string();
     assert_eq!(bare, plain);
+}
+
+#[test]
+fn a_terminal_shows_colours_unless_they_are_not_wanted() {
+    let folder = with_scenario("no-colour");
+    for (setting, is_coloured) in [("CLICOLOR=1", true), ("NO_COLOR=1", false)] {
+        let words = [
+            "env",
+            "-u",
+            "NO_COLOR",
+            setting,
+            env!("CARGO_BIN_EXE_host-sim"),
+            "run",
+            "scenario.toml",
+        ];
+        let mut terminal = Terminal::start(&words, &folder, 100, 40);
+        terminal.shows("moving");
+        assert_eq!(terminal.is_coloured(), is_coloured, "{setting}");
+        terminal.ends();
+    }
 }
 
 #[test]

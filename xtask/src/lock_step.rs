@@ -16,7 +16,7 @@ type Case = (&'static str, Arithmetic, f64);
 /// What is run, one case after the other on a chip of each row. The emulator takes about one and a half
 /// times as long as the chip.
 const CHIPS: [&[Case]; 2] = [
-    &[("host-sim/scenarios/paper.toml", Arithmetic::F32, 60.0)],
+    &[("host-sim/scenarios/paper.toml", Arithmetic::F32, 20.0)],
     &[
         ("host-sim/scenarios/paper.toml", Arithmetic::Fixed, 10.0),
         ("host-sim/scenarios/drift.toml", Arithmetic::F32, 10.0),

@@ -11,7 +11,7 @@ use drive_logic::Channel;
 use identifier_core::commission::{Phase, StopReason};
 use identifier_core::model::ServoParameters;
 use identifier_core::settings::IdentifierSettings;
-use support::commission::{ORDER, SERVO, outcome, over, until};
+use support::commission::{ORDER, PHASES, SERVO, link_falls_silent, outcome, over, until};
 use support::drive::{Drive, snapshots};
 use support::{Bench, Flash, settings};
 
@@ -20,16 +20,6 @@ const LOADED: ServoParameters = ServoParameters {
     load: 100.0,
     ..SERVO
 };
-
-const PHASES: [Phase; 7] = [
-    Phase::ReleasedCheck,
-    Phase::Wiggle,
-    Phase::Fit,
-    Phase::Refine,
-    Phase::Verify,
-    Phase::Tune,
-    Phase::Trial,
-];
 
 /// Command that a count of the encoder is, at most: k_p and the derivative's share of it.
 const A_COUNT: f32 = 0.06;
@@ -303,12 +293,7 @@ fn a_host_that_falls_silent_ends_it_as_it_ends_a_run() {
         }
         drive.done(Command::Commission(ORDER));
         until(&mut drive, phase);
-        over(&mut drive);
-        assert_eq!(bench.held.get(), None, "{phase:?}");
-        let silent = State::Faulted(Fault::LinkSilent);
-        assert_eq!(drive.supervisor.state(), silent, "{phase:?}");
-        let reason = outcome(&mut drive).commissioning.reason;
-        assert_eq!(reason, Some(StopReason::LinkLost), "{phase:?}");
+        link_falls_silent(&mut drive, &bench, phase);
         assert_eq!(drive.shown(), listening, "{phase:?}");
     }
 }

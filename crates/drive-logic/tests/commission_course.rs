@@ -7,7 +7,7 @@ mod support;
 use drive_link::{Command, Commissioning, Fault, Origin, Progress, Refusal, Report, State};
 use drive_logic::Channel;
 use identifier_core::commission::{Phase, StopReason};
-use support::commission::{ORDER, SERVO, outcome, over, ready, until};
+use support::commission::{ORDER, PHASES, SERVO, link_falls_silent, outcome, over, ready, until};
 use support::drive::{Drive, snapshots};
 use support::{Bench, Flash, settings};
 
@@ -15,17 +15,6 @@ const APPLIED: Commissioning = Commissioning {
     phase: Phase::Applied,
     reason: None,
 };
-
-/// The phases in which something may come between, in their order.
-const PHASES: [Phase; 7] = [
-    Phase::ReleasedCheck,
-    Phase::Wiggle,
-    Phase::Fit,
-    Phase::Refine,
-    Phase::Verify,
-    Phase::Tune,
-    Phase::Trial,
-];
 
 #[test]
 fn from_nothing_known_to_gains_that_hold_now_and_after_the_power_was_off() {
@@ -203,12 +192,7 @@ fn a_host_that_falls_silent_in_whatever_phase_ends_it() {
         drive.done(Command::Configure(listening));
         drive.done(Command::Commission(ORDER));
         until(&mut drive, phase);
-        over(&mut drive);
-        assert_eq!(bench.held.get(), None, "{phase:?}");
-        let silent = State::Faulted(Fault::LinkSilent);
-        assert_eq!(drive.supervisor.state(), silent, "{phase:?}");
-        let reason = outcome(&mut drive).commissioning.reason;
-        assert_eq!(reason, Some(StopReason::LinkLost), "{phase:?}");
+        link_falls_silent(&mut drive, &bench, phase);
         assert_eq!(drive.shown(), listening, "{phase:?}");
     }
 }

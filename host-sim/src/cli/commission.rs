@@ -5,6 +5,7 @@ use super::fault::Fault;
 use super::files::{self, Files, io_error};
 use super::live_commission::LiveCommission;
 use super::output::Outputs;
+use super::progress::Progress;
 use super::rerun;
 use super::standard_output::say;
 use super::streamed::Streamed;
@@ -93,7 +94,9 @@ pub(super) fn experiment(
     let title = call::title("Commissioning of", file);
     let mut live =
         live.map(|live| LiveCommission::new(live, title.clone(), &scenario, limits, before));
+    let progress = Progress::of_a_course();
     let mut observe = |sample: &Sample| {
+        progress.advance();
         if let Some(rows) = &mut rows {
             rows.write(|rows| rows.add(sample).map_err(io_error));
         }
@@ -112,6 +115,7 @@ pub(super) fn experiment(
             .map_err(|error| Fault::Other(error.to_string()))?,
         None => machine.run(&mut observe).map_err(of_scenario)?,
     };
+    drop(progress);
 
     let document = Document::new(&scenario, &limits, &largest, before.as_ref(), &outcome);
     let reported = traces.as_ref().map(|traces| {

@@ -45,8 +45,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let reported = page.map(|page| {
         let title = call::title("Comparison on", &arguments.scenario);
         page.page(&page::comparison(
-            title,
-            call::command(),
+            &title,
+            &call::command(),
             &compared,
             &document,
         ))

@@ -61,14 +61,16 @@ enum Command {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
+    // Nobody answers questions for a file that cannot be written.
+    let mut files = Files::reading(&[], arguments.force);
+    let file = arguments.file.as_deref().unwrap_or(Path::new("-"));
+    let output = files.output(Some(file))?;
     let sheet = arguments.sheet(&mut Asker::at_terminal())?;
     let servo = sheet
         .servo()
         .map_err(|error| Fault::Input(error.to_string()))?;
     let text = scenario(&sheet, &servo, &Chosen::of(&sheet, &servo));
-    let mut files = Files::reading(&[], arguments.force);
-    let file = arguments.file.as_deref().unwrap_or(Path::new("-"));
-    let output = files.output(Some(file))?.map(|mut output| {
+    let output = output.map(|mut output| {
         output.bytes(text.as_bytes())?;
         Ok(output)
     });

@@ -24,17 +24,25 @@ pub(super) struct Progress {
 impl Progress {
     /// Of so many of what takes long.
     pub(super) fn of(total: u64, what: &str) -> Self {
-        Self::new(total, what, 1)
+        Self::new(Some(total), what, 1)
     }
 
     /// Of samples, of which many are done in a moment.
     pub(super) fn of_samples(total: u64) -> Self {
-        Self::new(total, "samples", 4096)
+        Self::new(Some(total), "samples", 4096)
     }
 
-    fn new(total: u64, what: &str, together: u64) -> Self {
-        let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::hidden());
-        let line = format!("{{bar:30}} {{human_pos}} of {{human_len}} {what}, {{eta}} left");
+    /// Of samples of what ends when it has come to something.
+    pub(super) fn of_a_course() -> Self {
+        Self::new(None, "samples", 64)
+    }
+
+    fn new(total: Option<u64>, what: &str, together: u64) -> Self {
+        let bar = ProgressBar::with_draw_target(total, ProgressDrawTarget::hidden());
+        let line = match total {
+            Some(_) => format!("{{bar:30}} {{human_pos}} of {{human_len}} {what}, {{eta}} left"),
+            None => format!("{{spinner}} {{human_pos}} {what} in {{elapsed}}"),
+        };
         if let Ok(style) = ProgressStyle::with_template(&line) {
             bar.set_style(style);
         }

@@ -127,7 +127,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let drawn = picture.map(|picture| picture.panels("", 1, &panels()?));
     let reported = page.map(|page| {
         let title = call::title("Tuning for", &arguments.result);
-        page.page(&tuning(title, call::command(), &tuned, &panels()?, warning))
+        page.page(&tuning(
+            &title,
+            &call::command(),
+            &tuned,
+            &panels()?,
+            warning,
+        ))
     });
     files::commit([
         drawn,

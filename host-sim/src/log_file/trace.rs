@@ -68,32 +68,7 @@ pub fn begin<W: Write>(out: W) -> io::Result<Recorder<W>> {
 pub fn add<W: Write>(recorder: &mut Recorder<W>, sample: &Sample) -> io::Result<()> {
     recorder.begin_sample();
     let time = sample.time;
-    recorder.numbers(
-        &SERVO,
-        time,
-        [
-            Some(time),
-            Some(sample.reference),
-            Some(sample.position),
-            Some(sample.command),
-            sample.output_error,
-        ],
-    )?;
-    let estimates = &sample.estimates;
-    let errors = sample.standard_errors.as_ref();
-    recorder.numbers(
-        &ESTIMATES,
-        time,
-        [
-            Some(estimates.a),
-            Some(estimates.b),
-            Some(estimates.coulomb),
-            Some(estimates.load),
-            errors.map(|errors| errors.a),
-            errors.map(|errors| errors.b),
-            errors.map(|errors| errors.coulomb),
-            errors.map(|errors| errors.load),
-        ],
-    )?;
+    recorder.numbers(&SERVO, time, sample.measured())?;
+    recorder.numbers(&ESTIMATES, time, sample.identified())?;
     recorder.joint(time, Some(sample.position), None, Some(sample.command))
 }

@@ -6,7 +6,7 @@ use identifier_core::identifier::{Event, Identify, Seen};
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::ParameterSet;
 use identifier_core::settings::PerParameter;
-use identifier_core::unknowns::{Term, Unknown};
+use identifier_core::unknowns::{Term, Terms, Unknown};
 
 use crate::experiment::{Outcome, TermEstimate};
 use crate::scenario::place;
@@ -52,9 +52,13 @@ pub(crate) struct Beside<I, T> {
     state: T,
     known: Outcome,
     samples: u64,
-    /// When each term entered, samples, and which have.
-    entered: Vec<(Term, u64)>,
+    entered: Entries,
 }
+
+/// The terms that have entered, and the sample in which each did. What is not of an identifier's type
+/// is compiled once here, and not for every identifier.
+#[derive(Default)]
+struct Entries(Vec<(Term, u64)>);
 
 impl<I, T> Beside<I, T> {
     /// At its start; `known` is what is known of it beforehand.
@@ -67,39 +71,50 @@ impl<I, T> Beside<I, T> {
             identifier,
             known,
             samples: 0,
-            entered: Vec::new(),
+            entered: Entries::default(),
         }
     }
 }
 
 impl<I, T> Beside<I, T> {
-    /// Notes when a term that has entered did so.
-    fn note_terms<N: Copy>(&mut self)
-    where
-        I: Identify<N, State = T>,
-    {
-        let entered = self.identifier.entered(&self.state);
-        for term in Term::ALL.into_iter().filter(|&term| entered.has(term)) {
-            if self.entered.iter().all(|(known, _)| *known != term) {
-                self.entered.push((term, self.samples));
-            }
-        }
-    }
-
     fn terms<N: Copy>(&self) -> Vec<TermEstimate>
     where
         I: Identify<N, State = T>,
     {
         let shown = self.identifier.show(&self.state);
-        let estimate = |unknown: Unknown| {
-            let (_, since) = self
-                .entered
-                .iter()
-                .find(|(term, _)| Some(*term) == unknown.term())?;
+        self.entered.estimates(&mut |unknown| {
+            let value = self.identifier.value_of(&shown, unknown)?;
+            Some((
+                value,
+                self.identifier.standard_error_of(&self.state, unknown)?,
+            ))
+        })
+    }
+}
+
+impl Entries {
+    /// Notes which terms have entered by now.
+    fn note(&mut self, entered: Terms, samples: u64) {
+        for term in Term::ALL.into_iter().filter(|&term| entered.has(term)) {
+            if self.0.iter().all(|(known, _)| *known != term) {
+                self.0.push((term, samples));
+            }
+        }
+    }
+
+    /// The unknowns of the terms that have entered, by what tells their value and standard error.
+    fn estimates(&self, told: &mut dyn FnMut(Unknown) -> Option<(f64, f64)>) -> Vec<TermEstimate> {
+        let since = |unknown: Unknown| {
+            let mut entries = self.0.iter();
+            entries.find(|(term, _)| Some(*term) == unknown.term())
+        };
+        let estimate = |unknown| {
+            let (_, since) = since(unknown)?;
+            let (value, std_error) = told(unknown)?;
             Some(TermEstimate {
                 unknown,
-                value: self.identifier.value_of(&shown, unknown)?,
-                std_error: self.identifier.standard_error_of(&self.state, unknown)?,
+                value,
+                std_error,
                 since: *since,
             })
         };
@@ -111,7 +126,8 @@ impl<N: Copy, I: Identify<N>> Learner<N> for Beside<I, I::State> {
     fn learn(&mut self, increment: N, command: N) -> Result<Option<Seen<N>>, StepError> {
         let seen = self.identifier.learn(&mut self.state, increment, command)?;
         if seen.event == Event::TermEntered {
-            self.note_terms();
+            let entered = self.identifier.entered(&self.state);
+            self.entered.note(entered, self.samples);
         }
         self.samples += 1;
         Ok(Some(seen))
@@ -144,7 +160,7 @@ impl<N: Copy, I: Identify<N>> Learner<N> for Beside<I, I::State> {
     fn outcome(&self) -> Outcome {
         Outcome {
             bandwidth: self.identifier.bandwidth(&self.state),
-            entered: self.entered.clone(),
+            entered: self.entered.0.clone(),
             terms: self.terms(),
             ..self.known.clone()
         }

@@ -49,23 +49,7 @@ impl<W: Write> TraceWriter<W> {
     /// # Errors
     /// Whatever the writer answers.
     pub fn add(&mut self, sample: &Sample) -> Result<(), csv::Error> {
-        let estimates = &sample.estimates;
-        let errors = sample.standard_errors.as_ref();
-        for value in [
-            Some(sample.time),
-            Some(sample.reference),
-            Some(sample.position),
-            Some(sample.command),
-            sample.output_error,
-            Some(estimates.a),
-            Some(estimates.b),
-            Some(estimates.coulomb),
-            Some(estimates.load),
-            errors.map(|errors| errors.a),
-            errors.map(|errors| errors.b),
-            errors.map(|errors| errors.coulomb),
-            errors.map(|errors| errors.load),
-        ] {
+        for value in sample.measured().into_iter().chain(sample.identified()) {
             self.field.clear();
             if let Some(value) = value.filter(|value| value.is_finite()) {
                 // Nothing can fail that is written into memory.

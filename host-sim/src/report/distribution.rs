@@ -18,22 +18,12 @@ pub fn table(distribution: &Distribution, width: u16) -> String {
     }
     table = table.figures("95 %").figures("largest");
     for spread in &distribution.spreads {
-        let quantiles = &spread.quantiles;
         let mut row = vec![
             format!("{} [{}]", spread.name, spread.unit),
             spread.count.to_string(),
         ];
-        row.extend(
-            [
-                quantiles.q05,
-                quantiles.q25,
-                quantiles.q50,
-                quantiles.q75,
-                quantiles.q95,
-                quantiles.max,
-            ]
-            .map(|value| format!("{value:.4}")),
-        );
+        let quantiles = spread.quantiles.named();
+        row.extend(quantiles.map(|(_, value)| format!("{value:.4}")));
         table.row(row);
     }
     table.within(width)

@@ -50,6 +50,19 @@ pub struct Quantiles {
 }
 
 impl Quantiles {
+    /// They all, ascending, each with the share of the servos that are no worse.
+    #[must_use]
+    pub fn named(&self) -> [(&'static str, f64); 6] {
+        [
+            ("5 %", self.q05),
+            ("25 %", self.q25),
+            ("50 %", self.q50),
+            ("75 %", self.q75),
+            ("95 %", self.q95),
+            ("largest", self.max),
+        ]
+    }
+
     /// Those of values in ascending order, at least one: the smallest value that so many per cent
     /// do not exceed.
     fn of(sorted: &[f64]) -> Self {

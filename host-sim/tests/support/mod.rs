@@ -1,4 +1,5 @@
 //! What the tests of the command line share.
+#![allow(dead_code)]
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -22,4 +23,10 @@ pub(crate) fn folder(test: &str) -> PathBuf {
 /// What the program wrote to standard error.
 pub(crate) fn standard_error(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// A scenario that comes with the program.
+pub(crate) fn scenario(name: &str) -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
+    folder.join(name).display().to_string()
 }

@@ -1,4 +1,5 @@
 //! A person at a terminal: types, and reads the screen.
+#![allow(dead_code)]
 
 use std::io::{Read, Write};
 use std::num::NonZero;
@@ -66,6 +67,19 @@ impl Terminal {
     pub(crate) fn text(&self) -> String {
         let screen = self.screen.lock().expect("nobody panicked");
         screen.screen().contents()
+    }
+
+    /// Whether anything on the screen has a colour.
+    pub(crate) fn is_coloured(&self) -> bool {
+        let screen = self.screen.lock().expect("nobody panicked");
+        let screen = screen.screen();
+        let (rows, columns) = screen.size();
+        let mut places =
+            (0..rows.get()).flat_map(|row| (0..columns.get()).map(move |at| (row, at)));
+        places.any(|(row, column)| {
+            let cell = screen.cell(row, column);
+            cell.is_some_and(|cell| cell.fgcolor() != vt100::Color::Default)
+        })
     }
 
     /// Waits until this is on the screen, and answers with the whole of it.

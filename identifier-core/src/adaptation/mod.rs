@@ -7,6 +7,7 @@ mod evidence;
 mod gain;
 mod gauss_newton;
 mod gradient;
+pub(crate) mod levenberg_marquardt;
 mod matrix;
 mod normal_equations;
 mod projection;

@@ -61,11 +61,33 @@ impl<N: Number, I: FromSettings, const L: usize> FromSettings for BehindAmplifie
     /// # Errors
     /// `delay`, `current_loop` or `dead_band` out of range, or what the identifier refuses.
     fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+        let declared = Declared::of(settings, AmplifierState::<N, L>::LONGEST_DELAY)?;
+        Ok(Self {
+            amplifier: Amplifier::new(declared.dead_band, declared.delay, declared.current_loop),
+            identifier: declared.behind.build()?,
+        })
+    }
+}
+
+/// What is declared of an amplifier: what acts before the identifier, and what is left to that. Compiled
+/// once, not for every identifier.
+struct Declared {
+    dead_band: f64,
+    /// Samples.
+    delay: f64,
+    /// Samples.
+    current_loop: f64,
+    /// The settings of the identifier behind it.
+    behind: Settings,
+}
+
+impl Declared {
+    fn of(settings: &Settings, longest_delay: f64) -> Result<Self, IdentifierError> {
         /// A slower lag than this is no current loop, s.
         const SLOWEST: f64 = 0.1;
         let units = settings.units()?;
         let given = settings.identifier.terms;
-        let longest = AmplifierState::<N, L>::LONGEST_DELAY * units.sample_time();
+        let longest = longest_delay * units.sample_time();
         Allowed::Within(0.0, longest).check("delay", given.delay)?;
         Allowed::Within(0.0, LARGEST).check("dead_band", given.dead_band)?;
         Allowed::Within(0.0, SLOWEST).check("current_loop", given.current_loop)?;
@@ -84,8 +106,10 @@ impl<N: Number, I: FromSettings, const L: usize> FromSettings for BehindAmplifie
         };
         let samples = |time: f64| time / units.sample_time();
         Ok(Self {
-            amplifier: Amplifier::new(dead_band, samples(delay), samples(given.current_loop)),
-            identifier: behind.build()?,
+            dead_band,
+            delay: samples(delay),
+            current_loop: samples(given.current_loop),
+            behind,
         })
     }
 }

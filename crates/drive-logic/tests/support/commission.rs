@@ -1,7 +1,7 @@
 //! Orders to commission, and what they come to.
 
-use drive_link::{Command, Outcome, Report, State};
-use identifier_core::commission::{CommissionSettings, Limits, Phase};
+use drive_link::{Command, Fault, Outcome, Report, State};
+use identifier_core::commission::{CommissionSettings, Limits, Phase, StopReason};
 use identifier_core::model::ServoParameters;
 use identifier_core::tuning::Goal;
 
@@ -34,6 +34,17 @@ pub(crate) const ORDER: CommissionSettings = CommissionSettings {
     trial_step: None,
 };
 
+/// The phases in which something may come between, in their order.
+pub(crate) const PHASES: [Phase; 7] = [
+    Phase::ReleasedCheck,
+    Phase::Wiggle,
+    Phase::Fit,
+    Phase::Refine,
+    Phase::Verify,
+    Phase::Tune,
+    Phase::Trial,
+];
+
 /// The longest commissioning, samples.
 const LONGEST: u32 = 60_000;
 
@@ -47,6 +58,16 @@ pub(crate) fn over(drive: &mut Drive<'_>) -> Vec<Report> {
         }
     }
     panic!("the commissioning has no end: {:?}", drive.status());
+}
+
+/// Says nothing more to it: the servo is let go, and both state and outcome tell why.
+pub(crate) fn link_falls_silent(drive: &mut Drive<'_>, bench: &Bench, phase: Phase) {
+    over(drive);
+    assert_eq!(bench.held.get(), None, "{phase:?}");
+    let silent = State::Faulted(Fault::LinkSilent);
+    assert_eq!(drive.supervisor.state(), silent, "{phase:?}");
+    let reason = outcome(drive).commissioning.reason;
+    assert_eq!(reason, Some(StopReason::LinkLost), "{phase:?}");
 }
 
 /// What the last commissioning came to.

@@ -5,7 +5,7 @@ use identifier_core::tuning::Tuning;
 
 use super::quantity::{SIDES, figure, fixed, per_cent, plain, sentence, signed, with_interval};
 use super::unknowns::{COMMISSIONED, described};
-use super::{Block, Column, Figure, Page, Section, Table, Tone, Verdict};
+use super::{Block, Column, Figure, Page, Table, Tone, Verdict};
 use crate::commission::{Outcome, StepResponse};
 use crate::report::commission::{self as report, Traces, UNKNOWNS};
 use crate::report::promise::{self, FeedForwardDocument};
@@ -37,18 +37,13 @@ pub fn commissioning(of: &Commissioned<'_>) -> Page {
     let picture = report::picture(of.limits, of.outcome, of.traces, promised.as_ref());
     let figures = Figure::of_timeline(&picture, &["Position", "Speed", "Command"]);
     let sections = [
-        Section::of("What was found", found(of)),
-        Section::of("Over time", vec![Block::Figures(figures)]),
-        Section::of("How sure it is", how_sure(of)),
-        Section::of("What it rests on", rests_on(of)),
-        Section::of("What to do next", next(of)),
+        ("What was found", found(of)),
+        ("Over time", vec![Block::Figures(figures)]),
+        ("How sure it is", how_sure(of)),
+        ("What it rests on", rests_on(of)),
+        ("What to do next", next(of)),
     ];
-    Page {
-        title: of.title.to_owned(),
-        verdict: verdict(of),
-        sections: sections.into_iter().flatten().collect(),
-        command: of.command.to_owned(),
-    }
+    Page::of(of.title, of.command, verdict(of), sections)
 }
 
 fn verdict(of: &Commissioned<'_>) -> Verdict {

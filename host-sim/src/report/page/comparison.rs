@@ -1,13 +1,13 @@
 //! The page of a comparison.
 
 use super::quantity::{figure, fixed, per_cent, signed};
-use super::{Block, Column, Page, Section, Table, Tone, Verdict};
+use super::{Block, Column, Page, Table, Tone, Verdict};
 use crate::compare::Comparison;
 use crate::report::comparison::{Document, MethodDocument};
 
 /// The page of a comparison; `document` is the same for a program.
 #[must_use]
-pub fn comparison(title: String, command: String, of: &Comparison, document: &Document) -> Page {
+pub fn comparison(title: &str, command: &str, of: &Comparison, document: &Document) -> Page {
     let ranked = ranked(of, document);
     let most = ranked.first().map_or(0, |best| best.converged);
     let best: Vec<&str> = ranked
@@ -17,35 +17,30 @@ pub fn comparison(title: String, command: String, of: &Comparison, document: &Do
         .collect();
     let cases = document.cases.len();
     let sections = [
-        Section::of(
+        (
             "What was found",
             vec![Block::Table(standings(&ranked, cases))],
         ),
-        Section::of("Every method in every case", every(of, document)),
-        Section::of("How sure it is", vec![how_sure()]),
-        Section::of("What it rests on", rests_on(of)),
-        Section::of("What to do next", next()),
+        ("Every method in every case", every(of, document)),
+        ("How sure it is", vec![how_sure()]),
+        ("What it rests on", rests_on(of)),
+        ("What to do next", next()),
     ];
-    Page {
-        title,
-        verdict: Verdict {
-            tone: Tone::Good,
-            status: format!("{} methods, {cases} cases", ranked.len()),
-            headline: if most == cases {
-                format!("Converged in every case: {}.", best.join(", "))
-            } else {
-                format!(
-                    "Converged in {most} of {cases} cases, the most: {}.",
-                    best.join(", ")
-                )
-            },
-            detail:
-                "All listen to, or control, the same servo, and are judged by the same verdict."
-                    .to_owned(),
+    let verdict = Verdict {
+        tone: Tone::Good,
+        status: format!("{} methods, {cases} cases", ranked.len()),
+        headline: if most == cases {
+            format!("Converged in every case: {}.", best.join(", "))
+        } else {
+            format!(
+                "Converged in {most} of {cases} cases, the most: {}.",
+                best.join(", ")
+            )
         },
-        sections: sections.into_iter().flatten().collect(),
-        command,
-    }
+        detail: "All listen to, or control, the same servo, and are judged by the same verdict."
+            .to_owned(),
+    };
+    Page::of(title, command, verdict, sections)
 }
 
 /// How a method did over all cases.

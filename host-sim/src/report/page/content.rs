@@ -25,6 +25,25 @@ pub enum Stage {
 }
 
 impl Page {
+    /// A page of the sections that have something to say.
+    #[must_use]
+    pub fn of<const N: usize>(
+        title: &str,
+        command: &str,
+        verdict: Verdict,
+        sections: [(&'static str, Vec<Block>); N],
+    ) -> Self {
+        let said = sections.into_iter().filter(|(_, said)| !said.is_empty());
+        Self {
+            title: title.to_owned(),
+            verdict,
+            sections: said
+                .map(|(heading, blocks)| Section { heading, blocks })
+                .collect(),
+            command: command.to_owned(),
+        }
+    }
+
     /// The page of a run that goes on: what it says holds so far, by this clock.
     #[must_use]
     pub fn so_far(self, clock: String) -> Self {
@@ -164,11 +183,5 @@ impl Section {
     pub fn is_drawn(&self) -> bool {
         let mut blocks = self.blocks.iter();
         blocks.any(|block| matches!(block, Block::Figures(_)))
-    }
-
-    /// A section, unless there is nothing to say.
-    #[must_use]
-    pub fn of(heading: &'static str, blocks: Vec<Block>) -> Option<Self> {
-        (!blocks.is_empty()).then_some(Self { heading, blocks })
     }
 }

@@ -6,7 +6,7 @@ use identifier_core::unknowns::Unknown;
 use super::quantity::{SIDES, figure, fixed, per_cent, plain, sentence, signed, with_interval};
 use super::remedies::remedies;
 use super::unknowns::described;
-use super::{Block, Column, Figure, Page, Section, Table, Tone, Verdict, gains};
+use super::{Block, Column, Figure, Page, Table, Tone, Verdict, gains};
 use crate::analysis::{Batch, Status, Summary};
 use crate::replay::Agreement;
 use crate::report::json::Document;
@@ -48,18 +48,13 @@ pub fn experiment(of: &Experiment<'_>) -> Page {
         }
     });
     let sections = [
-        Section::of("What was found", found(of)),
-        Section::of("Over time", vec![Block::Figures(figures.collect())]),
-        Section::of("How sure it is", how_sure(of)),
-        Section::of("What it rests on", rests_on(of)),
-        Section::of("What to do next", next(of)),
+        ("What was found", found(of)),
+        ("Over time", vec![Block::Figures(figures.collect())]),
+        ("How sure it is", how_sure(of)),
+        ("What it rests on", rests_on(of)),
+        ("What to do next", next(of)),
     ];
-    Page {
-        title: of.title.to_owned(),
-        verdict: verdict(of.summary),
-        sections: sections.into_iter().flatten().collect(),
-        command: of.command.to_owned(),
-    }
+    Page::of(of.title, of.command, verdict(of.summary), sections)
 }
 
 fn verdict(summary: &Summary) -> Verdict {

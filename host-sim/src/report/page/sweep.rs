@@ -1,7 +1,7 @@
 //! The page of a sweep.
 
 use super::quantity::{SIDES, figure, fixed, plain};
-use super::{Block, Column, Figure, Page, Section, Table, Tone, Verdict};
+use super::{Block, Column, Figure, Page, Table, Tone, Verdict};
 use crate::report::distribution;
 use crate::scenario::Scenario;
 use crate::sweep::Distribution;
@@ -27,18 +27,13 @@ pub fn sweep(of: &Swept<'_>) -> Page {
     let panels = distribution::panels(of.distribution);
     let figures = panels.iter().map(Figure::of).collect();
     let sections = [
-        Section::of("What was found", found(of.distribution)),
-        Section::of("How it is distributed", vec![Block::Figures(figures)]),
-        Section::of("How sure it is", how_sure(of.distribution)),
-        Section::of("What it rests on", rests_on(of)),
-        Section::of("What to do next", next(of.distribution)),
+        ("What was found", found(of.distribution)),
+        ("How it is distributed", vec![Block::Figures(figures)]),
+        ("How sure it is", how_sure(of.distribution)),
+        ("What it rests on", rests_on(of)),
+        ("What to do next", next(of.distribution)),
     ];
-    Page {
-        title: of.title.to_owned(),
-        verdict: verdict(of.distribution),
-        sections: sections.into_iter().flatten().collect(),
-        command: of.command.to_owned(),
-    }
+    Page::of(of.title, of.command, verdict(of.distribution), sections)
 }
 
 fn verdict(distribution: &Distribution) -> Verdict {
@@ -82,20 +77,11 @@ fn found(distribution: &Distribution) -> Vec<Block> {
         .into_iter()
         .chain(columns.map(Column::figures));
     let rows = distribution.spreads.iter().map(|spread| {
-        let quantiles = &spread.quantiles;
-        let values = [
-            quantiles.q05,
-            quantiles.q25,
-            quantiles.q50,
-            quantiles.q75,
-            quantiles.q95,
-            quantiles.max,
-        ];
         let mut row = vec![
             format!("{} [{}]", spread.name, spread.unit),
             spread.count.to_string(),
         ];
-        row.extend(values.map(figure));
+        row.extend(spread.quantiles.named().map(|(_, value)| figure(value)));
         row
     });
     let statuses = [

@@ -1,7 +1,7 @@
 //! The page of a tuning.
 
 use super::quantity::{figure, plain, sentence};
-use super::{Block, Figure, Page, Section, Tone, Verdict, gains};
+use super::{Block, Figure, Page, Tone, Verdict, gains};
 use crate::report::plot::Panel;
 use crate::tune::Tuned;
 
@@ -9,8 +9,8 @@ use crate::tune::Tuned;
 /// is for.
 #[must_use]
 pub fn tuning(
-    title: String,
-    command: String,
+    title: &str,
+    command: &str,
     tuned: &Tuned,
     panels: &[Panel],
     doubt: Option<&String>,
@@ -50,14 +50,9 @@ pub fn tuning(
         facts.map(|(name, value, unit)| (name.to_owned(), format!("{} {unit}", plain(value))));
     let figures = panels.iter().map(Figure::of).collect();
     let sections = [
-        Section::of("What was found", gains::of(tuned)),
-        Section::of("What it looks like", vec![Block::Figures(figures)]),
-        Section::of("What it rests on", vec![Block::Facts(facts.into())]),
+        ("What was found", gains::of(tuned)),
+        ("What it looks like", vec![Block::Figures(figures)]),
+        ("What it rests on", vec![Block::Facts(facts.into())]),
     ];
-    Page {
-        title,
-        verdict,
-        sections: sections.into_iter().flatten().collect(),
-        command,
-    }
+    Page::of(title, command, verdict, sections)
 }

@@ -6,6 +6,7 @@ use super::pass::next_trial;
 use super::scales::Scales;
 use super::{ALL, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
 use crate::adaptation::NormalEquations;
+use crate::adaptation::levenberg_marquardt::judge;
 use crate::model::FrictionStep;
 use crate::number::Number;
 
@@ -59,10 +60,9 @@ struct Best<N> {
 impl<N: Number> Diagnosing<N> {
     /// The most passes of a fit.
     const PASSES: u32 = 16;
-    /// Levenberg's and Marquardt's damping at the start, and its change with a pass.
+    /// Levenberg's and Marquardt's damping at the start.
     const FIRST_DAMPING: f64 = 1e-3;
-    const CHANGE: f64 = 10.0;
-    /// A pass that lowers the cost by less than this part is the last.
+    /// A pass that changes the cost by less than this part is the last.
     const ENOUGH: f64 = 1e-3;
     /// A motion is explained if the variance of the errors is below this many times the encoder's.
     const EXPLAINED: f64 = 1.5;
@@ -201,25 +201,17 @@ impl<N: Number> Diagnosing<N> {
 
     /// Judges a pass of a fit; true if it was the last.
     fn is_last(&mut self, pass: &Comparison<N>) -> bool {
-        let cost = pass.equations.cost();
         let least = self.best.as_ref().map(|best| best.equations.cost());
-        let helped = cost.is_finite() && least.is_none_or(|least| cost < least);
-        let little =
-            helped && least.is_some_and(|least| least - cost <= N::from_f64(Self::ENOUGH) * least);
-        if helped {
+        let cost = pass.equations.cost();
+        let judged = judge(cost, least, Self::ENOUGH, &mut self.damping);
+        if judged.helped {
             self.best = Some(Best {
                 unknowns: pass.unknowns,
                 equations: pass.equations,
             });
         }
-        let change = if helped {
-            1.0 / Self::CHANGE
-        } else {
-            Self::CHANGE
-        };
-        self.damping = self.damping * N::from_f64(change);
         self.passes += 1;
-        little || self.passes >= Self::PASSES || self.best.is_none()
+        judged.was_little || self.passes >= Self::PASSES || self.best.is_none()
     }
 
     /// Takes in what a fit with an effect has come to, and goes on to the next.

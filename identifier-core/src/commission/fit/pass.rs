@@ -3,6 +3,7 @@ use super::motion::Motion;
 use super::prior::Prior;
 use super::{B, UNKNOWNS};
 use crate::adaptation::NormalEquations;
+use crate::adaptation::levenberg_marquardt::{bounded_step, moved};
 use crate::model::FrictionStep;
 use crate::number::Number;
 
@@ -57,42 +58,17 @@ impl<N: Number> Pass<N> {
     }
 }
 
-/// A step of Levenberg's and Marquardt's from unknowns within bounds; one at a bound that would leave it is
-/// kept there, so that the others do not compensate for it.
+/// Where a damped step from unknowns within bounds leads.
 pub(super) fn next_trial<N: Number, const Q: usize>(
     equations: &NormalEquations<N, Q>,
     unknowns: &[N; Q],
     damping: N,
     [low, high]: &[[N; Q]; 2],
 ) -> [N; Q] {
-    let mut free = [true; Q];
-    let mut step = equations.solve(damping, &free);
-    for _ in 0..Q {
-        let mut held = false;
-        for i in 0..Q {
-            let at = unknowns[i];
-            let outward =
-                (at <= low[i] && step[i] < N::ZERO) || (at >= high[i] && step[i] > N::ZERO);
-            if free[i] && outward {
-                free[i] = false;
-                held = true;
-            }
-        }
-        if !held {
-            break;
-        }
-        step = equations.solve(damping, &free);
-    }
+    let mut step = bounded_step(equations, unknowns, damping, [true; Q], low, high);
     // A gain does not change its sign, nor its size at once.
     let gain = unknowns[B];
     let half = N::from_f64(0.5);
     step[B] = step[B].limited(-(half * gain), gain + gain);
-    core::array::from_fn(|i| {
-        let moved = unknowns[i] + step[i];
-        if moved.is_finite() {
-            moved
-        } else {
-            unknowns[i]
-        }
-    })
+    moved(unknowns, &step)
 }

@@ -3,6 +3,7 @@ use super::motion::Motion;
 use super::pass::{Best, Pass, next_trial};
 use super::prior::Prior;
 use super::{A, B, COULOMB, DELAY, LOAD, ROUNDING, UNKNOWNS};
+use crate::adaptation::levenberg_marquardt::judge;
 use crate::measurement::direction::direction as direction_of;
 use crate::model::FrictionStep;
 use crate::number::Number;
@@ -43,10 +44,9 @@ enum Stage<N> {
 impl<N: Number> ServoFit<N> {
     /// The most passes from one start.
     const PASSES: u32 = 12;
-    /// Levenberg's and Marquardt's damping at the start, and its change with a pass.
+    /// Levenberg's and Marquardt's damping at the start.
     const FIRST_DAMPING: f64 = 1e-3;
-    const CHANGE: f64 = 10.0;
-    /// A pass that lowers the cost by less than this part is the last.
+    /// A pass that changes the cost by less than this part is the last.
     const ENOUGH: f64 = 1e-4;
     /// A motion is explained if the variance of the errors is below this many times the encoder's.
     const EXPLAINED: f64 = 1.5;
@@ -252,29 +252,18 @@ impl<N: Number> ServoFit<N> {
         let Some(pass) = self.pass.take() else {
             return true;
         };
+        let least = self.this.as_ref().map(|best| best.equations.cost());
         let cost = pass.equations.cost();
-        let mut helped = cost.is_finite();
-        let mut little = false;
-        if let Some(before) = &self.this {
-            let least = before.equations.cost();
-            little = (least - cost).magnitude() <= N::from_f64(Self::ENOUGH) * least;
-            helped = helped && cost < least;
-        }
-        if helped {
+        let judged = judge(cost, least, Self::ENOUGH, &mut self.damping);
+        if judged.helped {
             self.this = Some(Best {
                 unknowns: pass.unknowns,
                 equations: pass.equations,
                 lag_one: pass.lag_one,
             });
         }
-        let change = if helped {
-            1.0 / Self::CHANGE
-        } else {
-            Self::CHANGE
-        };
-        self.damping = self.damping * N::from_f64(change);
         self.passes += 1;
-        little || self.passes >= Self::PASSES
+        judged.was_little || self.passes >= Self::PASSES
     }
 }
 
