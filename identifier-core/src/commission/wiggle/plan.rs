@@ -26,9 +26,6 @@ pub(super) struct Plan<N> {
     pub(super) growth: N,
     pub(super) per_growth: N,
     pub(super) steepest: N,
-    /// The fastest growth a sample with which a falling servo is caught: what of it has not been seen to
-    /// act by then is no more than one and a half times what has.
-    pub(super) catching: N,
     /// The square of half a swing's time, over two: swing over acceleration.
     pub(super) swing: N,
     /// Speed over acceleration for such a swing.
@@ -90,7 +87,6 @@ impl<N: Number> Plan<N> {
             .one_way
             .then(|| if travel[1] > -travel[0] { 1.0 } else { -1.0 });
         let number = N::from_f64;
-        let horizon = 1.0 + known_delay + Self::UNKNOWN_DELAY;
         let samples = |seconds: f64| libm::ceil(seconds / time);
         let half_swing = 0.042_f64.max(16.0 * time);
         let stiffness = 60.0_f64.min(0.1 / time) * time;
@@ -100,7 +96,7 @@ impl<N: Number> Plan<N> {
             command: limits.command.map(number),
             usable: usable.map(|end| number(end * Self::USED_TRAVEL)),
             usable_speed: number(Self::USED_SPEED * limits.speed * time * counts),
-            horizon: number(horizon),
+            horizon: number(1.0 + known_delay + Self::UNKNOWN_DELAY),
             delay: (libm::round(known_delay + 0.5 * Self::UNKNOWN_DELAY) as usize)
                 .min(COMMANDS - 2),
             noticed: number(noticed),
@@ -109,7 +105,6 @@ impl<N: Number> Plan<N> {
             growth: number((200.0 * time).min(0.5)),
             per_growth: number(1.0 / (200.0 * time).min(0.5)),
             steepest: number(20.0 * time * most),
-            catching: number(1.0 / horizon),
             swing: number(half_swing * half_swing / (8.0 * time * time)),
             swing_speed: number(half_swing / (2.0 * time)),
             least_swing: number(40.0),

@@ -139,7 +139,7 @@ impl<N: Number> Wiggle<N> {
             by_speed
         };
         let careful = N::from_f64(0.3) * plan.growth;
-        let growth = (N::from_f64(4.0) * soon).limited(careful, plan.catching);
+        let growth = (N::from_f64(4.0) * soon).limited(careful, N::from_f64(0.5));
         N::from_f64(4.0) * growth * plan.first_step * plan.per_growth + growth * state.ramp
     }
 
