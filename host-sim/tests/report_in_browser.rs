@@ -172,6 +172,43 @@ fn a_report_fits_dark_light_phone_and_paper() {
 }
 
 #[test]
+fn shares_over_a_logarithmic_abscissa_are_drawn_and_zoomed() {
+    let Some(browser) = Browser::start() else {
+        return;
+    };
+    let sweep = ["sweep", &scenario("sweep.toml"), "--runs", "60"];
+    browser.open(&report("browser-sweep", &sweep));
+    assert_silent(&browser, "at first");
+    assert_drawn(&browser, 5);
+    let ticks = "return plots.map(({ chart }) => chart.axes[0]._values.map(Number));";
+    let ticks = |browser: &Browser| -> Vec<Vec<f64>> {
+        serde_json::from_value(browser.ask(ticks)).expect("numbers")
+    };
+    let are_good = |ticks: &[f64]| ticks.len() >= 2 && ticks.is_sorted() && ticks[0] > 0.0;
+    for of_plot in ticks(&browser) {
+        assert!(are_good(&of_plot), "{of_plot:?}");
+    }
+    // A value is told, not its logarithm.
+    browser.ask("document.querySelector('.canvas').focus();");
+    browser.press(&[RIGHT]);
+    let told = browser.ask("return document.querySelector('.place').textContent;");
+    let told = told.as_str().and_then(|text| text.rsplit(' ').next());
+    let value: f64 = told.and_then(|text| text.parse().ok()).expect("a number");
+    let first = &ticks(&browser)[0];
+    assert!(
+        first[0] < value && value < first[first.len() - 1],
+        "{value} of {first:?}"
+    );
+    for _ in 0..6 {
+        browser.press(&["+"]);
+        assert_drawn(&browser, 5);
+        let first = &ticks(&browser)[0];
+        assert!(are_good(first), "{first:?}");
+    }
+    assert_silent(&browser, "after the keys");
+}
+
+#[test]
 fn a_page_follows_a_run_and_stays() {
     let Some(browser) = Browser::start() else {
         return;

@@ -216,7 +216,7 @@ fn key(all: &Grids, room: f64) -> Vec<String> {
     for word in words.filter(|word| !word.is_empty()) {
         match lines.last_mut() {
             Some(line) if width(line, SMALL) + width(&word, SMALL) + 12.0 < room => {
-                line.push_str("   ");
+                line.push_str(", ");
                 line.push_str(&word);
             }
             _ => lines.push(word),

@@ -78,10 +78,9 @@ pub(super) struct Sheet {
 
 impl Sheet {
     pub(super) fn new(width: f64, height: f64) -> Self {
-        Self {
-            scene: Scene::new(width, height),
-            clips: 0,
-        }
+        let mut scene = Scene::new(width, height);
+        scene.font_family = Some(FONTS.to_owned());
+        Self { scene, clips: 0 }
     }
 
     /// Words on a base line. A circumflex on a tall letter stands above it: the font's own would cross it.
@@ -204,12 +203,23 @@ impl Sheet {
     /// Draws what is seen inside a frame alone.
     pub(super) fn inside(&mut self, frame: Frame, draw: impl FnOnce(&mut Self)) {
         self.clips += 1;
+        let id = format!("frame{}", self.clips);
+        let Frame {
+            left: x,
+            top: y,
+            width,
+            height,
+        } = frame;
+        // A PNG is clipped by the primitive, an SVG by this definition.
+        self.scene.defs.push(format!(
+            r#"<clipPath id="{id}"><rect x="{x:.2}" y="{y:.2}" width="{width:.2}" height="{height:.2}"/></clipPath>"#
+        ));
         self.scene.add(Primitive::ClipStart {
-            x: frame.left,
-            y: frame.top,
-            width: frame.width,
-            height: frame.height,
-            id: format!("frame{}", self.clips),
+            x,
+            y,
+            width,
+            height,
+            id,
         });
         draw(self);
         self.scene.add(Primitive::ClipEnd);
@@ -222,13 +232,23 @@ impl Sheet {
                 .with_scale(PIXELS)
                 .render_scene(&self.scene)
                 .map_err(PlotError::Drawing),
-            Format::Svg => Ok(SvgBackend::new()
-                .with_embedded_font(true)
-                .render_scene(&self.scene)
-                .into_bytes()),
+            Format::Svg => Ok(self.svg().into_bytes()),
         }
     }
+
+    /// The drawing, as large as it is meant: what has no unit is a pixel, 1/96 inch.
+    fn svg(&self) -> String {
+        let (width, height) = (self.scene.width, self.scene.height);
+        let drawing = SvgBackend::new().render_scene(&self.scene);
+        let in_pixels = format!(r#"width="{width}" height="{height}""#);
+        let in_points =
+            format!(r#"width="{width}pt" height="{height}pt" viewBox="0 0 {width} {height}""#);
+        drawing.replacen(&in_pixels, &in_points, 1)
+    }
 }
+
+/// The font that widths are of, and one with such widths where that is not installed.
+const FONTS: &str = "DejaVu Sans, Verdana, sans-serif";
 
 /// A circumflex on the letter before.
 const CIRCUMFLEX: char = '\u{302}';
@@ -263,7 +283,39 @@ fn advance(letter: char) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::width;
+    use super::{Align, BLACK, Frame, Sheet, Stroke, width};
+
+    #[test]
+    fn a_drawing_says_how_large_it_is_in_which_letters_and_where_it_is_cut() {
+        let mut sheet = Sheet::new(252.0, 100.5);
+        sheet.words((4.0, 12.0), "q̇ [rad/s]", 8, Align::Left, BLACK);
+        let frame = Frame {
+            left: 10.0,
+            top: 20.0,
+            width: 200.0,
+            height: 60.0,
+        };
+        for _ in 0..2 {
+            let points = vec![(0.0, 0.0), (250.0, 100.0)];
+            sheet.inside(frame, |sheet| {
+                sheet.curve(points, Stroke::solid(BLACK, 1.0))
+            });
+        }
+        let drawing = sheet.svg();
+        assert!(drawing.contains(r#"width="252pt" height="100.5pt" viewBox="0 0 252 100.5""#));
+        assert!(
+            drawing.contains(r#"font-family="DejaVu Sans, "#),
+            "{drawing}"
+        );
+        let cuts: Vec<_> = drawing.split("url(#").skip(1).collect();
+        assert_eq!(cuts.len(), 2, "{drawing}");
+        for cut in cuts {
+            let (name, _) = cut.split_once(')').expect("a reference");
+            let defined = format!(r#"<clipPath id="{name}"><rect x="10.00" y="20.00""#);
+            assert_eq!(drawing.matches(&defined).count(), 1, "{drawing}");
+        }
+        assert!(drawing.len() < 2000, "{} bytes", drawing.len());
+    }
 
     #[test]
     fn a_mark_above_a_letter_takes_no_room() {

@@ -14,7 +14,30 @@
   const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const shown = (value) => (value == null ? "" : String(Number(value.toPrecision(6))).replace("-", "−"));
 
-  let figures = JSON.parse(document.getElementById("figures").textContent);
+  // On a logarithmic abscissa a place is the power of ten.
+  const placed = (figure) => {
+    if (!figure.logarithmic_abscissa) return figure;
+    const traces = figure.traces.map((trace) => ({ ...trace, places: trace.places.map(Math.log10) }));
+    return { ...figure, traces };
+  };
+  const valueAt = (figure, place) => (figure.logarithmic_abscissa ? 10 ** place : place);
+
+  // Where values of one, two or five times a power of ten stand, or the powers alone, or any where none of
+  // these are shown.
+  function decades(from, to) {
+    const MOST = 8;
+    for (const [parts, every] of [[[1, 2, 5], 1], [[1], 1], [[1], 2], [[1], 3]]) {
+      const places = [];
+      for (let power = Math.floor(from); power <= to; power += 1)
+        if (power % every === 0) places.push(...parts.map((part) => power + Math.log10(part)));
+      const seen = places.filter((place) => place >= from && place <= to);
+      if (seen.length < 2) break;
+      if (seen.length <= MOST) return seen;
+    }
+    return [0.1, 0.5, 0.9].map((part) => from + part * (to - from));
+  }
+
+  let figures = JSON.parse(document.getElementById("figures").textContent).map(placed);
   let plots = [];
 
   // What is shown of each abscissa, and what there is.
@@ -129,7 +152,7 @@
           },
         },
         scales: {
-          x: { time: false, distr: figure.logarithmic_abscissa ? 3 : 1, range: () => within(figure.abscissa) },
+          x: { time: false, range: () => within(figure.abscissa) },
           y: {
             range: (_, low, high) => {
               const { range } = figures[number];
@@ -141,7 +164,11 @@
           },
         },
         axes: [
-          { stroke: soft, grid, ticks: { ...grid, size: 4 }, font, label: figure.abscissa, labelFont: font, labelSize: 20, labelGap: 0, size: 28, gap: 4 },
+          { stroke: soft, grid, ticks: { ...grid, size: 4 }, font, label: figure.abscissa, labelFont: font, labelSize: 20, labelGap: 0, size: 28, gap: 4,
+            ...(figure.logarithmic_abscissa && {
+              splits: (_, axis, from, to) => decades(from, to),
+              values: (_, splits) => splits.map((place) => String(Number((10 ** place).toPrecision(3)))),
+            }) },
           { stroke: soft, grid, ticks: { ...grid, size: 4 }, font, size: 60, gap: 4,
             values: (_, splits) => splits.map((value) => (value == null ? "" : shown(Number(value.toPrecision(8))))) },
         ],
@@ -160,7 +187,7 @@
             (chart) => {
               const { left, idx, idxs } = chart.cursor;
               const is = left >= 0 && idx != null;
-              place.textContent = is ? `${figure.abscissa.split(" [")[0]} ${shown(chart.posToVal(left, "x"))}` : "";
+              place.textContent = is ? `${figure.abscissa.split(" [")[0]} ${shown(valueAt(figure, chart.posToVal(left, "x")))}` : "";
               for (const button of buttons) {
                 const [trace] = tracesOf(button);
                 const series = first[trace];
@@ -274,7 +301,7 @@
   window.renew = (next) => {
     const shape = (figure) => figure.traces.map(({ band }) => (band ? 3 : 1)).join();
     if (next.map(shape).join(";") !== figures.map(shape).join(";")) return location.reload();
-    figures = next;
+    figures = next.map(placed);
     measure();
     plots.forEach(({ chart }, number) => chart.setData(table(figures[number])));
   };

@@ -25,10 +25,17 @@ pub struct Swept<'a> {
 #[must_use]
 pub fn sweep(of: &Swept<'_>) -> Page {
     let panels = distribution::panels(of.distribution);
-    let figures = panels.iter().map(Figure::of).collect();
+    let spreads = &of.distribution.spreads;
+    let figures = panels.iter().zip(spreads).map(|(panel, spread)| Figure {
+        title: spread.name.to_owned(),
+        ..Figure::of(panel)
+    });
     let sections = [
         ("What was found", found(of.distribution)),
-        ("How it is distributed", vec![Block::Figures(figures)]),
+        (
+            "How it is distributed",
+            vec![Block::Figures(figures.collect())],
+        ),
         ("How sure it is", how_sure(of.distribution)),
         ("What it rests on", rests_on(of)),
         ("What to do next", next(of.distribution)),
