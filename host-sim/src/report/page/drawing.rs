@@ -127,13 +127,15 @@ impl Frame {
         points
             .chunk_by(|one, next| column(one) == column(next))
             .flat_map(|chunk| {
-                let by_value = |one: &&Point, other: &&Point| one.value.total_cmp(&other.value);
-                let lowest = chunk.iter().min_by(by_value);
-                let highest = chunk.iter().max_by(by_value);
-                let mut ends: Vec<Point> = lowest.into_iter().chain(highest).copied().collect();
-                ends.sort_by(|one, other| one.place.total_cmp(&other.place));
-                ends.dedup_by(|one, other| one.place.total_cmp(&other.place).is_eq());
-                ends
+                let order =
+                    |one: &usize, other: &usize| chunk[*one].value.total_cmp(&chunk[*other].value);
+                let lowest = (0..chunk.len()).min_by(order);
+                let highest = (0..chunk.len()).max_by(order);
+                // In their order in the trace: a step is two values at one place.
+                let mut ends: Vec<usize> = lowest.into_iter().chain(highest).collect();
+                ends.sort_unstable();
+                ends.dedup();
+                ends.into_iter().map(|end| chunk[end])
             })
             .collect()
     }
@@ -170,4 +172,52 @@ fn path(points: impl Iterator<Item = (f64, f64)>) -> String {
 /// A tenth of a pixel is fine enough.
 fn px(value: f64) -> f64 {
     (10.0 * value).round() / 10.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is drawn of points.
+    fn drawn(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+        let trace = Trace {
+            name: String::new(),
+            stroke: Stroke::Dashed,
+            points: points.to_vec(),
+            band: Vec::new(),
+        };
+        let frame = Frame {
+            across: (0.0, 1.0),
+            up: (0.0, 1.0),
+            logarithmic_abscissa: false,
+        };
+        let columns = frame.columns(&trace);
+        let drawn = columns.into_iter();
+        drawn.map(|point| (point.place, point.value)).collect()
+    }
+
+    #[test]
+    fn a_step_stands_upright_whichever_way_it_goes() {
+        let up = [(0.0, 0.0), (0.5, 0.0), (0.5, 1.0), (1.0, 1.0)];
+        assert_eq!(drawn(&up), up);
+        let down = [(0.0, 1.0), (0.5, 1.0), (0.5, 0.0), (1.0, 0.0)];
+        assert_eq!(drawn(&down), down);
+    }
+
+    #[test]
+    fn what_is_too_dense_to_be_seen_is_drawn_by_its_extremes() {
+        let dense: Vec<(f64, f64)> = (0..100_000)
+            .map(|step| {
+                let place = f64::from(step) * 1e-5;
+                (place, (1e4 * place).sin())
+            })
+            .collect();
+        let drawn = drawn(&dense);
+        assert!(drawn.len() <= 2 * (COLUMNS as usize + 1), "{}", drawn.len());
+        assert!(drawn.is_sorted_by(|one, next| one.0 <= next.0));
+        let highest = drawn
+            .iter()
+            .fold(0.0, |most: f64, &(_, value)| most.max(value));
+        assert!(highest > 0.999, "{highest}");
+    }
 }
