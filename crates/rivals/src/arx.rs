@@ -1,5 +1,5 @@
-use crate::recursion::{Recursion, RecursionConfig, RecursionState};
-use crate::{DirectEstimator, Filtered, LeastSquaresConfig, StateVariableFilter, plausible};
+use crate::recursion::{Recursion, RecursionConfig};
+use crate::{DirectEstimator, FilteredSignals, LeastSquaresConfig, StateVariableFilter, plausible};
 use identifier_core::error::OutOfRange;
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
@@ -24,13 +24,7 @@ pub struct ClosedLoopArx<N> {
 }
 
 /// What [`ClosedLoopArx`] remembers.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ClosedLoopArxState<N: Number> {
-    command: N,
-    motion: Filtered<N>,
-    drive: Filtered<N>,
-    recursion: RecursionState<N, 3>,
-}
+pub type ClosedLoopArxState<N> = FilteredSignals<N, 3>;
 
 impl<N: Number> ClosedLoopArx<N> {
     /// Standard deviations of the initial x/T, 1/s, and of the two gains, rad/s² per command unit.
@@ -69,28 +63,19 @@ impl<N: Number> DirectEstimator<N> for ClosedLoopArx<N> {
     const PARAMETERS: &'static [Parameter] = &[Parameter::A, Parameter::B];
 
     fn start(&self) -> Self::State {
-        ClosedLoopArxState {
-            command: N::ZERO,
-            motion: Filtered::AT_REST,
-            drive: Filtered::AT_REST,
-            recursion: self.recursion.start(),
-        }
+        FilteredSignals::at_rest(&self.recursion)
     }
 
     #[inline]
     fn process(&self, state: &mut Self::State, increment: N, command: N) {
-        if !(increment.is_finite() && command.is_finite()) {
+        let Some([velocity_before, drive_before]) = state.take(&self.filter, increment, command)
+        else {
             return;
-        }
-        let velocity_before = state.motion.rate;
-        let drive_before = state.drive.rate;
-        self.filter.process(&mut state.motion, increment);
-        self.filter.process(&mut state.drive, state.command);
+        };
         let regressor = [-velocity_before, state.drive.rate, drive_before];
         let change = state.motion.rate - velocity_before;
         self.recursion
             .update(&mut state.recursion, &regressor, change);
-        state.command = command;
     }
 
     fn estimates(&self, state: &Self::State) -> Option<ServoParameters> {

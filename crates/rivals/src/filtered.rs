@@ -1,5 +1,5 @@
-use crate::recursion::{Recursion, RecursionConfig, RecursionState};
-use crate::{DirectEstimator, Filtered, LeastSquaresConfig, StateVariableFilter, plausible};
+use crate::recursion::{Recursion, RecursionConfig};
+use crate::{DirectEstimator, FilteredSignals, LeastSquaresConfig, StateVariableFilter, plausible};
 use identifier_core::error::OutOfRange;
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
@@ -25,13 +25,7 @@ pub struct FilteredLeastSquares<N> {
 }
 
 /// What [`FilteredLeastSquares`] remembers.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FilteredLeastSquaresState<N: Number> {
-    command: N,
-    motion: Filtered<N>,
-    drive: Filtered<N>,
-    recursion: RecursionState<N, 2>,
-}
+pub type FilteredLeastSquaresState<N> = FilteredSignals<N, 2>;
 
 impl<N: Number> FilteredLeastSquares<N> {
     /// Standard deviations of the initial [â, b̂], 1/s and rad/s² per command unit, for a filtered
@@ -64,25 +58,17 @@ impl<N: Number> DirectEstimator<N> for FilteredLeastSquares<N> {
     const PARAMETERS: &'static [Parameter] = &[Parameter::A, Parameter::B];
 
     fn start(&self) -> Self::State {
-        FilteredLeastSquaresState {
-            command: N::ZERO,
-            motion: Filtered::AT_REST,
-            drive: Filtered::AT_REST,
-            recursion: self.recursion.start(),
-        }
+        FilteredSignals::at_rest(&self.recursion)
     }
 
     #[inline]
     fn process(&self, state: &mut Self::State, increment: N, command: N) {
-        if !(increment.is_finite() && command.is_finite()) {
+        if state.take(&self.filter, increment, command).is_none() {
             return;
         }
-        self.filter.process(&mut state.motion, increment);
-        self.filter.process(&mut state.drive, state.command);
         let regressor = [-state.motion.value, state.drive.value];
         self.recursion
             .update(&mut state.recursion, &regressor, state.motion.rate);
-        state.command = command;
     }
 
     fn estimates(&self, state: &Self::State) -> Option<ServoParameters> {

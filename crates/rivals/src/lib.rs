@@ -19,6 +19,7 @@
 
 mod arx;
 mod filtered;
+mod filtered_signals;
 mod limit_cycle;
 mod mechanical;
 mod multi_step;
@@ -28,6 +29,7 @@ mod state_variable_filter;
 
 pub use arx::{ClosedLoopArx, ClosedLoopArxState};
 pub use filtered::{FilteredLeastSquares, FilteredLeastSquaresState};
+pub use filtered_signals::FilteredSignals;
 pub use limit_cycle::{LimitCycle, LimitCycleState};
 pub use mechanical::{MechanicalLeastSquares, MechanicalLeastSquaresState};
 pub use multi_step::{MultiStepLeastSquares, MultiStepLeastSquaresState};

@@ -1,5 +1,5 @@
-use crate::recursion::{Recursion, RecursionConfig, RecursionState};
-use crate::{DirectEstimator, Filtered, LeastSquaresConfig, StateVariableFilter, plausible};
+use crate::recursion::{Recursion, RecursionConfig};
+use crate::{DirectEstimator, FilteredSignals, LeastSquaresConfig, StateVariableFilter, plausible};
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
@@ -21,13 +21,7 @@ pub struct MechanicalLeastSquares<N> {
 }
 
 /// What [`MechanicalLeastSquares`] remembers.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MechanicalLeastSquaresState<N: Number> {
-    command: N,
-    motion: Filtered<N>,
-    drive: Filtered<N>,
-    recursion: RecursionState<N, 3>,
-}
+pub type MechanicalLeastSquaresState<N> = FilteredSignals<N, 3>;
 
 impl<N: Number> MechanicalLeastSquares<N> {
     /// How many times its initial value J may be.
@@ -69,25 +63,17 @@ impl<N: Number> DirectEstimator<N> for MechanicalLeastSquares<N> {
     const PARAMETERS: &'static [Parameter] = &[Parameter::A, Parameter::B, Parameter::Load];
 
     fn start(&self) -> Self::State {
-        MechanicalLeastSquaresState {
-            command: N::ZERO,
-            motion: Filtered::AT_REST,
-            drive: Filtered::AT_REST,
-            recursion: self.recursion.start(),
-        }
+        FilteredSignals::at_rest(&self.recursion)
     }
 
     #[inline]
     fn process(&self, state: &mut Self::State, increment: N, command: N) {
-        if !(increment.is_finite() && command.is_finite()) {
+        if state.take(&self.filter, increment, command).is_none() {
             return;
         }
-        self.filter.process(&mut state.motion, increment);
-        self.filter.process(&mut state.drive, state.command);
         let regressor = [state.motion.rate, state.motion.value, N::ONE];
         self.recursion
             .update(&mut state.recursion, &regressor, state.drive.value);
-        state.command = command;
     }
 
     fn estimates(&self, state: &Self::State) -> Option<ServoParameters> {
