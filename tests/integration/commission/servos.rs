@@ -3,6 +3,8 @@
 use host_sim::scenario::{Purpose, Scenario};
 use integration_tests::Random;
 
+use crate::verdict::campaign::{self as verdict, KINDS as KNOWN};
+
 /// A servo that nobody knows, drawn.
 #[derive(Debug, Clone)]
 pub(super) struct Drawn {
@@ -119,44 +121,28 @@ pub(super) struct Kind {
     pub(super) speed: f64,
 }
 
-/// The paper's servo with friction, an axis at 10 kHz, and a geared motor.
+/// The servos of the verdict's campaign, and what their users would allow.
 pub(super) const KINDS: [Kind; 3] = [
-    Kind {
-        name: "paper",
-        sample_time: 1e-3,
-        a: 0.2174,
-        b: 257.7,
-        coulomb: 5.0,
-        counts: 10_000.0,
-        limit: 10.0,
-        travel: 1.5,
-        speed: 40.0,
-    },
-    Kind {
-        name: "axis",
-        sample_time: 1e-4,
-        a: 1.5,
-        b: 3000.0,
-        coulomb: 150.0,
-        counts: 20_000.0,
-        limit: 5.0,
-        travel: 0.5,
-        speed: 40.0,
-    },
-    Kind {
-        name: "geared",
-        sample_time: 1e-3,
-        a: 3.1,
-        b: 120.0,
-        coulomb: 10.0,
-        counts: 4096.0,
-        limit: 3.0,
-        travel: 1.0,
-        speed: 10.0,
-    },
+    Kind::allowed(&KNOWN[0], 1.5, 40.0),
+    Kind::allowed(&KNOWN[1], 0.5, 40.0),
+    Kind::allowed(&KNOWN[2], 1.0, 10.0),
 ];
 
 impl Kind {
+    const fn allowed(known: &verdict::Kind, travel: f64, speed: f64) -> Self {
+        Self {
+            name: known.name,
+            sample_time: known.sample_time,
+            a: known.a,
+            b: known.b,
+            coulomb: known.coulomb,
+            counts: known.counts,
+            limit: known.limit,
+            travel,
+            speed,
+        }
+    }
+
     /// To be commissioned from rest, with what is written of its plant besides. The seed draws a load
     /// that friction bears.
     pub(super) fn scenario(&self, plant: &str, seed: u32) -> Scenario {

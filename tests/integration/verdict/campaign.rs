@@ -13,24 +13,24 @@ pub(super) fn factor() -> u32 {
 
 /// A servo of a kind, with what is usual in its motion.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Kind {
-    pub(super) name: &'static str,
-    pub(super) sample_time: f64,
-    pub(super) a: f64,
-    pub(super) b: f64,
-    pub(super) coulomb: f64,
-    pub(super) counts: f64,
-    pub(super) gains: [f64; 3],
-    pub(super) limit: f64,
+pub(crate) struct Kind {
+    pub(crate) name: &'static str,
+    pub(crate) sample_time: f64,
+    pub(crate) a: f64,
+    pub(crate) b: f64,
+    pub(crate) coulomb: f64,
+    pub(crate) counts: f64,
+    pub(crate) gains: [f64; 3],
+    pub(crate) limit: f64,
     /// Power of the noise reference, rad² s, and the time for which a value is held, s.
-    pub(super) noise: [f64; 2],
-    pub(super) duration: f64,
+    pub(crate) noise: [f64; 2],
+    pub(crate) duration: f64,
     /// A usual command, and velocity, rad/s.
-    pub(super) command: f64,
-    pub(super) velocity: f64,
+    pub(crate) command: f64,
+    pub(crate) velocity: f64,
 }
 
-pub(super) const KINDS: [Kind; 3] = [
+pub(crate) const KINDS: [Kind; 3] = [
     Kind {
         name: "paper",
         sample_time: 1e-3,

@@ -1,6 +1,6 @@
 //! What the verdict and the names of causes are worth, over many runs.
 
-mod campaign;
+pub(crate) mod campaign;
 mod effects;
 mod honesty;
 mod misdeclared;
