@@ -9,7 +9,9 @@ use integration_tests::{controller, in_parallel, parse, run, servo};
 
 const BENCH: &str = include_str!("../../host-sim/scenarios/compare.toml");
 
-/// The table of docs/comparison.md: a change in any method shows here.
+/// What shows it.
+const PAGE: &str = include_str!("../../docs/comparison.md");
+
 /// Wide enough for every column.
 const WIDTH: u16 = 200;
 
@@ -21,7 +23,12 @@ fn the_comparison_is_as_reviewed() {
         text.push_str(&format!("\n\n{}: {}\n", case.case.name, case.case.detail));
         text.push_str(&comparison::case(case, &compared, WIDTH));
     }
-    insta::assert_snapshot!(anstream::adapter::strip_str(&text));
+    let text = anstream::adapter::strip_str(&text).to_string();
+    insta::assert_snapshot!(text);
+    assert!(
+        PAGE.contains(&text),
+        "docs/comparison.md shows another table"
+    );
 }
 
 /// What each method's own source claims: the servo without load, a fine sensor, no saturation; and
