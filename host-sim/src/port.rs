@@ -155,7 +155,7 @@ impl Port {
         // One byte at a time: what follows the message belongs to the next.
         while Instant::now() < until {
             match self.line.read(&mut byte) {
-                Ok(0) => return Err(self.fault("the other end has gone")),
+                Ok(0) => return Err(self.fault("the other end has gone: it was switched off, or speaks with another program now")),
                 Ok(_) => {}
                 Err(error) if is_silence(&error) => continue,
                 Err(error) => return Err(self.fault(error)),

@@ -45,6 +45,23 @@ fn assert_refused(test: &str, (from, to): (&str, &str), key: &str, message: &str
 }
 
 #[test]
+fn what_is_not_known_is_a_dash() {
+    let folder = folder("not-known");
+    let file = folder.join("still.toml");
+    std::fs::write(
+        &file,
+        "[plant]\na = 1.0\nb = 100.0\n[excitation]\nkind = \"none\"\n[identifier]\nlaw = \"gauss-newton\"\n\
+         [run]\nduration = 1.0\n",
+    )
+    .expect("it is written");
+    let output = host_sim(&["run", &file.display().to_string()]);
+    let told = String::from_utf8_lossy(&output.stdout);
+    let row = told.lines().nth(2).expect("a row");
+    assert!(row.contains("no-information"), "{told}");
+    assert!(!row.contains('±') && row.matches('–').count() >= 3, "{row}");
+}
+
+#[test]
 fn run_writes_json_csv_and_pictures() {
     let folder = folder("outputs");
     let scenario = scenario(&folder, &short(PROPOSED));
@@ -330,7 +347,7 @@ fn value_out_of_range_is_answered_with_line_key_value_and_range() {
             "counts_per_rev = 10000",
             "counts_per_rev = -5",
             "encoder.counts_per_rev",
-            "at least 0",
+            "from 0 to 1e9",
         ),
     ] {
         assert_refused(test, (from, to), key, message);

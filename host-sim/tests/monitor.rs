@@ -38,8 +38,12 @@ impl Bench {
 
     /// With something more in the scenario.
     fn with(test: &str, more: &str) -> Self {
+        Self::of(test, &format!("{SCENARIO}{more}"))
+    }
+
+    /// Of a scenario.
+    fn of(test: &str, scenario: &str) -> Self {
         let folder = folder(test);
-        let scenario = format!("{SCENARIO}{more}");
         std::fs::write(folder.join("servo.toml"), scenario).expect("it is written");
         let mut drive = Command::new(PROGRAM)
             .args(["drive", "simulate", "servo.toml", "--listen", "127.0.0.1:0"])
@@ -146,6 +150,22 @@ fn replayed(folder: &Path, name: &str) -> f64 {
     assert!(output.status.success(), "{}", standard_error(&output));
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     json["estimates"]["b"]["final"].as_f64().expect("a number")
+}
+
+#[test]
+fn a_simulated_drive_has_room_for_any_dither_and_says_whose_scenario_it_is() {
+    let large = SCENARIO.replace("amplitude = 0.05", "amplitude = 5.0");
+    let bench = Bench::of("monitor-large-dither", &large);
+    let status = bench.drive("status");
+    assert!(status.contains("beyond 20 rad of error"), "{status}");
+    let other = SCENARIO.replace("10000", "4096");
+    let file = bench.folder.join("other.toml").display().to_string();
+    std::fs::write(&file, other).expect("it is written");
+    let refused = host_sim(&["drive", "--port", &bench.port, "commission", &file]);
+    assert_eq!(refused.status.code(), Some(2));
+    let why = standard_error(&refused);
+    let told = "encoder.counts_per_rev is 4096 here, and 10000 in the drive: `drive configure`";
+    assert!(why.contains(told), "{why}");
 }
 
 #[test]

@@ -339,6 +339,9 @@ impl fmt::Display for NotAllowed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { name, why } = self;
         match why {
+            Why::OutOfRange { given, least, most } if least.to_bits() == most.to_bits() => {
+                write!(f, "{name} = {given} is not allowed: here it is {least}")
+            }
             Why::OutOfRange { given, least, most } => write!(
                 f,
                 "{name} = {given} is not allowed: it must be from {least} to {most}"

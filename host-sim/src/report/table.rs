@@ -4,7 +4,7 @@ use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Parameter;
 
 use super::rows::Rows;
-use crate::analysis::{Estimate, Summary};
+use crate::analysis::{Estimate, Status, Summary};
 
 /// One row for each experiment, named in the first column; friction only where some law estimates
 /// it, deviations and settling times only where some truth is known, and where `width` characters have room.
@@ -32,15 +32,18 @@ pub fn estimates(rows: &[(&str, &Summary)], width: u16) -> String {
     }
     table = table.words("status");
     for (name, summary) in rows {
-        let cell = |parameter, digits| with_spread(summary.estimate(parameter), digits);
+        let is_known = |estimate: &&Estimate| !is_unknown(summary.status(), estimate);
+        let cell =
+            |parameter, digits| with_spread(summary.estimate(parameter).filter(is_known), digits);
         let deviation = |of: &dyn Fn(&ServoParameters) -> String| {
             truth.then(|| summary.truth.as_ref().map_or_else(dash, of))
         };
         let (a, b) = (&summary.a, &summary.b);
+        let [off_a, off_b] = [a, b].map(|estimate| is_known(&estimate));
         let mut row = vec![(*name).to_owned(), cell(Parameter::A, 4)];
         row.extend(deviation(&|truth| {
             let off = a.tail_mean - truth.a;
-            if off.is_finite() {
+            if off_a && off.is_finite() {
                 format!("{off:+.4}")
             } else {
                 dash()
@@ -49,7 +52,7 @@ pub fn estimates(rows: &[(&str, &Summary)], width: u16) -> String {
         row.push(cell(Parameter::B, 2));
         row.extend(deviation(&|truth| {
             let off = 100.0 * (b.tail_mean / truth.b - 1.0);
-            if off.is_finite() {
+            if off_b && off.is_finite() {
                 format!("{off:+.3} %")
             } else {
                 dash()
@@ -68,6 +71,13 @@ pub fn estimates(rows: &[(&str, &Summary)], width: u16) -> String {
         table.row(row);
     }
     table.within(width)
+}
+
+/// Whether nothing was found: the data say nothing of it, or it never left where it began.
+fn is_unknown(status: Status, estimate: &Estimate) -> bool {
+    let is_none = matches!(status, Status::NoInformation | Status::Aborted);
+    let is_endless = |error: f64| !error.is_finite();
+    estimate.std_error.is_some_and(is_endless) || is_none && estimate.tail_std <= 0.0
 }
 
 fn dash() -> String {

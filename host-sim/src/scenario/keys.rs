@@ -46,6 +46,9 @@ pub(crate) const MOST_COLUMNS: u32 = 1000;
 const CUTOFF: f64 = 500.0;
 
 const ANY: Range = Fixed(Allowed::Finite);
+/// No servo accelerates by more, rad/s² for a unit of command or by itself, or brakes faster, 1/s.
+const FASTEST: f64 = 1e12;
+const COUNTS: Range = Fixed(Allowed::Within(0.0, 1e9));
 const POSITIVE: Range = Fixed(Allowed::Above(0.0));
 const NOT_NEGATIVE: Range = Fixed(Allowed::AtLeast(0.0));
 const GAIN: Range = Fixed(Allowed::Within(0.0, Gains::LARGEST));
@@ -78,13 +81,13 @@ macro_rules! keys {
 keys! {
 "plant": Table(Stated), Follows("required for a run; where it is stated and [log] is not, a log to replay is that of a run of this scenario"), "",
     "the true servo, q'' = -a q' + b u + load - coulomb sign q', with q the position in rad and u the command";
-"plant.a": Number(NOT_NEGATIVE, |s, v| plant(s).a = v), Required("0.5"), "1/s",
+"plant.a": Number(Fixed(Allowed::Within(0.0, FASTEST)), |s, v| plant(s).a = v), Required("0.5"), "1/s",
     "viscous friction over inertia: after a push the speed decays as exp(-a t)";
-"plant.b": Number(POSITIVE, |s, v| plant(s).b = v), Required("200.0"), "rad/s² per command unit",
+"plant.b": Number(Fixed(Allowed::PositiveUpTo(FASTEST)), |s, v| plant(s).b = v), Required("200.0"), "rad/s² per command unit",
     "acceleration for one unit of command";
-"plant.load": Number(ANY, |s, v| plant(s).load = v), Is(0.0), "rad/s²",
+"plant.load": Number(Fixed(Allowed::Within(-FASTEST, FASTEST)), |s, v| plant(s).load = v), Is(0.0), "rad/s²",
     "acceleration by a constant load";
-"plant.coulomb": Number(NOT_NEGATIVE, |s, v| plant(s).coulomb = v), Is(0.0), "rad/s²",
+"plant.coulomb": Number(Fixed(Allowed::Within(0.0, FASTEST)), |s, v| plant(s).coulomb = v), Is(0.0), "rad/s²",
     "deceleration by Coulomb friction";
 "plant.delay": Number(Late, |s, v| s.effects.delay = v), Is(0.0), "s",
     "time until a command acts, any fraction of a sample";
@@ -122,7 +125,7 @@ keys! {
     "[standard deviation, time constant] of a load that wanders in addition, seeded by run.seed";
 
 "encoder": Table(Simulated), Follows("10000 counts; in a replay of another log, its own resolution"), "", "the position sensor";
-"encoder.counts_per_rev": Number(NOT_NEGATIVE, |s, v| s.counts_per_rev = (v > 0.0).then_some(v)), Is(10_000.0), "",
+"encoder.counts_per_rev": Number(COUNTS, |s, v| s.counts_per_rev = (v > 0.0).then_some(v)), Is(10_000.0), "",
     "counts of a revolution after fourfold evaluation; 0 is an ideal sensor, in a replay the log's own resolution";
 "encoder.noise": Number(SENSOR_ERROR, |s, v| s.sensor.noise = v), Is(0.0), "rad",
     "standard deviation of white noise before counting, in a run, seeded by run.seed";

@@ -1,5 +1,6 @@
 //! `host-sim drive commission`: a drive comes to know its servo, while somebody looks on.
 
+use std::f64::consts::TAU;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -63,6 +64,26 @@ impl Arguments {
             let gains = scenario.gains_before().map_err(of_scenario)?;
             settings = unconfigured(&settings, &order, gains.as_ref());
             client.ask(Command::Configure(settings)).map_err(fault)?;
+        }
+        let core = &settings.closed_loop.core;
+        for (key, own, wanted) in [
+            (
+                "encoder.counts_per_rev",
+                TAU / core.resolution,
+                TAU / order.resolution,
+            ),
+            (
+                "commission.sample_time",
+                core.sample_time,
+                order.sample_time,
+            ),
+        ] {
+            if (own / wanted - 1.0).abs() > 1e-9 {
+                let told = format!(
+                    "{key} is {wanted} here, and {own} in the drive: `drive configure` tells it another servo"
+                );
+                return Err(Fault::of_scenario(&self.scenario, told));
+            }
         }
         let before = gains(&settings);
         let mut planned = order;

@@ -4,6 +4,8 @@ use std::io;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
+use drive_link::Settings;
+
 use super::of_scenario;
 use crate::cli::fault::Fault;
 use crate::cli::standard_output::{flush, say};
@@ -29,8 +31,16 @@ impl Arguments {
         let mut drive =
             SimulatedDrive::new(&scenario, self.listen).map_err(|error| self.fault(error))?;
         if !self.new {
-            let settings = of_scenario(&self.scenario, &scenario, drive.built_in())
+            let mut settings = of_scenario(&self.scenario, &scenario, drive.built_in())
                 .map_err(|fault| self.hint(fault))?;
+            // There is no machine here that could come to harm.
+            let Settings {
+                dither, protection, ..
+            } = &mut settings;
+            let at_least =
+                |room: &mut f64, amplitudes: f64| *room = room.max(amplitudes * dither.amplitude);
+            at_least(&mut protection.following_error, 4.0);
+            at_least(&mut protection.travel, 4.0);
             drive = drive.configured(settings);
         }
         let address = drive

@@ -174,8 +174,14 @@ fn found(of: &Experiment<'_>) -> Vec<Block> {
                 let truth = row
                     .truth
                     .or_else(|| Some(terms::truth(&scenario.effects, row.unknown)));
+                let is_none = matches!(summary.status(), Status::NoInformation | Status::Aborted);
                 cells.extend(truth.map_or([dash(), dash()], |truth| {
-                    [figure(truth), off_by(row.value, truth)]
+                    let off = if is_none && row.half.is_none() {
+                        dash()
+                    } else {
+                        off_by(row.value, truth)
+                    };
+                    [figure(truth), off]
                 }));
             }
             cells
