@@ -45,6 +45,25 @@ fn assert_refused(test: &str, (from, to): (&str, &str), key: &str, message: &str
 }
 
 #[test]
+fn the_least_scenario_runs_in_fixed_point_too() {
+    let folder = folder("minimal-in-words");
+    let minimal = include_str!("../scenarios/minimal.toml");
+    let file = folder.join("minimal.toml");
+    let name = file.display().to_string();
+    std::fs::write(&file, minimal).expect("it is written");
+    let output = host_sim(&["drift", &name]);
+    assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
+    let fixed = minimal.replace("[identifier]", "[identifier]\narithmetic = \"fixed\"");
+    assert_ne!(fixed, minimal);
+    std::fs::write(&file, fixed).expect("it is written");
+    let output = host_sim(&["run", &name, "--json", "-"]);
+    assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
+    let result: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(result["arithmetic"], "fixed");
+    assert_eq!(result["status"], "converged", "{result}");
+}
+
+#[test]
 fn what_is_not_known_is_a_dash() {
     let folder = folder("not-known");
     let file = folder.join("still.toml");

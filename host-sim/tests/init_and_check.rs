@@ -286,6 +286,40 @@ fn what_is_said_to_become_known_does_in_a_run() {
 }
 
 #[test]
+fn nothing_is_said_to_become_known_that_cannot() {
+    let stuck = scenario("stuck", &format!("coulomb = 1e9\n{LAW}"));
+    let check = json(&["check", &text(&stuck), "--json", "-"]);
+    for known in check["known"].as_array().expect("a list") {
+        assert_eq!(known["within_run"], false, "{known}");
+        assert!(
+            known["from"].is_null() && known["std_error"].is_null(),
+            "{known}"
+        );
+    }
+    // A run that breaks off cannot be longer.
+    let broken = scenario(
+        "broken",
+        &format!(
+            "{LAW}max_speed = 20.0\n[run]\nduration = 3.0\n\
+             [[fault]]\nkind = \"encoder-jump\"\ntime = 0.02\nsize = 100000\n"
+        ),
+    );
+    let check = json(&["check", &text(&broken), "--json", "-"]);
+    let known = check["known"].as_array().expect("a list");
+    assert!(known.iter().any(|known| known["within_run"] == false));
+    for known in known {
+        assert_eq!(
+            known["within_run"] == true,
+            known["from"].is_number(),
+            "{known}"
+        );
+    }
+    let told = done(&["check", &text(&broken)]);
+    assert!(told.contains("the run breaks off"), "{told}");
+    assert!(!told.contains("run longer"), "{told}");
+}
+
+#[test]
 fn what_speaks_against_a_scenario_is_said() {
     let pid = "[controller]\nkp = 9.0\nki = 4.0\n";
     for (test, more, expected) in [

@@ -2,6 +2,7 @@
 
 use identifier_core::parameters::Parameter;
 use identifier_core::unknowns::Unknown;
+use identifier_core::verdict::LEAST_TRAVEL;
 
 use super::document::Known;
 use super::information::Information;
@@ -31,6 +32,9 @@ struct Motion {
     sample_time: f64,
     limit: [f64; 2],
     last: Option<f64>,
+    /// The distance travelled, forth and back, and the least that tells anything, rad.
+    travel: f64,
+    least_travel: f64,
     velocity: f64,
     samples: f64,
     position: [f64; 2],
@@ -58,6 +62,8 @@ impl Rehearsal {
             sample_time,
             limit: scenario.controller().limit,
             last: None,
+            travel: 0.0,
+            least_travel: LEAST_TRAVEL * resolution,
             velocity: 0.0,
             samples: 0.0,
             position: [0.0; 2],
@@ -67,7 +73,8 @@ impl Rehearsal {
             since: vec![None; parameters.len()],
         };
         let outcome = simulate::run(scenario, &mut |sample| motion.add(sample, &parameters))?;
-        let errors = motion.information.standard_errors();
+        let errors = motion.standard_errors();
+        let ran_through = outcome.abort.is_none();
         let known = parameters.iter().enumerate().map(|(place, parameter)| {
             let tolerance = motion.tolerance(*parameter);
             let error = errors[place];
@@ -77,14 +84,15 @@ impl Rehearsal {
                 unit: Unknown::from(*parameter).unit(),
                 std_error: error.is_finite().then_some(error),
                 needed: tolerance,
-                // Standard errors fall with the square root of time.
+                // Standard errors fall with the square root of time, of a run that can be longer.
                 from: motion.since[place]
-                    .filter(|_| error <= tolerance)
+                    .filter(|_| is_enough(error, tolerance))
                     .or_else(|| {
                         let times = (error / tolerance).powi(2);
-                        (times.is_finite() && end > 0.0).then_some(end * times)
+                        let can_be_longer = ran_through && end > 0.0;
+                        (times.is_finite() && can_be_longer).then_some(end * times)
                     }),
-                within_run: error <= tolerance,
+                within_run: is_enough(error, tolerance),
             }
         });
         let known = known.collect();
@@ -102,12 +110,18 @@ impl Rehearsal {
     }
 }
 
+/// Whether a parameter with this standard error is known to a tolerance; what did not move has none.
+fn is_enough(error: f64, tolerance: f64) -> bool {
+    error.is_finite() && error <= tolerance
+}
+
 impl Motion {
     fn add(&mut self, sample: &Sample, parameters: &[Parameter]) {
         /// Times at which it is looked whether something is known, in a row.
         const RATIO: f64 = 1.05;
         let moved = self.last.map_or(0.0, |last| sample.position - last);
         self.last = Some(sample.position);
+        self.travel += moved.abs();
         self.velocity += self.new * (moved / self.sample_time - self.velocity);
         self.information.add(self.velocity, sample.command);
         let before = (self.samples + 1.0).ln() / RATIO.ln();
@@ -123,13 +137,22 @@ impl Motion {
         let [low, high] = self.limit;
         self.limited += f64::from(u8::from(sample.command <= low || sample.command >= high));
         if before.floor() < now.floor() {
-            let errors = self.information.standard_errors();
+            let errors = self.standard_errors();
             for (place, error) in errors.into_iter().enumerate() {
-                let is_known = error <= self.tolerance(parameters[place]);
+                let is_known = is_enough(error, self.tolerance(parameters[place]));
                 let since = &mut self.since[place];
                 *since = since.or(Some(sample.time)).filter(|_| is_known);
             }
         }
+    }
+
+    /// The least standard errors, SI; infinite where the motion says nothing.
+    fn standard_errors(&self) -> Vec<f64> {
+        let errors = self.information.standard_errors();
+        if self.travel < self.least_travel {
+            return vec![f64::INFINITY; errors.len()];
+        }
+        errors
     }
 
     /// The standard error from which on a parameter counts as known, SI: as in the verdict.

@@ -16,6 +16,8 @@ pub(super) fn warnings(check: &Check, scenario: &Scenario, rehearsal: &Rehearsal
                 "{name} will not be known within the run, but after about {from:.2} s: run longer \
                  (run.duration), or move more, and faster and slower"
             ),
+            // That it breaks off is said.
+            None if known.std_error.is_some() => continue,
             None => format!(
                 "the motion says nothing of {name}: the reference must change, in both directions and \
                  at more than one frequency ([excitation])"

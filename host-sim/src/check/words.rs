@@ -68,7 +68,12 @@ impl fmt::Display for Words<'_> {
                     "known to {:.2e} {} after about {from:.3} s; at the end to {error:.1e} at best",
                     known.needed, known.unit
                 )?,
-                _ => writeln!(f, "not: the motion says nothing of it")?,
+                (Some(error), None) => writeln!(
+                    f,
+                    "not to {:.2e} {} when the run breaks off; to {error:.1e} at best",
+                    known.needed, known.unit
+                )?,
+                (None, _) => writeln!(f, "not: the motion says nothing of it")?,
             }
         }
         if check.warnings.is_empty() {

@@ -2,7 +2,9 @@
 
 use identifier_core::adaptation::{AutomaticGain, GainError};
 use identifier_core::control::Controller;
+use identifier_core::error::Allowed;
 use identifier_core::excitation::Excitation;
+use identifier_core::fixed_point::{FixedGradientIdentifier, FixedVelocity};
 use identifier_core::identifier::IdentifierError;
 use identifier_core::interval::Interval;
 use identifier_core::measurement::velocity::VelocityEstimate;
@@ -14,7 +16,7 @@ use identifier_core::stability::{CertificateError, PlantBox};
 use identifier_core::units::Units;
 use identifier_core::{ControllerSettings, Settings};
 
-use super::dispatch::with_types;
+use super::dispatch::{with_types, with_words};
 use super::{Arithmetic, ExcitationSettings, Fault, Key, Reference, Scenario};
 
 /// The most samples of a reference that a Γ is chosen from.
@@ -61,6 +63,9 @@ impl Scenario {
         {
             let gamma = self.automatic_gamma(&settings, reference)?;
             settings.identifier.gamma = Some(gamma);
+            if self.identifier.arithmetic == Arithmetic::Fixed {
+                with_words!(self => slowed_to_words(&mut settings));
+            }
         }
         Ok(settings)
     }
@@ -236,6 +241,31 @@ fn assumed_box(settings: &Settings) -> Result<PlantBox, IdentifierError> {
 }
 
 /// Γ for the loop of these settings, over all four parameters.
+/// Takes a Γ that was chosen down to what words hold, all of it by one factor: then it adapts more
+/// slowly. What else words refuse is refused where the identifier is built.
+fn slowed_to_words<V, S, const P: usize>(settings: &mut Settings)
+where
+    V: FixedVelocity,
+    S: ParameterSet<P>,
+{
+    // Each parameter has a bound, and all of them have one together.
+    for _ in 0..=P {
+        let built = settings.build::<FixedGradientIdentifier<V, S, P>>();
+        let (Err(IdentifierError::Range(refused)), Some(gamma)) =
+            (built, &mut settings.identifier.gamma)
+        else {
+            return;
+        };
+        let (Allowed::PositiveUpTo(most), "gamma") = (refused.allowed, refused.parameter) else {
+            return;
+        };
+        let factor = most / refused.value;
+        for entry in gamma.iter_mut().flatten() {
+            *entry *= factor;
+        }
+    }
+}
+
 fn chosen_gamma<V, S, const P: usize>(
     automatic: &AutomaticGain,
     in_loop: &Settings,

@@ -26,4 +26,4 @@ mod rules;
 pub use cause::Cause;
 pub use evidence::{Evidence, Lack, Motion, Residual, UnknownEvidence};
 pub use reason::Reason;
-pub use rules::{Status, Verdict};
+pub use rules::{LEAST_TRAVEL, Status, Verdict};

@@ -102,8 +102,8 @@ const NEAR: f64 = 5.0;
 /// Samples without which there is no telling.
 const FEWEST_SAMPLES: u64 = 100;
 
-/// Counts that must have been travelled.
-const LEAST_TRAVEL: f64 = 20.0;
+/// Encoder counts that must have been travelled, forth and back, before anything can be known.
+pub const LEAST_TRAVEL: f64 = 20.0;
 
 /// An output error so many times the encoder's, and so correlated, has a cause, named or not.
 const BEYOND_ENCODER: f64 = 1.5;
