@@ -1,9 +1,9 @@
 use std::path::PathBuf;
 
 use super::call;
-use super::drawing::Drawing;
+use super::documents::{Begun, Documents};
 use super::fault::Fault;
-use super::files::{self, Files};
+use super::files;
 use super::progress::Progress;
 use super::standard_output::say;
 use super::terminal;
@@ -16,25 +16,18 @@ use crate::scenario::{Purpose, Scenario, keys};
 pub(super) struct Arguments {
     /// The scenario, a TOML file; its law does not matter.
     scenario: PathBuf,
-    /// Write the result as JSON to this file; `-` is standard output.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
     #[command(flatten)]
-    drawing: Drawing,
-    /// Write a report, one HTML page with everything in it, to this file; `-` is standard output.
-    #[arg(long, value_name = "FILE")]
-    report: Option<PathBuf>,
-    /// Replace files that are there already.
-    #[arg(long)]
-    force: bool,
+    documents: Documents,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
-    let mut files = Files::reading(&[&arguments.scenario], arguments.force);
-    let json = files.output(arguments.json.as_deref())?;
-    let picture = files.picture(&arguments.drawing)?;
-    let page = files.output(arguments.report.as_deref())?;
+    let Begun {
+        files,
+        json,
+        picture,
+        page,
+    } = arguments.documents.begin(&[&arguments.scenario])?;
     let of_scenario = |fault| Fault::of_scenario(&arguments.scenario, fault);
     let runs = compare::runs(&scenario).map_err(of_scenario)?;
     let progress = Progress::of(runs as u64, "runs");

@@ -5,6 +5,7 @@ mod check;
 mod commission;
 mod compare;
 mod completions;
+mod documents;
 mod drawing;
 mod drift;
 mod drive;

@@ -2,9 +2,9 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 use super::call;
-use super::drawing::Drawing;
+use super::documents::{Begun, Documents};
 use super::fault::Fault;
-use super::files::{self, Files};
+use super::files;
 use super::interruption;
 use super::progress::Progress;
 use super::standard_output::say;
@@ -28,30 +28,23 @@ pub(super) struct Arguments {
     /// Threads; all cores unless stated. The result is the same for any number.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
-    /// Write the distribution as JSON to this file; `-` is standard output.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
     /// Write every servo with what was found to this file, one row a servo; `-` is standard
     /// output.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     #[command(flatten)]
-    drawing: Drawing,
-    /// Write a report, one HTML page with everything in it, to this file; `-` is standard output.
-    #[arg(long, value_name = "FILE")]
-    report: Option<PathBuf>,
-    /// Replace files that are there already.
-    #[arg(long)]
-    force: bool,
+    documents: Documents,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
-    let mut files = Files::reading(&[&arguments.scenario], arguments.force);
-    let json = files.output(arguments.json.as_deref())?;
+    let Begun {
+        mut files,
+        json,
+        picture,
+        page,
+    } = arguments.documents.begin(&[&arguments.scenario])?;
     let csv = files.output(arguments.csv.as_deref())?;
-    let picture = files.picture(&arguments.drawing)?;
-    let page = files.output(arguments.report.as_deref())?;
     if let Some(threads) = arguments.threads {
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads as usize)

@@ -6,9 +6,9 @@ use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::tuning::{Goal, TuningError};
 
 use super::call;
-use super::drawing::Drawing;
+use super::documents::{Begun, Documents};
 use super::fault::Fault;
-use super::files::{self, Files};
+use super::files;
 use super::standard_output::say;
 use crate::nearest;
 use crate::report::page::tuning;
@@ -77,17 +77,8 @@ pub(super) struct Arguments {
     /// Tune even for a result that has not converged: nothing vouches for what is promised then.
     #[arg(long)]
     accept_unconverged: bool,
-    /// Write gains and promise as JSON to this file; `-` is standard output.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
     #[command(flatten)]
-    drawing: Drawing,
-    /// Write a report, one HTML page with everything in it, to this file; `-` is standard output.
-    #[arg(long, value_name = "FILE")]
-    report: Option<PathBuf>,
-    /// Replace files that are there already.
-    #[arg(long)]
-    force: bool,
+    documents: Documents,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
@@ -98,10 +89,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         .into_iter()
         .flatten()
         .collect();
-    let mut files = Files::reading(&inputs, arguments.force);
-    let json = files.output(arguments.json.as_deref())?;
-    let picture = files.picture(&arguments.drawing)?;
-    let page = files.output(arguments.report.as_deref())?;
+    let Begun {
+        files,
+        json,
+        picture,
+        page,
+    } = arguments.documents.begin(&inputs)?;
 
     let of_result = |fault: &dyn std::fmt::Display| {
         Fault::Input(format!("{}: {fault}", arguments.result.display()))
