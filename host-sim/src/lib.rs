@@ -47,6 +47,7 @@ pub mod paper;
 pub mod pil;
 pub mod port;
 pub mod prediction;
+pub mod present;
 pub mod program;
 pub mod replay;
 pub mod report;

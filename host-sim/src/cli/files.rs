@@ -10,8 +10,8 @@ use super::drawing::Drawing;
 use super::fault::Fault;
 use super::output_file::PendingFile;
 use super::place::Place;
+use crate::present::Page;
 use crate::report::heat::{self, Grids};
-use crate::report::page::Page;
 use crate::report::plot::{self, Format, Panel, PlotError, Size};
 use crate::report::timeline::{self, Timeline};
 

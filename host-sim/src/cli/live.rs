@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use super::fault::Fault;
 use super::interruption;
 use crate::live::{Server, Update};
-use crate::report::page::{Page, Stage};
+use crate::present::{Page, Progress};
 
 /// How often the page is made anew.
 const PERIOD: Duration = Duration::from_millis(400);
@@ -116,13 +116,13 @@ impl Live {
 
     /// Shows the page as it is now.
     pub(super) fn show(&self, page: &Page) {
-        self.put(page, Stage::Underway);
+        self.put(page, Progress::Underway);
     }
 
     /// Shows the page as it is in the end, until somebody has seen enough.
     pub(super) fn stay(&self, page: &Page) {
         const LOOK: Duration = Duration::from_millis(50);
-        self.put(page, Stage::Over);
+        self.put(page, Progress::Over);
         let enough = interruption::asks_first();
         // As above.
         let _ = writeln!(
@@ -135,7 +135,7 @@ impl Live {
         }
     }
 
-    fn put(&self, page: &Page, stage: Stage) {
+    fn put(&self, page: &Page, stage: Progress) {
         self.server.show(Update {
             page: page.live_html(stage).into(),
             change: page.change(stage).into(),

@@ -5,7 +5,7 @@ use identifier_core::tuning::Tuning;
 
 use super::quantity::{SIDES, figure, fixed, per_cent, plain, sentence, signed, with_interval};
 use super::unknowns::{COMMISSIONED, described};
-use super::{Block, Column, Figure, Page, Table, Tone, Verdict};
+use super::{Block, Column, Figure, Page, Section, Table, Tone, Verdict};
 use crate::commission::{Outcome, StepResponse};
 use crate::report::commission::{self as report, Traces, UNKNOWNS};
 use crate::report::promise::{self, FeedForwardDocument};
@@ -37,13 +37,13 @@ pub fn commissioning(of: &Commissioned<'_>) -> Page {
     let picture = report::picture(of.limits, of.outcome, of.traces, promised.as_ref());
     let figures = Figure::of_timeline(&picture, &["Position", "Speed", "Command"]);
     let sections = [
-        ("What was found", found(of)),
-        ("Over time", vec![Block::Figures(figures)]),
-        ("How sure it is", how_sure(of)),
-        ("What it rests on", rests_on(of)),
-        ("What to do next", next(of)),
+        Section::full("What was found", found(of)),
+        Section::full("Over time", vec![Block::Figures(figures)]),
+        Section::full("How sure it is", how_sure(of)),
+        Section::full("What it rests on", rests_on(of)),
+        Section::full("What to do next", next(of)),
     ];
-    Page::of(of.title, of.command, verdict(of), sections)
+    Page::new(of.title, of.command, verdict(of), sections)
 }
 
 fn verdict(of: &Commissioned<'_>) -> Verdict {

@@ -1,7 +1,7 @@
 //! The page of a comparison.
 
 use super::quantity::{figure, fixed, per_cent, signed};
-use super::{Block, Column, Page, Table, Tone, Verdict};
+use super::{Block, Column, Page, Section, Table, Tone, Verdict};
 use crate::compare::Comparison;
 use crate::report::comparison::{Document, MethodDocument};
 
@@ -17,14 +17,14 @@ pub fn comparison(title: &str, command: &str, of: &Comparison, document: &Docume
         .collect();
     let cases = document.cases.len();
     let sections = [
-        (
+        Section::full(
             "What was found",
             vec![Block::Table(standings(&ranked, cases))],
         ),
-        ("Every method in every case", every(of, document)),
-        ("How sure it is", vec![how_sure()]),
-        ("What it rests on", rests_on(of)),
-        ("What to do next", next()),
+        Section::full("Every method in every case", every(of, document)),
+        Section::full("How sure it is", vec![how_sure()]),
+        Section::full("What it rests on", rests_on(of)),
+        Section::full("What to do next", next()),
     ];
     let verdict = Verdict {
         tone: Tone::Good,
@@ -40,7 +40,7 @@ pub fn comparison(title: &str, command: &str, of: &Comparison, document: &Docume
         detail: "All listen to, or control, the same servo, and are judged by the same verdict."
             .to_owned(),
     };
-    Page::of(title, command, verdict, sections)
+    Page::new(title, command, verdict, sections)
 }
 
 /// How a method did over all cases.

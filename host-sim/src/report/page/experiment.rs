@@ -6,7 +6,7 @@ use identifier_core::unknowns::Unknown;
 use super::quantity::{SIDES, figure, fixed, per_cent, plain, sentence, signed, with_interval};
 use super::remedies::remedies;
 use super::unknowns::described;
-use super::{Block, Column, Figure, Page, Table, Tone, Verdict, gains};
+use super::{Block, Column, Figure, Page, Section, Table, Tone, Verdict, gains};
 use crate::analysis::{Batch, Status, Summary};
 use crate::replay::Agreement;
 use crate::report::json::Document;
@@ -48,13 +48,13 @@ pub fn experiment(of: &Experiment<'_>) -> Page {
         }
     });
     let sections = [
-        ("What was found", found(of)),
-        ("Over time", vec![Block::Figures(figures.collect())]),
-        ("How sure it is", how_sure(of)),
-        ("What it rests on", rests_on(of)),
-        ("What to do next", next(of)),
+        Section::full("What was found", found(of)),
+        Section::full("Over time", vec![Block::Figures(figures.collect())]),
+        Section::full("How sure it is", how_sure(of)),
+        Section::full("What it rests on", rests_on(of)),
+        Section::full("What to do next", next(of)),
     ];
-    Page::of(of.title, of.command, verdict(of.summary), sections)
+    Page::new(of.title, of.command, verdict(of.summary), sections)
 }
 
 fn verdict(summary: &Summary) -> Verdict {

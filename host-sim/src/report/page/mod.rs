@@ -11,7 +11,6 @@
 
 mod commissioning;
 mod comparison;
-mod content;
 mod data;
 mod drawing;
 mod experiment;
@@ -27,8 +26,9 @@ mod unknowns;
 
 pub use commissioning::{Commissioned, commissioning};
 pub use comparison::comparison;
-pub use content::{Block, Column, Page, Section, Stage, Table, Tone, Verdict};
 pub use experiment::{Experiment, experiment};
 pub use figure::{Figure, Stretch, Stroke, Trace};
 pub use sweep::{Swept, sweep};
 pub use tuning::tuning;
+
+use crate::present::{Block, Column, Page, Progress, Section, Table, Tone, Verdict};

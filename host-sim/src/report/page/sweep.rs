@@ -1,7 +1,7 @@
 //! The page of a sweep.
 
 use super::quantity::{SIDES, figure, fixed, plain};
-use super::{Block, Column, Figure, Page, Table, Tone, Verdict};
+use super::{Block, Column, Figure, Page, Section, Table, Tone, Verdict};
 use crate::report::distribution;
 use crate::scenario::Scenario;
 use crate::sweep::Distribution;
@@ -31,16 +31,16 @@ pub fn sweep(of: &Swept<'_>) -> Page {
         ..Figure::of(panel)
     });
     let sections = [
-        ("What was found", found(of.distribution)),
-        (
+        Section::full("What was found", found(of.distribution)),
+        Section::full(
             "How it is distributed",
             vec![Block::Figures(figures.collect())],
         ),
-        ("How sure it is", how_sure(of.distribution)),
-        ("What it rests on", rests_on(of)),
-        ("What to do next", next(of.distribution)),
+        Section::full("How sure it is", how_sure(of.distribution)),
+        Section::full("What it rests on", rests_on(of)),
+        Section::full("What to do next", next(of.distribution)),
     ];
-    Page::of(of.title, of.command, verdict(of.distribution), sections)
+    Page::new(of.title, of.command, verdict(of.distribution), sections)
 }
 
 fn verdict(distribution: &Distribution) -> Verdict {

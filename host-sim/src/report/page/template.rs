@@ -5,7 +5,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde_json::{Map, Value, json};
 
 use super::{
-    Block, Figure, Page, Section, Stage, Stretch, Stroke, Table, Tone, Verdict, data, drawing,
+    Block, Figure, Page, Progress, Section, Stretch, Stroke, Table, Tone, Verdict, data, drawing,
 };
 
 const STYLE: &str = include_str!("page.css");
@@ -27,17 +27,20 @@ impl Page {
 
     /// The page of a run that a server shows.
     #[must_use]
-    pub fn live_html(&self, stage: Stage) -> String {
+    pub fn live_html(&self, stage: Progress) -> String {
         self.set(Some(stage))
     }
 
     /// What a browser that shows an earlier page of the run must change, JSON.
     #[must_use]
-    pub fn change(&self, stage: Stage) -> String {
-        if stage == Stage::Over {
+    pub fn change(&self, stage: Progress) -> String {
+        if stage == Progress::Over {
             return json!({ "over": true }).to_string();
         }
-        let texts = self.sections.iter().filter(|section| !section.is_drawn());
+        let texts = self
+            .sections
+            .iter()
+            .filter(|section| !section.has_figures());
         let mut parts: Map<String, Value> = texts
             .map(|section| {
                 (
@@ -58,9 +61,9 @@ impl Page {
         )
     }
 
-    fn set(&self, stage: Option<Stage>) -> String {
+    fn set(&self, stage: Option<Progress>) -> String {
         let connect = match stage {
-            Some(Stage::Underway) => "; connect-src 'self'",
+            Some(Progress::Underway) => "; connect-src 'self'",
             _ => "",
         };
         html! {
@@ -81,15 +84,15 @@ impl Page {
         .into_string()
     }
 
-    fn body(&self, stage: Option<Stage>) -> Markup {
+    fn body(&self, stage: Option<Progress>) -> Markup {
         let figures: Vec<&Figure> = self.figures().collect();
         html! {
             a.skip href="#main" { "To the result" }
             header {
                 h1 { (self.title) }
                 @match stage {
-                    Some(Stage::Underway) => p #stage role="status" { "The run goes on; this page follows it." },
-                    Some(Stage::Over) => p #stage role="status" { "The run is over; this page stays." },
+                    Some(Progress::Underway) => p #stage role="status" { "The run goes on; this page follows it." },
+                    Some(Progress::Over) => p #stage role="status" { "The run is over; this page stays." },
                     None => {}
                 }
                 div #verdict { (verdict(&self.verdict)) }
@@ -117,7 +120,7 @@ impl Page {
                 script { (PreEscaped(PLOT_SCRIPT)) }
                 script { (PreEscaped(SCRIPT)) }
             }
-            @if stage == Some(Stage::Underway) { script { (PreEscaped(FOLLOWING)) } }
+            @if stage == Some(Progress::Underway) { script { (PreEscaped(FOLLOWING)) } }
         }
     }
 

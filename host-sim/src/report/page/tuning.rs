@@ -1,7 +1,7 @@
 //! The page of a tuning.
 
 use super::quantity::{figure, plain, sentence};
-use super::{Block, Figure, Page, Tone, Verdict, gains};
+use super::{Block, Figure, Page, Section, Tone, Verdict, gains};
 use crate::report::plot::Panel;
 use crate::tune::Tuned;
 
@@ -50,9 +50,9 @@ pub fn tuning(
         facts.map(|(name, value, unit)| (name.to_owned(), format!("{} {unit}", plain(value))));
     let figures = panels.iter().map(Figure::of).collect();
     let sections = [
-        ("What was found", gains::of(tuned)),
-        ("What it looks like", vec![Block::Figures(figures)]),
-        ("What it rests on", vec![Block::Facts(facts.into())]),
+        Section::full("What was found", gains::of(tuned)),
+        Section::full("What it looks like", vec![Block::Figures(figures)]),
+        Section::full("What it rests on", vec![Block::Facts(facts.into())]),
     ];
-    Page::of(title, command, verdict, sections)
+    Page::new(title, command, verdict, sections)
 }

@@ -1,50 +1,39 @@
-//! What a page says, before it is set: a verdict, then sections of text, tables and plots.
+//! A page before it is rendered: a verdict, then sections of text, tables and figures.
 
-use super::Figure;
+use crate::report::page::Figure;
 
 /// A page.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Page {
-    /// What was done, to what.
+    /// The experiment and its object.
     pub title: String,
-    /// What was found, in a sentence or two.
+    /// The conclusion.
     pub verdict: Verdict,
     /// The sections, in their order.
     pub sections: Vec<Section>,
-    /// The call that made it.
+    /// The command line that made it.
     pub command: String,
 }
 
-/// Where the run stands that a page is shown of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stage {
-    /// It goes on, and the page follows it.
-    Underway,
-    /// It is over.
-    Over,
-}
-
 impl Page {
-    /// A page of the sections that have something to say.
+    /// A page of those sections that have any content.
     #[must_use]
-    pub fn of<const N: usize>(
+    pub fn new(
         title: &str,
         command: &str,
         verdict: Verdict,
-        sections: [(&'static str, Vec<Block>); N],
+        sections: impl IntoIterator<Item = Section>,
     ) -> Self {
-        let said = sections.into_iter().filter(|(_, said)| !said.is_empty());
+        let has_content = |section: &Section| !section.blocks.is_empty();
         Self {
             title: title.to_owned(),
             verdict,
-            sections: said
-                .map(|(heading, blocks)| Section { heading, blocks })
-                .collect(),
+            sections: sections.into_iter().filter(has_content).collect(),
             command: command.to_owned(),
         }
     }
 
-    /// The page of a run that goes on: what it says holds so far, by this clock.
+    /// The page of a run that is still under way, at this time of its clock.
     #[must_use]
     pub fn so_far(self, clock: String) -> Self {
         let Verdict {
@@ -62,29 +51,38 @@ impl Page {
     }
 }
 
-/// What may be made of the result.
+/// State of the run that a live page shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Progress {
+    /// The run goes on, and the page follows it.
+    Underway,
+    /// The run is over.
+    Over,
+}
+
+/// The conclusion of a result.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
-    /// Whether it may be relied on.
+    /// Reliability of the result.
     pub tone: Tone,
-    /// Its name in results.
+    /// Name of the status in results.
     pub status: String,
-    /// What was found, in a sentence.
+    /// The conclusion, in a sentence.
     pub headline: String,
-    /// Why, in a sentence or two.
+    /// The reason, in a sentence or two.
     pub detail: String,
 }
 
-/// Whether a result may be relied on.
+/// Reliability of a result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tone {
-    /// It may.
+    /// It can be relied on.
     Good,
-    /// Something speaks against it.
+    /// There is a reason for doubt.
     Doubtful,
-    /// There is none.
+    /// There is no result.
     Failed,
-    /// It is not there yet.
+    /// There is no result yet.
     Underway,
 }
 
@@ -93,8 +91,10 @@ pub enum Tone {
 pub struct Section {
     /// The heading.
     pub heading: &'static str,
-    /// What it says.
+    /// Its content.
     pub blocks: Vec<Block>,
+    /// Whether it belongs to the brief form of the page, which a terminal prints.
+    pub is_brief: bool,
 }
 
 /// A part of a section.
@@ -104,39 +104,39 @@ pub enum Block {
     Text(String),
     /// Steps or remarks.
     List(Vec<String>),
-    /// Names and what they are.
+    /// Names with their explanations.
     Facts(Vec<(String, String)>),
     /// A table.
     Table(Table),
     /// Text to be copied.
     Code {
-        /// What it is.
+        /// Its subject.
         caption: String,
         /// The text.
         text: String,
     },
-    /// Plots.
+    /// Figures of a common abscissa.
     Figures(Vec<Figure>),
 }
 
 /// A table whose first column names the rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
-    /// What it shows.
+    /// Its subject.
     pub caption: String,
     /// The names of the columns.
     pub columns: Vec<Column>,
     /// The rows, with a cell for each column.
     pub rows: Vec<Vec<String>>,
-    /// How bad the value of each cell is, from 0 to [`Table::WORST`]; empty where that is not told.
+    /// Severity of each cell's value, from 0 to [`Table::WORST`]; empty for a table without severities.
     pub levels: Vec<Vec<u8>>,
 }
 
 impl Table {
-    /// The worst level of a cell.
+    /// The highest severity of a cell.
     pub const WORST: u8 = 5;
 
-    /// A table without levels.
+    /// A table without severities.
     #[must_use]
     pub fn new(caption: &str, columns: Vec<Column>, rows: Vec<Vec<String>>) -> Self {
         Self {
@@ -178,9 +178,28 @@ impl Column {
 }
 
 impl Section {
-    /// Whether it shows plots.
+    /// A section that only the whole page shows.
     #[must_use]
-    pub fn is_drawn(&self) -> bool {
+    pub fn full(heading: &'static str, blocks: Vec<Block>) -> Self {
+        Self {
+            heading,
+            blocks,
+            is_brief: false,
+        }
+    }
+
+    /// A section that the brief form of the page shows too.
+    #[must_use]
+    pub fn brief(heading: &'static str, blocks: Vec<Block>) -> Self {
+        Self {
+            is_brief: true,
+            ..Self::full(heading, blocks)
+        }
+    }
+
+    /// Whether it contains figures.
+    #[must_use]
+    pub fn has_figures(&self) -> bool {
         let mut blocks = self.blocks.iter();
         blocks.any(|block| matches!(block, Block::Figures(_)))
     }
