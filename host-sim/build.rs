@@ -17,7 +17,7 @@ fn main() {
     if let Some(commit) = is_release.then(commit).flatten() {
         version += &format!(" ({commit})");
     }
-    println!("cargo::rustc-env=HOST_SIM_VERSION={version}");
+    println!("cargo::rustc-env=SERVO_ID_VERSION={version}");
 }
 
 /// The commit, with a plus where files differ from it; none outside a repository and a package of one.

@@ -1,4 +1,4 @@
-//! The simulator's command line.
+//! The program `servo-id`.
 
 use std::process::ExitCode;
 

@@ -7,7 +7,7 @@ use std::process::Command;
 
 use host_sim::paper::PROPOSED;
 use host_sim::scenario::keys::KEYS;
-use support::{folder, host_sim, standard_error};
+use support::{folder, servo_id, standard_error};
 
 fn scenario(folder: &Path, text: &str) -> String {
     let path = folder.join("scenario.toml");
@@ -24,7 +24,7 @@ fn refusal(test: &str, text: &str) -> String {
     let folder = folder(test);
     let scenario = scenario(&folder, text);
     let json = folder.join("result.json");
-    let output = host_sim(&["run", &scenario, "--json", &json.display().to_string()]);
+    let output = servo_id(&["run", &scenario, "--json", &json.display().to_string()]);
     assert_eq!(output.status.code(), Some(2), "{}", standard_error(&output));
     assert!(output.stdout.is_empty(), "no partial output");
     assert!(!json.exists(), "no partial output");
@@ -51,12 +51,12 @@ fn the_least_scenario_runs_in_fixed_point_too() {
     let file = folder.join("minimal.toml");
     let name = file.display().to_string();
     std::fs::write(&file, minimal).expect("it is written");
-    let output = host_sim(&["drift", &name]);
+    let output = servo_id(&["drift", &name]);
     assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
     let fixed = minimal.replace("[identifier]", "[identifier]\narithmetic = \"fixed\"");
     assert_ne!(fixed, minimal);
     std::fs::write(&file, fixed).expect("it is written");
-    let output = host_sim(&["run", &name, "--json", "-"]);
+    let output = servo_id(&["run", &name, "--json", "-"]);
     assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
     let result: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!(result["arithmetic"], "fixed");
@@ -73,7 +73,7 @@ fn what_is_not_known_is_a_dash() {
          [run]\nduration = 1.0\n",
     )
     .expect("it is written");
-    let output = host_sim(&["run", &file.display().to_string()]);
+    let output = servo_id(&["run", &file.display().to_string()]);
     let told = String::from_utf8_lossy(&output.stdout);
     let row = told.lines().nth(2).expect("a row");
     assert!(row.contains("no-information"), "{told}");
@@ -87,7 +87,7 @@ fn run_writes_json_csv_and_pictures() {
     for picture in ["plot.png", "plot.svg"] {
         let [json, csv, plot] = ["result.json", "trace.csv", picture]
             .map(|name| folder.join(name).display().to_string());
-        let output = host_sim(&[
+        let output = servo_id(&[
             "run", &scenario, "--json", &json, "--csv", &csv, "--plot", &plot, "--force",
         ]);
         assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
@@ -103,7 +103,7 @@ fn run_writes_json_csv_and_pictures() {
 fn json_on_standard_output_is_all_there_is_and_has_the_promised_keys() {
     let folder = folder("json");
     let scenario = scenario(&folder, &short(PROPOSED));
-    let output = host_sim(&["run", &scenario, "--json", "-"]);
+    let output = servo_id(&["run", &scenario, "--json", "-"]);
     assert_eq!(output.status.code(), Some(0));
     let result: serde_json::Value = serde_json::from_slice(&output.stdout).expect("only JSON");
     assert_eq!(result["law"], "gradient");
@@ -146,7 +146,7 @@ fn json_on_standard_output_is_all_there_is_and_has_the_promised_keys() {
 #[test]
 fn paper_is_the_default_and_writes_where_it_is_told() {
     let folder = folder("paper");
-    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+    let output = Command::new(env!("CARGO_BIN_EXE_servo-id"))
         .current_dir(&folder)
         .output()
         .expect("the program starts");
@@ -167,7 +167,7 @@ fn paper_is_the_default_and_writes_where_it_is_told() {
     assert!(folder.join("results/paper/figure-03.png").exists());
 
     let elsewhere = folder.join("elsewhere");
-    let output = host_sim(&["paper", "--out", &elsewhere.display().to_string()]);
+    let output = servo_id(&["paper", "--out", &elsewhere.display().to_string()]);
     assert_eq!(output.status.code(), Some(0));
     for file in [
         "figure-03.png",
@@ -379,7 +379,7 @@ fn an_estimate_at_a_bound_is_no_result() {
     let folder = folder("bound");
     let text = short(PROPOSED).replace("b = [5.0, 5000.0]", "b = [5.0, 200.0]");
     let scenario = scenario(&folder, &text);
-    let output = host_sim(&["run", &scenario, "--json", "-"]);
+    let output = servo_id(&["run", &scenario, "--json", "-"]);
     let result: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!(result["estimates"]["b"]["at_bound"], true, "{result}");
     assert_eq!(result["status"], "no-information");
@@ -438,7 +438,7 @@ fn correction_and_largest_speed_are_judged_by_key() {
     let folder = folder("max-speed-run");
     let text = short(PROPOSED).replace(mu, &format!("{mu}\nmax_speed = 1.0"));
     let scenario = scenario(&folder, &text);
-    let output = host_sim(&["run", &scenario, "--json", "-"]);
+    let output = servo_id(&["run", &scenario, "--json", "-"]);
     assert_eq!(output.status.code(), Some(1));
     let result: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!(result["status"], "aborted");
@@ -500,15 +500,15 @@ fn a_gain_that_is_not_to_be_found_has_to_be_known() {
 #[test]
 fn files_that_are_not_scenarios_are_refused() {
     assert!(refusal("broken", "[plant\na = 1").contains("scenario.toml:1"));
-    let output = host_sim(&["run", "no-such-file.toml"]);
+    let output = servo_id(&["run", "no-such-file.toml"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(standard_error(&output).contains("no-such-file.toml"));
     let folder = folder("format");
     let scenario = scenario(&folder, PROPOSED);
-    let output = host_sim(&["run", &scenario, "--plot", "picture.gif"]);
+    let output = servo_id(&["run", &scenario, "--plot", "picture.gif"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(standard_error(&output).contains(".png or .svg"));
-    assert_eq!(host_sim(&["no-such-verb"]).status.code(), Some(2));
+    assert_eq!(servo_id(&["no-such-verb"]).status.code(), Some(2));
 }
 
 #[test]
@@ -519,7 +519,7 @@ fn places_that_cannot_be_written_are_bad_input() {
         .join("no/such/folder/result.json")
         .display()
         .to_string();
-    let output = host_sim(&["run", &scenario, "--json", &nowhere]);
+    let output = servo_id(&["run", &scenario, "--json", &nowhere]);
     assert_eq!(output.status.code(), Some(2));
     assert!(standard_error(&output).contains("result.json"));
 }
@@ -536,7 +536,7 @@ fn every_kind_of_reference_runs() {
     ] {
         let text = format!("[plant]\na = 0.5\nb = 200.0\nload = 5.0\n[excitation]\n{table}\n");
         let scenario = scenario(&folder, &text);
-        let output = host_sim(&["run", &scenario, "--json", "-"]);
+        let output = servo_id(&["run", &scenario, "--json", "-"]);
         assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
         let result: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
         let b = result["estimates"]["b"]["tail_mean"]
@@ -548,7 +548,7 @@ fn every_kind_of_reference_runs() {
 
 #[test]
 fn help_lists_every_key() {
-    let output = host_sim(&["run", "--help"]);
+    let output = servo_id(&["run", "--help"]);
     let text = String::from_utf8(output.stdout).expect("text");
     for key in KEYS.iter().filter(|key| key.path.contains('.')) {
         assert!(text.contains(key.path), "{}", key.path);
@@ -562,7 +562,7 @@ fn compare_shows_every_method_in_every_case() {
     let scenario = scenario(&folder, &text);
     let (picture, json) = (folder.join("compare.png"), folder.join("compare.json"));
     let [picture_name, json_name] = [&picture, &json].map(|path| path.display().to_string());
-    let output = host_sim(&[
+    let output = servo_id(&[
         "compare",
         &scenario,
         "--plot",
@@ -605,7 +605,7 @@ fn sweep_gives_the_same_for_any_number_of_threads() {
     let run = |threads: &str| {
         let rows = folder.join(format!("{threads}.csv"));
         let name = rows.display().to_string();
-        let output = host_sim(&[
+        let output = servo_id(&[
             "sweep",
             &scenario,
             "--runs",
@@ -665,7 +665,7 @@ fn drift_holds_every_format_against_double_precision() {
     let scenario = scenario(&folder, &text);
     let [picture, rows] =
         ["drift.png", "drift.csv"].map(|name| folder.join(name).display().to_string());
-    let output = host_sim(&[
+    let output = servo_id(&[
         "drift", &scenario, "--turns", "1000", "--json", "-", "--plot", &picture, "--csv", &rows,
     ]);
     assert!(output.status.success(), "{}", standard_error(&output));

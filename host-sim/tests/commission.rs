@@ -1,4 +1,4 @@
-//! The contract of `host-sim commission`: what is said, what is written, and what is refused before
+//! The contract of `servo-id commission`: what is said, what is written, and what is refused before
 //! anything moves.
 
 mod support;
@@ -7,7 +7,7 @@ use std::fs;
 
 use identifier_core::commission::StopReason;
 use serde_json::Value;
-use support::{folder, host_sim, standard_error};
+use support::{folder, servo_id, standard_error};
 
 const PAPER: &str = include_str!("../scenarios/commission.toml");
 
@@ -17,7 +17,7 @@ fn commission(test: &str, text: &str) -> (Option<i32>, String, Option<Value>) {
     let [scenario, json] = ["scenario.toml", "result.json"].map(|name| folder.join(name));
     fs::write(&scenario, text).expect("the scenario is written");
     let [path, result] = [&scenario, &json].map(|path| path.display().to_string());
-    let output = host_sim(&["commission", &path, "--json", &result]);
+    let output = servo_id(&["commission", &path, "--json", &result]);
     let said = String::from_utf8_lossy(&output.stdout).into_owned() + &standard_error(&output);
     let result = fs::read_to_string(&json).ok();
     let result = result.map(|text| serde_json::from_str(&text).expect("it is JSON"));
@@ -101,7 +101,7 @@ fn results_are_the_same_in_every_run_and_have_standard_output_to_themselves() {
     fs::write(&scenario, PAPER).expect("the scenario is written");
     let scenario = scenario.display().to_string();
     for kind in ["--json", "--csv", "--plot"] {
-        let [one, other] = [(); 2].map(|()| host_sim(&["commission", &scenario, kind, "-"]));
+        let [one, other] = [(); 2].map(|()| servo_id(&["commission", &scenario, kind, "-"]));
         assert_eq!(one.status.code(), Some(0), "{}", standard_error(&one));
         assert_eq!(one.stdout, other.stdout, "{kind}");
         let text = String::from_utf8(one.stdout).expect("text");

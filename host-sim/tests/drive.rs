@@ -15,7 +15,7 @@ use identifier_core::ControllerSettings;
 use identifier_core::model::ServoParameters;
 use identifier_core::settings::diagonal;
 use simulated_drive::{Hand, SimulatedDrive};
-use support::{folder, host_sim, standard_error};
+use support::{folder, servo_id, standard_error};
 
 const SERVO: ServoParameters = ServoParameters {
     a: 0.2174,
@@ -93,7 +93,7 @@ impl Person {
 
     /// Types a command that must succeed, and reads what it says.
     fn does(&self, words: &str) -> String {
-        let output = host_sim(&self.arguments(words));
+        let output = servo_id(&self.arguments(words));
         assert!(
             output.status.success(),
             "{words}: {}",
@@ -104,7 +104,7 @@ impl Person {
 
     /// Types a command that must fail with this status, and reads why.
     fn fails(&self, status: i32, words: &str) -> String {
-        let output = host_sim(&self.arguments(words));
+        let output = servo_id(&self.arguments(words));
         assert_eq!(output.status.code(), Some(status), "{words}");
         standard_error(&output)
     }
@@ -291,7 +291,7 @@ fn who_only_looks_on_keeps_a_run_alive_too() {
 
 /// The program, with no signal ignored: whatever runs these tests may ignore some.
 fn as_from_a_terminal() -> Command {
-    let program = env!("CARGO_BIN_EXE_host-sim");
+    let program = env!("CARGO_BIN_EXE_servo-id");
     if cfg!(target_os = "linux") {
         let mut command = Command::new("env");
         command.args(["--default-signal=INT,TERM,HUP", program]);
@@ -355,7 +355,7 @@ fn a_run_that_nobody_can_read_of_is_still_ended() {
     drive.with(|around| around.supply = true);
     person.does("configure my-servo.toml --link-timeout 0");
     let full = std::fs::OpenOptions::new().write(true).open("/dev/full");
-    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+    let output = Command::new(env!("CARGO_BIN_EXE_servo-id"))
         .args(person.arguments("start --for 1.5"))
         .stdout(full.expect("there"))
         .output()
@@ -378,7 +378,7 @@ fn a_drive_of_which_nothing_is_known_is_commissioned_from_the_command_line() {
     let person = Person::before_a_drive("commission_drive");
     std::fs::write(&person.scenario, COMMISSION).expect("the scenario is written");
     person.drive.with(|around| around.supply = true);
-    let output = host_sim(&person.arguments("commission my-servo.toml"));
+    let output = servo_id(&person.arguments("commission my-servo.toml"));
     let progress = standard_error(&output);
     assert!(output.status.success(), "{progress}");
     let said = String::from_utf8_lossy(&output.stdout);
@@ -436,7 +436,7 @@ fn a_commissioning_that_is_refused_or_fails_says_why_and_what_would_do() {
         why.contains("reason 130:") && why.contains(would_do),
         "{why}"
     );
-    let output = host_sim(&person.arguments("commission my-servo.toml --json -"));
+    let output = servo_id(&person.arguments("commission my-servo.toml --json -"));
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     let most = json["no_gains"]["most"].as_f64().expect("a figure");
     assert!((100.0..150.0).contains(&most), "{most}");

@@ -32,11 +32,11 @@ const ELSEWHERE: [(&str, &str); 6] = [
     ),
     ("cargo xtask", "takes an emulator: CI does"),
     (
-        "cargo run --release -- drive simulate",
+        "servo-id drive simulate",
         "goes on until it is ended: the tests of the monitor end it",
     ),
     (
-        "cargo run --release -- drive --port tcp:127.0.0.1:5760 monitor",
+        "servo-id drive --port tcp:127.0.0.1:5760 monitor",
         "takes a terminal: the tests of the monitor type into one",
     ),
 ];
@@ -114,7 +114,7 @@ fn reader(name: &str) -> PathBuf {
         "#!/bin/sh\ncase \"$*\" in\n'run --release') exec '{0}' ;;\n\
          'run --release -- '*) shift 3; exec '{0}' \"$@\" ;;\nesac\n\
          echo \"no test runs: cargo $*\" >&2; exit 97\n",
-        env!("CARGO_BIN_EXE_host-sim")
+        env!("CARGO_BIN_EXE_servo-id")
     );
     fs::write(bin.join("cargo"), cargo).expect("a script");
     fs::set_permissions(bin.join("cargo"), fs::Permissions::from_mode(0o755)).expect("a script");

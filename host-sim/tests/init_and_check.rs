@@ -8,14 +8,14 @@ mod terminal;
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
-use support::{folder, host_sim, standard_error};
+use support::{folder, servo_id, standard_error};
 
 fn text(path: &Path) -> String {
     path.display().to_string()
 }
 
 fn done(arguments: &[&str]) -> String {
-    let answer = host_sim(arguments);
+    let answer = servo_id(arguments);
     assert!(
         answer.status.success(),
         "{arguments:?}: {}",
@@ -130,7 +130,7 @@ fn what_is_written_is_checked_run_and_commissioned() {
 fn whoever_has_no_flags_is_asked_and_may_correct_or_cancel() {
     use terminal::Terminal;
     let folder = folder("init-asks");
-    const PROGRAM: &str = env!("CARGO_BIN_EXE_host-sim");
+    const PROGRAM: &str = env!("CARGO_BIN_EXE_servo-id");
     let begin = || {
         let mut terminal = Terminal::start(&[PROGRAM, "init", "asked.toml"], &folder, 100, 40);
         terminal.shows("current or voltage [current]:");
@@ -214,7 +214,7 @@ fn the_examples_are_what_their_first_lines_say() {
         let example = std::fs::read_to_string(file).expect("an example");
         let call = example
             .lines()
-            .find_map(|line| line.strip_prefix("#   host-sim init "));
+            .find_map(|line| line.strip_prefix("#   servo-id init "));
         let options: Vec<&str> = call.expect("a call").split(' ').skip(1).collect();
         let written = done(&[&["init", "-"], &options[..]].concat());
         assert!(example.ends_with(&written), "{name}:\n{written}");
@@ -242,7 +242,7 @@ fn what_is_missing_or_wrong_is_named_and_nothing_is_written() {
             "--torque-constant 0 is not allowed",
         ),
     ] {
-        let answer = host_sim(&[&["init", &text(&file)][..], sheet].concat());
+        let answer = servo_id(&[&["init", &text(&file)][..], sheet].concat());
         assert_eq!(answer.status.code(), Some(2), "{sheet:?}");
         assert!(standard_error(&answer).contains(expected), "{answer:?}");
         assert!(!file.exists());

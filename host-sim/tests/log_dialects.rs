@@ -7,7 +7,7 @@ use std::io::Read;
 use std::path::PathBuf;
 
 use serde_json::Value;
-use support::{folder, host_sim, standard_error};
+use support::{folder, servo_id, standard_error};
 
 const LOG: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/logs/simulated-servo.csv.gz");
 const SCENARIO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/replay.toml");
@@ -56,7 +56,7 @@ fn files(test: &str, text: &str, columns: &str) -> Files {
 fn replay(test: &str, text: &str, columns: &str) -> std::process::Output {
     let files = files(test, text, columns);
     let [log, scenario] = [files.log, files.scenario].map(|path| path.display().to_string());
-    host_sim(&["replay", &log, "--scenario", &scenario, "--json", "-"])
+    servo_id(&["replay", &log, "--scenario", &scenario, "--json", "-"])
 }
 
 fn result(test: &str, text: &str, columns: &str) -> Value {
@@ -317,7 +317,7 @@ fn stamps_that_jitter_count_as_even_and_are_told() {
     let (_, identifier) = after.split_once("[identifier]").expect("an identifier");
     std::fs::write(&files.scenario, format!("{before}[identifier]{identifier}")).expect("written");
     let [log, scenario] = [files.log, files.scenario].map(|path| path.display().to_string());
-    let output = host_sim(&["replay", &log, "--scenario", &scenario]);
+    let output = servo_id(&["replay", &log, "--scenario", &scenario]);
     let shown = String::from_utf8_lossy(&output.stdout).into_owned();
     assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
     assert!(shown.contains("log.csv: 4000 samples at 800.1"), "{shown}");
@@ -516,6 +516,6 @@ fn logs_that_are_none_are_answered_with_place_and_remedy() {
     let files = files("utf-16", "", PLAIN);
     std::fs::write(&files.log, [vec![0xff, 0xfe], utf16].concat()).expect("written");
     let [log, scenario] = [files.log, files.scenario].map(|path| path.display().to_string());
-    let answer = standard_error(&host_sim(&["replay", &log, "--scenario", &scenario]));
+    let answer = standard_error(&servo_id(&["replay", &log, "--scenario", &scenario]));
     assert!(answer.contains("save the log in UTF-8"), "{answer}");
 }

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use mcap::records::MessageHeader;
 use mcap::{WriteOptions, Writer};
 use serde_json::Value;
-use support::{folder, host_sim, standard_error};
+use support::{folder, servo_id, standard_error};
 
 const SCENARIO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/friction.toml");
 
@@ -28,7 +28,7 @@ fn text(path: &Path) -> String {
 
 /// The result of a replay, without what only tells how the log was written.
 fn replayed(log: &Path, scenario: &Path) -> Value {
-    let answer = host_sim(&[
+    let answer = servo_id(&[
         "replay",
         &text(log),
         "--scenario",
@@ -47,7 +47,7 @@ fn replayed(log: &Path, scenario: &Path) -> Value {
 
 /// What is said of a log that is refused.
 fn refused(log: &Path, scenario: &Path) -> String {
-    let answer = host_sim(&["replay", &text(log), "--scenario", &text(scenario)]);
+    let answer = servo_id(&["replay", &text(log), "--scenario", &text(scenario)]);
     assert_eq!(answer.status.code(), Some(2), "{answer:?}");
     standard_error(&answer)
 }
@@ -56,7 +56,7 @@ fn refused(log: &Path, scenario: &Path) -> String {
 fn traces(test: &str) -> (PathBuf, PathBuf, PathBuf) {
     let folder = folder(test);
     let (csv, mcap) = (folder.join("trace.csv"), folder.join("trace.mcap"));
-    let answer = host_sim(&[
+    let answer = servo_id(&[
         "run",
         SCENARIO,
         "--csv",
@@ -355,7 +355,7 @@ fn a_number_that_is_missing_is_told_with_its_message() {
     );
     let cut = format!("{plain}\ncut = [[0.0405, 0.0415]]");
     std::fs::write(&stated, columns(&cut)).expect("written");
-    let answer = host_sim(&["replay", &text(&log), "--scenario", &text(&stated)]);
+    let answer = servo_id(&["replay", &text(&log), "--scenario", &text(&stated)]);
     assert!(!standard_error(&answer).contains("no number"), "{answer:?}");
     assert!(
         String::from_utf8_lossy(&answer.stdout).contains("1 rows were left out"),

@@ -17,7 +17,7 @@ const MOST_MORE: u64 = 5_000;
 
 /// The most resident memory that the simulator needs for this, kB.
 fn peak(arguments: &[&str]) -> u64 {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+    let mut child = Command::new(env!("CARGO_BIN_EXE_servo-id"))
         .args(arguments)
         .stdout(Stdio::null())
         .spawn()

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use support::{folder, host_sim, standard_error};
+use support::{folder, servo_id, standard_error};
 use terminal::Terminal;
 
 const SCENARIO: &str = "[plant]\na = 0.2174\nb = 257.7\ncoulomb = 5.0\n\
@@ -22,7 +22,7 @@ const SCENARIO: &str = "[plant]\na = 0.2174\nb = 257.7\ncoulomb = 5.0\n\
     [identifier]\nlaw = \"gauss-newton\"\nparameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n\
     [commission]\ntravel = 1.5\nspeed = 40.0\nbandwidth = 40.0\n";
 
-const PROGRAM: &str = env!("CARGO_BIN_EXE_host-sim");
+const PROGRAM: &str = env!("CARGO_BIN_EXE_servo-id");
 
 /// A simulated drive, and a person who looks at it.
 struct Bench {
@@ -139,7 +139,7 @@ fn replayed(folder: &Path, name: &str) -> f64 {
             .display()
             .to_string()
     };
-    let output = host_sim(&[
+    let output = servo_id(&[
         "replay",
         &path("csv"),
         "--scenario",
@@ -161,7 +161,7 @@ fn a_simulated_drive_has_room_for_any_dither_and_says_whose_scenario_it_is() {
     let other = SCENARIO.replace("10000", "4096");
     let file = bench.folder.join("other.toml").display().to_string();
     std::fs::write(&file, other).expect("it is written");
-    let refused = host_sim(&["drive", "--port", &bench.port, "commission", &file]);
+    let refused = servo_id(&["drive", "--port", &bench.port, "commission", &file]);
     assert_eq!(refused.status.code(), Some(2));
     let why = standard_error(&refused);
     let told = "encoder.counts_per_rev is 4096 here, and 10000 in the drive: `drive configure`";
@@ -186,7 +186,7 @@ fn a_drive_is_operated_from_the_keyboard() {
     monitor.shows("reference      +0.5");
     std::thread::sleep(Duration::from_secs(2));
     monitor.types(" ");
-    let text = monitor.shows("host-sim replay recording.csv --scenario recording.toml");
+    let text = monitor.shows("servo-id replay recording.csv --scenario recording.toml");
     assert!(text.contains(" RELEASED "), "{text}");
     assert!(text.contains("none lost"), "{text}");
 
@@ -200,7 +200,7 @@ fn a_drive_is_operated_from_the_keyboard() {
     monitor.shows("y commissions");
     monitor.types("y");
     monitor.shows(" COMMISSIONING ");
-    monitor.shows("rows: host-sim replay recording-2.csv");
+    monitor.shows("rows: servo-id replay recording-2.csv");
     monitor.shows("commissioning: applied");
     monitor.types("q");
     let (status, text) = monitor.ends();
@@ -339,12 +339,12 @@ fn a_window_that_is_too_small_says_so_and_goes_on_when_it_grows() {
 
 #[test]
 fn without_a_terminal_it_says_what_to_do() {
-    let output = host_sim(&["drive", "--port", "tcp:127.0.0.1:9", "monitor"]);
+    let output = servo_id(&["drive", "--port", "tcp:127.0.0.1:9", "monitor"]);
     assert_eq!(output.status.code(), Some(2));
     let why = standard_error(&output);
     assert!(why.contains("needs a terminal"), "{why}");
     assert!(why.contains("drive watch"), "{why}");
-    let output = host_sim(&["drive", "monitor"]);
+    let output = servo_id(&["drive", "monitor"]);
     assert_eq!(output.status.code(), Some(2));
 }
 
@@ -376,7 +376,7 @@ fn a_port_that_is_in_use_is_told() {
     let bench = Bench::new("simulate_in_use");
     let address = bench.port.trim_start_matches("tcp:");
     let scenario = bench.folder.join("servo.toml").display().to_string();
-    let output = host_sim(&["drive", "simulate", &scenario, "--listen", address]);
+    let output = servo_id(&["drive", "simulate", &scenario, "--listen", address]);
     assert_eq!(output.status.code(), Some(1));
     let why = standard_error(&output);
     assert!(why.contains("is in use by another program"), "{why}");
@@ -395,7 +395,7 @@ fn no_frame_is_lost_in_a_minute_at_1_khz() {
     let begun = Instant::now();
     std::thread::sleep(Duration::from_secs(61));
     monitor.types(" ");
-    monitor.shows("rows: host-sim replay");
+    monitor.shows("rows: servo-id replay");
     let time = begun.elapsed().as_secs_f64();
     monitor.types("q");
     let (status, text) = monitor.ends();

@@ -12,7 +12,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use host_sim::paper::PROPOSED;
-use support::{folder, host_sim, standard_error};
+use support::{folder, servo_id, standard_error};
 
 /// A folder with a scenario that runs for so long, s.
 fn with_scenario(test: &str, duration: &str) -> PathBuf {
@@ -23,7 +23,7 @@ fn with_scenario(test: &str, duration: &str) -> PathBuf {
 }
 
 fn program(folder: &Path, words: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_servo-id"));
     command
         .current_dir(folder)
         .args(words.split_whitespace())
@@ -290,7 +290,7 @@ fn a_full_disk_leaves_what_was_there() {
     // A file of more than 512 bytes is one too large.
     let script = format!(
         "trap '' XFSZ; ulimit -f 1; exec {} run scenario.toml --force --csv old",
-        env!("CARGO_BIN_EXE_host-sim")
+        env!("CARGO_BIN_EXE_servo-id")
     );
     let output = Command::new("sh")
         .args(["-c", &script])
@@ -309,7 +309,7 @@ fn start(folder: &Path, words: &str) -> Child {
     Command::new("env")
         .args([
             "--default-signal=INT,TERM,HUP",
-            env!("CARGO_BIN_EXE_host-sim"),
+            env!("CARGO_BIN_EXE_servo-id"),
         ])
         .args(words.split_whitespace())
         .current_dir(folder)
@@ -330,7 +330,7 @@ fn wait_for_temporary(folder: &Path) {
     let begun = Instant::now();
     while !names(folder)
         .iter()
-        .any(|name| name.starts_with(".host-sim-"))
+        .any(|name| name.starts_with(".servo-id-"))
     {
         assert!(
             begun.elapsed() < Duration::from_secs(60),
@@ -399,7 +399,7 @@ fn the_papers_own_folder_is_written_again_and_anybody_elses_asks() {
 #[test]
 fn force_is_explained() {
     for verb in ["run", "replay", "pil", "compare", "drift", "sweep", "paper"] {
-        let output = host_sim(&[verb, "--help"]);
+        let output = servo_id(&[verb, "--help"]);
         let text = String::from_utf8(output.stdout).expect("text");
         assert!(text.contains("--force"), "{verb}");
     }

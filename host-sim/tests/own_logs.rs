@@ -5,13 +5,13 @@ mod support;
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
-use support::{folder, host_sim, standard_error};
+use support::{folder, servo_id, standard_error};
 
 const SCENARIOS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios");
 
 /// The result of a verb that must succeed.
 fn result(arguments: &[&str]) -> Value {
-    let output = host_sim(arguments);
+    let output = servo_id(arguments);
     let errors = standard_error(&output);
     assert_eq!(output.status.code(), Some(0), "{arguments:?}: {errors}");
     let mut result: Value = serde_json::from_slice(&output.stdout).expect("JSON");
@@ -237,7 +237,7 @@ fn fixed_point_counts_and_says_so() {
     let (_, identifier) = text.split_once("[identifier]").expect("an identifier");
     std::fs::write(&path, format!("[identifier]{identifier}")).expect("the scenario is written");
     let [path, log] = [path, log].map(|path| path.display().to_string());
-    let output = host_sim(&["replay", &log, "--scenario", &path]);
+    let output = servo_id(&["replay", &log, "--scenario", &path]);
     let answer = standard_error(&output);
     assert_eq!(output.status.code(), Some(2), "{answer}");
     assert!(answer.contains(": identifier.arithmetic: "), "{answer}");

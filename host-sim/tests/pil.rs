@@ -14,7 +14,7 @@ use host_sim::pil;
 use host_sim::port::Port;
 use host_sim::scenario::{Purpose, Scenario};
 use host_sim::simulate;
-use support::{folder, host_sim, standard_error};
+use support::{folder, servo_id, standard_error};
 
 /// A chip that answers one host, and the address of its port. The line spoils an answer now and then.
 fn chip(spoilt: &'static [u32]) -> String {
@@ -191,8 +191,8 @@ fn a_chip_that_is_reset_ends_the_run_and_what_was_seen_before_stands() {
 #[test]
 fn the_verb_prints_what_run_prints() {
     let path = scenario("pil-verb", |text| text);
-    let run = host_sim(&["run", &path, "--json", "-"]);
-    let pil = host_sim(&["pil", &path, "--port", &chip(&[]), "--json", "-"]);
+    let run = servo_id(&["run", &path, "--json", "-"]);
+    let pil = servo_id(&["pil", &path, "--port", &chip(&[]), "--json", "-"]);
     assert_eq!(pil.status.code(), Some(0), "{}", standard_error(&pil));
     let result = |output: &std::process::Output| {
         let mut result: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
@@ -230,7 +230,7 @@ fn what_the_firmware_cannot_do_is_refused_before_anybody_is_asked() {
             };
             if key == "law" { lean(changed) } else { changed }
         });
-        let output = host_sim(&["pil", &path, "--port", "tcp:127.0.0.1:1"]);
+        let output = servo_id(&["pil", &path, "--port", "tcp:127.0.0.1:1"]);
         let answer = standard_error(&output);
         assert_eq!(output.status.code(), Some(2), "{answer}");
         assert!(answer.contains(key), "{key}: {answer}");
@@ -246,7 +246,7 @@ fn a_port_that_is_none_is_bad_input_and_a_silent_one_is_not() {
             &["drive", "--port", port, "status"],
         ];
         for arguments in commands {
-            let output = host_sim(arguments);
+            let output = servo_id(arguments);
             let answer = standard_error(&output);
             assert_eq!(output.status.code(), Some(2), "{answer}");
             assert!(
@@ -257,7 +257,7 @@ fn a_port_that_is_none_is_bad_input_and_a_silent_one_is_not() {
     }
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port is free");
     let silent = format!("tcp:{}", listener.local_addr().expect("it has an address"));
-    let output = host_sim(&["drive", "--port", &silent, "status"]);
+    let output = servo_id(&["drive", "--port", &silent, "status"]);
     let answer = standard_error(&output);
     assert_eq!(output.status.code(), Some(1), "{answer}");
     assert!(answer.contains("nobody answers"), "{answer}");

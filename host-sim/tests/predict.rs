@@ -5,7 +5,7 @@ mod support;
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
-use support::{folder, host_sim, standard_error};
+use support::{folder, servo_id, standard_error};
 
 const PLANT: &str = "[plant]\na = 0.2174\nb = 257.7\nload = 20.0\ncoulomb = 10.0\n";
 const CONTROLLER: &str = "[controller]\nkp = 9.0\nkd = 0.19\nki = 4.0\n[amplifier]\nlimit = 10.0\n";
@@ -29,7 +29,7 @@ fn log_of(folder: &Path, seed: u32, sample_time: f64, effects: &str) -> PathBuf 
     std::fs::write(&scenario, text).expect("written");
     let log = folder.join(format!("{seed}.csv"));
     let [run, csv] = [&scenario, &log].map(|path| path.display().to_string());
-    let output = host_sim(&["run", &run, "--csv", &csv]);
+    let output = servo_id(&["run", &run, "--csv", &csv]);
     assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
     log
 }
@@ -55,7 +55,7 @@ fn replay(logs: &[&Path], predict: &[&Path], scenario: &Path) -> std::process::O
         arguments.extend(["--predict".to_owned(), text(path)]);
     }
     arguments.extend(["--json".to_owned(), "-".to_owned()]);
-    host_sim(&arguments.iter().map(String::as_str).collect::<Vec<_>>())
+    servo_id(&arguments.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
 fn result(logs: &[&Path], predict: &[&Path], scenario: &Path) -> Value {
@@ -175,7 +175,7 @@ fn without_a_controller_the_command_alone_predicts() {
         "{prediction}"
     );
     let [log, other, path] = [&a, &b, &scenario].map(|path| path.display().to_string());
-    let output = host_sim(&["replay", &log, "--scenario", &path, "--predict", &other]);
+    let output = servo_id(&["replay", &log, "--scenario", &path, "--predict", &other]);
     let shown = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(shown.contains("2.csv: no closed loop"), "{shown}");
     assert!(
@@ -222,7 +222,7 @@ fn gravity_goes_with_the_angle_of_the_log() {
         std::fs::write(&scenario, text).expect("written");
         let log = folder.join(format!("{name}.csv"));
         let [run, csv] = [&scenario, &log].map(|path| path.display().to_string());
-        let output = host_sim(&["run", &run, "--csv", &csv]);
+        let output = servo_id(&["run", &run, "--csv", &csv]);
         assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
         let text = std::fs::read_to_string(&log).expect("written");
         let mut rows = "time_s,reference_rad,position_rad,command\n".to_owned();

@@ -5,7 +5,7 @@ mod support;
 use std::io::{Read, Write};
 use std::process::Output;
 
-use support::{folder, host_sim, standard_error};
+use support::{folder, servo_id, standard_error};
 
 const LOG: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/logs/simulated-servo.csv.gz");
 const SCENARIO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/replay.toml");
@@ -27,7 +27,7 @@ fn replay_text(test: &str, text: &str, scenario: &str) -> Output {
     let path = folder.join("scenario.toml");
     std::fs::write(&path, scenario).expect("the scenario is written");
     let [log, path] = [log, path].map(|path| path.display().to_string());
-    host_sim(&["replay", &log, "--scenario", &path, "--json", "-"])
+    servo_id(&["replay", &log, "--scenario", &path, "--json", "-"])
 }
 
 fn scenario() -> String {
@@ -91,7 +91,7 @@ fn unnamed(mut result: serde_json::Value) -> serde_json::Value {
 
 #[test]
 fn the_committed_log_gives_the_servo_that_made_it() {
-    let result = result(&host_sim(&[
+    let result = result(&servo_id(&[
         "replay",
         LOG,
         "--scenario",
@@ -129,14 +129,14 @@ fn passes_go_on_from_each_other_and_pictures_are_drawn() {
             "--plot",
             &plot,
         ];
-        let result = result(&host_sim(&arguments));
+        let result = result(&servo_id(&arguments));
         let b = result["estimates"]["b"]["final"].as_f64().expect("number");
         (b / 257.7 - 1.0).abs()
     };
     assert!(error_after("8") < 0.01);
     assert!(std::fs::read(&plot).expect("drawn").starts_with(b"<svg"));
     assert_eq!(
-        host_sim(&["replay", LOG, "--scenario", &path, "--passes", "0"])
+        servo_id(&["replay", LOG, "--scenario", &path, "--passes", "0"])
             .status
             .code(),
         Some(2)
@@ -150,7 +150,7 @@ fn plain_and_packed_logs_are_alike() {
     let path = folder("replay-packed").join("scenario.toml");
     std::fs::write(&path, gradient()).expect("the scenario is written");
     let path = path.display().to_string();
-    let packed = result(&host_sim(&[
+    let packed = result(&servo_id(&[
         "replay",
         LOG,
         "--scenario",
@@ -233,7 +233,7 @@ fn a_log_without_samples_is_refused() {
         let answer = refusal(test, |lines| lines.truncate(keep));
         assert!(answer.contains("log.csv"), "{answer}");
     }
-    let output = host_sim(&["replay", "no-such-log.csv", "--scenario", SCENARIO]);
+    let output = servo_id(&["replay", "no-such-log.csv", "--scenario", SCENARIO]);
     assert_eq!(output.status.code(), Some(2));
 }
 
@@ -243,7 +243,7 @@ fn a_broken_archive_is_refused() {
     let path = folder.join("log.csv.gz");
     let mut file = std::fs::File::create(&path).expect("created");
     file.write_all(b"not an archive").expect("written");
-    let output = host_sim(&[
+    let output = servo_id(&[
         "replay",
         &path.display().to_string(),
         "--scenario",
@@ -281,7 +281,7 @@ fn another_controller_than_the_declared_one_is_told_and_does_no_harm() {
     let folder = folder("replay-warning");
     let path = folder.join("scenario.toml");
     std::fs::write(&path, gradient().replace("kp = 9.0", "kp = 8.0")).expect("written");
-    let output = host_sim(&["replay", LOG, "--scenario", &path.display().to_string()]);
+    let output = servo_id(&["replay", LOG, "--scenario", &path.display().to_string()]);
     let shown = String::from_utf8_lossy(&output.stdout);
     assert_eq!(output.status.code(), Some(0));
     assert!(
@@ -373,7 +373,7 @@ fn what_a_replay_cannot_do_without_is_asked_for_by_key() {
 
 #[test]
 fn a_scenario_without_a_servo_cannot_be_run() {
-    let output = host_sim(&["run", SCENARIO]);
+    let output = servo_id(&["run", SCENARIO]);
     assert_eq!(output.status.code(), Some(2));
     assert!(standard_error(&output).contains(": plant: "));
 }
@@ -462,7 +462,7 @@ fn a_row_that_unpacks_without_end_is_refused() {
         packed.write_all(&[b'1'; 1 << 20]).expect("written");
     }
     packed.finish().expect("written");
-    let output = host_sim(&[
+    let output = servo_id(&[
         "replay",
         &path.display().to_string(),
         "--scenario",
@@ -479,7 +479,7 @@ fn a_row_that_unpacks_without_end_is_refused() {
 #[test]
 #[cfg(target_os = "linux")]
 fn a_log_through_a_pipe_is_refused() {
-    let output = host_sim(&["replay", "/dev/null", "--scenario", SCENARIO]);
+    let output = servo_id(&["replay", "/dev/null", "--scenario", SCENARIO]);
     let answer = standard_error(&output);
     assert_eq!(output.status.code(), Some(2), "{answer}");
     assert!(answer.contains("it must be a file"), "{answer}");
@@ -502,7 +502,7 @@ fn a_pass_over_a_short_log_does_not_run_into_the_next() {
         "--json",
         "-",
     ];
-    let result = result(&host_sim(&arguments));
+    let result = result(&servo_id(&arguments));
     let b = result["estimates"]["b"]["final"].as_f64().expect("number");
     assert!((b / 257.7 - 1.0).abs() < 0.02, "{result}");
 }

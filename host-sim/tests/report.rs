@@ -10,7 +10,7 @@ use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 
 use live::Shown;
-use support::{folder, host_sim, scenario, standard_error};
+use support::{folder, scenario, servo_id, standard_error};
 
 /// Calls the program, which must do what it is asked, with a report; the report.
 fn reported(folder: &Path, words: &[&str]) -> String {
@@ -18,7 +18,7 @@ fn reported(folder: &Path, words: &[&str]) -> String {
     let mut words = words.to_vec();
     let name = report.display().to_string();
     words.extend(["--report", &name, "--force"]);
-    let output = host_sim(&words);
+    let output = servo_id(&words);
     assert!(
         output.status.success(),
         "{words:?}: {}",
@@ -145,7 +145,7 @@ fn a_result_that_is_none_says_what_to_do_and_gives_no_gains() {
 
 #[test]
 fn a_dash_is_standard_output() {
-    let output = host_sim(&["run", &scenario("friction.toml"), "--report", "-"]);
+    let output = servo_id(&["run", &scenario("friction.toml"), "--report", "-"]);
     assert!(output.status.success(), "{}", standard_error(&output));
     assert_self_contained(&String::from_utf8(output.stdout).expect("text"));
 }
@@ -211,7 +211,7 @@ fn a_port_in_use_is_told_before_anything_is_done() {
     let json = folder.join("result.json").display().to_string();
     let live = format!("--live={port}");
     for (verb, name) in [("run", "friction.toml"), ("commission", "commission.toml")] {
-        let output = host_sim(&[verb, &scenario(name), &live, "--json", &json]);
+        let output = servo_id(&[verb, &scenario(name), &live, "--json", &json]);
         assert_eq!(output.status.code(), Some(1));
         let told = standard_error(&output);
         assert!(
@@ -225,7 +225,7 @@ fn a_port_in_use_is_told_before_anything_is_done() {
 #[test]
 fn a_pace_is_above_zero() {
     for pace in ["0", "-1", "nan", "soon"] {
-        let output = host_sim(&["run", &scenario("friction.toml"), "--live", "--pace", pace]);
+        let output = servo_id(&["run", &scenario("friction.toml"), "--live", "--pace", pace]);
         assert_eq!(output.status.code(), Some(2), "{pace}");
         assert!(
             standard_error(&output).contains("a number above 0"),

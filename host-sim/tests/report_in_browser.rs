@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use browser::Browser;
 use live::Shown;
 use serde_json::{Value, json};
-use support::{folder, host_sim, scenario, standard_error};
+use support::{folder, scenario, servo_id, standard_error};
 
 /// Keys by their WebDriver names.
 const RIGHT: &str = "\u{e014}";
@@ -23,7 +23,7 @@ fn report(test: &str, words: &[&str]) -> String {
     let report = folder(test).join("report.html").display().to_string();
     let mut words = words.to_vec();
     words.extend(["--report", &report]);
-    let output = host_sim(&words);
+    let output = servo_id(&words);
     assert!(output.status.success(), "{}", standard_error(&output));
     format!("file://{report}")
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 
 use serde_json::{Value, json};
-use support::{folder, host_sim, standard_error};
+use support::{folder, servo_id, standard_error};
 
 const SCENARIO: &str = "# a servo\n[plant]\na = 0.2174\nb = 257.7\nload = 20.0\n[encoder]\nnoise = 1e-4\n\
                         [amplifier]\nlimit = 10.0\n[identifier]\nlaw = \"gauss-newton\"\n\
@@ -17,7 +17,7 @@ fn text(path: &Path) -> String {
 }
 
 fn done(arguments: &[&str]) -> Output {
-    let answer = host_sim(arguments);
+    let answer = servo_id(arguments);
     assert!(
         answer.status.success(),
         "{arguments:?}: {}",
@@ -94,7 +94,7 @@ fn a_run_is_had_again_from_json_from_mcap_and_from_beside_a_trace() {
     // What is had again says where it is from, too.
     done(&["rerun", &text(&again)]);
     // A result is read, and so is not written over.
-    let answer = host_sim(&["rerun", &text(&json), "--json", &text(&json), "--force"]);
+    let answer = servo_id(&["rerun", &text(&json), "--json", &text(&json), "--force"]);
     assert_eq!(answer.status.code(), Some(2));
     assert!(
         standard_error(&answer).contains("this file is read"),
@@ -122,7 +122,7 @@ fn another_version_and_another_result_are_told() {
         .expect("a number");
     result["estimates"]["b"]["final"] = json!(b.next_up());
     std::fs::write(&other, result.to_string()).expect("written");
-    let answer = host_sim(&["rerun", &text(&other)]);
+    let answer = servo_id(&["rerun", &text(&other)]);
     assert_eq!(answer.status.code(), Some(1));
     let told = format!("estimates.b.final: {} before, {b} now", b.next_up());
     assert!(standard_error(&answer).contains(&told), "{answer:?}");
@@ -140,7 +140,7 @@ fn another_version_and_another_result_are_told() {
         ),
     ] {
         std::fs::write(&other, bytes).expect("written");
-        let answer = host_sim(&["rerun", &text(&other)]);
+        let answer = servo_id(&["rerun", &text(&other)]);
         assert_eq!(answer.status.code(), Some(2));
         assert!(standard_error(&answer).contains(expected), "{answer:?}");
     }
@@ -181,7 +181,7 @@ fn a_replay_is_had_again_from_the_same_log_and_from_no_other() {
     std::fs::remove_file(&csv).expect("it was there");
     assert!(said(&done(&["rerun", &text(&kept)])).contains("the same result as in"));
 
-    let answer = host_sim(&["rerun", &json]);
+    let answer = servo_id(&["rerun", &json]);
     assert_eq!(answer.status.code(), Some(2));
     assert!(
         standard_error(&answer).contains("which is not there"),
@@ -189,7 +189,7 @@ fn a_replay_is_had_again_from_the_same_log_and_from_no_other() {
     );
     let changed = std::fs::read_to_string(&moved).expect("a log");
     std::fs::write(&moved, changed.replacen(",0,", ",0.0,", 1) + "\n").expect("written");
-    let answer = host_sim(&["rerun", &text(&kept)]);
+    let answer = servo_id(&["rerun", &text(&kept)]);
     assert_eq!(answer.status.code(), Some(2));
     assert!(
         standard_error(&answer).contains("is not the log that the result is from"),

@@ -6,7 +6,7 @@ mod support;
 
 use host_sim::scenario::{Purpose, Scenario};
 use readable::assert_readable;
-use support::{folder, host_sim, standard_error};
+use support::{folder, servo_id, standard_error};
 
 const PLANT: &str = "[plant]\na = 0.5\nb = 200.0\n";
 
@@ -249,7 +249,7 @@ fn files_that_are_no_text_are_refused_by_name() {
             "list.toml:7: excitation.levels: 500000 entries",
         ),
     ] {
-        let output = host_sim(&["run", &path]);
+        let output = servo_id(&["run", &path]);
         let answer = standard_error(&output);
         assert_eq!(output.status.code(), Some(2), "{answer}");
         assert!(answer.contains(says), "{says:?} is missing: {answer}");
@@ -271,7 +271,7 @@ fn marks_of_other_editors_do_no_harm() {
 fn an_unstable_loop_is_not_the_encoders_fault() {
     let path = folder("unstable").join("s.toml");
     std::fs::write(&path, "[plant]\na = 3.1\nb = 850000\n").expect("written");
-    let output = host_sim(&["run", &path.display().to_string()]);
+    let output = servo_id(&["run", &path.display().to_string()]);
     let answer = standard_error(&output);
     assert_eq!(output.status.code(), Some(1), "{answer}");
     assert!(answer.contains("the sampled loop is unstable"), "{answer}");

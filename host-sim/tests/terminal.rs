@@ -6,13 +6,12 @@
 mod pseudo_terminal;
 mod support;
 
-use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::{Command, Output};
 
 use host_sim::paper::PROPOSED;
 use pseudo_terminal::Terminal;
-use support::{folder, host_sim, standard_error};
+use support::{folder, servo_id, standard_error};
 
 fn said(output: &Output) -> String {
     assert_eq!(output.status.code(), Some(0), "{}", standard_error(output));
@@ -26,7 +25,7 @@ fn marks(line: &str) -> usize {
 
 /// What is said with a variable of the environment.
 fn with(variable: &str, value: &str, folder: &Path, words: &str) -> String {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_servo-id"));
     command.args(words.split_whitespace()).current_dir(folder);
     said(
         &command
@@ -107,7 +106,7 @@ fn a_terminal_shows_colours_unless_they_are_not_wanted() {
             "-u",
             "NO_COLOR",
             setting,
-            env!("CARGO_BIN_EXE_host-sim"),
+            env!("CARGO_BIN_EXE_servo-id"),
             "run",
             "scenario.toml",
         ];
@@ -141,54 +140,35 @@ fn whoever_mistypes_is_asked_what_was_meant() {
         (&["manual", "comision"], "did you mean commission?"),
     ];
     for (words, meant) in cases {
-        let output = host_sim(words);
+        let output = servo_id(words);
         assert_eq!(output.status.code(), Some(2), "{words:?}");
         let why = standard_error(&output);
         assert!(why.contains(meant), "{why}");
     }
-    assert!(standard_error(&host_sim(&["run", &wrong])).contains(&scenario));
+    assert!(standard_error(&servo_id(&["run", &wrong])).contains(&scenario));
 }
 
 #[test]
-fn the_program_answers_to_the_name_that_was_typed() {
-    let folder = folder("terminal-names");
-    let link = folder.join("axis-tool");
-    symlink(env!("CARGO_BIN_EXE_host-sim"), &link).expect("a link");
-    let programs = [
-        ("host-sim", env!("CARGO_BIN_EXE_host-sim")),
-        ("servo-id", env!("CARGO_BIN_EXE_servo-id")),
-        ("axis-tool", link.to_str().expect("text")),
-    ];
-    for (name, program) in programs {
-        let told = |words: &[&str]| {
-            Command::new(program)
-                .args(words)
-                .output()
-                .expect("it starts")
-        };
-        let version = said(&told(&["--version"]));
-        assert_eq!(
-            version.trim(),
-            format!("{name} {}", host_sim::program::VERSION)
-        );
-        assert!(said(&told(&["run", "--help"])).contains(&format!("Usage: {name} run ")));
-        let refused = standard_error(&told(&["keys", "nothing.like.it"]));
-        assert!(refused.contains(&format!("`{name} keys`")), "{refused}");
-        assert!(said(&told(&["completions", "bash"])).contains(name));
-        assert!(
-            said(&told(&["manual", "drive", "status"]))
-                .contains(&format!(".TH {name}-drive-status "))
-        );
-    }
+fn the_program_has_one_name() {
+    let version = said(&servo_id(&["--version"]));
+    assert_eq!(
+        version.trim(),
+        format!("servo-id {}", host_sim::program::VERSION)
+    );
+    assert!(said(&servo_id(&["run", "--help"])).contains("Usage: servo-id run "));
+    let refused = standard_error(&servo_id(&["keys", "nothing.like.it"]));
+    assert!(refused.contains("`servo-id keys`"), "{refused}");
+    let page = said(&servo_id(&["manual", "drive", "status"]));
+    assert!(page.contains(".TH servo-id-drive-status "));
 }
 
 #[test]
 fn every_shell_has_completions_and_every_verb_a_page() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
-        let script = said(&host_sim(&["completions", shell]));
+        let script = said(&servo_id(&["completions", shell]));
         assert!(script.contains("commission"), "{shell}");
     }
-    let help = said(&host_sim(&["--help"]));
+    let help = said(&servo_id(&["--help"]));
     let verbs = help
         .lines()
         .skip_while(|line| !line.starts_with("Commands:"))
@@ -203,7 +183,7 @@ fn every_shell_has_completions_and_every_verb_a_page() {
     assert!(verbs.len() > 10, "{verbs:?}");
     for verb in verbs {
         assert!(
-            said(&host_sim(&["manual", verb])).contains(".SH SYNOPSIS"),
+            said(&servo_id(&["manual", verb])).contains(".SH SYNOPSIS"),
             "{verb}"
         );
     }

@@ -1,4 +1,4 @@
-//! The contract of `host-sim tune`: what it takes, what it says, what it refuses.
+//! The contract of `servo-id tune`: what it takes, what it says, what it refuses.
 
 mod support;
 
@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Output;
 
 use serde_json::{Value, json};
-use support::{folder, host_sim, standard_error};
+use support::{folder, servo_id, standard_error};
 
 /// A result as `run` writes it, of what `tune` reads.
 fn result() -> Value {
@@ -34,7 +34,7 @@ fn tune(folder: &Path, result: &Value, arguments: &[&str]) -> Output {
     let path = path.display().to_string();
     let mut all = vec!["tune", path.as_str()];
     all.extend(arguments);
-    host_sim(&all)
+    servo_id(&all)
 }
 
 fn with(further: &[&'static str]) -> Vec<&'static str> {
@@ -65,7 +65,7 @@ fn it_prints_a_controller_that_a_scenario_takes() {
     );
     let path = folder.join("scenario.toml");
     std::fs::write(&path, scenario).expect("the scenario is written");
-    let run = host_sim(&["run", &path.display().to_string()]);
+    let run = servo_id(&["run", &path.display().to_string()]);
     assert_eq!(run.status.code(), Some(0), "{}", standard_error(&run));
 }
 

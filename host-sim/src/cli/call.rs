@@ -16,9 +16,7 @@ pub(super) fn title(done: &str, file: &Path) -> String {
 pub(super) fn command() -> String {
     let words = env::args_os().skip(1);
     let words = words.map(|word| quoted(&word.to_string_lossy()));
-    let words: Vec<String> = iter::once(program::name().to_owned())
-        .chain(words)
-        .collect();
+    let words: Vec<String> = iter::once(program::NAME.to_owned()).chain(words).collect();
     words.join(" ")
 }
 

@@ -16,6 +16,6 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let mut script = Vec::new();
     let mut command = super::Arguments::command();
-    clap_complete::generate(arguments.shell, &mut command, program::name(), &mut script);
+    clap_complete::generate(arguments.shell, &mut command, program::NAME, &mut script);
     standard_output::written(io::stdout().write_all(&script))
 }

@@ -35,7 +35,7 @@ fn described(of: &str) -> Result<String, Fault> {
         });
         return Err(Fault::Input(format!(
             "{of}: there is no such table or key{hint}\n  `{} keys` lists them all",
-            program::name()
+            program::NAME
         )));
     };
     let inside = |other: &&Key| other.path.starts_with(&format!("{of}."));

@@ -37,7 +37,7 @@ mod tune;
 use std::io::Write;
 use std::process::ExitCode;
 
-use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use fault::Fault;
 
 use crate::program;
@@ -47,7 +47,7 @@ use crate::report::style::FAULT;
 ///
 /// Exit status: 0 done; 2 bad input; 130 interrupted; 1 anything else.
 #[derive(Debug, Parser)]
-#[command(version = program::VERSION, max_term_width = 100)]
+#[command(name = program::NAME, version = program::VERSION, max_term_width = 100)]
 struct Arguments {
     #[command(subcommand)]
     verb: Option<Verb>,
@@ -92,15 +92,10 @@ enum Verb {
     Manual(manual::Arguments),
 }
 
-/// The command line under the name that was typed.
-fn command() -> Command {
-    Arguments::command().name(program::name())
-}
-
 /// Parses the command line, does what it says and answers with the exit status.
 #[must_use]
 pub fn main() -> ExitCode {
-    let parsed = command().try_get_matches();
+    let parsed = Arguments::command().try_get_matches();
     let done = match parsed.and_then(|found| Arguments::from_arg_matches(&found)) {
         Ok(arguments) => arguments.run(),
         // Help and version.

@@ -122,7 +122,7 @@ impl Write for Destination {
 /// A hidden file that others may read as they may any new file.
 fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = Builder::new();
-    builder.prefix(".host-sim-");
+    builder.prefix(".servo-id-");
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;

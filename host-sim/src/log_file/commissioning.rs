@@ -9,7 +9,7 @@ use crate::scenario::LogSettings;
 /// What a replay looks for; the names are those of the columns of a CSV of a commissioning.
 pub static SERVO: Channel = Channel {
     topic: "/servo",
-    schema: "host-sim/Commissioning",
+    schema: "servo-id/Commissioning",
     fields: &[
         (LogSettings::OWN_TIME, "time, s"),
         (LogSettings::OWN_REFERENCE, "reference position, rad"),

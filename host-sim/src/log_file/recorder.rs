@@ -34,7 +34,7 @@ impl<W: Write> Recorder<W> {
         let options = WriteOptions::new()
             .compression(None)
             .disable_seeking(true)
-            .library(format!("host-sim {}", crate::VERSION));
+            .library(format!("servo-id {}", crate::VERSION));
         let mut writer = options.create(NoSeek::new(out)).map_err(io_error)?;
         let mut begin = |topic: &str, schema: &str, text: &Value| {
             let schema = writer.add_schema(schema, "jsonschema", text.to_string().as_bytes())?;

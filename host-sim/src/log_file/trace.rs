@@ -9,7 +9,7 @@ use crate::scenario::LogSettings;
 /// What a replay looks for; the names are those of the columns of a CSV trace.
 pub static SERVO: Channel = Channel {
     topic: "/servo",
-    schema: "host-sim/Servo",
+    schema: "servo-id/Servo",
     fields: &[
         (LogSettings::OWN_TIME, "time, s"),
         (LogSettings::OWN_REFERENCE, "reference position, rad"),
@@ -28,7 +28,7 @@ pub static SERVO: Channel = Channel {
 /// What the identifier makes of it.
 pub static ESTIMATES: Channel = Channel {
     topic: "/estimates",
-    schema: "host-sim/Estimates",
+    schema: "servo-id/Estimates",
     fields: &[
         ("a_per_s", "viscous friction over inertia, 1/s"),
         (

@@ -120,7 +120,7 @@ fn heading(kind: Kind) -> String {
 fn scenario(settings: &Settings, kind: Kind, every: u16) -> String {
     let core = &settings.closed_loop.core;
     let mut text = format!(
-        "# Of a recording of `host-sim drive monitor`.\n\n\
+        "# Of a recording of `servo-id drive monitor`.\n\n\
          [encoder]\ncounts_per_rev = {}\n",
         whole(TAU / core.resolution)
     );

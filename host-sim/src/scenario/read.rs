@@ -249,7 +249,7 @@ fn advice(table: &str, unknown: &str) -> String {
     let mut lines = meant.map_or(String::new(), |meant| format!("did you mean {meant}?\n"));
     if !names.is_empty() {
         lines += &format!("allowed: the keys {}\n", names.join(", "));
-        let keys = format!("{} keys {table}", program::name());
+        let keys = format!("{} keys {table}", program::NAME);
         lines += &format!("`{}` explains them", keys.trim_end());
     }
     lines

@@ -12,7 +12,7 @@ use super::keys::{MOST_COLUMNS, MOST_ENTRIES, MOST_RANGES};
 pub fn schema() -> Value {
     let mut schema = table("");
     schema["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
-    schema["title"] = json!("A scenario of host-sim");
+    schema["title"] = json!("A scenario of servo-id");
     schema
 }
 

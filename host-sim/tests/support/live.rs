@@ -14,7 +14,7 @@ impl Shown {
     pub(crate) fn start(words: &[&str]) -> Self {
         // A shell's background jobs, and so their children, ignore Ctrl-C.
         let mut program = Command::new("env")
-            .args(["--default-signal=INT", env!("CARGO_BIN_EXE_host-sim")])
+            .args(["--default-signal=INT", env!("CARGO_BIN_EXE_servo-id")])
             .args(words)
             .stdout(Stdio::null())
             .stderr(Stdio::piped())

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 /// Runs the program.
-pub(crate) fn host_sim(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_host-sim"))
+pub(crate) fn servo_id(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_servo-id"))
         .args(arguments)
         .output()
         .expect("the program starts")

@@ -1,4 +1,4 @@
-//! `host-sim drive commission`: a drive comes to know its servo, while somebody looks on.
+//! `servo-id drive commission`: a drive comes to know its servo, while somebody looks on.
 
 use std::f64::consts::TAU;
 use std::io::{self, Write};

@@ -1,4 +1,4 @@
-//! `host-sim drive simulate`: a drive to try everything on.
+//! `servo-id drive simulate`: a drive to try everything on.
 
 use std::io;
 use std::net::SocketAddr;
@@ -47,7 +47,7 @@ impl Arguments {
             .address()
             .map_err(|error| Fault::unusable(self.listen, &error))?;
         say!("a simulated drive listens at {address} until it is interrupted; look at it with")?;
-        say!("host-sim drive --port tcp:{address} monitor")?;
+        say!("servo-id drive --port tcp:{address} monitor")?;
         flush()?;
         match drive.run() {
             Err(error) => Err(self.fault(error)),

@@ -1,4 +1,4 @@
-//! `host-sim drive monitor`: a drive in the terminal.
+//! `servo-id drive monitor`: a drive in the terminal.
 
 mod plan;
 mod recordings;

@@ -99,7 +99,7 @@ impl Recordings {
         };
         kept(log, scenario, &text).map_err(|fault| ended_without(&fault))?;
         Ok(Some(format!(
-            "{rows} rows: host-sim replay {name} --scenario {beside}"
+            "{rows} rows: servo-id replay {name} --scenario {beside}"
         )))
     }
 
