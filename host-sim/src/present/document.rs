@@ -108,6 +108,8 @@ pub enum Block {
     Facts(Vec<(String, String)>),
     /// A table.
     Table(Table),
+    /// A remark that a reader must not miss.
+    Warning(String),
     /// Text to be copied.
     Code {
         /// Its subject.
@@ -148,13 +150,15 @@ impl Table {
     }
 }
 
-/// The name of a column, and how its cells are set.
+/// A column of a table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
-    /// The name.
+    /// Its heading.
     pub name: String,
-    /// Whether its cells are set as figures, to the right.
+    /// Whether its cells are figures, aligned to the right.
     pub is_figures: bool,
+    /// Order in which a narrow terminal leaves columns out, the highest first; none for a column that stays.
+    pub dispensable: Option<u8>,
 }
 
 impl Column {
@@ -164,6 +168,7 @@ impl Column {
         Self {
             name: name.to_owned(),
             is_figures: false,
+            dispensable: None,
         }
     }
 
@@ -171,8 +176,17 @@ impl Column {
     #[must_use]
     pub fn figures(name: &str) -> Self {
         Self {
-            name: name.to_owned(),
             is_figures: true,
+            ..Self::words(name)
+        }
+    }
+
+    /// The same, left out where there is too little room, before columns of a lower rank.
+    #[must_use]
+    pub fn dispensable(self, rank: u8) -> Self {
+        Self {
+            dispensable: Some(rank),
+            ..self
         }
     }
 }

@@ -1,8 +1,10 @@
 //! What a result means to a reader: each verb's verdict, tables, figures and notes, put together once.
 //!
-//! A [`Page`] is read by the renderers: the terminal shows its brief sections, a report all of them, a picture its
-//! figures.
+//! Every renderer reads the same [`Page`]. A terminal prints its brief sections, without headings and figures, and
+//! then the verdict as `status: detail`; tables lose their dispensable columns where a line is too short. A report
+//! shows all of it. A picture shows its figures.
 
 mod document;
+pub(crate) mod number;
 
 pub use document::{Block, Column, Page, Progress, Section, Table, Tone, Verdict};

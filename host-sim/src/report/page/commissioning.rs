@@ -3,10 +3,12 @@
 use identifier_core::commission::{HoldingGains, IdentifiedServo, Limits, Phase};
 use identifier_core::tuning::Tuning;
 
-use super::quantity::{SIDES, figure, fixed, per_cent, plain, sentence, signed, with_interval};
 use super::unknowns::{COMMISSIONED, described};
 use super::{Block, Column, Figure, Page, Section, Table, Tone, Verdict};
 use crate::commission::{Outcome, StepResponse};
+use crate::present::number::{
+    SIDES, figure, fixed, per_cent, plain, sentence, signed, with_interval,
+};
 use crate::report::commission::{self as report, Traces, UNKNOWNS};
 use crate::report::promise::{self, FeedForwardDocument};
 use crate::scenario::Scenario;

@@ -1,8 +1,8 @@
 //! The page of a comparison.
 
-use super::quantity::{figure, fixed, per_cent, signed};
 use super::{Block, Column, Page, Section, Table, Tone, Verdict};
 use crate::compare::Comparison;
+use crate::present::number::{figure, fixed, per_cent, signed};
 use crate::report::comparison::{Document, MethodDocument};
 
 /// The page of a comparison; `document` is the same for a program.

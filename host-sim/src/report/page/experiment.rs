@@ -3,11 +3,13 @@
 use identifier_core::parameters::Parameter;
 use identifier_core::unknowns::Unknown;
 
-use super::quantity::{SIDES, figure, fixed, per_cent, plain, sentence, signed, with_interval};
 use super::remedies::remedies;
 use super::unknowns::described;
 use super::{Block, Column, Figure, Page, Section, Table, Tone, Verdict, gains};
 use crate::analysis::{Batch, Status, Summary};
+use crate::present::number::{
+    SIDES, figure, fixed, per_cent, plain, sentence, signed, with_interval,
+};
 use crate::replay::Agreement;
 use crate::report::json::Document;
 use crate::report::panels::{self, Traces};

@@ -1,7 +1,7 @@
 //! Gains for an identified servo, and what they promise.
 
-use super::quantity::sentence;
 use super::{Block, Column, Table};
+use crate::present::number::sentence;
 use crate::report::promise::{self, FeedForwardDocument};
 use crate::scenario::Scenario;
 use crate::tune::{Conditions, IdentifiedResult, NoGains, Tuned};

@@ -16,7 +16,6 @@ mod drawing;
 mod experiment;
 mod figure;
 mod gains;
-mod quantity;
 mod remedies;
 mod sweep;
 mod template;

@@ -1,7 +1,7 @@
 //! The page of a sweep.
 
-use super::quantity::{SIDES, figure, fixed, plain};
 use super::{Block, Column, Figure, Page, Section, Table, Tone, Verdict};
+use crate::present::number::{SIDES, figure, fixed, plain};
 use crate::report::distribution;
 use crate::scenario::Scenario;
 use crate::sweep::Distribution;

@@ -139,6 +139,7 @@ impl Page {
     fn block(&self, block: &Block) -> Markup {
         match block {
             Block::Text(text) => html! { p { (text) } },
+            Block::Warning(text) => html! { p { strong { "Warning: " } (text) } },
             Block::List(items) => html! { ul { @for item in items { li { (item) } } } },
             Block::Facts(facts) => html! {
                 dl { @for (name, text) in facts { div { dt { (name) } dd { (text) } } } }

@@ -1,7 +1,7 @@
 //! The page of a tuning.
 
-use super::quantity::{figure, plain, sentence};
 use super::{Block, Figure, Page, Section, Tone, Verdict, gains};
+use crate::present::number::{figure, plain, sentence};
 use crate::report::plot::Panel;
 use crate::tune::Tuned;
 

@@ -1,15 +1,15 @@
-//! Numbers as people read them.
+//! Numbers as people read them: the one place that formats a value with its uncertainty.
 
 /// Digits behind the point that a table has room for.
 const MOST_PLACES: f64 = 9.0;
 
 /// Standard errors to each side that a ± means: nineteen of twenty such intervals hold the truth.
-pub(super) const SIDES: f64 = 2.0;
+pub(crate) const SIDES: f64 = 2.0;
 
 /// A value and half the width of its interval, both with the digits that two of the latter take; of one
 /// that is not known, or exact, four digits of the value.
 #[must_use]
-pub(super) fn with_interval(value: f64, half: Option<f64>) -> (String, String) {
+pub(crate) fn with_interval(value: f64, half: Option<f64>) -> (String, String) {
     match half.filter(|half| *half > 0.0 && half.is_finite()) {
         Some(half) => {
             let places = (1.0 - half.log10().floor()).clamp(0.0, MOST_PLACES) as usize;
@@ -21,7 +21,7 @@ pub(super) fn with_interval(value: f64, half: Option<f64>) -> (String, String) {
 
 /// Four digits that count.
 #[must_use]
-pub(super) fn figure(value: f64) -> String {
+pub(crate) fn figure(value: f64) -> String {
     if !value.is_finite() {
         return if value.is_nan() { "–" } else { "∞" }.to_owned();
     }
@@ -37,7 +37,7 @@ pub(super) fn figure(value: f64) -> String {
 
 /// The same without zeros at its end.
 #[must_use]
-pub(super) fn plain(value: f64) -> String {
+pub(crate) fn plain(value: f64) -> String {
     let text = figure(value);
     if text.contains('.') && !text.contains('·') {
         text.trim_end_matches('0').trim_end_matches('.').to_owned()
@@ -66,7 +66,7 @@ fn raised(power: &str) -> String {
 
 /// A part in per cent, two digits of it.
 #[must_use]
-pub(super) fn per_cent(part: f64) -> String {
+pub(crate) fn per_cent(part: f64) -> String {
     let per_cent = 100.0 * part.abs();
     if !per_cent.is_finite() {
         return "–".to_owned();
@@ -83,7 +83,7 @@ pub(super) fn per_cent(part: f64) -> String {
 
 /// So many digits behind the point, with the sign that people write.
 #[must_use]
-pub(super) fn fixed(value: f64, places: usize) -> String {
+pub(crate) fn fixed(value: f64, places: usize) -> String {
     let scale = 10_f64.powi(places as i32);
     let rounded = (value * scale).round() / scale;
     // + 0.0 turns a negative zero into zero; what is too large to be rounded needs no places.
@@ -97,7 +97,7 @@ pub(super) fn fixed(value: f64, places: usize) -> String {
 
 /// The same with its sign in any case.
 #[must_use]
-pub(super) fn signed(value: f64, places: usize) -> String {
+pub(crate) fn signed(value: f64, places: usize) -> String {
     let text = fixed(value, places);
     if value > 0.0 {
         format!("+{text}")
@@ -108,7 +108,7 @@ pub(super) fn signed(value: f64, places: usize) -> String {
 
 /// The first letter large.
 #[must_use]
-pub(super) fn sentence(text: &str) -> String {
+pub(crate) fn sentence(text: &str) -> String {
     let mut letters = text.chars();
     let begun: String = letters
         .next()
