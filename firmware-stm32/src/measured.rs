@@ -7,7 +7,7 @@ use identifier_core::Settings;
 use identifier_core::excitation::{BandLimitedWhiteNoise, BandLimitedWhiteNoiseState, Excitation};
 use identifier_core::identifier::{
     FitBlocks, GaussNewtonFitted, GaussNewtonFitter, GaussNewtonFitterState, GaussNewtonRecursion,
-    IdentifierError, Identify, NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState,
+    Identify, NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState, SettingsError,
 };
 use identifier_core::measurement::counter::Counter;
 use identifier_core::measurement::velocity::{LowPass, LowPassState};
@@ -42,7 +42,7 @@ impl Experiment {
     ///
     /// # Errors
     /// A reference that cannot be.
-    pub fn start(coulomb: f64) -> Result<Self, IdentifierError> {
+    pub fn start(coulomb: f64) -> Result<Self, SettingsError> {
         let reference = paper::reference()?;
         let (plant, encoder) = paper::servo_with(coulomb);
         Ok(Self {
@@ -80,7 +80,7 @@ pub fn measure(
     name: &str,
     state_bytes: usize,
     mut sample: impl FnMut(f64, u16) -> (f64, u32),
-) -> Result<(), IdentifierError> {
+) -> Result<(), SettingsError> {
     let mut experiment = Experiment::start(0.0)?;
     experiment.count(STARTING, &mut sample);
     let tally = experiment.count(COUNTED, &mut sample);
@@ -116,7 +116,7 @@ impl<I: Identify<f32> + FromSettings> Single<I> {
     ///
     /// # Errors
     /// What is not allowed.
-    pub fn build(settings: &Settings) -> Result<Self, IdentifierError> {
+    pub fn build(settings: &Settings) -> Result<Self, SettingsError> {
         let servo_loop: Loop<I> = settings.build()?;
         Ok(Self {
             counter: Counter::new(0),
@@ -178,7 +178,7 @@ impl<S: UnknownSet<P>, const P: usize> Halves<S, P> {
     ///
     /// # Errors
     /// What is not allowed.
-    pub fn build(settings: &Settings) -> Result<Self, IdentifierError> {
+    pub fn build(settings: &Settings) -> Result<Self, SettingsError> {
         let fitter: Fitter<S, P> = settings.build()?;
         Ok(Self {
             interrupt: Single::build(settings)?,

@@ -1,7 +1,7 @@
 //! The paper's experiment, from the same file as the simulator's.
 
 use identifier_core::excitation::BandLimitedWhiteNoise;
-use identifier_core::identifier::IdentifierError;
+use identifier_core::identifier::SettingsError;
 use identifier_core::model::ServoParameters;
 use identifier_core::settings::{BoxSettings, IdentifierSettings, PerParameter, diagonal};
 use identifier_core::{ControllerSettings, Settings};
@@ -47,7 +47,7 @@ pub fn settings() -> Settings {
 ///
 /// # Errors
 /// None for the file that this was made from.
-pub fn reference() -> Result<BandLimitedWhiteNoise, IdentifierError> {
+pub fn reference() -> Result<BandLimitedWhiteNoise, SettingsError> {
     let units = settings().units()?;
     Ok(BandLimitedWhiteNoise::new(
         &units,

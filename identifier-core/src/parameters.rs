@@ -120,7 +120,7 @@ impl<N: Number> ModelParameters<N> {
     /// The model of a parameter set with these values.
     #[inline]
     #[must_use]
-    pub fn of_set<S: ParameterSet<P>, const P: usize>(values: &[N; P]) -> Self {
+    pub fn from_values<S: ParameterSet<P>, const P: usize>(values: &[N; P]) -> Self {
         let mut model = Self {
             x: N::ZERO,
             gain: N::ZERO,

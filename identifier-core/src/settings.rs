@@ -3,7 +3,7 @@
 
 use crate::control::{CommandLimit, Gains};
 use crate::error::{Allowed, OutOfRange};
-use crate::identifier::IdentifierError;
+use crate::identifier::SettingsError;
 use crate::parameters::Parameter;
 use crate::units::Units;
 use crate::unknowns::{Term, Terms};
@@ -231,7 +231,7 @@ pub trait FromSettings: Sized {
     ///
     /// # Errors
     /// The setting that is not allowed, by name, and what is.
-    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError>;
+    fn from_settings(settings: &Settings) -> Result<Self, SettingsError>;
 }
 
 impl IdentifierSettings {
@@ -332,7 +332,7 @@ impl Settings {
     ///
     /// # Errors
     /// The setting that is not allowed, by name, and what is.
-    pub fn build<T: FromSettings>(&self) -> Result<T, IdentifierError> {
+    pub fn build<T: FromSettings>(&self) -> Result<T, SettingsError> {
         T::from_settings(self)
     }
 
@@ -353,9 +353,9 @@ impl Settings {
     /// The controller.
     ///
     /// # Errors
-    /// [`IdentifierError::NotGiven`] if there is none.
-    pub fn own_controller(&self) -> Result<&ControllerSettings, IdentifierError> {
-        self.controller.as_ref().ok_or(IdentifierError::NotGiven {
+    /// [`SettingsError::NotGiven`] if there is none.
+    pub fn own_controller(&self) -> Result<&ControllerSettings, SettingsError> {
+        self.controller.as_ref().ok_or(SettingsError::NotGiven {
             setting: "controller",
         })
     }
@@ -364,8 +364,8 @@ impl Settings {
     /// where the identifier listens to another controller, gains that follow from box and bandwidth.
     ///
     /// # Errors
-    /// A gain out of range; [`IdentifierError::NotGiven`] if there is nothing that they follow from.
-    pub fn correction_gains(&self) -> Result<Gains, IdentifierError> {
+    /// A gain out of range; [`SettingsError::NotGiven`] if there is nothing that they follow from.
+    pub fn correction_gains(&self) -> Result<Gains, SettingsError> {
         match (self.identifier.correction, self.controller) {
             (Some([kp, kd, ki]), _) => Ok(Gains::new(kp, kd, ki)?),
             (None, Some(controller)) => Ok(controller.gains()?),
@@ -375,11 +375,11 @@ impl Settings {
 
     /// For the servo in the middle of the box both fast poles of the error loop at −ω and a slow one
     /// near −ω/20 for the integral, which takes the load: k_p = ω²/b, k_d = 2ω/b, k_i = k_p ω/20.
-    fn chosen_correction(&self) -> Result<Gains, IdentifierError> {
+    fn chosen_correction(&self) -> Result<Gains, SettingsError> {
         /// Part of ω at which the integral acts.
         const INTEGRAL: f64 = 0.05;
         let Some(BoxSettings { b: [min, max], .. }) = self.identifier.plant_box else {
-            return Err(IdentifierError::NotGiven {
+            return Err(SettingsError::NotGiven {
                 setting: "correction",
             });
         };

@@ -6,9 +6,9 @@ use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor, Setpoint, control_step};
 use identifier_core::fixed_point::Word;
 use identifier_core::identifier::{
-    DiagonalGradientIdentifier, GaussNewtonFitted, GaussNewtonIdentifier, GaussNewtonRecursion,
-    IdentifierError, Identify, MotionOfKnown, NumberedBlock, RecordBlocks, Seen, ServoLoop,
-    ServoLoopState,
+    DiagonalGradientIdentifier, ExpectedMotion, GaussNewtonFitted, GaussNewtonIdentifier,
+    GaussNewtonRecursion, Identify, NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState,
+    SettingsError, Update,
 };
 use identifier_core::measurement::velocity::{LowPass, LowPassState};
 use identifier_core::model::{IdentifiedServo, ServoParameters};
@@ -53,10 +53,10 @@ type GradientWithFriction = DiagonalGradientIdentifier<f32, Velocity, AbCoulomb,
 /// What a loop has learnt, in a few words: [`ClosedLoop::estimates`] says it in SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Learnt {
-    Gradient(<Gradient as Identify<f32>>::Shown),
-    GradientWithFriction(<GradientWithFriction as Identify<f32>>::Shown),
-    GaussNewton(<Recursion as Identify<f32>>::Shown),
-    Fixed(<fixed_loop::Identifier as Identify<Word>>::Shown),
+    Gradient(<Gradient as Identify<f32>>::Snapshot),
+    GradientWithFriction(<GradientWithFriction as Identify<f32>>::Snapshot),
+    GaussNewton(<Recursion as Identify<f32>>::Snapshot),
+    Fixed(<fixed_loop::Identifier as Identify<Word>>::Snapshot),
 }
 
 /// A control step with its count, or why it was not taken.
@@ -87,7 +87,7 @@ struct With<I: Identify<f32>> {
 }
 
 impl<I: Identify<f32> + FromSettings> With<I> {
-    fn build(settings: &Settings) -> Result<Self, IdentifierError> {
+    fn build(settings: &Settings) -> Result<Self, SettingsError> {
         let servo_loop: ServoLoop<f32, Velocity, I> = settings.build()?;
         Ok(Self {
             state: servo_loop.start(0),
@@ -98,12 +98,12 @@ impl<I: Identify<f32> + FromSettings> With<I> {
 
 impl<I: Identify<f32>> With<I> {
     #[inline]
-    fn learnt(&self) -> I::Shown {
+    fn learnt(&self) -> I::Snapshot {
         let identifier = self.servo_loop.identifier();
-        identifier.show(self.state.identification())
+        identifier.snapshot(self.state.identification())
     }
 
-    fn estimates(&self, learnt: &I::Shown) -> Estimates {
+    fn estimates(&self, learnt: &I::Snapshot) -> Estimates {
         parts::estimates(self.servo_loop.identifier(), learnt)
     }
 }
@@ -122,7 +122,7 @@ macro_rules! whatever_law {
 
 impl<G> ClosedLoop<G>
 where
-    G: Identify<f32, Shown = <Recursion as Identify<f32>>::Shown, State: Copy + PartialEq>
+    G: Identify<f32, Snapshot = <Recursion as Identify<f32>>::Snapshot, State: Copy + PartialEq>
         + FromSettings,
 {
     /// A loop at rest at count zero.
@@ -178,7 +178,7 @@ where
         sensor: &mut S,
         actuator: &mut A,
         watch: L,
-    ) -> Result<(ControlSample<f32>, Seen<f32>), L::End> {
+    ) -> Result<(ControlSample<f32>, Update<f32>), L::End> {
         whatever_law!(
             &mut self.0,
             own => {
@@ -233,10 +233,10 @@ where
 impl ClosedLoop {
     /// Has Gauss–Newton go on from a servo that was identified, in place of its first fit; another law
     /// begins as it does.
-    pub(crate) fn know(&mut self, servo: &IdentifiedServo, motion: &MotionOfKnown) {
+    pub(crate) fn know(&mut self, servo: &IdentifiedServo, motion: &ExpectedMotion) {
         if let Laws::GaussNewton(own) = &mut self.0 {
             let identifier = own.servo_loop.identifier();
-            *own.state.identification_mut() = identifier.start_knowing(servo, motion);
+            *own.state.identification_mut() = identifier.start_from_known(servo, motion);
         }
     }
 

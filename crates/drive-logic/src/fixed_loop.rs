@@ -7,7 +7,7 @@ use identifier_core::drive::{Actuator, ControlStepError, PositionSensor, Setpoin
 use identifier_core::fixed_point::{
     FixedControlSample, FixedLowPass, FixedServoLoop, FixedServoLoopState, FixedVelocity, Word,
 };
-use identifier_core::identifier::{Event, IdentifierError, Identify, Seen};
+use identifier_core::identifier::{Event, Identify, SettingsError, Update};
 use identifier_core::parameters::Ab;
 use identifier_core::settings::Settings;
 
@@ -33,9 +33,9 @@ pub(crate) struct FixedLoop {
 impl FixedLoop {
     /// # Errors
     /// The setting that is not allowed, or does not fit words.
-    pub(crate) fn new(settings: &Settings) -> Result<Self, IdentifierError> {
+    pub(crate) fn new(settings: &Settings) -> Result<Self, SettingsError> {
         let servo_loop: FixedServoLoop<FixedLowPass, Ab, 2> = settings.build()?;
-        let last_bit = Seen {
+        let last_bit = Update {
             output_error: Word::DELTA,
             event: Event::None,
         };
@@ -99,21 +99,21 @@ impl FixedLoop {
 
     /// Learns from the sample that [`FixedLoop::control`] took.
     #[inline]
-    pub(crate) fn learn(&mut self) -> Seen<f32> {
+    pub(crate) fn learn(&mut self) -> Update<f32> {
         let seen = self.servo_loop.learn(&mut self.state, &self.sample);
-        Seen {
+        Update {
             output_error: seen.output_error.to_bits() as f32 * self.output_error_bit,
             event: seen.event,
         }
     }
 
     #[inline]
-    pub(crate) fn learnt(&self) -> <Identifier as Identify<Word>>::Shown {
+    pub(crate) fn learnt(&self) -> <Identifier as Identify<Word>>::Snapshot {
         let identifier = self.servo_loop.identifier();
-        identifier.show(self.state.identification())
+        identifier.snapshot(self.state.identification())
     }
 
-    pub(crate) fn estimates(&self, learnt: &<Identifier as Identify<Word>>::Shown) -> Estimates {
+    pub(crate) fn estimates(&self, learnt: &<Identifier as Identify<Word>>::Snapshot) -> Estimates {
         parts::estimates(self.servo_loop.identifier(), learnt)
     }
 }

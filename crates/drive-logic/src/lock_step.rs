@@ -12,7 +12,7 @@ use identifier_core::drive::{Actuator, PositionSensor, Setpoint};
 use identifier_core::fixed_point::{
     FixedLowPass, FixedServoLoop, FixedServoLoopState, FixedVelocity, split_setpoint,
 };
-use identifier_core::identifier::{IdentifierError, Identify};
+use identifier_core::identifier::{Identify, SettingsError};
 use identifier_core::parameters::Ab;
 use identifier_core::settings::Settings;
 
@@ -260,7 +260,7 @@ struct Words {
 }
 
 impl Words {
-    fn new(settings: &Settings) -> Result<Self, IdentifierError> {
+    fn new(settings: &Settings) -> Result<Self, SettingsError> {
         let servo_loop: FixedServoLoop<FixedLowPass, Ab, 2> = settings.build()?;
         Ok(Self {
             state: servo_loop.start(0),
@@ -282,7 +282,7 @@ impl Words {
         Ok(Reading {
             command: servo_loop.controller().command(sample.command),
             output_error: identifier.output_error(&seen),
-            estimates: parts::estimates(identifier, &identifier.show(state.identification())),
+            estimates: parts::estimates(identifier, &identifier.snapshot(state.identification())),
             event: seen.event,
         })
     }

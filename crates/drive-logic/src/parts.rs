@@ -2,7 +2,7 @@
 
 use drive_link::{Estimates, Name, NotAllowed, Why};
 use identifier_core::commission::{CommissionError, IdentifiedServo};
-use identifier_core::identifier::{IdentifierError, Identify};
+use identifier_core::identifier::{Identify, SettingsError};
 use identifier_core::model::ServoParameters;
 use identifier_core::settings::{IdentifierSettings, PerParameter};
 use identifier_core::stability::CertificateError;
@@ -10,19 +10,19 @@ use identifier_core::stability::CertificateError;
 use crate::chip::Stage;
 
 /// What an identifier has found as a message.
-pub(crate) fn estimates<N: Copy, I: Identify<N>>(identifier: &I, shown: &I::Shown) -> Estimates {
+pub(crate) fn estimates<N: Copy, I: Identify<N>>(identifier: &I, shown: &I::Snapshot) -> Estimates {
     let ServoParameters {
         a,
         b,
         coulomb,
         load,
-    } = identifier.estimates_of(shown);
+    } = identifier.estimates_in(shown);
     Estimates {
         a,
         b,
         coulomb,
         load,
-        at_bounds: identifier.at_bounds_of(shown),
+        at_bounds: identifier.at_bounds_in(shown),
         standard_errors: None,
     }
 }
@@ -75,28 +75,28 @@ pub(crate) fn begin_with(known: &Estimates, identifier: &mut IdentifierSettings)
 }
 
 /// A refusal of the core as a message.
-pub(crate) fn not_allowed(error: IdentifierError) -> NotAllowed {
+pub(crate) fn not_allowed(error: SettingsError) -> NotAllowed {
     match error {
-        IdentifierError::Range(ref error) => error.into(),
-        IdentifierError::Certificate(CertificateError::MuNotPositive { mu }) => {
+        SettingsError::Range(ref error) => error.into(),
+        SettingsError::Certificate(CertificateError::MuNotPositive { mu }) => {
             out_of_range("mu", mu, (0.0, f64::INFINITY))
         }
-        IdentifierError::Certificate(CertificateError::DampingTooSmall {
-            mu, mu_below, ..
-        }) => out_of_range("mu", mu, (0.0, mu_below)),
-        IdentifierError::Certificate(CertificateError::ProportionalGainTooSmall {
+        SettingsError::Certificate(CertificateError::DampingTooSmall { mu, mu_below, .. }) => {
+            out_of_range("mu", mu, (0.0, mu_below))
+        }
+        SettingsError::Certificate(CertificateError::ProportionalGainTooSmall {
             kp,
             kp_above,
             ..
         }) => out_of_range("kp", kp, (kp_above, f64::INFINITY)),
-        IdentifierError::SampledLoop(error) => refusal(
+        SettingsError::SampledLoop(error) => refusal(
             "sample_time",
             Why::Unstable {
                 given: error.sample_time,
             },
         ),
-        IdentifierError::Estimate(error) => out_of_range("bounds.b", error.b, (0.0, error.stable)),
-        IdentifierError::NotGiven { setting } => refusal(setting, Why::NotGiven),
+        SettingsError::Estimate(error) => out_of_range("bounds.b", error.b, (0.0, error.stable)),
+        SettingsError::NotGiven { setting } => refusal(setting, Why::NotGiven),
         _ => out_of_range("gamma", f64::NAN, (0.0, f64::INFINITY)),
     }
 }

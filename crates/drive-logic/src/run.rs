@@ -5,7 +5,7 @@ use identifier_core::ControllerSettings;
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::error::OutOfRange;
-use identifier_core::identifier::{MotionOfKnown, Seen};
+use identifier_core::identifier::{ExpectedMotion, Update};
 use identifier_core::model::IdentifiedServo;
 
 use crate::background_alive::Patience;
@@ -94,7 +94,7 @@ impl Run {
     }
 
     /// Knows the servo from the beginning, as a commissioning has identified it.
-    pub(crate) fn know(&mut self, servo: &IdentifiedServo, motion: &MotionOfKnown) {
+    pub(crate) fn know(&mut self, servo: &IdentifiedServo, motion: &ExpectedMotion) {
         self.closed_loop.know(servo, motion);
     }
 
@@ -183,7 +183,7 @@ impl Run {
     pub(crate) fn shown(
         &self,
         control: &ControlSample<f32>,
-        seen: &Seen<f32>,
+        seen: &Update<f32>,
         counts: &Counts,
     ) -> Shown {
         Shown {
@@ -209,7 +209,7 @@ impl Run {
         lines: Lines,
         sensor: &mut S,
         actuator: &mut A,
-    ) -> Result<(ControlSample<f32>, Seen<f32>), Ended> {
+    ) -> Result<(ControlSample<f32>, Update<f32>), Ended> {
         let Self {
             closed_loop,
             reference,

@@ -4,7 +4,7 @@ use drive_link::{Ended, Fault};
 use identifier_core::commission::StopReason;
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, PositionSensor};
-use identifier_core::identifier::Seen;
+use identifier_core::identifier::Update;
 
 use crate::background_alive::Patience;
 use crate::channel::InterruptEnd;
@@ -382,7 +382,7 @@ fn show(
     channel: &mut InterruptEnd<'_>,
     counts: &mut Counts,
     control: &ControlSample<f32>,
-    seen: &Seen<f32>,
+    seen: &Update<f32>,
 ) {
     let shown = Event::Shown(run.shown(control, seen, counts));
     if channel.tell(shown).is_err() {

@@ -1,7 +1,7 @@
 //! Whether this chip computes what it should.
 
 use drive_link::Fault;
-use identifier_core::identifier::{GradientIdentifier, IdentifierError, Identify, ServoLoop};
+use identifier_core::identifier::{GradientIdentifier, Identify, ServoLoop, SettingsError};
 use identifier_core::measurement::velocity::LowPass;
 use identifier_core::parameters::AbCoulomb;
 use identifier_core::settings::{IdentifierSettings, PerParameter};
@@ -63,7 +63,7 @@ fn settings() -> Settings {
     }
 }
 
-fn answer() -> Result<[u64; 3], IdentifierError> {
+fn answer() -> Result<[u64; 3], SettingsError> {
     let servo_loop: ServoLoop<f32, Filter, GradientIdentifier<f32, Filter, AbCoulomb, 3>> =
         settings().build()?;
     let mut state = servo_loop.start(START);

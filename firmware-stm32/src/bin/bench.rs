@@ -20,7 +20,7 @@ use identifier_core::fixed_point::{
 };
 use identifier_core::identifier::{
     DiagonalGradientIdentifier, GaussNewtonFitted, GaussNewtonFitterState,
-    GaussNewtonRecursionState, IdentifierError, Identify,
+    GaussNewtonRecursionState, Identify, SettingsError,
 };
 use identifier_core::measurement::counter::Counter;
 use identifier_core::measurement::velocity::LowPass;
@@ -42,7 +42,7 @@ fn main() -> ! {
     exit(done.is_ok())
 }
 
-fn run(instructions: &Instructions) -> Result<(), IdentifierError> {
+fn run(instructions: &Instructions) -> Result<(), SettingsError> {
     single::<Gradient>(instructions, "gradient-f32-2")?;
     single::<GradientWithFriction>(instructions, "gradient-f32-friction")?;
     gauss_newton(instructions)?;
@@ -53,7 +53,7 @@ fn run(instructions: &Instructions) -> Result<(), IdentifierError> {
 fn single<I: Identify<f32> + FromSettings>(
     instructions: &Instructions,
     name: &str,
-) -> Result<(), IdentifierError> {
+) -> Result<(), SettingsError> {
     let mut parts = Single::<I>::build(&paper::settings())?;
     measure(name, size_of::<I::State>(), |reference, register| {
         parts.counted(instructions, (reference, register), Single::sample)
@@ -62,7 +62,7 @@ fn single<I: Identify<f32> + FromSettings>(
 
 /// Gauss–Newton on a servo with friction, without any guess: once while it records and the background
 /// makes its first fit, a block a sample, and once while the recursion runs.
-fn gauss_newton(instructions: &Instructions) -> Result<(), IdentifierError> {
+fn gauss_newton(instructions: &Instructions) -> Result<(), SettingsError> {
     /// Friction, rad/s², which reverses with the servo.
     const COULOMB: f64 = 10.0;
     /// Samples within which a first fit is found.
@@ -77,7 +77,7 @@ fn gauss_newton(instructions: &Instructions) -> Result<(), IdentifierError> {
     let mut beginning = Tally::default();
     while !halves.is_running() {
         if recording.rounds() == PATIENCE {
-            return Err(IdentifierError::NotGiven { setting: "motion" });
+            return Err(SettingsError::NotGiven { setting: "motion" });
         }
         let one = experiment.count(1, &mut |reference, register| {
             halves.counted(instructions, (reference, register), &mut fitting)
@@ -108,9 +108,9 @@ fn gauss_newton(instructions: &Instructions) -> Result<(), IdentifierError> {
     let interrupt = &halves.interrupt;
     let identifier = interrupt.servo_loop.identifier();
     let state = interrupt.state.identification();
-    let (shown, taken) = counted(instructions, || identifier.show(black_box(state)));
+    let (shown, taken) = counted(instructions, || identifier.snapshot(black_box(state)));
     once("gauss-newton-shown", taken, size_of_val(&shown));
-    let (_, taken) = counted(instructions, || identifier.estimates_of(black_box(&shown)));
+    let (_, taken) = counted(instructions, || identifier.estimates_in(black_box(&shown)));
     once("gauss-newton-in-si", taken, size_of::<ServoParameters>());
     Ok(())
 }
@@ -143,7 +143,7 @@ impl Words {
     }
 }
 
-fn words(instructions: &Instructions) -> Result<(), IdentifierError> {
+fn words(instructions: &Instructions) -> Result<(), SettingsError> {
     let servo_loop: Fixed = paper::settings().build()?;
     let mut parts = Words {
         counter: Counter::new(0),
@@ -161,7 +161,7 @@ fn words(instructions: &Instructions) -> Result<(), IdentifierError> {
 
 /// Building the gradient's loops: the paper's, and for three wide boxes from 250 Hz to 20 kHz, whose
 /// estimates nobody bounds.
-fn builds(instructions: &Instructions) -> Result<(), IdentifierError> {
+fn builds(instructions: &Instructions) -> Result<(), SettingsError> {
     let mut tally = Tally::default();
     for settings in [
         paper::settings(),
@@ -181,7 +181,7 @@ fn build<L: FromSettings>(
     instructions: &Instructions,
     settings: &Settings,
     tally: &mut Tally,
-) -> Result<(), IdentifierError> {
+) -> Result<(), SettingsError> {
     let (built, taken) = counted(instructions, || black_box(settings).build::<L>());
     tally.add(taken);
     built.map(|_| ())

@@ -9,7 +9,7 @@ use firmware_stm32::measured::{COUNTED, Experiment, Halves};
 use firmware_stm32::paper;
 use identifier_core::Settings;
 use identifier_core::adaptation::OnDemand;
-use identifier_core::identifier::{GaussNewtonRecursionState, IdentifierError, Identify};
+use identifier_core::identifier::{GaussNewtonRecursionState, Identify, SettingsError};
 use identifier_core::model::{AngledInputs, DelayedInputs};
 use identifier_core::number::Number;
 use identifier_core::settings::IdentifierSettings;
@@ -28,7 +28,7 @@ fn main() -> ! {
 }
 
 /// Every term for itself.
-fn terms(instructions: &Instructions) -> Result<(), IdentifierError> {
+fn terms(instructions: &Instructions) -> Result<(), SettingsError> {
     with_term::<AbCoulombDelayLoad, 5>(instructions, Term::Delay)?;
     with_term::<WithAsymmetry, 5>(instructions, Term::Asymmetry)?;
     with_term::<WithLowSpeed, 5>(instructions, Term::LowSpeed)?;
@@ -67,7 +67,7 @@ with_term! {
 fn with_term<S: UnknownSet<P>, const P: usize>(
     instructions: &Instructions,
     term: Term,
-) -> Result<(), IdentifierError> {
+) -> Result<(), SettingsError> {
     /// Friction, rad/s², which reverses with the servo.
     const COULOMB: f64 = 10.0;
     let mut settings = Settings {
@@ -91,7 +91,7 @@ fn with_term<S: UnknownSet<P>, const P: usize>(
         .entered(interrupt.state.identification())
         .has(term)
     {
-        return Err(IdentifierError::NotGiven { setting: "motion" });
+        return Err(SettingsError::NotGiven { setting: "motion" });
     }
     let bytes = size_of::<GaussNewtonRecursionState<f32, S, P>>();
     tally.say(term_name(term), bytes);

@@ -13,7 +13,7 @@ use identifier_core::GradientLoop;
 use identifier_core::drive::{Actuator, PositionSensor, Setpoint, control_step};
 use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::{FixedLowPass, FixedServoLoop, split_setpoint};
-use identifier_core::identifier::{IdentifierError, Identify};
+use identifier_core::identifier::{Identify, SettingsError};
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Ab;
 use virtual_servo::{Encoder, Plant};
@@ -68,7 +68,7 @@ impl Actuator<f32> for &Virtual {
     }
 }
 
-fn single_precision() -> Result<ServoParameters, IdentifierError> {
+fn single_precision() -> Result<ServoParameters, SettingsError> {
     let servo_loop: GradientLoop<f32, Ab, 2> = paper::settings().build()?;
     let reference = paper::reference()?;
     let (plant, encoder) = paper::servo();
@@ -98,7 +98,7 @@ fn single_precision() -> Result<ServoParameters, IdentifierError> {
     Ok(servo_loop.identifier().estimates(state.identification()))
 }
 
-fn fixed_point() -> Result<ServoParameters, IdentifierError> {
+fn fixed_point() -> Result<ServoParameters, SettingsError> {
     let servo_loop: FixedServoLoop<FixedLowPass, Ab, 2> = paper::settings().build()?;
     let reference = paper::reference()?;
     let (mut plant, encoder) = paper::servo();

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use identifier_core::control::Gains;
-use identifier_core::identifier::IdentifierError;
+use identifier_core::identifier::SettingsError;
 use identifier_core::measurement::velocity::{Transfer, VelocityEstimate};
 use identifier_core::model::ServoParameters;
 use identifier_core::stability::sampled_loop;
@@ -224,7 +224,7 @@ impl ClosedLoop {
     }
 }
 
-fn transfer<V: VelocityEstimate<f64>>(scenario: &Scenario) -> Result<Transfer, IdentifierError> {
+fn transfer<V: VelocityEstimate<f64>>(scenario: &Scenario) -> Result<Transfer, SettingsError> {
     let velocity: V = scenario.stated.build()?;
     Ok(velocity.transfer())
 }

@@ -6,7 +6,7 @@ use virtual_servo::{Effects, SensorEffects};
 
 use identifier_core::commission::HoldingGains;
 use identifier_core::control::{ControlState, Controller, position_error};
-use identifier_core::identifier::IdentifierError;
+use identifier_core::identifier::SettingsError;
 use identifier_core::measurement::velocity::LowPass;
 
 use super::{Axis, Outcome};
@@ -89,7 +89,7 @@ impl StepResponse {
             controller: Some(gains.controller),
             ..scenario.stated
         };
-        let controller: Result<Controller<f64, LowPass<f64>>, IdentifierError> = settings.build();
+        let controller: Result<Controller<f64, LowPass<f64>>, SettingsError> = settings.build();
         let controller = controller.map_err(|error| scenario.fault(&error))?;
         let units = scenario.checked_units()?;
         let sample_time = units.sample_time();

@@ -1,6 +1,6 @@
 use identifier_core::adaptation::NormalEquations;
 use identifier_core::error::{OutOfRange, StepError};
-use identifier_core::identifier::Seen;
+use identifier_core::identifier::Update;
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
 use identifier_core::units::Units;
@@ -39,7 +39,7 @@ impl BatchLeastSquares {
 }
 
 impl<N: Number> Learner<N> for BatchLeastSquares {
-    fn learn(&mut self, increment: N, command: N) -> Result<Option<Seen<N>>, StepError> {
+    fn learn(&mut self, increment: N, command: N) -> Result<Option<Update<N>>, StepError> {
         self.filter.process(&mut self.motion, increment.to_f64());
         self.filter.process(&mut self.drive, self.command);
         self.equations

@@ -1,5 +1,5 @@
 use identifier_core::error::StepError;
-use identifier_core::identifier::Seen;
+use identifier_core::identifier::Update;
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
 use rivals::DirectEstimator;
@@ -22,7 +22,7 @@ impl<N: Number, E: DirectEstimator<N>> Direct<N, E> {
 }
 
 impl<N: Number, E: DirectEstimator<N>> Learner<N> for Direct<N, E> {
-    fn learn(&mut self, increment: N, command: N) -> Result<Option<Seen<N>>, StepError> {
+    fn learn(&mut self, increment: N, command: N) -> Result<Option<Update<N>>, StepError> {
         self.estimator.process(&mut self.state, increment, command);
         Ok(None)
     }

@@ -5,7 +5,7 @@ use identifier_core::error::StepError;
 use identifier_core::fixed_point::{
     FixedServoLoop, FixedServoLoopState, FixedVelocity, split_setpoint,
 };
-use identifier_core::identifier::{IdentifierError, Identify};
+use identifier_core::identifier::{Identify, SettingsError};
 use identifier_core::parameters::ParameterSet;
 
 use super::learner::gamma_of;
@@ -25,7 +25,7 @@ impl<V: FixedVelocity, S: ParameterSet<P>, const P: usize> FixedLoop<V, S, P> {
     ///
     /// # Errors
     /// What does not fit words, and what would.
-    pub(crate) fn new(settings: &Settings, start: i32) -> Result<Self, IdentifierError> {
+    pub(crate) fn new(settings: &Settings, start: i32) -> Result<Self, SettingsError> {
         let servo_loop: FixedServoLoop<V, S, P> = settings.build()?;
         Ok(Self {
             state: servo_loop.start(start),

@@ -2,7 +2,7 @@
 
 use identifier_core::Settings;
 use identifier_core::error::StepError;
-use identifier_core::identifier::{Event, Identify, Seen};
+use identifier_core::identifier::{Event, Identify, Update};
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::ParameterSet;
 use identifier_core::settings::PerParameter;
@@ -15,7 +15,7 @@ use crate::scenario::place;
 pub(crate) trait Learner<N> {
     /// One sample: the increment of the position, position units, and the whole command that acts
     /// from now on. What a method without a model sees is nothing.
-    fn learn(&mut self, increment: N, command: N) -> Result<Option<Seen<N>>, StepError>;
+    fn learn(&mut self, increment: N, command: N) -> Result<Option<Update<N>>, StepError>;
 
     /// What a law does in the background, between two samples: a simulator has all the time that it
     /// wants.
@@ -81,9 +81,9 @@ impl<I, T> Beside<I, T> {
     where
         I: Identify<N, State = T>,
     {
-        let shown = self.identifier.show(&self.state);
+        let shown = self.identifier.snapshot(&self.state);
         self.entered.estimates(&mut |unknown| {
-            let value = self.identifier.value_of(&shown, unknown)?;
+            let value = self.identifier.value_in(&shown, unknown)?;
             Some((
                 value,
                 self.identifier.standard_error_of(&self.state, unknown)?,
@@ -123,7 +123,7 @@ impl Entries {
 }
 
 impl<N: Copy, I: Identify<N>> Learner<N> for Beside<I, I::State> {
-    fn learn(&mut self, increment: N, command: N) -> Result<Option<Seen<N>>, StepError> {
+    fn learn(&mut self, increment: N, command: N) -> Result<Option<Update<N>>, StepError> {
         let seen = self.identifier.learn(&mut self.state, increment, command)?;
         if seen.event == Event::TermEntered {
             let entered = self.identifier.entered(&self.state);
@@ -150,7 +150,7 @@ impl<N: Copy, I: Identify<N>> Learner<N> for Beside<I, I::State> {
     }
 
     fn join(&mut self, increment: N) {
-        self.identifier.join(&mut self.state, increment);
+        self.identifier.resume_moving(&mut self.state, increment);
     }
 
     fn place(&mut self, position: N) {

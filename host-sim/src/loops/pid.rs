@@ -3,7 +3,7 @@
 use identifier_core::Settings;
 use identifier_core::control::{ControlState, Controller};
 use identifier_core::error::StepError;
-use identifier_core::identifier::IdentifierError;
+use identifier_core::identifier::SettingsError;
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::number::Number;
 
@@ -28,7 +28,7 @@ impl<N: Number, V: VelocityEstimate<N>> PidLoop<N, V> {
         settings: &Settings,
         learner: Box<dyn Learner<N>>,
         start: i32,
-    ) -> Result<Self, IdentifierError> {
+    ) -> Result<Self, SettingsError> {
         Ok(Self {
             controller: settings.build()?,
             control: ControlState::default(),

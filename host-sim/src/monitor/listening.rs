@@ -60,7 +60,8 @@ impl Listening {
         };
         if order == Order::Begins || self.joins {
             self.joins = false;
-            self.identifier.join(&mut self.state, f64::from(moved));
+            self.identifier
+                .resume_moving(&mut self.state, f64::from(moved));
         }
         let command = frame.command().unwrap_or(0.0);
         if self

@@ -1,6 +1,6 @@
 use identifier_core::Settings;
 use identifier_core::control::{ControlState, Controller};
-use identifier_core::identifier::IdentifierError;
+use identifier_core::identifier::SettingsError;
 use identifier_core::measurement::velocity::VelocityEstimate;
 
 use super::{FrozenServo, Observation, Play, Squares, State};
@@ -33,7 +33,7 @@ pub fn closed_loop<V: VelocityEstimate<f64>, E>(
     servo: &FrozenServo,
     settings: &Settings,
     play: Play<'_, E>,
-) -> Result<Result<Option<ClosedLoop>, E>, IdentifierError> {
+) -> Result<Result<Option<ClosedLoop>, E>, SettingsError> {
     let mut simulation = Simulation::<V>::new(servo, settings)?;
     Ok(play(&mut |sample| simulation.add(sample)).map(|()| simulation.finish()))
 }
@@ -73,7 +73,7 @@ struct Stretch<V: VelocityEstimate<f64>> {
 }
 
 impl<V: VelocityEstimate<f64>> Simulation<V> {
-    fn new(servo: &FrozenServo, settings: &Settings) -> Result<Self, IdentifierError> {
+    fn new(servo: &FrozenServo, settings: &Settings) -> Result<Self, SettingsError> {
         /// What a velocity estimate without a pole looks at.
         const SEEN: f64 = 3.0;
         /// Time constants after which a low-pass shows all of a step but 0.03 %.

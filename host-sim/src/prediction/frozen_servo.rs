@@ -3,7 +3,7 @@ use std::f64::consts::TAU;
 use identifier_core::error::OutOfRange;
 use identifier_core::model::{
     Acting, Amplifier, AmplifierState, AngleSettings, FrictionStep, Innovation, KnownInputs,
-    ListeningModel, ModelValues, Response, ServoParameters,
+    ModelValues, ObserverModel, Response, ServoParameters,
 };
 use identifier_core::parameters::{ModelParameters, Parameter};
 use identifier_core::settings::TermSettings;
@@ -62,7 +62,7 @@ impl FrozenServo {
             units,
             values: ModelValues {
                 parameters,
-                ..ModelValues::of_set::<AllUnknowns, 12>(&[0.0; 12])
+                ..ModelValues::from_values::<AllUnknowns, 12>(&[0.0; 12])
             },
             angle: AngleSettings::new(TAU, 0.0),
             response: step.step.response(parameters.x),
@@ -91,7 +91,7 @@ impl FrozenServo {
                 sizes[place] = size * unknown.scale(&units);
             }
         }
-        let mut terms = ModelValues::of_set::<AllUnknowns, 12>(&sizes).terms;
+        let mut terms = ModelValues::from_values::<AllUnknowns, 12>(&sizes).terms;
         terms.per_low_speed_velocity = declared
             .low_speed_velocity
             .map_or(0.0, |speed| 1.0 / (speed * units.velocity()));
@@ -142,7 +142,7 @@ impl FrozenServo {
             velocity: 0.0,
         };
         let acting = self.take(state, state.moved, command);
-        let mut model = ListeningModel::alongside(state.velocity);
+        let mut model = ObserverModel::alongside(state.velocity);
         model.advance::<AllUnknowns, 12>(
             &self.step,
             &self.response,

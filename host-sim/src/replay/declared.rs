@@ -3,7 +3,7 @@
 use identifier_core::Settings;
 use identifier_core::control::{ControlState, Controller};
 use identifier_core::error::StepError;
-use identifier_core::identifier::IdentifierError;
+use identifier_core::identifier::SettingsError;
 use identifier_core::measurement::velocity::VelocityEstimate;
 
 use super::Agreement;
@@ -29,10 +29,7 @@ pub(super) struct Declared<V: VelocityEstimate<f64>> {
 impl<V: VelocityEstimate<f64>> Declared<V> {
     /// At rest. What its integral held when the log began is not known yet where the command was
     /// recorded, and nothing otherwise.
-    pub(super) fn new(
-        settings: &Settings,
-        command_recorded: bool,
-    ) -> Result<Self, IdentifierError> {
+    pub(super) fn new(settings: &Settings, command_recorded: bool) -> Result<Self, SettingsError> {
         let (given, units) = (settings.own_controller()?, settings.units()?);
         let begins_known = given.ki <= 0.0 || !command_recorded;
         Ok(Self {

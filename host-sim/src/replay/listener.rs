@@ -3,7 +3,7 @@
 use identifier_core::Settings;
 use identifier_core::error::StepError;
 use identifier_core::fixed_point::{FixedGradientIdentifier, FixedGradientState, FixedVelocity};
-use identifier_core::identifier::{Event, IdentifierError, Identify};
+use identifier_core::identifier::{Event, Identify, SettingsError};
 use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
 use identifier_core::parameters::ParameterSet;
@@ -106,7 +106,7 @@ impl<N: Number> Listener for Numbers<N> {
     }
 }
 
-fn words<V, S, const P: usize>(settings: &Settings) -> Result<Box<dyn Listener>, IdentifierError>
+fn words<V, S, const P: usize>(settings: &Settings) -> Result<Box<dyn Listener>, SettingsError>
 where
     V: FixedVelocity + 'static,
     S: ParameterSet<P> + 'static,
@@ -146,7 +146,7 @@ impl<V: FixedVelocity, S: ParameterSet<P>, const P: usize> Words<V, S, P> {
 impl<V: FixedVelocity, S: ParameterSet<P>, const P: usize> Listener for Words<V, S, P> {
     fn join(&mut self, increment: f64) {
         let increment = self.identifier.increment(increment.round() as i32);
-        self.identifier.join(&mut self.state, increment);
+        self.identifier.resume_moving(&mut self.state, increment);
     }
 
     fn listen(&mut self, increment: f64, command: f64) -> Result<Told, StepError> {

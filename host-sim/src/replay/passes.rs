@@ -3,7 +3,7 @@
 use std::fmt;
 
 use identifier_core::Settings;
-use identifier_core::identifier::IdentifierError;
+use identifier_core::identifier::SettingsError;
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::model::ServoParameters;
 
@@ -182,7 +182,7 @@ impl Passes<'_> {
         let Some(log) = logs.first() else {
             return Err(Fault::new("log", "there is no log").into());
         };
-        let fault = |error: IdentifierError| scenario.fault(&error);
+        let fault = |error: SettingsError| scenario.fault(&error);
         let unit = scenario.checked_units()?.position_unit();
         let settings = settings(scenario, log)?;
         let command_recorded = log.first().command.is_some();

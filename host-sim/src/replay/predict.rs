@@ -1,6 +1,6 @@
 //! What the estimates predict of a log.
 
-use identifier_core::identifier::IdentifierError;
+use identifier_core::identifier::SettingsError;
 use identifier_core::measurement::velocity::VelocityEstimate;
 
 use super::{Log, LogError, ReplayError, Replayed};
@@ -63,6 +63,6 @@ fn closed<V: VelocityEstimate<f64>>(
     scenario: &Scenario,
     servo: &FrozenServo,
     play: Played<'_>,
-) -> Result<Result<Option<ClosedLoop>, LogError>, IdentifierError> {
+) -> Result<Result<Option<ClosedLoop>, LogError>, SettingsError> {
     closed_loop::<V, _>(servo, &scenario.stated, play)
 }

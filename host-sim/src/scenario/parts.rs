@@ -5,7 +5,7 @@ use identifier_core::control::Controller;
 use identifier_core::error::Allowed;
 use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::{FixedGradientIdentifier, FixedVelocity};
-use identifier_core::identifier::IdentifierError;
+use identifier_core::identifier::SettingsError;
 use identifier_core::interval::Interval;
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::model::ServoParameters;
@@ -36,7 +36,7 @@ impl Scenario {
     ///
     /// # Errors
     /// If the reference is not allowed, or no Γ can be chosen.
-    pub fn settings(&self) -> Result<Settings, IdentifierError> {
+    pub fn settings(&self) -> Result<Settings, SettingsError> {
         let reference = Reference::new(&self.stated.units()?, &self.excitation)?;
         self.settings_for(Some(&reference))
     }
@@ -50,7 +50,7 @@ impl Scenario {
     pub fn settings_for(
         &self,
         reference: Option<&impl Excitation<f64>>,
-    ) -> Result<Settings, IdentifierError> {
+    ) -> Result<Settings, SettingsError> {
         let mut settings = self.stated;
         settings.identifier.known =
             PerParameter::from_fn(|parameter| self.identifier.is_known(parameter));
@@ -75,7 +75,7 @@ impl Scenario {
         &self,
         settings: &Settings,
         reference: &impl Excitation<f64>,
-    ) -> Result<[[f64; 4]; 4], IdentifierError> {
+    ) -> Result<[[f64; 4]; 4], SettingsError> {
         /// Time for which the reference is played, s.
         const PLAYED: f64 = 10.0;
 
@@ -145,18 +145,18 @@ impl Scenario {
     }
 
     /// An error of the core at the key that it is best mended at.
-    pub(crate) fn fault(&self, error: &IdentifierError) -> Fault {
+    pub(crate) fn fault(&self, error: &SettingsError) -> Fault {
         Fault::new(self.key_of(error), error)
     }
 
-    fn key_of(&self, error: &IdentifierError) -> String {
+    fn key_of(&self, error: &SettingsError) -> String {
         let given = &self.stated.identifier;
         let gains = match given.correction {
             Some(_) => "identifier.correction",
             None => "controller",
         };
         match error {
-            IdentifierError::Range(error) => match error.parameter {
+            SettingsError::Range(error) => match error.parameter {
                 "alpha_min" => format!("{gains}.kd"),
                 parameter @ ("kp" | "kd" | "ki") => format!("{gains}.{parameter}"),
                 "cutoff" => "controller.velocity_filter.cutoff".to_owned(),
@@ -170,21 +170,21 @@ impl Scenario {
                 "b_min" => "identifier.plant_box.b".to_owned(),
                 parameter => format!("identifier.{parameter}"),
             },
-            IdentifierError::NotGiven {
+            SettingsError::NotGiven {
                 setting: "controller",
             } => "controller".to_owned(),
-            IdentifierError::NotGiven { setting } => format!("identifier.{setting}"),
-            IdentifierError::NoAmplifier { setting } => format!("amplifier.{setting}"),
-            IdentifierError::Certificate(CertificateError::ProportionalGainTooSmall { .. }) => {
+            SettingsError::NotGiven { setting } => format!("identifier.{setting}"),
+            SettingsError::NoAmplifier { setting } => format!("amplifier.{setting}"),
+            SettingsError::Certificate(CertificateError::ProportionalGainTooSmall { .. }) => {
                 format!("{gains}.kp")
             }
-            IdentifierError::Certificate(_) if given.mu.is_some() => "identifier.mu".to_owned(),
-            IdentifierError::Certificate(_) => "identifier.plant_box".to_owned(),
-            IdentifierError::NoGamma(GainError::AtRest) => "excitation.kind".to_owned(),
-            IdentifierError::NoGamma(_) => "controller.sample_time".to_owned(),
-            IdentifierError::SampledLoop(_) => "controller.sample_time".to_owned(),
-            IdentifierError::NoSuchTerm { .. } => "identifier.terms".to_owned(),
-            IdentifierError::Estimate(_) => "identifier.bounds.b".to_owned(),
+            SettingsError::Certificate(_) if given.mu.is_some() => "identifier.mu".to_owned(),
+            SettingsError::Certificate(_) => "identifier.plant_box".to_owned(),
+            SettingsError::NoGamma(GainError::AtRest) => "excitation.kind".to_owned(),
+            SettingsError::NoGamma(_) => "controller.sample_time".to_owned(),
+            SettingsError::SampledLoop(_) => "controller.sample_time".to_owned(),
+            SettingsError::NoSuchTerm { .. } => "identifier.terms".to_owned(),
+            SettingsError::Estimate(_) => "identifier.bounds.b".to_owned(),
             _ => "identifier.gamma".to_owned(),
         }
     }
@@ -220,7 +220,7 @@ pub(super) fn identity() -> [[f64; 4]; 4] {
 }
 
 /// The box that Γ is chosen for: the stated one, or the servo of the initial estimates.
-fn assumed_box(settings: &Settings) -> Result<PlantBox, IdentifierError> {
+fn assumed_box(settings: &Settings) -> Result<PlantBox, SettingsError> {
     let given = &settings.identifier;
     let side = |name, [min, max]: [f64; 2]| Interval::new(name, min, max);
     if let Some(within) = given.plant_box {
@@ -230,7 +230,7 @@ fn assumed_box(settings: &Settings) -> Result<PlantBox, IdentifierError> {
         );
         return Ok(PlantBox::new(a, b)?);
     }
-    let b = given.initial.b.ok_or(IdentifierError::NotGiven {
+    let b = given.initial.b.ok_or(SettingsError::NotGiven {
         setting: "initial.b",
     })?;
     let a = given.initial.a.unwrap_or(0.0).max(0.0);
@@ -251,7 +251,7 @@ where
     // Each parameter has a bound, and all of them have one together.
     for _ in 0..=P {
         let built = settings.build::<FixedGradientIdentifier<V, S, P>>();
-        let (Err(IdentifierError::Range(refused)), Some(gamma)) =
+        let (Err(SettingsError::Range(refused)), Some(gamma)) =
             (built, &mut settings.identifier.gamma)
         else {
             return;
@@ -270,7 +270,7 @@ fn chosen_gamma<V, S, const P: usize>(
     automatic: &AutomaticGain,
     in_loop: &Settings,
     reference: &impl Excitation<f64>,
-) -> Result<[[f64; 4]; 4], IdentifierError>
+) -> Result<[[f64; 4]; 4], SettingsError>
 where
     V: VelocityEstimate<f64>,
     S: ParameterSet<P>,

@@ -1,7 +1,7 @@
 //! Whether the loop around the true servo is stable.
 
 use identifier_core::Settings;
-use identifier_core::identifier::IdentifierError;
+use identifier_core::identifier::SettingsError;
 use identifier_core::interval::Interval;
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::stability::PlantBox;
@@ -21,7 +21,7 @@ impl Scenario {
             return None;
         }
         match with_velocity!(self, f64 => check(&self.stated, servo.a, servo.b)) {
-            Err(IdentifierError::SampledLoop(error)) => Some(error),
+            Err(SettingsError::SampledLoop(error)) => Some(error),
             _ => None,
         }
     }
@@ -31,7 +31,7 @@ fn check<V: VelocityEstimate<f64>>(
     settings: &Settings,
     a: f64,
     b: f64,
-) -> Result<(), IdentifierError> {
+) -> Result<(), SettingsError> {
     let velocity: V = settings.build()?;
     let servo = PlantBox::new(Interval::new("a", a, a)?, Interval::new("b", b, b)?)?;
     let gains = settings.own_controller()?.gains()?;

@@ -9,7 +9,7 @@ use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::FixedVelocity;
 use identifier_core::identifier::{
-    BehindAmplifier, GaussNewtonIdentifier, GradientIdentifier, IdentifierError, Identify,
+    BehindAmplifier, GaussNewtonIdentifier, GradientIdentifier, Identify, SettingsError,
     TermWindowIdentifier, WindowIdentifier,
 };
 use identifier_core::measurement::velocity::VelocityEstimate;
@@ -192,14 +192,11 @@ fn pid<N: Number, V: VelocityEstimate<N> + 'static>(
     settings: &Settings,
     learner: Box<dyn Learner<N>>,
     start: i32,
-) -> Result<LocalLoop, IdentifierError> {
+) -> Result<LocalLoop, SettingsError> {
     Ok(Box::new(PidLoop::<N, V>::new(settings, learner, start)?))
 }
 
-fn words<V, S, const P: usize>(
-    settings: &Settings,
-    start: i32,
-) -> Result<LocalLoop, IdentifierError>
+fn words<V, S, const P: usize>(settings: &Settings, start: i32) -> Result<LocalLoop, SettingsError>
 where
     V: FixedVelocity + 'static,
     S: ParameterSet<P> + 'static,
@@ -267,7 +264,7 @@ fn fault_of_rival(error: OutOfRange) -> Fault {
     Fault::new(format!("identifier.{key}"), error)
 }
 
-type Listening<N> = Result<Box<dyn Learner<N>>, IdentifierError>;
+type Listening<N> = Result<Box<dyn Learner<N>>, SettingsError>;
 
 fn gradient<N, V, S, const P: usize>(settings: &Settings) -> Listening<N>
 where
@@ -340,7 +337,7 @@ where
 {
     let given = &settings.identifier;
     if given.known.b && given.initial.b.is_none() {
-        return Err(IdentifierError::NotGiven {
+        return Err(SettingsError::NotGiven {
             setting: "initial.b",
         });
     }

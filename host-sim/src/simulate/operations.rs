@@ -5,7 +5,7 @@ use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 use std::rc::Rc;
 
 use identifier_core::error::StepError;
-use identifier_core::identifier::Seen;
+use identifier_core::identifier::Update;
 use identifier_core::model::ServoParameters;
 use identifier_core::number::{Compensated, Number};
 
@@ -102,7 +102,7 @@ impl Learner<Counted> for Metered<dyn Learner<Counted>> {
         &mut self,
         increment: Counted,
         command: Counted,
-    ) -> Result<Option<Seen<Counted>>, StepError> {
+    ) -> Result<Option<Update<Counted>>, StepError> {
         let law = &mut self.law;
         self.meter.measure(|| {
             let seen = law.learn(increment, command);

@@ -24,7 +24,7 @@ pub(crate) struct Rig<'a> {
 
 /// What is seen of the servo in a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Seen {
+pub(crate) struct Update {
     /// What the sensor shows; none if it gives no valid reading.
     pub(crate) measured: Option<Measurement>,
     /// How far that is from where the servo started, position units; NaN without a reading.
@@ -53,7 +53,7 @@ pub(crate) enum Stop<E> {
 
 impl Rig<'_> {
     /// Begins a sample: what is seen in it.
-    pub(crate) fn sense(&mut self) -> Seen {
+    pub(crate) fn sense(&mut self) -> Update {
         let condition = match &mut self.faults {
             Some(faults) => faults.begin_sample(&mut self.servo),
             None => Condition::SOUND,
@@ -65,7 +65,7 @@ impl Rig<'_> {
             None => Some(seen),
         };
         let read = shown.map(|shown| self.sensor.read(shown));
-        Seen {
+        Update {
             measured: read.map(|(measured, _)| measured),
             position: read.map_or(f64::NAN, |(_, position)| position),
             condition,
@@ -94,7 +94,7 @@ impl Rig<'_> {
         for number in 0..self.samples {
             let time = number as f64 * self.sample_time;
             let reference = (self.reference)();
-            let Seen {
+            let Update {
                 measured, position, ..
             } = self.sense();
             let Some(measured) = measured else {

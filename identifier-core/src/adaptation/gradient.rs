@@ -37,7 +37,7 @@ pub struct GradientState<N: Number, const P: usize> {
 
 /// An update before it is taken, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Update<N, const P: usize> {
+pub struct GradientStep<N, const P: usize> {
     /// Γψ.
     direction: [N; P],
     /// ψᵀΓψ = φᵀΓφ.
@@ -48,7 +48,7 @@ pub struct Update<N, const P: usize> {
     output: N,
 }
 
-impl<N: Number, const P: usize> Update<N, P> {
+impl<N: Number, const P: usize> GradientStep<N, P> {
     /// Whether the guard leaves the whole step; false for NaN.
     #[inline]
     #[must_use]
@@ -136,9 +136,9 @@ impl<N: Number, const P: usize, G: Gain<N, P>> GradientWith<N, P, G> {
         output_error: N,
         output_error_rate: N,
         gain: N,
-    ) -> Update<N, P> {
+    ) -> GradientStep<N, P> {
         let direction = self.gamma.times(regressor);
-        Update {
+        GradientStep {
             strength: dot(regressor, &direction),
             direction,
             strongest: self.strongest + self.strongest_per_gain * gain,
@@ -148,7 +148,7 @@ impl<N: Number, const P: usize, G: Gain<N, P>> GradientWith<N, P, G> {
 
     /// Takes an update within the guard.
     #[inline]
-    pub fn take(&self, state: &mut GradientState<N, P>, update: &Update<N, P>) {
+    pub fn take(&self, state: &mut GradientState<N, P>, update: &GradientStep<N, P>) {
         for i in 0..P {
             state.estimates[i].add(update.direction[i] * update.output);
         }
@@ -157,10 +157,10 @@ impl<N: Number, const P: usize, G: Gain<N, P>> GradientWith<N, P, G> {
 
     /// Takes an update beyond the guard, shortened to what the guard allows: Γ is too large for the
     /// sample time. One that is not finite is not taken at all.
-    pub fn shorten(&self, state: &mut GradientState<N, P>, update: &Update<N, P>) {
+    pub fn shorten(&self, state: &mut GradientState<N, P>, update: &GradientStep<N, P>) {
         if (update.strength + update.output).is_finite() {
             let output = update.output * update.strongest * update.strength.reciprocal();
-            self.take(state, &Update { output, ..*update });
+            self.take(state, &GradientStep { output, ..*update });
         }
     }
 }

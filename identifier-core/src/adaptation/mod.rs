@@ -20,7 +20,7 @@ pub(crate) use gauss_newton::Factors;
 pub use gauss_newton::{
     FirstOrder, GaussNewton, GaussNewtonConfig, GaussNewtonState, GaussNewtonStep, Whitening,
 };
-pub use gradient::{Gradient, GradientConfig, GradientState, GradientWith, Update};
+pub use gradient::{Gradient, GradientConfig, GradientState, GradientStep, GradientWith};
 pub use matrix::{MatrixError, PositiveDefinite};
 pub use normal_equations::NormalEquations;
 pub use projection::Projection;

@@ -390,7 +390,7 @@ impl<N: Number> Commission<N> {
         let position = state.position;
         self.begin(
             state,
-            self.wiggle.start_knowing(&known.crude, position, part),
+            self.wiggle.start_from_known(&known.crude, position, part),
         )
     }
 

@@ -30,7 +30,7 @@ pub use limit::CommandLimit;
 pub use pid::{Command, Pid};
 
 use crate::error::StepError;
-use crate::identifier::IdentifierError;
+use crate::identifier::SettingsError;
 use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
 use crate::number::{Number, RunningSum};
 use crate::settings::{FromSettings, Settings};
@@ -108,7 +108,7 @@ pub struct ControlSample<N> {
 }
 
 impl<N: Number, V: VelocityEstimate<N>> FromSettings for Controller<N, V> {
-    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let given = settings.own_controller()?;
         let (gains, limit) = (given.gains()?, given.command_limit()?);
         let units = settings.units()?;

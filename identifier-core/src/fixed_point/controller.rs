@@ -6,7 +6,7 @@ use super::ranges::Scales;
 use super::velocity::FixedVelocity;
 use crate::control::{ControlSample, Pid};
 use crate::error::StepError;
-use crate::identifier::IdentifierError;
+use crate::identifier::SettingsError;
 use crate::settings::{FromSettings, Settings};
 
 /// The sampled controller on words: velocity estimate and PID, as
@@ -67,7 +67,7 @@ impl<V: FixedVelocity> FromSettings for FixedController<V> {
     /// # Errors
     /// What refuses [`Controller`](crate::control::Controller); and the range, bound or sample time
     /// that does not fit words, with what would.
-    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let given = settings.own_controller()?;
         let (gains, limit) = (given.gains()?, given.command_limit()?);
         let (scales, units) = (Scales::of(settings)?, settings.units()?);

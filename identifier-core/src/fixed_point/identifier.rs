@@ -10,7 +10,7 @@ use super::velocity::FixedVelocity;
 use crate::adaptation::{DiagonalGain, Gain};
 use crate::error::{Allowed, StepError};
 use crate::identifier::config::{GradientPlan, StabilityCheck};
-use crate::identifier::{Event, IdentifierError, Identify, Seen};
+use crate::identifier::{Event, Identify, SettingsError, Update};
 use crate::interval::Interval;
 use crate::model::ServoParameters;
 use crate::parameters::{Parameter, ParameterSet};
@@ -63,12 +63,12 @@ pub struct FixedGradientEstimates<const P: usize> {
 fn bounded<S: ParameterSet<P>, const P: usize>(
     settings: &Settings,
     units: &Units,
-) -> Result<Settings, IdentifierError> {
+) -> Result<Settings, SettingsError> {
     let largest = Scales::largest_rate(units);
     let mut filled = *settings;
     for parameter in S::PARAMETERS {
         let found = bounds(settings, parameter)?;
-        let not_given = |setting| IdentifierError::NotGiven { setting };
+        let not_given = |setting| SettingsError::NotGiven { setting };
         let all = &mut filled.identifier.bounds;
         match parameter {
             Parameter::A => {
@@ -98,11 +98,11 @@ where
     S: ParameterSet<P>,
 {
     /// # Errors
-    /// What refuses the floating-point identifier, see [`IdentifierError`]; a bound that is not given
+    /// What refuses the floating-point identifier, see [`SettingsError`]; a bound that is not given
     /// and that a full scale follows from, `bounds.b` (unless there is a box), `bounds.coulomb` or
     /// `bounds.load`; a Γ that is not diagonal; and the range, bound, gain or sample time that does
     /// not fit words, with what would.
-    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let velocity = V::from_settings(settings)?;
         let filled = bounded::<S, P>(settings, &settings.units()?)?;
         let mut plan = GradientPlan::<P>::new::<S>(&filled, &velocity.transfer())?;
@@ -186,7 +186,7 @@ where
 
     /// The output error of a sample as a number, counts (position units).
     #[must_use]
-    pub fn output_error(&self, seen: &Seen<Word>) -> f64 {
+    pub fn output_error(&self, seen: &Update<Word>) -> f64 {
         value(seen.output_error, self.scales.position)
     }
 
@@ -194,7 +194,7 @@ where
     /// as the identifier on numbers decides it.
     #[cold]
     fn should_move(&self, state: &FixedGradientState<V::State, P>, command: Word) -> bool {
-        let parameters = FixedParameters::of_set::<S, P>(&state.estimates);
+        let parameters = FixedParameters::from_values::<S, P>(&state.estimates);
         let pushed = self.model.pushed(&state.model, command, &parameters);
         let held = parameters.coulomb + parameters.coulomb;
         pushed.abs() > held + self.rest.hidden_acceleration()
@@ -207,7 +207,7 @@ where
     S: ParameterSet<P>,
 {
     type State = FixedGradientState<V::State, P>;
-    type Shown = FixedGradientEstimates<P>;
+    type Snapshot = FixedGradientEstimates<P>;
 
     fn start(&self) -> Self::State {
         FixedGradientState {
@@ -236,7 +236,7 @@ where
     /// Increment and command are fractions of their full scales, and so is the output error that it
     /// answers with. What is beyond saturates.
     #[inline]
-    fn follow(&self, state: &mut Self::State, increment: Word, command: Word) -> Seen<Word> {
+    fn update(&self, state: &mut Self::State, increment: Word, command: Word) -> Update<Word> {
         let increment = limit(increment);
         let FixedObserved {
             output_error,
@@ -251,7 +251,7 @@ where
         let mut event = Event::None;
         if stands {
             if S::HAS_COULOMB {
-                self.model.stand_beside(&mut state.model);
+                self.model.hold_at_measurement(&mut state.model);
             }
             let should_move = self.should_move(state, command);
             event = if self.rest.resists(&mut state.rest, should_move) {
@@ -260,7 +260,7 @@ where
                 Event::Standing
             };
         } else {
-            let gain = FixedParameters::of_set::<S, P>(&state.estimates).gain;
+            let gain = FixedParameters::from_values::<S, P>(&state.estimates).gain;
             let estimates = &mut state.estimates;
             if self
                 .law
@@ -269,7 +269,7 @@ where
                 event = Event::Slowed;
             }
         }
-        let parameters = FixedParameters::of_set::<S, P>(&state.estimates);
+        let parameters = FixedParameters::from_values::<S, P>(&state.estimates);
         if self
             .model
             .advance::<S, P>(&mut state.model, rate, command, &parameters)
@@ -277,16 +277,16 @@ where
             event = Event::Restarted;
         }
         if S::HAS_COULOMB && self.model.is_stuck(&state.model) && self.rest.pauses(&state.rest) {
-            self.model.stand_beside(&mut state.model);
+            self.model.hold_at_measurement(&mut state.model);
         }
-        Seen {
+        Update {
             output_error,
             event,
         }
     }
 
     #[inline]
-    fn show(&self, state: &Self::State) -> Self::Shown {
+    fn snapshot(&self, state: &Self::State) -> Self::Snapshot {
         FixedGradientEstimates {
             parameters: state.estimates,
             load_command: self.model.load_command(&state.model),
@@ -294,7 +294,7 @@ where
     }
 
     /// The load is the parameter d̂ plus b̂ k_i ∫ε.
-    fn estimates_of(&self, shown: &Self::Shown) -> ServoParameters {
+    fn estimates_in(&self, shown: &Self::Snapshot) -> ServoParameters {
         let of = |wanted: Parameter| {
             S::PARAMETERS
                 .iter()
@@ -314,7 +314,7 @@ where
         .with_load_of(self.command(shown.load_command))
     }
 
-    fn at_bounds_of(&self, shown: &Self::Shown) -> PerParameter<bool> {
+    fn at_bounds_in(&self, shown: &Self::Snapshot) -> PerParameter<bool> {
         let at = self.law.at_bounds(&shown.parameters);
         PerParameter::from_fn(|wanted| {
             let place = S::PARAMETERS.iter().position(|&own| own == wanted);
@@ -322,7 +322,7 @@ where
         })
     }
 
-    fn join(&self, state: &mut Self::State, increment: Word) {
+    fn resume_moving(&self, state: &mut Self::State, increment: Word) {
         state.model = self.model.alongside(&state.model, increment);
     }
 }

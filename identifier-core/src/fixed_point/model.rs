@@ -72,7 +72,7 @@ pub(super) struct FixedParameters {
 
 impl FixedParameters {
     #[inline]
-    pub(super) fn of_set<S: ParameterSet<P>, const P: usize>(values: &[Sum; P]) -> Self {
+    pub(super) fn from_values<S: ParameterSet<P>, const P: usize>(values: &[Sum; P]) -> Self {
         let mut parameters = Self {
             x: Fraction::ZERO,
             gain: Word::ZERO,
@@ -231,7 +231,7 @@ impl<V: FixedVelocity> FixedModelLoop<V> {
 
     /// Sets the model to the servo's position during standstill; the correction's integral is kept.
     #[inline]
-    pub(super) fn stand_beside(&self, state: &mut FixedModelState<V::State>) {
+    pub(super) fn hold_at_measurement(&self, state: &mut FixedModelState<V::State>) {
         state.output_error = Sum::ZERO;
     }
 

@@ -1,7 +1,7 @@
 use super::arithmetic::{Coefficient, WORD_BITS, Weight, Word, exponent_above, power, word};
 use crate::control::Gains;
 use crate::error::{Allowed, OutOfRange};
-use crate::identifier::IdentifierError;
+use crate::identifier::SettingsError;
 use crate::identifier::config::{SMALLEST_GAIN, plant_box};
 use crate::parameters::Parameter;
 use crate::settings::{RangeSettings, Settings};
@@ -16,10 +16,10 @@ impl RangeSettings {
     /// The command counts as no larger than what an error of one turn commands.
     ///
     /// # Errors
-    /// [`IdentifierError::NotGiven`] if there is no controller to follow from, or one without damping
+    /// [`SettingsError::NotGiven`] if there is no controller to follow from, or one without damping
     /// and no bound of b; a gain or a limit out of its range.
-    pub fn of(settings: &Settings) -> Result<Self, IdentifierError> {
-        const NOT_GIVEN: IdentifierError = IdentifierError::NotGiven { setting: "ranges" };
+    pub fn of(settings: &Settings) -> Result<Self, SettingsError> {
+        const NOT_GIVEN: SettingsError = SettingsError::NotGiven { setting: "ranges" };
         if let Some(given) = settings.identifier.ranges {
             return Ok(given);
         }
@@ -55,7 +55,7 @@ const BEYOND_THE_BOX: f64 = 4.0;
 pub(super) fn bounds(
     settings: &Settings,
     parameter: Parameter,
-) -> Result<Option<[f64; 2]>, IdentifierError> {
+) -> Result<Option<[f64; 2]>, SettingsError> {
     let given = &settings.identifier;
     if let Some(bounds) = given.bounds.of(parameter) {
         return Ok(Some(bounds));
@@ -104,7 +104,7 @@ impl Scales {
         power(RATE) / units.rate()
     }
 
-    pub(super) fn of(settings: &Settings) -> Result<Self, IdentifierError> {
+    pub(super) fn of(settings: &Settings) -> Result<Self, SettingsError> {
         let units = settings.units()?;
         let ranges = RangeSettings::of(settings)?;
         let limit = settings.largest_command();
@@ -115,7 +115,7 @@ impl Scales {
         let correction = match settings.correction_gains() {
             Ok(gains) => Some(gains),
             // A controller needs none.
-            Err(IdentifierError::NotGiven { .. }) => None,
+            Err(SettingsError::NotGiven { .. }) => None,
             Err(error) => return Err(error),
         };
         let largest = |parameter: Parameter| {
@@ -129,7 +129,7 @@ impl Scales {
                 Parameter::Load => "bounds.load",
             };
             Allowed::Finite.check(name, largest)?;
-            Ok::<_, IdentifierError>(exponent_above(largest * parameter.scale(&units)))
+            Ok::<_, SettingsError>(exponent_above(largest * parameter.scale(&units)))
         };
         let accelerations = [
             largest(Parameter::B)?,

@@ -6,7 +6,7 @@ use super::identifier::{FixedGradientIdentifier, FixedGradientState};
 use super::velocity::FixedVelocity;
 use crate::control::ControlSample;
 use crate::error::StepError;
-use crate::identifier::{IdentifierError, Identify, Seen};
+use crate::identifier::{Identify, SettingsError, Update};
 use crate::parameters::ParameterSet;
 use crate::settings::{FromSettings, Settings};
 
@@ -35,7 +35,7 @@ pub struct FixedLoopStep {
     /// The controller's part.
     pub control: FixedControlSample,
     /// What the identifier saw.
-    pub seen: Seen<Word>,
+    pub seen: Update<Word>,
 }
 
 impl<V, S, const P: usize> FromSettings for FixedServoLoop<V, S, P>
@@ -43,7 +43,7 @@ where
     V: FixedVelocity,
     S: ParameterSet<P>,
 {
-    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         Ok(Self {
             controller: settings.build()?,
             identifier: settings.build()?,
@@ -116,7 +116,8 @@ where
         state.control = self.controller.take_over(last);
         // A cast saturates.
         let increment = self.controller.increment(last.increment as i32);
-        self.identifier.join(&mut state.identification, increment);
+        self.identifier
+            .resume_moving(&mut state.identification, increment);
     }
 
     /// One sample: towards `setpoint` counts plus an `offset` (a fraction of a count, a reference that
@@ -168,9 +169,9 @@ where
         &self,
         state: &mut FixedServoLoopState<V::State, P>,
         sample: &FixedControlSample,
-    ) -> Seen<Word> {
+    ) -> Update<Word> {
         self.identifier
-            .follow(&mut state.identification, sample.increment, sample.command)
+            .update(&mut state.identification, sample.increment, sample.command)
     }
 
     /// The same where the command that acts is not quite the controller's: something was added to it,
@@ -184,7 +185,7 @@ where
         state: &mut FixedServoLoopState<V::State, P>,
         sample: &FixedControlSample,
         command: Word,
-    ) -> Result<Seen<Word>, StepError> {
+    ) -> Result<Update<Word>, StepError> {
         self.identifier
             .learn(&mut state.identification, sample.increment, command)
     }

@@ -1,5 +1,5 @@
 use super::arithmetic::{Accumulator, Word, narrow, with_product, word};
-use crate::identifier::IdentifierError;
+use crate::identifier::SettingsError;
 use crate::measurement::velocity::{
     AveragedDifference, BackwardDifference, LowPass, Transfer, VelocityEstimate,
 };
@@ -27,7 +27,7 @@ pub struct FixedLowPass {
 }
 
 impl FromSettings for FixedLowPass {
-    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let exact: LowPass<f64> = settings.build()?;
         Ok(Self {
             gain: word(exact.gain(), 0),
@@ -73,7 +73,7 @@ impl FixedVelocity for BackwardDifference {
 pub struct FixedAveragedDifference;
 
 impl FromSettings for FixedAveragedDifference {
-    fn from_settings(_: &Settings) -> Result<Self, IdentifierError> {
+    fn from_settings(_: &Settings) -> Result<Self, SettingsError> {
         Ok(Self)
     }
 }

@@ -1,5 +1,5 @@
-use super::IdentifierError;
-use super::identify::{Identify, Seen};
+use super::SettingsError;
+use super::identify::{Identify, Update};
 use crate::control::ControlSample;
 use crate::error::{Allowed, StepError};
 use crate::model::{Amplifier, AmplifierState, ServoParameters};
@@ -26,7 +26,7 @@ use super::config::LARGEST;
 /// settings.identifier.terms.delay = 1.6e-3;
 /// let identifier: BehindAmplifier<f32, GaussNewtonIdentifier<f32, AbCoulombLoad, 4>, 8> =
 ///     settings.build()?;
-/// # Ok::<(), identifier_core::identifier::IdentifierError>(())
+/// # Ok::<(), identifier_core::identifier::SettingsError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BehindAmplifier<N, I, const L: usize> {
@@ -60,7 +60,7 @@ impl<N, I, const L: usize> BehindAmplifier<N, I, L> {
 impl<N: Number, I: FromSettings, const L: usize> FromSettings for BehindAmplifier<N, I, L> {
     /// # Errors
     /// `delay`, `current_loop` or `dead_band` out of range, or what the identifier refuses.
-    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let declared = Declared::of(settings, AmplifierState::<N, L>::LONGEST_DELAY)?;
         Ok(Self {
             amplifier: Amplifier::new(declared.dead_band, declared.delay, declared.current_loop),
@@ -82,7 +82,7 @@ struct Declared {
 }
 
 impl Declared {
-    fn of(settings: &Settings, longest_delay: f64) -> Result<Self, IdentifierError> {
+    fn of(settings: &Settings, longest_delay: f64) -> Result<Self, SettingsError> {
         /// A slower lag than this is no current loop, s.
         const SLOWEST: f64 = 0.1;
         let units = settings.units()?;
@@ -116,7 +116,7 @@ impl Declared {
 
 impl<N: Number, I: Identify<N>, const L: usize> Identify<N> for BehindAmplifier<N, I, L> {
     type State = BehindAmplifierState<N, I::State, L>;
-    type Shown = I::Shown;
+    type Snapshot = I::Snapshot;
 
     fn start(&self) -> Self::State {
         BehindAmplifierState {
@@ -136,39 +136,43 @@ impl<N: Number, I: Identify<N>, const L: usize> Identify<N> for BehindAmplifier<
     }
 
     #[inline]
-    fn follow(&self, state: &mut Self::State, increment: N, command: N) -> Seen<N> {
+    fn update(&self, state: &mut Self::State, increment: N, command: N) -> Update<N> {
         let acts = self.amplifier.process(&mut state.amplifier, command);
         self.identifier
-            .follow(&mut state.identification, increment, acts)
+            .update(&mut state.identification, increment, acts)
     }
 
     #[inline]
-    fn follow_beside(&self, state: &mut Self::State, sample: &ControlSample<N>) -> Seen<N> {
+    fn update_with_velocity(
+        &self,
+        state: &mut Self::State,
+        sample: &ControlSample<N>,
+    ) -> Update<N> {
         let command = self.amplifier.process(&mut state.amplifier, sample.command);
         let sample = ControlSample { command, ..*sample };
         self.identifier
-            .follow_beside(&mut state.identification, &sample)
+            .update_with_velocity(&mut state.identification, &sample)
     }
 
     #[inline]
-    fn show(&self, state: &Self::State) -> Self::Shown {
-        self.identifier.show(&state.identification)
+    fn snapshot(&self, state: &Self::State) -> Self::Snapshot {
+        self.identifier.snapshot(&state.identification)
     }
 
-    fn estimates_of(&self, shown: &Self::Shown) -> ServoParameters {
-        self.identifier.estimates_of(shown)
+    fn estimates_in(&self, shown: &Self::Snapshot) -> ServoParameters {
+        self.identifier.estimates_in(shown)
     }
 
-    fn at_bounds_of(&self, shown: &Self::Shown) -> PerParameter<bool> {
-        self.identifier.at_bounds_of(shown)
+    fn at_bounds_in(&self, shown: &Self::Snapshot) -> PerParameter<bool> {
+        self.identifier.at_bounds_in(shown)
     }
 
     fn standard_errors(&self, state: &Self::State) -> Option<ServoParameters> {
         self.identifier.standard_errors(&state.identification)
     }
 
-    fn value_of(&self, shown: &Self::Shown, unknown: Unknown) -> Option<f64> {
-        self.identifier.value_of(shown, unknown)
+    fn value_in(&self, shown: &Self::Snapshot, unknown: Unknown) -> Option<f64> {
+        self.identifier.value_in(shown, unknown)
     }
 
     fn standard_error_of(&self, state: &Self::State, unknown: Unknown) -> Option<f64> {
@@ -192,7 +196,8 @@ impl<N: Number, I: Identify<N>, const L: usize> Identify<N> for BehindAmplifier<
         self.identifier.work(&mut state.identification, budget);
     }
 
-    fn join(&self, state: &mut Self::State, increment: N) {
-        self.identifier.join(&mut state.identification, increment);
+    fn resume_moving(&self, state: &mut Self::State, increment: N) {
+        self.identifier
+            .resume_moving(&mut state.identification, increment);
     }
 }

@@ -1,6 +1,6 @@
-use super::IdentifierError;
+use super::SettingsError;
 use super::halves::{FitBlocks, RecordBlocks};
-use super::identify::{Identify, Seen};
+use super::identify::{Identify, Update};
 use crate::control::ControlSample;
 use crate::error::StepError;
 use crate::model::ServoParameters;
@@ -42,8 +42,8 @@ impl<R, F> Combined<R, F> {
 
 impl<R: FromSettings, F: FromSettings> FromSettings for Combined<R, F> {
     /// # Errors
-    /// See [`IdentifierError`]; every value out of range is named.
-    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+    /// See [`SettingsError`]; every value out of range is named.
+    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         Ok(Self {
             recorder: settings.build()?,
             fitter: settings.build()?,
@@ -72,7 +72,7 @@ where
     F: FitBlocks<N, Fitted = R::Fitted>,
 {
     type State = CombinedState<R::State, F::State>;
-    type Shown = R::Shown;
+    type Snapshot = R::Snapshot;
 
     fn start(&self) -> Self::State {
         CombinedState {
@@ -92,36 +92,42 @@ where
     }
 
     #[inline]
-    fn follow(&self, state: &mut Self::State, increment: N, command: N) -> Seen<N> {
+    fn update(&self, state: &mut Self::State, increment: N, command: N) -> Update<N> {
         let seen = self
             .recorder
-            .follow(&mut state.recorder, increment, command);
+            .update(&mut state.recorder, increment, command);
         self.pass_on(state);
         seen
     }
 
     #[inline]
-    fn follow_beside(&self, state: &mut Self::State, sample: &ControlSample<N>) -> Seen<N> {
-        let seen = self.recorder.follow_beside(&mut state.recorder, sample);
+    fn update_with_velocity(
+        &self,
+        state: &mut Self::State,
+        sample: &ControlSample<N>,
+    ) -> Update<N> {
+        let seen = self
+            .recorder
+            .update_with_velocity(&mut state.recorder, sample);
         self.pass_on(state);
         seen
     }
 
     #[inline]
-    fn show(&self, state: &Self::State) -> Self::Shown {
-        self.recorder.show(&state.recorder)
+    fn snapshot(&self, state: &Self::State) -> Self::Snapshot {
+        self.recorder.snapshot(&state.recorder)
     }
 
-    fn estimates_of(&self, shown: &Self::Shown) -> ServoParameters {
-        self.recorder.estimates_of(shown)
+    fn estimates_in(&self, shown: &Self::Snapshot) -> ServoParameters {
+        self.recorder.estimates_in(shown)
     }
 
-    fn at_bounds_of(&self, shown: &Self::Shown) -> PerParameter<bool> {
-        self.recorder.at_bounds_of(shown)
+    fn at_bounds_in(&self, shown: &Self::Snapshot) -> PerParameter<bool> {
+        self.recorder.at_bounds_in(shown)
     }
 
-    fn value_of(&self, shown: &Self::Shown, unknown: Unknown) -> Option<f64> {
-        self.recorder.value_of(shown, unknown)
+    fn value_in(&self, shown: &Self::Snapshot, unknown: Unknown) -> Option<f64> {
+        self.recorder.value_in(shown, unknown)
     }
 
     fn standard_error_of(&self, state: &Self::State, unknown: Unknown) -> Option<f64> {
@@ -145,8 +151,8 @@ where
         self.recorder.bandwidth(&state.recorder)
     }
 
-    fn join(&self, state: &mut Self::State, increment: N) {
-        self.recorder.join(&mut state.recorder, increment);
+    fn resume_moving(&self, state: &mut Self::State, increment: N) {
+        self.recorder.resume_moving(&mut state.recorder, increment);
         self.fitter.begin_anew(&mut state.fitter);
     }
 

@@ -1,4 +1,4 @@
-use super::IdentifierError;
+use super::SettingsError;
 use crate::adaptation::PositiveDefinite;
 use crate::control::Gains;
 use crate::error::{Allowed, OutOfRange};
@@ -65,14 +65,14 @@ pub(crate) fn plant_box(settings: &Settings) -> Result<Option<PlantBox>, OutOfRa
 /// The box, or the servo that the initial estimates describe.
 ///
 /// # Errors
-/// [`IdentifierError::NotGiven`] if there are neither.
-pub(crate) fn nominal_box(settings: &Settings) -> Result<PlantBox, IdentifierError> {
+/// [`SettingsError::NotGiven`] if there are neither.
+pub(crate) fn nominal_box(settings: &Settings) -> Result<PlantBox, SettingsError> {
     if let Some(given) = plant_box(settings)? {
         return Ok(given);
     }
     let point = |name, value| Interval::new(name, value, value);
     let Some(b) = settings.identifier.initial.b else {
-        return Err(IdentifierError::NotGiven {
+        return Err(SettingsError::NotGiven {
             setting: "initial.b",
         });
     };
@@ -110,11 +110,11 @@ impl<const P: usize> GradientPlan<P> {
     pub(crate) fn new<S: ParameterSet<P>>(
         settings: &Settings,
         velocity: &Transfer,
-    ) -> Result<Self, IdentifierError> {
+    ) -> Result<Self, SettingsError> {
         let units = settings.units()?;
         let given = &settings.identifier;
         if let Some(setting) = given.terms.of_amplifier().next() {
-            return Err(IdentifierError::NoAmplifier { setting });
+            return Err(SettingsError::NoAmplifier { setting });
         }
         let gains = settings.correction_gains()?;
         let plant_box = plant_box(settings)?;
@@ -164,7 +164,7 @@ impl<const P: usize> GradientPlan<P> {
             }
         }
         let Some(gamma) = given.gamma else {
-            return Err(IdentifierError::NotGiven { setting: "gamma" });
+            return Err(SettingsError::NotGiven { setting: "gamma" });
         };
         let place = |parameter: Parameter| parameter as usize;
         Ok(Self {

@@ -10,7 +10,7 @@ use crate::unknowns::Term;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
-pub enum IdentifierError {
+pub enum SettingsError {
     /// A value outside its range.
     Range(OutOfRange),
     /// Γ is not symmetric positive definite.
@@ -41,7 +41,7 @@ pub enum IdentifierError {
     },
 }
 
-impl fmt::Display for IdentifierError {
+impl fmt::Display for SettingsError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Range(error) => error.fmt(f),
@@ -64,39 +64,39 @@ impl fmt::Display for IdentifierError {
     }
 }
 
-impl core::error::Error for IdentifierError {}
+impl core::error::Error for SettingsError {}
 
-impl From<OutOfRange> for IdentifierError {
+impl From<OutOfRange> for SettingsError {
     fn from(error: OutOfRange) -> Self {
         Self::Range(error)
     }
 }
 
-impl From<MatrixError> for IdentifierError {
+impl From<MatrixError> for SettingsError {
     fn from(error: MatrixError) -> Self {
         Self::Gamma(error)
     }
 }
 
-impl From<GainError> for IdentifierError {
+impl From<GainError> for SettingsError {
     fn from(error: GainError) -> Self {
         Self::NoGamma(error)
     }
 }
 
-impl From<CertificateError> for IdentifierError {
+impl From<CertificateError> for SettingsError {
     fn from(error: CertificateError) -> Self {
         Self::Certificate(error)
     }
 }
 
-impl From<SampledLoopError> for IdentifierError {
+impl From<SampledLoopError> for SettingsError {
     fn from(error: SampledLoopError) -> Self {
         Self::SampledLoop(error)
     }
 }
 
-impl From<EstimateError> for IdentifierError {
+impl From<EstimateError> for SettingsError {
     fn from(error: EstimateError) -> Self {
         Self::Estimate(error)
     }

@@ -2,9 +2,9 @@ use core::marker::PhantomData;
 
 use super::config::{Decay, GradientPlan, StabilityCheck};
 use super::identify::check;
-use super::{Event, IdentifierError, Identify, Seen};
+use super::{Event, Identify, SettingsError, Update};
 use crate::adaptation::{
-    DiagonalGain, FullGain, Gain, GradientConfig, GradientState, GradientWith, Update,
+    DiagonalGain, FullGain, Gain, GradientConfig, GradientState, GradientStep, GradientWith,
 };
 use crate::control::ControlSample;
 use crate::error::StepError;
@@ -74,9 +74,9 @@ where
     G: Gain<N, P>,
 {
     /// # Errors
-    /// See [`IdentifierError`]: ranges by name, the certificate's inequality, the servo of the box
+    /// See [`SettingsError`]: ranges by name, the certificate's inequality, the servo of the box
     /// whose sampled loop is unstable, or the estimate whose sampled correction is.
-    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let velocity = V::from_settings(settings)?;
         let plan = GradientPlan::<P>::new::<S>(settings, &velocity.transfer())?;
         let units = plan.units;
@@ -160,7 +160,7 @@ where
     #[inline(never)]
     fn stand(&self, state: &mut GradientIdentifierState<N, V::State, P>, command: N) -> Event {
         if S::HAS_COULOMB {
-            self.model.stand_beside(&mut state.model);
+            self.model.hold_at_measurement(&mut state.model);
         }
         let should_move = self.should_move(state, command);
         if self.standstill.resists(&mut state.rest, should_move) {
@@ -177,7 +177,7 @@ where
             coulomb,
             load,
             ..
-        } = ModelParameters::of_set::<S, P>(&state.law.estimates());
+        } = ModelParameters::from_values::<S, P>(&state.law.estimates());
         let pushed = gain * (command + self.model.load_command(&state.model)) + load;
         // Twice the friction, so that estimates that have not settled raise no false alarm, and more
         // than the encoder's resolution hides.
@@ -223,7 +223,7 @@ where
         observed: Observed<N, P>,
         increment: N,
         command: N,
-    ) -> Seen<N> {
+    ) -> Update<N> {
         let Observed {
             output_error,
             rate,
@@ -248,18 +248,18 @@ where
                 self.learn_slowly(state, rate, regressor)
             }
         };
-        let parameters = ModelParameters::of_set::<S, P>(&state.law.estimates());
+        let parameters = ModelParameters::from_values::<S, P>(&state.law.estimates());
         let phase = self
             .model
             .advance::<S, P>(&mut state.model, rate, command, &parameters);
         if S::HAS_COULOMB && phase == Phase::Stuck && self.standstill.pauses(&state.rest) {
-            self.model.stand_beside(&mut state.model);
+            self.model.hold_at_measurement(&mut state.model);
         }
         let event = match event {
             Event::None => event,
             other => self.restart_if_lost(state, other),
         };
-        Seen {
+        Update {
             output_error,
             event,
         }
@@ -273,8 +273,8 @@ where
         output_error: N,
         rate: N,
         regressor: &[N; P],
-    ) -> Update<N, P> {
-        let gain = ModelParameters::of_set::<S, P>(&state.law.estimates()).gain;
+    ) -> GradientStep<N, P> {
+        let gain = ModelParameters::from_values::<S, P>(&state.law.estimates()).gain;
         self.law.update(regressor, output_error, rate, gain)
     }
 }
@@ -287,7 +287,7 @@ where
     G: Gain<N, P>,
 {
     type State = GradientIdentifierState<N, V::State, P>;
-    type Shown = GradientEstimates<N, P>;
+    type Snapshot = GradientEstimates<N, P>;
 
     fn start(&self) -> Self::State {
         GradientIdentifierState {
@@ -308,13 +308,17 @@ where
     }
 
     #[inline]
-    fn follow(&self, state: &mut Self::State, increment: N, command: N) -> Seen<N> {
+    fn update(&self, state: &mut Self::State, increment: N, command: N) -> Update<N> {
         let observed = self.model.observe::<S, P>(&mut state.model, increment);
         self.learn_from(state, observed, increment, command)
     }
 
     #[inline]
-    fn follow_beside(&self, state: &mut Self::State, sample: &ControlSample<N>) -> Seen<N> {
+    fn update_with_velocity(
+        &self,
+        state: &mut Self::State,
+        sample: &ControlSample<N>,
+    ) -> Update<N> {
         let observed =
             self.model
                 .observe_beside::<S, P>(&mut state.model, sample.increment, sample.velocity);
@@ -322,7 +326,7 @@ where
     }
 
     #[inline]
-    fn show(&self, state: &Self::State) -> Self::Shown {
+    fn snapshot(&self, state: &Self::State) -> Self::Snapshot {
         GradientEstimates {
             parameters: state.law.estimates(),
             load_command: self.model.load_command(&state.model),
@@ -330,13 +334,13 @@ where
     }
 
     /// The load is the parameter d̂ plus b̂ k_i ∫ε.
-    fn estimates_of(&self, shown: &Self::Shown) -> ServoParameters {
-        ModelParameters::of_set::<S, P>(&shown.parameters)
+    fn estimates_in(&self, shown: &Self::Snapshot) -> ServoParameters {
+        ModelParameters::from_values::<S, P>(&shown.parameters)
             .to_si(&self.units)
             .with_load_of(shown.load_command.to_f64())
     }
 
-    fn at_bounds_of(&self, shown: &Self::Shown) -> PerParameter<bool> {
+    fn at_bounds_in(&self, shown: &Self::Snapshot) -> PerParameter<bool> {
         let at = self.law.at_bounds(&shown.parameters);
         PerParameter::from_fn(|wanted| {
             let place = S::PARAMETERS.iter().position(|&own| own == wanted);
@@ -344,7 +348,7 @@ where
         })
     }
 
-    fn join(&self, state: &mut Self::State, increment: N) {
+    fn resume_moving(&self, state: &mut Self::State, increment: N) {
         state.model = self.model.alongside(&state.model, increment);
     }
 }

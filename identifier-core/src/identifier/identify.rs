@@ -15,7 +15,7 @@ pub trait Identify<N: Copy> {
 
     /// The estimates as it computes with them: a few words, which an interrupt copies and the
     /// background converts to SI.
-    type Shown: Copy + core::fmt::Debug;
+    type Snapshot: Copy + core::fmt::Debug;
 
     /// The state at the start: the model at rest at the servo's position.
     fn start(&self) -> Self::State;
@@ -35,7 +35,7 @@ pub trait Identify<N: Copy> {
         state: &mut Self::State,
         moved: i32,
         command: N,
-    ) -> Result<Seen<N>, StepError> {
+    ) -> Result<Update<N>, StepError> {
         self.learn(state, self.increment(moved), command)
     }
 
@@ -49,9 +49,9 @@ pub trait Identify<N: Copy> {
         state: &mut Self::State,
         increment: N,
         command: N,
-    ) -> Result<Seen<N>, StepError> {
+    ) -> Result<Update<N>, StepError> {
         self.check(increment, command)?;
-        Ok(self.follow(state, increment, command))
+        Ok(self.update(state, increment, command))
     }
 
     /// Whether increment and command are finite and in range.
@@ -62,31 +62,35 @@ pub trait Identify<N: Copy> {
 
     /// [`Identify::learn`] for inputs that were checked ([`Identify::check`]); the commands of our
     /// controller always pass. Other inputs can spoil the estimates, but nothing else.
-    fn follow(&self, state: &mut Self::State, increment: N, command: N) -> Seen<N>;
+    fn update(&self, state: &mut Self::State, increment: N, command: N) -> Update<N>;
 
     /// The same with our controller, whose velocity estimate is used again.
     #[inline]
-    fn follow_beside(&self, state: &mut Self::State, sample: &ControlSample<N>) -> Seen<N> {
-        self.follow(state, sample.increment, sample.command)
+    fn update_with_velocity(
+        &self,
+        state: &mut Self::State,
+        sample: &ControlSample<N>,
+    ) -> Update<N> {
+        self.update(state, sample.increment, sample.command)
     }
 
     /// The present estimates in the form in which the identifier computes.
-    fn show(&self, state: &Self::State) -> Self::Shown;
+    fn snapshot(&self, state: &Self::State) -> Self::Snapshot;
 
     /// Estimates that were shown, SI.
-    fn estimates_of(&self, shown: &Self::Shown) -> ServoParameters;
+    fn estimates_in(&self, shown: &Self::Snapshot) -> ServoParameters;
 
     /// Which of the estimates that were shown are at a bound: such a value is no result.
-    fn at_bounds_of(&self, shown: &Self::Shown) -> PerParameter<bool>;
+    fn at_bounds_in(&self, shown: &Self::Snapshot) -> PerParameter<bool>;
 
     /// The estimates, SI.
     fn estimates(&self, state: &Self::State) -> ServoParameters {
-        self.estimates_of(&self.show(state))
+        self.estimates_in(&self.snapshot(state))
     }
 
     /// Which estimates are at a bound.
     fn at_bounds(&self, state: &Self::State) -> PerParameter<bool> {
-        self.at_bounds_of(&self.show(state))
+        self.at_bounds_in(&self.snapshot(state))
     }
 
     /// Their standard errors, SI, for laws that have them.
@@ -96,9 +100,9 @@ pub trait Identify<N: Copy> {
 
     /// The estimate of an unknown that was shown, SI; none if the model does not have it. For a term
     /// that has not [entered](Identify::entered) it is its initial value.
-    fn value_of(&self, shown: &Self::Shown, unknown: Unknown) -> Option<f64> {
+    fn value_in(&self, shown: &Self::Snapshot, unknown: Unknown) -> Option<f64> {
         let parameter = unknown.parameter()?;
-        Some(parameter.of(&self.estimates_of(shown)))
+        Some(parameter.of(&self.estimates_in(shown)))
     }
 
     /// Its standard error, SI, for laws that have it.
@@ -127,13 +131,13 @@ pub trait Identify<N: Copy> {
 
     /// Joins a motion after a gap, before its next sample: the estimates are kept, the model restarts
     /// at the servo's position, moving by `increment` a sample.
-    fn join(&self, state: &mut Self::State, increment: N);
+    fn resume_moving(&self, state: &mut Self::State, increment: N);
 }
 
 /// What the identifier observed in a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Seen<N> {
+pub struct Update<N> {
     /// Output error ε = q − q_e before the update, position units.
     pub output_error: N,
     /// What happened besides learning.

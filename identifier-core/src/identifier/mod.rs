@@ -24,18 +24,19 @@ mod window;
 
 pub use behind_amplifier::{BehindAmplifier, BehindAmplifierState};
 pub use combined::{Combined, CombinedState};
-pub use error::IdentifierError;
+pub use error::SettingsError;
 pub use fit::NumberedBlock;
 pub use gauss_newton::{
-    GaussNewtonFitted, GaussNewtonFitter, GaussNewtonFitterState, GaussNewtonIdentifier,
-    GaussNewtonIdentifierState, GaussNewtonRecursion, GaussNewtonRecursionState, MotionOfKnown,
+    ExpectedMotion, GaussNewtonFitted, GaussNewtonFitter, GaussNewtonFitterState,
+    GaussNewtonIdentifier, GaussNewtonIdentifierState, GaussNewtonRecursion,
+    GaussNewtonRecursionState,
 };
 pub use gradient::{
     DiagonalGradientIdentifier, GradientEstimates, GradientIdentifier, GradientIdentifierState,
     GradientIdentifierWith,
 };
 pub use halves::{FitBlocks, RecordBlocks};
-pub use identify::{Event, Identify, Seen};
+pub use identify::{Event, Identify, Update};
 pub use servo_loop::{LoopStep, ServoLoop, ServoLoopState};
 pub use window::{
     TermWindowIdentifier, WindowEstimates, WindowFitted, WindowFitter, WindowFitterState,

@@ -1,4 +1,4 @@
-use super::{IdentifierError, Identify, Seen};
+use super::{Identify, SettingsError, Update};
 use crate::control::{ControlSample, ControlState, Controller, position_error};
 use crate::error::StepError;
 use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
@@ -29,7 +29,7 @@ pub struct LoopStep<N> {
     /// The controller's part.
     pub control: ControlSample<N>,
     /// What the identifier saw.
-    pub seen: Seen<N>,
+    pub seen: Update<N>,
 }
 
 impl<N, V, I> FromSettings for ServoLoop<N, V, I>
@@ -38,7 +38,7 @@ where
     V: VelocityEstimate<N>,
     I: Identify<N> + FromSettings,
 {
-    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         Ok(Self {
             controller: settings.build()?,
             identifier: settings.build()?,
@@ -154,9 +154,9 @@ impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
         &self,
         state: &mut ServoLoopState<N, V::State, I::State>,
         sample: &ControlSample<N>,
-    ) -> Seen<N> {
+    ) -> Update<N> {
         self.identifier
-            .follow_beside(&mut state.identification, sample)
+            .update_with_velocity(&mut state.identification, sample)
     }
 
     /// The same where the command that acts differs from the controller's: something was added to it,
@@ -170,7 +170,7 @@ impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
         state: &mut ServoLoopState<N, V::State, I::State>,
         sample: &ControlSample<N>,
         command: N,
-    ) -> Result<Seen<N>, StepError> {
+    ) -> Result<Update<N>, StepError> {
         self.identifier.check(sample.increment, command)?;
         let acted = ControlSample { command, ..*sample };
         Ok(self.learn(state, &acted))
@@ -190,6 +190,6 @@ impl<N: Number, I: Identify<N>> ServoLoop<N, LowPass<N>, I> {
         state.count = count;
         state.control = self.controller.take_over(last);
         self.identifier
-            .join(&mut state.identification, last.increment);
+            .resume_moving(&mut state.identification, last.increment);
     }
 }

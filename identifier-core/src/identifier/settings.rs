@@ -1,4 +1,4 @@
-use super::IdentifierError;
+use super::SettingsError;
 use super::config::{LARGEST, SMALLEST_GAIN};
 use super::fit::FitterConfig;
 use super::terms::TermConfig;
@@ -18,7 +18,7 @@ pub(super) struct Listening<'a> {
 }
 
 impl<'a> Listening<'a> {
-    pub(super) fn new(settings: &'a Settings) -> Result<Self, IdentifierError> {
+    pub(super) fn new(settings: &'a Settings) -> Result<Self, SettingsError> {
         Ok(Self {
             settings,
             units: settings.units()?,
@@ -33,12 +33,12 @@ impl<'a> Listening<'a> {
     /// The optional terms of a model with the unknowns S.
     pub(super) fn terms<N: Number, S: UnknownSet<P>, const P: usize>(
         &self,
-    ) -> Result<TermConfig, IdentifierError> {
+    ) -> Result<TermConfig, SettingsError> {
         TermConfig::new::<N, S, P>(&self.settings.identifier.terms, &self.units)
     }
 
     /// The longest increment that is accepted, counts.
-    pub(super) fn longest_increment<N: Number>(&self) -> Result<N, IdentifierError> {
+    pub(super) fn longest_increment<N: Number>(&self) -> Result<N, SettingsError> {
         let longest = self
             .settings
             .most_increment(&self.units, N::REACH.to_f64())?;
@@ -52,7 +52,7 @@ impl<'a> Listening<'a> {
         has: impl Fn(Parameter) -> bool,
         places: usize,
         time: f64,
-    ) -> Result<FitterConfig, IdentifierError> {
+    ) -> Result<FitterConfig, SettingsError> {
         let given = &self.settings.identifier;
         let mut config = FitterConfig {
             block: self.block(places, time)?,
@@ -95,7 +95,7 @@ impl<'a> Listening<'a> {
         &self,
         places: usize,
         time: f64,
-    ) -> Result<FitterConfig<U>, IdentifierError>
+    ) -> Result<FitterConfig<U>, SettingsError>
     where
         N: Number,
         S: UnknownSet<P>,
@@ -132,7 +132,7 @@ impl<'a> Listening<'a> {
 
     /// The bounds of a parameter, SI: those given, or those of arithmetic and physics (a, b and c are
     /// not negative), never a multiple of an initial value.
-    fn bounds(&self, parameter: Parameter) -> Result<[f64; 2], IdentifierError> {
+    fn bounds(&self, parameter: Parameter) -> Result<[f64; 2], SettingsError> {
         let (allowed, name, _) = super::config::allowed(parameter, &self.units);
         let fastest = ZeroOrderHoldStep::<f64>::LARGEST_RATE / self.units.rate();
         let widest = match parameter {
@@ -153,7 +153,7 @@ impl<'a> Listening<'a> {
     }
 
     /// The variance of the position noise, counts².
-    fn noise_variance(&self) -> Result<f64, IdentifierError> {
+    fn noise_variance(&self) -> Result<f64, SettingsError> {
         Ok(match self.settings.identifier.noise {
             Some(noise) => {
                 let counts =
@@ -165,7 +165,7 @@ impl<'a> Listening<'a> {
     }
 
     /// ω T of the correction, if its bandwidth was given.
-    fn bandwidth_per_sample(&self) -> Result<Option<f64>, IdentifierError> {
+    fn bandwidth_per_sample(&self) -> Result<Option<f64>, SettingsError> {
         let Some(omega) = self.settings.identifier.bandwidth else {
             return Ok(None);
         };
@@ -175,7 +175,7 @@ impl<'a> Listening<'a> {
     }
 
     /// Samples to a block, so that so many of them span the time over which a fit looks.
-    fn block(&self, places: usize, time: f64) -> Result<u32, IdentifierError> {
+    fn block(&self, places: usize, time: f64) -> Result<u32, SettingsError> {
         /// Beyond a thousand samples a mean command carries no information.
         const MOST: f64 = 1000.0;
         let time = self.settings.identifier.start_time.unwrap_or(time);

@@ -1,4 +1,4 @@
-use super::IdentifierError;
+use super::SettingsError;
 use super::config::LARGEST;
 use crate::error::Allowed;
 use crate::model::{AngleSettings, KnownInputs};
@@ -26,11 +26,11 @@ impl TermConfig {
     pub(super) fn new<N: Number, S: UnknownSet<P>, const P: usize>(
         given: &TermSettings,
         units: &Units,
-    ) -> Result<Self, IdentifierError> {
+    ) -> Result<Self, SettingsError> {
         let has = |term: Term| term.is_in::<N, S, P>();
         for term in Term::ALL {
             if given.may_enter(term) && !has(term) {
-                return Err(IdentifierError::NoSuchTerm { term });
+                return Err(SettingsError::NoSuchTerm { term });
             }
         }
         let acts = |setting| match setting {
@@ -39,7 +39,7 @@ impl TermConfig {
             _ => false,
         };
         if let Some(setting) = given.of_amplifier().find(|&setting| !acts(setting)) {
-            return Err(IdentifierError::NoAmplifier { setting });
+            return Err(SettingsError::NoAmplifier { setting });
         }
         /// The highest order of ripple that an encoder shows, as a part of its counts.
         const SEEN: f64 = 0.25;
@@ -50,7 +50,7 @@ impl TermConfig {
         let dead_band = Allowed::Within(0.0, LARGEST).check("dead_band", given.dead_band)?;
         let declared = |value: Option<f64>, term: Term, setting: &'static str| match value {
             Some(value) => Ok(Allowed::PositiveUpTo(LARGEST).check(setting, value)?),
-            None if given.may_enter(term) => Err(IdentifierError::NotGiven { setting }),
+            None if given.may_enter(term) => Err(SettingsError::NotGiven { setting }),
             None => Ok(0.0),
         };
         Ok(Self {

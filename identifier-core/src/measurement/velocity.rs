@@ -6,7 +6,7 @@
 //! velocity estimates is the estimate of the difference, and one state serves.
 
 use crate::error::{Allowed, OutOfRange};
-use crate::identifier::IdentifierError;
+use crate::identifier::SettingsError;
 use crate::number::Number;
 use crate::settings::{FromSettings, Settings};
 use crate::units::Units;
@@ -68,7 +68,7 @@ impl<N: Number> LowPass<N> {
 }
 
 impl<N: Number> FromSettings for LowPass<N> {
-    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         Ok(Self::new(&settings.units()?, settings.cutoff)?)
     }
 }
@@ -120,7 +120,7 @@ impl<N: Number> VelocityEstimate<N> for LowPass<N> {
 pub struct BackwardDifference;
 
 impl FromSettings for BackwardDifference {
-    fn from_settings(_: &Settings) -> Result<Self, IdentifierError> {
+    fn from_settings(_: &Settings) -> Result<Self, SettingsError> {
         Ok(Self)
     }
 }
@@ -165,7 +165,7 @@ impl<N: Number> Default for AveragedDifference<N> {
 }
 
 impl<N: Number> FromSettings for AveragedDifference<N> {
-    fn from_settings(_: &Settings) -> Result<Self, IdentifierError> {
+    fn from_settings(_: &Settings) -> Result<Self, SettingsError> {
         Ok(Self::new())
     }
 }

@@ -19,7 +19,7 @@ pub struct FrictionStep<N> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Phase<N> {
-    /// Moved throughout, in one direction (±1).
+    /// ModelStep throughout, in one direction (±1).
     Slid {
         /// The direction.
         direction: N,

@@ -229,7 +229,7 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
     /// friction's band at which a servo comes to rest tells nothing of its parameters, and a
     /// difference there would be an output error at the start of the next motion.
     #[inline]
-    pub fn stand_beside(&self, state: &mut ModelState<N, V::State, C::State>) {
+    pub fn hold_at_measurement(&self, state: &mut ModelState<N, V::State, C::State>) {
         state.output_error = N::ZERO;
     }
 

@@ -1,8 +1,8 @@
-use super::{Acting, Innovation, ModelValues, Moved, Phase, Slid};
+use super::{Acting, Innovation, ModelStep, ModelValues, Phase, SlidingStep};
 use crate::number::Number;
 use crate::unknowns::{Unknown, UnknownSet};
 
-/// The motion of a [`ListeningModel`](super::ListeningModel) per unit of each of Q unknowns, the first P of them the
+/// The motion of a [`ObserverModel`](super::ObserverModel) per unit of each of Q unknowns, the first P of them the
 /// those of a set: ∂q_e/∂θ and ∂v_e/∂θ.
 ///
 /// They are of first order in the sample time, which is enough: a tangent only gives a direction; the
@@ -29,14 +29,14 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
         values: &ModelValues<N>,
         acting: &Acting<N>,
         innovation: &Innovation<N>,
-        moved: &Moved<N>,
+        moved: &ModelStep<N>,
     ) {
         let direction = match moved.phase {
             Phase::Slid { direction } => direction,
             _ => return self.advance_through_rest::<S, P>(values, acting, innovation, moved),
         };
-        let slid = Slid {
-            way: moved.way,
+        let slid = SlidingStep {
+            displacement: moved.displacement,
             direction,
             bell: moved.bell,
         };
@@ -50,7 +50,7 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
         values: &ModelValues<N>,
         acting: &Acting<N>,
         innovation: &Innovation<N>,
-        slid: &Slid<N>,
+        slid: &SlidingStep<N>,
     ) {
         let followed = N::ONE - innovation.position;
         let braked = N::ONE - values.parameters.x;
@@ -58,12 +58,12 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
             let position = self.position[i];
             let kept = braked * self.velocity[i] - innovation.velocity * position;
             let velocity = match S::UNKNOWNS.get(i) {
-                Some(Unknown::A) => kept - slid.way,
+                Some(Unknown::A) => kept - slid.displacement,
                 Some(Unknown::B) => kept + acting.command,
                 Some(Unknown::Coulomb) => kept - slid.direction,
                 Some(Unknown::Load) => kept + N::ONE,
                 Some(Unknown::Delay) => kept + values.parameters.gain * acting.per_delay,
-                Some(Unknown::Asymmetry) => kept - slid.way.magnitude(),
+                Some(Unknown::Asymmetry) => kept - slid.displacement.magnitude(),
                 Some(Unknown::LowSpeed) => kept - slid.direction * slid.bell,
                 Some(Unknown::GravitySine) => kept + acting.waves[0],
                 Some(Unknown::GravityCosine) => kept + acting.waves[1],
@@ -93,7 +93,7 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
         values: &ModelValues<N>,
         acting: &Acting<N>,
         innovation: &Innovation<N>,
-        moved: &Moved<N>,
+        moved: &ModelStep<N>,
     ) {
         let kept = match moved.phase {
             Phase::Turned { slowing, .. } => slowing,
@@ -102,8 +102,8 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
         if matches!(moved.phase, Phase::Stuck) {
             self.rest(innovation);
         } else {
-            let slid = Slid {
-                way: moved.way,
+            let slid = SlidingStep {
+                displacement: moved.displacement,
                 direction: moved.phase.mean_direction(),
                 bell: moved.bell,
             };

@@ -44,7 +44,7 @@ impl<N: Number> ModelValues<N> {
     /// The model of a set with these values.
     #[inline]
     #[must_use]
-    pub fn of_set<S: UnknownSet<P>, const P: usize>(values: &[N; P]) -> Self {
+    pub fn from_values<S: UnknownSet<P>, const P: usize>(values: &[N; P]) -> Self {
         let mut parameters = ModelParameters {
             x: N::ZERO,
             gain: N::ZERO,

@@ -2,7 +2,7 @@
 //! next sample on and without a first fit.
 
 use identifier_core::commission::{InStep, Phase, Seen};
-use identifier_core::identifier::{GaussNewtonRecursion, Identify, MotionOfKnown};
+use identifier_core::identifier::{ExpectedMotion, GaussNewtonRecursion, Identify};
 use identifier_core::parameters::AbCoulombLoad;
 use identifier_core::settings::Settings;
 use virtual_servo::{Encoder, Servo};
@@ -27,7 +27,7 @@ fn after_the_trial_has_begun_the_estimates_are_those_of_the_fit_and_follow_the_s
         last = count;
         if let Some(state) = &mut learning {
             recursion.check(increment, acted).expect("within reach");
-            let _ = recursion.follow(state, increment, acted);
+            let _ = recursion.update(state, increment, acted);
         }
         let done = commission.sample(&Seen {
             count: Some(count),
@@ -38,14 +38,14 @@ fn after_the_trial_has_begun_the_estimates_are_those_of_the_fit_and_follow_the_s
             let state = commission.state().expect("it began");
             let found = state.servo().expect("it is known");
             let tuning = state.tuning().expect("it was tuned");
-            let state = recursion.start_knowing(
+            let state = recursion.start_from_known(
                 found,
-                &MotionOfKnown {
+                &ExpectedMotion {
                     bandwidth: tuning.bandwidth,
                     command: tuning.kp * tuning.promise.step,
                 },
             );
-            begun = Some((*found, recursion.estimates_of(&recursion.show(&state))));
+            begun = Some((*found, recursion.estimates_in(&recursion.snapshot(&state))));
             learning = Some(state);
         }
         if done.phase.is_end() {
@@ -59,7 +59,7 @@ fn after_the_trial_has_begun_the_estimates_are_those_of_the_fit_and_follow_the_s
     let (fitted, at_first) = begun.expect("there was a trial");
     assert!((at_first.b / fitted.parameters.b - 1.0).abs() < 1e-6);
     assert!(recursion.is_running(&state));
-    let learnt = recursion.estimates_of(&recursion.show(&state));
+    let learnt = recursion.estimates_in(&recursion.snapshot(&state));
     println!("{:?}\n{fitted:?}\n{learnt:?}", bench.servo);
     let errors = recursion.standard_errors(&state).expect("it runs");
     println!("{errors:?}");

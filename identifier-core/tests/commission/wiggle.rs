@@ -94,7 +94,7 @@ fn a_later_motion_of_a_known_servo_is_another_one_within_the_same_limits() {
         };
         let wiggle = Wiggle::new(&held.settings()).expect("allowed");
         let sizes = [1.0, 0.6].map(|part| {
-            let moved = held.moved_by(&wiggle, wiggle.start_knowing(&known, 0.0, part));
+            let moved = held.moved_by(&wiggle, wiggle.start_from_known(&known, 0.0, part));
             assert_eq!(moved.progress, Progress::AtRest, "{unknown:?}");
             assert!(moved.travel < 1.0 && moved.speed < 1.0, "{unknown:?}");
             moved.travel

@@ -9,7 +9,7 @@ use identifier_core::fixed_point::{
     FixedAveragedDifference, FixedController, FixedGradientIdentifier, FixedLowPass,
     FixedServoLoop, FixedVelocity, Word, split_setpoint,
 };
-use identifier_core::identifier::{Event, IdentifierError, Identify};
+use identifier_core::identifier::{Event, Identify, SettingsError};
 use identifier_core::measurement::velocity::BackwardDifference;
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, AbLoad, Parameter, ParameterSet};
@@ -292,7 +292,9 @@ fn faster_than_it_can_be_is_refused_and_the_state_untouched() {
     assert!(state == before);
     assert!(words.process(&mut state, 0, I16F16::ZERO, 90).is_ok());
     let joined = words.identifier().increment(90);
-    words.identifier().join(state.identification_mut(), joined);
+    words
+        .identifier()
+        .resume_moving(state.identification_mut(), joined);
     assert!(words.process(&mut state, 0, I16F16::ZERO, 180).is_ok());
 }
 
@@ -301,7 +303,7 @@ type Words = FixedGradientIdentifier<FixedLowPass, AbCoulomb, 3>;
 fn refusal(change: impl FnOnce(&mut Settings)) -> String {
     let mut settings = settings();
     change(&mut settings);
-    let built: Result<Words, IdentifierError> = settings.build();
+    let built: Result<Words, SettingsError> = settings.build();
     built.expect_err("it does not fit").to_string()
 }
 
@@ -387,8 +389,8 @@ fn what_a_refusal_names_would_do() {
         let built = (0..12).any(|_| {
             settings.identifier.ranges = Some(ranges);
             settings.identifier.gamma = Some(diagonal(gamma));
-            let built: Result<Words, IdentifierError> = settings.build();
-            let Err(IdentifierError::Range(refused)) = built else {
+            let built: Result<Words, SettingsError> = settings.build();
+            let Err(SettingsError::Range(refused)) = built else {
                 return built.is_ok();
             };
             let (Allowed::AtMost(named) | Allowed::AtLeast(named) | Allowed::PositiveUpTo(named)) =
@@ -431,7 +433,7 @@ where
             .control(&mut state, setpoint, offset, count)
             .expect("every increment saturates");
         let command = command.map_or(control.command, Word::from_bits);
-        let seen = identifier.follow(state.identification_mut(), control.increment, command);
+        let seen = identifier.update(state.identification_mut(), control.increment, command);
         prop_assert!(seen.output_error.abs() <= Word::ONE);
         for parameter in S::PARAMETERS {
             let found = parameter.of(&identifier.estimates(state.identification()));
@@ -470,9 +472,9 @@ where
                 let any = Word::from_bits(any);
                 let joined = words.identifier();
                 if any.to_bits() % 16 == 0 {
-                    joined.join(state.identification_mut(), any);
+                    joined.resume_moving(state.identification_mut(), any);
                 }
-                joined.follow(state.identification_mut(), any, any)
+                joined.update(state.identification_mut(), any, any)
             }
         };
         prop_assert!(seen.output_error.abs() <= Word::ONE);

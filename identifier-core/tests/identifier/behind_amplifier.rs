@@ -110,7 +110,7 @@ fn found<I: FromSettings + Identify<f64>>(
         identifier.work(&mut state, u32::MAX);
         plant.advance(command);
     }
-    let delay = identifier.value_of(&identifier.show(&state), Unknown::Delay);
+    let delay = identifier.value_in(&identifier.snapshot(&state), Unknown::Delay);
     (identifier.estimates(&state), delay)
 }
 

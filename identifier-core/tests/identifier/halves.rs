@@ -9,7 +9,7 @@ use heapless::spsc::Queue;
 use identifier_core::Settings;
 use identifier_core::identifier::{
     Event, FitBlocks, GaussNewtonFitter, GaussNewtonFitterState, GaussNewtonIdentifier,
-    GaussNewtonRecursion, GaussNewtonRecursionState, Identify, NumberedBlock, RecordBlocks, Seen,
+    GaussNewtonRecursion, GaussNewtonRecursionState, Identify, NumberedBlock, RecordBlocks, Update,
     WindowFitter, WindowIdentifier, WindowRecorder,
 };
 use identifier_core::model::ServoParameters;
@@ -89,7 +89,7 @@ where
         }
     }
 
-    fn learn(&mut self, (increment, command): (f32, f32)) -> Seen<f32> {
+    fn learn(&mut self, (increment, command): (f32, f32)) -> Update<f32> {
         let seen = self.recorder.learn(&mut self.recording, increment, command);
         if let Some(block) = self.recorder.take_block(&mut self.recording) {
             self.fitter.take(&mut self.fitting, &block);
@@ -120,8 +120,8 @@ where
     let mut started = 0;
     for k in 0..6000 {
         if k == 300 || k == 4000 {
-            whole.join(&mut state, 0.5);
-            halves.recorder.join(&mut halves.recording, 0.5);
+            whole.resume_moving(&mut state, 0.5);
+            halves.recorder.resume_moving(&mut halves.recording, 0.5);
         }
         let (increment, command) = sample(&mut motion);
         let seen = whole.learn(&mut state, increment, command);
@@ -172,7 +172,7 @@ fn no_first_fit_over_a_gap() {
         let budget = draw.one_of(&[1, 30, u32::MAX]);
         for _ in 0..20_000 {
             if draw.uniform(0.0, 1.0) < 0.1 * often {
-                recorder.join(&mut recording, 0.0);
+                recorder.resume_moving(&mut recording, 0.0);
                 (gap, joined) = (true, joined + 1);
             }
             let (increment, command) = sample(&mut motion);
@@ -215,7 +215,7 @@ fn what_is_found_of_a_recording_that_has_ended_is_not_taken_over() {
         let before = halves.recorder.estimates(&halves.recording);
 
         let mut joined = halves.recording.clone();
-        halves.recorder.join(&mut joined, 0.0);
+        halves.recorder.resume_moving(&mut joined, 0.0);
         halves.recorder.take_over(&mut joined, &fitted);
         let (increment, command) = sample(&mut motion);
         let seen = halves.recorder.learn(&mut joined, increment, command);

@@ -111,9 +111,9 @@ fn one_pass(log: &[(f64, f64)], resolution: f64, factor: f64) -> [f64; 4] {
         last = count;
         identifier.work(&mut state, u32::MAX);
     }
-    let shown = identifier.show(&state);
-    let found = identifier.estimates_of(&shown);
-    let asymmetry = identifier.value_of(&shown, Unknown::Asymmetry);
+    let shown = identifier.snapshot(&state);
+    let found = identifier.estimates_in(&shown);
+    let asymmetry = identifier.value_in(&shown, Unknown::Asymmetry);
     let asymmetry = asymmetry.expect("the model has it");
     let mass = FORCE_PER_VOLT / found.b;
     [

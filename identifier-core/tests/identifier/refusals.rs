@@ -1,7 +1,7 @@
 //! What cannot be is refused by name, with what could, and leaves the state as it was.
 
 use identifier_core::error::StepError;
-use identifier_core::identifier::{GradientIdentifier, IdentifierError, Identify};
+use identifier_core::identifier::{GradientIdentifier, Identify, SettingsError};
 use identifier_core::measurement::velocity::LowPass;
 use identifier_core::parameters::AbCoulomb;
 use identifier_core::settings::{BoxSettings, diagonal};
@@ -107,7 +107,7 @@ fn an_estimate_whose_correction_sampling_makes_unstable_is_refused_with_the_boun
     let mut settings = valid();
     settings.identifier.bounds.b = Some([5.0, 1e6]);
     let refused = settings.build::<Listener>().expect_err("unstable");
-    let IdentifierError::Estimate(error) = refused else {
+    let SettingsError::Estimate(error) = refused else {
         panic!("{refused}");
     };
     assert!(error.stable >= 1000.0 && error.stable < 1e6, "{error}");

@@ -3,7 +3,7 @@
 use identifier_core::control::{CommandLimit, ControlState, Controller, Gains};
 use identifier_core::error::StepError;
 use identifier_core::identifier::{
-    GaussNewtonIdentifier, GradientIdentifier, IdentifierError, Identify, WindowIdentifier,
+    GaussNewtonIdentifier, GradientIdentifier, Identify, SettingsError, WindowIdentifier,
 };
 use identifier_core::interval::Interval;
 use identifier_core::measurement::velocity::LowPass;
@@ -266,7 +266,7 @@ proptest! {
             let (error, increment) = (f32::from_f64(error), f32::from_f64(increment));
             if let Ok(sample) = controller.process(&mut control, error, increment) {
                 prop_assert!(sample.command.is_finite(), "{sample:?}");
-                identifier.follow_beside(&mut state, &sample);
+                identifier.update_with_velocity(&mut state, &sample);
             }
             let estimates = identifier.estimates(&state);
             prop_assert!(estimates.a.is_finite() && estimates.b.is_finite(), "{estimates:?}");
@@ -276,7 +276,7 @@ proptest! {
 }
 
 /// An identifier of arbitrary numbers.
-fn build(n: &[f64; 16], small: &[f64; 4]) -> Result<Identifier<f32>, IdentifierError> {
+fn build(n: &[f64; 16], small: &[f64; 4]) -> Result<Identifier<f32>, SettingsError> {
     let mut settings = Settings {
         sample_time: small[0].min(n[0].abs()),
         resolution: small[1],
@@ -302,7 +302,7 @@ fn build(n: &[f64; 16], small: &[f64; 4]) -> Result<Identifier<f32>, IdentifierE
 }
 
 /// What broken settings are refused with.
-fn refused(change: impl FnOnce(&mut Settings)) -> IdentifierError {
+fn refused(change: impl FnOnce(&mut Settings)) -> SettingsError {
     let mut settings = settings(None);
     change(&mut settings);
     settings
@@ -313,8 +313,8 @@ fn refused(change: impl FnOnce(&mut Settings)) -> IdentifierError {
 #[test]
 fn every_refusal_names_its_parameter() {
     let interval = |min, max| Interval::new("interval", min, max).expect("ordered");
-    let parameter = |error: IdentifierError| match error {
-        IdentifierError::Range(range) => range.parameter,
+    let parameter = |error: SettingsError| match error {
+        SettingsError::Range(range) => range.parameter,
         other => panic!("{other}"),
     };
     assert_eq!(
@@ -361,7 +361,7 @@ fn every_refusal_names_its_parameter() {
     }
     for mu in [10.5, 0.1] {
         let error = refused(|settings| settings.identifier.mu = Some(mu));
-        assert!(matches!(error, IdentifierError::Certificate(_)));
+        assert!(matches!(error, SettingsError::Certificate(_)));
     }
     for (name, error) in [
         ("max_speed", refused(|s| s.identifier.max_speed = Some(0.0))),
@@ -375,8 +375,8 @@ fn every_refusal_names_its_parameter() {
     ] {
         assert_eq!(parameter(error), name);
     }
-    let setting = |error: IdentifierError| match error {
-        IdentifierError::NotGiven { setting } => setting,
+    let setting = |error: SettingsError| match error {
+        SettingsError::NotGiven { setting } => setting,
         other => panic!("{other}"),
     };
     assert_eq!(setting(refused(|s| s.identifier.gamma = None)), "gamma");

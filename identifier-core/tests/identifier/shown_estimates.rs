@@ -62,10 +62,10 @@ fn shown_later<N: Copy, I: Identify<N>>(
             continue;
         }
         let now = (identifier.estimates(&state), identifier.at_bounds(&state));
-        if let Some((shown, then)) = waiting.replace((identifier.show(&state), now)) {
+        if let Some((shown, then)) = waiting.replace((identifier.snapshot(&state), now)) {
             let told = (
-                identifier.estimates_of(&shown),
-                identifier.at_bounds_of(&shown),
+                identifier.estimates_in(&shown),
+                identifier.at_bounds_in(&shown),
             );
             assert_eq!(told, then);
             moved += u32::from(told.0 != now.0);
@@ -81,7 +81,7 @@ fn assert_moved_to_the_bound((moved, at_bound): (u32, u32)) {
 }
 
 fn of_numbers<I: Identify<f32> + FromSettings>(settings: &Settings) -> (u32, u32) {
-    assert!(size_of::<I::Shown>() <= 6 * size_of::<u32>());
+    assert!(size_of::<I::Snapshot>() <= 6 * size_of::<u32>());
     let identifier: I = settings.build().expect("valid");
     shown_later(&identifier, |command| command as f32)
 }
@@ -121,7 +121,7 @@ fn words_show_what_they_had() {
     use identifier_core::fixed_point::{FixedGradientIdentifier, FixedLowPass};
     use identifier_core::settings::RangeSettings;
     type Identifier = FixedGradientIdentifier<FixedLowPass, Ab, 2>;
-    assert!(size_of::<<Identifier as Identify<_>>::Shown>() <= 6 * size_of::<u32>());
+    assert!(size_of::<<Identifier as Identify<_>>::Snapshot>() <= 6 * size_of::<u32>());
     let mut settings = settings();
     settings.identifier.ranges = Some(RangeSettings {
         error: 10.0,

@@ -183,8 +183,8 @@ fn run(case: &Case, seed: u32, effects: &Effects, demanded: Terms, allowed: Term
         identifier.work(&mut state, u32::MAX);
         plant.advance(command);
     }
-    let shown = identifier.show(&state);
-    let size = |unknown| Some((unknown, identifier.value_of(&shown, unknown)?));
+    let shown = identifier.snapshot(&state);
+    let size = |unknown| Some((unknown, identifier.value_in(&shown, unknown)?));
     Found {
         parameters: identifier.estimates(&state),
         sizes: Unknown::ALL.into_iter().filter_map(size).collect(),

@@ -46,7 +46,7 @@ fn run(seed: u32, effects: &Effects, terms: &TermSettings) -> Found {
         window.work(&mut state, u32::MAX);
         plant.advance(command);
     }
-    let shown = window.show(&state);
+    let shown = window.snapshot(&state);
     let sizes = Unknown::ALL
         .into_iter()
         .filter(|unknown| unknown.term().is_some());
@@ -56,7 +56,7 @@ fn run(seed: u32, effects: &Effects, terms: &TermSettings) -> Found {
             .map(|unknown| {
                 (
                     unknown,
-                    window.value_of(&shown, unknown).expect("it has all"),
+                    window.value_in(&shown, unknown).expect("it has all"),
                 )
             })
             .collect(),

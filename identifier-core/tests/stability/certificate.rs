@@ -3,7 +3,7 @@
 
 use identifier_core::control::{ControlState, Controller, Gains};
 use identifier_core::excitation::NormalSource;
-use identifier_core::identifier::IdentifierError;
+use identifier_core::identifier::SettingsError;
 use identifier_core::interval::Interval;
 use identifier_core::measurement::velocity::{LowPass, VelocityEstimate};
 use identifier_core::model::ServoParameters;
@@ -246,7 +246,7 @@ fn a_loop_that_sampling_makes_unstable_is_refused_although_its_box_is_certified(
         .build::<GradientLoop<f32, Ab, 2>>()
         .expect_err("unstable when sampled");
     assert!(
-        matches!(refused, IdentifierError::SampledLoop(_)),
+        matches!(refused, SettingsError::SampledLoop(_)),
         "{refused}"
     );
     // The paper's own rate and filter.

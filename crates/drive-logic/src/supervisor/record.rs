@@ -3,7 +3,7 @@
 use drive_link::{Estimates, Format, Law, NotAllowed, Settings};
 use identifier_core::ControllerSettings;
 use identifier_core::commission::{IdentifiedServo, TrialResult};
-use identifier_core::identifier::MotionOfKnown;
+use identifier_core::identifier::ExpectedMotion;
 use identifier_core::model::ServoParameters;
 use identifier_core::settings::IdentifierSettings;
 use identifier_core::tuning::Tuning;
@@ -80,8 +80,8 @@ impl Commissioned {
     }
 
     /// The motion that its gains give to the servo.
-    pub(super) fn motion(&self) -> MotionOfKnown {
-        MotionOfKnown {
+    pub(super) fn motion(&self) -> ExpectedMotion {
+        ExpectedMotion {
             bandwidth: self.tuning.bandwidth,
             command: self.tuning.kp * self.tuning.promise.step,
         }

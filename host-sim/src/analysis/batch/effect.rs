@@ -1,7 +1,7 @@
 //! What may move a servo: the model's own unknowns, and what it may lack. Each is an acceleration, or an
 //! offset of the measured position, per unit of its size.
 
-use identifier_core::model::{Acting, Moved};
+use identifier_core::model::{Acting, ModelStep};
 use identifier_core::units::Units;
 use identifier_core::unknowns::Unknown;
 use identifier_core::verdict::Cause;
@@ -44,7 +44,7 @@ pub(super) enum Effect {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Instant<'a> {
     pub(super) acting: &'a Acting<f64>,
-    pub(super) moved: &'a Moved<f64>,
+    pub(super) moved: &'a ModelStep<f64>,
     /// b̂ T²/ρ.
     pub(super) gain: f64,
     /// The commands up to this sample's.
@@ -75,7 +75,7 @@ impl Effect {
     /// The acceleration per unit of its size over a sample.
     pub(super) fn push(self, now: &Instant<'_>) -> f64 {
         let direction = now.moved.phase.mean_direction();
-        let way = now.moved.way;
+        let way = now.moved.displacement;
         match self {
             Self::Own(unknown) => own(unknown, now, direction),
             Self::Later(samples) => {
@@ -120,7 +120,8 @@ impl Effect {
             }
             Self::Play(counts) => {
                 let before = memory.position;
-                memory.position = (before - now.moved.way).clamp(-0.5 * counts, 0.5 * counts);
+                memory.position =
+                    (before - now.moved.displacement).clamp(-0.5 * counts, 0.5 * counts);
                 before / counts
             }
             Self::EccentricSine => now.angle.sin(),
@@ -190,12 +191,12 @@ impl Effect {
 fn own(unknown: Unknown, now: &Instant<'_>, direction: f64) -> f64 {
     let Instant { acting, moved, .. } = now;
     match unknown {
-        Unknown::A => -moved.way,
+        Unknown::A => -moved.displacement,
         Unknown::B => acting.command,
         Unknown::Coulomb => -direction,
         Unknown::Load => 1.0,
         Unknown::Delay => now.gain * acting.per_delay,
-        Unknown::Asymmetry => -moved.way.abs(),
+        Unknown::Asymmetry => -moved.displacement.abs(),
         Unknown::LowSpeed => -direction * moved.bell,
         Unknown::GravitySine => acting.waves[0],
         Unknown::GravityCosine => acting.waves[1],

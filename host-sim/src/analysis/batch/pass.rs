@@ -2,7 +2,7 @@
 
 use identifier_core::model::{
     Amplifier, AmplifierState, AngleSettings, AngledInputs, FrictionStep, Innovation, KnownInputs,
-    ListeningModel, ModelValues, Moved, Phase,
+    ModelStep, ModelValues, ObserverModel, Phase,
 };
 use identifier_core::unknowns::AllUnknowns;
 
@@ -102,7 +102,7 @@ pub(super) fn pass(recorded: &Recorded, plan: &Plan, effects: &[Effect]) -> Bloc
     let response = step.step.response(plan.values.parameters.x);
     let innovation = Innovation::critically_damped(plan.omega);
     let mut inputs = Inputs::START;
-    let mut model = ListeningModel::alongside(0.0);
+    let mut model = ObserverModel::alongside(0.0);
     let mut tangents = vec![Tangent::default(); effects.len()];
     let mut gathered = Gathered::new(plan, effects.len(), positions.len());
     let (mut lagged, mut acceleration) = ([0.0; LAGS.len()], 0.0);
@@ -116,7 +116,7 @@ pub(super) fn pass(recorded: &Recorded, plan: &Plan, effects: &[Effect]) -> Bloc
         if begins.next_if_eq(&k).is_some() {
             inputs = Inputs::START;
             inputs.place(&plan.angle, angles[k] - increment);
-            model = ListeningModel::alongside(beginning(&positions[k..], plan.omega));
+            model = ObserverModel::alongside(beginning(&positions[k..], plan.omega));
             tangents.fill(Tangent::default());
             (lagged, acceleration) = ([command; LAGS.len()], 0.0);
             gathered.leave_out_until(k + plan.settling);
@@ -179,7 +179,7 @@ impl Tangent {
         output: f64,
         braked: f64,
         innovation: &Innovation<f64>,
-        moved: &Moved<f64>,
+        moved: &ModelStep<f64>,
     ) {
         let kept = match moved.phase {
             Phase::Slid { .. } => 1.0,

@@ -85,7 +85,7 @@ impl<N: Number> Wiggle<N> {
     /// Begins a later motion of a servo that is known, `position` counts from where the first began, with
     /// a `part` of the usual swing, so that it is not the same motion again.
     #[must_use]
-    pub fn start_knowing(&self, servo: &Crude<N>, position: N, part: f64) -> WiggleState<N> {
+    pub fn start_from_known(&self, servo: &Crude<N>, position: N, part: f64) -> WiggleState<N> {
         let mut state = WiggleState::new(&self.plan, None);
         state.servo = *servo;
         state.guessed = state.servo.gain;

@@ -21,7 +21,7 @@ use crate::unknowns::{Term, Terms, Unknown, UnknownSet};
 /// the motion, a geometric series of gains is tried.
 ///
 /// **Passes.** From each start at most [`Fitter::PASSES`] passes of the
-/// [`ListeningModel`](crate::model::ListeningModel); the start that explains the motion best wins. The
+/// [`ObserverModel`](crate::model::ObserverModel); the start that explains the motion best wins. The
 /// correction of the model keeps its output error bounded for every trial.
 ///
 /// **Terms.** The model may have optional terms, those of the [`UnknownSet`] S. A term is fitted if the
@@ -285,7 +285,7 @@ where
     #[inline]
     pub(super) fn values(&self, unknowns: &[N; Q]) -> ModelValues<N> {
         let own = core::array::from_fn(|i| unknowns[i]);
-        let mut values = ModelValues::of_set::<S, P>(&own);
+        let mut values = ModelValues::from_values::<S, P>(&own);
         values.terms.per_low_speed_velocity = self.per_low_speed_velocity;
         values
     }

@@ -4,7 +4,7 @@ use super::fitter::{Fit, Fitter};
 use super::record::Record;
 use crate::adaptation::NormalEquations;
 use crate::measurement::direction::direction as direction_of;
-use crate::model::{KnownInputs, ListeningModel, Tangents};
+use crate::model::{KnownInputs, ObserverModel, Tangents};
 use crate::number::Number;
 use crate::unknowns::{Unknown, UnknownSet};
 
@@ -13,7 +13,7 @@ use crate::unknowns::{Unknown, UnknownSet};
 pub(super) struct Pass<N, I, const Q: usize> {
     /// What is known besides the blocks.
     pub(super) inputs: I,
-    pub(super) model: ListeningModel<N>,
+    pub(super) model: ObserverModel<N>,
     pub(super) tangents: Tangents<N, Q>,
     pub(super) equations: NormalEquations<N, Q>,
     pub(super) last_error: N,
@@ -30,7 +30,7 @@ impl<N: Number, I, const Q: usize> Pass<N, I, Q> {
         tangents.velocity[initial + 1] = N::ONE;
         Self {
             inputs,
-            model: ListeningModel {
+            model: ObserverModel {
                 error: -unknowns[initial],
                 velocity: unknowns[initial + 1],
             },
@@ -121,7 +121,7 @@ where
                 .advance::<S, P>(&self.step, &response, &values, &acting, &fit.correction);
         pass.tangents
             .advance::<S, P>(&values, &acting, &fit.correction, &moved);
-        let (way, phase) = (moved.way, moved.phase);
+        let (way, phase) = (moved.displacement, moved.phase);
         let moving = phase.moving_part();
         pass.model.error = pass.model.error - values.parameters.gain * block.lead * moving;
         // The tangents of first order are half a block ahead of the motion.

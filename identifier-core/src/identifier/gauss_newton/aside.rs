@@ -1,7 +1,7 @@
 use super::super::identify::Event;
 use super::GaussNewtonRecursion;
 use super::recursion::{Mode, Recursion};
-use crate::model::{Acting, Innovation, ListeningModel, Phase, Tangents};
+use crate::model::{Acting, Innovation, ObserverModel, Phase, Tangents};
 use crate::number::Number;
 use crate::unknowns::UnknownSet;
 
@@ -79,7 +79,7 @@ where
     /// A sample of waiting: until the servo moves, and then for a set time.
     fn stay(&self, state: &mut Recursion<N, S, P>) -> Innovation<N> {
         if state.still >= self.standing {
-            state.model = ListeningModel::alongside(N::ZERO);
+            state.model = ObserverModel::alongside(N::ZERO);
         } else if state.is_over() {
             state.mode = Mode::Joining;
             state.left = self.alongside;

@@ -1,9 +1,9 @@
-use super::super::identify::{Event, Seen};
+use super::super::identify::{Event, Update};
 use super::GaussNewtonRecursion;
 use super::interrupt::GaussNewtonRecursionState;
 use super::recursion::{Mode, Recursion};
 use crate::adaptation::Factors;
-use crate::model::{Acting, ListeningModel, ModelValues, Tangents};
+use crate::model::{Acting, ModelValues, ObserverModel, Tangents};
 use crate::number::Number;
 use crate::unknowns::UnknownSet;
 
@@ -44,13 +44,15 @@ where
         velocity: N,
     ) -> Recursion<N, S, P> {
         let omega = self.bandwidth_of(result);
-        let x = ModelValues::of_set::<S, P>(&result.estimates).parameters.x;
+        let x = ModelValues::from_values::<S, P>(&result.estimates)
+            .parameters
+            .x;
         let mut law = self.law.start_from(&result.estimates, result.covariance);
         if S::HAS_TERMS {
             self.keep_terms(&mut law, before, omega, result.acceleration);
         }
         Recursion {
-            model: ListeningModel::alongside(velocity),
+            model: ObserverModel::alongside(velocity),
             tangents: Tangents::NONE,
             law,
             inputs: before.inputs,
@@ -66,7 +68,7 @@ where
             scale: result.acceleration,
             suspicion: self.load_step.start(result.unexplained),
             mean_square: N::ZERO,
-            trusted_gain: ModelValues::of_set::<S, P>(&result.estimates)
+            trusted_gain: ModelValues::from_values::<S, P>(&result.estimates)
                 .parameters
                 .gain,
             trusted_load: N::ZERO,
@@ -97,7 +99,7 @@ where
         state: &mut GaussNewtonRecursionState<N, S, P>,
         increment: N,
         acting: &Acting<N>,
-    ) -> Seen<N> {
+    ) -> Update<N> {
         state
             .recorder
             .push(&self.blocking, increment, acting.command);
@@ -110,7 +112,7 @@ where
                     state.usual = result.unexplained;
                     state.recording = false;
                     let _ = self.run(&mut state.recursion, N::ZERO, acting);
-                    return Seen {
+                    return Update {
                         output_error: N::ZERO,
                         event: Event::Started,
                     };
@@ -126,13 +128,13 @@ where
             }
         }
         if state.recursion.mode == Mode::Recording {
-            return Seen {
+            return Update {
                 output_error: N::ZERO,
                 event,
             };
         }
         let seen = self.run(&mut state.recursion, increment, acting);
-        Seen {
+        Update {
             output_error: seen.output_error,
             event: match seen.event {
                 Event::Restarted => Event::None,
@@ -160,7 +162,8 @@ where
     ) -> bool {
         /// The relative difference from which b counts as different.
         const APART: f64 = 0.2;
-        let gain_of = |estimates: &[N; P]| ModelValues::of_set::<S, P>(estimates).parameters.gain;
+        let gain_of =
+            |estimates: &[N; P]| ModelValues::from_values::<S, P>(estimates).parameters.gain;
         let better = result.unexplained < self.unexplained
             || result.unexplained + result.unexplained < state.usual;
         let gain = gain_of(&state.recursion.law.estimates());

@@ -1,6 +1,6 @@
 use core::marker::PhantomData;
 
-use super::super::IdentifierError;
+use super::super::SettingsError;
 use super::super::fit::{Ended, FitResult, Fits, Fitter, NumberedBlock};
 use super::super::halves::FitBlocks;
 use super::super::settings::{Listening, place_of};
@@ -35,8 +35,8 @@ where
     S: UnknownSet<P>,
 {
     /// # Errors
-    /// See [`IdentifierError`]; every value out of range is named.
-    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+    /// See [`SettingsError`]; every value out of range is named.
+    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         const { assert!(W >= 32, "a record of fewer blocks tells too little") };
         let time = GaussNewtonRecursion::<N, S, P, W>::START_TIME;
         let config = Listening::new(settings)?.fitter(

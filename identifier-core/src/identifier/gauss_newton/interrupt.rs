@@ -1,12 +1,12 @@
 use super::super::fit::{NumberedBlock, Recorder};
 use super::super::halves::RecordBlocks;
-use super::super::identify::{Event, Identify, Seen, check};
+use super::super::identify::{Event, Identify, Update, check};
 use super::GaussNewtonRecursion;
 use super::beginning::GaussNewtonFitted;
 use super::recursion::{Mode, Recursion};
 use crate::adaptation::Evidence;
 use crate::error::StepError;
-use crate::model::{KnownInputs, ListeningModel, ModelValues, ServoParameters, Tangents};
+use crate::model::{KnownInputs, ModelValues, ObserverModel, ServoParameters, Tangents};
 use crate::number::Number;
 use crate::settings::PerParameter;
 use crate::unknowns::{Terms, Unknown, UnknownSet};
@@ -53,12 +53,12 @@ where
 {
     type State = GaussNewtonRecursionState<N, S, P>;
     /// Machine units.
-    type Shown = [N; P];
+    type Snapshot = [N; P];
 
     fn start(&self) -> Self::State {
         GaussNewtonRecursionState {
             recursion: Recursion {
-                model: ListeningModel::alongside(N::ZERO),
+                model: ObserverModel::alongside(N::ZERO),
                 tangents: Tangents::NONE,
                 law: self
                     .law
@@ -103,7 +103,7 @@ where
     }
 
     #[inline]
-    fn follow(&self, state: &mut Self::State, increment: N, command: N) -> Seen<N> {
+    fn update(&self, state: &mut Self::State, increment: N, command: N) -> Update<N> {
         let acting = self.acting(&mut state.recursion, increment, command);
         if state.recording {
             return self.record(state, increment, &acting);
@@ -116,12 +116,12 @@ where
     }
 
     #[inline]
-    fn show(&self, state: &Self::State) -> Self::Shown {
+    fn snapshot(&self, state: &Self::State) -> Self::Snapshot {
         state.recursion.law.estimates()
     }
 
-    fn estimates_of(&self, shown: &Self::Shown) -> ServoParameters {
-        ModelValues::of_set::<S, P>(shown)
+    fn estimates_in(&self, shown: &Self::Snapshot) -> ServoParameters {
+        ModelValues::from_values::<S, P>(shown)
             .parameters
             .to_si(&self.units)
     }
@@ -131,11 +131,11 @@ where
             return None;
         }
         let errors = self.law.standard_errors(&state.recursion.law);
-        let errors = ModelValues::of_set::<S, P>(&errors.map(N::from_f64));
+        let errors = ModelValues::from_values::<S, P>(&errors.map(N::from_f64));
         Some(errors.parameters.to_si(&self.units))
     }
 
-    fn value_of(&self, shown: &Self::Shown, unknown: Unknown) -> Option<f64> {
+    fn value_in(&self, shown: &Self::Snapshot, unknown: Unknown) -> Option<f64> {
         let i = S::UNKNOWNS.iter().position(|&own| own == unknown)?;
         Some(shown.get(i)?.to_f64() / unknown.scale(&self.units))
     }
@@ -163,7 +163,7 @@ where
         (omega > 0.0).then_some(omega)
     }
 
-    fn at_bounds_of(&self, shown: &Self::Shown) -> PerParameter<bool> {
+    fn at_bounds_in(&self, shown: &Self::Snapshot) -> PerParameter<bool> {
         let at = self.law.at_bounds(shown);
         PerParameter::from_fn(|wanted| {
             let own = S::UNKNOWNS.iter().position(|&own| own == wanted.into());
@@ -171,7 +171,7 @@ where
         })
     }
 
-    fn join(&self, state: &mut Self::State, increment: N) {
+    fn resume_moving(&self, state: &mut Self::State, increment: N) {
         if state.recording {
             state.record_anew();
         }

@@ -9,7 +9,7 @@ use crate::unknowns::{Unknown, UnknownSet};
 
 /// The motion in which a servo that is known already goes on being learnt.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MotionOfKnown {
+pub struct ExpectedMotion {
     /// The bandwidth of the loop that moves it, rad/s.
     pub bandwidth: f64,
     /// The command that it is usually given, command units: the largest steps of the load and errors of
@@ -30,10 +30,10 @@ where
     ///
     /// The model joins the servo with the first samples; what the servo is said to lack is learnt anew.
     #[must_use]
-    pub fn start_knowing(
+    pub fn start_from_known(
         &self,
         servo: &IdentifiedServo,
-        motion: &MotionOfKnown,
+        motion: &ExpectedMotion,
     ) -> GaussNewtonRecursionState<N, S, P> {
         let units = &self.units;
         let places = S::UNKNOWNS.map(place_of);

@@ -1,8 +1,8 @@
-use super::super::identify::{Event, Seen};
+use super::super::identify::{Event, Update};
 use super::GaussNewtonRecursion;
 use super::recursion::{Mode, Recursion};
 use crate::adaptation::GaussNewtonStep;
-use crate::model::{Acting, Innovation, KnownInputs, ListeningModel, ModelValues, Phase, Tangents};
+use crate::model::{Acting, Innovation, KnownInputs, ModelValues, ObserverModel, Phase, Tangents};
 use crate::number::Number;
 use crate::unknowns::{Unknown, UnknownSet};
 
@@ -18,12 +18,12 @@ where
         state: &mut Recursion<N, S, P>,
         increment: N,
         acting: &Acting<N>,
-    ) -> Seen<N> {
+    ) -> Update<N> {
         state.model.observe(increment);
         let output_error = state.model.error;
         if state.mode != Mode::Learning {
             let event = self.run_aside(state, increment, acting);
-            return Seen {
+            return Update {
                 output_error,
                 event,
             };
@@ -38,12 +38,12 @@ where
                 .tangents
                 .slide::<S, P>(&values, acting, &correction, &slid);
         } else if let Some(event) = self.run_through_rest(state, increment, acting) {
-            return Seen {
+            return Update {
                 output_error,
                 event,
             };
         }
-        Seen {
+        Update {
             output_error,
             event: self.learn_from(state, output_error),
         }
@@ -70,7 +70,7 @@ where
     /// The estimates as those of a model.
     #[inline]
     pub(super) fn values(&self, state: &Recursion<N, S, P>) -> ModelValues<N> {
-        let mut values = ModelValues::of_set::<S, P>(&state.law.estimates());
+        let mut values = ModelValues::from_values::<S, P>(&state.law.estimates());
         values.terms.per_low_speed_velocity = self.per_low_speed_velocity;
         values
     }
@@ -122,7 +122,7 @@ where
     /// of friction, load and what else is an acceleration from that which the command gives.
     #[inline]
     pub(super) fn most(&self, omega: N, scale: N, estimates: &[N; P]) -> [N; P] {
-        let model = ModelValues::of_set::<S, P>(estimates).parameters;
+        let model = ModelValues::from_values::<S, P>(estimates).parameters;
         S::UNKNOWNS.map(|unknown| {
             let deviation = match unknown {
                 Unknown::A | Unknown::Asymmetry => omega + omega + model.x + model.x,
@@ -209,7 +209,7 @@ where
     /// The model restarts alongside the servo; estimates are kept.
     #[cold]
     pub(super) fn rejoin(&self, state: &mut Recursion<N, S, P>, velocity: N) {
-        state.model = ListeningModel::alongside(velocity);
+        state.model = ObserverModel::alongside(velocity);
         state.tangents = Tangents::NONE;
         state.law.drop_block();
         state.quick = self.first;

@@ -13,7 +13,7 @@ mod terms;
 pub use beginning::GaussNewtonFitted;
 pub use first_fit::{GaussNewtonFitter, GaussNewtonFitterState};
 pub use interrupt::GaussNewtonRecursionState;
-pub use known::MotionOfKnown;
+pub use known::ExpectedMotion;
 
 use core::marker::PhantomData;
 

@@ -1,13 +1,13 @@
 use super::load_step::Suspicion;
 use crate::adaptation::GaussNewtonState;
-use crate::model::{ListeningModel, Response, Tangents};
+use crate::model::{ObserverModel, Response, Tangents};
 use crate::number::Number;
 use crate::unknowns::UnknownSet;
 
 /// What runs every sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Recursion<N: Number, S: UnknownSet<P>, const P: usize> {
-    pub(super) model: ListeningModel<N>,
+    pub(super) model: ObserverModel<N>,
     pub(super) tangents: Tangents<N, P>,
     pub(super) law: GaussNewtonState<N, S, P>,
     /// Commands given and angle measured.

@@ -1,6 +1,6 @@
 use core::marker::PhantomData;
 
-use super::super::IdentifierError;
+use super::super::SettingsError;
 use super::super::fit::Blocking;
 use super::super::settings::{Listening, MOST_PER_SAMPLE, place, place_of};
 use super::GaussNewtonRecursion;
@@ -18,8 +18,8 @@ where
     S: UnknownSet<P>,
 {
     /// # Errors
-    /// See [`IdentifierError`]; every value out of range is named.
-    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+    /// See [`SettingsError`]; every value out of range is named.
+    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let config = Listening::new(settings)?;
         let units = config.units;
         let sample_time = units.sample_time();

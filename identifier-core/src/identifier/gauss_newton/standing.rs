@@ -1,7 +1,7 @@
 use super::super::identify::Event;
 use super::GaussNewtonRecursion;
 use super::recursion::Recursion;
-use crate::model::{Acting, Innovation, ListeningModel, Phase, Tangents};
+use crate::model::{Acting, Innovation, ObserverModel, Phase, Tangents};
 use crate::number::Number;
 use crate::unknowns::{Unknown, UnknownSet};
 
@@ -78,7 +78,7 @@ where
         }
         let most = self.most(state.measured, state.scale, &state.law.estimates());
         state.law.doubt(N::from_f64(4.0), &most);
-        state.model = ListeningModel::alongside(slid * N::from_count(i32::from(held)).reciprocal());
+        state.model = ObserverModel::alongside(slid * N::from_count(i32::from(held)).reciprocal());
         state.tangents = Tangents::NONE;
         true
     }

@@ -124,7 +124,7 @@ where
         /// Ripple beside the acceleration that the command gives.
         const FINE: f64 = 0.1;
         let [part, narrow, fine] = [PART, NARROW, FINE].map(N::from_f64);
-        let parameters = ModelValues::of_set::<S, P>(estimates).parameters;
+        let parameters = ModelValues::from_values::<S, P>(estimates).parameters;
         let larger = |x: N, y: N| if x > y { x } else { y };
         match unknown {
             // A tenth of the time in which the loop settles, at least a sample.

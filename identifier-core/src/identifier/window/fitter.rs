@@ -1,6 +1,6 @@
 use core::marker::PhantomData;
 
-use super::super::IdentifierError;
+use super::super::SettingsError;
 use super::super::fit::{FitResult, Fits, Fitter, MOVED, NumberedBlock};
 use super::super::halves::FitBlocks;
 use super::super::settings::Listening;
@@ -52,8 +52,8 @@ where
     F: UnknownSet<U>,
 {
     /// # Errors
-    /// See [`IdentifierError`]; every value out of range is named.
-    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+    /// See [`SettingsError`]; every value out of range is named.
+    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         const {
             assert!(
                 W >= Self::LEAST_BLOCKS,

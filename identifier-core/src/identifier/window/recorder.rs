@@ -1,9 +1,9 @@
 use core::marker::PhantomData;
 
-use super::super::IdentifierError;
+use super::super::SettingsError;
 use super::super::fit::{Blocking, NumberedBlock, Recorder};
 use super::super::halves::RecordBlocks;
-use super::super::identify::{Event, Identify, Seen, check};
+use super::super::identify::{Event, Identify, Update, check};
 use super::super::settings::Listening;
 use super::fitter::WindowFitter;
 use crate::error::StepError;
@@ -82,8 +82,8 @@ where
     F: UnknownSet<U>,
 {
     /// # Errors
-    /// See [`IdentifierError`]; every value out of range is named.
-    fn from_settings(settings: &Settings) -> Result<Self, IdentifierError> {
+    /// See [`SettingsError`]; every value out of range is named.
+    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let config = Listening::new(settings)?;
         let time = WindowFitter::<N, S, P, W, F, U, Q>::TIME;
         let fitter = config.fitter_with_terms::<N, S, P, F, U>(W, time)?;
@@ -141,7 +141,7 @@ where
     F: UnknownSet<U>,
 {
     type State = WindowRecorderState<N, U>;
-    type Shown = WindowEstimates<N, P>;
+    type Snapshot = WindowEstimates<N, P>;
 
     fn start(&self) -> Self::State {
         WindowRecorderState {
@@ -167,16 +167,16 @@ where
     /// [`Event::Started`] reports a new one,
     /// [`Event::TermEntered`] one with another term, and [`Event::AtBound`] one that was not taken.
     #[inline]
-    fn follow(&self, state: &mut Self::State, increment: N, command: N) -> Seen<N> {
+    fn update(&self, state: &mut Self::State, increment: N, command: N) -> Update<N> {
         state.recorder.push(&self.blocking, increment, command);
         let explained = &state.explained;
-        Seen {
+        Update {
             output_error: explained.map_or(N::ZERO, |explained| explained.output_error),
             event: core::mem::replace(&mut state.event, Event::None),
         }
     }
 
-    fn show(&self, state: &Self::State) -> Self::Shown {
+    fn snapshot(&self, state: &Self::State) -> Self::Snapshot {
         WindowEstimates {
             values: match &state.explained {
                 Some(explained) => Self::of_set(&explained.parameters),
@@ -186,13 +186,13 @@ where
         }
     }
 
-    fn estimates_of(&self, shown: &Self::Shown) -> ServoParameters {
-        ModelValues::of_set::<S, P>(&shown.values)
+    fn estimates_in(&self, shown: &Self::Snapshot) -> ServoParameters {
+        ModelValues::from_values::<S, P>(&shown.values)
             .parameters
             .to_si(&self.units)
     }
 
-    fn at_bounds_of(&self, shown: &Self::Shown) -> PerParameter<bool> {
+    fn at_bounds_in(&self, shown: &Self::Snapshot) -> PerParameter<bool> {
         PerParameter::from_fn(|wanted| {
             let mut own = S::UNKNOWNS.iter().zip(shown.at_bounds);
             own.any(|(&own, at)| own == wanted.into() && at)
@@ -201,11 +201,11 @@ where
 
     fn standard_errors(&self, state: &Self::State) -> Option<ServoParameters> {
         let deviations = Self::of_set(&state.explained.as_ref()?.deviations);
-        let parameters = ModelValues::of_set::<S, P>(&deviations).parameters;
+        let parameters = ModelValues::from_values::<S, P>(&deviations).parameters;
         Some(parameters.to_si(&self.units))
     }
 
-    fn value_of(&self, shown: &Self::Shown, unknown: Unknown) -> Option<f64> {
+    fn value_in(&self, shown: &Self::Snapshot, unknown: Unknown) -> Option<f64> {
         self.value(&shown.values, unknown)
     }
 
@@ -219,7 +219,7 @@ where
         explained.map_or(Terms::NONE, |explained| explained.entered)
     }
 
-    fn join(&self, state: &mut Self::State, _: N) {
+    fn resume_moving(&self, state: &mut Self::State, _: N) {
         state.recorder.begin_anew();
     }
 }

@@ -19,8 +19,8 @@ use crate::unknowns::UnknownSet;
 /// The optional terms of an [`UnknownSet`] act beside. Only ε and the velocity are kept, never a
 /// position, so no travel is too long for `f32`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ListeningModel<N> {
-    /// ε before the increment of the sample, or after it once [`ListeningModel::observe`] was
+pub struct ObserverModel<N> {
+    /// ε before the increment of the sample, or after it once [`ObserverModel::observe`] was
     /// called; counts.
     pub error: N,
     /// Velocity, counts per sample.
@@ -48,7 +48,7 @@ impl<N: Number> Innovation<N> {
     }
 }
 
-impl<N: Number> ListeningModel<N> {
+impl<N: Number> ObserverModel<N> {
     /// At the servo's position, with a velocity (counts per sample).
     #[must_use]
     pub fn alongside(velocity: N) -> Self {
@@ -74,7 +74,7 @@ impl<N: Number> ListeningModel<N> {
         values: &ModelValues<N>,
         acting: &Acting<N>,
         innovation: &Innovation<N>,
-    ) -> Moved<N> {
+    ) -> ModelStep<N> {
         let push = self.push::<S, P>(response, values, acting, innovation);
         let x = values.parameters.x;
         let (motion, phase) = if S::HAS_COULOMB {
@@ -86,14 +86,14 @@ impl<N: Number> ListeningModel<N> {
         };
         let lead = push.lead * phase.moving_part();
         self.go(motion, lead, innovation);
-        Moved {
-            way: motion.increment,
+        ModelStep {
+            displacement: motion.increment,
             phase,
             bell: push.bell,
         }
     }
 
-    /// [`ListeningModel::advance`] for a sample in which the model moves in one direction throughout,
+    /// [`ObserverModel::advance`] for a sample in which the model moves in one direction throughout,
     /// as in most; none, and does nothing, if friction has more to say.
     #[inline]
     pub fn slide<S: UnknownSet<P>, const P: usize>(
@@ -102,7 +102,7 @@ impl<N: Number> ListeningModel<N> {
         values: &ModelValues<N>,
         acting: &Acting<N>,
         innovation: &Innovation<N>,
-    ) -> Option<Slid<N>> {
+    ) -> Option<SlidingStep<N>> {
         let push = self.push::<S, P>(response, values, acting, innovation);
         let x = values.parameters.x;
         let (direction, drive) = if !S::HAS_COULOMB {
@@ -116,8 +116,8 @@ impl<N: Number> ListeningModel<N> {
         let onward = !S::HAS_COULOMB || motion.velocity * self.velocity > N::ZERO;
         onward.then(|| {
             self.go(motion, push.lead, innovation);
-            Slid {
-                way: motion.increment,
+            SlidingStep {
+                displacement: motion.increment,
                 direction,
                 bell: push.bell,
             }
@@ -220,9 +220,9 @@ struct Push<N> {
 
 /// A model's own motion over a sample in which it moved in one direction throughout.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Slid<N> {
+pub struct SlidingStep<N> {
     /// The distance, counts.
-    pub way: N,
+    pub displacement: N,
     /// The direction, ±1; zero in models without friction.
     pub direction: N,
     /// exp(−(v/v_s)²), one in models without friction at low speed.
@@ -231,12 +231,12 @@ pub struct Slid<N> {
 
 /// A model's own motion over a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Moved<N> {
+pub struct ModelStep<N> {
     /// The distance, counts.
-    pub way: N,
+    pub displacement: N,
     /// What friction did.
     pub phase: Phase<N>,
-    /// As in [`Slid`].
+    /// As in [`SlidingStep`].
     pub bell: N,
 }
 
