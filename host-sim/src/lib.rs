@@ -49,6 +49,7 @@ pub mod port;
 pub mod prediction;
 pub mod present;
 pub mod program;
+pub mod render;
 pub mod replay;
 pub mod report;
 pub mod rerun;

@@ -11,9 +11,9 @@ use super::fault::Fault;
 use super::output_file::PendingFile;
 use super::place::Place;
 use crate::present::Page;
-use crate::report::heat::{self, Grids};
-use crate::report::plot::{self, Format, Panel, PlotError, Size};
-use crate::report::timeline::{self, Timeline};
+use crate::render::chart::heat_map::{self, Grids};
+use crate::render::chart::plot::{self, Format, Panel, PlotError, Size};
+use crate::render::chart::timeline::{self, Timeline};
 
 /// The files of one call. Every output is claimed before any work is done.
 #[derive(Debug)]
@@ -254,7 +254,7 @@ impl Picture {
 
     /// Draws grids side by side.
     pub(super) fn grids(self, grids: &Grids) -> Result<Output, Fault> {
-        let drawn = heat::grids(self.format, self.size, grids);
+        let drawn = heat_map::grids(self.format, self.size, grids);
         self.drawn(drawn)
     }
 

@@ -2,9 +2,9 @@ use super::call;
 use super::live::Live;
 use crate::analysis::Summariser;
 use crate::experiment::Outcome;
+use crate::present::traces::Traces;
 use crate::report::json::Document;
 use crate::report::page::{self, Experiment};
-use crate::report::panels::Traces;
 use crate::scenario::Scenario;
 
 /// Shows a run or a replay while it goes on: its report, as far as it has come.

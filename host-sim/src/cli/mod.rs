@@ -41,7 +41,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use fault::Fault;
 
 use crate::program;
-use crate::report::style::FAULT;
+use crate::render::terminal::style::FAULT;
 
 /// Simulates the on-line identification of a servo under PID control.
 ///

@@ -15,13 +15,14 @@ use super::terminal;
 use crate::analysis::Status;
 use crate::experiment::Outcome;
 use crate::log_file::trace;
+use crate::present::traces::{self, Traces};
+use crate::render::terminal::style;
 use crate::replay::Agreement;
 use crate::report::csv::TraceWriter;
 use crate::report::json::Document;
 use crate::report::logs::{LogDocument, PredictionDocument};
 use crate::report::page::{self, Experiment};
-use crate::report::panels::{self, Traces};
-use crate::report::{residual, style, table, terms};
+use crate::report::{residual, table, terms};
 use crate::rerun::{Kept, Origin, OriginAlone, WithOrigin};
 use crate::scenario::Scenario;
 
@@ -183,7 +184,7 @@ impl Results {
                 })
             }),
             picture.map(|(picture, traces)| {
-                picture.panels("", 2, &panels::experiment(&summary, traces))
+                picture.panels("", 2, &traces::experiment(&summary, traces))
             }),
             self.report
                 .zip(page.as_ref())

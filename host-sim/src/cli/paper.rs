@@ -7,9 +7,10 @@ use super::standard_output::say;
 use super::terminal;
 use crate::experiment::Sample;
 use crate::paper::{self, Case, Method, Run};
+use crate::present::Envelope;
+use crate::render::chart::plot::{self, Panel, Size};
 use crate::report::json::Document;
-use crate::report::plot::{self, Panel, Size};
-use crate::report::{self, Envelope, table};
+use crate::report::{self, table};
 
 /// Where it goes unless stated. This folder is the program's own.
 const FOLDER: &str = "results/paper";

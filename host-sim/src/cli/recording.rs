@@ -8,8 +8,8 @@ use super::streamed::Streamed;
 use crate::analysis::{Summariser, Summary};
 use crate::experiment::{Outcome, Sample};
 use crate::log_file::{Recorder, trace};
+use crate::present::traces::Traces;
 use crate::report::csv::TraceWriter;
-use crate::report::panels::Traces;
 use crate::scenario::Scenario;
 
 /// The rows of a trace on their way into a file.

@@ -11,9 +11,9 @@ use super::fault::Fault;
 use super::files;
 use super::standard_output::say;
 use crate::nearest;
+use crate::render::terminal::style;
 use crate::report::page::tuning;
 use crate::report::promise::{self, Document, FeedForwardDocument};
-use crate::report::style;
 use crate::scenario::{Purpose, Scenario};
 use crate::tune::{Conditions, IdentifiedResult, NoGains, Tuned};
 

@@ -1,6 +1,6 @@
 //! A page before it is rendered: a verdict, then sections of text, tables and figures.
 
-use crate::report::page::Figure;
+use super::Figure;
 
 /// A page.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,6 +5,11 @@
 //! shows all of it. A picture shows its figures.
 
 mod document;
+mod envelope;
+mod figure;
 pub(crate) mod number;
+pub mod traces;
 
 pub use document::{Block, Column, Page, Progress, Section, Table, Tone, Verdict};
+pub use envelope::Envelope;
+pub use figure::{Figure, Stretch, Stroke, Trace};

@@ -4,11 +4,11 @@ use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Parameter;
 use serde::Serialize;
 
-use super::heat::{Cell, Grid, Grids, Tone};
-use super::rows::Rows;
-use super::scale::power_of_ten;
 use crate::analysis::{Status, Summary};
 use crate::compare::{Compared, Comparison, MethodResult};
+use crate::render::chart::heat_map::{Cell, Grid, Grids, Tone};
+use crate::render::chart::scale::power_of_ten;
+use crate::render::terminal::table::Rows;
 
 /// What is said of the methods whatever the case.
 #[must_use]

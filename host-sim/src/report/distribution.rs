@@ -4,9 +4,9 @@ use std::io::Write;
 
 use serde::Serialize;
 
-use super::Envelope;
-use super::plot::Panel;
-use super::rows::Rows;
+use crate::present::Envelope;
+use crate::render::chart::plot::Panel;
+use crate::render::terminal::table::Rows;
 use crate::sweep::{Distribution, Run, Spread};
 
 /// The quantiles, as many as `width` characters have room for.

@@ -4,10 +4,10 @@ use std::io::Write;
 
 use serde::Serialize;
 
-use super::Envelope;
-use super::plot::{self, Panel};
-use super::rows::Rows;
 use crate::drift::{Compared, Difference, Differences, FORMATS, Signals};
+use crate::present::Envelope;
+use crate::render::chart::plot::{self, Panel};
+use crate::render::terminal::table::Rows;
 use crate::scenario::Arithmetic;
 
 /// One row a signal and format, as wide as `width` characters have room for.

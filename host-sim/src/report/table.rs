@@ -3,8 +3,8 @@
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Parameter;
 
-use super::rows::Rows;
 use crate::analysis::{Estimate, Status, Summary};
+use crate::render::terminal::table::Rows;
 
 /// One row for each experiment, named in the first column; friction only where some law estimates
 /// it, deviations and settling times only where some truth is known, and where `width` characters have room.

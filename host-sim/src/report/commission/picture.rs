@@ -4,9 +4,9 @@
 use identifier_core::commission::{Limits, Phase};
 
 use crate::commission::{Outcome, Sample, StepResponse};
-use crate::report::Envelope;
-use crate::report::plot::{self, Curve, Panel};
-use crate::report::timeline::{Shade, Timeline, Track};
+use crate::present::Envelope;
+use crate::render::chart::plot::{self, Curve, Panel};
+use crate::render::chart::timeline::{Shade, Timeline, Track};
 
 /// Room that a panel leaves beyond its limits, a part of their distance.
 const ROOM: f64 = 0.08;

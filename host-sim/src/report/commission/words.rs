@@ -11,7 +11,7 @@ use identifier_core::tuning::Tuning;
 
 use super::{UNKNOWNS, truth, values};
 use crate::commission::Outcome;
-use crate::report::rows;
+use crate::render::terminal::table;
 use crate::scenario::Scenario;
 
 /// What is printed before anything moves.
@@ -222,7 +222,7 @@ pub(crate) fn why(reason: StopReason, no_gains: Option<&NoGains>) -> String {
 
 fn heading<const N: usize>(names: [&str; N]) -> Table {
     let mut table = Table::new();
-    table.load_style(rows::STYLE);
+    table.load_style(table::STYLE);
     table.set_header(names);
     table
 }

@@ -10,9 +10,9 @@ use crate::analysis::{Batch, Status, Summary};
 use crate::present::number::{
     SIDES, figure, fixed, per_cent, plain, sentence, signed, with_interval,
 };
+use crate::present::traces::{self, Traces};
 use crate::replay::Agreement;
 use crate::report::json::Document;
-use crate::report::panels::{self, Traces};
 use crate::report::terms;
 use crate::scenario::Scenario;
 use crate::tune::IdentifiedResult;
@@ -40,7 +40,7 @@ pub struct Experiment<'a> {
 #[must_use]
 pub fn experiment(of: &Experiment<'_>) -> Page {
     let estimates = of.summary.estimated.len();
-    let panels = panels::experiment(of.summary, of.traces);
+    let panels = traces::experiment(of.summary, of.traces);
     let figures = panels.iter().enumerate().map(|(place, panel)| {
         let figure = Figure::of(panel);
         if place < estimates {

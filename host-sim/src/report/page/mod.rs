@@ -11,23 +11,17 @@
 
 mod commissioning;
 mod comparison;
-mod data;
-mod drawing;
 mod experiment;
-mod figure;
 mod gains;
 mod remedies;
 mod sweep;
-mod template;
-mod ticks;
 mod tuning;
 mod unknowns;
 
 pub use commissioning::{Commissioned, commissioning};
 pub use comparison::comparison;
 pub use experiment::{Experiment, experiment};
-pub use figure::{Figure, Stretch, Stroke, Trace};
 pub use sweep::{Swept, sweep};
 pub use tuning::tuning;
 
-use crate::present::{Block, Column, Page, Progress, Section, Table, Tone, Verdict};
+use crate::present::{Block, Column, Figure, Page, Section, Table, Tone, Verdict};

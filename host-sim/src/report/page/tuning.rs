@@ -2,7 +2,7 @@
 
 use super::{Block, Figure, Page, Section, Tone, Verdict, gains};
 use crate::present::number::{figure, plain, sentence};
-use crate::report::plot::Panel;
+use crate::render::chart::plot::Panel;
 use crate::tune::Tuned;
 
 /// The page of a tuning: `panels` are what its promise looks like, `doubt` what speaks against the result that it

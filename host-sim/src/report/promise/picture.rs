@@ -1,6 +1,6 @@
 use identifier_core::tuning::{PredictedSample, Tuner, TuningError};
 
-use crate::report::plot::{self, Curve, Panel};
+use crate::render::chart::plot::{self, Curve, Panel};
 use crate::tune::Tuned;
 
 /// The predicted step, its command, and the sensitivity with its limit.

@@ -4,7 +4,7 @@ use comfy_table::{CellAlignment, Table};
 use identifier_core::tuning::{Promise, Tuning};
 
 use super::FeedForwardDocument;
-use crate::report::rows;
+use crate::render::terminal::table;
 use crate::tune::Tuned;
 
 /// The controller as a scenario has it.
@@ -81,7 +81,7 @@ pub fn rows(tuning: &Tuning) -> Vec<(&'static str, String, &'static str)> {
 #[must_use]
 pub fn table(tuning: &Tuning) -> String {
     let mut table = Table::new();
-    table.load_style(rows::STYLE);
+    table.load_style(table::STYLE);
     table.set_header(["response", "promised", "unit"]);
     for (name, promised, unit) in rows(tuning) {
         table.add_row([name.to_owned(), promised, unit.to_owned()]);

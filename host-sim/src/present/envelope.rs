@@ -5,7 +5,7 @@
 //! Markl, "M4: A visualization-oriented time series data aggregation", Proceedings of the VLDB
 //! Endowment 7(10), 2014).
 
-use super::plot::Curve;
+use crate::render::chart::plot::Curve;
 
 /// A curve that is gathered point by point. Up to [`Envelope::MOST`] points it is kept as it is;
 /// beyond, stretches that grow with its length are.

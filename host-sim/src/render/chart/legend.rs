@@ -1,6 +1,6 @@
 //! What the colours of a picture mean, written in lines that cover nothing.
 
-use super::ink::{Align, BLACK, Frame, SMALL, Sheet, Stroke, width};
+use super::canvas::{Align, BLACK, Frame, SMALL, Sheet, Stroke, width};
 
 /// Height of a line, points.
 pub(super) const LINE: f64 = 10.0;

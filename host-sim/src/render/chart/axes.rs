@@ -1,7 +1,7 @@
 //! One panel on a sheet: its name above, its axes, its curves, and what their colours mean between name and
 //! curves.
 
-use super::ink::{Align, BLACK, Frame, GRID, LETTER, SMALL, Sheet, Stroke};
+use super::canvas::{Align, BLACK, Frame, GRID, LETTER, SMALL, Sheet, Stroke};
 use super::legend::{self, BAND, Entry, Mark};
 use super::plot::{Curve, Panel};
 use super::scale::Scale;

@@ -2,7 +2,7 @@
 
 /// How values become places along an axis.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Scale {
+pub(crate) struct Scale {
     low: f64,
     high: f64,
     is_logarithmic: bool,
@@ -14,7 +14,7 @@ pub(super) struct Scale {
 
 impl Scale {
     /// At least from `low` to `high`, which are moved outwards to ticks; at most so many steps, nearly.
-    pub(super) fn around(low: f64, high: f64, steps: u32) -> Self {
+    pub(crate) fn around(low: f64, high: f64, steps: u32) -> Self {
         let (low, high) = apart(low, high);
         let step = nice((high - low) / f64::from(steps));
         // A value beside a tick is on it.
@@ -25,7 +25,7 @@ impl Scale {
     }
 
     /// From `low` to `high`, moved to a tick that is near.
-    pub(super) fn between(low: f64, high: f64, steps: u32) -> Self {
+    pub(crate) fn between(low: f64, high: f64, steps: u32) -> Self {
         /// How much of a step is added so that the axis ends in a tick.
         const NEAR: f64 = 0.12;
         let (low, high) = apart(low, high);
@@ -42,7 +42,7 @@ impl Scale {
     }
 
     /// Whole decades around positive values.
-    pub(super) fn decades(low: f64, high: f64) -> Self {
+    pub(crate) fn decades(low: f64, high: f64) -> Self {
         let first = low.log10().floor();
         let last = high.log10().ceil().max(first + 1.0);
         /// The most ticks.
@@ -83,7 +83,7 @@ impl Scale {
     }
 
     /// Where a value lies: 0 at the beginning, 1 at the end.
-    pub(super) fn part(&self, value: f64) -> f64 {
+    pub(crate) fn part(&self, value: f64) -> f64 {
         let value = if self.is_logarithmic {
             value.log10()
         } else {
@@ -93,7 +93,7 @@ impl Scale {
     }
 
     /// The ticks: where each lies, and what is written there.
-    pub(super) fn ticks(&self) -> impl Iterator<Item = (f64, String)> {
+    pub(crate) fn ticks(&self) -> impl Iterator<Item = (f64, String)> {
         self.ticks.iter().map(|&tick| {
             let part = (tick - self.low) / (self.high - self.low);
             let text = if self.is_logarithmic {
@@ -110,7 +110,7 @@ impl Scale {
 
     /// An axis's name, `ε [rad]`, with the power of ten that its figures are to be taken times:
     /// `ε [10⁻³ rad]`.
-    pub(super) fn named(&self, axis: &str) -> String {
+    pub(crate) fn named(&self, axis: &str) -> String {
         if self.exponent == 0 {
             return axis.to_owned();
         }
@@ -123,7 +123,7 @@ impl Scale {
 }
 
 /// `10⁻³`.
-pub(super) fn power_of_ten(power: i32) -> String {
+pub(crate) fn power_of_ten(power: i32) -> String {
     const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
     let raised = power
         .to_string()

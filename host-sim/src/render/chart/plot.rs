@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::axes::{Axes, LEFT, Row};
-use super::ink::{Align, BLACK, LETTER, Sheet};
+use super::canvas::{Align, BLACK, LETTER, Sheet};
 use super::legend::{self, Entry};
 
 /// The horizontal axis of what happens over time.
@@ -34,7 +34,7 @@ pub struct Curve {
     /// Its name in the legend, with the level of its band; none where the panel has only this one.
     pub name: Option<String>,
     /// Places, from zero up, and values, every one of which is drawn: of a long curve an
-    /// [`Envelope`](super::Envelope).
+    /// [`Envelope`](crate::present::Envelope).
     pub points: Vec<(f64, f64)>,
     /// Half-width of the confidence band at each point; empty for none.
     pub band: Vec<f64>,

@@ -7,12 +7,12 @@ use comfy_table::{LineStyle, TableStyle};
 use super::style;
 
 /// A rule below the heading, and nothing else.
-pub(super) const STYLE: TableStyle =
+pub(crate) const STYLE: TableStyle =
     TableStyle::new().header_separator(LineStyle::new('─', '─', '─', '─'));
 
 /// A table of text: words to the left, figures to the right.
 #[derive(Debug, Default)]
-pub(super) struct Rows {
+pub(crate) struct Rows {
     columns: Vec<Column>,
     rows: Vec<Vec<String>>,
 }
@@ -27,12 +27,12 @@ struct Column {
 
 impl Rows {
     /// Another column of words.
-    pub(super) fn words(self, heading: &str) -> Self {
+    pub(crate) fn words(self, heading: &str) -> Self {
         self.column(heading, false)
     }
 
     /// Another column of figures.
-    pub(super) fn figures(self, heading: &str) -> Self {
+    pub(crate) fn figures(self, heading: &str) -> Self {
         self.column(heading, true)
     }
 
@@ -46,7 +46,7 @@ impl Rows {
     }
 
     /// The last column is left out where there is too little room, before those with a lower `rank`.
-    pub(super) fn dispensable(mut self, rank: u8) -> Self {
+    pub(crate) fn dispensable(mut self, rank: u8) -> Self {
         if let Some(last) = self.columns.last_mut() {
             last.leaves = Some(rank);
         }
@@ -54,12 +54,12 @@ impl Rows {
     }
 
     /// Another row.
-    pub(super) fn row(&mut self, cells: Vec<String>) {
+    pub(crate) fn row(&mut self, cells: Vec<String>) {
         self.rows.push(cells);
     }
 
     /// The table in so many characters a line, if it can be; what is left out is said below.
-    pub(super) fn within(&self, width: u16) -> String {
+    pub(crate) fn within(&self, width: u16) -> String {
         let mut leaving: Vec<usize> = (0..self.columns.len()).collect();
         leaving.retain(|&place| self.columns[place].leaves.is_some());
         leaving.sort_by_key(|&place| self.columns[place].leaves);

@@ -2,7 +2,7 @@
 //! above them all.
 
 use super::axes::Axes;
-use super::ink::{BLACK, Stroke};
+use super::canvas::{BLACK, Stroke};
 use super::legend::{Entry, Mark};
 use super::plot::{self, Format, Heading, Panel, PlotError, Size};
 

@@ -1,6 +1,6 @@
 //! Tables of values as colours.
 
-use super::ink::{Align, BLACK, Frame, LETTER, SMALL, Sheet, TINY, WHITE, width};
+use super::canvas::{Align, BLACK, Frame, LETTER, SMALL, Sheet, TINY, WHITE, width};
 use super::legend;
 use super::plot::{Format, MARGIN, PlotError, Size};
 

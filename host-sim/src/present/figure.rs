@@ -1,5 +1,5 @@
-use crate::report::plot::Panel;
-use crate::report::timeline::Timeline;
+use crate::render::chart::plot::Panel;
+use crate::render::chart::timeline::Timeline;
 
 /// A plot: traces over one abscissa. Plots of one abscissa are zoomed together.
 #[derive(Debug, Clone, PartialEq)]
@@ -115,7 +115,7 @@ impl Figure {
         let tracks = timeline.tracks.iter().zip(titles).map(|(track, title)| {
             let mut figure = Self::of(&track.panel);
             figure.title = (*title).to_owned();
-            figure.abscissa = crate::report::plot::TIME.to_owned();
+            figure.abscissa = crate::render::chart::plot::TIME.to_owned();
             figure.stretches.clone_from(&stretches);
             for limit in &track.limits {
                 figure.compare_with(&timeline.limit, *limit);
@@ -128,7 +128,7 @@ impl Figure {
     /// The figure of an estimate, which has a band of 95 % and shows how it comes to rest: where it began it may
     /// have been so far off that nothing else would be seen.
     #[must_use]
-    pub(super) fn of_estimate(self) -> Self {
+    pub(crate) fn of_estimate(self) -> Self {
         /// The part of its course that is not looked at, and the room around the rest.
         const BEGINNING: f64 = 0.1;
         const ROOM: f64 = 0.2;

@@ -125,7 +125,7 @@ impl Rounding {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::page::Trace;
+    use crate::present::Trace;
 
     fn figure(points: Vec<(f64, f64)>) -> Figure {
         Figure {

@@ -37,7 +37,7 @@ pub fn warning() -> String {
 }
 
 /// A row of a table, whose last word may be a status.
-pub(super) fn row(line: &str) -> String {
+pub(crate) fn row(line: &str) -> String {
     let known = STATUSES.into_iter().find_map(|known| {
         let before = line.strip_suffix(known.name())?;
         Some(format!("{before}{}", status(known)))

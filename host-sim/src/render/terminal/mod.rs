@@ -1,0 +1,4 @@
+//! Text for a terminal.
+
+pub mod style;
+pub(crate) mod table;
