@@ -158,9 +158,9 @@ fn commission(drive: &mut Client, closed_loop: &LoopSettings) -> Result<(), Box<
             one_way: false,
         },
         command_delay: 0.0,
-        most_gain: None,
+        max_gain: None,
         goal: Goal::Bandwidth(40.0),
-        most_sensitivity: 1.6,
+        max_sensitivity: 1.6,
         trial_step: None,
     };
     drive.commission(&order)?;

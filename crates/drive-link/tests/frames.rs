@@ -137,9 +137,9 @@ fn order() -> CommissionSettings {
             one_way: true,
         },
         command_delay: 1e-5,
-        most_gain: Some(1e3),
+        max_gain: Some(1e3),
         goal: Goal::ResponseTime(0.02),
-        most_sensitivity: 1.6,
+        max_sensitivity: 1.6,
         trial_step: Some(0.5),
     }
 }

@@ -30,8 +30,8 @@ const FINDINGS: usize = 16;
 const ANSWERS: usize = 2;
 
 type Block = NumberedBlock<f32>;
-type Finding = commission::Finding<f32>;
-type Answer = commission::Answer<f32>;
+type RecordEvent = commission::RecordEvent<f32>;
+type Decision = commission::Decision<f32>;
 
 /// Everything between the two halves of a drive.
 #[derive(Debug)]
@@ -40,8 +40,8 @@ pub struct Channel {
     events: Queue<Event, EVENTS>,
     blocks: Queue<Block, BLOCKS_UNDER_WAY>,
     fits: Queue<Fitted, FITS>,
-    findings: Queue<Finding, FINDINGS>,
-    answers: Queue<Answer, ANSWERS>,
+    findings: Queue<RecordEvent, FINDINGS>,
+    answers: Queue<Decision, ANSWERS>,
     signals: Signals,
 }
 
@@ -72,8 +72,8 @@ pub struct BackgroundEnd<'a> {
     events: Consumer<'a, Event, EVENTS>,
     blocks: Consumer<'a, Block, BLOCKS_UNDER_WAY>,
     fits: Producer<'a, Fitted, FITS>,
-    findings: Consumer<'a, Finding, FINDINGS>,
-    answers: Producer<'a, Answer, ANSWERS>,
+    findings: Consumer<'a, RecordEvent, FINDINGS>,
+    answers: Producer<'a, Decision, ANSWERS>,
     signals: &'a Signals,
 }
 
@@ -83,8 +83,8 @@ pub struct InterruptEnd<'a> {
     events: Producer<'a, Event, EVENTS>,
     blocks: Producer<'a, Block, BLOCKS_UNDER_WAY>,
     fits: Consumer<'a, Fitted, FITS>,
-    findings: Producer<'a, Finding, FINDINGS>,
-    answers: Consumer<'a, Answer, ANSWERS>,
+    findings: Producer<'a, RecordEvent, FINDINGS>,
+    answers: Consumer<'a, Decision, ANSWERS>,
     signals: &'a Signals,
 }
 
@@ -201,12 +201,12 @@ impl BackgroundEnd<'_> {
     }
 
     /// The next finding of a commissioning.
-    pub(crate) fn finding(&mut self) -> Option<Finding> {
+    pub(crate) fn finding(&mut self) -> Option<RecordEvent> {
         self.findings.dequeue()
     }
 
     /// Hands an answer of its study over; false if it finds no room.
-    pub(crate) fn answer(&mut self, answer: &Answer) -> bool {
+    pub(crate) fn answer(&mut self, answer: &Decision) -> bool {
         self.answers.enqueue(*answer).is_ok()
     }
 
@@ -277,13 +277,13 @@ impl InterruptEnd<'_> {
 
     /// Hands a finding over; false if it finds no room.
     #[inline]
-    pub(crate) fn finding(&mut self, finding: Finding) -> bool {
+    pub(crate) fn finding(&mut self, finding: RecordEvent) -> bool {
         self.findings.enqueue(finding).is_ok()
     }
 
     /// An answer of the study.
     #[inline]
-    pub(crate) fn answer(&mut self) -> Option<Answer> {
+    pub(crate) fn answer(&mut self) -> Option<Decision> {
         self.answers.dequeue()
     }
 

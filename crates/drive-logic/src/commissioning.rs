@@ -2,7 +2,8 @@
 
 use drive_link::{self, Fault, NoGains, NotAllowed, Outcome, Protection};
 use identifier_core::commission::{
-    Commission, CommissionSettings, CommissionState, HoldingGains, Phase, Seen, StopReason,
+    CommissionInputs, CommissionIsr, CommissionSettings, CommissionState, HoldingGains, Phase,
+    StopReason,
 };
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::units::Units;
@@ -22,7 +23,7 @@ use crate::time::samples;
 /// A commissioning that is ready to begin, under way, or over.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Commissioning {
-    commission: Commission<f32>,
+    commission: CommissionIsr<f32>,
     state: CommissionState<f32>,
     lines: LineWatch,
     silence: Silence,
@@ -66,7 +67,7 @@ impl Commissioning {
         protection: &Protection,
     ) -> Result<Self, NotAllowed> {
         let refused = |error| parts::not_commissioned(&error);
-        let commission = Commission::new(settings, before).map_err(refused)?;
+        let commission = CommissionIsr::new(settings, before).map_err(refused)?;
         let units = Units::new(settings.sample_time, settings.resolution)
             .map_err(|error| parts::not_allowed(error.into()))?;
         Ok(Self {
@@ -221,7 +222,7 @@ impl Commissioning {
             self.end(StopReason::LinkLost);
         }
         let count = sensor.count().ok();
-        let seen = Seen {
+        let seen = CommissionInputs {
             count,
             late: self.late,
             stop: self.stop,

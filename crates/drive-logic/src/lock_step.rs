@@ -6,7 +6,9 @@ use drive_link::{
     Answer, Estimates, Format, Law, LoopSettings, NoGains, NotAllowed, Question, Reading, Refused,
     Why,
 };
-use identifier_core::commission::{CommissionReading, CommissionState, InStep, Seen};
+use identifier_core::commission::{
+    CommissionInputs, CommissionReading, CommissionState, SynchronousCommission,
+};
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, PositionSensor, Setpoint};
 use identifier_core::fixed_point::{
@@ -43,7 +45,7 @@ enum Loops {
     None,
     Single(ClosedLoop<WithFirstFit<BLOCKS>>),
     Fixed(Words),
-    Commissioning(InStep<f32, { studying::BLOCKS }>),
+    Commissioning(SynchronousCommission<f32, { studying::BLOCKS }>),
 }
 
 /// What was done in the last sample.
@@ -82,7 +84,7 @@ impl LockStep {
                 before,
                 held,
             } => {
-                let built = InStep::new(&settings, before.as_ref(), held);
+                let built = SynchronousCommission::new(&settings, before.as_ref(), held);
                 let built = built.map_err(|error| parts::not_commissioned(&error));
                 self.begin(built.map(Loops::Commissioning))
             }
@@ -107,7 +109,7 @@ impl LockStep {
             } => self.once(number, |loops| match loops {
                 Loops::None => Err(Refused::NotBegun),
                 Loops::Commissioning(commissioning) => {
-                    let step = commissioning.sample(&Seen { count, late, stop });
+                    let step = commissioning.sample(&CommissionInputs { count, late, stop });
                     let error = commissioning
                         .state()
                         .and_then(CommissionState::tuning_error);

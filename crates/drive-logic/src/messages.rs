@@ -1,7 +1,7 @@
 //! What the supervisor orders, and what the interrupt tells.
 
 use drive_link::{Ended, Fault, Noticed};
-use identifier_core::commission::{CommissionStep, Finding, Phase};
+use identifier_core::commission::{CommissionStep, Phase, RecordEvent};
 use identifier_core::identifier;
 
 use crate::closed_loop::Learnt;
@@ -127,9 +127,9 @@ impl Moved {
         self.count = count.unwrap_or(self.count);
         self.command = step.command;
         match step.finding {
-            Some(Finding::Begins(_)) => self.recorded = 0,
-            Some(Finding::Block(_)) => self.recorded = self.recorded.saturating_add(1),
-            Some(Finding::Ended) | None => {}
+            Some(RecordEvent::Begins(_)) => self.recorded = 0,
+            Some(RecordEvent::Block(_)) => self.recorded = self.recorded.saturating_add(1),
+            Some(RecordEvent::Ended) | None => {}
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use drive_link::NotAllowed;
 use identifier_core::commission::{
-    Answer, CommissionSettings, IdentifiedServo, Study as CoreStudy,
+    CommissionSettings, CommissionSolver, Decision, IdentifiedServo,
 };
 use identifier_core::tuning::Tuning;
 
@@ -12,7 +12,7 @@ use crate::parts;
 /// Blocks of the record of a motion: as many as the simulator's.
 pub(crate) const BLOCKS: usize = 256;
 
-pub(crate) type Study = CoreStudy<f32, BLOCKS>;
+pub(crate) type Study = CommissionSolver<f32, BLOCKS>;
 
 /// The background's half of a commissioning.
 #[derive(Debug)]
@@ -22,7 +22,7 @@ pub(crate) struct Studying {
     slices: u32,
     done: u32,
     /// What was answered and found no room yet.
-    answer: Option<Answer<f32>>,
+    answer: Option<Decision<f32>>,
     servo: Option<IdentifiedServo>,
     tuning: Option<Tuning>,
 }
@@ -85,10 +85,10 @@ impl Studying {
         if self.answer.is_none() {
             self.answer = study.work();
         }
-        if let Some(servo) = self.answer.as_ref().and_then(Answer::servo) {
+        if let Some(servo) = self.answer.as_ref().and_then(Decision::servo) {
             self.servo = Some(*servo);
         }
-        if let Some(Answer::Tuned(candidate)) = &self.answer {
+        if let Some(Decision::Tuned(candidate)) = &self.answer {
             self.tuning = Some(candidate.tuning);
         }
         if let Some(answer) = &self.answer

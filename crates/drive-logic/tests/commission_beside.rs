@@ -89,7 +89,7 @@ fn the_command_goes_on_without_a_bump_when_the_commissioning_takes_over() {
         assert!((after - before).abs() < most, "{before} {after}");
         drive.pass(1);
         assert_eq!(drive.supervisor.state(), State::Commissioning);
-        until(&mut drive, Phase::Wiggle);
+        until(&mut drive, Phase::Probing);
     }
 }
 

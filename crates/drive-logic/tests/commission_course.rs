@@ -89,7 +89,7 @@ fn its_progress_is_told() {
     }
     let [low, high] = ORDER.limits.travel.map(|end| end as f32);
     assert!(shown.iter().all(|at| (low..high).contains(&at.position)));
-    let wiggled = shown.iter().filter(|at| at.phase == Phase::Wiggle);
+    let wiggled = shown.iter().filter(|at| at.phase == Phase::Probing);
     assert!(
         wiggled
             .clone()

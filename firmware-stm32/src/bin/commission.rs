@@ -11,7 +11,8 @@ use firmware_stm32::instructions::{Counter as Instructions, Tally};
 use firmware_stm32::measured::counted;
 use firmware_stm32::paper;
 use identifier_core::commission::{
-    Commission, CommissionError, CommissionSettings, CommissionState, Limits, Phase, Seen, Study,
+    CommissionError, CommissionInputs, CommissionIsr, CommissionSettings, CommissionSolver,
+    CommissionState, Limits, Phase,
 };
 use identifier_core::tuning::Goal;
 use virtual_servo::{Encoder, Plant};
@@ -48,9 +49,9 @@ fn settings() -> CommissionSettings {
             one_way: false,
         },
         command_delay: 0.0,
-        most_gain: None,
+        max_gain: None,
         goal: Goal::Stiffest,
-        most_sensitivity: 1.6,
+        max_sensitivity: 1.6,
         trial_step: None,
     }
 }
@@ -58,8 +59,8 @@ fn settings() -> CommissionSettings {
 /// Commissions, one sample and the slices that go with it after the other.
 fn commission(instructions: &Instructions) -> Result<Phase, CommissionError> {
     let settings = settings();
-    let machine = Commission::<f32>::new(&settings, None)?;
-    let mut study = Study::<f32>::new(&settings)?;
+    let machine = CommissionIsr::<f32>::new(&settings, None)?;
+    let mut study = CommissionSolver::<f32>::new(&settings)?;
     let mut state = machine.start(0, None);
     let mut plant = Plant::at_rest(&paper::parameters(COULOMB), SAMPLE_TIME);
     let (_, encoder): (_, Encoder) = paper::servo();
@@ -67,7 +68,7 @@ fn commission(instructions: &Instructions) -> Result<Phase, CommissionError> {
     let mut slices = Tally::default();
     let mut answer = None;
     for _ in 0..PATIENCE {
-        let seen = black_box(Seen {
+        let seen = black_box(CommissionInputs {
             count: Some(encoder.read(plant.position) as i32),
             late: false,
             stop: None,
@@ -103,7 +104,7 @@ fn commission(instructions: &Instructions) -> Result<Phase, CommissionError> {
             tally.say(name(phase), bytes);
         }
     }
-    slices.say("commission-slice", size_of::<Study<f32>>());
+    slices.say("commission-slice", size_of::<CommissionSolver<f32>>());
     Ok(phase)
 }
 
@@ -112,7 +113,7 @@ fn name(phase: Phase) -> &'static str {
     match phase {
         Phase::Idle => "commission-idle",
         Phase::ReleasedCheck => "commission-released-check",
-        Phase::Wiggle => "commission-wiggle",
+        Phase::Probing => "commission-wiggle",
         Phase::Fit => "commission-fit",
         Phase::Refine => "commission-refine",
         Phase::Verify => "commission-verify",

@@ -225,8 +225,8 @@ impl Arguments {
             }
             NoGains::Error(TuningError::OutOfRange(error)) => {
                 let option = match error.parameter {
-                    "most_sensitivity" => "max_sensitivity",
-                    "most_noise" => "max_noise",
+                    "max_sensitivity" => "max_sensitivity",
+                    "max_noise" => "max_noise",
                     "command" => "limit",
                     other => other,
                 };

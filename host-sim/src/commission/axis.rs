@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use identifier_core::commission::{Seen, StopReason};
+use identifier_core::commission::{CommissionInputs, StopReason};
 use virtual_servo::faults::Faults;
 use virtual_servo::{Encoder, SensorErrors, Servo};
 
@@ -73,7 +73,7 @@ impl Axis {
     }
 
     /// Begins a sample: what is seen in it. The encoder's counter wraps at 32 bits.
-    pub fn sense(&mut self) -> Seen {
+    pub fn sense(&mut self) -> CommissionInputs {
         let condition = self.faults.begin_sample(&mut self.servo);
         let (position, velocity) = (self.servo.position(), self.servo.velocity());
         let seen = self.errors.seen(position, velocity) + self.beyond;
@@ -82,7 +82,7 @@ impl Axis {
         let fault = condition
             .amplifier_fault
             .then_some(StopReason::AmplifierFault);
-        Seen {
+        CommissionInputs {
             count: shown.map(|shown| self.encoder.read(shown) as i32),
             late: condition.late,
             stop: open.or(fault),

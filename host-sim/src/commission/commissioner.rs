@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 
 use drive_link::NoGains;
-use identifier_core::commission::{CommissionReading, InStep, Seen};
+use identifier_core::commission::{CommissionInputs, CommissionReading, SynchronousCommission};
 use identifier_core::number::Number;
 
 /// Both halves of a commissioning, one sample after the other.
@@ -15,17 +15,17 @@ pub trait Commissioner {
     ///
     /// # Errors
     /// Why it is not done.
-    fn sample(&mut self, seen: &Seen) -> Result<CommissionReading, Self::Error>;
+    fn sample(&mut self, seen: &CommissionInputs) -> Result<CommissionReading, Self::Error>;
 
     /// Why it found no gains, if that is why it has ended, and which would do.
     fn no_gains(&self) -> Option<NoGains>;
 }
 
 /// The firmware's machine, here.
-impl<N: Number, const W: usize> Commissioner for InStep<N, W> {
+impl<N: Number, const W: usize> Commissioner for SynchronousCommission<N, W> {
     type Error = Infallible;
 
-    fn sample(&mut self, seen: &Seen) -> Result<CommissionReading, Infallible> {
+    fn sample(&mut self, seen: &CommissionInputs) -> Result<CommissionReading, Infallible> {
         Ok(Self::sample(self, seen))
     }
 

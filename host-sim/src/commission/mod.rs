@@ -17,7 +17,8 @@ pub use record::{End, Known, Outcome, Sample};
 pub use response::StepResponse;
 
 use identifier_core::commission::{
-    Commission, CommissionSettings, HoldingGains, InStep, LargestMotion, Study,
+    CommissionIsr, CommissionSettings, CommissionSolver, HoldingGains, LargestMotion,
+    SynchronousCommission,
 };
 use identifier_core::number::Number;
 
@@ -51,8 +52,8 @@ impl Commissioning {
         let settings = scenario.commission_settings()?;
         let before = scenario.gains_before()?;
         let refused = |error| scenario.fault_of_commission(&error);
-        let machine = Commission::<f64>::new(&settings, before.as_ref()).map_err(refused)?;
-        Study::<f64, RECORD>::new(&settings).map_err(refused)?;
+        let machine = CommissionIsr::<f64>::new(&settings, before.as_ref()).map_err(refused)?;
+        CommissionSolver::<f64, RECORD>::new(&settings).map_err(refused)?;
         let arithmetic = scenario.identifier.arithmetic;
         if arithmetic == Arithmetic::Fixed {
             return Err(Fault::new(
@@ -103,7 +104,11 @@ impl Commissioning {
     }
 
     fn run_here<N: Number>(self, observe: &mut dyn FnMut(&Sample)) -> Result<Outcome, Fault> {
-        let built = InStep::<N, RECORD>::new(&self.settings, self.before.as_ref(), self.held());
+        let built = SynchronousCommission::<N, RECORD>::new(
+            &self.settings,
+            self.before.as_ref(),
+            self.held(),
+        );
         let mut here = built.map_err(|error| Fault::new("commission", error))?;
         self.run_by(&mut here, observe)
             .map_err(|never| match never {})

@@ -1,7 +1,7 @@
 //! A commissioning whose machine is on a chip.
 
 use drive_link::{Answer, NoGains, Question};
-use identifier_core::commission::{CommissionReading, Seen};
+use identifier_core::commission::{CommissionInputs, CommissionReading};
 
 use crate::commission::{Commissioner, Commissioning, Outcome, Sample};
 use crate::loops::{RemoteError, ask, unexpected};
@@ -59,8 +59,8 @@ struct There<'a> {
 impl Commissioner for There<'_> {
     type Error = RemoteError;
 
-    fn sample(&mut self, seen: &Seen) -> Result<CommissionReading, RemoteError> {
-        let Seen { count, late, stop } = *seen;
+    fn sample(&mut self, seen: &CommissionInputs) -> Result<CommissionReading, RemoteError> {
+        let CommissionInputs { count, late, stop } = *seen;
         let question = Question::CommissionSample {
             number: self.next,
             count,

@@ -140,11 +140,11 @@ impl Scenario {
             command_delay: order
                 .command_delay
                 .unwrap_or(self.stated.identifier.terms.delay),
-            most_gain: order
+            max_gain: order
                 .most_gain
                 .or(plant_box.map(|plant_box| plant_box.b[1])),
             goal: order.goal()?,
-            most_sensitivity: order.most_sensitivity,
+            max_sensitivity: order.most_sensitivity,
             trial_step: order.trial_step,
         })
     }
@@ -191,7 +191,8 @@ impl Scenario {
             (CommissionError::OutOfRange { setting, .. }, _) => {
                 let key = match *setting {
                     "resolution" => "encoder.counts_per_rev",
-                    "most_sensitivity" => "commission.max_sensitivity",
+                    "max_sensitivity" => "commission.max_sensitivity",
+                    "max_gain" => "commission.most_gain",
                     "cutoff" => "controller.velocity_filter.cutoff",
                     "kp" => "controller.kp",
                     "kd" => "controller.kd",

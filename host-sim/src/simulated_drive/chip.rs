@@ -1,7 +1,7 @@
 //! The simulated servo as the drive's logic finds it: encoder, output stage and lines.
 
 use drive_logic::{Chip, Lines};
-use identifier_core::commission::{Seen, StopReason};
+use identifier_core::commission::{CommissionInputs, StopReason};
 use identifier_core::drive::{Actuator, PositionSensor};
 
 use crate::commission::Axis;
@@ -38,7 +38,7 @@ impl SimulatedChip {
 
     /// Reads what there is to be read.
     pub(super) fn begin_sample(&mut self) {
-        let Seen { count, late, stop } = self.axis.sense();
+        let CommissionInputs { count, late, stop } = self.axis.sense();
         self.reading = Reading(count);
         self.stop = stop;
         self.late = late;

@@ -121,10 +121,10 @@ impl Conditions {
             command,
             command_delay,
             goal: self.goal,
-            most_sensitivity: self
+            max_sensitivity: self
                 .most_sensitivity
-                .unwrap_or(TuningSettings::MOST_SENSITIVITY),
-            most_noise: self.most_noise.unwrap_or(TuningSettings::MOST_NOISE),
+                .unwrap_or(TuningSettings::MAX_SENSITIVITY),
+            max_noise: self.most_noise.unwrap_or(TuningSettings::MAX_NOISE),
             step: self.step.unwrap_or(step),
             resonance: self.resonance,
         })

@@ -1,4 +1,4 @@
-use super::{CommissionSettings, Crude, IdentifiedServo};
+use super::{CommissionSettings, IdentifiedServo, RoughModel};
 use crate::number::Number;
 use crate::plausibility::KnownServo;
 
@@ -7,7 +7,7 @@ use crate::plausibility::KnownServo;
 pub struct Identified<N> {
     /// The servo, SI.
     pub servo: IdentifiedServo,
-    pub(super) crude: Crude<N>,
+    pub(super) crude: RoughModel<N>,
     /// Samples from a command to its acceleration.
     pub(super) delay: N,
     /// For the watch over it.
@@ -23,7 +23,7 @@ impl<N: Number> Identified<N> {
         } = *settings;
         Self {
             servo: *servo,
-            crude: Crude::of(&servo.parameters, sample_time, resolution),
+            crude: RoughModel::of(&servo.parameters, sample_time, resolution),
             delay: N::from_f64(servo.delay / sample_time),
             known: KnownServo::of(&settings.plausibility(), servo),
         }

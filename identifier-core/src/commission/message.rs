@@ -4,8 +4,8 @@ use crate::tuning::TuningError;
 
 /// What the interrupt's half tells the study.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Finding<N> {
-    /// A motion of this phase begins: [`Phase::Wiggle`], [`Phase::Refine`] or [`Phase::Verify`].
+pub enum RecordEvent<N> {
+    /// A motion of this phase begins: [`Phase::Probing`], [`Phase::Refine`] or [`Phase::Verify`].
     Begins(Phase),
     /// A piece of its record.
     Block(MotionBlock<N>),
@@ -17,7 +17,7 @@ pub enum Finding<N> {
 ///
 /// All that the interrupt's half needs is prepared in it: no sample converts from SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Answer<N: Number> {
+pub enum Decision<N: Number> {
     /// The servo as it is known now: after the first motion and after the second.
     Identified(Identified<N>),
     /// The servo as it is known after a motion, not well enough: the second is done again.
@@ -35,7 +35,7 @@ pub enum Answer<N: Number> {
     Failed(StopReason),
 }
 
-impl<N: Number> Answer<N> {
+impl<N: Number> Decision<N> {
     /// The servo, where the answer tells of one.
     #[must_use]
     pub fn servo(&self) -> Option<&IdentifiedServo> {

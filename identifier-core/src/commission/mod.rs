@@ -7,17 +7,17 @@
 //!                └─────────────┴───────┴────────┴─────────┴────────┴───────┴─► aborted, rolled back
 //! ```
 //!
-//! It has two halves, and data goes one way round. [`Commission`], in the sample interrupt, takes a count and
+//! It has two halves, and data goes one way round. [`CommissionIsr`], in the sample interrupt, takes a count and
 //! gives a command; it moves the servo, watches over it and never
-//! waits. [`Study`], in the background, fits, verifies and tunes in slices. What one tells the other is a
-//! [`Finding`] or an [`Answer`]: plain values that a caller carries across, through a queue on the chip and by
+//! waits. [`CommissionSolver`], in the background, fits, verifies and tunes in slices. What one tells the other is a
+//! [`RecordEvent`] or an [`Decision`]: plain values that a caller carries across, through a queue on the chip and by
 //! hand in a simulator. A commissioning whose study gets the same slices in the same samples is the same to
 //! the bit wherever it runs.
 //!
 //! Both halves in step, here with a motor without friction that an encoder with 10 000 counts watches:
 //!
 //! ```
-//! use identifier_core::commission::{CommissionSettings, InStep, Limits, Phase, Seen};
+//! use identifier_core::commission::{CommissionSettings, SynchronousCommission, Limits, Phase, CommissionInputs};
 //! use identifier_core::tuning::Goal;
 //!
 //! let resolution = core::f64::consts::TAU / 10_000.0;
@@ -32,16 +32,16 @@
 //!         one_way: false,
 //!     },
 //!     command_delay: 0.0,
-//!     most_gain: None,
+//!     max_gain: None,
 //!     goal: Goal::ResponseTime(0.03),
-//!     most_sensitivity: 1.6,
+//!     max_sensitivity: 1.6,
 //!     trial_step: None,
 //! };
-//! let mut commission = InStep::<f32>::new(&settings, None, None).expect("limits that can be kept");
+//! let mut commission = SynchronousCommission::<f32>::new(&settings, None, None).expect("limits that can be kept");
 //! let (mut position, mut velocity) = (0.0, 0.0);
 //! let mut phase = Phase::Idle;
 //! while !phase.is_end() {
-//!     let done = commission.sample(&Seen {
+//!     let done = commission.sample(&CommissionInputs {
 //!         count: Some((position / resolution).floor() as i32),
 //!         late: false,
 //!         stop: None,
@@ -61,41 +61,43 @@
 //! ```
 
 mod candidate;
-mod careful;
-mod crude;
+mod conservative_pid;
 mod error;
 mod fit;
 mod gains;
 mod holding;
 mod identified;
-mod in_step;
-mod machine;
+mod isr;
 mod message;
 mod phase;
+mod probing;
 mod regression;
+mod rough_model;
 mod settings;
+mod solver;
 mod state;
-mod study;
+mod synchronous;
 mod trial;
-mod wiggle;
 
 pub use crate::model::IdentifiedServo;
 pub use crate::stop_reason::StopReason;
 pub use candidate::Candidate;
-pub use crude::Crude;
 pub use error::CommissionError;
 pub use fit::{
-    Diagnosing, Diagnosis, FitSettings, Motion, MotionBlock, MotionRecorder, Predicting,
-    Prediction, ServoFit, ServoFitter,
+    Diagnosis, EffectSearch, FitSettings, MotionBlock, MotionRecord, MotionRecorder, Prediction,
+    PredictionPass, ServoFit, ServoFitter,
 };
 pub use gains::HoldingGains;
 pub use identified::Identified;
-pub use in_step::{CommissionReading, InStep};
-pub use machine::{Commission, CommissionStep, Seen};
-pub use message::{Answer, Finding};
+pub use isr::{CommissionInputs, CommissionIsr, CommissionStep};
+pub use message::{Decision, RecordEvent};
 pub use phase::Phase;
+pub use probing::{
+    LargestMotion, Probing, ProbingProgress, ProbingSettings, ProbingState, ProbingStep,
+};
+pub use rough_model::RoughModel;
 pub use settings::{CommissionSettings, Limits};
+pub use solver::CommissionSolver;
 pub use state::CommissionState;
-pub use study::Study;
+pub use synchronous::{CommissionReading, SynchronousCommission};
 pub use trial::TrialResult;
-pub use wiggle::{LargestMotion, Progress, Wiggle, WiggleSettings, WiggleState, WiggleStep};

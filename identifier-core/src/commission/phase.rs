@@ -8,7 +8,7 @@ pub enum Phase {
     /// The servo is let go, or held by the gains before, and must stay where it is.
     ReleasedCheck,
     /// A relay about the holding command, within the limits.
-    Wiggle,
+    Probing,
     /// The servo is held while the study fits.
     Fit,
     /// A second motion, from which the study learns more.
@@ -32,7 +32,7 @@ impl Phase {
     pub const ALL: [Self; 11] = [
         Self::Idle,
         Self::ReleasedCheck,
-        Self::Wiggle,
+        Self::Probing,
         Self::Fit,
         Self::Refine,
         Self::Verify,
@@ -49,7 +49,7 @@ impl Phase {
         match self {
             Self::Idle => "idle",
             Self::ReleasedCheck => "released-check",
-            Self::Wiggle => "wiggle",
+            Self::Probing => "wiggle",
             Self::Fit => "fit",
             Self::Refine => "refine",
             Self::Verify => "verify",

@@ -1,4 +1,4 @@
-use super::crude::Crude;
+use super::rough_model::RoughModel;
 use crate::adaptation::NormalEquations;
 use crate::number::Number;
 
@@ -89,7 +89,7 @@ impl<N: Number> Gathered<N> {
     }
 
     /// The estimate as it is now, where it makes sense.
-    pub(crate) fn estimate(&self) -> Option<Crude<N>> {
+    pub(crate) fn estimate(&self) -> Option<RoughModel<N>> {
         let free = [true; ROW];
         let found = self.equations.solve(N::ZERO, &free);
         let gain = found[GAIN];
@@ -100,7 +100,7 @@ impl<N: Number> Gathered<N> {
             let load = N::from_f64(0.5) * (forward + backward);
             (forward, backward) = (load, load);
         }
-        sound.then(|| Crude {
+        sound.then(|| RoughModel {
             gain,
             per_gain: gain.reciprocal(),
             forward,

@@ -1,4 +1,4 @@
-use super::{CommissionError, FitSettings, WiggleSettings};
+use super::{CommissionError, FitSettings, ProbingSettings};
 use crate::error::Allowed;
 use crate::plausibility::PlausibilitySettings;
 use crate::tuning::{Goal, Tuner, TuningSettings};
@@ -35,11 +35,11 @@ pub struct CommissionSettings {
     pub command_delay: f64,
     /// The largest b that the servo may have, rad/s² per command unit, if that is known: the motion
     /// before anything is known is then planned for it.
-    pub most_gain: Option<f64>,
+    pub max_gain: Option<f64>,
     /// What is asked of the gains.
     pub goal: Goal,
     /// The largest sensitivity Mₛ, above 1.
-    pub most_sensitivity: f64,
+    pub max_sensitivity: f64,
     /// The step of the trial, rad; none: half of the travel that there is.
     pub trial_step: Option<f64>,
 }
@@ -61,12 +61,12 @@ impl CommissionSettings {
     }
 
     /// What the motions need to know.
-    pub(super) fn wiggle(&self) -> WiggleSettings {
-        WiggleSettings {
+    pub(super) fn wiggle(&self) -> ProbingSettings {
+        ProbingSettings {
             sample_time: self.sample_time,
             resolution: self.resolution,
             limits: self.limits,
-            most_gain: self.most_gain,
+            max_gain: self.max_gain,
             command_delay: self.command_delay,
         }
     }
@@ -77,7 +77,7 @@ impl CommissionSettings {
         FitSettings {
             sample_time: self.sample_time,
             resolution: self.resolution,
-            most_command: most.max(-least),
+            max_command: most.max(-least),
             command_delay: self.command_delay,
         }
     }
@@ -87,10 +87,10 @@ impl CommissionSettings {
     pub(super) fn check(&self) -> Result<(), CommissionError> {
         self.limits.check()?;
         let (least, most) = Self::SENSITIVITIES;
-        Allowed::Within(least, most).check("most_sensitivity", self.most_sensitivity)?;
+        Allowed::Within(least, most).check("max_sensitivity", self.max_sensitivity)?;
         Allowed::AtLeast(0.0).check("command_delay", self.command_delay)?;
-        if let Some(gain) = self.most_gain {
-            Allowed::Above(0.0).check("most_gain", gain)?;
+        if let Some(gain) = self.max_gain {
+            Allowed::Above(0.0).check("max_gain", gain)?;
         }
         if let Some(step) = self.trial_step {
             let [low, high] = self.limits.travel;
@@ -121,7 +121,7 @@ impl CommissionSettings {
         if bandwidth <= FASTEST / (self.sample_time + self.command_delay) {
             return Ok(());
         }
-        let asked = (self.most_sensitivity - LEAST) / (TuningSettings::MOST_SENSITIVITY - LEAST);
+        let asked = (self.max_sensitivity - LEAST) / (TuningSettings::MAX_SENSITIVITY - LEAST);
         let late = 0.5 * self.sample_time + self.command_delay;
         Err(CommissionError::TooFast {
             bandwidth,

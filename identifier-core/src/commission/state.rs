@@ -1,8 +1,8 @@
 use super::holding::Holding;
 use super::trial::{Trial, TrialResult};
 use super::{
-    Candidate, Finding, Identified, IdentifiedServo, MotionBlock, MotionRecorder, Phase,
-    StopReason, WiggleState,
+    Candidate, Identified, IdentifiedServo, MotionBlock, MotionRecorder, Phase, ProbingState,
+    RecordEvent, StopReason,
 };
 use crate::control::ControlSample;
 use crate::measurement::velocity::LowPassState;
@@ -42,7 +42,7 @@ pub struct CommissionState<N: Number> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Activity<N: Number> {
     Free,
-    Wiggling(WiggleState<N>),
+    Wiggling(ProbingState<N>),
     Holding(Holding<N>),
     OnTrial(Holding<N>, Trial<N>),
 }
@@ -68,11 +68,11 @@ impl<N: Number> Activity<N> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Next {
     /// Nothing before the study answers.
-    Answer,
+    Decision,
     /// Gains for what is known now hold it; then the next motion, the second `again` or not.
     Hold { again: bool },
     /// The next motion once it is at rest.
-    Motion { again: bool },
+    MotionRecord { again: bool },
     /// The next motion after so many samples of its record.
     Lead(u32),
     /// Gains are looked for.
@@ -116,7 +116,7 @@ impl<N: Number> CommissionState<N> {
             recorder,
             block: None,
             recording: Recording::None,
-            next: Next::Answer,
+            next: Next::Decision,
             identified: None,
             candidate: None,
             tuning_error: None,
@@ -216,17 +216,17 @@ impl<N: Number> CommissionState<N> {
     }
 
     /// What the study is to be told in this sample.
-    pub(super) fn finding(&mut self) -> Option<Finding<N>> {
+    pub(super) fn finding(&mut self) -> Option<RecordEvent<N>> {
         match self.recording {
             Recording::None => None,
             Recording::Begins => {
                 self.recording = Recording::Going;
-                Some(Finding::Begins(self.phase))
+                Some(RecordEvent::Begins(self.phase))
             }
-            Recording::Going => self.block.take().map(Finding::Block),
+            Recording::Going => self.block.take().map(RecordEvent::Block),
             Recording::Ends => {
                 self.recording = Recording::None;
-                Some(Finding::Ended)
+                Some(RecordEvent::Ended)
             }
         }
     }

@@ -87,10 +87,10 @@ impl Walk {
     const LAST: f64 = 100.0;
 
     /// Begins at a frequency far below the loop's poles, rad per sample.
-    pub(super) fn begin(response: SampledResponse, first: f64, most_sensitivity: f64) -> Self {
+    pub(super) fn begin(response: SampledResponse, first: f64, max_sensitivity: f64) -> Self {
         Self {
             response,
-            least: 1.0 / (most_sensitivity * most_sensitivity),
+            least: 1.0 / (max_sensitivity * max_sensitivity),
             nu: 0.5 * first,
             last: None,
             margins: Margins::AMPLE,

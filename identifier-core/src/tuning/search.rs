@@ -12,7 +12,7 @@ pub(super) struct Judge {
     placement: Placement,
     servos: PossibleServos,
     sample_time: f64,
-    most_sensitivity: f64,
+    max_sensitivity: f64,
 }
 
 /// The judgement of one bandwidth, under way.
@@ -59,7 +59,7 @@ impl Judge {
             placement: Placement::new(servos, settings),
             servos: *servos,
             sample_time: settings.sample_time,
-            most_sensitivity: settings.most_sensitivity,
+            max_sensitivity: settings.max_sensitivity,
         }
     }
 
@@ -134,7 +134,7 @@ impl Judge {
         let servo = self.servos.get(place)?;
         let response = SampledResponse::new(design, servo, self.sample_time);
         let first = FIRST * THIRD_POLE * design.bandwidth * self.sample_time;
-        Some(Walk::begin(response, first, self.most_sensitivity))
+        Some(Walk::begin(response, first, self.max_sensitivity))
     }
 }
 

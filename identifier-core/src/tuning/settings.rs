@@ -20,9 +20,9 @@ pub struct TuningSettings {
     /// What is asked for.
     pub goal: Goal,
     /// The largest sensitivity Mₛ.
-    pub most_sensitivity: f64,
+    pub max_sensitivity: f64,
     /// The largest part of the command that the encoder's rounding may make up, standard deviation.
-    pub most_noise: f64,
+    pub max_noise: f64,
     /// The step of the reference that is promised, rad.
     pub step: f64,
     /// The lowest resonance that is known, rad/s.
@@ -32,11 +32,11 @@ pub struct TuningSettings {
 impl TuningSettings {
     /// The usual largest sensitivity: with it the loop bears its gain falling to 0.62 or rising to 2.7
     /// times and 36° of phase, at least (Åström and Hägglund, Advanced PID Control, 2006, chapter 4).
-    pub const MOST_SENSITIVITY: f64 = 1.6;
+    pub const MAX_SENSITIVITY: f64 = 1.6;
 
     /// The usual largest part of the command that noise may make up: three standard deviations stay
     /// below a tenth, and the power that it costs below a thousandth.
-    pub const MOST_NOISE: f64 = 0.03;
+    pub const MAX_NOISE: f64 = 0.03;
 
     /// The fewest counts that a step may have for its rise to be timed.
     pub const LEAST_COUNTS: f64 = 10.0;
@@ -52,8 +52,8 @@ impl TuningSettings {
             command,
             command_delay: 0.0,
             goal: Goal::Stiffest,
-            most_sensitivity: Self::MOST_SENSITIVITY,
-            most_noise: Self::MOST_NOISE,
+            max_sensitivity: Self::MAX_SENSITIVITY,
+            max_noise: Self::MAX_NOISE,
             step,
             resonance: None,
         }
@@ -80,8 +80,8 @@ impl TuningSettings {
             Goal::Bandwidth(bandwidth) => Allowed::Above(0.0).check("bandwidth", bandwidth)?,
             Goal::Stiffest => 0.0,
         };
-        SENSITIVITIES.check("most_sensitivity", self.most_sensitivity)?;
-        Allowed::PositiveUpTo(1.0).check("most_noise", self.most_noise)?;
+        SENSITIVITIES.check("max_sensitivity", self.max_sensitivity)?;
+        Allowed::PositiveUpTo(1.0).check("max_noise", self.max_noise)?;
         let least = Self::LEAST_COUNTS * self.resolution;
         if least > 0.0 {
             Allowed::AtLeast(least).check("step", self.step)?;
@@ -96,7 +96,7 @@ impl TuningSettings {
 
     /// The largest standard deviation of the command from the encoder's rounding, command units.
     pub(super) fn allowed_noise(&self) -> f64 {
-        self.most_noise * self.command
+        self.max_noise * self.command
     }
 }
 

@@ -39,7 +39,7 @@ fn allowed(kind: FaultKind, phase: Phase) -> (&'static [StopReason], f64, u64) {
         ActuatorDead, ActuatorWeak, AmplifierFault, DoesNotMove, EncoderJumped, EncoderLost,
         LimitSwitch, Overrun, OvershootExceeded, Reversed, SpeedExceeded, TravelLeft,
     };
-    let is_unknown = matches!(phase, Phase::ReleasedCheck | Phase::Wiggle | Phase::Fit);
+    let is_unknown = matches!(phase, Phase::ReleasedCheck | Phase::Probing | Phase::Fit);
     match kind {
         FaultKind::EncoderStuck if is_unknown => (&[ActuatorDead, DoesNotMove], 1.5, 0),
         FaultKind::ActuatorDead if is_unknown => {
@@ -104,7 +104,7 @@ fn every_fault_in_every_phase_ends_it_and_what_held_before_is_in_force() {
                 row += &format!(" {told:>16}");
                 let Some(reason) = course.state.reason() else {
                     // An actuator that is weak before it was seen strong is what the servo has.
-                    let unseen = matches!(phase, Phase::ReleasedCheck | Phase::Wiggle);
+                    let unseen = matches!(phase, Phase::ReleasedCheck | Phase::Probing);
                     if kind != FaultKind::ActuatorWeak || !unseen {
                         wrong.push(format!("{name} {kind:?} in {phase:?}: no reason"));
                     }

@@ -1,6 +1,6 @@
-use crate::wiggle_support::{Unknown, unknown_servos};
+use crate::probing_support::{Unknown, unknown_servos};
 use identifier_core::commission::{
-    Diagnosis, FitSettings, IdentifiedServo, Motion, MotionRecorder, Prediction, ServoFitter,
+    Diagnosis, FitSettings, IdentifiedServo, MotionRecord, MotionRecorder, Prediction, ServoFitter,
     StopReason,
 };
 use identifier_core::model::ServoParameters;
@@ -10,14 +10,14 @@ fn settings(unknown: &Unknown) -> FitSettings {
     FitSettings {
         sample_time: unknown.sample_time,
         resolution: unknown.resolution(),
-        most_command: Unknown::COMMAND,
+        max_command: Unknown::COMMAND,
         command_delay: 0.0,
     }
 }
 
-fn recorded<const W: usize>(unknown: &Unknown, samples: &[[f32; 2]]) -> Motion<f32, W> {
+fn recorded<const W: usize>(unknown: &Unknown, samples: &[[f32; 2]]) -> MotionRecord<f32, W> {
     let mut recorder = MotionRecorder::new(&settings(unknown));
-    let mut motion = Motion::EMPTY;
+    let mut motion = MotionRecord::EMPTY;
     for &[increment, command] in samples {
         if let Some(block) = recorder.push(increment, command) {
             assert!(motion.take(&block));
@@ -28,7 +28,7 @@ fn recorded<const W: usize>(unknown: &Unknown, samples: &[[f32; 2]]) -> Motion<f
 
 fn fitted<const W: usize>(
     unknown: &Unknown,
-    motion: &Motion<f32, W>,
+    motion: &MotionRecord<f32, W>,
     prior: Option<&IdentifiedServo>,
 ) -> Result<IdentifiedServo, StopReason> {
     let fitter = ServoFitter::new(&settings(unknown));
@@ -42,7 +42,7 @@ fn fitted<const W: usize>(
 
 fn predicted<const W: usize>(
     unknown: &Unknown,
-    motion: &Motion<f32, W>,
+    motion: &MotionRecord<f32, W>,
     servo: &IdentifiedServo,
 ) -> Prediction {
     let fitter = ServoFitter::new(&settings(unknown));
@@ -55,7 +55,10 @@ fn predicted<const W: usize>(
 }
 
 /// What a motion that a servo was fitted to, or could not be, says that its model lacks.
-fn diagnosed<const W: usize>(unknown: &Unknown, motion: &Motion<f32, W>) -> Option<Diagnosis> {
+fn diagnosed<const W: usize>(
+    unknown: &Unknown,
+    motion: &MotionRecord<f32, W>,
+) -> Option<Diagnosis> {
     let fitter = ServoFitter::new(&settings(unknown));
     let mut fit = fitter.begin(motion, None);
     let servo = loop {
@@ -251,7 +254,7 @@ fn what_is_known_makes_a_second_fit_surer() {
 fn a_missing_block_is_noticed() {
     let unknown = ordinary(Effects::NONE);
     let mut recorder = MotionRecorder::new(&settings(&unknown));
-    let mut motion = Motion::<f32, 64>::EMPTY;
+    let mut motion = MotionRecord::<f32, 64>::EMPTY;
     let mut blocks = unknown
         .wiggle()
         .samples

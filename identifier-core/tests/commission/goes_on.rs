@@ -1,7 +1,7 @@
 //! What was identified goes on being learnt while the new gains hold: by the economical recursion, from the
 //! next sample on and without a first fit.
 
-use identifier_core::commission::{InStep, Phase, Seen};
+use identifier_core::commission::{CommissionInputs, Phase, SynchronousCommission};
 use identifier_core::identifier::{ExpectedMotion, GaussNewtonRecursion, Identify};
 use identifier_core::parameters::AbCoulombLoad;
 use identifier_core::settings::Settings;
@@ -18,7 +18,8 @@ fn after_the_trial_has_begun_the_estimates_are_those_of_the_fit_and_follow_the_s
     let mut servo = Servo::at_rest(&bench.servo, &bench.effects, time, 1).expect("allowed");
     let encoder = Encoder::new(bench.counts);
     let recursion: Recursion = Settings::new(time, bench.counts).build().expect("allowed");
-    let mut commission = InStep::<f32>::new(&bench.settings, None, None).expect("allowed");
+    let mut commission =
+        SynchronousCommission::<f32>::new(&bench.settings, None, None).expect("allowed");
     let (mut learning, mut begun) = (None, None);
     let (mut last, mut acted) = (0, 0.0);
     loop {
@@ -29,7 +30,7 @@ fn after_the_trial_has_begun_the_estimates_are_those_of_the_fit_and_follow_the_s
             recursion.check(increment, acted).expect("within reach");
             let _ = recursion.update(state, increment, acted);
         }
-        let done = commission.sample(&Seen {
+        let done = commission.sample(&CommissionInputs {
             count: Some(count),
             late: false,
             stop: None,

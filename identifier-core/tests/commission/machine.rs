@@ -1,4 +1,6 @@
-use identifier_core::commission::{Commission, CommissionError, HoldingGains, Phase, StopReason};
+use identifier_core::commission::{
+    CommissionError, CommissionIsr, HoldingGains, Phase, StopReason,
+};
 use identifier_core::settings::ControllerSettings;
 use identifier_core::tuning::Goal;
 
@@ -129,7 +131,7 @@ fn a_bandwidth_that_no_sampling_bears_is_refused_with_one_that_would_do() {
     for goal in [Goal::Bandwidth(2000.0), Goal::ResponseTime(2e-4)] {
         let mut bench = ordinary();
         bench.settings.goal = goal;
-        let refused = Commission::<f32>::new(&bench.settings, None).expect_err("too fast");
+        let refused = CommissionIsr::<f32>::new(&bench.settings, None).expect_err("too fast");
         let CommissionError::TooFast { bandwidth, most } = refused else {
             panic!("{refused:?}");
         };

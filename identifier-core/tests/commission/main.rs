@@ -4,6 +4,6 @@ mod faults;
 mod fit;
 mod goes_on;
 mod machine;
+mod probing;
+mod probing_support;
 mod rig;
-mod wiggle;
-mod wiggle_support;

@@ -1,7 +1,8 @@
 //! A servo with its encoder, and a commissioning of it.
 
 use identifier_core::commission::{
-    CommissionSettings, CommissionState, HoldingGains, InStep, Limits, Phase, Seen, StopReason,
+    CommissionInputs, CommissionSettings, CommissionState, HoldingGains, Limits, Phase, StopReason,
+    SynchronousCommission,
 };
 use identifier_core::model::ServoParameters;
 use identifier_core::tuning::Goal;
@@ -82,9 +83,9 @@ pub(crate) fn ordinary() -> Bench {
                 one_way: false,
             },
             command_delay: 0.0,
-            most_gain: None,
+            max_gain: None,
             goal: Goal::Stiffest,
-            most_sensitivity: 1.6,
+            max_sensitivity: 1.6,
             trial_step: None,
         },
         before: None,
@@ -126,7 +127,8 @@ impl Bench {
         // Gains before have long come to rest: their integral holds the load.
         let held = self.before.map(|_| -self.servo.load / self.servo.b);
         let mut commission =
-            InStep::<f32>::new(&self.settings, self.before.as_ref(), held).expect("allowed");
+            SynchronousCommission::<f32>::new(&self.settings, self.before.as_ref(), held)
+                .expect("allowed");
         let mut phases = vec![(Phase::Idle, 0.0)];
         let (mut travel, mut command) = ([0.0_f64; 2], [0.0_f64; 2]);
         let mut speed = 0.0_f64;
@@ -141,7 +143,7 @@ impl Bench {
                 () => None,
             };
             let phase = phases.last().map_or(Phase::Idle, |last| last.0);
-            let done = commission.sample(&Seen {
+            let done = commission.sample(&CommissionInputs {
                 count,
                 late: condition.late,
                 stop: disturb(phase).or(line),

@@ -5,7 +5,7 @@ use identifier_core::model::ServoParameters;
 use virtual_servo::faults::{FaultKind, InjectedFault};
 
 use super::support::{Axis, Drive, Found, Knowledge, Run};
-use Drive::{Shake, Steps, Wiggle};
+use Drive::{Probing, Shake, Steps};
 use FaultKind::{
     ActuatorDead as Dead, ActuatorReversed, ActuatorWeak as Weak, EncoderJump, EncoderReversed,
     EncoderStuck as Stuck,
@@ -24,7 +24,7 @@ fn axes(rate: f64, drive: Drive) -> [Axis; 3] {
         sample_time: 1.0 / rate,
         limit,
         // Until the first command acts a load moves the servo, and no ramp has.
-        delay: if drive == Wiggle { 0.0 } else { 1.0 },
+        delay: if drive == Probing { 0.0 } else { 1.0 },
         bandwidth: bandwidth.min(0.06 * rate),
     };
     [
@@ -90,40 +90,40 @@ type Case = (
 
 #[rustfmt::skip]
 const CASES: [Case; 36] = [
-    (Stuck, NOTHING, Wiggle, &[ActuatorDead], 0, 99),
+    (Stuck, NOTHING, Probing, &[ActuatorDead], 0, 99),
     (Stuck, NOTHING, Steps, &[ActuatorDead], 13, 219),
     (Stuck, NOTHING, Shake, &[], 15, 0),
-    (Stuck, KNOWN, Wiggle, &[EncoderStuck, ActuatorDead], 0, 36),
+    (Stuck, KNOWN, Probing, &[EncoderStuck, ActuatorDead], 0, 36),
     (Stuck, KNOWN, Steps, &[EncoderStuck, ActuatorDead], 1, 138),
     (Stuck, KNOWN, Shake, &[EncoderStuck, ActuatorDead], 5, 139),
-    (EncoderJump, NOTHING, Wiggle, &[EncoderJumped], 0, 0),
+    (EncoderJump, NOTHING, Probing, &[EncoderJumped], 0, 0),
     (EncoderJump, NOTHING, Steps, &[EncoderJumped], 0, 0),
     (EncoderJump, NOTHING, Shake, &[EncoderJumped], 0, 0),
-    (EncoderJump, KNOWN, Wiggle, &[EncoderJumped, Reversed], 0, 0),
+    (EncoderJump, KNOWN, Probing, &[EncoderJumped, Reversed], 0, 0),
     (EncoderJump, KNOWN, Steps, &[EncoderJumped, Reversed], 0, 0),
     (EncoderJump, KNOWN, Shake, &[EncoderJumped], 0, 0),
-    (EncoderReversed, NOTHING, Wiggle, &[Reversed, TravelLeft], 0, 212),
+    (EncoderReversed, NOTHING, Probing, &[Reversed, TravelLeft], 0, 212),
     (EncoderReversed, NOTHING, Steps, &[Reversed, SpeedExceeded], 0, 76),
     (EncoderReversed, NOTHING, Shake, &[Reversed, SpeedExceeded], 0, 184),
-    (EncoderReversed, KNOWN, Wiggle, &[Reversed, TravelLeft], 0, 199),
+    (EncoderReversed, KNOWN, Probing, &[Reversed, TravelLeft], 0, 199),
     (EncoderReversed, KNOWN, Steps, &[Reversed, SpeedExceeded], 0, 76),
     (EncoderReversed, KNOWN, Shake, &[Reversed, SpeedExceeded], 0, 184),
-    (Dead, NOTHING, Wiggle, &[Reversed, ActuatorDead, TravelLeft], 0, 866),
+    (Dead, NOTHING, Probing, &[Reversed, ActuatorDead, TravelLeft], 0, 866),
     (Dead, NOTHING, Steps, &[Reversed, TravelLeft], 9, 232),
     (Dead, NOTHING, Shake, &[Reversed, TravelLeft], 5, 200),
-    (Dead, KNOWN, Wiggle, &[ActuatorDead, TravelLeft], 0, 866),
+    (Dead, KNOWN, Probing, &[ActuatorDead, TravelLeft], 0, 866),
     (Dead, KNOWN, Steps, &[Reversed, ActuatorDead], 1, 970),
     (Dead, KNOWN, Shake, &[ActuatorDead], 5, 184),
-    (Weak, NOTHING, Wiggle, &[ActuatorDead, TravelLeft], 9, 244),
+    (Weak, NOTHING, Probing, &[ActuatorDead, TravelLeft], 9, 244),
     (Weak, NOTHING, Steps, &[], 15, 0),
     (Weak, NOTHING, Shake, &[], 15, 0),
-    (Weak, KNOWN, Wiggle, &[ActuatorDead, ActuatorWeak, TravelLeft], 1, 1332),
+    (Weak, KNOWN, Probing, &[ActuatorDead, ActuatorWeak, TravelLeft], 1, 1332),
     (Weak, KNOWN, Steps, &[ActuatorDead, ActuatorWeak], 1, 444),
     (Weak, KNOWN, Shake, &[ActuatorDead, ActuatorWeak], 5, 712),
-    (ActuatorReversed, NOTHING, Wiggle, &[Reversed, ActuatorDead, TravelLeft], 0, 174),
+    (ActuatorReversed, NOTHING, Probing, &[Reversed, ActuatorDead, TravelLeft], 0, 174),
     (ActuatorReversed, NOTHING, Steps, &[Reversed, SpeedExceeded], 0, 116),
     (ActuatorReversed, NOTHING, Shake, &[Reversed, SpeedExceeded], 0, 196),
-    (ActuatorReversed, KNOWN, Wiggle, &[Reversed, ActuatorDead, TravelLeft], 0, 128),
+    (ActuatorReversed, KNOWN, Probing, &[Reversed, ActuatorDead, TravelLeft], 0, 128),
     (ActuatorReversed, KNOWN, Steps, &[Reversed, SpeedExceeded], 0, 116),
     (ActuatorReversed, KNOWN, Shake, &[Reversed, SpeedExceeded], 0, 196),
 ];

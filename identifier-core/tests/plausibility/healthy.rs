@@ -59,11 +59,11 @@ fn a_sound_servo_is_never_suspected() {
     let (mut samples, mut alarms) = (0, Vec::new());
     for _ in 0..RUNS {
         let mut axis = axis(&mut dice);
-        let drive = dice.of(&[Drive::Wiggle, Drive::Steps, Drive::Shake, Drive::Hold]);
+        let drive = dice.of(&[Drive::Probing, Drive::Steps, Drive::Shake, Drive::Hold]);
         // Until the first command acts a load would move the servo, and no ramp has.
-        if drive == Drive::Wiggle && dice.between(0.0, 1.0) < 0.5 {
+        if drive == Drive::Probing && dice.between(0.0, 1.0) < 0.5 {
             axis.delay = 0.0;
-        } else if drive == Drive::Wiggle {
+        } else if drive == Drive::Probing {
             axis.servo.load = 0.0;
         }
         let error = |dice: &mut Dice| dice.between(0.9, 1.1);
@@ -79,7 +79,7 @@ fn a_sound_servo_is_never_suspected() {
             size: dice.between(-step, step),
         }];
         // A relay has no answer to a load: it is not stepped there.
-        let faults = if drive == Drive::Wiggle {
+        let faults = if drive == Drive::Probing {
             &[][..]
         } else {
             &faults

@@ -30,7 +30,7 @@ pub(crate) const STEP: f64 = 0.25;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Drive {
     /// A ramp until it moves, then a relay within the travel.
-    Wiggle,
+    Probing,
     /// A PID, whose setpoint jumps to and fro, and the servo comes to rest between.
     Steps,
     /// The same without rest.
@@ -55,7 +55,7 @@ impl Axis {
     /// Of a relay, or of setpoints that ask for 40 % of the command, rad.
     pub(crate) fn amplitude(&self, drive: Drive) -> f64 {
         match drive {
-            Drive::Wiggle => 0.1,
+            Drive::Probing => 0.1,
             _ => 0.2 * self.servo.b * self.limit / (self.bandwidth * self.bandwidth),
         }
     }
@@ -63,7 +63,7 @@ impl Axis {
     /// A travel to either side that the motion stays within, rad.
     pub(crate) fn reach(&self, drive: Drive) -> f64 {
         match drive {
-            Drive::Wiggle => 2.0,
+            Drive::Probing => 2.0,
             _ => 2.0 * self.amplitude(drive),
         }
     }
@@ -71,7 +71,7 @@ impl Axis {
     /// A limit of the speed that the motion stays below, rad/s.
     pub(crate) fn speed(&self, drive: Drive) -> f64 {
         match drive {
-            Drive::Wiggle => 60.0,
+            Drive::Probing => 60.0,
             _ => 1.5 * self.bandwidth * self.amplitude(drive),
         }
     }
@@ -235,7 +235,7 @@ impl Control {
 
     fn setpoint(&self) -> Option<f64> {
         match self.drive {
-            Drive::Wiggle => None,
+            Drive::Probing => None,
             Drive::Hold => Some(0.0),
             Drive::Steps | Drive::Shake => {
                 let half = if self.drive == Drive::Steps {
@@ -251,7 +251,7 @@ impl Control {
     }
 
     fn must_move(&self) -> bool {
-        self.drive == Drive::Wiggle && self.broke.is_some()
+        self.drive == Drive::Probing && self.broke.is_some()
     }
 
     fn process(&mut self, position: f64) -> f64 {

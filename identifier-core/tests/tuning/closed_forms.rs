@@ -338,17 +338,17 @@ fn what_is_out_of_range_is_refused_by_name() {
         ),
         (
             TuningSettings {
-                most_sensitivity: 1.0,
+                max_sensitivity: 1.0,
                 ..good
             },
-            "most_sensitivity",
+            "max_sensitivity",
         ),
         (
             TuningSettings {
-                most_noise: 0.0,
+                max_noise: 0.0,
                 ..good
             },
-            "most_noise",
+            "max_noise",
         ),
         (
             TuningSettings {

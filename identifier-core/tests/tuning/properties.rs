@@ -132,7 +132,7 @@ proptest! {
                 prop_assert!(is_stable(&tuning, &settings, &candidate), "{candidate:?} {tuning:?}");
                 worst = worst.max(sensitivity(&tuning, settings.sample_time, &candidate));
             }
-            prop_assert!(worst < 1.002 * settings.most_sensitivity, "{worst} {tuning:?}");
+            prop_assert!(worst < 1.002 * settings.max_sensitivity, "{worst} {tuning:?}");
             let promised = tuning.promise.sensitivity;
             prop_assert!((worst / promised - 1.0).abs() < 0.005, "{worst} {tuning:?}");
             let tuner = Tuner::new(&settings, &case.servo).expect("it tuned");
@@ -141,7 +141,7 @@ proptest! {
             let (re, im) = loop_gain(&tuning, settings.sample_time, &candidates(&case.servo)[0], omega);
             prop_assert!((identified * (1.0 + re).hypot(im) - 1.0).abs() < 1e-5, "{identified}");
             prop_assert!(identified <= largest && largest < 1.002 * promised, "{largest} {promised}");
-            prop_assert!(tuning.promise.noise <= settings.most_noise * settings.command);
+            prop_assert!(tuning.promise.noise <= settings.max_noise * settings.command);
         }
     }
 

@@ -28,16 +28,16 @@ pub(crate) const ORDER: CommissionSettings = CommissionSettings {
         one_way: false,
     },
     command_delay: 0.0,
-    most_gain: None,
+    max_gain: None,
     goal: Goal::Bandwidth(40.0),
-    most_sensitivity: 1.6,
+    max_sensitivity: 1.6,
     trial_step: None,
 };
 
 /// The phases in which something may come between, in their order.
 pub(crate) const PHASES: [Phase; 7] = [
     Phase::ReleasedCheck,
-    Phase::Wiggle,
+    Phase::Probing,
     Phase::Fit,
     Phase::Refine,
     Phase::Verify,

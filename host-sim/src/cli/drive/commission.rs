@@ -10,7 +10,7 @@ use drive_link::{
     Command, Commissioning, Dither, Format, Law, LoopSettings, Outcome, Progress, Protection,
     Report, Settings, State, Status,
 };
-use identifier_core::commission::{Commission, CommissionSettings, HoldingGains, Phase};
+use identifier_core::commission::{CommissionIsr, CommissionSettings, HoldingGains, Phase};
 
 use super::fault;
 use crate::cli::fault::Fault;
@@ -88,7 +88,7 @@ impl Arguments {
         let before = gains(&settings);
         let mut planned = order;
         planned.command_delay += f64::from(status.command_delay);
-        let machine = Commission::<f32>::new(&planned, before.as_ref())
+        let machine = CommissionIsr::<f32>::new(&planned, before.as_ref())
             .map_err(|error| of_scenario(scenario.fault_of_commission(&error)))?;
         let largest = machine.largest_motion();
         if !silent {

@@ -44,7 +44,7 @@ pub fn tuning(
         ("Encoder", settings.resolution, "rad a count"),
         ("Command", settings.command, "command units beyond the load"),
         ("Sample time", settings.sample_time, "s"),
-        ("Sensitivity", settings.most_sensitivity, "at most"),
+        ("Sensitivity", settings.max_sensitivity, "at most"),
     ];
     let facts =
         facts.map(|(name, value, unit)| (name.to_owned(), format!("{} {unit}", plain(value))));

@@ -136,8 +136,8 @@ impl Document {
                 resolution: settings.resolution,
                 command: finite(settings.command),
                 command_delay: settings.command_delay,
-                most_sensitivity: settings.most_sensitivity,
-                most_noise: settings.most_noise,
+                most_sensitivity: settings.max_sensitivity,
+                most_noise: settings.max_noise,
                 resonance: settings.resonance,
             },
         }

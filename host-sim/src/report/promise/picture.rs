@@ -64,8 +64,8 @@ pub fn panels(tuned: &Tuned) -> Result<Vec<Panel>, TuningError> {
             .collect(),
     );
     sensitivity.abscissa = "frequency over ω".to_owned();
-    sensitivity.nominal = Some(("allowed".to_owned(), settings.most_sensitivity));
-    sensitivity.range = Some((0.0, ROOM * settings.most_sensitivity));
+    sensitivity.nominal = Some(("allowed".to_owned(), settings.max_sensitivity));
+    sensitivity.range = Some((0.0, ROOM * settings.max_sensitivity));
     Ok(vec![position, command, sensitivity])
 }
 

@@ -1,6 +1,6 @@
 use super::effect_model::{EffectModel, Memory};
 use super::inputs::Inputs;
-use super::motion::Motion;
+use super::motion::MotionRecord;
 use super::{A, ALL, B, COULOMB, DELAY, LOAD, POSITION, VELOCITY};
 use crate::model::FrictionStep;
 use crate::number::Number;
@@ -21,7 +21,7 @@ impl<N: Number> Affected<N> {
     pub(super) fn new<const W: usize>(
         unknowns: &[N; ALL],
         effect: &EffectModel<N>,
-        motion: &Motion<N, W>,
+        motion: &MotionRecord<N, W>,
     ) -> Self {
         Self {
             inputs: Inputs::delayed(motion, unknowns[DELAY]),
@@ -37,7 +37,7 @@ impl<N: Number> Affected<N> {
         step: &FrictionStep<N>,
         unknowns: &[N; ALL],
         effect: &EffectModel<N>,
-        motion: &Motion<N, W>,
+        motion: &MotionRecord<N, W>,
         (index, position): (usize, N),
     ) {
         /// More commands than these cannot act in a piece; a bound for what is not a number.

@@ -1,7 +1,7 @@
 use super::affected::Affected;
 use super::effect::Effect;
 use super::effect_model::EffectModel;
-use super::motion::Motion;
+use super::motion::MotionRecord;
 use super::{ALL, UNKNOWNS};
 use crate::adaptation::NormalEquations;
 use crate::model::FrictionStep;
@@ -29,7 +29,7 @@ impl<N: Number> Comparison<N> {
         resolution: N,
         unknowns: &[N; ALL],
         changes: &[N; ALL],
-        motion: &Motion<N, W>,
+        motion: &MotionRecord<N, W>,
     ) -> Self {
         let begun = |unknowns: &[N; ALL]| {
             let effect = EffectModel::new(effect, unknowns, resolution);
@@ -52,7 +52,7 @@ impl<N: Number> Comparison<N> {
     pub(super) fn goes_on<const W: usize>(
         &mut self,
         step: &FrictionStep<N>,
-        motion: &Motion<N, W>,
+        motion: &MotionRecord<N, W>,
     ) -> bool {
         let Some(piece) = motion.get(self.next) else {
             return true;

@@ -1,6 +1,6 @@
 use super::super::IdentifiedServo;
-use super::diagnosing::{Diagnosing, Diagnosis};
-use super::motion::Motion;
+use super::effect_search::{Diagnosis, EffectSearch};
+use super::motion::MotionRecord;
 use super::servo_fit::ServoFit;
 use super::servo_fitter::ServoFitter;
 use super::{B, UNKNOWNS};
@@ -12,8 +12,8 @@ impl<N: Number> ServoFitter<N> {
     pub fn begin_diagnosis<const W: usize>(
         &self,
         servo: &IdentifiedServo,
-        motion: &Motion<N, W>,
-    ) -> Diagnosing<N> {
+        motion: &MotionRecord<N, W>,
+    ) -> EffectSearch<N> {
         self.diagnosing(&self.unknowns(servo), motion)
     }
 
@@ -22,8 +22,8 @@ impl<N: Number> ServoFitter<N> {
     pub fn begin_diagnosis_of<const W: usize>(
         &self,
         fit: &ServoFit<N>,
-        motion: &Motion<N, W>,
-    ) -> Option<Diagnosing<N>> {
+        motion: &MotionRecord<N, W>,
+    ) -> Option<EffectSearch<N>> {
         // Where the fit went to may be far away.
         let first = fit.first();
         (first[B] > N::ZERO).then(|| self.diagnosing(first, motion))
@@ -33,8 +33,8 @@ impl<N: Number> ServoFitter<N> {
     /// with nothing if no effect explains anything.
     pub fn diagnose<const W: usize>(
         &self,
-        diagnosing: &mut Diagnosing<N>,
-        motion: &Motion<N, W>,
+        diagnosing: &mut EffectSearch<N>,
+        motion: &MotionRecord<N, W>,
     ) -> Option<Option<Diagnosis>> {
         diagnosing.goes_on(&self.step, motion)
     }
@@ -42,9 +42,9 @@ impl<N: Number> ServoFitter<N> {
     fn diagnosing<const W: usize>(
         &self,
         own: &[N; UNKNOWNS],
-        motion: &Motion<N, W>,
-    ) -> Diagnosing<N> {
+        motion: &MotionRecord<N, W>,
+    ) -> EffectSearch<N> {
         let bounds = self.bounds(motion, self.speed_at_first(motion, true));
-        Diagnosing::new(own, &bounds, self.resolution(), motion)
+        EffectSearch::new(own, &bounds, self.resolution(), motion)
     }
 }

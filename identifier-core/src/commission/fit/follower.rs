@@ -1,5 +1,5 @@
 use super::inputs::{Acting, Inputs};
-use super::motion::Motion;
+use super::motion::MotionRecord;
 use super::{A, B, COULOMB, DELAY, LOAD, POSITION, UNKNOWNS, VELOCITY};
 use crate::model::{FrictionStep, Phase, Response};
 use crate::number::Number;
@@ -21,7 +21,10 @@ pub(super) struct Follower<N> {
 
 impl<N: Number> Follower<N> {
     /// Before the first piece of a record.
-    pub(super) fn new<const W: usize>(unknowns: &[N; UNKNOWNS], motion: &Motion<N, W>) -> Self {
+    pub(super) fn new<const W: usize>(
+        unknowns: &[N; UNKNOWNS],
+        motion: &MotionRecord<N, W>,
+    ) -> Self {
         let mut positions = [N::ZERO; UNKNOWNS];
         let mut velocities = [N::ZERO; UNKNOWNS];
         positions[POSITION] = N::ONE;
@@ -40,7 +43,7 @@ impl<N: Number> Follower<N> {
     pub(super) fn advance<const W: usize>(
         &mut self,
         step: &FrictionStep<N>,
-        motion: &Motion<N, W>,
+        motion: &MotionRecord<N, W>,
         index: usize,
     ) {
         /// More commands than these cannot act in a piece; a bound for what is not a number.

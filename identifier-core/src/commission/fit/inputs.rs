@@ -1,5 +1,5 @@
 use super::block::Piece;
-use super::motion::Motion;
+use super::motion::MotionRecord;
 use crate::number::Number;
 
 /// Where a delayed command is in the record.
@@ -29,7 +29,7 @@ pub(super) struct Acting<N> {
 
 impl<N: Number> Inputs<N> {
     /// A delay (samples) before the first piece.
-    pub(super) fn delayed<const W: usize>(motion: &Motion<N, W>, delay: N) -> Self {
+    pub(super) fn delayed<const W: usize>(motion: &MotionRecord<N, W>, delay: N) -> Self {
         let first = motion.get(0).copied().unwrap_or(Piece::NONE);
         let before = Piece {
             samples: delay,
@@ -44,7 +44,11 @@ impl<N: Number> Inputs<N> {
     }
 
     /// What acts next, for at most a time.
-    pub(super) fn take<const W: usize>(&mut self, motion: &Motion<N, W>, most: N) -> Acting<N> {
+    pub(super) fn take<const W: usize>(
+        &mut self,
+        motion: &MotionRecord<N, W>,
+        most: N,
+    ) -> Acting<N> {
         let (half, twelve) = (N::from_f64(0.5), N::from_f64(12.0));
         let piece = self.piece;
         if self.left <= N::ZERO || piece.samples <= N::ZERO {
@@ -77,7 +81,7 @@ impl<N: Number> Inputs<N> {
     }
 
     /// Goes on to the next piece; what acted less what follows. The last goes on for ever.
-    fn follow<const W: usize>(&mut self, motion: &Motion<N, W>) -> N {
+    fn follow<const W: usize>(&mut self, motion: &MotionRecord<N, W>) -> N {
         let end = |piece: &Piece<N>| N::from_f64(6.0) * piece.lead;
         let Some(&piece) = motion.get(self.next) else {
             self.left = N::REACH;

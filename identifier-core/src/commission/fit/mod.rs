@@ -2,16 +2,16 @@
 //!
 //! The interrupt's [`MotionRecorder`] condenses samples to [`MotionBlock`]s, which end where the command
 //! changes, so that a short record drives a model as exactly as the samples would, delayed by any part of
-//! a sample; the background collects them in a [`Motion`]. A [`ServoFitter`] fits a, b, c, d and the delay
+//! a sample; the background collects them in a [`MotionRecord`]. A [`ServoFitter`] fits a, b, c, d and the delay
 //! to it, tells how well a servo that is known predicts it, and looks for what a model lacks that does not.
 
 mod affected;
 mod block;
 mod comparison;
 mod diagnoser;
-mod diagnosing;
 mod effect;
 mod effect_model;
+mod effect_search;
 mod follower;
 mod inputs;
 mod motion;
@@ -26,9 +26,9 @@ mod servo_fit;
 mod servo_fitter;
 
 pub use block::MotionBlock;
-pub use diagnosing::{Diagnosing, Diagnosis};
-pub use motion::Motion;
-pub use prediction::{Predicting, Prediction};
+pub use effect_search::{Diagnosis, EffectSearch};
+pub use motion::MotionRecord;
+pub use prediction::{Prediction, PredictionPass};
 pub use recorder::MotionRecorder;
 pub use servo_fit::ServoFit;
 pub use servo_fitter::{FitSettings, ServoFitter};

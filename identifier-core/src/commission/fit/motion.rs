@@ -8,7 +8,7 @@ const ALIKE: f64 = 0.02;
 /// those between which the command hardly changes, so that a short motion is kept finely and a long one
 /// as a whole.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Motion<N, const W: usize> {
+pub struct MotionRecord<N, const W: usize> {
     pieces: [Piece<N>; W],
     count: usize,
     /// Pieces between which the command changes by no more may be joined.
@@ -19,7 +19,7 @@ pub struct Motion<N, const W: usize> {
     complete: bool,
 }
 
-impl<N: Number, const W: usize> Motion<N, W> {
+impl<N: Number, const W: usize> MotionRecord<N, W> {
     /// Nothing recorded yet.
     pub const EMPTY: Self = Self {
         pieces: [Piece::NONE; W],

@@ -1,5 +1,5 @@
 use super::follower::Follower;
-use super::motion::Motion;
+use super::motion::MotionRecord;
 use super::prior::Prior;
 use super::{B, UNKNOWNS};
 use crate::adaptation::NormalEquations;
@@ -30,7 +30,7 @@ impl<N: Number> Pass<N> {
     pub(super) fn at<const W: usize>(
         unknowns: &[N; UNKNOWNS],
         prior: &Prior<N>,
-        motion: &Motion<N, W>,
+        motion: &MotionRecord<N, W>,
     ) -> Self {
         let mut equations = NormalEquations::EMPTY;
         prior.add_to(&mut equations, unknowns);
@@ -47,7 +47,7 @@ impl<N: Number> Pass<N> {
     pub(super) fn take<const W: usize>(
         &mut self,
         step: &FrictionStep<N>,
-        motion: &Motion<N, W>,
+        motion: &MotionRecord<N, W>,
         index: usize,
     ) {
         self.follower.advance(step, motion, index);

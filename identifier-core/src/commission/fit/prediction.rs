@@ -25,7 +25,7 @@ pub struct Prediction {
 
 /// A prediction under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Predicting<N> {
+pub struct PredictionPass<N> {
     pub(super) unknowns: [N; UNKNOWNS],
     /// Covariance of the servo's parameters, machine units.
     pub(super) covariance: [[N; 5]; 5],

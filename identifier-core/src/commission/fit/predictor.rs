@@ -1,8 +1,8 @@
 use super::super::IdentifiedServo;
 use super::follower::Follower;
-use super::motion::Motion;
+use super::motion::MotionRecord;
 use super::placing::Placing;
-use super::prediction::{Pass, Predicting, Prediction};
+use super::prediction::{Pass, Prediction, PredictionPass};
 use super::prior::at_first;
 use super::servo_fitter::ServoFitter;
 use super::{POSITION, ROUNDING, UNKNOWNS, VELOCITY};
@@ -12,9 +12,9 @@ use crate::number::Number;
 impl<N: Number> ServoFitter<N> {
     /// Begins the prediction of a motion by a servo that is known.
     #[must_use]
-    pub fn begin_prediction(&self, servo: &IdentifiedServo) -> Predicting<N> {
+    pub fn begin_prediction(&self, servo: &IdentifiedServo) -> PredictionPass<N> {
         let scale = self.scale();
-        Predicting {
+        PredictionPass {
             unknowns: self.unknowns(servo),
             covariance: core::array::from_fn(|i| {
                 core::array::from_fn(|j| N::from_f64(servo.covariance[i][j] * scale[i] * scale[j]))
@@ -28,8 +28,8 @@ impl<N: Number> ServoFitter<N> {
     /// Continues by a piece of the record. Returns once it has ended.
     pub fn predict<const W: usize>(
         &self,
-        predicting: &mut Predicting<N>,
-        motion: &Motion<N, W>,
+        predicting: &mut PredictionPass<N>,
+        motion: &MotionRecord<N, W>,
     ) -> Option<Prediction> {
         let pass = match &mut predicting.pass {
             Some(pass) => pass,
@@ -60,7 +60,7 @@ impl<N: Number> ServoFitter<N> {
     fn begin_pass<const W: usize>(
         &self,
         unknowns: &[N; UNKNOWNS],
-        motion: &Motion<N, W>,
+        motion: &MotionRecord<N, W>,
     ) -> Pass<N> {
         // A model that friction holds at first tells nothing of the velocity with which it began.
         let mut equations = NormalEquations::EMPTY;

@@ -29,7 +29,7 @@ impl<N: Number> MotionRecorder<N> {
         let longest = libm::floor(Self::LONGEST / settings.sample_time).max(1.0);
         Self {
             longest: N::from_f64(longest),
-            much: N::from_f64(Self::MUCH * settings.most_command),
+            much: N::from_f64(Self::MUCH * settings.max_command),
             open: Piece::NONE,
             began: N::ZERO,
             acting: None,

@@ -1,4 +1,4 @@
-use super::motion::Motion;
+use super::motion::MotionRecord;
 use super::{A, B, COULOMB, DELAY, LOAD, POSITION, UNKNOWNS, VELOCITY};
 use crate::number::Number;
 
@@ -21,7 +21,7 @@ impl Scales {
     pub(super) const LITTLE: f64 = 0.003;
 
     /// Of a record of a servo with a gain.
-    pub(super) fn of<N: Number, const W: usize>(motion: &Motion<N, W>, gain: N) -> Self {
+    pub(super) fn of<N: Number, const W: usize>(motion: &MotionRecord<N, W>, gain: N) -> Self {
         let (mut command, mut travel, mut time) = (N::ZERO, N::ZERO, N::ZERO);
         let mut index = 0;
         while let Some(piece) = motion.get(index) {

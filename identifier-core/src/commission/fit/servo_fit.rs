@@ -1,5 +1,5 @@
 use super::super::regression::{Gathered, Regression};
-use super::motion::Motion;
+use super::motion::MotionRecord;
 use super::pass::{Best, Pass, next_trial};
 use super::prior::Prior;
 use super::{A, B, COULOMB, DELAY, LOAD, ROUNDING, UNKNOWNS};
@@ -133,7 +133,11 @@ impl<N: Number> ServoFit<N> {
     }
 
     /// Continues by a piece.
-    pub(super) fn go_on<const W: usize>(&mut self, step: &FrictionStep<N>, motion: &Motion<N, W>) {
+    pub(super) fn go_on<const W: usize>(
+        &mut self,
+        step: &FrictionStep<N>,
+        motion: &MotionRecord<N, W>,
+    ) {
         self.over = self.ends(step, motion);
     }
 
@@ -144,7 +148,11 @@ impl<N: Number> ServoFit<N> {
     }
 
     /// Continues by a piece; true if there is no more to do.
-    fn ends<const W: usize>(&mut self, step: &FrictionStep<N>, motion: &Motion<N, W>) -> bool {
+    fn ends<const W: usize>(
+        &mut self,
+        step: &FrictionStep<N>,
+        motion: &MotionRecord<N, W>,
+    ) -> bool {
         if self.next < self.taken
             && let Some(piece) = motion.get(self.next)
         {
@@ -226,7 +234,7 @@ impl<N: Number> ServoFit<N> {
         false
     }
 
-    fn begin_start<const W: usize>(&mut self, motion: &Motion<N, W>) {
+    fn begin_start<const W: usize>(&mut self, motion: &MotionRecord<N, W>) {
         let factor = Self::LADDER.get(self.starts as usize).copied();
         let mut trial = self.first;
         let [gain, friction, delay] = factor.unwrap_or([1.0, 1.0, 0.0]).map(N::from_f64);
@@ -240,7 +248,7 @@ impl<N: Number> ServoFit<N> {
         self.begin_pass(motion, trial);
     }
 
-    fn begin_pass<const W: usize>(&mut self, motion: &Motion<N, W>, unknowns: [N; UNKNOWNS]) {
+    fn begin_pass<const W: usize>(&mut self, motion: &MotionRecord<N, W>, unknowns: [N; UNKNOWNS]) {
         let [low, high] = &self.bounds;
         let trial = core::array::from_fn(|i| unknowns[i].limited(low[i], high[i]));
         self.pass = Some(Pass::at(&trial, &self.prior, motion));
@@ -268,7 +276,7 @@ impl<N: Number> ServoFit<N> {
 }
 
 /// The direction in which the servo moved during a piece, zero at standstill.
-fn direction<N: Number, const W: usize>(motion: &Motion<N, W>, index: usize) -> N {
+fn direction<N: Number, const W: usize>(motion: &MotionRecord<N, W>, index: usize) -> N {
     let travel = |index: usize| motion.get(index).map_or(N::ZERO, |piece| piece.travel);
     let before = index.checked_sub(1).map_or(N::ZERO, travel);
     direction_of([before, travel(index), travel(index + 1)])

@@ -1,6 +1,6 @@
 use super::super::regression::Regression;
 use super::super::{IdentifiedServo, StopReason};
-use super::motion::Motion;
+use super::motion::MotionRecord;
 use super::prior::Prior;
 use super::servo_fit::ServoFit;
 use super::{A, B, COULOMB, DELAY, LOAD, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
@@ -15,7 +15,7 @@ pub struct FitSettings {
     /// Position of a count, rad.
     pub resolution: f64,
     /// The largest magnitude of the command, command units.
-    pub most_command: f64,
+    pub max_command: f64,
     /// From the reading of the encoder to the change of the output, s, as far as it is known.
     pub command_delay: f64,
 }
@@ -65,7 +65,7 @@ impl<N: Number> ServoFitter<N> {
     #[must_use]
     pub fn begin<const W: usize>(
         &self,
-        motion: &Motion<N, W>,
+        motion: &MotionRecord<N, W>,
         prior: Option<&IdentifiedServo>,
     ) -> ServoFit<N> {
         let time = self.settings.sample_time;
@@ -97,7 +97,7 @@ impl<N: Number> ServoFitter<N> {
     pub fn work<const W: usize>(
         &self,
         fit: &mut ServoFit<N>,
-        motion: &Motion<N, W>,
+        motion: &MotionRecord<N, W>,
     ) -> Option<Result<IdentifiedServo, StopReason>> {
         if !fit.is_over() {
             fit.go_on(&self.step, motion);
@@ -108,7 +108,11 @@ impl<N: Number> ServoFitter<N> {
 
     /// The standard deviation of the speed with which a record begins, counts per sample: of a servo that
     /// stood, or of one that careful gains hold, which hunts by a count. What is let go may begin to move.
-    pub(super) fn speed_at_first<const W: usize>(&self, motion: &Motion<N, W>, held: bool) -> f64 {
+    pub(super) fn speed_at_first<const W: usize>(
+        &self,
+        motion: &MotionRecord<N, W>,
+        held: bool,
+    ) -> f64 {
         let time = self.settings.sample_time;
         let hunting = if held {
             0.5 * (Self::HELD * time).min(Self::HELD_SAMPLED)
@@ -137,7 +141,7 @@ impl<N: Number> ServoFitter<N> {
     /// The least and the largest unknowns, for a record that begins with a speed of such a deviation.
     pub(super) fn bounds<const W: usize>(
         &self,
-        motion: &Motion<N, W>,
+        motion: &MotionRecord<N, W>,
         speed: f64,
     ) -> [[N; UNKNOWNS]; 2] {
         let time = self.settings.sample_time;
@@ -172,7 +176,7 @@ impl<N: Number> ServoFitter<N> {
     fn result<const W: usize>(
         &self,
         fit: &ServoFit<N>,
-        motion: &Motion<N, W>,
+        motion: &MotionRecord<N, W>,
     ) -> Result<IdentifiedServo, StopReason> {
         /// The largest relative standard error of b with which there is a servo at all.
         const UNCERTAIN: f64 = 0.2;

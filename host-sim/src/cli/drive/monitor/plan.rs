@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use drive_link::{Command, Settings, Status};
-use identifier_core::commission::{Commission, CommissionSettings, HoldingGains};
+use identifier_core::commission::{CommissionIsr, CommissionSettings, HoldingGains};
 
 use crate::cli::drive::commission::{gains, unconfigured};
 use crate::cli::fault::Fault;
@@ -50,9 +50,10 @@ impl Plan {
         };
         let mut planned = self.order;
         planned.command_delay += f64::from(status.command_delay);
-        let machine = Commission::<f32>::new(&planned, gains(&told).as_ref()).map_err(|error| {
-            Fault::of_scenario(&self.file, self.scenario.fault_of_commission(&error))
-        })?;
+        let machine =
+            CommissionIsr::<f32>::new(&planned, gains(&told).as_ref()).map_err(|error| {
+                Fault::of_scenario(&self.file, self.scenario.fault_of_commission(&error))
+            })?;
         Ok(Orders {
             configure: (!status.configured).then_some(Command::Configure(told)),
             commission: Command::Commission(self.order),

@@ -1,5 +1,5 @@
-use super::super::crude::Crude;
 use super::super::regression::Gathered;
+use super::super::rough_model::RoughModel;
 use super::observer::Observed;
 use super::plan::{COMMANDS, Plan};
 use crate::commission::StopReason;
@@ -7,7 +7,7 @@ use crate::number::Number;
 
 /// A wiggle under way. Counts and samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WiggleState<N> {
+pub struct ProbingState<N> {
     pub(super) stage: Stage,
     pub(super) ending: Option<Result<(), StopReason>>,
     pub(super) samples: u32,
@@ -30,7 +30,7 @@ pub struct WiggleState<N> {
     pub(super) fall: Fall<N>,
     /// Where and when the first count was passed.
     pub(super) first_count: Option<FirstCount<N>>,
-    pub(super) servo: Crude<N>,
+    pub(super) servo: RoughModel<N>,
     /// b as it was first known.
     pub(super) guessed: N,
     /// What the command can do with that.
@@ -136,7 +136,7 @@ pub(super) struct FirstCount<N> {
     pub(super) moved: N,
 }
 
-impl<N: Number> WiggleState<N> {
+impl<N: Number> ProbingState<N> {
     pub(super) fn new(plan: &Plan<N>, held: Option<N>) -> Self {
         let held = held.unwrap_or(N::ZERO);
         Self {
@@ -153,7 +153,7 @@ impl<N: Number> WiggleState<N> {
             origin: N::ZERO,
             fall: Fall::from(held),
             first_count: None,
-            servo: Crude::UNKNOWN,
+            servo: RoughModel::UNKNOWN,
             guessed: N::ZERO,
             guessed_limit: N::ZERO,
             observed: Observed::AT_REST,
@@ -189,7 +189,7 @@ impl<N: Number> WiggleState<N> {
 
     /// The servo as far as it is known.
     #[must_use]
-    pub fn servo(&self) -> &Crude<N> {
+    pub fn servo(&self) -> &RoughModel<N> {
         &self.servo
     }
 

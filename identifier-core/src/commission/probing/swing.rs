@@ -1,11 +1,11 @@
-use super::state::{Stage, WiggleState};
-use super::wiggling::Wiggle;
+use super::experiment::Probing;
+use super::state::{ProbingState, Stage};
 use crate::commission::StopReason;
 use crate::number::Number;
 
-impl<N: Number> Wiggle<N> {
+impl<N: Number> Probing<N> {
     /// Acceleration and amplitude of the next swing: what command, travel and speed permit.
-    pub(super) fn choose_swing(&self, state: &mut WiggleState<N>) {
+    pub(super) fn choose_swing(&self, state: &mut ProbingState<N>) {
         let plan = &self.plan;
         let servo = &state.servo;
         let [least, most] = plan.command;
@@ -46,7 +46,7 @@ impl<N: Number> Wiggle<N> {
     }
 
     /// Position and velocity, along a direction, where a decision of now begins to act.
-    fn ahead(&self, state: &WiggleState<N>, direction: N) -> [N; 2] {
+    fn ahead(&self, state: &ProbingState<N>, direction: N) -> [N; 2] {
         let plan = &self.plan;
         let horizon = plan.horizon;
         let velocity = direction * state.observed.velocity;
@@ -60,7 +60,7 @@ impl<N: Number> Wiggle<N> {
     }
 
     /// Accelerates until the servo must be braked to turn where it should.
-    pub(super) fn push(&self, state: &mut WiggleState<N>) -> N {
+    pub(super) fn push(&self, state: &mut ProbingState<N>) -> N {
         let plan = &self.plan;
         let direction = state.direction;
         if direction * state.observed.velocity < N::ZERO && !state.stands {
@@ -99,7 +99,7 @@ impl<N: Number> Wiggle<N> {
 
     /// All of the command does not move the servo in a direction: it is tried the other way. If it moves
     /// there, and again does not come back, it may move one way only; if not, nothing moves it.
-    fn meet_stop(&self, state: &mut WiggleState<N>, command: N) -> N {
+    fn meet_stop(&self, state: &mut ProbingState<N>, command: N) -> N {
         let direction = state.direction;
         let Some(blocked) = state.blocked.replace(direction) else {
             self.swing_back(state);
@@ -116,7 +116,7 @@ impl<N: Number> Wiggle<N> {
     }
 
     /// Brakes until the servo turns.
-    pub(super) fn brake(&self, state: &mut WiggleState<N>) -> N {
+    pub(super) fn brake(&self, state: &mut ProbingState<N>) -> N {
         if state.has_turned() {
             return self.turn(state);
         }
@@ -127,13 +127,13 @@ impl<N: Number> Wiggle<N> {
     }
 
     /// Whether a servo that may not turn is slow enough for the next push.
-    fn is_slow(&self, state: &WiggleState<N>) -> bool {
+    fn is_slow(&self, state: &ProbingState<N>) -> bool {
         let slow = N::from_f64(0.2) * state.acceleration * self.plan.swing_speed;
         state.direction * state.observed.velocity < slow
     }
 
     /// The command that brakes, as hard as the room needs.
-    fn braking(&self, state: &mut WiggleState<N>, direction: N) -> N {
+    fn braking(&self, state: &mut ProbingState<N>, direction: N) -> N {
         let plan = &self.plan;
         let [position, velocity] = self.ahead(state, direction);
         let half_room = plan.half_room();
@@ -152,7 +152,7 @@ impl<N: Number> Wiggle<N> {
     }
 
     /// The servo turns: the next swing, or the end.
-    fn turn(&self, state: &mut WiggleState<N>) -> N {
+    fn turn(&self, state: &mut ProbingState<N>) -> N {
         state.extra = N::ZERO;
         if let Some(way) = self.plan.one_way {
             state.reversals = state.reversals.map(|count| count + 1);
@@ -187,7 +187,7 @@ impl<N: Number> Wiggle<N> {
     }
 
     /// From the next push on it swings the other way.
-    fn swing_back(&self, state: &mut WiggleState<N>) {
+    fn swing_back(&self, state: &mut ProbingState<N>) {
         state.extra = N::ZERO;
         state.aim(-state.direction);
         self.choose_swing(state);
@@ -196,7 +196,7 @@ impl<N: Number> Wiggle<N> {
 
     /// Whether the servo is known well enough: it has turned twice at either end, and the acceleration of a
     /// swing is predicted well in both directions.
-    pub(super) fn has_evidence(&self, state: &WiggleState<N>) -> bool {
+    pub(super) fn has_evidence(&self, state: &ProbingState<N>) -> bool {
         /// The largest standard error of an acceleration, over it.
         const KNOWN: f64 = 0.008;
         /// Standard deviation of an equation's error, counts.
@@ -221,7 +221,7 @@ impl<N: Number> Wiggle<N> {
     }
 
     /// Brakes for good.
-    pub(super) fn stop(&self, state: &mut WiggleState<N>) -> N {
+    pub(super) fn stop(&self, state: &mut ProbingState<N>) -> N {
         if state.samples == state.stage_since {
             state.aim(state.way);
         }
@@ -238,7 +238,7 @@ impl<N: Number> Wiggle<N> {
     }
 
     /// Holds the servo where it stopped.
-    pub(super) fn hold(&self, state: &mut WiggleState<N>) -> N {
+    pub(super) fn hold(&self, state: &mut ProbingState<N>) -> N {
         let servo = &state.servo;
         let [stiffness, damping] = self.plan.hold;
         let off = state.position - state.held_at;

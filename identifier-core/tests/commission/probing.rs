@@ -1,5 +1,7 @@
-use crate::wiggle_support::{Unknown, Wiggled, unknown_servos};
-use identifier_core::commission::{CommissionError, Crude, Progress, StopReason, Wiggle};
+use crate::probing_support::{Unknown, Wiggled, unknown_servos};
+use identifier_core::commission::{
+    CommissionError, Probing, ProbingProgress, RoughModel, StopReason,
+};
 use identifier_core::model::ServoParameters;
 
 #[test]
@@ -17,12 +19,12 @@ fn travel_and_speed_are_kept_by_every_unknown_servo_and_nearly_all_end_with_evid
         assert!(speed < 1.0, "speed {speed:.3}: {unknown:?}");
         servos += 1;
         match progress {
-            Progress::AtRest => {
+            ProbingProgress::AtRest => {
                 at_rest += 1;
                 assert!(evidence.is_some_and(|time| time <= 1.0));
             }
             // It says so; only a coarse encoder may need more than a second.
-            Progress::Failed(StopReason::TooLittleEvidence) => {
+            ProbingProgress::Failed(StopReason::TooLittleEvidence) => {
                 assert!(unknown.counts < 4096.0, "{unknown:?}");
             }
             _ => panic!("{progress:?}: {unknown:?}"),
@@ -59,7 +61,7 @@ fn a_speed_that_is_far_less_than_the_servo_can_do_is_kept() {
             progress, speed, ..
         } = unknown.wiggle();
         assert!(speed < 1.0, "speed {speed:.3}: {unknown:?}");
-        assert_eq!(progress, Progress::AtRest, "{unknown:?}");
+        assert_eq!(progress, ProbingProgress::AtRest, "{unknown:?}");
         fastest = fastest.max(speed);
     }
     assert!(fastest > 0.5, "it is made use of: {fastest}");
@@ -87,15 +89,15 @@ fn a_later_motion_of_a_known_servo_is_another_one_within_the_same_limits() {
     for unknown in unknown_servos().filter(|unknown| unknown.counts >= 10_000.0) {
         let Unknown { parameters, .. } = unknown;
         let resolution = std::f64::consts::TAU / unknown.counts;
-        let known = Crude::of(&parameters, unknown.sample_time, resolution);
+        let known = RoughModel::of(&parameters, unknown.sample_time, resolution);
         let held = Unknown {
             held: Some(-parameters.load / parameters.b),
             ..unknown
         };
-        let wiggle = Wiggle::new(&held.settings()).expect("allowed");
+        let wiggle = Probing::new(&held.settings()).expect("allowed");
         let sizes = [1.0, 0.6].map(|part| {
             let moved = held.moved_by(&wiggle, wiggle.start_from_known(&known, 0.0, part));
-            assert_eq!(moved.progress, Progress::AtRest, "{unknown:?}");
+            assert_eq!(moved.progress, ProbingProgress::AtRest, "{unknown:?}");
             assert!(moved.travel < 1.0 && moved.speed < 1.0, "{unknown:?}");
             moved.travel
         });
@@ -114,7 +116,7 @@ fn an_axis_that_may_only_move_one_way_does_not_come_back() {
     for unknown in unknown_servos().filter(ordinary).map(Unknown::one_way) {
         let moved = unknown.wiggle();
         servos += 1;
-        at_rest += u32::from(moved.progress == Progress::AtRest);
+        at_rest += u32::from(moved.progress == ProbingProgress::AtRest);
         assert!(moved.travel < 1.0 && moved.speed < 1.0, "{unknown:?}");
         let back = -moved.reached[0] / unknown.resolution();
         assert!(back < 1.0, "{back} counts back: {unknown:?}");
@@ -131,17 +133,20 @@ fn a_servo_that_does_not_move_is_said_to_be_one() {
     jammed.parameters.load = 0.0;
     jammed.parameters.coulomb = 1.1 * jammed.parameters.b * Unknown::COMMAND;
     let moved = jammed.wiggle();
-    assert_eq!(moved.progress, Progress::Failed(StopReason::DoesNotMove));
+    assert_eq!(
+        moved.progress,
+        ProbingProgress::Failed(StopReason::DoesNotMove)
+    );
 }
 
 /// How the first motion ends of a servo of plain friction whose velocity a ratchet holds.
-fn moved_with(ratchet: impl Fn(f64) -> f64) -> Option<Progress> {
+fn moved_with(ratchet: impl Fn(f64) -> f64) -> Option<ProbingProgress> {
     let unknown = Unknown {
         sample_time: 1e-3,
         held: None,
         ..Unknown::of(2)
     };
-    let wiggle = Wiggle::<f32>::new(&unknown.settings()).expect("allowed");
+    let wiggle = Probing::<f32>::new(&unknown.settings()).expect("allowed");
     let (b, time) = (unknown.parameters.b, unknown.sample_time);
     let coulomb = 0.1 * b * Unknown::COMMAND;
     let mut state = wiggle.start(None);
@@ -166,14 +171,17 @@ fn moved_with(ratchet: impl Fn(f64) -> f64) -> Option<Progress> {
             ratchet(pushed)
         };
         position += velocity * time;
-        (step.progress != Progress::Going).then_some(step.progress)
+        (step.progress != ProbingProgress::Going).then_some(step.progress)
     })
 }
 
 #[test]
 fn a_servo_that_moves_one_way_and_not_the_other_is_said_to_be_one() {
-    let failed = |reason| Some(Progress::Failed(reason));
-    assert_eq!(moved_with(|velocity| velocity), Some(Progress::AtRest));
+    let failed = |reason| Some(ProbingProgress::Failed(reason));
+    assert_eq!(
+        moved_with(|velocity| velocity),
+        Some(ProbingProgress::AtRest)
+    );
     let forwards = moved_with(|velocity| velocity.max(0.0));
     assert_eq!(forwards, failed(StopReason::OneDirectionOnly));
     // It sticks for good once it has come to rest.
@@ -195,16 +203,16 @@ fn limits_that_are_too_small_are_refused_with_the_figure_that_would_do() {
     };
     let mut narrow = coarse.settings();
     narrow.limits.travel = [-0.001, 10.0];
-    let Err(CommissionError::TravelTooSmall { needed, .. }) = Wiggle::<f32>::new(&narrow) else {
+    let Err(CommissionError::TravelTooSmall { needed, .. }) = Probing::<f32>::new(&narrow) else {
         panic!("too little travel")
     };
     narrow.limits.travel[0] = -1.001 * needed;
-    assert!(Wiggle::<f32>::new(&narrow).is_ok());
+    assert!(Probing::<f32>::new(&narrow).is_ok());
     let mut slow = coarse.settings();
     slow.limits.speed = 1e-6;
-    let Err(CommissionError::SpeedTooSmall { needed, .. }) = Wiggle::<f32>::new(&slow) else {
+    let Err(CommissionError::SpeedTooSmall { needed, .. }) = Probing::<f32>::new(&slow) else {
         panic!("too little speed")
     };
     slow.limits.speed = 1.001 * needed;
-    assert!(Wiggle::<f32>::new(&slow).is_ok());
+    assert!(Probing::<f32>::new(&slow).is_ok());
 }

@@ -2,7 +2,7 @@ use super::super::{CommissionError, Limits};
 
 /// What a wiggle is made from, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WiggleSettings {
+pub struct ProbingSettings {
     /// Sample time, s.
     pub sample_time: f64,
     /// Position of a count, rad.
@@ -10,12 +10,12 @@ pub struct WiggleSettings {
     /// What it may do with the axis.
     pub limits: Limits,
     /// The largest b that the servo may have, rad/s² per command unit, if that is known.
-    pub most_gain: Option<f64>,
+    pub max_gain: Option<f64>,
     /// From the reading of the encoder to the change of the output, s, as far as it is known.
     pub command_delay: f64,
 }
 
-impl WiggleSettings {
+impl ProbingSettings {
     /// The least travel to either side, or in all for a servo that may only move one way, counts.
     pub const LEAST_TRAVEL: [f64; 2] = [16.0, 100.0];
 

@@ -1,10 +1,10 @@
-use super::careful::Careful;
+use super::conservative_pid::ConservativePid;
 use super::gains::{HoldingGains, Loop};
 use super::holding::Holding;
 use super::state::{Activity, CommissionState, Next};
 use super::{
-    Answer, CommissionError, CommissionSettings, Crude, Finding, LargestMotion, MotionRecorder,
-    Phase, Progress, StopReason, Wiggle, WiggleState,
+    CommissionError, CommissionSettings, Decision, LargestMotion, MotionRecorder, Phase, Probing,
+    ProbingProgress, ProbingState, RecordEvent, RoughModel, StopReason,
 };
 use crate::control::ControlSample;
 use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
@@ -14,19 +14,19 @@ use crate::units::Units;
 
 /// The interrupt's half of a commissioning: it moves the servo and watches over it, and waits for nobody.
 ///
-/// A sample is [`Commission::process`]; the caller hands its [`Finding`] to the
-/// [`Study`](super::Study), has that do [`Commission::slices`] slices of work, and hands its
-/// [`Answer`] to [`Commission::accept`].
+/// A sample is [`CommissionIsr::process`]; the caller hands its [`RecordEvent`] to the
+/// [`CommissionSolver`](super::CommissionSolver), has that do [`CommissionIsr::slices`] slices of work, and hands its
+/// [`Decision`] to [`CommissionIsr::accept`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Commission<N: Number> {
+pub struct CommissionIsr<N: Number> {
     settings: CommissionSettings,
     units: Units,
-    pub(super) wiggle: Wiggle<N>,
+    pub(super) wiggle: Probing<N>,
     pub(super) plausibility: Plausibility<N>,
     /// What tells the velocity to gains that take over.
     velocity: LowPass<N>,
     before: Option<Loop<N>>,
-    careful: Careful<N>,
+    careful: ConservativePid<N>,
     limit: [N; 2],
     /// Counts a sample, at which the servo is brought to a place.
     pace: N,
@@ -40,7 +40,7 @@ pub struct Commission<N: Number> {
 
 /// What a commissioning sees in a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Seen {
+pub struct CommissionInputs {
     /// The encoder's count, which wraps at 32 bits; none if it gave no valid reading.
     pub count: Option<i32>,
     /// Whether the sample before ended too late.
@@ -57,10 +57,10 @@ pub struct CommissionStep<N> {
     /// Where the commissioning stands.
     pub phase: Phase,
     /// What the study is to be told.
-    pub finding: Option<Finding<N>>,
+    pub finding: Option<RecordEvent<N>>,
 }
 
-impl<N: Number> Commission<N> {
+impl<N: Number> CommissionIsr<N> {
     /// For how long a servo that is let go must stand, s.
     pub const RELEASED: f64 = 0.02;
 
@@ -110,11 +110,11 @@ impl<N: Number> Commission<N> {
         let (lead, fewest_of_lead) = Self::LEAD;
         Ok(Self {
             settings: *settings,
-            wiggle: Wiggle::new(&settings.wiggle())?,
+            wiggle: Probing::new(&settings.wiggle())?,
             plausibility: Plausibility::new(&settings.plausibility())?,
             velocity: LowPass::new(&units, Self::CUTOFF / settings.sample_time)?,
             before: before.map(|gains| gains.build(&units)).transpose()?,
-            careful: Careful::new(&units, limits),
+            careful: ConservativePid::new(&units, limits),
             limit: [N::from_f64(low), N::from_f64(high)],
             pace: N::from_f64(Self::PACE * limits.speed * units.velocity()),
             // Casts saturate.
@@ -158,7 +158,7 @@ impl<N: Number> Commission<N> {
 
     /// Begins beside a controller that has run until a count, with the gains before: `last` is that
     /// one's last sample. Its command goes on without a bump, its integral is carried over, and its
-    /// reference goes to where the servo is. For a state of [`Commission::start`] that has run no sample
+    /// reference goes to where the servo is. For a state of [`CommissionIsr::start`] that has run no sample
     /// yet, where there is no time to build a new one.
     pub fn take_over(&self, state: &mut CommissionState<N>, count: i32, last: &ControlSample<N>) {
         state.begin_at(count);
@@ -177,7 +177,11 @@ impl<N: Number> Commission<N> {
 
     /// One sample. After an end it goes on holding the servo, with the new gains or those before, or
     /// keeps it let go.
-    pub fn process(&self, state: &mut CommissionState<N>, seen: &Seen) -> CommissionStep<N> {
+    pub fn process(
+        &self,
+        state: &mut CommissionState<N>,
+        seen: &CommissionInputs,
+    ) -> CommissionStep<N> {
         let increment = state.follow(seen.count);
         state.velocity_now = self
             .velocity
@@ -206,37 +210,37 @@ impl<N: Number> Commission<N> {
     }
 
     /// Takes an answer of the study.
-    pub fn accept(&self, state: &mut CommissionState<N>, answer: &Answer<N>) {
+    pub fn accept(&self, state: &mut CommissionState<N>, answer: &Decision<N>) {
         if state.phase.is_end() {
             return;
         }
         state.next = match answer {
-            Answer::Identified(known) | Answer::Uncertain(known) => {
+            Decision::Identified(known) | Decision::Uncertain(known) => {
                 state.identified = Some(*known);
-                let again = matches!(answer, Answer::Uncertain(_));
+                let again = matches!(answer, Decision::Uncertain(_));
                 Next::Hold { again }
             }
-            Answer::Verified => Next::Tune,
-            Answer::Tuned(candidate) => {
+            Decision::Verified => Next::Tune,
+            Decision::Tuned(candidate) => {
                 state.candidate = Some(*candidate);
                 Next::Trial
             }
-            Answer::NoGains(error) => {
+            Decision::NoGains(error) => {
                 state.tuning_error = Some(*error);
                 Next::End(StopReason::NoGains)
             }
-            Answer::Suspects(effect) => {
+            Decision::Suspects(effect) => {
                 state.suspect = *effect;
                 return;
             }
-            Answer::Failed(reason) => Next::End(*reason),
+            Decision::Failed(reason) => Next::End(*reason),
         };
     }
 
     fn watched(
         &self,
         state: &mut CommissionState<N>,
-        seen: &Seen,
+        seen: &CommissionInputs,
         increment: Option<N>,
     ) -> Result<(), StopReason> {
         if let Some(reason) = seen.stop {
@@ -271,8 +275,8 @@ impl<N: Number> Commission<N> {
                 let step = self.wiggle.process(&mut wiggle, increment);
                 state.activity = Activity::Wiggling(wiggle);
                 match step.progress {
-                    Progress::Going => {}
-                    Progress::AtRest => {
+                    ProbingProgress::Going => {}
+                    ProbingProgress::AtRest => {
                         state.end_record();
                         let unknown = || (*wiggle.servo(), N::from_f64(Self::UNKNOWN_DELAY));
                         let known = state.identified.as_ref();
@@ -280,7 +284,7 @@ impl<N: Number> Commission<N> {
                             known.map_or_else(unknown, |known| (known.crude, known.delay));
                         self.hold(state, &servo, delay, step.command)?;
                     }
-                    Progress::Failed(reason) => return Err(reason),
+                    ProbingProgress::Failed(reason) => return Err(reason),
                 }
                 Ok(Some(step.command))
             }
@@ -324,30 +328,30 @@ impl<N: Number> Commission<N> {
             return Ok(command);
         }
         match state.next {
-            Next::Answer => {}
+            Next::Decision => {}
             Next::End(reason) => return Err(reason),
             Next::Tune => {
-                state.next = Next::Answer;
+                state.next = Next::Decision;
                 state.phase = Phase::Tune;
                 state.passed = 0;
             }
             Next::Hold { again } => {
-                state.next = Next::Motion { again };
+                state.next = Next::MotionRecord { again };
                 self.hold_known(state, command)?;
             }
-            Next::Motion { again } => {
+            Next::MotionRecord { again } => {
                 if holding.is_at_rest() {
                     self.begin_lead(state, again);
                 }
             }
             Next::Lead(0) => {
-                state.next = Next::Answer;
+                state.next = Next::Decision;
                 return self.begin_motion(state);
             }
             Next::Lead(samples) => state.next = Next::Lead(samples - 1),
             Next::Trial => {
                 if holding.is_at_rest() {
-                    state.next = Next::Answer;
+                    state.next = Next::Decision;
                     self.begin_trial(state, holding)?;
                 }
             }
@@ -360,7 +364,7 @@ impl<N: Number> Commission<N> {
         state: &mut CommissionState<N>,
         held: Option<N>,
     ) -> Result<N, StopReason> {
-        state.phase = Phase::Wiggle;
+        state.phase = Phase::Probing;
         state.begin_record();
         self.begin(state, self.wiggle.start(held))
     }
@@ -398,13 +402,13 @@ impl<N: Number> Commission<N> {
     fn begin(
         &self,
         state: &mut CommissionState<N>,
-        mut wiggle: WiggleState<N>,
+        mut wiggle: ProbingState<N>,
     ) -> Result<N, StopReason> {
         state.passed = 0;
         let step = self.wiggle.process(&mut wiggle, N::ZERO);
         state.activity = Activity::Wiggling(wiggle);
         match step.progress {
-            Progress::Failed(reason) => Err(reason),
+            ProbingProgress::Failed(reason) => Err(reason),
             _ => Ok(step.command),
         }
     }
@@ -425,11 +429,11 @@ impl<N: Number> Commission<N> {
     fn hold(
         &self,
         state: &mut CommissionState<N>,
-        servo: &Crude<N>,
+        servo: &RoughModel<N>,
         delay: N,
         command: N,
     ) -> Result<(), StopReason> {
-        if state.phase == Phase::Wiggle {
+        if state.phase == Phase::Probing {
             state.phase = Phase::Fit;
         }
         state.passed = 0;

@@ -1,4 +1,4 @@
-use super::super::crude::Crude;
+use super::super::rough_model::RoughModel;
 use crate::number::Number;
 
 /// Velocity and unexplained acceleration of the servo from its counts and the command that acted.
@@ -41,7 +41,7 @@ impl<N: Number> Observed<N> {
     }
 
     /// The crude servo has changed: the acceleration is what it was.
-    pub(super) fn adopt(&mut self, before: &Crude<N>, after: &Crude<N>, command: N) {
+    pub(super) fn adopt(&mut self, before: &RoughModel<N>, after: &RoughModel<N>, command: N) {
         let velocity = self.velocity;
         self.rest += before.acceleration(command, velocity) - after.acceleration(command, velocity);
     }
@@ -67,7 +67,7 @@ impl<N: Number> Observer<N> {
     pub(super) fn observe(
         &self,
         observed: &mut Observed<N>,
-        servo: &Crude<N>,
+        servo: &RoughModel<N>,
         increment: N,
         acted: N,
     ) {

@@ -1,18 +1,18 @@
 use super::{
-    Commission, CommissionError, CommissionSettings, CommissionState, HoldingGains,
-    IdentifiedServo, Phase, Seen, StopReason, Study, TrialResult,
+    CommissionError, CommissionInputs, CommissionIsr, CommissionSettings, CommissionSolver,
+    CommissionState, HoldingGains, IdentifiedServo, Phase, StopReason, TrialResult,
 };
 use crate::number::Number;
 use crate::tuning::Tuning;
 
 /// Both halves of a commissioning in one place, for a servo that waits: one that is simulated.
 ///
-/// A sample is that of [`Commission`] and after it the slices of the [`Study`] that go with it, so that it
+/// A sample is that of [`CommissionIsr`] and after it the slices of the [`CommissionSolver`] that go with it, so that it
 /// is the same to the bit wherever it runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct InStep<N: Number, const W: usize = 256> {
-    commission: Commission<N>,
-    study: Study<N, W>,
+pub struct SynchronousCommission<N: Number, const W: usize = 256> {
+    commission: CommissionIsr<N>,
+    study: CommissionSolver<N, W>,
     held: Option<N>,
     state: Option<CommissionState<N>>,
     /// Whether the gains were told.
@@ -39,19 +39,19 @@ pub struct CommissionReading {
     pub trial: Option<TrialResult>,
 }
 
-impl<N: Number, const W: usize> InStep<N, W> {
+impl<N: Number, const W: usize> SynchronousCommission<N, W> {
     /// About to begin, held by these gains with this command, if by any.
     ///
     /// # Errors
-    /// As [`Commission::new`].
+    /// As [`CommissionIsr::new`].
     pub fn new(
         settings: &CommissionSettings,
         before: Option<&HoldingGains>,
         held: Option<f64>,
     ) -> Result<Self, CommissionError> {
         Ok(Self {
-            commission: Commission::new(settings, before)?,
-            study: Study::new(settings)?,
+            commission: CommissionIsr::new(settings, before)?,
+            study: CommissionSolver::new(settings)?,
             held: held.map(N::from_f64),
             state: None,
             is_tuned: false,
@@ -59,7 +59,7 @@ impl<N: Number, const W: usize> InStep<N, W> {
     }
 
     /// One sample. It begins with the first.
-    pub fn sample(&mut self, seen: &Seen) -> CommissionReading {
+    pub fn sample(&mut self, seen: &CommissionInputs) -> CommissionReading {
         let Self {
             commission,
             study,

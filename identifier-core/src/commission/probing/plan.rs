@@ -1,4 +1,4 @@
-use super::WiggleSettings;
+use super::ProbingSettings;
 use crate::number::Number;
 
 /// Commands that may be under way.
@@ -64,7 +64,7 @@ impl<N: Number> Plan<N> {
     /// The time after which a motion of a servo that is known may end, s.
     const LATER: f64 = 0.15;
 
-    pub(super) fn new(settings: &WiggleSettings) -> Self {
+    pub(super) fn new(settings: &ProbingSettings) -> Self {
         let time = settings.sample_time;
         let counts = 1.0 / settings.resolution;
         let limits = &settings.limits;

@@ -1,7 +1,7 @@
 use super::super::StopReason;
 use super::comparison::{Comparison, sizes_of};
 use super::effect::{Effect, SIZES, Sizes};
-use super::motion::Motion;
+use super::motion::MotionRecord;
 use super::pass::next_trial;
 use super::scales::Scales;
 use super::{ALL, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
@@ -27,7 +27,7 @@ pub struct Diagnosis {
 /// An effect whose size does not go evenly into the motion, as a frequency, is looked for from many first
 /// sizes: a pass from each tells how much it promises, and the fit goes on from the most promising.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Diagnosing<N> {
+pub struct EffectSearch<N> {
     resolution: N,
     scales: Scales,
     own_bounds: [[N; UNKNOWNS]; 2],
@@ -57,7 +57,7 @@ struct Best<N> {
     equations: NormalEquations<N, ALL>,
 }
 
-impl<N: Number> Diagnosing<N> {
+impl<N: Number> EffectSearch<N> {
     /// The most passes of a fit.
     const PASSES: u32 = 16;
     /// Levenberg's and Marquardt's damping at the start.
@@ -80,7 +80,7 @@ impl<N: Number> Diagnosing<N> {
         own: &[N; UNKNOWNS],
         bounds: &[[N; UNKNOWNS]; 2],
         resolution: f64,
-        motion: &Motion<N, W>,
+        motion: &MotionRecord<N, W>,
     ) -> Self {
         let scales = Scales::of(motion, own[super::B]);
         Self {
@@ -107,7 +107,7 @@ impl<N: Number> Diagnosing<N> {
     pub(super) fn goes_on<const W: usize>(
         &mut self,
         step: &FrictionStep<N>,
-        motion: &Motion<N, W>,
+        motion: &MotionRecord<N, W>,
     ) -> Option<Option<Diagnosis>> {
         let Some(&effect) = Effect::ALL.get(self.place) else {
             return Some(self.diagnosis());
@@ -129,7 +129,7 @@ impl<N: Number> Diagnosing<N> {
     }
 
     /// Begins to look for an effect, from the first size that is next.
-    fn begin<const W: usize>(&mut self, effect: Effect, motion: &Motion<N, W>) {
+    fn begin<const W: usize>(&mut self, effect: Effect, motion: &MotionRecord<N, W>) {
         let chosen = self.promising.map_or(0, |(start, _)| start);
         let start = if self.is_choosing(effect) {
             self.start
@@ -160,7 +160,7 @@ impl<N: Number> Diagnosing<N> {
         &mut self,
         effect: Effect,
         unknowns: &[N; ALL],
-        motion: &Motion<N, W>,
+        motion: &MotionRecord<N, W>,
     ) {
         let [low, high] = &self.bounds;
         let unknowns = core::array::from_fn(|i| unknowns[i].limited(low[i], high[i]));
@@ -171,7 +171,7 @@ impl<N: Number> Diagnosing<N> {
         self.comparison = Some(begun);
     }
 
-    fn end_pass<const W: usize>(&mut self, effect: Effect, motion: &Motion<N, W>) {
+    fn end_pass<const W: usize>(&mut self, effect: Effect, motion: &MotionRecord<N, W>) {
         let Some(pass) = self.comparison.take() else {
             return;
         };

@@ -1,7 +1,7 @@
 use super::{
-    Answer, Candidate, CommissionError, CommissionSettings, Diagnosing, Diagnosis, Finding,
-    Identified, IdentifiedServo, Motion, Phase, Predicting, Prediction, ServoFit, ServoFitter,
-    StopReason,
+    Candidate, CommissionError, CommissionSettings, Decision, Diagnosis, EffectSearch, Identified,
+    IdentifiedServo, MotionRecord, Phase, Prediction, PredictionPass, RecordEvent, ServoFit,
+    ServoFitter, StopReason,
 };
 use crate::number::Number;
 use crate::tuning::{Goal, Tuner, TunerState, Tuning, TuningError, TuningSettings};
@@ -9,12 +9,12 @@ use crate::tuning::{Goal, Tuner, TunerState, Tuning, TuningError, TuningSettings
 /// The background's half of a commissioning: it fits, verifies and tunes, a slice at a time. W is the
 /// number of blocks of its record.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Study<N: Number, const W: usize = 256> {
+pub struct CommissionSolver<N: Number, const W: usize = 256> {
     settings: CommissionSettings,
     /// The phase of the motion that is recorded.
     motion: Phase,
     fitter: ServoFitter<N>,
-    record: Motion<N, W>,
+    record: MotionRecord<N, W>,
     servo: Option<IdentifiedServo>,
     /// How many second motions did not tell enough.
     refined: u32,
@@ -34,9 +34,9 @@ pub struct Study<N: Number, const W: usize = 256> {
 enum Work<N: Number> {
     Nothing,
     Fitting(ServoFit<N>),
-    Predicting(Predicting<N>),
+    PredictionPass(PredictionPass<N>),
     /// What the model lacks is looked for, before what comes next.
-    Diagnosing(Diagnosing<N>, Then),
+    EffectSearch(EffectSearch<N>, Then),
     Then(Then),
     Tuning {
         tuner: Tuner,
@@ -62,7 +62,7 @@ enum Then {
     Fail(StopReason),
 }
 
-impl<N: Number, const W: usize> Study<N, W> {
+impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// The part of the travel in its direction that the trial's step takes where none is given.
     const STEP: f64 = 0.25;
 
@@ -110,14 +110,14 @@ impl<N: Number, const W: usize> Study<N, W> {
     /// For a commissioning with these settings.
     ///
     /// # Errors
-    /// As [`Commission::new`](super::Commission::new).
+    /// As [`CommissionIsr::new`](super::CommissionIsr::new).
     pub fn new(settings: &CommissionSettings) -> Result<Self, CommissionError> {
         settings.check()?;
         Ok(Self {
             settings: *settings,
             motion: Phase::Idle,
             fitter: ServoFitter::new(&settings.fit()),
-            record: Motion::EMPTY,
+            record: MotionRecord::EMPTY,
             servo: None,
             refined: 0,
             step: 0.0,
@@ -127,30 +127,30 @@ impl<N: Number, const W: usize> Study<N, W> {
     }
 
     /// Takes what the interrupt has found.
-    pub fn take(&mut self, finding: &Finding<N>) {
+    pub fn take(&mut self, finding: &RecordEvent<N>) {
         match finding {
-            Finding::Begins(phase) => {
-                if *phase == Phase::Wiggle {
+            RecordEvent::Begins(phase) => {
+                if *phase == Phase::Probing {
                     self.servo = None;
                     self.suspect = None;
                     self.refined = 0;
                 }
                 self.motion = *phase;
                 self.work = Work::Nothing;
-                self.record = Motion::EMPTY;
+                self.record = MotionRecord::EMPTY;
             }
-            Finding::Block(block) => {
+            RecordEvent::Block(block) => {
                 // A missing one shows when the motion has ended.
                 let _ = self.record.take(block);
             }
-            Finding::Ended => {
+            RecordEvent::Ended => {
                 let record = &self.record;
                 self.work = match (self.motion, &self.servo) {
                     _ if !record.is_complete() => {
                         Work::Then(Then::Fail(StopReason::TooLittleEvidence))
                     }
                     (Phase::Verify, Some(servo)) => {
-                        Work::Predicting(self.fitter.begin_prediction(servo))
+                        Work::PredictionPass(self.fitter.begin_prediction(servo))
                     }
                     (_, servo) => Work::Fitting(self.fitter.begin(record, servo.as_ref())),
                 };
@@ -160,13 +160,13 @@ impl<N: Number, const W: usize> Study<N, W> {
 
     /// A slice of work: at most a block of a pass, a point of the frequency response, or a sample of a
     /// predicted step. Returns an answer when there is one.
-    pub fn work(&mut self) -> Option<Answer<N>> {
+    pub fn work(&mut self) -> Option<Decision<N>> {
         match &mut self.work {
             Work::Nothing => None,
             Work::NotTuned(error) => {
                 let error = *error;
                 self.work = Work::Nothing;
-                Some(Answer::NoGains(error))
+                Some(Decision::NoGains(error))
             }
             Work::Then(then) => {
                 let then = *then;
@@ -183,14 +183,14 @@ impl<N: Number, const W: usize> Study<N, W> {
                     }
                 }
             }
-            Work::Diagnosing(diagnosing, then) => {
+            Work::EffectSearch(diagnosing, then) => {
                 let found = self.fitter.diagnose(diagnosing, &self.record)?;
                 self.work = Work::Then(*then);
                 self.suspect = found.filter(|found| found.share >= Self::NAMED);
                 self.suspect
-                    .map(|found| Answer::Suspects(Some(found.reason)))
+                    .map(|found| Decision::Suspects(Some(found.reason)))
             }
-            Work::Predicting(predicting) => {
+            Work::PredictionPass(predicting) => {
                 let prediction = self.fitter.predict(predicting, &self.record)?;
                 self.judge(&prediction)
             }
@@ -210,7 +210,7 @@ impl<N: Number, const W: usize> Study<N, W> {
                     }
                     Err(error) => {
                         self.work = Work::Nothing;
-                        Some(Answer::NoGains(error))
+                        Some(Decision::NoGains(error))
                     }
                 }
             }
@@ -218,7 +218,7 @@ impl<N: Number, const W: usize> Study<N, W> {
     }
 
     /// Takes a servo that was fitted.
-    fn take_servo(&mut self, servo: IdentifiedServo) -> Option<Answer<N>> {
+    fn take_servo(&mut self, servo: IdentifiedServo) -> Option<Decision<N>> {
         self.servo = Some(servo);
         let unexplained = servo.unexplained > Self::UNEXPLAINED * self.settings.resolution;
         let then = match self.motion {
@@ -230,7 +230,7 @@ impl<N: Number, const W: usize> Study<N, W> {
     }
 
     /// Judges how a motion that nothing was fitted to was predicted.
-    fn judge(&mut self, prediction: &Prediction) -> Option<Answer<N>> {
+    fn judge(&mut self, prediction: &Prediction) -> Option<Decision<N>> {
         let then = match self.motion {
             _ if is_refuted(prediction) => Then::Fail(StopReason::NotPredicted),
             Phase::Refine => Then::Again,
@@ -241,21 +241,21 @@ impl<N: Number, const W: usize> Study<N, W> {
 
     /// Looks for what a model lacks that leaves so much of a motion unexplained (rad), if it was not found
     /// before; what was found where a fit went astray is dropped once a motion is explained.
-    fn explain(&mut self, left: f64, then: Then) -> Option<Answer<N>> {
+    fn explain(&mut self, left: f64, then: Then) -> Option<Decision<N>> {
         let counts = left / self.settings.resolution;
         if counts < Self::EXPLAINED && self.suspect.take().is_some() {
             self.work = Work::Then(then);
-            return Some(Answer::Suspects(None));
+            return Some(Decision::Suspects(None));
         }
         let begun = self.servo.as_ref().filter(|_| counts > Self::UNEXPLAINED);
         let begun = begun.map(|servo| self.fitter.begin_diagnosis(servo, &self.record));
         self.diagnose(begun, then)
     }
 
-    fn diagnose(&mut self, begun: Option<Diagnosing<N>>, then: Then) -> Option<Answer<N>> {
+    fn diagnose(&mut self, begun: Option<EffectSearch<N>>, then: Then) -> Option<Decision<N>> {
         match begun.filter(|_| self.suspect.is_none()) {
             Some(begun) => {
-                self.work = Work::Diagnosing(begun, then);
+                self.work = Work::EffectSearch(begun, then);
                 None
             }
             None => {
@@ -265,12 +265,12 @@ impl<N: Number, const W: usize> Study<N, W> {
         }
     }
 
-    fn go_on(&mut self, then: Then) -> Option<Answer<N>> {
+    fn go_on(&mut self, then: Then) -> Option<Decision<N>> {
         match then {
-            Then::Tell => self.tell(Answer::Identified),
+            Then::Tell => self.tell(Decision::Identified),
             Then::Predict => {
                 let servo = self.servo.as_ref()?;
-                self.work = Work::Predicting(self.fitter.begin_prediction(servo));
+                self.work = Work::PredictionPass(self.fitter.begin_prediction(servo));
                 None
             }
             Then::Again => {
@@ -278,17 +278,17 @@ impl<N: Number, const W: usize> Study<N, W> {
                 if self.refined >= Self::MOST_REFINED {
                     return self.fail(StopReason::TooLittleEvidence);
                 }
-                self.tell(Answer::Uncertain)
+                self.tell(Decision::Uncertain)
             }
             Then::Tune => {
                 self.tune(self.settings.goal, self.first_step(), false);
-                Some(Answer::Verified)
+                Some(Decision::Verified)
             }
             Then::Fail(reason) => self.fail(reason),
         }
     }
 
-    fn tell(&self, answer: impl Fn(Identified<N>) -> Answer<N>) -> Option<Answer<N>> {
+    fn tell(&self, answer: impl Fn(Identified<N>) -> Decision<N>) -> Option<Decision<N>> {
         let servo = self.servo.as_ref()?;
         Some(answer(Identified::of(servo, &self.settings)))
     }
@@ -298,9 +298,9 @@ impl<N: Number, const W: usize> Study<N, W> {
         servo.standard_error(IdentifiedServo::B) <= Self::KNOWN_GAIN * servo.parameters.b
     }
 
-    fn fail(&mut self, reason: StopReason) -> Option<Answer<N>> {
+    fn fail(&mut self, reason: StopReason) -> Option<Decision<N>> {
         self.work = Work::Nothing;
-        Some(Answer::Failed(reason))
+        Some(Decision::Failed(reason))
     }
 
     /// Begins to look for gains.
@@ -315,8 +315,8 @@ impl<N: Number, const W: usize> Study<N, W> {
                 command: self.command(),
                 command_delay: 0.0,
                 goal,
-                most_sensitivity: self.settings.most_sensitivity,
-                most_noise: Self::NOISE,
+                max_sensitivity: self.settings.max_sensitivity,
+                max_noise: Self::NOISE,
                 step,
                 resonance: None,
             };
@@ -333,7 +333,7 @@ impl<N: Number, const W: usize> Study<N, W> {
     }
 
     /// Gains with the step that is to try them, which is chosen for them.
-    fn offer(&mut self, tuning: Tuning, fitted: bool) -> Option<Answer<N>> {
+    fn offer(&mut self, tuning: Tuning, fitted: bool) -> Option<Decision<N>> {
         let step = self.step_for(&tuning);
         let other = libm::fabs(step - tuning.promise.step) > 1e-3 * step;
         if !fitted && other {
@@ -348,8 +348,8 @@ impl<N: Number, const W: usize> Study<N, W> {
         }
         let servo = self.servo?;
         Some(match Candidate::of(&tuning, &servo, &self.settings) {
-            Ok(candidate) => Answer::Tuned(candidate),
-            Err(_) => Answer::Failed(StopReason::NoGains),
+            Ok(candidate) => Decision::Tuned(candidate),
+            Err(_) => Decision::Failed(StopReason::NoGains),
         })
     }
 

@@ -3,7 +3,7 @@ use crate::number::Number;
 
 /// What the wiggle has found of the servo on its way: enough to brake it, not more. Counts and samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Crude<N> {
+pub struct RoughModel<N> {
     /// b, counts per sample² and command unit; zero while nothing is known.
     pub gain: N,
     /// 1/b; zero while nothing is known.
@@ -16,7 +16,7 @@ pub struct Crude<N> {
     pub viscous: N,
 }
 
-impl<N: Number> Crude<N> {
+impl<N: Number> RoughModel<N> {
     pub(crate) const UNKNOWN: Self = Self {
         gain: N::ZERO,
         per_gain: N::ZERO,

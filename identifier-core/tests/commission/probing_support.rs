@@ -1,6 +1,8 @@
 //! Unknown servos, what a sensible user allows them, and their first motion.
 
-use identifier_core::commission::{Limits, Progress, Wiggle, WiggleSettings, WiggleState};
+use identifier_core::commission::{
+    Limits, Probing, ProbingProgress, ProbingSettings, ProbingState,
+};
 use identifier_core::model::ServoParameters;
 use virtual_servo::{Effects, Encoder, Servo};
 
@@ -119,25 +121,25 @@ impl Unknown {
         std::f64::consts::TAU / self.counts
     }
 
-    pub(crate) fn settings(&self) -> WiggleSettings {
-        WiggleSettings {
+    pub(crate) fn settings(&self) -> ProbingSettings {
+        ProbingSettings {
             sample_time: self.sample_time,
             resolution: self.resolution(),
             limits: self.limits,
-            most_gain: None,
+            max_gain: None,
             command_delay: 0.0,
         }
     }
 
     /// Its first motion.
     pub(crate) fn wiggle(&self) -> Wiggled {
-        let wiggle = Wiggle::new(&self.settings()).expect("these limits are allowed");
+        let wiggle = Probing::new(&self.settings()).expect("these limits are allowed");
         let held = self.held.map(|held| held as f32);
         self.moved_by(&wiggle, wiggle.start(held))
     }
 
     /// A motion from a state.
-    pub(crate) fn moved_by(&self, wiggle: &Wiggle<f32>, mut state: WiggleState<f32>) -> Wiggled {
+    pub(crate) fn moved_by(&self, wiggle: &Probing<f32>, mut state: ProbingState<f32>) -> Wiggled {
         let time = self.sample_time;
         // The command that holds it is taken for none, and its load for what is left: so it has stood
         // under it for ever.
@@ -152,7 +154,7 @@ impl Unknown {
         let start = f64::from(state.position()) * self.resolution();
         let mut last = 0;
         let mut result = Wiggled::NOTHING;
-        while result.progress == Progress::Going {
+        while result.progress == ProbingProgress::Going {
             let between = self.between_edges * self.resolution();
             let count = encoder.read(servo.position() + between);
             let increment = (count - last) as f32;
@@ -176,7 +178,7 @@ impl Unknown {
 /// What became of a motion.
 #[derive(Debug, Clone)]
 pub(crate) struct Wiggled {
-    pub(crate) progress: Progress,
+    pub(crate) progress: ProbingProgress,
     /// After which time there was evidence, s.
     pub(crate) evidence: Option<f64>,
     /// The lowest and highest position, rad.
@@ -192,7 +194,7 @@ pub(crate) struct Wiggled {
 
 impl Wiggled {
     const NOTHING: Self = Self {
-        progress: Progress::Going,
+        progress: ProbingProgress::Going,
         evidence: None,
         reached: [0.0; 2],
         travel: 0.0,

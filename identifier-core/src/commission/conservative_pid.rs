@@ -1,5 +1,5 @@
 use super::gains::Loop;
-use super::{Crude, Limits};
+use super::{Limits, RoughModel};
 use crate::control::Pid;
 use crate::measurement::velocity::LowPass;
 use crate::number::Number;
@@ -11,7 +11,7 @@ use crate::units::Units;
 /// They are computed in the sample in which they take over, hence in the working number and in machine
 /// units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Careful<N> {
+pub(super) struct ConservativePid<N> {
     /// Lowest and highest command.
     limit: [N; 2],
     /// The change of the command that a count of the encoder may make, over (k_p + k_d ω_c)/(ω²/b).
@@ -20,7 +20,7 @@ pub(super) struct Careful<N> {
     brisk: N,
 }
 
-impl<N: Number> Careful<N> {
+impl<N: Number> ConservativePid<N> {
     /// The largest ω T: unknown delays of some samples cost little phase.
     const SLOW: f64 = 0.08;
 
@@ -49,7 +49,7 @@ impl<N: Number> Careful<N> {
     }
 
     /// The loop for a servo whose commands act after a delay, samples; none where no loop holds it.
-    pub(super) fn around(&self, servo: &Crude<N>, delay: N) -> Option<Loop<N>> {
+    pub(super) fn around(&self, servo: &RoughModel<N>, delay: N) -> Option<Loop<N>> {
         let quarter = N::from_f64(0.25);
         let sampled = N::from_f64(Self::SLOW) * (N::ONE + quarter * delay).reciprocal();
         let noise = servo.gain * self.of_a_count;
@@ -102,8 +102,8 @@ mod tests {
             coulomb: 10.0,
             load: 3.0,
         };
-        let servo = Crude::of(&parameters, time, resolution);
-        let careful = Careful::new(&units, &LIMITS);
+        let servo = RoughModel::of(&parameters, time, resolution);
+        let careful = ConservativePid::new(&units, &LIMITS);
         careful.around(&servo, delay).expect("it can be held")
     }
 
@@ -111,7 +111,7 @@ mod tests {
     fn the_poles_are_placed_in_si_as_they_are_in_machine_units() {
         // Slow enough for the largest ω to bind: 0.08/(1e-4 (1 + 2/4)) = 533 rad/s.
         let (time, counts, b) = (1e-4, 1e6, 200.0);
-        let omega = Careful::<f64>::BRISK;
+        let omega = ConservativePid::<f64>::BRISK;
         let expected = HoldingGains {
             controller: ControllerSettings {
                 kp: 1.4 * omega * omega / b,
@@ -154,7 +154,7 @@ mod tests {
     #[test]
     fn what_cannot_be_held_gets_no_gains() {
         let units = Units::new(1e-3, 1e-3).expect("valid");
-        let careful = Careful::<f32>::new(&units, &LIMITS);
-        assert_eq!(careful.around(&Crude::UNKNOWN, 2.0), None);
+        let careful = ConservativePid::<f32>::new(&units, &LIMITS);
+        assert_eq!(careful.around(&RoughModel::UNKNOWN, 2.0), None);
     }
 }

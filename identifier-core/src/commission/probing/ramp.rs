@@ -1,6 +1,6 @@
-use super::super::crude::Crude;
-use super::state::{Fall, FirstCount, Stage, WiggleState};
-use super::wiggling::Wiggle;
+use super::super::rough_model::RoughModel;
+use super::experiment::Probing;
+use super::state::{Fall, FirstCount, ProbingState, Stage};
 use crate::commission::StopReason;
 use crate::number::Number;
 
@@ -39,9 +39,9 @@ fn cube_root<N: Number>(x: N) -> N {
     fourth * sixteenth * root(sixteenth)
 }
 
-impl<N: Number> Wiggle<N> {
+impl<N: Number> Probing<N> {
     /// The command grows until the servo has moved with it.
-    pub(super) fn seek(&self, state: &mut WiggleState<N>) -> N {
+    pub(super) fn seek(&self, state: &mut ProbingState<N>) -> N {
         let plan = &self.plan;
         let acted = state.given(plan.delay);
         let furthest = state.fall.furthest[3];
@@ -105,7 +105,7 @@ impl<N: Number> Wiggle<N> {
 
     /// The next step of the ramp: the faster, the sooner a servo that moves on its own would be too far or
     /// too fast.
-    fn ramp_step(&self, state: &WiggleState<N>, moved: N) -> N {
+    fn ramp_step(&self, state: &ProbingState<N>, moved: N) -> N {
         let plan = &self.plan;
         let usual = (plan.first_step + plan.growth * state.ramp).limited(N::ZERO, plan.steepest);
         let against = -(state.direction * state.observed.velocity);
@@ -145,7 +145,7 @@ impl<N: Number> Wiggle<N> {
 
     /// Whether enough samples have passed since the first count to tell when the servo began to move, or so
     /// much travel that there is no waiting.
-    fn is_timed(&self, state: &WiggleState<N>, moved: N) -> bool {
+    fn is_timed(&self, state: &ProbingState<N>, moved: N) -> bool {
         /// Samples.
         const TIMED: u32 = 4;
         let since = |first: FirstCount<N>| state.samples.saturating_sub(first.sample);
@@ -155,7 +155,7 @@ impl<N: Number> Wiggle<N> {
 
     /// Where the command was when the servo broke away: a command that grows evenly from there on moves it
     /// as the cube of time, q = b u̇ t³/6. None if the ramp had not begun then.
-    fn breakaway(&self, state: &WiggleState<N>, moved: N) -> Option<Guess<N>> {
+    fn breakaway(&self, state: &ProbingState<N>, moved: N) -> Option<Guess<N>> {
         let plan = &self.plan;
         let now = state.given(plan.delay);
         let first = state.first_count?;
@@ -189,14 +189,14 @@ impl<N: Number> Wiggle<N> {
     }
 
     /// Brakes a servo of which there is a guess now.
-    fn know(&self, state: &mut WiggleState<N>, guess: &Guess<N>) -> N {
+    fn know(&self, state: &mut ProbingState<N>, guess: &Guess<N>) -> N {
         let plan = &self.plan;
         let Guess {
             gain,
             without,
             forward,
         } = *guess;
-        let servo = Crude {
+        let servo = RoughModel {
             gain,
             per_gain: gain.reciprocal(),
             forward: without,
@@ -204,7 +204,7 @@ impl<N: Number> Wiggle<N> {
             viscous: N::ZERO,
         };
         let acted = state.given(plan.delay);
-        state.observed.adopt(&Crude::UNKNOWN, &servo, acted);
+        state.observed.adopt(&RoughModel::UNKNOWN, &servo, acted);
         state.servo = servo;
         state.guessed = gain;
         state.guessed_limit = gain * plan.command[1];

@@ -25,14 +25,14 @@
 //!
 //! A fifth of the travel and a quarter of the speed are kept in reserve.
 
+mod experiment;
 mod observer;
 mod plan;
 mod ramp;
 mod settings;
 mod state;
 mod swing;
-mod wiggling;
 
-pub use settings::{LargestMotion, WiggleSettings};
-pub use state::WiggleState;
-pub use wiggling::{Progress, Wiggle, WiggleStep};
+pub use experiment::{Probing, ProbingProgress, ProbingStep};
+pub use settings::{LargestMotion, ProbingSettings};
+pub use state::ProbingState;

@@ -1,10 +1,10 @@
-use super::super::crude::Crude;
 use super::super::regression::Regression;
+use super::super::rough_model::RoughModel;
 use super::super::{CommissionError, StopReason};
 use super::observer::Observer;
 use super::plan::{COMMANDS, Plan};
-use super::state::{Stage, WiggleState};
-use super::{LargestMotion, WiggleSettings};
+use super::state::{ProbingState, Stage};
+use super::{LargestMotion, ProbingSettings};
 use crate::number::Number;
 
 /// Counts that a servo that moves cannot have missed.
@@ -12,25 +12,25 @@ const MISSED: f64 = 2.5;
 
 /// The wiggle, in the sample interrupt: it takes the encoder's increment and gives a command.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wiggle<N> {
+pub struct Probing<N> {
     pub(super) plan: Plan<N>,
     pub(super) observer: Observer<N>,
     pub(super) regression: Regression<N>,
-    settings: WiggleSettings,
+    settings: ProbingSettings,
 }
 
 /// What a wiggle does in a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WiggleStep<N> {
+pub struct ProbingStep<N> {
     /// The command until the next sample.
     pub command: N,
     /// Where it stands.
-    pub progress: Progress,
+    pub progress: ProbingProgress,
 }
 
 /// Where a wiggle stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Progress {
+pub enum ProbingProgress {
     /// It moves the servo.
     Going,
     /// It has ended with evidence, and the servo is held at rest.
@@ -39,10 +39,10 @@ pub enum Progress {
     Failed(StopReason),
 }
 
-impl<N: Number> Wiggle<N> {
+impl<N: Number> Probing<N> {
     /// # Errors
-    /// See [`WiggleSettings::check`].
-    pub fn new(settings: &WiggleSettings) -> Result<Self, CommissionError> {
+    /// See [`ProbingSettings::check`].
+    pub fn new(settings: &ProbingSettings) -> Result<Self, CommissionError> {
         settings.check()?;
         let time = settings.sample_time;
         let limits = &settings.limits;
@@ -67,7 +67,7 @@ impl<N: Number> Wiggle<N> {
         let limits = &self.settings.limits;
         let [least, most] = limits.command;
         let (mut travel, mut speed) = (limits.travel, limits.speed);
-        if let Some(gain) = self.settings.most_gain {
+        if let Some(gain) = self.settings.max_gain {
             let acceleration = gain * most.max(-least);
             let reached = 0.5 * acceleration * limits.duration * limits.duration;
             travel = travel.map(|end| end.clamp(-reached, reached));
@@ -78,15 +78,20 @@ impl<N: Number> Wiggle<N> {
 
     /// Begins from rest; `held` is the command that a controller holds it with now.
     #[must_use]
-    pub fn start(&self, held: Option<N>) -> WiggleState<N> {
-        WiggleState::new(&self.plan, held)
+    pub fn start(&self, held: Option<N>) -> ProbingState<N> {
+        ProbingState::new(&self.plan, held)
     }
 
     /// Begins a later motion of a servo that is known, `position` counts from where the first began, with
     /// a `part` of the usual swing, so that it is not the same motion again.
     #[must_use]
-    pub fn start_from_known(&self, servo: &Crude<N>, position: N, part: f64) -> WiggleState<N> {
-        let mut state = WiggleState::new(&self.plan, None);
+    pub fn start_from_known(
+        &self,
+        servo: &RoughModel<N>,
+        position: N,
+        part: f64,
+    ) -> ProbingState<N> {
+        let mut state = ProbingState::new(&self.plan, None);
         state.servo = *servo;
         state.guessed = state.servo.gain;
         state.guessed_limit = state.servo.gain * self.plan.command[1];
@@ -101,7 +106,7 @@ impl<N: Number> Wiggle<N> {
     }
 
     /// A sample: the counts that the encoder has moved since the last.
-    pub fn process(&self, state: &mut WiggleState<N>, increment: N) -> WiggleStep<N> {
+    pub fn process(&self, state: &mut ProbingState<N>, increment: N) -> ProbingStep<N> {
         let plan = &self.plan;
         state.samples = state.samples.saturating_add(1);
         state.position += increment;
@@ -138,14 +143,14 @@ impl<N: Number> Wiggle<N> {
             N::ZERO
         };
         state.give(command);
-        WiggleStep {
+        ProbingStep {
             command,
             progress: self.progress(state),
         }
     }
 
     /// What is learnt from a sample.
-    fn learn(&self, state: &mut WiggleState<N>, increment: N, acted: N) {
+    fn learn(&self, state: &mut ProbingState<N>, increment: N, acted: N) {
         let plan = &self.plan;
         let servo = state.servo;
         self.observer
@@ -191,7 +196,7 @@ impl<N: Number> Wiggle<N> {
     }
 
     /// What was given and is no longer kept.
-    fn left(&self, state: &WiggleState<N>) -> Option<StopReason> {
+    fn left(&self, state: &ProbingState<N>) -> Option<StopReason> {
         let [low, high] = self.plan.travel;
         if state.position < low || state.position > high {
             Some(StopReason::TravelLeft)
@@ -206,13 +211,13 @@ impl<N: Number> Wiggle<N> {
         }
     }
 
-    fn progress(&self, state: &WiggleState<N>) -> Progress {
+    fn progress(&self, state: &ProbingState<N>) -> ProbingProgress {
         let quiet = state.stage == Stage::Hold && state.still >= self.plan.quiet;
         match state.ending {
-            Some(Err(reason @ StopReason::TravelLeft)) => Progress::Failed(reason),
-            Some(Ok(())) if quiet => Progress::AtRest,
-            Some(Err(reason)) if quiet => Progress::Failed(reason),
-            _ => Progress::Going,
+            Some(Err(reason @ StopReason::TravelLeft)) => ProbingProgress::Failed(reason),
+            Some(Ok(())) if quiet => ProbingProgress::AtRest,
+            Some(Err(reason)) if quiet => ProbingProgress::Failed(reason),
+            _ => ProbingProgress::Going,
         }
     }
 }
