@@ -1,16 +1,16 @@
-//! What differs from board to board.
+//! The data that differ from board to board.
 
 use crate::flash::Sectors;
 use crate::pins::Pin;
 
-/// Where the chip's frequency comes from.
+/// The source of the chip's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Oscillator {
     pub(crate) frequency: u32,
     pub(crate) kind: Kind,
 }
 
-/// What is at the pins OSC_IN and OSC_OUT.
+/// The device at the pins OSC_IN and OSC_OUT.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     Crystal,
@@ -18,20 +18,19 @@ pub(crate) enum Kind {
 }
 
 impl Oscillator {
-    /// The PLL's input, Hz: of the 1 to 2 MHz that it takes the one at which its jitter is least
-    /// (RM0090, 7.3.2).
+    /// The PLL's input, Hz: it takes 1 to 2 MHz, and its jitter is least at 2 (RM0090, 7.3.2).
     pub(crate) const PLL_INPUT: u32 = 2_000_000;
 
-    /// A crystal between OSC_IN and OSC_OUT, Hz.
+    /// A crystal between OSC_IN and OSC_OUT, Hz: a multiple of 2 MHz from 4 to 26 MHz.
     ///
     /// # Panics
-    /// A multiple of 2 MHz from 4 to 26 MHz; made as a constant, anything else does not compile.
+    /// Any other frequency; in a constant it does not compile.
     #[must_use]
     pub const fn crystal(frequency: u32) -> Self {
         Self::new(frequency, Kind::Crystal)
     }
 
-    /// Somebody else's clock at OSC_IN, Hz.
+    /// An external clock at OSC_IN, Hz, within the same range.
     ///
     /// # Panics
     /// As [`Oscillator::crystal`].
@@ -53,10 +52,10 @@ impl Oscillator {
     }
 }
 
-/// A board: its oscillator, which pin is what, and which sectors of the flash keep its records.
+/// A board: its oscillator, the functions of its pins, and the sectors of the flash that keep records.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Board {
-    /// Where the chip's frequency comes from.
+    /// The source of the chip's clock.
     pub oscillator: Oscillator,
     /// Encoder A and B: channels 1 and 2 of TIM3, pulled up.
     pub encoder: [Pin; 2],
@@ -72,8 +71,8 @@ pub struct Board {
     pub low_switch: Pin,
     /// The limit switch of the upper end, pulled up, low is healthy.
     pub high_switch: Pin,
-    /// Serial line, out and in: USART2.
+    /// Serial line, transmit and receive: USART2.
     pub serial: [Pin; 2],
-    /// Where records are kept.
+    /// The sectors that keep records.
     pub records: Sectors,
 }

@@ -1,4 +1,4 @@
-//! The way to the chip's registers.
+//! Access to the chip's registers.
 
 /// A word of the chip's memory map: a register, or four bytes of the flash.
 ///
@@ -12,12 +12,12 @@ impl Register {
         Self(address)
     }
 
-    /// So many bytes further on.
+    /// The word at an offset from this one, bytes.
     pub(crate) const fn offset(self, bytes: u32) -> Self {
         Self(self.0.wrapping_add(bytes))
     }
 
-    /// Where it is.
+    /// Its address.
     #[must_use]
     #[inline(always)]
     pub const fn address(self) -> u32 {
@@ -25,7 +25,7 @@ impl Register {
     }
 }
 
-/// What carries words to registers and back, in the order in which they are given.
+/// Carries words to registers and back, in the order in which they are given.
 pub trait Bus: Copy {
     /// Reads a word.
     fn read(self, register: Register) -> u32;
@@ -39,42 +39,65 @@ pub trait Bus: Copy {
         self.write(register, self.read(register) & !clear | set);
     }
 
-    /// The word that holds the levels of a port, from its IDR.
-    ///
-    /// What a sample reads and writes of pins goes by these three, because a place that is found once
-    /// costs a sample nothing.
+    /// The word in which [`Bus::read_pin`] and [`Bus::write_pin`] find a pin, from the IDR or BSRR of
+    /// its port: looked up once, it costs a sample nothing.
     #[inline(always)]
-    fn levels(self, idr: Register) -> Register {
-        idr
+    fn pin_word(self, register: Register, _pin: u32) -> Register {
+        register
     }
 
-    /// The word that sets and resets a pin, from its port's BSRR.
+    /// Reads a pin's word.
     #[inline(always)]
-    fn switch(self, bsrr: Register, _pin: u32) -> Register {
-        bsrr
+    fn read_pin(self, word: Register) -> u32 {
+        self.read(word)
     }
 
-    /// Reads one of these.
+    /// Writes a pin's word.
     #[inline(always)]
-    fn read_pin(self, levels: Register) -> u32 {
-        self.read(levels)
-    }
-
-    /// Writes one of these.
-    #[inline(always)]
-    fn write_pin(self, switch: Register, word: u32) {
-        self.write(switch, word);
+    fn write_pin(self, word: Register, levels: u32) {
+        self.write(word, levels);
     }
 
     /// Does something without any interrupt.
-    fn alone<R>(self, work: impl FnOnce() -> R) -> R;
+    fn without_interrupts<R>(self, work: impl FnOnce() -> R) -> R;
 
-    /// Lets the flash do a [`Step`], which must not be done by code that is fetched from the flash,
-    /// and answers with the flash's status at its end.
+    /// Does a [`Step`], by code that is not fetched from the flash, and returns the status at its end.
     #[inline(always)]
     fn do_step(self, step: Step) -> u32 {
         step.run(self)
     }
 }
 
-pub use crate::flash::Step;
+/// A step of the flash: a word that starts it, and how to wait for its end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Step {
+    /// The word that starts it, and where it is written.
+    pub(crate) start: (Register, u32),
+    /// The register that is read until the step has ended.
+    pub(crate) status: Register,
+    /// Bits of the status that are set until then.
+    pub(crate) busy: u32,
+    /// Written before every read of the status.
+    pub(crate) meanwhile: (Register, u32),
+}
+
+impl Step {
+    /// Reads of the status, several seconds: an erasure takes at most half of one.
+    const MAX_READS: u32 = 40_000_000;
+
+    /// Does it and returns the status at its end.
+    #[inline(always)]
+    pub(crate) fn run(self, bus: impl Bus) -> u32 {
+        let write = |(register, word)| bus.write(register, word);
+        write(self.start);
+        let mut reads_left = Self::MAX_READS;
+        loop {
+            write(self.meanwhile);
+            let status = bus.read(self.status);
+            if status & self.busy == 0 || reads_left == 0 {
+                return status;
+            }
+            reads_left -= 1;
+        }
+    }
+}

@@ -6,7 +6,7 @@ use crate::board::{Kind, Oscillator};
 use crate::bus::{Bus, Register};
 use crate::registers::{flash, rcc};
 
-/// What the clocks are, Hz.
+/// Clock frequencies, Hz.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Clocks {
     /// USART2 and its neighbours.
@@ -40,13 +40,13 @@ const VCO: u32 = 336_000_000;
 /// Wait states of the flash at 168 MHz and 2.7 V or more (RM0090, table 10).
 const WAIT_STATES: u32 = 5;
 
-/// Turns of a loop that a crystal, a PLL or a switch has to become ready, some 30 ms at 16 MHz.
-const PATIENCE: u32 = 100_000;
+/// Reads until a crystal, a PLL or a switch must be ready, some 30 ms at 16 MHz.
+const MAX_READS: u32 = 100_000;
 
-/// Sets the clocks. Where the oscillator or the PLL does not become ready they are those after reset,
-/// and the fault says so.
+/// Sets the clocks. Where the oscillator or the PLL does not become ready they stay those after reset, and
+/// the result is the fault.
 pub fn start(bus: impl Bus, oscillator: Oscillator) -> (Clocks, Result<(), Fault>) {
-    // A debugger starts a program anew with the clocks of the one before.
+    // A debugger restarts a program with the clocks of the previous run.
     to_reset(bus);
     if to_full(bus, oscillator).is_some() {
         (Clocks::FULL, Ok(()))
@@ -57,7 +57,7 @@ pub fn start(bus: impl Bus, oscillator: Oscillator) -> (Clocks, Result<(), Fault
 }
 
 fn to_full(bus: impl Bus, oscillator: Oscillator) -> Option<()> {
-    // Whether it is a clock is said before it is switched on (RM0090, 7.3.1).
+    // The bypass is set before the oscillator is switched on (RM0090, 7.3.1).
     if oscillator.kind == Kind::Clock {
         bus.modify(rcc::CR, 0, rcc::CR_HSEBYP);
     }
@@ -65,7 +65,7 @@ fn to_full(bus: impl Bus, oscillator: Oscillator) -> Option<()> {
     becomes(bus, rcc::CR, rcc::CR_HSERDY, rcc::CR_HSERDY)?;
     // An oscillator that fails later raises a non-maskable interrupt, and TIM1's break.
     bus.modify(rcc::CR, 0, rcc::CR_CSSON);
-    // Q makes the 48 MHz of what is not used here.
+    // Q makes 48 MHz, which no driver here uses.
     let factors = (oscillator.frequency / Oscillator::PLL_INPUT)
         | (VCO / Oscillator::PLL_INPUT) << rcc::PLLCFGR_N
         | rcc::PLLCFGR_P_2
@@ -74,12 +74,12 @@ fn to_full(bus: impl Bus, oscillator: Oscillator) -> Option<()> {
     bus.modify(rcc::PLLCFGR, rcc::PLLCFGR_FACTORS, factors);
     bus.modify(rcc::CR, 0, rcc::CR_PLLON);
     becomes(bus, rcc::CR, rcc::CR_PLLRDY, rcc::CR_PLLRDY)?;
-    // More wait states hold before the processor is faster, and are seen to (RM0090, 3.5.1).
+    // More wait states take effect before the processor is faster, and are read back (RM0090, 3.5.1).
     let access = WAIT_STATES | flash::ACR_PRFTEN | flash::ACR_ICEN | flash::ACR_DCEN;
     bus.modify(flash::ACR, flash::ACR_LATENCY, access);
     becomes(bus, flash::ACR, flash::ACR_LATENCY, WAIT_STATES)?;
-    // A new prescaler holds up to sixteen ticks after it is written (RM0090, 7.3.3), by which time a
-    // switch in the same write would have driven the buses beyond what they bear.
+    // A new prescaler takes effect up to sixteen ticks after it is written (RM0090, 7.3.3): a switch in
+    // the same write would first drive the buses beyond their limits.
     let prescalers = rcc::CFGR_PPRE1_4 | rcc::CFGR_PPRE2_2;
     bus.modify(rcc::CFGR, rcc::CFGR_PRESCALERS, prescalers);
     bus.modify(rcc::CFGR, rcc::CFGR_SW, rcc::CFGR_SW_PLL);
@@ -89,7 +89,7 @@ fn to_full(bus: impl Bus, oscillator: Oscillator) -> Option<()> {
 /// Everything from the internal oscillator, which is on after reset and stays so.
 fn to_reset(bus: impl Bus) {
     bus.modify(rcc::CFGR, rcc::CFGR_SW, 0);
-    // It is ready, so that the switch takes a few ticks; the PLL is switched off after it.
+    // It is ready: the switch takes a few ticks. The PLL is switched off after it.
     let _ = becomes(bus, rcc::CFGR, rcc::CFGR_SWS, rcc::CFGR_SWS_HSI);
     bus.modify(rcc::CFGR, rcc::CFGR_PRESCALERS, 0);
     bus.modify(rcc::CR, rcc::CR_PLLON | rcc::CR_CSSON, 0);
@@ -99,7 +99,7 @@ fn to_reset(bus: impl Bus) {
 
 /// Waits until some bits of a register are as wanted.
 fn becomes(bus: impl Bus, register: Register, bits: u32, wanted: u32) -> Option<()> {
-    (0..PATIENCE)
+    (0..MAX_READS)
         .any(|_| bus.read(register) & bits == wanted)
         .then_some(())
 }

@@ -1,7 +1,7 @@
-//! Memory in place of the registers that an emulated chip lacks, and what moves them from outside.
+//! Memory in place of the registers that an emulated chip lacks, and access to them from outside.
 //!
 //! QEMU's STM32F405 has no pins, TIM1, watchdog and flash control, keeps RCC as plain storage, and
-//! lets its encoder's timer count the clock. Those words are here; everything else is the
+//! lets its encoder's timer count the clock. Memory stands in for those; everything else is the
 //! emulator's.
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
@@ -12,7 +12,7 @@ use crate::pins::Pin;
 use crate::registers::timer::{self, TIM1, TIM3};
 use crate::registers::{flash, gpio, rcc};
 
-/// Words kept of each peripheral.
+/// Words of each peripheral.
 const WORDS: usize = 36;
 
 /// The peripherals, by the addresses of their first registers: RCC, FLASH, the ports A to C, TIM1,
@@ -28,7 +28,7 @@ const PERIPHERALS: [u32; 8] = [
     0x4000_3000,
 ];
 
-/// Where the records are, in two shorter sectors.
+/// The two sectors of records, shortened.
 const RECORDS: u32 = 0x0800_4000;
 const RECORD_WORDS: usize = 2 * SECTOR as usize / 4;
 
@@ -36,7 +36,7 @@ static REGISTERS: [AtomicU32; PERIPHERALS.len() * WORDS] =
     [const { AtomicU32::new(0) }; PERIPHERALS.len() * WORDS];
 static SECTORS: [AtomicU32; RECORD_WORDS] = [const { AtomicU32::new(u32::MAX) }; RECORD_WORDS];
 
-/// Where a word is kept; with a constant address a constant.
+/// The memory of a word; of a constant address a constant.
 #[inline(always)]
 fn kept(register: Register) -> Option<&'static AtomicU32> {
     let mut number = 0;
@@ -68,7 +68,7 @@ pub(crate) fn read(register: Register) -> Option<u32> {
     })
 }
 
-/// False if it is none of those words.
+/// False for a word of the emulator's own.
 #[inline(always)]
 pub(crate) fn write(register: Register, word: u32) -> bool {
     let Some(place) = kept(register) else {
@@ -88,35 +88,23 @@ pub(crate) fn write(register: Register, word: u32) -> bool {
     true
 }
 
-/// Pins of a port.
+/// Pins of a port, and ports that have pins here: A to C.
 const PINS: usize = 16;
-
-/// Ports that have pins here: A to C.
 const PORTS: usize = 3;
 
-/// The levels of each port, and the last word that switched each pin: two pins of a port are switched
-/// one after the other, and one word would hold only the second.
-static LEVELS: [AtomicU32; PORTS] = [const { AtomicU32::new(0) }; PORTS];
-static SWITCHES: [AtomicU32; PORTS * PINS] = [const { AtomicU32::new(0) }; PORTS * PINS];
+/// The last word that switched each pin: two pins of a port are switched one after the other, and one
+/// word would hold only the second. Nothing switches an input: its word reads as low.
+static PIN_WORDS: [AtomicU32; PORTS * PINS] = [const { AtomicU32::new(0) }; PORTS * PINS];
 
-/// The number of the port that a register belongs to.
-fn port_of(register: Register) -> usize {
-    (register.address().wrapping_sub(gpio::BASE) / gpio::STRIDE) as usize
+/// The word of a pin, by any register of its port.
+fn pin(register: Register, number: u32) -> Option<&'static AtomicU32> {
+    let port = register.address().wrapping_sub(gpio::BASE) / gpio::STRIDE;
+    PIN_WORDS.get(port as usize * PINS + number as usize)
 }
 
-/// Where the levels of a port are kept.
-pub(crate) fn levels(idr: Register) -> Register {
-    LEVELS.get(port_of(idr)).map_or(idr, place)
-}
-
-/// Where a pin is switched.
-pub(crate) fn switch(bsrr: Register, pin: u32) -> Register {
-    let number = port_of(bsrr) * PINS + pin as usize;
-    SWITCHES.get(number).map_or(bsrr, place)
-}
-
-fn place(word: &'static AtomicU32) -> Register {
-    Register::at(word.as_ptr() as u32)
+/// The register that stands for a pin's IDR or BSRR.
+pub(crate) fn pin_word(register: Register, number: u32) -> Register {
+    pin(register, number).map_or(register, |word| Register::at(word.as_ptr() as u32))
 }
 
 #[inline(never)]
@@ -132,7 +120,7 @@ pub fn set_count(count: u16) {
     set(TIM3.cnt(), count.into());
 }
 
-/// What the drive puts out.
+/// The drive's output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Outputs {
     /// Steps of a PWM period that the output is high for; none while it is switched off.
@@ -141,7 +129,7 @@ pub struct Outputs {
     pub steps: u16,
 }
 
-/// What the drive puts out now.
+/// The drive's output now.
 #[must_use]
 pub fn outputs() -> Outputs {
     let on = get(TIM1.bdtr()) & timer::BDTR_MOE != 0;
@@ -151,13 +139,12 @@ pub fn outputs() -> Outputs {
     }
 }
 
-/// Whether an output was last switched high.
+/// True while an output is high.
 #[must_use]
 pub fn is_high(pin: Pin) -> bool {
-    let bsrr = pin.register(gpio::BSRR);
-    let number = port_of(bsrr) * PINS + pin.mask().trailing_zeros() as usize;
-    let switched = SWITCHES.get(number).map_or(0, |word| word.load(Relaxed));
-    switched & pin.mask() != 0
+    let register = pin.register(gpio::BSRR);
+    let word = self::pin(register, pin.number()).map_or(0, |word| word.load(Relaxed));
+    word & pin.mask() != 0
 }
 
 fn get(register: Register) -> u32 {

@@ -9,11 +9,11 @@ use embedded_storage::nor_flash::{
     check_write,
 };
 
-use crate::bus::{Bus, Register};
+use crate::bus::{Bus, Register, Step};
 use crate::registers::flash;
 use crate::watchdog;
 
-/// Bytes of a sector; those that stand in for it in an emulator are fewer.
+/// Size of a sector, bytes; in an emulator memory stands in for it.
 pub(crate) const SECTOR: u32 = if cfg!(feature = "emulator") {
     0x2000
 } else {
@@ -27,18 +27,18 @@ pub struct Sectors {
 }
 
 impl Sectors {
-    /// By the number of the first of them.
+    /// By the number of the first of them, 1 or 2.
     ///
     /// # Panics
-    /// 1 or 2: sector 0 has the vectors, and with sector 4 the program begins; made as a constant, anything
-    /// else does not compile.
+    /// Anything else: sector 0 has the vectors, and the program begins in sector 4. In a constant it does
+    /// not compile.
     #[must_use]
-    pub const fn from(first: u32) -> Self {
+    pub const fn starting_at(first: u32) -> Self {
         assert!(1 <= first && first <= 2, "two sectors from 1 to 3");
         Self { first }
     }
 
-    /// Where they begin: the first four are of 16 KiB each (RM0090, table 5).
+    /// Their first word: the first four sectors are of 16 KiB each (RM0090, table 5).
     const fn base(self) -> Register {
         Register::at(0x0800_0000 + self.first * 0x4000)
     }
@@ -51,11 +51,11 @@ pub struct RecordFlash<B> {
     sectors: Sectors,
 }
 
-/// Why the flash did not do it.
+/// Failures of the flash.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FlashError {
-    /// Outside the two sectors, or not at the boundary that it takes.
+    /// Outside the two sectors, or not aligned.
     Misplaced(NorFlashErrorKind),
     /// The hardware refused, or did not become ready.
     Hardware,
@@ -70,39 +70,12 @@ impl NorFlashError for FlashError {
     }
 }
 
-/// What the flash does in one go: a word that is written, and the time until it is done.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Step {
-    register: Register,
-    word: u32,
-}
-
-impl Step {
-    /// Turns of a loop that it may take, several seconds: an erasure takes half of one at most.
-    const TURNS: u32 = 40_000_000;
-
-    /// Does it and answers with the flash's status at its end.
-    #[inline(always)]
-    pub(crate) fn run(self, bus: impl Bus) -> u32 {
-        bus.write(self.register, self.word);
-        let mut turns = Self::TURNS;
-        loop {
-            watchdog::feed(bus);
-            let status = bus.read(flash::SR);
-            if status & flash::SR_BSY == 0 || turns == 0 {
-                return status;
-            }
-            turns -= 1;
-        }
-    }
-}
-
 impl<B: Bus> RecordFlash<B> {
     pub(crate) fn new(bus: B, sectors: Sectors) -> Self {
         Self { bus, sectors }
     }
 
-    fn place(self, offset: u32) -> Register {
+    fn word_at(self, offset: u32) -> Register {
         self.sectors.base().offset(offset & !0b11)
     }
 
@@ -111,18 +84,18 @@ impl<B: Bus> RecordFlash<B> {
     }
 
     /// # Errors
-    /// A flash that is busy for ever would hold for ever whoever writes to it (RM0090, 3.9.6).
+    /// A busy flash: writing to it would stall the processor until it is ready (RM0090, 3.9.6).
     fn unlock(self) -> Result<(), FlashError> {
         if self.is_busy() {
             return Err(FlashError::Hardware);
         }
-        // Keys that come when it is open would close it until a reset (RM0090, 3.6.1).
+        // Keys that are written while it is unlocked lock it until a reset (RM0090, 3.6.1).
         if self.bus.read(flash::CR) & flash::CR_LOCK != 0 {
             for key in flash::KEYS {
                 self.bus.write(flash::KEYR, key);
             }
         }
-        // What an earlier error left would be taken for one of this time.
+        // Flags of an earlier error would be taken for one of this step.
         self.bus.write(flash::SR, flash::SR_ENDED);
         Ok(())
     }
@@ -133,8 +106,7 @@ impl<B: Bus> RecordFlash<B> {
         }
         let bus = self.bus;
         bus.write(flash::CR, flash::CR_LOCK);
-        // The caches may hold what was there before; they are reset while they are off (RM0090,
-        // 3.5.2).
+        // The caches may hold the old contents; they are reset while they are off (RM0090, 3.5.2).
         let access = bus.read(flash::ACR);
         let off = access & !(flash::ACR_DCEN | flash::ACR_ICEN);
         bus.write(flash::ACR, off);
@@ -144,8 +116,13 @@ impl<B: Bus> RecordFlash<B> {
     }
 
     fn do_step(self, register: Register, word: u32) -> Result<(), FlashError> {
-        let step = Step { register, word };
-        let status = self.bus.alone(|| self.bus.do_step(step));
+        let step = Step {
+            start: (register, word),
+            status: flash::SR,
+            busy: flash::SR_BSY,
+            meanwhile: watchdog::FOOD,
+        };
+        let status = self.bus.without_interrupts(|| self.bus.do_step(step));
         if status & (flash::SR_BSY | flash::SR_ERRORS) == 0 {
             Ok(())
         } else {
@@ -154,7 +131,7 @@ impl<B: Bus> RecordFlash<B> {
     }
 
     fn erase_sector(self, number: u32) -> Result<(), FlashError> {
-        // Which sector is said before it starts (RM0090, 3.6.3).
+        // The sector is chosen before the start (RM0090, 3.6.3).
         let chosen = flash::CR_PSIZE_32 | flash::CR_SER | number << flash::CR_SNB;
         self.bus.write(flash::CR, chosen);
         self.do_step(flash::CR, chosen | flash::CR_STRT)
@@ -170,10 +147,10 @@ impl<B: Bus> ReadNorFlash for RecordFlash<B> {
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
         check_read(self, offset, bytes.len()).map_err(FlashError::Misplaced)?;
-        // A search through a whole sector takes as long as the watchdog waits.
+        // Reading a whole sector takes as long as the watchdog's timeout.
         watchdog::feed(self.bus);
         for (place, byte) in (offset..).zip(bytes) {
-            let word = self.bus.read(self.place(place));
+            let word = self.bus.read(self.word_at(place));
             *byte = (word >> (8 * (place & 0b11))) as u8;
         }
         Ok(())
@@ -207,7 +184,7 @@ impl<B: Bus> NorFlash for RecordFlash<B> {
             .step_by(4)
             .zip(words)
             .try_for_each(|(place, word)| {
-                self.do_step(self.place(place), u32::from_le_bytes(*word))
+                self.do_step(self.word_at(place), u32::from_le_bytes(*word))
             });
         self.lock();
         done

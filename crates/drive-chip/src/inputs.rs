@@ -1,4 +1,4 @@
-//! The lines that must be healthy.
+//! The amplifier's fault line and the limit switches.
 
 use crate::board::Board;
 use crate::bus::Bus;
@@ -14,10 +14,10 @@ pub struct Inputs<B> {
     high_switch: Input<B>,
 }
 
-/// Which of them are healthy.
+/// Their state: true is healthy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Healthy {
-    /// The amplifier reports no fault, nor did it since the output was last let go.
+    /// The amplifier reports no fault, nor did it since the output was last disabled.
     pub amplifier: bool,
     /// The limit switch at the lower end is closed.
     pub low_switch: bool,
@@ -35,7 +35,7 @@ impl<B: Bus> Inputs<B> {
         }
     }
 
-    /// What they say now.
+    /// Reads them.
     #[inline]
     #[must_use]
     pub fn read(&self) -> Healthy {

@@ -1,4 +1,4 @@
-//! What may interrupt what (PM0214, 4.3): a sample everything, a byte only the background.
+//! Interrupt priorities (PM0214, 4.3): a sample preempts everything, a byte only the background.
 
 use crate::bus::Bus;
 use crate::registers::nvic;
@@ -13,7 +13,7 @@ const SAMPLE: u32 = 0x00;
 /// Below every sample.
 const BYTE: u32 = 0x80;
 
-/// Lets the sample timer and the serial line interrupt, once what they need was handed over.
+/// Enables the interrupts of the sample timer and the serial line, once their handlers have their data.
 pub fn begin(bus: impl Bus) {
     set_priority(bus, TIM5, SAMPLE);
     set_priority(bus, USART2, BYTE);
@@ -21,13 +21,13 @@ pub fn begin(bus: impl Bus) {
     unmask(bus, USART2);
 }
 
-/// Lets only the serial line interrupt.
+/// Enables the serial line's interrupt alone.
 pub fn begin_serial(bus: impl Bus) {
     set_priority(bus, USART2, BYTE);
     unmask(bus, USART2);
 }
 
-/// Calls the serial line's interrupt.
+/// Requests the serial line's interrupt.
 pub(crate) fn pend_serial(bus: impl Bus) {
     bus.write(nvic::ISPR.offset(word(USART2)), bit(USART2));
 }
@@ -43,7 +43,7 @@ fn unmask(bus: impl Bus, interrupt: u32) {
     bus.write(nvic::ISER.offset(word(interrupt)), bit(interrupt));
 }
 
-/// Bytes to the word of an interrupt's bit.
+/// Offset of the word with an interrupt's bit, bytes.
 const fn word(interrupt: u32) -> u32 {
     (interrupt / 32) << 2
 }

@@ -1,23 +1,23 @@
 //! Everything of a drive that touches a register of an STM32F4.
 //!
-//! Every driver is generic over a [`Bus`]: on the chip that is `Mmio`, in the tests a model of the
-//! registers. [`wire`] makes all of it from a [`Board`], in the order that is safe.
+//! Every driver is generic over a [`Bus`]: `Mmio` on the chip, a model of the registers in the tests.
+//! [`wire`] sets all of them up from a [`Board`], in the order that is safe.
 //!
-//! | driver | over | what for |
+//! | driver | peripheral | purpose |
 //! |---|---|---|
 //! | [`clock`] | RCC, FLASH | 168 MHz from the board's oscillator |
 //! | [`pins`] | GPIO | modes, levels |
-//! | [`pwm`] | TIM1 | the output, and the break that takes it away |
+//! | [`pwm`] | TIM1 | the output, and the break input that disables it |
 //! | [`sample_timer`] | TIM5, TIM1 | samples in step with the PWM |
 //! | [`quadrature`] | TIM3 | the encoder |
 //! | [`inputs`] | GPIO, TIM1 | fault line and limit switches |
 //! | [`serial`] | USART2 | the line to the host |
 //! | [`watchdog`] | IWDG | resets the chip unless it is fed |
-//! | [`flash`] | FLASH | where records are kept |
-//! | [`interrupts`] | NVIC | what may interrupt what |
+//! | [`flash`] | FLASH | keeps records |
+//! | [`interrupts`] | NVIC | priorities |
 //!
-//! References are to the manual RM0090 of the STM32F405; what is used here of the STM32F446 (RM0390)
-//! is the same.
+//! References are to RM0090, the manual of the STM32F405; the STM32F446 (RM0390) is the same in all that
+//! is used here.
 #![no_std]
 #![deny(missing_docs)]
 
@@ -44,4 +44,4 @@ pub use board::Board;
 pub use bus::Bus;
 #[cfg(target_os = "none")]
 pub use mmio::Mmio;
-pub use wiring::{Wired, let_go, wire};
+pub use wiring::{Wired, disable_outputs, wire};

@@ -4,7 +4,7 @@ use crate::bus::{Bus, Register, Step};
 #[cfg(feature = "emulator")]
 use crate::emulated;
 
-/// The bus of the chip that this runs on.
+/// The memory bus of the chip itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mmio;
 
@@ -32,44 +32,38 @@ impl Bus for Mmio {
     }
 
     #[cfg(feature = "emulator")]
-    fn levels(self, idr: Register) -> Register {
-        emulated::levels(idr)
-    }
-
-    #[cfg(feature = "emulator")]
-    fn switch(self, bsrr: Register, pin: u32) -> Register {
-        emulated::switch(bsrr, pin)
+    fn pin_word(self, register: Register, pin: u32) -> Register {
+        emulated::pin_word(register, pin)
     }
 
     #[inline(always)]
-    fn read_pin(self, levels: Register) -> u32 {
-        // SAFETY: as above; where the pins are emulated, a word of memory that is kept for them.
-        unsafe { (levels.address() as *const u32).read_volatile() }
+    fn read_pin(self, word: Register) -> u32 {
+        // SAFETY: as above; where the pins are emulated, a word of memory that stands in for them.
+        unsafe { (word.address() as *const u32).read_volatile() }
     }
 
     #[inline(always)]
-    fn write_pin(self, switch: Register, word: u32) {
+    fn write_pin(self, word: Register, levels: u32) {
         // SAFETY: as above.
-        unsafe { (switch.address() as *mut u32).write_volatile(word) }
+        unsafe { (word.address() as *mut u32).write_volatile(levels) }
     }
 
     #[inline]
-    fn alone<R>(self, work: impl FnOnce() -> R) -> R {
+    fn without_interrupts<R>(self, work: impl FnOnce() -> R) -> R {
         cortex_m::interrupt::free(|_| work())
     }
 
     #[inline]
     fn do_step(self, step: Step) -> u32 {
-        in_memory(step)
+        from_ram(step)
     }
 }
 
-/// A step of the flash, by code in RAM: while the flash is busy, a processor that fetches from it
-/// stands still (RM0090, 3.6), for up to two seconds, and would feed no watchdog. Everything that it
-/// calls is inlined.
-// SAFETY: the section is copied to memory before `main`, as the values of statics are.
+/// A step of the flash, by code in RAM: a processor that fetches from a busy flash stalls (RM0090, 3.6),
+/// for up to two seconds, and would not feed the watchdog. Everything that it calls is inlined.
+// SAFETY: the section is copied to RAM before `main`, as the values of statics are.
 #[unsafe(link_section = ".data.flash_step")]
 #[inline(never)]
-fn in_memory(step: Step) -> u32 {
+fn from_ram(step: Step) -> u32 {
     step.run(Mmio)
 }

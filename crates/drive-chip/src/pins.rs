@@ -7,7 +7,7 @@ use embedded_hal::digital::{ErrorType, OutputPin};
 use crate::bus::{Bus, Register};
 use crate::registers::{gpio, rcc};
 
-/// A port of sixteen pins: those that the packages of 64 pins bring out whole.
+/// A port of sixteen pins: those that packages of 64 pins bring out whole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "its letter is its name")]
 pub enum Port {
@@ -24,10 +24,10 @@ pub struct Pin {
 }
 
 impl Pin {
-    /// Of a port, by its number.
+    /// A pin of a port, by its number, 0 to 15.
     ///
     /// # Panics
-    /// Numbers from 0 to 15; made as a constant, anything else does not compile.
+    /// Any other number; in a constant it does not compile.
     #[must_use]
     pub const fn new(port: Port, number: u32) -> Self {
         assert!(number < 16, "a port has the pins 0 to 15");
@@ -42,7 +42,7 @@ impl Pin {
         1 << self.number
     }
 
-    /// Writes a field of two bits a pin.
+    /// Writes a field of two bits per pin.
     fn set_pair(self, bus: impl Bus, offset: u32, bits: u32) {
         let shift = 2 * self.number;
         bus.modify(self.register(offset), 0b11 << shift, bits << shift);
@@ -63,7 +63,7 @@ impl Pin {
         let _ = bus.read(rcc::AHB1ENR);
     }
 
-    /// An output that pushes and pulls, low from the start.
+    /// A push-pull output, low from the start.
     pub(crate) fn output(self, bus: impl Bus) {
         self.set_low(bus);
         bus.modify(self.register(gpio::OTYPER), self.mask(), 0);
@@ -86,13 +86,13 @@ impl Pin {
         self.set_mode(bus, Mode::Alternate);
     }
 
-    /// Where its level is set, in one write, which an interrupt cannot come between.
-    fn switch(self, bus: impl Bus) -> Register {
-        bus.switch(self.register(gpio::BSRR), self.number)
+    #[cfg(all(feature = "emulator", target_os = "none"))]
+    pub(crate) const fn number(self) -> u32 {
+        self.number
     }
 
     pub(crate) fn set_low(self, bus: impl Bus) {
-        bus.write_pin(self.switch(bus), self.mask() << 16);
+        let Ok(()) = Output::new(bus, self).set_low();
     }
 }
 
@@ -103,7 +103,7 @@ enum Mode {
     Alternate = 0b10,
 }
 
-/// What holds a pin that nobody drives.
+/// The level of a pin that is not driven.
 #[derive(Clone, Copy)]
 pub(crate) enum Pull {
     None = 0b00,
@@ -114,23 +114,23 @@ pub(crate) enum Pull {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Input<B> {
     bus: B,
-    levels: Register,
+    word: Register,
     mask: u32,
 }
 
 impl<B: Bus> Input<B> {
-    /// Of a pin that was made an input, or one of a peripheral.
+    /// A pin that was made an input, or one of a peripheral.
     pub(crate) fn new(bus: B, pin: Pin) -> Self {
         Self {
             bus,
-            levels: bus.levels(pin.register(gpio::IDR)),
+            word: bus.pin_word(pin.register(gpio::IDR), pin.number),
             mask: pin.mask(),
         }
     }
 
     #[inline]
     pub(crate) fn is_low(&self) -> bool {
-        self.bus.read_pin(self.levels) & self.mask == 0
+        self.bus.read_pin(self.word) & self.mask == 0
     }
 }
 
@@ -138,16 +138,17 @@ impl<B: Bus> Input<B> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Output<B> {
     bus: B,
-    switch: Register,
+    word: Register,
     mask: u32,
 }
 
 impl<B: Bus> Output<B> {
-    /// Of a pin that was made an output.
+    /// A pin that was made an output.
     pub(crate) fn new(bus: B, pin: Pin) -> Self {
         Self {
             bus,
-            switch: pin.switch(bus),
+            // BSRR sets a level in one write, which no interrupt can split.
+            word: bus.pin_word(pin.register(gpio::BSRR), pin.number),
             mask: pin.mask(),
         }
     }
@@ -160,13 +161,13 @@ impl<B> ErrorType for Output<B> {
 impl<B: Bus> OutputPin for Output<B> {
     #[inline]
     fn set_low(&mut self) -> Result<(), Infallible> {
-        self.bus.write_pin(self.switch, self.mask << 16);
+        self.bus.write_pin(self.word, self.mask << 16);
         Ok(())
     }
 
     #[inline]
     fn set_high(&mut self) -> Result<(), Infallible> {
-        self.bus.write_pin(self.switch, self.mask);
+        self.bus.write_pin(self.word, self.mask);
         Ok(())
     }
 }

@@ -1,4 +1,4 @@
-//! The first channel of TIM1 as a PWM whose output a fault line takes away in hardware.
+//! The first channel of TIM1 as a PWM whose output a fault line disables in hardware.
 
 use core::convert::Infallible;
 
@@ -14,12 +14,12 @@ pub const FREQUENCY: u32 = 20_000;
 /// A switching period, s.
 pub const PERIOD: f64 = 1.0 / FREQUENCY as f64;
 
-/// Off: the break input is on and active high, and the output is driven low by the timer, in place of
-/// floating, because its idle state is (OSSI; RM0090, table 98).
+/// Off: the break input is on and active high, and the timer drives the output to its idle state, low,
+/// in place of floating (OSSI; RM0090, table 98).
 const OFF: u32 = timer::BDTR_BKE | timer::BDTR_BKP | timer::BDTR_OSSR | timer::BDTR_OSSI;
 
-/// TIM1, channel 1. While its break input is high, and until a duty is set after that, the output is
-/// off without the processor's doing.
+/// TIM1, channel 1. While its break input is high, and until a duty is set after that, hardware keeps the
+/// output off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pwm<B> {
     bus: B,
@@ -27,11 +27,11 @@ pub struct Pwm<B> {
 }
 
 impl<B: Bus> Pwm<B> {
-    /// Off, of a timer that is as after reset. It counts once the sample timer is started.
+    /// Off, from a timer in its reset state. It counts once the sample timer is started.
     pub(crate) fn new(bus: B, clocks: &Clocks) -> Self {
         let steps = (clocks.high_timers / FREQUENCY) as u16;
         bus.write(TIM1.arr(), u32::from(steps.saturating_sub(1)));
-        // PWM mode 1 with preload (RM0090, 17.3.9): a duty holds from the next period on.
+        // PWM mode 1 with preload (RM0090, 17.3.9): a duty takes effect with the next period.
         bus.write(TIM1.ccmr1(), timer::CCMR1_OC1PE | timer::CCMR1_OC1M_PWM_1);
         bus.write(TIM1.ccer(), timer::CCER_CC1E);
         bus.write(TIM1.bdtr(), OFF);
@@ -61,19 +61,19 @@ impl<B: Bus> SetDutyCycle for Pwm<B> {
     fn set_duty_cycle_fully_off(&mut self) -> Result<(), Infallible> {
         off(self.bus);
         self.bus.write(TIM1.ccr1(), 0);
-        // Taken note of by now: the next break shows again. Ones leave the other flags.
+        // Acknowledged: the next break shows again. Ones leave the other flags.
         self.bus.write(TIM1.sr(), !timer::SR_BIF);
         Ok(())
     }
 }
 
-/// Drives the output low, whatever the timer did.
+/// Drives the output low, whatever the timer's state.
 #[inline]
 pub(crate) fn off(bus: impl Bus) {
     bus.write(TIM1.bdtr(), OFF);
 }
 
-/// Whether the break input has taken the output away since it was last let go.
+/// True if the break input has disabled the output since it was last switched off.
 #[inline]
 #[must_use]
 pub(crate) fn broke(bus: impl Bus) -> bool {

@@ -11,12 +11,12 @@ use crate::registers::timer::{self, TIM3};
 /// The digital filter: a level counts once it has stood for 24 ticks of the timer, six samples at a
 /// quarter of its clock (RM0090, 18.4.7).
 ///
-/// At 84 MHz these are 286 ns, longer than the PWM's edges ring. Each line changes at most so often,
-/// so that [`MOST_COUNTS`] are counted at most.
+/// At 84 MHz these are 286 ns, longer than the PWM's edges ring; they bound the rate to
+/// [`MAX_COUNT_RATE`].
 const FILTER: u32 = 0b0110;
 
-/// Counts that the counter follows, 1/s: both edges of two lines, each level 24 ticks of 84 MHz.
-pub const MOST_COUNTS: f64 = 2.0 * 84e6 / 24.0;
+/// Highest rate of counts, 1/s: both edges of two lines, each level 24 ticks of 84 MHz.
+pub const MAX_COUNT_RATE: f64 = 2.0 * 84e6 / 24.0;
 
 /// TIM3, which counts both edges of both lines in 16 bits.
 ///
@@ -29,7 +29,7 @@ pub struct Quadrature<B> {
 }
 
 impl<B: Bus> Quadrature<B> {
-    /// Counting from zero, wherever the servo stands, of a timer that is as after reset.
+    /// Counts from zero, wherever the servo stands, from a timer in its reset state.
     pub(crate) fn new(bus: B) -> Self {
         let lines = timer::CCMR1_CC1S_TI1 | timer::CCMR1_CC2S_TI2;
         let filters = FILTER << timer::CCMR1_IC1F | FILTER << timer::CCMR1_IC2F;

@@ -25,7 +25,7 @@ pub(crate) mod rcc {
     pub(crate) const CR_PLLON: u32 = 1 << 24;
     pub(crate) const CR_PLLRDY: u32 = 1 << 25;
 
-    /// M, N, P and Q: what is none of theirs keeps its reset value.
+    /// M, N, P and Q; other bits keep their reset value.
     pub(crate) const PLLCFGR_FACTORS: u32 = 0x3f | 0x1ff << 6 | 0b11 << 16 | 0xf << 24;
     pub(crate) const PLLCFGR_N: u32 = 6;
     pub(crate) const PLLCFGR_P_2: u32 = 0;
@@ -85,7 +85,7 @@ pub(crate) mod flash {
 
 /// General-purpose pins (8.4), as offsets from a port's base.
 pub(crate) mod gpio {
-    /// Port A; the next port is [`STRIDE`] further on.
+    /// Port A; the next ports follow by [`STRIDE`] bytes.
     pub(crate) const BASE: u32 = 0x4002_0000;
     pub(crate) const STRIDE: u32 = 0x400;
     pub(crate) const MODER: u32 = 0x00;

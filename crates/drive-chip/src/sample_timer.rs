@@ -1,21 +1,21 @@
 //! The timer whose update is a sample, in step with the PWM.
 //!
 //! A sample takes a whole number of PWM periods, and begins [`LEAD`] before one of them does: a
-//! command that is written within that time holds from there on. So the time from a sample to its
-//! output is always the same.
+//! command that is written within that time takes effect with that period. So the time from a sample to
+//! its output is always the same.
 
 use crate::bus::Bus;
 use crate::clock::Clocks;
 use crate::pwm;
 use crate::registers::timer::{self, TIM1, TIM5};
 
-/// From the beginning of a sample to the PWM period in which its command holds, s: a quarter of a
-/// period, 2100 of the processor's ticks.
-pub const LEAD: f64 = 1.0 / (LEADS_A_PERIOD * pwm::FREQUENCY) as f64;
+/// Time from the beginning of a sample to the PWM period in which its command takes effect, s: a quarter
+/// of a period, 2100 of the processor's ticks.
+pub const LEAD: f64 = 1.0 / (LEADS_PER_PERIOD * pwm::FREQUENCY) as f64;
 
-const LEADS_A_PERIOD: u32 = 4;
+const LEADS_PER_PERIOD: u32 = 4;
 
-/// The nearest whole number of periods, from 1 on.
+/// The nearest whole number of periods, at least 1.
 fn nearest(sample_time: f64) -> u32 {
     // A cast saturates.
     ((sample_time * f64::from(pwm::FREQUENCY) + 0.5) as u32).max(1)
@@ -27,26 +27,26 @@ pub struct SampleTimer<B> {
     bus: B,
     /// Ticks of TIM5 in a PWM period.
     period: u32,
-    /// Where TIM1 stands when a sample begins, ticks.
+    /// Count of TIM1 when a sample begins, ticks.
     phase: u32,
 }
 
 impl<B: Bus> SampleTimer<B> {
-    /// Stands still, of a timer that is as after reset.
+    /// Stopped, from a timer in its reset state.
     pub(crate) fn new(bus: B, clocks: &Clocks) -> Self {
         let pwm_period = clocks.high_timers / pwm::FREQUENCY;
         Self {
             bus,
             period: clocks.low_timers / pwm::FREQUENCY,
-            phase: pwm_period - pwm_period / LEADS_A_PERIOD,
+            phase: pwm_period - pwm_period / LEADS_PER_PERIOD,
         }
     }
 
-    /// Runs with a sample time, s; one that is no whole number of PWM periods becomes the nearest
-    /// that is. The servo must be let go meanwhile: the PWM begins anew.
+    /// Runs with a sample time, s, rounded to a whole number of PWM periods. The output must be disabled
+    /// meanwhile: the PWM restarts.
     pub fn start(&self, sample_time: f64) {
         let Self { bus, period, phase } = *self;
-        // Only a counter that runs over is a sample, not one that is set.
+        // Only an overflow is a sample, not a counter that is set.
         bus.write(TIM5.cr1(), timer::CR1_URS);
         bus.modify(TIM1.cr1(), timer::CR1_CEN, 0);
         let ticks = nearest(sample_time).saturating_mul(period);
@@ -63,14 +63,14 @@ impl<B: Bus> SampleTimer<B> {
     }
 }
 
-/// Begins a sample; the next one is then due only once its time has come.
+/// Begins a sample: the next one is due when its time has come.
 #[inline]
 pub fn acknowledge(bus: impl Bus) {
     // Ones leave the other flags.
     bus.write(TIM5.sr(), !timer::SR_UIF);
 }
 
-/// Whether the time of the next sample has come.
+/// True once the time of the next sample has come.
 #[inline]
 #[must_use]
 pub fn is_due(bus: impl Bus) -> bool {

@@ -1,4 +1,4 @@
-//! A serial line that nobody waits for: an interrupt moves bytes between USART2 and two queues.
+//! A serial line without waiting: an interrupt moves bytes between USART2 and two queues.
 
 use core::fmt;
 
@@ -10,32 +10,32 @@ use crate::clock::Clocks;
 use crate::interrupts;
 use crate::registers::usart;
 
-/// Bits a second: 42 ticks of the bus with the PLL and 16 without, exactly. The 921 600 that hosts often
+/// Bits per second: exactly 42 ticks of the bus with the PLL and 16 without. The 921 600 that hosts often
 /// offer would be 0.93 % too slow and 2.1 % too fast (RM0090, 30.3.4).
 pub const BAUD: u32 = 1_000_000;
 
-/// Bytes that came and nobody heard yet, and bytes to be said: at least two whole frames, and powers
-/// of two, so that a queue masks where it would divide.
-const ROOM: usize = 2048;
-const _: () = assert!(ROOM > 2 * LONGEST_FRAME);
+/// Length of a queue, bytes: at least two whole frames, and a power of two, so that it masks where it
+/// would divide.
+const QUEUE_LENGTH: usize = 2048;
+const _: () = assert!(QUEUE_LENGTH > 2 * LONGEST_FRAME);
 
-/// Bytes on their way.
-pub type Bytes = Queue<u8, ROOM>;
+/// Bytes that were received, or are to be sent.
+pub type Bytes = Queue<u8, QUEUE_LENGTH>;
 
 /// The background's end.
 pub struct Line<'a, B> {
     bus: B,
-    heard: Consumer<'a, u8, ROOM>,
-    to_say: Producer<'a, u8, ROOM>,
+    received: Consumer<'a, u8, QUEUE_LENGTH>,
+    to_send: Producer<'a, u8, QUEUE_LENGTH>,
 }
 
 /// The interrupt's end.
 pub struct Port<'a, B> {
     bus: B,
-    /// Whether the line calls when it can take a byte.
-    is_saying: bool,
-    heard: Producer<'a, u8, ROOM>,
-    to_say: Consumer<'a, u8, ROOM>,
+    /// The USART interrupts when it can take a byte.
+    is_sending: bool,
+    received: Producer<'a, u8, QUEUE_LENGTH>,
+    to_send: Consumer<'a, u8, QUEUE_LENGTH>,
 }
 
 impl<B> fmt::Debug for Line<'_, B> {
@@ -54,11 +54,11 @@ impl<B> fmt::Debug for Port<'_, B> {
 pub(crate) fn line<'a, B: Bus>(
     bus: B,
     clocks: &Clocks,
-    heard: &'a mut Bytes,
-    to_say: &'a mut Bytes,
+    received: &'a mut Bytes,
+    to_send: &'a mut Bytes,
 ) -> (Line<'a, B>, Port<'a, B>) {
-    let (put_heard, heard) = heard.split();
-    let (to_say, take_to_say) = to_say.split();
+    let (put_received, received) = received.split();
+    let (to_send, take_to_send) = to_send.split();
     // With sixteenfold sampling the divider's four fraction bits are the low ones. Eightfold sampling
     // has one fraction bit less and the same steps, one tick of the bus a bit, and bears less of the
     // other end's error (RM0090, 30.3.4 and 30.3.5).
@@ -69,59 +69,66 @@ pub(crate) fn line<'a, B: Bus>(
     );
     let port = Port {
         bus,
-        is_saying: false,
-        heard: put_heard,
-        to_say: take_to_say,
+        is_sending: false,
+        received: put_received,
+        to_send: take_to_send,
     };
-    (Line { bus, heard, to_say }, port)
+    (
+        Line {
+            bus,
+            received,
+            to_send,
+        },
+        port,
+    )
 }
 
 impl<B> Line<'_, B> {
-    /// Whether nothing came that was not heard yet.
+    /// True while no received byte waits.
     #[must_use]
     pub fn is_silent(&self) -> bool {
-        self.heard.len() == 0
+        self.received.len() == 0
     }
 }
 
 impl<B: Bus> drive_link::Line for Line<'_, B> {
     fn hear(&mut self) -> Option<u8> {
-        self.heard.dequeue()
+        self.received.dequeue()
     }
 
     fn room(&self) -> usize {
-        self.to_say.capacity() - self.to_say.len()
+        self.to_send.capacity() - self.to_send.len()
     }
 
     fn say(&mut self, bytes: &[u8]) {
         for &byte in bytes {
-            let _ = self.to_say.enqueue(byte);
+            let _ = self.to_send.enqueue(byte);
         }
-        // The interrupt finds something to say.
+        // The interrupt takes the first byte.
         interrupts::pend_serial(self.bus);
     }
 }
 
 impl<B: Bus> Port<'_, B> {
-    /// What the interrupt does.
+    /// Serves the interrupt.
     pub fn serve(&mut self) {
         let bus = self.bus;
         let status = bus.read(usart::SR);
-        // Reading clears an overrun too; a byte that found no room spoils its frame, which says so.
+        // Reading clears an overrun too; a lost byte spoils its frame, whose checksum shows it.
         if status & (usart::SR_RXNE | usart::SR_ORE) != 0 {
-            let _ = self.heard.enqueue(bus.read(usart::DR) as u8);
+            let _ = self.received.enqueue(bus.read(usart::DR) as u8);
         }
         if status & usart::SR_TXE != 0 {
-            match self.to_say.dequeue() {
+            match self.to_send.dequeue() {
                 Some(byte) => {
                     bus.write(usart::DR, u32::from(byte));
-                    if !self.is_saying {
-                        self.is_saying = true;
+                    if !self.is_sending {
+                        self.is_sending = true;
                         bus.modify(usart::CR1, 0, usart::CR1_TXEIE);
                     }
                 }
                 None => {
-                    self.is_saying = false;
+                    self.is_sending = false;
                     bus.modify(usart::CR1, usart::CR1_TXEIE, 0);
                 }
             }

@@ -1,22 +1,25 @@
 //! The independent watchdog, which resets the chip unless it is fed (RM0090, 21).
 //!
-//! It has one patience for ever: a new one holds only some ticks of its own oscillator after it was
-//! written, and until then nobody knows which of them does.
+//! Its timeout is set once: a new one takes effect some ticks of its own oscillator after it was written,
+//! and until then either may hold.
 
-use crate::bus::Bus;
+use crate::bus::{Bus, Register};
 use crate::registers::iwdg;
 
-/// Its oscillator, Hz; from 17 to 47 kHz by the data sheet.
+/// Its oscillator, Hz; 17 to 47 kHz by the data sheet.
 const OSCILLATOR: u32 = 32_000;
 
-/// The time without food after which it resets the chip, ms: by its oscillator 6.8 to 18.8.
-pub const PATIENCE: u32 = 10;
+/// The time without being fed after which it resets the chip, ms: by its oscillator 6.8 to 18.8.
+pub const TIMEOUT: u32 = 10;
 
-/// Ticks of the counter, a quarter of the oscillator's, in its patience.
-const RELOAD: u32 = PATIENCE * (OSCILLATOR / 4) / 1000 - 1;
+/// Ticks of the counter, a quarter of the oscillator's, in the timeout.
+const RELOAD: u32 = TIMEOUT * (OSCILLATOR / 4) / 1000 - 1;
 
-/// Turns of a loop that a new patience takes to hold, five ticks of the oscillator at most.
-const TURNS: u32 = 100_000;
+/// Reads of its status until a new timeout holds, at most five ticks of the oscillator.
+const MAX_READS: u32 = 100_000;
+
+/// The write that feeds it; without effect before it is started.
+pub(crate) const FOOD: (Register, u32) = (iwdg::KR, iwdg::KEY_FEED);
 
 /// The watchdog.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,32 +28,33 @@ pub struct Watchdog<B> {
 }
 
 impl<B: Bus> Watchdog<B> {
-    /// Asleep.
+    /// Not started.
     pub(crate) fn new(bus: B) -> Self {
         Self { bus }
     }
 
-    /// Wakes it. Nothing but a reset puts it to sleep again.
+    /// Starts it. Only a reset stops it again.
     pub fn start(&self) {
         let bus = self.bus;
         bus.write(iwdg::KR, iwdg::KEY_START);
         bus.write(iwdg::KR, iwdg::KEY_ACCESS);
         bus.write(iwdg::PR, iwdg::PR_4);
         bus.write(iwdg::RLR, RELOAD);
-        // Fed before, it would begin with half a second.
-        let _ = (0..TURNS).any(|_| bus.read(iwdg::SR) == 0);
+        // Fed earlier, it would begin with the reset value of half a second.
+        let _ = (0..MAX_READS).any(|_| bus.read(iwdg::SR) == 0);
         self.feed();
     }
 
-    /// Begins its patience anew.
+    /// Restarts its timeout.
     #[inline]
     pub fn feed(&self) {
         feed(self.bus);
     }
 }
 
-/// Feeds it; without effect while it is asleep.
+/// Restarts the timeout of a watchdog that was started.
 #[inline(always)]
 pub(crate) fn feed(bus: impl Bus) {
-    bus.write(iwdg::KR, iwdg::KEY_FEED);
+    let (register, key) = FOOD;
+    bus.write(register, key);
 }

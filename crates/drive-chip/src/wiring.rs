@@ -1,4 +1,4 @@
-//! Everything of a board, made in the order that is safe.
+//! Sets up everything of a board, in the order that is safe.
 
 use drive_link::Fault;
 
@@ -24,27 +24,27 @@ const USART2_FUNCTION: u32 = 7;
 /// Everything of a board that a drive uses.
 #[derive(Debug)]
 pub struct Wired<'a, B> {
-    /// Where the position is counted.
+    /// Counts the position.
     pub encoder: Quadrature<B>,
-    /// How much the amplifier is to push.
+    /// Magnitude of the output.
     pub pwm: Pwm<B>,
-    /// Which way, high for positive.
+    /// Sign of the output, high for positive.
     pub direction: Output<B>,
-    /// Switches the amplifier on, high, and off.
+    /// Enables the amplifier, high is on.
     pub enable: Output<B>,
     /// The amplifier's fault line and the limit switches.
     pub inputs: Inputs<B>,
-    /// Beats at every sample.
+    /// Interrupts at every sample.
     pub timer: SampleTimer<B>,
     /// The background's end of the serial line.
     pub line: Line<'a, B>,
     /// The interrupt's end of the serial line.
     pub port: Port<'a, B>,
-    /// Where records are kept.
+    /// Keeps records.
     pub flash: RecordFlash<B>,
     /// Resets the chip unless it is fed.
     pub watchdog: Watchdog<B>,
-    /// What was found wrong on the way: the clock, or that the watchdog was what reset the chip.
+    /// The fault found on the way: an unstable clock, or a reset by the watchdog.
     pub found: Result<(), Fault>,
 }
 
@@ -53,8 +53,8 @@ pub struct Wired<'a, B> {
 pub fn wire<'a, B: Bus>(
     bus: B,
     board: &Board,
-    heard: &'a mut Bytes,
-    to_say: &'a mut Bytes,
+    received: &'a mut Bytes,
+    to_send: &'a mut Bytes,
 ) -> Wired<'a, B> {
     for output in [board.enable, board.pwm, board.direction] {
         output.power(bus);
@@ -73,7 +73,7 @@ pub fn wire<'a, B: Bus>(
         (board.encoder[0], TIM3_FUNCTION, Pull::Up),
         (board.encoder[1], TIM3_FUNCTION, Pull::Up),
         (board.serial[0], USART2_FUNCTION, Pull::None),
-        // Held up, a line that nobody is at says nothing.
+        // Pulled up, an open line is idle.
         (board.serial[1], USART2_FUNCTION, Pull::Up),
     ] {
         pin.power(bus);
@@ -83,7 +83,7 @@ pub fn wire<'a, B: Bus>(
         switch.power(bus);
         switch.input(bus);
     }
-    let (line, port) = serial::line(bus, &clocks, heard, to_say);
+    let (line, port) = serial::line(bus, &clocks, received, to_send);
     Wired {
         encoder: Quadrature::new(bus),
         pwm,
@@ -121,9 +121,9 @@ fn power_peripherals(bus: impl Bus) {
     );
 }
 
-/// Lets the servo go whatever else happens, for when the program cannot go on: the PWM is driven low,
-/// in place of floating, and the amplifier is off.
-pub fn let_go(bus: impl Bus, board: &Board) {
+/// Disables the output whatever the state of the drivers, for a program that cannot continue: the
+/// amplifier is off, and the PWM's pin is driven low in place of floating.
+pub fn disable_outputs(bus: impl Bus, board: &Board) {
     board.enable.set_low(bus);
     pwm::off(bus);
 }

@@ -84,7 +84,7 @@ fn USART2() {
 
 /// Whatever the program cannot go on from lets the servo go, and the watchdog resets the chip.
 fn give_up() -> ! {
-    board::let_go();
+    board::disable_outputs();
     loop {
         cortex_m::asm::nop();
     }

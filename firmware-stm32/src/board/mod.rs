@@ -111,8 +111,8 @@ pub struct Wired {
 }
 
 /// Lets the servo go whatever else happens, for when the program cannot go on.
-pub fn let_go() {
-    drive_chip::let_go(Mmio, &BOARD);
+pub fn disable_outputs() {
+    drive_chip::disable_outputs(Mmio, &BOARD);
 }
 
 /// Wires the board; none if it was wired before.

@@ -31,7 +31,7 @@ pub(crate) const BOARD: Board = Board {
     low_switch: Pin::new(Port::C, 0),
     high_switch: Pin::new(Port::C, 1),
     serial: [Pin::new(Port::A, 2), Pin::new(Port::A, 3)],
-    records: Sectors::from(1),
+    records: Sectors::starting_at(1),
 };
 
 /// The chip of such a board, everything outside healthy.

@@ -63,7 +63,7 @@ fn there_are_sixteen_pins_and_two_sectors() {
     assert!(std::panic::catch_unwind(|| Pin::new(Port::A, 16)).is_err());
     assert_ne!(Pin::new(Port::A, 15), Pin::new(Port::B, 15));
     for first in [0, 3] {
-        assert!(std::panic::catch_unwind(move || Sectors::from(first)).is_err());
+        assert!(std::panic::catch_unwind(move || Sectors::starting_at(first)).is_err());
     }
-    assert_ne!(Sectors::from(1), Sectors::from(2));
+    assert_ne!(Sectors::starting_at(1), Sectors::starting_at(2));
 }

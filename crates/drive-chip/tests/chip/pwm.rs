@@ -1,4 +1,4 @@
-use drive_chip::let_go;
+use drive_chip::disable_outputs;
 use embedded_hal::pwm::SetDutyCycle;
 
 use crate::model::{Line, Output};
@@ -112,7 +112,7 @@ fn letting_go_works_from_any_state() {
         if let Some(control) = disturbance {
             chip.timers.disturb(control);
         }
-        let_go(&chip, &BOARD);
+        disable_outputs(&chip, &BOARD);
         assert_eq!(chip.output(), Output::Low, "after {disturbance:?}");
         assert_eq!(chip.pins.level(1, 15), crate::model::Level::Low);
         // The break input still holds.
@@ -122,5 +122,5 @@ fn letting_go_works_from_any_state() {
         assert_eq!(chip.output(), Output::Low);
     }
     // Before anything was wired there is nothing to let go, and nothing happens.
-    let_go(&healthy(), &BOARD);
+    disable_outputs(&healthy(), &BOARD);
 }

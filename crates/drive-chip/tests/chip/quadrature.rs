@@ -1,4 +1,4 @@
-use drive_chip::quadrature::MOST_COUNTS;
+use drive_chip::quadrature::MAX_COUNT_RATE;
 use identifier_core::drive::PositionSensor;
 
 use crate::{healthy, slow, wired};
@@ -25,9 +25,9 @@ fn a_level_must_stand_and_as_many_counts_as_said_get_through() {
         assert!((filter - 24.0 / 84e6).abs() < 1e-12, "{filter} s");
     }
     let most: f64 = filters.iter().map(|filter| 1.0 / filter).sum();
-    assert!((MOST_COUNTS - most).abs() < 1.0);
+    assert!((MAX_COUNT_RATE - most).abs() < 1.0);
     // More than the 1 MHz of an encoder of 10 000 counts at 6000 revolutions a minute.
-    const { assert!(MOST_COUNTS > 1e6) };
+    const { assert!(MAX_COUNT_RATE > 1e6) };
     let slow = slow();
     let _wired = wired(&slow);
     assert!(slow.timers.encoder_filters(&slow.clocks)[0] > 1e-6);

@@ -86,7 +86,7 @@ fn what_was_found_is_told() {
 #[test]
 fn another_board_keeps_its_records_elsewhere() {
     const OTHER: Board = Board {
-        records: Sectors::from(2),
+        records: Sectors::starting_at(2),
         ..BOARD
     };
     let chip: Chip = healthy();

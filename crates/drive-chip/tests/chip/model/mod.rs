@@ -249,7 +249,7 @@ impl Bus for &Chip {
         self.outputs.borrow_mut().push(output);
     }
 
-    fn alone<R>(self, work: impl FnOnce() -> R) -> R {
+    fn without_interrupts<R>(self, work: impl FnOnce() -> R) -> R {
         assert!(!self.alone.replace(true), "alone already");
         let result = work();
         self.alone.set(false);
