@@ -7,6 +7,7 @@ use identifier_core::identifier::Event;
 use identifier_core::model::ServoParameters;
 use identifier_core::settings::PerParameter;
 use identifier_core::unknowns::{Term, Unknown};
+use serde::Serialize;
 
 /// One sample of an experiment, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,30 +69,37 @@ impl Sample {
     }
 }
 
-/// What is known of an experiment once it has run.
-#[derive(Debug, Clone, PartialEq, Default)]
+/// Record of an experiment once it has run.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Outcome {
     /// Samples run.
+    #[serde(skip)]
     pub samples: u64,
-    /// What happened in them besides learning.
+    /// Counts of samples with something besides learning.
+    #[serde(flatten)]
     pub events: Events,
     /// The optional terms that have entered, and the sample in which each did.
+    #[serde(skip)]
     pub entered: Vec<(Term, u64)>,
     /// Their sizes, for those that have any.
+    #[serde(skip)]
     pub terms: Vec<TermEstimate>,
-    /// Γ over the model's parameters, SI, for the Γ-gradient law.
-    pub gamma: Option<Vec<Vec<f64>>>,
-    /// μ, 1/s, for the Γ-gradient law.
-    pub mu: Option<f64>,
     /// Whether a box of servos was certified.
     pub certified: bool,
     /// The gain margin of the sampled loop over that box.
     pub gain_margin: Option<f64>,
+    /// Γ over the model's parameters, SI, for the Γ-gradient law.
+    pub gamma: Option<Vec<Vec<f64>>>,
+    /// μ, 1/s, for the Γ-gradient law.
+    pub mu: Option<f64>,
     /// Bandwidth of the model's correction at the end, rad/s, where the law chooses it as it goes.
+    #[serde(skip)]
     pub bandwidth: Option<f64>,
-    /// Why a method that closes its own loop has no estimates at the end, if it has none.
+    /// The reason why a method that closes its own loop has no estimates at the end.
+    #[serde(skip)]
     pub failure: Option<&'static str>,
-    /// Why it ended early, if it did.
+    /// The early end, if there was one.
+    #[serde(skip)]
     pub abort: Option<Abort>,
 }
 
@@ -108,18 +116,22 @@ pub struct TermEstimate {
     pub since: u64,
 }
 
-/// In how many samples something happened besides learning.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// Counts of samples with something besides learning.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct Events {
     /// The guard shortened the law's step.
+    #[serde(rename = "slowed_samples")]
     pub slowed: u64,
-    /// The servo stood, and nothing was learnt.
-    pub standing: u64,
     /// The model left the range of the number format and was started again.
+    #[serde(rename = "model_restarts")]
     pub restarted: u64,
+    /// The servo stood, and nothing was learnt.
+    #[serde(rename = "standing_samples")]
+    pub standing: u64,
     /// A step of the load was taken over.
     pub load_steps: u64,
     /// The servo did not follow its command, and nothing was learnt.
+    #[serde(rename = "not_following_samples")]
     pub not_following: u64,
 }
 

@@ -15,8 +15,8 @@
 //! let outcome = simulate::run(&scenario, &mut |sample| summariser.add(sample))
 //!     .map_err(|fault| fault.to_string())?;
 //! let summary = summariser.finish(&scenario, outcome);
-//! println!("{}: b = {}", summary.reason, summary.b.last);
-//! # assert!((summary.b.last / 180.0 - 1.0).abs() < 0.02);
+//! println!("{}: b = {}", summary.reason, summary.estimates.b.last);
+//! # assert!((summary.estimates.b.last / 180.0 - 1.0).abs() < 0.02);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -26,7 +26,8 @@
 //! | experiments: one servo, logs, every method, random servos, number formats, a chip | [`simulate`], [`replay`], [`compare`], [`sweep`], [`drift`], [`pil`] |
 //! | commissioning and gains | [`commission`], [`tune`] |
 //! | the host of a drive | [`drive`], [`port`] |
-//! | tables, JSON, CSV, pictures | [`report`] |
+//! | results, which are the JSON | [`result`] |
+//! | pages, tables, CSV, pictures | [`present`], [`report`] |
 //! | verbs, options, outputs | [`cli`] |
 
 pub mod analysis;
@@ -53,6 +54,7 @@ pub mod render;
 pub mod replay;
 pub mod report;
 pub mod rerun;
+pub mod result;
 pub mod scenario;
 pub mod simulate;
 pub mod simulated_drive;

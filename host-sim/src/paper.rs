@@ -1,8 +1,9 @@
 //! The paper's experiment (Miranda, Garrido and Bortoni, section IV): both methods, with the
 //! amplifier balanced and unbalanced.
 
-use crate::analysis::{Summariser, Summary};
+use crate::analysis::Summariser;
 use crate::experiment::Sample;
+use crate::result::Summary;
 use crate::scenario::{Fault, Purpose, Scenario};
 use crate::simulate;
 

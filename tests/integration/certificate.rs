@@ -1,7 +1,8 @@
 //! What is certified and stable when sampled does not diverge, and what does not converge says so.
 
-use host_sim::analysis::{Status, Summary};
+use host_sim::analysis::Status;
 use host_sim::paper::{self, Case, Method};
+use host_sim::result::Summary;
 use host_sim::scenario::{Scenario, Velocity};
 use identifier_core::ControllerSettings;
 use identifier_core::control::Gains;
@@ -97,7 +98,7 @@ fn search(seed: u32, count: usize, excess: (f64, f64)) -> Vec<(Scenario, Summary
 }
 
 fn error_of_b(summary: &Summary) -> f64 {
-    (summary.b.tail_mean / summary.truth.expect("known").b - 1.0).abs()
+    (summary.estimates.b.tail_mean / summary.truth.expect("known").b - 1.0).abs()
 }
 
 /// Lyapunov's function V₁ = H₁ + H₂ at the start, with the model at rest where the servo is, and
@@ -113,7 +114,10 @@ fn lyapunov(scenario: &Scenario, summary: &Summary) -> (f64, f64) {
     let h1 = summary.outcome.mu.expect("the law has one") * bki * omega * omega / 2.0;
     let initial = &scenario.stated.identifier.initial;
     let (a, b) = initial.a.zip(initial.b).expect("both are stated");
-    (h1 + h2(a, b), h2(summary.a.tail_mean, summary.b.tail_mean))
+    (
+        h1 + h2(a, b),
+        h2(summary.estimates.a.tail_mean, summary.estimates.b.tail_mean),
+    )
 }
 
 /// No early end, no runaway model, and no "converged" on a wrong value.
@@ -125,7 +129,11 @@ fn assert_honest(scenario: &Scenario, summary: &Summary) {
     );
     assert_eq!(summary.outcome.events.restarted, 0, "{scenario:?}");
     if summary.status() == Status::Converged {
-        assert!(error_of_b(summary) < 0.05, "{:?}: {scenario:?}", summary.b);
+        assert!(
+            error_of_b(summary) < 0.05,
+            "{:?}: {scenario:?}",
+            summary.estimates.b
+        );
     }
 }
 

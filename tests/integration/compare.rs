@@ -1,8 +1,9 @@
 //! Every method on one bench: what each claims, where each breaks, as a reviewed table.
 
-use host_sim::analysis::{Status, Summary};
+use host_sim::analysis::Status;
 use host_sim::compare::{self, MethodResult, laws, with_law};
 use host_sim::report::comparison;
+use host_sim::result::Summary;
 use host_sim::scenario::{Baseline, Law, Scenario};
 use identifier_core::parameters::Parameter;
 use integration_tests::{controller, in_parallel, parse, run, servo};
@@ -122,7 +123,7 @@ fn a_relay_that_friction_holds_gives_no_estimate() {
         let summary = run(&scenario);
         assert_eq!(summary.status(), Status::NoInformation);
         assert!(summary.reason.contains("limit cycle"), "{}", summary.reason);
-        assert!(summary.b.last.is_nan() && summary.b.tail_mean.is_nan());
+        assert!(summary.estimates.b.last.is_nan() && summary.estimates.b.tail_mean.is_nan());
     }
 }
 

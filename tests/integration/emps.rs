@@ -6,9 +6,10 @@
 
 use std::path::{Path, PathBuf};
 
-use host_sim::analysis::{Summariser, Summary};
+use host_sim::analysis::Summariser;
 use host_sim::experiment::TermEstimate;
 use host_sim::replay::{Log, fitted, predict, replay};
+use host_sim::result::Summary;
 use host_sim::scenario::{LogSettings, Purpose, Scenario};
 use identifier_core::model::ServoParameters;
 use identifier_core::unknowns::Unknown;
@@ -76,15 +77,15 @@ fn identify(log: &Log, scenario: Scenario, passes: u32) -> [f64; 4] {
     .expect("it can be replayed");
     assert_eq!(replayed.agreement.is_some(), declared);
     if let Some(agreement) = replayed.agreement {
-        assert!(agreement.relative() < 0.01, "{agreement}");
+        assert!(agreement.relative < 0.01, "{agreement}");
     }
     let summary = summariser.finish(&scenario, replayed.outcome);
-    let mass = FORCE / summary.b.last;
+    let mass = FORCE / summary.estimates.b.last;
     [
         mass,
-        summary.a.last * mass,
-        summary.coulomb.last * mass,
-        -summary.load.last * mass,
+        summary.estimates.a.last * mass,
+        summary.estimates.coulomb.last * mass,
+        -summary.estimates.load.last * mass,
     ]
 }
 
@@ -139,13 +140,13 @@ fn one_causal_pass_finds_the_published_values_from_a_third_to_three_times_them()
     let found: Vec<[f64; 4]> = from_sixty_starts(&log, law)
         .iter()
         .map(|summary| {
-            let mass = FORCE / summary.b.last;
-            let asymmetry = summary.outcome.terms[0].value;
+            let mass = FORCE / summary.estimates.b.last;
+            let asymmetry = summary.estimates.terms[0].value;
             [
                 mass,
-                (summary.a.last + asymmetry) * mass,
-                (summary.a.last - asymmetry) * mass,
-                summary.coulomb.last * mass,
+                (summary.estimates.a.last + asymmetry) * mass,
+                (summary.estimates.a.last - asymmetry) * mass,
+                summary.estimates.coulomb.last * mass,
             ]
         })
         .collect();
@@ -166,15 +167,15 @@ fn one_causal_pass_finds_the_published_values_from_a_third_to_three_times_them()
 fn without_the_asymmetry_every_start_ends_in_one_place() {
     let Some(log) = log() else { return };
     let summaries = from_sixty_starts(&log, "law = \"gauss-newton\"");
-    let mass = FORCE / summaries[0].b.last;
-    let viscous = summaries[0].a.last * mass;
+    let mass = FORCE / summaries[0].estimates.b.last;
+    let viscous = summaries[0].estimates.a.last * mass;
     println!("M {mass:.3}, Fv {viscous:.2}");
     assert!((mass / PUBLISHED[0] - 1.0).abs() < 0.01, "{mass}");
     assert!((viscous / PUBLISHED[1] - 1.0).abs() < 0.03, "{viscous}");
     for of in [
-        |s: &Summary| s.a.last,
-        |s: &Summary| s.b.last,
-        |s: &Summary| s.coulomb.last,
+        |s: &Summary| s.estimates.a.last,
+        |s: &Summary| s.estimates.b.last,
+        |s: &Summary| s.estimates.coulomb.last,
     ] {
         assert!(in_one_place(summaries.iter().map(of), 1e-3));
     }

@@ -1,6 +1,7 @@
 //! Servos with Coulomb friction and load: both laws, both formats, with and without saturation.
 
-use host_sim::analysis::{Status, Summary};
+use host_sim::analysis::Status;
+use host_sim::result::Summary;
 use host_sim::scenario::Scenario;
 use identifier_core::verdict::Cause;
 use integration_tests::{parse, run};
@@ -31,14 +32,20 @@ fn scenario(law: &str, arithmetic: &str, coulomb: f64, limit: f64) -> Scenario {
 fn assert_tail(summary: &Summary, a: f64, b: f64, coulomb: f64, load: f64) {
     let truth = summary.truth.expect("known");
     let relative = |estimate: f64, truth: f64| (estimate / truth - 1.0).abs();
-    assert!((summary.a.tail_mean - truth.a).abs() < a, "â {summary:?}");
-    assert!(relative(summary.b.tail_mean, truth.b) < b, "b̂ {summary:?}");
     assert!(
-        relative(summary.coulomb.tail_mean, truth.coulomb) < coulomb,
+        (summary.estimates.a.tail_mean - truth.a).abs() < a,
+        "â {summary:?}"
+    );
+    assert!(
+        relative(summary.estimates.b.tail_mean, truth.b) < b,
+        "b̂ {summary:?}"
+    );
+    assert!(
+        relative(summary.estimates.coulomb.tail_mean, truth.coulomb) < coulomb,
         "ĉ {summary:?}"
     );
     assert!(
-        relative(summary.load.tail_mean, truth.load) < load,
+        relative(summary.estimates.load.tail_mean, truth.load) < load,
         "d̂ {summary:?}"
     );
 }
@@ -72,12 +79,12 @@ fn a_model_without_friction_is_biased_by_it_and_the_residual_says_why() {
     let mut lacking = scenario("gauss-newton", "f64", 10.0, 10.0);
     lacking.identifier.parameters.truncate(2);
     let without = run(&lacking);
-    let named = without.cause().map(|finding| finding.cause);
+    let named = without.cause.as_ref().map(|finding| finding.cause);
     assert_eq!(named, Some(Cause::Coulomb), "{}", without.reason);
     assert_ne!(without.status(), Status::Converged, "{}", without.reason);
     let with = run(&scenario("gauss-newton", "f64", 10.0, 10.0));
-    let batch = with.batch.as_ref().expect("it is long enough");
-    assert!(batch.residual.is_the_encoders(), "{:?}", batch.residual);
+    let residual = with.residual.expect("it is long enough");
+    assert!(residual.is_the_encoders(), "{residual:?}");
     assert_eq!(with.status(), Status::Converged, "{}", with.reason);
 }
 
@@ -88,5 +95,8 @@ fn friction_that_is_known_can_be_given_and_kept() {
     known.stated.identifier.initial.coulomb = Some(10.0);
     let summary = run(&known);
     assert_tail(&summary, 0.01, 1e-3, 1e-9, 0.02);
-    assert!(summary.coulomb.tail_std < 1e-9, "it stays where it is");
+    assert!(
+        summary.estimates.coulomb.tail_std < 1e-9,
+        "it stays where it is"
+    );
 }

@@ -1,6 +1,6 @@
 //! The fast law: how soon it knows, how well, and whether its standard errors are honest.
 
-use host_sim::analysis::Summary;
+use host_sim::result::Summary;
 use host_sim::scenario::{ExcitationSettings, Scenario};
 use identifier_core::parameters::Parameter;
 use integration_tests::{Random, in_parallel, parse, run, servo};
@@ -50,16 +50,16 @@ fn it_settles_within_a_second_and_a_half_from_far_below_and_far_above() {
         for (scenario, summary) in scenarios.iter().zip(in_parallel(&scenarios, run)) {
             let settled = |time: Option<f64>| time.unwrap_or(f64::INFINITY);
             assert!(
-                settled(summary.settling_b) < 1.5,
+                settled(summary.settling_time.b) < 1.5,
                 "{scenario:?} {summary:?}"
             );
             assert!(
-                settled(summary.settling_a) < 5.0,
+                settled(summary.settling_time.a) < 5.0,
                 "{scenario:?} {summary:?}"
             );
             // Three times the information limit of the paper's servo after 60 s.
-            assert!(summary.a.tail_std < 3.0 * 0.0003, "{summary:?}");
-            assert!(summary.b.tail_std < 3.0 * 0.0024, "{summary:?}");
+            assert!(summary.estimates.a.tail_std < 3.0 * 0.0003, "{summary:?}");
+            assert!(summary.estimates.b.tail_std < 3.0 * 0.0024, "{summary:?}");
         }
     }
 }
@@ -119,9 +119,9 @@ fn single_and_double_precision_agree() {
         "[plant]\na = 0.2174\nb = 257.7\nload = 20.0\n[identifier]\nlaw = \"gauss-newton\"\n";
     let single = run(&parse(&format!("{text}arithmetic = \"f32\"\n")));
     let double = run(&parse(&format!("{text}arithmetic = \"f64\"\n")));
-    assert!((single.a.tail_mean - double.a.tail_mean).abs() < 2e-3);
-    assert!((single.b.tail_mean / double.b.tail_mean - 1.0).abs() < 2e-4);
-    assert!((single.load.tail_mean / double.load.tail_mean - 1.0).abs() < 2e-3);
+    assert!((single.estimates.a.tail_mean - double.estimates.a.tail_mean).abs() < 2e-3);
+    assert!((single.estimates.b.tail_mean / double.estimates.b.tail_mean - 1.0).abs() < 2e-4);
+    assert!((single.estimates.load.tail_mean / double.estimates.load.tail_mean - 1.0).abs() < 2e-3);
 }
 
 #[test]
@@ -132,11 +132,11 @@ fn a_loop_without_derivative_action_is_identified_too() {
              [identifier]\nlaw = \"{law}\"\n"
         )));
         assert!(
-            (summary.a.tail_mean - 20.0).abs() < 0.5,
+            (summary.estimates.a.tail_mean - 20.0).abs() < 0.5,
             "{law}: {summary:?}"
         );
         assert!(
-            (summary.b.tail_mean / 257.7 - 1.0).abs() < 0.01,
+            (summary.estimates.b.tail_mean / 257.7 - 1.0).abs() < 0.01,
             "{law}: {summary:?}"
         );
     }

@@ -1,8 +1,8 @@
 //! Three number formats, one answer: the same experiments in f64, f32 and fixed point.
 
-use host_sim::analysis::Summary;
 use host_sim::drift::{self, Compared, Differences};
 use host_sim::report::drift as report;
+use host_sim::result::Summary;
 use host_sim::scenario::{Arithmetic, Reference, Scenario};
 use identifier_core::excitation::Excitation;
 use identifier_core::model::ServoParameters;
@@ -46,18 +46,30 @@ const F32: Tolerance = Tolerance {
 fn assert_alike(found: &Summary, exact: &Summary, tolerance: &Tolerance) {
     let truth = exact.truth.expect("a simulated servo");
     let name = found.arithmetic;
-    let off = found.a.tail_mean - exact.a.tail_mean;
+    let off = found.estimates.a.tail_mean - exact.estimates.a.tail_mean;
     assert!(off.abs() < tolerance.a, "{name}: a {off}");
     for (parameter, found, exact, size, tolerance) in [
-        ("b", &found.b, &exact.b, truth.b, tolerance.b),
+        (
+            "b",
+            &found.estimates.b,
+            &exact.estimates.b,
+            truth.b,
+            tolerance.b,
+        ),
         (
             "c",
-            &found.coulomb,
-            &exact.coulomb,
+            &found.estimates.coulomb,
+            &exact.estimates.coulomb,
             truth.coulomb,
             tolerance.coulomb,
         ),
-        ("d", &found.load, &exact.load, truth.load, tolerance.load),
+        (
+            "d",
+            &found.estimates.load,
+            &exact.estimates.load,
+            truth.load,
+            tolerance.load,
+        ),
     ] {
         let off = found.tail_mean - exact.tail_mean;
         // Nothing to be relative to: an acceleration of 0.02 rad/s² then.

@@ -1,7 +1,8 @@
 //! The figures that the matched loop must reach in the paper's experiment.
 
-use host_sim::analysis::{Status, Summary};
+use host_sim::analysis::Status;
 use host_sim::paper::{self, Case, Method, NOMINAL_A, NOMINAL_B};
+use host_sim::result::Summary;
 use host_sim::scenario::{Arithmetic, Scenario};
 use integration_tests::{controller, parse, run, servo};
 
@@ -16,7 +17,7 @@ fn proposed(load: f64, arithmetic: Arithmetic) -> Scenario {
 fn assert_tail(summary: &Summary, a: f64, b: f64) {
     let truth = summary.truth.expect("known");
     let label = format!("{} d = {}", summary.arithmetic, truth.load);
-    let load = summary.load;
+    let load = summary.estimates.load;
     assert_eq!(
         summary.status(),
         Status::Converged,
@@ -24,14 +25,14 @@ fn assert_tail(summary: &Summary, a: f64, b: f64) {
         summary.reason
     );
     assert!(
-        (summary.a.tail_mean - NOMINAL_A).abs() < a,
+        (summary.estimates.a.tail_mean - NOMINAL_A).abs() < a,
         "{label}: â {:?}",
-        summary.a
+        summary.estimates.a
     );
     assert!(
-        (summary.b.tail_mean / NOMINAL_B - 1.0).abs() < b,
+        (summary.estimates.b.tail_mean / NOMINAL_B - 1.0).abs() < b,
         "{label}: b̂ {:?}",
-        summary.b
+        summary.estimates.b
     );
     let load_error = (load.tail_mean - truth.load).abs();
     assert!(
@@ -58,11 +59,14 @@ fn automatic_gain_settles_faster_than_the_papers() {
     for arithmetic in [Arithmetic::F64, Arithmetic::F32] {
         for load in [0.0, 20.0] {
             let mut scenario = proposed(load, arithmetic);
-            let by_paper = run(&scenario).settling_b.expect("settles");
+            let by_paper = run(&scenario).settling_time.b.expect("settles");
             assert!(by_paper < 2.5, "{by_paper}");
             scenario.stated.identifier.gamma = None;
             let summary = run(&scenario);
-            assert!(summary.settling_b.expect("settles") < 1.5, "{summary:?}");
+            assert!(
+                summary.settling_time.b.expect("settles") < 1.5,
+                "{summary:?}"
+            );
             assert_tail(&summary, 0.01, 1e-3);
         }
     }
@@ -95,27 +99,27 @@ fn coarse_encoder_widens_the_spread_but_does_not_bias() {
         ..coarse
     });
     let fine = run(&scenario);
-    assert!((summary.b.tail_mean / NOMINAL_B - 1.0).abs() < 2e-3);
-    assert!((summary.a.tail_mean - NOMINAL_A).abs() < 0.02);
-    assert!(summary.b.tail_std > fine.b.tail_std);
+    assert!((summary.estimates.b.tail_mean / NOMINAL_B - 1.0).abs() < 2e-3);
+    assert!((summary.estimates.a.tail_mean - NOMINAL_A).abs() < 0.02);
+    assert!(summary.estimates.b.tail_std > fine.estimates.b.tail_std);
 }
 
 #[test]
 fn least_squares_is_near_nominal_without_load_and_moves_with_it() {
     let balanced = run(&paper::scenario(Method::LeastSquares, Case::Balanced));
     assert!(
-        (balanced.a.tail_mean - NOMINAL_A).abs() < 0.01,
+        (balanced.estimates.a.tail_mean - NOMINAL_A).abs() < 0.01,
         "{:?}",
-        balanced.a
+        balanced.estimates.a
     );
     assert!(
-        (balanced.b.tail_mean / NOMINAL_B - 1.0).abs() < 1e-3,
+        (balanced.estimates.b.tail_mean / NOMINAL_B - 1.0).abs() < 1e-3,
         "{:?}",
-        balanced.b
+        balanced.estimates.b
     );
     let unbalanced = run(&paper::scenario(Method::LeastSquares, Case::Unbalanced));
-    assert!((unbalanced.b.tail_mean / NOMINAL_B - 1.0).abs() > 5e-3);
-    assert!(unbalanced.a.tail_std > 10.0 * balanced.a.tail_std);
+    assert!((unbalanced.estimates.b.tail_mean / NOMINAL_B - 1.0).abs() > 5e-3);
+    assert!(unbalanced.estimates.a.tail_std > 10.0 * balanced.estimates.a.tail_std);
 }
 
 #[test]

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use host_sim::analysis::Summary;
 use host_sim::paper::{self, Case, Method};
+use host_sim::result::Summary;
 use host_sim::scenario::{ExcitationSettings, Scenario};
 use integration_tests::{Random, in_parallel, run, servo};
 
@@ -60,8 +60,8 @@ fn every_servo_of_the_box_is_identified_with_one_automatic_gain() {
     let (mut errors_a, mut errors_b) = (Vec::new(), Vec::new());
     for summary in &summaries {
         let truth = &summary.truth.expect("known");
-        errors_a.push((summary.a.tail_mean - truth.a).abs() / (0.01 * truth.a).max(0.03));
-        errors_b.push(100.0 * (summary.b.tail_mean / truth.b - 1.0).abs());
+        errors_a.push((summary.estimates.a.tail_mean - truth.a).abs() / (0.01 * truth.a).max(0.03));
+        errors_b.push(100.0 * (summary.estimates.b.tail_mean / truth.b - 1.0).abs());
         assert!(
             summary.outcome.abort.is_none(),
             "{truth:?}: {}",
@@ -78,12 +78,12 @@ fn every_servo_of_the_box_is_identified_with_one_automatic_gain() {
     row(
         &mut table,
         "a settles (±0.1 1/s) after, s",
-        settling(|s| s.settling_a),
+        settling(|s| s.settling_time.a),
     );
     row(
         &mut table,
         "b settles (2 %) after, s",
-        settling(|s| s.settling_b),
+        settling(|s| s.settling_time.b),
     );
     row(
         &mut table,
@@ -94,8 +94,8 @@ fn every_servo_of_the_box_is_identified_with_one_automatic_gain() {
     println!("{table}");
 
     for ((summary, a), b) in summaries.iter().zip(errors_a).zip(errors_b) {
-        assert!(a < 1.0, "{:?}: â {:?}", summary.truth, summary.a);
-        assert!(b < 0.2, "{:?}: b̂ {:?}", summary.truth, summary.b);
+        assert!(a < 1.0, "{:?}: â {:?}", summary.truth, summary.estimates.a);
+        assert!(b < 0.2, "{:?}: b̂ {:?}", summary.truth, summary.estimates.b);
     }
     insta::assert_snapshot!(table);
 }
@@ -111,7 +111,7 @@ fn a_gain_a_thousand_times_too_large_is_slowed_and_says_so() {
     }
     for summary in in_parallel(&scenarios, run) {
         let truth = &summary.truth.expect("known");
-        let (rms, _) = summary.output_error.expect("the law has a model");
+        let rms = summary.output_error.expect("the law has a model").rms;
         assert!(
             summary.outcome.abort.is_none(),
             "{truth:?}: {}",

@@ -62,8 +62,8 @@ fn moved_by_a_load(law: &Law) -> [Vec<f64>; 2] {
                 truth: drawn.plant.expect("a servo"),
                 status: summary.status(),
                 found: identifier_core::model::ServoParameters {
-                    a: summary.a.tail_mean,
-                    b: summary.b.tail_mean,
+                    a: summary.estimates.a.tail_mean,
+                    b: summary.estimates.b.tail_mean,
                     coulomb: 0.0,
                     load: 0.0,
                 },

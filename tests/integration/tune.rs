@@ -4,7 +4,6 @@
 use std::fmt::Write;
 
 use host_sim::experiment::Sample;
-use host_sim::report::json::Document;
 use host_sim::report::promise;
 use host_sim::scenario::Scenario;
 use host_sim::simulate;
@@ -96,8 +95,7 @@ impl Axis {
             self.seed
         );
         let summary = run(&self.scenario(&controller, &excitation, 20.0));
-        let document = Document::new(&summary, None);
-        let text = serde_json::to_string(&document).expect("a document");
+        let text = serde_json::to_string(&summary).expect("a document");
         IdentifiedResult::read(&text).expect("a result")
     }
 

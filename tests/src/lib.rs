@@ -1,6 +1,7 @@
 //! What the integration tests share: seeded random servos and runs of a scenario.
 
-use host_sim::analysis::{Summariser, Summary};
+use host_sim::analysis::Summariser;
+use host_sim::result::Summary;
 use host_sim::scenario::{Purpose, Scenario};
 use host_sim::simulate;
 use identifier_core::ControllerSettings;

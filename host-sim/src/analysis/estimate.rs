@@ -1,6 +1,7 @@
 //! One estimate over a run: where it ended, how far it spread at the end, how far it still had to go.
 
 use super::statistics::Statistics;
+use crate::result::Estimate;
 
 /// How far from the truth an estimate may be and count as settled: b̂ within this fraction, â
 /// within this many 1/s.
@@ -9,25 +10,6 @@ pub(super) const SETTLED_A: f64 = 0.1;
 
 /// An estimate that is at a bound for more than this part of the run's end stands there.
 const AT_BOUND: f64 = 0.5;
-
-/// One estimate over the run.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Estimate {
-    /// At the end; NaN, like all that follows from it, if the method then had none.
-    pub last: f64,
-    /// Mean over the last quarter.
-    pub tail_mean: f64,
-    /// Standard deviation over the last quarter.
-    pub tail_std: f64,
-    /// How far it still had to go when the run ended, judged from the means over the thirds of the
-    /// last quarter; infinite if its steps did not get shorter.
-    pub to_go: f64,
-    /// The standard error of the estimate as it stands: what chance, the encoder and the way that it still had to go
-    /// leave unknown; none where nothing is known of it.
-    pub std_error: Option<f64>,
-    /// Whether it stood at a bound for most of the last quarter: such a value is no result.
-    pub at_bound: bool,
-}
 
 /// Gathers an [`Estimate`] from its values, sample by sample.
 #[derive(Debug, Clone, Copy, Default)]
@@ -58,32 +40,35 @@ impl Tracked {
         }
     }
 
-    /// The estimate, with the tolerance within which it counts as being at rest.
-    pub(super) fn estimate(
-        &self,
-        tolerance: impl Fn(f64) -> f64,
-        std_error: Option<f64>,
-    ) -> Estimate {
-        if !self.last.is_finite() {
-            return Estimate {
-                last: f64::NAN,
-                tail_mean: f64::NAN,
-                tail_std: f64::NAN,
-                to_go: f64::NAN,
-                std_error: None,
-                at_bound: false,
-            };
+    /// The estimate, with the tolerance within which it counts as being at rest; its standard error is not known
+    /// here, and its value is that of the end.
+    pub(super) fn estimate(&self, tolerance: impl Fn(f64) -> f64) -> Estimate {
+        let last = self.last;
+        let unknown = Estimate {
+            last: f64::NAN,
+            tail_mean: f64::NAN,
+            tail_std: f64::NAN,
+            std_error: None,
+            at_bound: false,
+            unit: "",
+            value: f64::NAN,
+            to_go: f64::NAN,
+            is_estimated: false,
+        };
+        if !last.is_finite() {
+            return unknown;
         }
-        let tail_mean = self.tail.mean().unwrap_or(self.last);
+        let tail_mean = self.tail.mean().unwrap_or(last);
         let tail_std = self.tail.deviation().unwrap_or(0.0);
-        let means = self.thirds.map(|third| third.mean().unwrap_or(self.last));
+        let means = self.thirds.map(|third| third.mean().unwrap_or(last));
         Estimate {
-            last: self.last,
+            last,
             tail_mean,
             tail_std,
-            to_go: distance_to_go(means, tolerance(tail_mean), tail_std),
-            std_error,
             at_bound: self.ends_at_bound && self.at_bound > AT_BOUND * self.samples,
+            value: last,
+            to_go: distance_to_go(means, tolerance(tail_mean), tail_std),
+            ..unknown
         }
     }
 }
@@ -121,7 +106,7 @@ mod tests {
                 Some(k as usize / 1000),
             );
         }
-        tracked.estimate(|_| tolerance, None).to_go
+        tracked.estimate(|_| tolerance).to_go
     }
 
     #[test]

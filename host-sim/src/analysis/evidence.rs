@@ -60,7 +60,7 @@ pub(super) fn of(known: &Known<'_>) -> Evidence {
         let unknown = Unknown::from(*parameter);
         let mut of = begin(unknown, *value);
         let tolerance = of.still(unknown);
-        let course = tracked.estimate(|_| tolerance, None);
+        let course = tracked.estimate(|_| tolerance);
         of.movement = course.tail_std.max(course.to_go);
         of.at_bound = course.at_bound;
         evidence.tell(unknown, of);

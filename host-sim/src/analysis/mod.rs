@@ -7,8 +7,7 @@ mod statistics;
 mod stretch;
 mod summary;
 
-pub use batch::{Batch, Finding, Residual};
-pub use estimate::Estimate;
+pub use batch::{Finding, Residual};
 pub use identifier_core::verdict::Status;
 pub use statistics::Statistics;
-pub use summary::{Summariser, Summary};
+pub use summary::Summariser;

@@ -6,12 +6,15 @@ use identifier_core::parameters::Parameter;
 use identifier_core::unknowns::Unknown;
 use identifier_core::verdict::{Motion, Status, Verdict};
 
-use super::batch::{Batch, Effort, Finding, Judged};
-use super::estimate::{Estimate, SETTLED_A, SETTLED_B, Tracked};
+use super::batch::{Batch, Effort, Judged};
+use super::estimate::{SETTLED_A, SETTLED_B, Tracked};
 use super::evidence::{self, Known};
 use super::statistics::Statistics;
 use super::stretch::Stretch;
-use crate::experiment::{Outcome, Sample};
+use crate::experiment::{Outcome, Sample, TermEstimate};
+use crate::result::{
+    Estimate, Estimates, OutputError, ReplayNotes, SettlingTime, Summary, TermSize,
+};
 use crate::scenario::Scenario;
 
 /// The part of a run, at its end, over which tail means are taken.
@@ -24,45 +27,6 @@ const PARAMETERS: [Parameter; 4] = [
     Parameter::Coulomb,
     Parameter::Load,
 ];
-
-/// What came out of an experiment.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Summary {
-    /// The law's name.
-    pub law: &'static str,
-    /// The number format's name.
-    pub arithmetic: &'static str,
-    /// Sample time, s.
-    pub sample_time: f64,
-    /// What the run itself knows.
-    pub outcome: Outcome,
-    /// Whether the estimates may be relied on, and why.
-    pub verdict: Verdict,
-    /// The verdict's reason in words, and what else a user should know.
-    pub reason: String,
-    /// The parameters that the law estimates.
-    pub estimated: Vec<Parameter>,
-    /// â, 1/s; constant if it is not estimated.
-    pub a: Estimate,
-    /// b̂, rad/s² per command unit; constant if it is not estimated.
-    pub b: Estimate,
-    /// ĉ, rad/s²; constant if it is not estimated.
-    pub coulomb: Estimate,
-    /// d̂, rad/s²; constant if it is not estimated.
-    pub load: Estimate,
-    /// The true servo, where it is known.
-    pub truth: Option<ServoParameters>,
-    /// What the end of the run says of them once more; none where it is too short, or they are no
-    /// servo.
-    pub batch: Option<Batch>,
-    /// Root mean square and largest magnitude of the output error, rad, for laws with a model.
-    pub output_error: Option<(f64, f64)>,
-    /// The last time at which â was outside ±0.1 1/s of the truth, s; none if it still was at the
-    /// end.
-    pub settling_a: Option<f64>,
-    /// The last time at which b̂ was outside 2 % of the truth, s; none if it still was at the end.
-    pub settling_b: Option<f64>,
-}
 
 /// Gathers a [`Summary`] from the samples of a run.
 #[derive(Debug, Clone)]
@@ -183,7 +147,7 @@ impl Summariser {
     /// hold all that was seen, of others the mean over the tail.
     fn judged(&self) -> ServoParameters {
         let of = |i: usize| {
-            let tail = self.tracked[i].estimate(|_| 0.0, None);
+            let tail = self.tracked[i].estimate(|_| 0.0);
             if self.standard_errors.is_some() {
                 tail.last
             } else {
@@ -200,7 +164,7 @@ impl Summariser {
 
     /// The summary of a run that has ended.
     #[must_use]
-    pub fn finish(self, scenario: &Scenario, mut outcome: Outcome) -> Summary {
+    pub fn finish(self, scenario: &Scenario, outcome: Outcome) -> Summary {
         let estimated = scenario.estimated();
         let judged = self.judged();
         let unknowns: Vec<Unknown> = (estimated.iter().copied().map(Unknown::from))
@@ -233,74 +197,79 @@ impl Summariser {
         evidence.prediction = self.prediction;
         let verdict = Verdict::on(&evidence);
         let reason = evidence::reason(&verdict, scenario, &outcome);
-        let estimates: [Estimate; 4] = std::array::from_fn(|i| {
-            let unknown = Unknown::from(PARAMETERS[i]);
-            let of = evidence.unknowns().find(|(known, _)| *known == unknown);
+        let found = |unknown: Unknown| {
+            let mut unknowns = evidence.unknowns();
+            unknowns.find(|(known, _)| *known == unknown)
+        };
+        let estimate = |parameter: Parameter| {
+            let unknown = Unknown::from(parameter);
+            let of = found(unknown);
             let tolerance = of.map_or(0.0, |(_, of)| of.still(unknown));
-            let std_error = of.and_then(|(_, of)| of.uncertainty());
-            self.tracked[i].estimate(|_| tolerance, std_error)
-        });
-        for term in &mut outcome.terms {
-            let of = evidence
-                .unknowns()
-                .find(|(known, _)| *known == term.unknown);
-            if let Some(uncertainty) = of.and_then(|(_, of)| of.uncertainty()) {
-                term.std_error = uncertainty;
+            Estimate {
+                std_error: of.and_then(|(_, of)| of.uncertainty()),
+                unit: unknown.unit(),
+                value: parameter.of(&judged),
+                is_estimated: estimated.contains(&parameter),
+                ..self.tracked[place(parameter)].estimate(|_| tolerance)
             }
-        }
+        };
+        let seconds = |samples: u64| samples as f64 * self.sample_time;
+        let term = |term: &TermEstimate| TermSize {
+            unknown: term.unknown,
+            value: term.value,
+            std_error: found(term.unknown)
+                .and_then(|(_, of)| of.uncertainty())
+                .unwrap_or(term.std_error),
+            since: seconds(term.since),
+            unit: term.unknown.unit(),
+        };
         let still_outside = |outside: Option<f64>| outside.is_some_and(|time| time >= self.end);
         let known = self.truth.is_some() && verdict.status != Status::Aborted;
         let settling = |outside: Option<f64>| {
             (known && !still_outside(outside))
                 .then(|| outside.map_or(0.0, |time| time + self.sample_time))
         };
-        let [a, b, coulomb, load] = estimates;
         Summary {
             law: scenario.identifier.law.name(),
             arithmetic: scenario.identifier.arithmetic.name(),
+            samples: outcome.samples,
             sample_time: self.sample_time,
-            outcome,
             verdict,
             reason,
-            batch,
-            estimated,
-            a,
-            b,
-            coulomb,
-            load,
+            cause: batch.as_ref().and_then(evidence::cause).cloned(),
+            estimates: Estimates {
+                a: estimate(Parameter::A),
+                b: estimate(Parameter::B),
+                coulomb: estimate(Parameter::Coulomb),
+                load: estimate(Parameter::Load),
+                terms: outcome.terms.iter().map(term).collect(),
+            },
             truth: self.truth,
-            output_error: self.has_model.then(|| {
-                let mean_square = self.error_squares.mean().unwrap_or(0.0);
-                (mean_square.sqrt(), self.error_peak)
+            output_error: self.has_model.then(|| OutputError {
+                rms: self.error_squares.mean().unwrap_or(0.0).sqrt(),
+                max: self.error_peak,
             }),
-            settling_a: settling(self.outside_a),
-            settling_b: settling(self.outside_b),
+            settling_time: SettlingTime {
+                a: settling(self.outside_a),
+                b: settling(self.outside_b),
+            },
+            terms_entered: (outcome.entered.iter())
+                .map(|(term, since)| (*term, seconds(*since)))
+                .collect(),
+            residual: batch.as_ref().map(|batch| batch.residual),
+            findings: batch.map_or_else(Vec::new, |batch| batch.findings),
+            outcome,
+            replay: ReplayNotes::default(),
         }
     }
 }
 
-impl Summary {
-    /// The verdict's status.
-    #[must_use]
-    pub fn status(&self) -> Status {
-        self.verdict.status
-    }
-
-    /// What the model lacks, if something stands out.
-    #[must_use]
-    pub fn cause(&self) -> Option<&Finding> {
-        self.batch.as_ref().and_then(evidence::cause)
-    }
-
-    /// One estimate; none if the law does not estimate the parameter.
-    #[must_use]
-    pub fn estimate(&self, parameter: Parameter) -> Option<&Estimate> {
-        let estimate = match parameter {
-            Parameter::A => &self.a,
-            Parameter::B => &self.b,
-            Parameter::Coulomb => &self.coulomb,
-            Parameter::Load => &self.load,
-        };
-        self.estimated.contains(&parameter).then_some(estimate)
+/// The place of a parameter in [`PARAMETERS`].
+fn place(parameter: Parameter) -> usize {
+    match parameter {
+        Parameter::A => 0,
+        Parameter::B => 1,
+        Parameter::Coulomb => 2,
+        Parameter::Load => 3,
     }
 }

@@ -3,7 +3,6 @@ use super::live::Live;
 use crate::analysis::Summariser;
 use crate::experiment::Outcome;
 use crate::present::traces::Traces;
-use crate::report::json::Document;
 use crate::report::page::{self, Experiment};
 use crate::scenario::Scenario;
 
@@ -46,8 +45,6 @@ impl LiveExperiment {
             command: &call::command(),
             scenario: &self.scenario,
             summary: &summary,
-            document: &Document::new(&summary, None),
-            agreement: None,
             traces,
         });
         let clock = format!("running: {done:.1} of {:.1} s", self.duration);

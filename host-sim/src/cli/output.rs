@@ -17,13 +17,11 @@ use crate::experiment::Outcome;
 use crate::log_file::trace;
 use crate::present::traces::{self, Traces};
 use crate::render::terminal::style;
-use crate::replay::Agreement;
 use crate::report::csv::TraceWriter;
-use crate::report::json::Document;
-use crate::report::logs::{LogDocument, PredictionDocument};
 use crate::report::page::{self, Experiment};
 use crate::report::{residual, table, terms};
 use crate::rerun::{Kept, Origin, OriginAlone, WithOrigin};
+use crate::result::ReplayNotes;
 use crate::scenario::Scenario;
 
 /// Where the results of one experiment go.
@@ -69,17 +67,6 @@ pub(super) struct Results {
     origin: Origin,
     /// What is to be had again.
     kept: Option<Kept>,
-}
-
-/// What there is to be said of the logs of a replay.
-#[derive(Debug, Default)]
-pub(super) struct Notes {
-    /// How well the declared controller reproduces the recorded command.
-    pub(super) agreement: Option<Agreement>,
-    /// How the logs were read.
-    pub(super) logs: Vec<LogDocument>,
-    /// What was predicted of logs.
-    pub(super) predictions: Vec<PredictionDocument>,
 }
 
 impl Outputs {
@@ -141,36 +128,28 @@ impl Results {
         scenario: &Scenario,
         recording: Recording,
         outcome: Outcome,
-        notes: Notes,
+        notes: ReplayNotes,
     ) -> Result<(), Fault> {
-        let Notes {
-            agreement,
-            logs,
-            predictions,
-        } = notes;
-        let agreement = agreement.as_ref();
         let Recorded {
-            summary,
+            mut summary,
             traces,
             rows,
             messages,
             live,
         } = recording.finish(scenario, outcome);
+        summary.replay = notes;
         let picture = self.plot.zip(traces.as_ref());
-        let document = Document::new(&summary, agreement).of_logs(logs, predictions);
         let page = traces.as_ref().map(|traces| {
             page::experiment(&Experiment {
                 title: &self.title,
                 command: &call::command(),
                 scenario,
                 summary: &summary,
-                document: &document,
-                agreement,
                 traces,
             })
         });
         let told = WithOrigin {
-            result: &document,
+            result: &summary,
             origin: &self.origin,
         };
         files::commit([
@@ -179,7 +158,7 @@ impl Results {
                 .map(|description| description.document(&OriginAlone::of(&self.origin))),
             messages.map(|messages| {
                 messages.finish(|mut messages| {
-                    messages.about("result", Origin::entry(&document)?)?;
+                    messages.about("result", Origin::entry(&summary)?)?;
                     messages.finish()
                 })
             }),
@@ -192,11 +171,11 @@ impl Results {
             self.json.map(|json| json.document(&told)),
         ])?;
         if !self.silent {
-            for log in &document.logs {
+            for log in &summary.replay.logs {
                 say!("{log}")?;
             }
-            if let Some(agreement) = agreement {
-                match agreement.holds() {
+            if let Some(agreement) = &summary.replay.agreement {
+                match agreement.holds {
                     true => say!("{agreement}")?,
                     false => say!("{} {agreement}", style::warning())?,
                 }
@@ -211,21 +190,21 @@ impl Results {
                 say!("{terms}")?;
             }
             say!("{}: {}", style::status(summary.status()), summary.reason)?;
-            if let Some(batch) = &summary.batch {
+            if let Some(residual) = &summary.residual {
                 say!(
                     "{}",
                     residual::Words {
-                        batch,
-                        cause: summary.cause()
+                        residual,
+                        cause: summary.cause.as_ref()
                     }
                 )?;
             }
-            for prediction in &document.predictions {
+            for prediction in &summary.replay.predictions {
                 say!("{prediction}")?;
             }
         }
         if let Some(kept) = &self.kept {
-            rerun::compare(kept, &document, self.silent)?;
+            rerun::compare(kept, &summary, self.silent)?;
         }
         if let (Some(live), Some(page)) = (live, &page) {
             live.stay(page);

@@ -9,7 +9,6 @@ use crate::experiment::Sample;
 use crate::paper::{self, Case, Method, Run};
 use crate::present::Envelope;
 use crate::render::chart::plot::{self, Panel, Size};
-use crate::report::json::Document;
 use crate::report::{self, table};
 
 /// Where it goes unless stated. This folder is the program's own.
@@ -53,9 +52,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let runs = paper::experiment().map_err(|fault| Fault::Other(fault.to_string()))?;
     let mut written = Vec::new();
     for (run, (csv, json)) in runs.iter().zip(tables) {
-        let document = Document::new(&run.summary, None);
         written.push(csv.map(|csv| csv.table(|file| report::csv::write(file, &run.trace))));
-        written.push(json.map(|json| json.document(&document)));
+        written.push(json.map(|json| json.document(&run.summary)));
     }
     let title = "Fig. 03: identified parameters over time";
     written.push(picture.map(|picture| picture.panels(title, 2, &panels(&runs))));
@@ -94,11 +92,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         say!(
             "  {name:<14} b̂ moves by {:+.3} %, its standard deviation goes from {:.2} to {:.2}; that \
              of â from {:.4} to {:.4}",
-            100.0 * (with.b.tail_mean / without.b.tail_mean - 1.0),
-            without.b.tail_std,
-            with.b.tail_std,
-            without.a.tail_std,
-            with.a.tail_std,
+            100.0 * (with.estimates.b.tail_mean / without.estimates.b.tail_mean - 1.0),
+            without.estimates.b.tail_std,
+            with.estimates.b.tail_std,
+            without.estimates.a.tail_std,
+            with.estimates.a.tail_std,
         )?;
     }
 

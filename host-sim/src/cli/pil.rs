@@ -2,10 +2,11 @@ use std::path::PathBuf;
 
 use super::call;
 use super::fault::Fault;
-use super::output::{Notes, Outputs};
+use super::output::Outputs;
 use crate::pil::{self, PilError};
 use crate::port::Port;
 use crate::rerun::{Origin, ScenarioText, Task};
+use crate::result::ReplayNotes;
 use crate::scenario::{Purpose, keys};
 
 #[derive(Debug, clap::Args)]
@@ -36,5 +37,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let mut recording = results.record(&scenario, scenario.duration, 1);
     let outcome =
         pil::run(&scenario, &mut port, &mut |sample| recording.add(sample)).map_err(fault)?;
-    results.conclude(&scenario, recording, outcome, Notes::default())
+    results.conclude(&scenario, recording, outcome, ReplayNotes::default())
 }

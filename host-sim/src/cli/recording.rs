@@ -5,11 +5,12 @@ use super::live::Live;
 use super::live_experiment::LiveExperiment;
 use super::progress::Progress;
 use super::streamed::Streamed;
-use crate::analysis::{Summariser, Summary};
+use crate::analysis::Summariser;
 use crate::experiment::{Outcome, Sample};
 use crate::log_file::{Recorder, trace};
 use crate::present::traces::Traces;
 use crate::report::csv::TraceWriter;
+use crate::result::Summary;
 use crate::scenario::Scenario;
 
 /// The rows of a trace on their way into a file.

@@ -2,10 +2,10 @@ use std::path::{Path, PathBuf};
 
 use super::call;
 use super::fault::Fault;
-use super::output::{Notes, Outputs};
+use super::output::Outputs;
 use crate::replay::{self, Log, ReplayError};
-use crate::report::logs::{LogDocument, PredictionDocument};
 use crate::rerun::{Kept, LogFile, Origin, ScenarioText, Task};
+use crate::result::{LogReading, Prediction, ReplayNotes};
 use crate::scenario::{Purpose, Scenario, keys};
 
 #[derive(Debug, clap::Args)]
@@ -101,15 +101,15 @@ impl Replay<'_> {
                 if let Some(open_loop) = predicted.open_loop.filter(|_| !seen) {
                     recording.predicted(open_loop.relative);
                 }
-                predictions.push(PredictionDocument::new(log, seen, &predicted));
+                predictions.push(Prediction::new(log, seen, &predicted));
             }
         }
-        let notes = Notes {
+        let notes = ReplayNotes {
             agreement: replayed.agreement,
             logs: learnt
                 .iter()
                 .chain(predicted.iter().filter(|log| !is_learnt(log)))
-                .map(LogDocument::new)
+                .map(LogReading::new)
                 .collect(),
             predictions,
         };

@@ -2,8 +2,9 @@ use std::path::{Path, PathBuf};
 
 use super::call;
 use super::fault::Fault;
-use super::output::{Notes, Outputs};
+use super::output::Outputs;
 use crate::rerun::{Kept, Origin, ScenarioText, Task};
+use crate::result::ReplayNotes;
 use crate::scenario::{Purpose, keys};
 use crate::simulate;
 
@@ -36,5 +37,5 @@ pub(super) fn experiment(
     let mut recording = results.record(&scenario, scenario.duration, 1);
     let outcome = simulate::run(&scenario, &mut |sample| recording.add(sample))
         .map_err(|fault| Fault::of_scenario(Path::new(&text.file), fault))?;
-    results.conclude(&scenario, recording, outcome, Notes::default())
+    results.conclude(&scenario, recording, outcome, ReplayNotes::default())
 }

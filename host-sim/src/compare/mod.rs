@@ -9,7 +9,8 @@ use rayon::prelude::*;
 use identifier_core::parameters::Parameter;
 use identifier_core::settings::IdentifierSettings;
 
-use crate::analysis::{Summariser, Summary};
+use crate::analysis::Summariser;
+use crate::result::Summary;
 use crate::scenario::{Arithmetic, Baseline, BaselineSettings, Closing, Fault, Law, Scenario};
 use crate::simulate::{Simulation, operations};
 

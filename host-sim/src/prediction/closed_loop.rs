@@ -2,11 +2,12 @@ use identifier_core::Settings;
 use identifier_core::control::{ControlState, Controller};
 use identifier_core::identifier::SettingsError;
 use identifier_core::measurement::velocity::VelocityEstimate;
+use serde::Serialize;
 
 use super::{FrozenServo, Observation, Play, Squares, State};
 
 /// What a closed-loop simulation is off the recording by, relative: ‖recorded − simulated‖/‖recorded‖.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ClosedLoop {
     /// Samples that it covers: all but those in which each stretch settles.
     pub samples: u64,

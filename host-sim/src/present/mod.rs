@@ -7,6 +7,7 @@
 mod document;
 mod envelope;
 mod figure;
+mod log;
 pub(crate) mod number;
 pub mod traces;
 

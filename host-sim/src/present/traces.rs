@@ -4,9 +4,9 @@ use identifier_core::parameters::Parameter;
 use identifier_core::unknowns::Unknown;
 
 use super::Envelope;
-use crate::analysis::Summary;
 use crate::experiment::Sample;
 use crate::render::chart::plot::{self, Panel};
+use crate::result::Summary;
 
 /// Standard errors to each side of an estimate that its band shows.
 const BAND: f64 = 2.0;

@@ -2,16 +2,19 @@
 
 use std::fmt;
 
+use serde::Serialize;
+
 /// How well the declared controller reproduces the recorded command.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Agreement {
-    /// Root mean square of the recorded command.
-    pub command: f64,
-    /// Root mean square of the difference.
-    pub difference: f64,
+    /// Whether the declared controller counts as the one that ran.
+    pub holds: bool,
+    /// Root mean square of the difference relative to the command's; of a command of zero the difference itself.
+    pub relative: f64,
     /// The largest difference.
     pub largest: f64,
     /// The log that it is in, from 0.
+    #[serde(skip)]
     pub log: usize,
     /// Its line in the file.
     pub line: u64,
@@ -20,22 +23,6 @@ pub struct Agreement {
 impl Agreement {
     /// Relative difference up to which the declared controller counts as the one that ran.
     pub const TOLERANCE: f64 = 0.005;
-
-    /// The root mean square difference relative to the command's.
-    #[must_use]
-    pub fn relative(&self) -> f64 {
-        if self.command > 0.0 {
-            self.difference / self.command
-        } else {
-            self.difference
-        }
-    }
-
-    /// Whether the declared controller counts as the one that ran.
-    #[must_use]
-    pub fn holds(&self) -> bool {
-        self.relative() <= Self::TOLERANCE
-    }
 }
 
 impl fmt::Display for Agreement {
@@ -44,7 +31,7 @@ impl fmt::Display for Agreement {
             f,
             "the declared controller reproduces the recorded command to {:.2} % rms (largest \
              difference {:.4} in line {}{})",
-            100.0 * self.relative(),
+            100.0 * self.relative,
             self.largest,
             self.line,
             match self.log {
@@ -52,7 +39,7 @@ impl fmt::Display for Agreement {
                 log => format!(" of log {}", log + 1),
             }
         )?;
-        if self.holds() {
+        if self.holds {
             return Ok(());
         }
         write!(
@@ -88,9 +75,19 @@ impl Comparison {
     }
 
     pub(super) fn finish(&self) -> Option<Agreement> {
-        (self.count > 0.0).then(|| Agreement {
-            command: (self.command_squares / self.count).sqrt(),
-            difference: (self.difference_squares / self.count).sqrt(),
+        if self.count == 0.0 {
+            return None;
+        }
+        let rms = |squares: f64| (squares / self.count).sqrt();
+        let (command, difference) = (rms(self.command_squares), rms(self.difference_squares));
+        let relative = if command > 0.0 {
+            difference / command
+        } else {
+            difference
+        };
+        Some(Agreement {
+            holds: relative <= Agreement::TOLERANCE,
+            relative,
             largest: self.largest,
             log: self.log,
             line: self.line,

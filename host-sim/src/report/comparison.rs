@@ -4,11 +4,12 @@ use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Parameter;
 use serde::Serialize;
 
-use crate::analysis::{Status, Summary};
+use crate::analysis::Status;
 use crate::compare::{Compared, Comparison, MethodResult};
 use crate::render::chart::heat_map::{Cell, Grid, Grids, Tone};
 use crate::render::chart::scale::power_of_ten;
 use crate::render::terminal::table::Rows;
+use crate::result::Summary;
 
 /// What is said of the methods whatever the case.
 #[must_use]
@@ -101,8 +102,8 @@ fn row(name: &str, summary: &Summary) -> Vec<String> {
         cell(Parameter::Load, 2),
         format!(
             "{}, {}",
-            settled(summary.settling_a, Parameter::A),
-            settled(summary.settling_b, Parameter::B)
+            settled(summary.settling_time.a, Parameter::A),
+            settled(summary.settling_time.b, Parameter::B)
         ),
         summary.status().name().to_owned(),
     ]
@@ -185,8 +186,8 @@ impl Document {
                         error_b: error(Parameter::B),
                         error_coulomb: error(Parameter::Coulomb),
                         error_load: error(Parameter::Load),
-                        settling_a: summary.and_then(|summary| summary.settling_a),
-                        settling_b: summary.and_then(|summary| summary.settling_b),
+                        settling_a: summary.and_then(|summary| summary.settling_time.a),
+                        settling_b: summary.and_then(|summary| summary.settling_time.b),
                         operations: method.operations,
                     }
                 })

@@ -5,8 +5,6 @@ pub mod comparison;
 pub mod csv;
 pub mod distribution;
 pub mod drift;
-pub mod json;
-pub mod logs;
 pub mod page;
 pub mod promise;
 pub mod residual;

@@ -2,20 +2,20 @@
 
 use std::fmt;
 
-use crate::analysis::{Batch, Finding};
+use crate::analysis::{Finding, Residual};
 
 /// The output error against what the encoder allows, and what explains the rest.
 #[derive(Debug, Clone, Copy)]
 pub struct Words<'a> {
-    /// What the end of the run says.
-    pub batch: &'a Batch,
+    /// The output error over the end of the run.
+    pub residual: &'a Residual,
     /// What stands out, if something does.
     pub cause: Option<&'a Finding>,
 }
 
 impl fmt::Display for Words<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let residual = &self.batch.residual;
+        let residual = self.residual;
         write!(
             f,
             "residual: output error {:.3e} rms, {:.1} times what the encoder's resolution leaves, \

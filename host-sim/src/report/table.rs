@@ -3,8 +3,9 @@
 use identifier_core::model::ServoParameters;
 use identifier_core::parameters::Parameter;
 
-use crate::analysis::{Estimate, Status, Summary};
+use crate::analysis::Status;
 use crate::render::terminal::table::Rows;
+use crate::result::{Estimate, Summary};
 
 /// One row for each experiment, named in the first column; friction only where some law estimates
 /// it, deviations and settling times only where some truth is known, and where `width` characters have room.
@@ -38,7 +39,7 @@ pub fn estimates(rows: &[(&str, &Summary)], width: u16) -> String {
         let deviation = |of: &dyn Fn(&ServoParameters) -> String| {
             truth.then(|| summary.truth.as_ref().map_or_else(dash, of))
         };
-        let (a, b) = (&summary.a, &summary.b);
+        let (a, b) = (&summary.estimates.a, &summary.estimates.b);
         let [off_a, off_b] = [a, b].map(|estimate| is_known(&estimate));
         let mut row = vec![(*name).to_owned(), cell(Parameter::A, 4)];
         row.extend(deviation(&|truth| {
@@ -63,8 +64,8 @@ pub fn estimates(rows: &[(&str, &Summary)], width: u16) -> String {
         row.extend(deviation(&|_| {
             format!(
                 "{}, {}",
-                seconds(summary.settling_a),
-                seconds(summary.settling_b)
+                seconds(summary.settling_time.a),
+                seconds(summary.settling_time.b)
             )
         }));
         row.push(summary.status().name().to_owned());

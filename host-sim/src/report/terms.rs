@@ -3,8 +3,8 @@
 use identifier_core::unknowns::Unknown;
 use virtual_servo::Effects;
 
-use crate::analysis::Summary;
 use crate::render::terminal::table::Rows;
+use crate::result::Summary;
 
 /// One row for each size of a term, with the truth where there is one; empty where none has entered.
 /// Of a term without a size, when it entered.

@@ -89,7 +89,7 @@ fn run(scenario: &Scenario, index: u32) -> Result<Run, Fault> {
             coulomb: of(Parameter::Coulomb),
             load: of(Parameter::Load),
         },
-        settling_a: summary.settling_a,
-        settling_b: summary.settling_b,
+        settling_a: summary.settling_time.a,
+        settling_b: summary.settling_time.b,
     })
 }

@@ -1,7 +1,8 @@
 //! One effect at a time on three servos: with its term everything is found, and without it a result
 //! that is wrong is not called converged.
 
-use host_sim::analysis::{Status, Summary};
+use host_sim::analysis::Status;
+use host_sim::result::Summary;
 use identifier_core::unknowns::Unknown;
 use integration_tests::{in_parallel, run};
 
@@ -96,9 +97,9 @@ fn off(summary: &Summary, effect: &Effect) -> Off {
         .zip(effect.delay)
         .map_or(0.0, |(term, delay)| (term.value / delay - 1.0).abs());
     Off {
-        a: (summary.a.last - truth.a).abs(),
-        b: (summary.b.last / truth.b - 1.0).abs(),
-        coulomb: (summary.coulomb.last / truth.coulomb - 1.0).abs(),
+        a: (summary.estimates.a.last - truth.a).abs(),
+        b: (summary.estimates.b.last / truth.b - 1.0).abs(),
+        coulomb: (summary.estimates.coulomb.last / truth.coulomb - 1.0).abs(),
         delay,
         status: summary.status(),
     }
@@ -194,9 +195,9 @@ fn a_declared_amplifier_is_no_lack_of_the_model() {
             "{effect}: {}",
             declared.reason
         );
-        let off = declared.b.last / 257.7 - 1.0;
+        let off = declared.estimates.b.last / 257.7 - 1.0;
         assert!(off.abs() < 0.005, "{effect}: {off}");
-        let off = declared.coulomb.last / 5.0 - 1.0;
+        let off = declared.estimates.coulomb.last / 5.0 - 1.0;
         assert!(off.abs() < 0.05, "{effect}: {off}");
     }
 }

@@ -1,6 +1,7 @@
 //! What is called converged is right, and what is right is called converged.
 
-use host_sim::analysis::{Status, Summary};
+use host_sim::analysis::Status;
+use host_sim::result::Summary;
 use host_sim::scenario::Scenario;
 use identifier_core::parameters::Parameter;
 use integration_tests::{Random, in_parallel, run};
@@ -112,15 +113,12 @@ fn what_is_called_converged_is_right() {
                 "{} {wrong:.2} {:?} b{:?} c{:?} d{:?} {:?} {:?} {:?}",
                 summary.law,
                 summary.truth,
-                summary.b,
-                summary.coulomb,
-                summary.load,
+                summary.estimates.b,
+                summary.estimates.coulomb,
+                summary.estimates.load,
                 scenario.effects,
                 scenario.sensor,
-                summary
-                    .batch
-                    .as_ref()
-                    .map(|b| (b.residual, b.findings.first().cloned()))
+                (summary.residual, summary.findings.first())
             );
         }
     }
@@ -156,10 +154,7 @@ fn exact_servos_that_move_are_converged_and_their_standard_errors_cover() {
                 "{} {} {:?}",
                 kind.name,
                 summary.reason,
-                summary
-                    .batch
-                    .as_ref()
-                    .map(|b| (b.residual, b.findings.first().cloned()))
+                (summary.residual, summary.findings.first())
             );
         }
         for parameter in [
@@ -242,7 +237,7 @@ fn a_coarse_encoder_is_not_taken_for_a_resonance() {
         for seed in 1..=4 {
             let summary = run(&coarse.run(seed, "", "", ALL_FOUR));
             assert_ne!(summary.status(), Status::Unexplained, "{}", summary.reason);
-            assert!(summary.cause().is_none(), "{}", summary.reason);
+            assert!(summary.cause.is_none(), "{}", summary.reason);
         }
     }
 }

@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use host_sim::analysis::{Status, Summariser, Summary};
+use host_sim::analysis::{Status, Summariser};
 use host_sim::replay::{Log, fitted, replay};
 use host_sim::report::csv;
+use host_sim::result::Summary;
 use host_sim::scenario::{Purpose, Scenario};
 use host_sim::simulate;
 use identifier_core::parameters::Parameter;

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use host_sim::analysis::{Status, Summary};
+use host_sim::analysis::Status;
+use host_sim::result::Summary;
 use host_sim::scenario::Scenario;
 use identifier_core::verdict::Cause;
 use integration_tests::{in_parallel, run};
@@ -67,7 +68,7 @@ fn effects(kind: &Kind) -> Vec<(Cause, String)> {
 }
 
 fn named(summary: &Summary) -> Option<Cause> {
-    summary.cause().map(|finding| finding.cause)
+    summary.cause.as_ref().map(|finding| finding.cause)
 }
 
 #[test]
@@ -102,9 +103,9 @@ fn a_single_effect_is_named_and_no_other() {
         if std::env::var("CAMPAIGN_DETAIL").is_ok() {
             let truth = summary.truth.expect("known");
             let findings: Vec<String> = summary
-                .batch
+                .findings
                 .iter()
-                .flat_map(|batch| batch.findings.iter().take(4))
+                .take(4)
                 .map(|f| {
                     format!(
                         "{} {:.3} z{:.1} {:.2e}",
@@ -119,16 +120,12 @@ fn a_single_effect_is_named_and_no_other() {
                 "{} {} b{:+.2}% c{:+.1}% {:.1}x {:.2} {} | {}",
                 KINDS[*place].name,
                 cause.name(),
-                100.0 * (summary.b.last / truth.b - 1.0),
-                100.0 * (summary.coulomb.last / truth.coulomb - 1.0),
+                100.0 * (summary.estimates.b.last / truth.b - 1.0),
+                100.0 * (summary.estimates.coulomb.last / truth.coulomb - 1.0),
                 summary
-                    .batch
-                    .as_ref()
-                    .map_or(0.0, |b| b.residual.rms / b.residual.resolution_rms),
-                summary
-                    .batch
-                    .as_ref()
-                    .map_or(0.0, |b| b.residual.correlation),
+                    .residual
+                    .map_or(0.0, |left| left.rms / left.resolution_rms),
+                summary.residual.map_or(0.0, |left| left.correlation),
                 summary.verdict.reason.code(),
                 findings.join(", ")
             );

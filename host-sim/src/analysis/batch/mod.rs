@@ -18,6 +18,7 @@ pub use score::Finding;
 
 use identifier_core::model::ServoParameters;
 use identifier_core::unknowns::Unknown;
+use serde::Serialize;
 
 use super::stretch::Kept;
 use crate::experiment::TermEstimate;
@@ -64,7 +65,7 @@ impl Effort {
 
 /// What the end of a run says.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Batch {
+pub(super) struct Batch {
     /// Of every unknown that is estimated.
     pub(super) unknowns: Vec<Asked>,
     /// The output error of the model.
@@ -87,7 +88,7 @@ pub(super) struct Asked {
 }
 
 /// The output error of the model over the end of a run.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Residual {
     /// Root mean square, rad.
     pub rms: f64,

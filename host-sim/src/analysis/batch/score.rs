@@ -1,28 +1,55 @@
 //! The score test: how much of the rest each candidate explains that no unknown of the model does, and
 //! where the unknowns would be with it (Rao, "Large sample tests of statistical hypotheses", 1948).
 
+use std::collections::BTreeMap;
+
 use identifier_core::unknowns::Unknown;
 use identifier_core::verdict::Cause;
+use serde::{Serialize, Serializer};
 
 use super::effect::Effect;
 use super::least_squares::{Basis, dot};
 use super::{Fit, GROUPS, Judged};
 
-/// What a model may lack.
-#[derive(Debug, Clone, PartialEq)]
+/// An effect that a model may lack.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
-    /// What it is.
+    /// The effect.
+    #[serde(flatten, serialize_with = "described")]
     pub cause: Cause,
     /// The part of the whitened rest of the output error that it explains.
     pub share: f64,
     /// Its size over how far groups of samples disagree on it.
+    #[serde(skip)]
     pub significance: f64,
-    /// Its size after one step of Gauss and Newton, and its unit.
+    /// Its size after one step of Gauss and Newton.
     pub size: f64,
     /// The unit of the size.
     pub unit: &'static str,
     /// How far it would move each unknown, SI.
+    #[serde(serialize_with = "by_name")]
     pub shifts: Vec<(Unknown, f64)>,
+}
+
+fn described<S: Serializer>(cause: &Cause, serializer: S) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Keys {
+        name: &'static str,
+        meaning: &'static str,
+        remedy: &'static str,
+    }
+    let keys = Keys {
+        name: cause.name(),
+        meaning: cause.meaning(),
+        remedy: cause.remedy(),
+    };
+    keys.serialize(serializer)
+}
+
+fn by_name<S: Serializer>(shifts: &[(Unknown, f64)], serializer: S) -> Result<S::Ok, S::Error> {
+    let shifts = shifts.iter();
+    let named: BTreeMap<_, _> = shifts.map(|(unknown, by)| (unknown.name(), by)).collect();
+    named.serialize(serializer)
 }
 
 /// What each cause's best candidate explains, most first.

@@ -6,14 +6,13 @@ use identifier_core::unknowns::Unknown;
 use super::remedies::remedies;
 use super::unknowns::described;
 use super::{Block, Column, Figure, Page, Section, Table, Tone, Verdict, gains};
-use crate::analysis::{Batch, Status, Summary};
+use crate::analysis::{Residual, Status};
 use crate::present::number::{
     SIDES, figure, fixed, per_cent, plain, sentence, signed, with_interval,
 };
 use crate::present::traces::{self, Traces};
-use crate::replay::Agreement;
-use crate::report::json::Document;
 use crate::report::terms;
+use crate::result::{OutputError, Summary};
 use crate::scenario::Scenario;
 use crate::tune::IdentifiedResult;
 
@@ -28,10 +27,6 @@ pub struct Experiment<'a> {
     pub scenario: &'a Scenario,
     /// What came out.
     pub summary: &'a Summary,
-    /// The same for a program, with what there is to be said of logs.
-    pub document: &'a Document,
-    /// How well the declared controller reproduces the recorded command of a log.
-    pub agreement: Option<&'a Agreement>,
     /// What is shown over time.
     pub traces: &'a Traces,
 }
@@ -39,7 +34,7 @@ pub struct Experiment<'a> {
 /// The page of an experiment.
 #[must_use]
 pub fn experiment(of: &Experiment<'_>) -> Page {
-    let estimates = of.summary.estimated.len();
+    let estimates = of.summary.estimates.count();
     let panels = traces::experiment(of.summary, of.traces);
     let figures = panels.iter().enumerate().map(|(place, panel)| {
         let figure = Figure::of(panel);
@@ -226,10 +221,10 @@ fn how_sure(of: &Experiment<'_>) -> Vec<Block> {
                 .to_owned(),
         ));
     }
-    if let Some(batch) = &summary.batch {
-        blocks.push(Block::Text(left_over(batch, summary)));
+    if let Some(residual) = &summary.residual {
+        blocks.push(Block::Text(left_over(residual, summary)));
     }
-    for prediction in &of.document.predictions {
+    for prediction in &summary.replay.predictions {
         blocks.push(Block::Text(sentence(&prediction.to_string())));
     }
     if summary.truth.is_some() {
@@ -243,8 +238,7 @@ fn how_sure(of: &Experiment<'_>) -> Vec<Block> {
 }
 
 /// What the output error says of the model.
-fn left_over(batch: &Batch, summary: &Summary) -> String {
-    let residual = &batch.residual;
+fn left_over(residual: &Residual, summary: &Summary) -> String {
     let times = residual.rms / residual.resolution_rms;
     let begin = format!(
         "Over the end of the run the model leaves {} rad rms, {} times what the encoder's resolution alone would, \
@@ -255,7 +249,7 @@ fn left_over(batch: &Batch, summary: &Summary) -> String {
     );
     let end = if residual.is_the_encoders() {
         "it explains all that the encoder shows.".to_owned()
-    } else if let Some(finding) = summary.cause() {
+    } else if let Some(finding) = &summary.cause {
         format!(
             "{} of {} {} explains {} of the rest.",
             finding.cause.meaning(),
@@ -275,10 +269,7 @@ fn left_over(batch: &Batch, summary: &Summary) -> String {
 
 fn rests_on(of: &Experiment<'_>) -> Vec<Block> {
     let Experiment {
-        scenario,
-        summary,
-        document,
-        ..
+        scenario, summary, ..
     } = of;
     let outcome = &summary.outcome;
     let mut facts = Vec::new();
@@ -303,10 +294,10 @@ fn rests_on(of: &Experiment<'_>) -> Vec<Block> {
         "Method",
         format!("{}, computed in {}", summary.law, summary.arithmetic),
     );
-    if let Some((rms, most)) = summary.output_error {
+    if let Some(OutputError { rms, max }) = summary.output_error {
         fact(
             "Output error",
-            format!("{} rad rms, {} rad at most", figure(rms), figure(most)),
+            format!("{} rad rms, {} rad at most", figure(rms), figure(max)),
         );
     }
     fact(
@@ -352,10 +343,10 @@ fn rests_on(of: &Experiment<'_>) -> Vec<Block> {
             fact(name, format!("{count} {meaning}"));
         }
     }
-    for log in &document.logs {
+    for log in &summary.replay.logs {
         fact("Log", log.to_string());
     }
-    if let Some(agreement) = of.agreement {
+    if let Some(agreement) = &summary.replay.agreement {
         fact("Controller", sentence(&agreement.to_string()));
     }
     vec![Block::Facts(facts)]
@@ -363,10 +354,7 @@ fn rests_on(of: &Experiment<'_>) -> Vec<Block> {
 
 fn next(of: &Experiment<'_>) -> Vec<Block> {
     let Experiment {
-        scenario,
-        summary,
-        document,
-        ..
+        scenario, summary, ..
     } = of;
     let steps = remedies(&summary.verdict.reason);
     if !steps.is_empty() {
@@ -375,7 +363,7 @@ fn next(of: &Experiment<'_>) -> Vec<Block> {
             Block::Text("Gains for this result would be a guess, so none are given.".to_owned()),
         ];
     }
-    let result = serde_json::to_value(document).map_err(|error| error.to_string());
+    let result = serde_json::to_value(summary).map_err(|error| error.to_string());
     let result =
         result.and_then(|value| IdentifiedResult::of(&value).map_err(|error| error.to_string()));
     match result {

@@ -1,0 +1,222 @@
+//! The result of a run or a replay.
+
+use std::collections::BTreeMap;
+
+use identifier_core::model::ServoParameters;
+use identifier_core::parameters::Parameter;
+use identifier_core::unknowns::{Term, Unknown};
+use identifier_core::verdict::{Status, Verdict};
+use serde::{Serialize, Serializer};
+
+use super::{LogReading, Prediction};
+use crate::analysis::{Finding, Residual};
+use crate::experiment::Outcome;
+use crate::replay::Agreement;
+
+/// The result of a run or a replay.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// The law's name.
+    pub law: &'static str,
+    /// The number format's name.
+    pub arithmetic: &'static str,
+    /// Samples run.
+    pub samples: u64,
+    /// Sample time, s.
+    pub sample_time: f64,
+    /// Reliability of the estimates, with the reason.
+    #[serde(flatten, serialize_with = "verdict")]
+    pub verdict: Verdict,
+    /// The verdict's reason in words, and remarks on the run.
+    pub reason: String,
+    /// The effect that the model lacks, if one stands out.
+    pub cause: Option<Finding>,
+    /// The estimates.
+    pub estimates: Estimates,
+    /// The true servo, where it is known.
+    pub truth: Option<ServoParameters>,
+    /// The output error, for laws with a model.
+    pub output_error: Option<OutputError>,
+    /// When the estimates came near the truth.
+    pub settling_time: SettlingTime,
+    /// When each optional term entered the model, s.
+    #[serde(serialize_with = "entries")]
+    pub terms_entered: Vec<(Term, f64)>,
+    /// Record of the run itself.
+    #[serde(flatten)]
+    pub outcome: Outcome,
+    /// The output error of the model with the final estimates over the end of the run; none where that is too
+    /// short, or the estimates are no servo.
+    pub residual: Option<Residual>,
+    /// Effects that the model may lack, the largest first.
+    #[serde(skip)]
+    pub findings: Vec<Finding>,
+    /// Logs and predictions of a replay.
+    #[serde(flatten)]
+    pub replay: ReplayNotes,
+}
+
+/// The estimates of a, b, c and d, constant where the law does not estimate them, and of optional terms.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Estimates {
+    /// â, 1/s.
+    #[serde(serialize_with = "if_estimated")]
+    pub a: Estimate,
+    /// b̂, rad/s² per command unit.
+    #[serde(serialize_with = "if_estimated")]
+    pub b: Estimate,
+    /// ĉ, rad/s².
+    #[serde(serialize_with = "if_estimated")]
+    pub coulomb: Estimate,
+    /// d̂, rad/s².
+    #[serde(serialize_with = "if_estimated")]
+    pub load: Estimate,
+    /// The sizes of optional terms that have entered.
+    #[serde(flatten, serialize_with = "by_name")]
+    pub terms: Vec<TermSize>,
+}
+
+/// One estimate over a run.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Estimate {
+    /// At the end; NaN, like everything that follows from it, if the method had none then.
+    #[serde(rename = "final")]
+    pub last: f64,
+    /// Mean over the last quarter.
+    pub tail_mean: f64,
+    /// Wander: standard deviation over the last quarter.
+    pub tail_std: f64,
+    /// Standard error of the [value](Self::value): chance, the encoder, and the distance that it still had to go;
+    /// none where it is not known, infinite where the motion contains no information on it.
+    pub std_error: Option<f64>,
+    /// Whether it stood at a bound for most of the last quarter: such a value is no result.
+    pub at_bound: bool,
+    /// Its unit.
+    pub unit: &'static str,
+    /// The value that the verdict is on and that pages show: of laws with standard errors of their own the last,
+    /// which contains all samples, of others the mean over the last quarter.
+    #[serde(skip)]
+    pub value: f64,
+    /// Distance that it still had to go when the run ended, judged from the means over the thirds of the last
+    /// quarter; infinite if its steps did not get shorter.
+    #[serde(skip)]
+    pub to_go: f64,
+    /// Whether the law estimates it.
+    #[serde(skip)]
+    pub is_estimated: bool,
+}
+
+/// The size of an optional term that has entered.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct TermSize {
+    /// The unknown.
+    #[serde(skip)]
+    pub unknown: Unknown,
+    /// Its value, SI.
+    #[serde(rename = "final")]
+    pub value: f64,
+    /// Its standard error, SI.
+    pub std_error: f64,
+    /// Time at which the term entered, s.
+    pub since: f64,
+    /// Its unit.
+    pub unit: &'static str,
+}
+
+/// Output error, rad.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct OutputError {
+    /// Root mean square.
+    pub rms: f64,
+    /// Largest magnitude.
+    pub max: f64,
+}
+
+/// Last times at which estimates were away from the truth, s; none where one still was at the end.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SettlingTime {
+    /// Of â, outside ±0.1 1/s.
+    pub a: Option<f64>,
+    /// Of b̂, outside 2 %.
+    pub b: Option<f64>,
+}
+
+/// Logs and predictions of a replay; empty for a run.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct ReplayNotes {
+    /// How well the declared controller reproduces the recorded command.
+    pub agreement: Option<Agreement>,
+    /// How the logs were read.
+    pub logs: Vec<LogReading>,
+    /// How well logs were predicted.
+    pub predictions: Vec<Prediction>,
+}
+
+impl Summary {
+    /// The verdict's status.
+    #[must_use]
+    pub fn status(&self) -> Status {
+        self.verdict.status
+    }
+
+    /// One estimate; none if the law does not estimate the parameter.
+    #[must_use]
+    pub fn estimate(&self, parameter: Parameter) -> Option<&Estimate> {
+        let estimate = self.estimates.of(parameter);
+        estimate.is_estimated.then_some(estimate)
+    }
+}
+
+impl Estimates {
+    /// That of a parameter, constant if it is not estimated.
+    #[must_use]
+    pub fn of(&self, parameter: Parameter) -> &Estimate {
+        match parameter {
+            Parameter::A => &self.a,
+            Parameter::B => &self.b,
+            Parameter::Coulomb => &self.coulomb,
+            Parameter::Load => &self.load,
+        }
+    }
+
+    /// Number of parameters that the law estimates.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        let all = [&self.a, &self.b, &self.coulomb, &self.load];
+        all.iter().filter(|estimate| estimate.is_estimated).count()
+    }
+}
+
+fn verdict<S: Serializer>(verdict: &Verdict, serializer: S) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Keys {
+        status: &'static str,
+        code: u8,
+    }
+    let keys = Keys {
+        status: verdict.status.name(),
+        code: verdict.reason.code(),
+    };
+    keys.serialize(serializer)
+}
+
+fn if_estimated<S: Serializer>(estimate: &Estimate, serializer: S) -> Result<S::Ok, S::Error> {
+    let known = estimate.is_estimated.then_some(estimate);
+    known.serialize(serializer)
+}
+
+fn by_name<S: Serializer>(terms: &[TermSize], serializer: S) -> Result<S::Ok, S::Error> {
+    let named: BTreeMap<_, _> = terms
+        .iter()
+        .map(|term| (term.unknown.name(), term))
+        .collect();
+    named.serialize(serializer)
+}
+
+fn entries<S: Serializer>(entered: &[(Term, f64)], serializer: S) -> Result<S::Ok, S::Error> {
+    let named: BTreeMap<_, _> = entered
+        .iter()
+        .map(|(term, since)| (term.name(), since))
+        .collect();
+    named.serialize(serializer)
+}

@@ -1,0 +1,103 @@
+//! How the logs of a replay were read, and how well they were predicted.
+
+use serde::Serialize;
+
+use crate::prediction::ClosedLoop;
+use crate::replay::{Log, Predicted};
+
+/// How a log was read.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LogReading {
+    /// The file.
+    pub file: String,
+    /// Its samples, those that were bridged among them.
+    pub samples: u64,
+    /// Sample time, s.
+    pub sample_time: f64,
+    /// Root mean square of the time stamps' deviation from an even clock, part of a sample.
+    pub jitter_rms: f64,
+    /// Their largest deviation, part of a sample.
+    pub jitter_max: f64,
+    /// Gaps that were bridged.
+    pub gaps: u64,
+    /// Samples that straight lines stand in for.
+    pub bridged_samples: u64,
+    /// Rows in ranges of time that were left out.
+    pub left_out_rows: u64,
+    /// Name of the separator between columns; none of an MCAP file.
+    pub separator: Option<&'static str>,
+    /// Whether its numbers have decimal commas.
+    pub decimal_commas: bool,
+    /// Content of the row of units below the heading.
+    pub units_row: Option<String>,
+}
+
+impl LogReading {
+    /// Of a log.
+    #[must_use]
+    pub fn new(log: &Log) -> Self {
+        let found = &log.found;
+        Self {
+            file: log.path().display().to_string(),
+            samples: log.samples,
+            sample_time: log.sample_time,
+            jitter_rms: found.jitter.rms(),
+            jitter_max: found.jitter.largest(),
+            gaps: found.gaps,
+            bridged_samples: found.bridged,
+            left_out_rows: found.left_out,
+            separator: found.separator,
+            decimal_commas: found.decimal_commas,
+            units_row: found.units_row.clone(),
+        }
+    }
+}
+
+/// How well the frozen estimates predict a log.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Prediction {
+    /// The file.
+    pub file: String,
+    /// Whether the estimates come from this log, too.
+    pub learnt_from: bool,
+    /// Errors under the declared controller; none without one.
+    pub closed_loop: Option<ClosedLoop>,
+    /// Errors under the recorded command; none without one.
+    pub open_loop: Option<OpenLoopError>,
+}
+
+/// Position errors of the open-loop simulation.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OpenLoopError {
+    /// Samples that it covers.
+    pub samples: u64,
+    /// Root mean square, in the log's unit.
+    pub rms: f64,
+    /// Largest magnitude, in the log's unit.
+    pub max: f64,
+    /// The log's unit of position.
+    pub unit: &'static str,
+    /// Error relative to the motion.
+    pub relative: f64,
+}
+
+impl Prediction {
+    /// Of a log; `learnt_from`: the estimates come from it, too.
+    #[must_use]
+    pub fn new(log: &Log, learnt_from: bool, predicted: &Predicted) -> Self {
+        let units = &log.settings().units;
+        let unit = units.radians(units.position);
+        Self {
+            file: log.path().display().to_string(),
+            learnt_from,
+            closed_loop: predicted.closed_loop,
+            open_loop: predicted.open_loop.map(|found| OpenLoopError {
+                samples: found.samples,
+                rms: found.rms / unit,
+                max: found.largest / unit,
+                unit: units.position.name(),
+                relative: found.relative,
+            }),
+        }
+    }
+}
