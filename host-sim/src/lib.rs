@@ -23,7 +23,7 @@
 //! | what | where |
 //! |---|---|
 //! | the identifier itself | the crate `identifier-core` |
-//! | experiments: one servo, logs, every method, random servos, number formats, a chip | [`simulate`], [`replay`], [`compare`], [`sweep`], [`drift`], [`pil`] |
+//! | experiments: one servo, logs, every method, random servos, number formats | [`simulate`], [`replay`], [`compare`], [`sweep`], [`drift`] |
 //! | commissioning and gains | [`commission`], [`tune`] |
 //! | the host of a drive | [`drive`], [`port`] |
 //! | results, which are the JSON | [`result`] |
@@ -45,7 +45,6 @@ pub mod loops;
 pub mod monitor;
 pub mod nearest;
 pub mod paper;
-pub mod pil;
 pub mod port;
 pub mod prediction;
 pub mod present;

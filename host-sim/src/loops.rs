@@ -8,7 +8,6 @@ mod fixed;
 mod learner;
 mod pid;
 mod relay;
-mod remote;
 mod two_degrees;
 
 pub(crate) use batch::BatchLeastSquares;
@@ -17,8 +16,6 @@ pub(crate) use fixed::FixedLoop;
 pub(crate) use learner::{Beside, Learner, gamma_of};
 pub(crate) use pid::PidLoop;
 pub(crate) use relay::{Cycle, LeastSquares, RelayLoop, RelayMethod, TwoCycles};
-pub use remote::RemoteError;
-pub(crate) use remote::{RemoteLoop, ask, unexpected};
 
 pub(crate) use two_degrees::TwoDegreesLoop;
 

@@ -398,7 +398,7 @@ fn the_papers_own_folder_is_written_again_and_anybody_elses_asks() {
 
 #[test]
 fn force_is_explained() {
-    for verb in ["run", "replay", "pil", "compare", "drift", "sweep", "paper"] {
+    for verb in ["run", "replay", "compare", "drift", "sweep", "paper"] {
         let output = servo_id(&[verb, "--help"]);
         let text = String::from_utf8(output.stdout).expect("text");
         assert!(text.contains("--force"), "{verb}");

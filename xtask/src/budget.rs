@@ -147,14 +147,7 @@ fn count() -> Result<Figures, String> {
             counted.insert(format!("{name}-{what}"), figure);
         }
     }
-    for binary in [
-        "virtual-servo",
-        "bench",
-        "terms",
-        "commission",
-        "drive",
-        "pil",
-    ] {
+    for binary in ["virtual-servo", "bench", "terms", "commission", "drive"] {
         firmware::refuse_panics(&firmware::path(binary))?;
         let (flash, memory) = firmware::sizes(&firmware::path(binary))?;
         counted.insert(format!("{binary}-flash-bytes"), flash);

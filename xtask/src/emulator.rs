@@ -44,12 +44,7 @@ pub(crate) fn run_on(board: &str, binary: &Path) -> Result<String, String> {
 pub(crate) struct Running(Child);
 
 impl Running {
-    /// Starts a binary and opens its port.
-    pub(crate) fn start(binary: &Path) -> Result<(Self, Port), String> {
-        Self::start_with(binary, &[])
-    }
-
-    /// The same with more arguments for the emulator.
+    /// Starts a binary, with more arguments for the emulator, and opens its port.
     pub(crate) fn start_with(binary: &Path, more: &[String]) -> Result<(Self, Port), String> {
         let number = free_port()?;
         // The second serial line of the emulator is USART2.

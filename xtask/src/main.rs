@@ -7,7 +7,6 @@ mod emulator;
 mod firmware;
 mod interrupt;
 mod listing;
-mod lock_step;
 mod mutations;
 mod same_bits;
 mod soak;
@@ -26,9 +25,6 @@ struct Arguments {
 enum Verb {
     /// Run the virtual servo on an emulated STM32F405 and hold its bits against the simulator's.
     Same,
-    /// Run the loop on an emulated STM32F405 and the plant here, and hold every sample against the
-    /// simulator's.
-    Pil,
     /// Run the drive firmware on an emulated STM32F405 for hours of its time, every sample shown.
     Soak {
         /// Hours.
@@ -62,7 +58,6 @@ enum Verb {
 fn main() -> ExitCode {
     let done = match Arguments::parse().verb {
         Verb::Same => same_bits::check(),
-        Verb::Pil => lock_step::check(),
         Verb::Drive => drive::check(),
         Verb::Soak { hours } => soak::check(hours),
         Verb::Interrupt => interrupt::print(),

@@ -13,7 +13,6 @@ mod commissioning;
 mod fault;
 mod frame;
 mod line;
-mod lock_step;
 mod message;
 mod no_gains;
 mod settings;
@@ -22,7 +21,6 @@ pub use commissioning::{Commissioning, Gains, Origin, Outcome, Progress};
 pub use fault::Fault;
 pub use frame::{FrameError, LONGEST_FRAME, LONGEST_MESSAGE, Receiver, StopListener, frame};
 pub use line::Line;
-pub use lock_step::{Answer, Question, Reading, Refused};
 pub use message::{
     Command, Ended, Estimates, Kept, Noticed, PROTOCOL, Refusal, Report, Request, Snapshot, State,
     Status,

@@ -1,15 +1,14 @@
 //! The line may do to the bytes what it likes.
 
 use drive_link::{
-    Answer, Command, Commissioning, Dither, Estimates, Format, FrameError, LONGEST_FRAME, Law,
-    LoopSettings, NoGains, Outcome, Protection, Question, Reading, Receiver, Report, Request,
-    Settings, StopListener, frame,
+    Command, Commissioning, Dither, Estimates, Format, FrameError, LONGEST_FRAME, Law,
+    LoopSettings, NoGains, Outcome, Protection, Receiver, Report, Request, Settings, Snapshot,
+    StopListener, frame,
 };
 use identifier_core::ControllerSettings;
 use identifier_core::commission::{
     CommissionSettings, IdentifiedServo, Limits, Phase, StopReason, TrialResult,
 };
-use identifier_core::identifier::Event;
 use identifier_core::model::ServoParameters;
 use identifier_core::settings::{
     BoxSettings, IdentifierSettings, PerParameter, RangeSettings, TermSettings,
@@ -113,8 +112,6 @@ fn settings_with_nothing_left_out_fit_a_message() {
     assert!(framed.len() <= LONGEST_FRAME, "{}", framed.len());
     let report = Report::Settings { id: 255, settings };
     assert_eq!(frame(&report).expect("it fits").len(), framed.len());
-    let begin = Question::Begin(settings.closed_loop);
-    assert!(frame(&begin).is_ok());
 }
 
 /// Anything that was found.
@@ -311,34 +308,33 @@ proptest! {
     }
 
     #[test]
-    fn answers_come_through_too(
-        number: u32,
-        command in -1e6_f64..1e6,
-        output_error in -1e9_f64..1e9,
+    fn a_snapshot_arrives_as_it_was_sent(
+        sample: u32,
+        command in -1e6_f32..1e6,
+        output_error in -1e9_f32..1e9,
         flags: (bool, bool),
     ) {
-        let answer = Answer::Command {
-            number,
-            reading: Reading {
-                command,
-                output_error,
-                estimates: Estimates {
-                    a: command,
-                    b: 2.0,
-                    coulomb: 0.0,
-                    load: output_error,
-                    at_bounds: PerParameter { a: flags.1, ..PerParameter::default() },
-                    standard_errors: flags.0.then_some(SERVO),
-                },
-                event: if flags.0 { Event::LoadStep } else { Event::None },
+        let report = Report::Snapshot(Snapshot {
+            sample,
+            reference: 1.0,
+            position: -2.0,
+            command,
+            output_error,
+            estimates: Estimates {
+                a: command.into(),
+                b: 2.0,
+                coulomb: 0.0,
+                load: output_error.into(),
+                at_bounds: PerParameter { a: flags.1, ..PerParameter::default() },
+                standard_errors: flags.0.then_some(SERVO),
             },
-        };
+        });
         let mut receiver = Receiver::new();
-        let heard = frame(&answer)
+        let heard = frame(&report)
             .expect("it fits")
             .iter()
-            .find_map(|&byte| receiver.take::<Answer>(byte));
-        prop_assert_eq!(heard, Some(Ok(answer)));
+            .find_map(|&byte| receiver.take::<Report>(byte));
+        prop_assert_eq!(heard, Some(Ok(report)));
     }
 }
 

@@ -6,9 +6,8 @@ use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor, Setpoint, control_step};
 use identifier_core::fixed_point::Word;
 use identifier_core::identifier::{
-    DiagonalGradientIdentifier, ExpectedMotion, GaussNewtonFitted, GaussNewtonIdentifier,
-    GaussNewtonRecursion, Identify, NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState,
-    SettingsError, Update,
+    DiagonalGradientIdentifier, ExpectedMotion, GaussNewtonFitted, GaussNewtonRecursion, Identify,
+    NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState, SettingsError, Update,
 };
 use identifier_core::measurement::velocity::{LowPass, LowPassState};
 use identifier_core::model::{IdentifiedServo, ServoParameters};
@@ -27,23 +26,15 @@ pub(crate) const BLOCKS: usize = 64;
 /// Gauss–Newton in the sample interrupt; its first fit is made elsewhere.
 pub(crate) type Recursion = GaussNewtonRecursion<f32, AbCoulombLoad, 4, BLOCKS>;
 
-/// Gauss–Newton with its first fit, over a record of W blocks.
-pub(crate) type WithFirstFit<const W: usize> = GaussNewtonIdentifier<f32, AbCoulombLoad, 4, W>;
-
-/// Controller and identifier of a servo, with their states; G is how Gauss–Newton runs.
+/// Controller and identifier of a servo, with their states.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ClosedLoop<G = Recursion>(Laws<G>)
-where
-    G: Identify<f32, State: Copy + PartialEq>;
+pub(crate) struct ClosedLoop(Laws);
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Laws<G>
-where
-    G: Identify<f32, State: Copy + PartialEq>,
-{
+enum Laws {
     Gradient(With<Gradient>),
     GradientWithFriction(With<GradientWithFriction>),
-    GaussNewton(With<G>),
+    GaussNewton(With<Recursion>),
     Fixed(FixedLoop),
 }
 
@@ -120,11 +111,7 @@ macro_rules! whatever_law {
     };
 }
 
-impl<G> ClosedLoop<G>
-where
-    G: Identify<f32, Snapshot = <Recursion as Identify<f32>>::Snapshot, State: Copy + PartialEq>
-        + FromSettings,
-{
+impl ClosedLoop {
     /// A loop at rest at count zero.
     ///
     /// # Errors
@@ -228,9 +215,7 @@ where
             _ => None,
         }
     }
-}
 
-impl ClosedLoop {
     /// Has Gauss–Newton go on from a servo that was identified, in place of its first fit; another law
     /// begins as it does.
     pub(crate) fn know(&mut self, servo: &IdentifiedServo, motion: &ExpectedMotion) {
@@ -256,16 +241,6 @@ impl ClosedLoop {
             && let Some(fitted) = hand_on(block)
         {
             identifier.take_over(state, &fitted);
-        }
-    }
-}
-
-impl<const W: usize> ClosedLoop<WithFirstFit<W>> {
-    /// At most `budget` blocks of Gauss–Newton's first fit.
-    pub(crate) fn work(&mut self, budget: u32) {
-        if let Laws::GaussNewton(own) = &mut self.0 {
-            let identifier = own.servo_loop.identifier();
-            identifier.work(own.state.identification_mut(), budget);
         }
     }
 }

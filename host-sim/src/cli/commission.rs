@@ -11,8 +11,6 @@ use super::standard_output::say;
 use super::streamed::Streamed;
 use crate::commission::{Commissioning, Sample, StepResponse};
 use crate::log_file::commissioning as messages;
-use crate::pil;
-use crate::port::Port;
 use crate::report::commission::{self as report, Document, RowWriter};
 use crate::report::page::{Commissioned, commissioning};
 use crate::rerun::{Kept, Origin, OriginAlone, ScenarioText, Task, WithOrigin};
@@ -23,29 +21,19 @@ use crate::scenario::{Purpose, keys};
 pub(super) struct Arguments {
     /// The scenario, a TOML file with [commission]; a [controller] is one that runs already.
     scenario: PathBuf,
-    /// Have the machine on the chip there, the servo simulated here: a serial device, or tcp:HOST:PORT
-    /// for an emulator.
-    #[arg(long, value_name = "PORT")]
-    port: Option<String>,
     #[command(flatten)]
     outputs: Outputs,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
-    let Arguments {
-        scenario,
-        port,
-        outputs,
-    } = arguments;
+    let Arguments { scenario, outputs } = arguments;
     let text = ScenarioText::read(scenario)?;
-    experiment(&text, port.as_deref(), outputs, scenario, None)
+    experiment(&text, outputs, scenario, None)
 }
 
-/// Commissions the servo of a scenario, with the machine behind a port or here; the result is to be the one that
-/// was `kept`, if one was. No output may be `input`.
+/// Commissions the servo of a scenario; the result is to be the one that was `kept`, if one was. No output may be `input`.
 pub(super) fn experiment(
     text: &ScenarioText,
-    port: Option<&str>,
     outputs: &Outputs,
     input: &Path,
     kept: Option<&Kept>,
@@ -53,18 +41,8 @@ pub(super) fn experiment(
     let scenario = text.scenario(Purpose::Commission)?;
     let file = Path::new(&text.file);
     let of_scenario = |fault| Fault::of_scenario(file, fault);
-    let task = match port {
-        Some(_) => Task::Pil,
-        None => Task::Commission,
-    };
-    let origin = Origin::of(task, text, &scenario);
-    let machine = match port {
-        Some(_) => pil::commissioning(&scenario),
-        None => Commissioning::of(&scenario),
-    };
-    let machine = machine.map_err(of_scenario)?;
-    let port = port.map(Port::open).transpose();
-    let port = port.map_err(|error| Fault::Input(error.to_string()))?;
+    let origin = Origin::of(Task::Commission, text, &scenario);
+    let machine = Commissioning::of(&scenario).map_err(of_scenario)?;
     let mut files = Files::reading(&[input], outputs.force);
     let json = files.output(outputs.json.as_deref())?;
     let rows = files.output(outputs.csv.as_deref())?;
@@ -110,11 +88,7 @@ pub(super) fn experiment(
             }
         }
     };
-    let outcome = match port {
-        Some(mut port) => pil::commission(machine, &mut port, &mut observe)
-            .map_err(|error| Fault::Other(error.to_string()))?,
-        None => machine.run(&mut observe).map_err(of_scenario)?,
-    };
+    let outcome = machine.run(&mut observe).map_err(of_scenario)?;
     drop(progress);
 
     let document = Document::new(&scenario, &limits, &largest, before.as_ref(), &outcome);

@@ -18,8 +18,7 @@ use super::fault::Fault;
 use super::files::{Files, Output};
 use super::interruption;
 use super::standard_output::say;
-use crate::drive::{Client, DriveError};
-use crate::pil;
+use crate::drive::{Client, DriveError, loop_settings};
 use crate::port::Port;
 use crate::scenario::{ExcitationSettings, Purpose, Scenario, keys};
 
@@ -207,8 +206,7 @@ impl Configure {
 
 /// A drive's settings with the loop and the dither of a scenario, which was read from a file.
 fn of_scenario(file: &Path, scenario: &Scenario, now: Settings) -> Result<Settings, Fault> {
-    let closed_loop =
-        pil::loop_settings(scenario).map_err(|error| Fault::of_scenario(file, error))?;
+    let closed_loop = loop_settings(scenario).map_err(|error| Fault::of_scenario(file, error))?;
     let mut settings = Settings { closed_loop, ..now };
     match scenario.excitation {
         ExcitationSettings::Prbs {

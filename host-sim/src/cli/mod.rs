@@ -21,7 +21,6 @@ mod manual;
 mod output;
 mod output_file;
 mod paper;
-mod pil;
 mod place;
 mod progress;
 mod recording;
@@ -76,8 +75,6 @@ enum Verb {
     Compare(compare::Arguments),
     /// Run one experiment in every number format, side by side on the same measurements.
     Drift(drift::Arguments),
-    /// Run one experiment on the simulated servo with the loop on a chip.
-    Pil(pil::Arguments),
     /// Talk to a drive over its serial line.
     Drive(drive::Arguments),
     /// Find gains for an identified servo, with margins and the response that they promise.
@@ -131,7 +128,6 @@ impl Arguments {
             Verb::Commission(arguments) => commission::run(&arguments),
             Verb::Compare(arguments) => compare::run(&arguments),
             Verb::Drift(arguments) => drift::run(&arguments),
-            Verb::Pil(arguments) => pil::run(&arguments),
             Verb::Drive(arguments) => drive::run(&arguments),
             Verb::Tune(arguments) => tune::run(&arguments),
             Verb::Sweep(arguments) => sweep::run(&arguments),

@@ -48,12 +48,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
             passes: *passes,
         }
         .experiment(outputs, file, Some(&kept)),
-        Task::Commission => commission::experiment(scenario, None, outputs, file, Some(&kept)),
-        Task::Pil => Err(Fault::Input(format!(
-            "{}: the result is that of a loop on a chip, which a file cannot bring back: run `pil` again \
-             with the scenario that it holds",
-            file.display()
-        ))),
+        Task::Commission => commission::experiment(scenario, outputs, file, Some(&kept)),
     }
 }
 

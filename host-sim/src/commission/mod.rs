@@ -1,24 +1,22 @@
 //! A commissioning on the simulated drive: the machine of the firmware, the simulator's servo.
 //!
-//! A sample is always the same, in the simulator, on the chip and with the chip in the loop: the encoder is
-//! read, the interrupt's half gives a command, the background's half does its slices of work, and the command
+//! A sample is the same in the simulator and on the chip: the encoder is read, the interrupt's half gives a command, the background's half does its slices of work, and the command
 //! acts until the next sample. So a commissioning is the same to the bit wherever it runs.
 
 mod axis;
-mod commissioner;
 mod course;
 mod record;
 mod response;
 
 pub use axis::Axis;
-pub use commissioner::Commissioner;
 pub use course::{Course, Excursion, Stretch};
 pub use record::{End, Known, Outcome, Sample};
 pub use response::StepResponse;
 
+use drive_link::NoGains;
 use identifier_core::commission::{
-    CommissionIsr, CommissionSettings, CommissionSolver, HoldingGains, LargestMotion,
-    SynchronousCommission,
+    CommissionIsr, CommissionSettings, CommissionSolver, CommissionState, HoldingGains,
+    LargestMotion, SynchronousCommission,
 };
 use identifier_core::number::Number;
 
@@ -109,26 +107,20 @@ impl Commissioning {
             self.before.as_ref(),
             self.held(),
         );
-        let mut here = built.map_err(|error| Fault::new("commission", error))?;
-        self.run_by(&mut here, observe)
-            .map_err(|never| match never {})
+        let commissioner = built.map_err(|error| Fault::new("commission", error))?;
+        Ok(self.run_by(commissioner, observe))
     }
 
     /// The command that the gains before hold the servo with, if there are any, command units.
-    #[must_use]
-    pub fn held(&self) -> Option<f64> {
+    fn held(&self) -> Option<f64> {
         self.before.map(|_| self.axis.balance())
     }
 
-    /// Runs it with somebody else's machine, and shows every sample to `observe`.
-    ///
-    /// # Errors
-    /// Why that does no further sample.
-    pub fn run_by<C: Commissioner>(
+    fn run_by<N: Number>(
         mut self,
-        commissioner: &mut C,
+        mut commissioner: SynchronousCommission<N, RECORD>,
         observe: &mut dyn FnMut(&Sample),
-    ) -> Result<Outcome, C::Error> {
+    ) -> Outcome {
         let sample_time = self.settings.sample_time;
         let mut course = Course::default();
         let mut known = Vec::new();
@@ -138,7 +130,7 @@ impl Commissioning {
             let time = course.samples() as f64 * sample_time;
             let (position, velocity) = (self.axis.position(), self.axis.velocity());
             let seen = self.axis.sense();
-            let done = commissioner.sample(&seen)?;
+            let done = commissioner.sample(&seen);
             known.extend(done.servo.map(|servo| Known { time, servo }));
             tuning = done.tuning.or(tuning);
             let sample = Sample {
@@ -166,14 +158,15 @@ impl Commissioning {
             observe(&sample);
             let over = end.as_ref().map_or(LONGEST, |end| end.time + AFTERWARDS);
             if time >= over {
-                return Ok(Outcome {
+                let tuning_error = commissioner.state().and_then(CommissionState::tuning_error);
+                return Outcome {
                     end,
                     known,
                     tuning,
-                    no_gains: commissioner.no_gains(),
+                    no_gains: tuning_error.map(NoGains::from),
                     trial: done.trial,
                     course: course.finish(time),
-                });
+                };
             }
             self.axis.advance(done.command.unwrap_or(0.0));
         }

@@ -1,6 +1,7 @@
 //! The host's end of the conversation with a drive.
 
 mod document;
+mod loop_settings;
 
 use std::fmt;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
@@ -9,6 +10,7 @@ use drive_link::{Command, Outcome, Refusal, Report, Request, Settings, State, St
 use identifier_core::commission::CommissionSettings;
 
 pub use self::document::CommissionDocument;
+pub use self::loop_settings::loop_settings;
 use crate::port::{Port, PortError};
 
 /// A drive at the other end of a port.

@@ -42,8 +42,6 @@ pub enum Task {
     },
     /// A commissioning of the simulated drive.
     Commission,
-    /// What needs a chip, too.
-    Pil,
 }
 
 /// A scenario as it was read.

@@ -1,13 +1,15 @@
-//! From a scenario to what the chip builds its loop from.
+//! From a scenario to the settings that a drive builds its loop from.
 
 use drive_link::{Format, Law as LinkLaw, LoopSettings};
 
-use crate::experiment::Outcome;
 use crate::scenario::{Arithmetic, Fault, Law, ModelSet, Scenario, Velocity};
 use crate::simulate::learner;
 
-/// The settings, and what the same identifier is known to be on the host.
-pub(super) fn of(scenario: &Scenario) -> Result<(LoopSettings, Outcome), Fault> {
+/// The settings of a drive's loop for a scenario.
+///
+/// # Errors
+/// The key that asks for something that the firmware does not have.
+pub fn loop_settings(scenario: &Scenario) -> Result<LoopSettings, Fault> {
     let refused = |key: &str, fault: &str| Err(Fault::new(key, fault));
     let identifier = &scenario.identifier;
     let gradient = match &identifier.law {
@@ -77,11 +79,8 @@ pub(super) fn of(scenario: &Scenario) -> Result<(LoopSettings, Outcome), Fault> 
     let core = scenario
         .settings()
         .map_err(|error| scenario.fault(&error))?;
-    let known = Outcome {
-        // The chip does not tell what it chooses as it goes.
-        bandwidth: None,
-        ..learner::<f64>(scenario, &core)?.outcome()
-    };
+    // Refuses with the scenario's key what the drive would refuse with its own.
+    learner::<f64>(scenario, &core)?;
     let rows = core.identifier.gamma.iter().flatten().enumerate();
     for (i, row) in rows {
         if row
@@ -92,6 +91,5 @@ pub(super) fn of(scenario: &Scenario) -> Result<(LoopSettings, Outcome), Fault> 
             return refused("identifier.gamma", "the firmware has a diagonal one");
         }
     }
-    let settings = LoopSettings { core, law, format };
-    Ok((settings, known))
+    Ok(LoopSettings { core, law, format })
 }
