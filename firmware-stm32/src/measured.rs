@@ -4,15 +4,15 @@
 use core::hint::black_box;
 
 use identifier_core::Settings;
+use identifier_core::adaptation::IdentifiableSet;
 use identifier_core::excitation::{BandLimitedWhiteNoise, BandLimitedWhiteNoiseState, Excitation};
 use identifier_core::identifier::{
     FitBlocks, GaussNewtonFitted, GaussNewtonFitter, GaussNewtonFitterState, GaussNewtonRecursion,
-    Identify, NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState, SettingsError,
+    Identify, NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState,
 };
 use identifier_core::measurement::counter::Counter;
 use identifier_core::measurement::velocity::{LowPass, LowPassState};
-use identifier_core::settings::FromSettings;
-use identifier_core::unknowns::UnknownSet;
+use identifier_core::settings::{FromSettings, SettingsError};
 use virtual_servo::{Encoder, Plant};
 
 use crate::instructions::{Counter as Instructions, Tally};
@@ -164,7 +164,7 @@ pub fn split((reference, register): (f64, u16)) -> (i32, f32, u16) {
 }
 
 /// Gauss–Newton's halves, as a drive keeps them: what is to be handed over is on its way in between.
-pub struct Halves<S: UnknownSet<P>, const P: usize> {
+pub struct Halves<S: IdentifiableSet<P>, const P: usize> {
     /// The interrupt's half.
     pub interrupt: Single<GaussNewton<S, P>>,
     fitter: Fitter<S, P>,
@@ -173,7 +173,7 @@ pub struct Halves<S: UnknownSet<P>, const P: usize> {
     block: Option<NumberedBlock<f32>>,
 }
 
-impl<S: UnknownSet<P>, const P: usize> Halves<S, P> {
+impl<S: IdentifiableSet<P>, const P: usize> Halves<S, P> {
     /// Builds it from settings.
     ///
     /// # Errors

@@ -1,9 +1,8 @@
 //! The paper's experiment, from the same file as the simulator's.
 
 use identifier_core::excitation::BandLimitedWhiteNoise;
-use identifier_core::identifier::SettingsError;
-use identifier_core::model::ServoParameters;
-use identifier_core::settings::{BoxSettings, IdentifierSettings, PerParameter, diagonal};
+use identifier_core::parameters::{PerParameter, ServoParameters};
+use identifier_core::settings::{BoxSettings, IdentifierSettings, SettingsError, diagonal};
 use identifier_core::{ControllerSettings, Settings};
 use virtual_servo::{Encoder, Plant};
 

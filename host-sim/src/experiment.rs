@@ -4,9 +4,7 @@ use std::fmt;
 
 use identifier_core::error::StepError;
 use identifier_core::identifier::Event;
-use identifier_core::model::ServoParameters;
-use identifier_core::settings::PerParameter;
-use identifier_core::unknowns::{Term, Unknown};
+use identifier_core::parameters::{PerParameter, ServoParameters, Term, Unknown};
 use serde::Serialize;
 
 /// One sample of an experiment, SI.

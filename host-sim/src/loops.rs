@@ -20,8 +20,7 @@ pub(crate) use relay::{Cycle, LeastSquares, RelayLoop, RelayMethod, TwoCycles};
 pub(crate) use two_degrees::TwoDegreesLoop;
 
 use identifier_core::identifier::Event;
-use identifier_core::model::ServoParameters;
-use identifier_core::settings::PerParameter;
+use identifier_core::parameters::{PerParameter, ServoParameters};
 
 use crate::experiment::Outcome;
 

@@ -2,7 +2,7 @@
 
 use host_sim::scenario::{Purpose, Scenario};
 use host_sim::simulate;
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 
 const SERVO: &str = "[plant]\na = 0.2174\nb = 257.7\ncoulomb = 10.0\nload = 20.0\n\
                      delay = 0.0016\ncurrent_loop = 0.001\n[run]\nduration = 20.0\n";

@@ -12,7 +12,7 @@ use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings};
 use host_sim::drive::Client;
 use host_sim::port::Port;
 use identifier_core::ControllerSettings;
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::diagonal;
 use simulated_drive::{Hand, SimulatedDrive};
 use support::{folder, servo_id, standard_error};

@@ -15,7 +15,7 @@ use std::process::{Command, Stdio};
 
 use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings};
 use identifier_core::ControllerSettings;
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use simulated_drive::SimulatedDrive;
 use support::{folder, standard_error};
 

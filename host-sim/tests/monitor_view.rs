@@ -10,7 +10,7 @@ use drive_link::{
 use host_sim::monitor::{Dialogue, LEAST, Motion, Note, Shown, State, draw};
 use identifier_core::ControllerSettings;
 use identifier_core::commission::Phase;
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use virtual_servo::{Encoder, Plant};

@@ -9,10 +9,12 @@ pub mod control;
 pub mod drive;
 pub mod error;
 pub mod excitation;
+pub(crate) mod fit;
 #[cfg(feature = "fixed")]
 pub mod fixed_point;
 pub mod identifier;
 pub mod interval;
+pub mod linalg;
 pub mod measurement;
 pub mod model;
 pub mod number;
@@ -23,7 +25,6 @@ pub mod stability;
 pub mod stop_reason;
 pub mod tuning;
 pub mod units;
-pub mod unknowns;
 pub mod verdict;
 
 use identifier::{DiagonalGradientIdentifier, ServoLoop};

@@ -11,8 +11,7 @@ use host_sim::experiment::TermEstimate;
 use host_sim::replay::{Log, fitted, predict, replay};
 use host_sim::result::Summary;
 use host_sim::scenario::{LogSettings, Purpose, Scenario};
-use identifier_core::model::ServoParameters;
-use identifier_core::unknowns::Unknown;
+use identifier_core::parameters::{ServoParameters, Unknown};
 use integration_tests::{Random, in_parallel};
 
 /// Force per command, N/V: known.

@@ -5,7 +5,7 @@ use host_sim::report::drift as report;
 use host_sim::result::Summary;
 use host_sim::scenario::{Arithmetic, Reference, Scenario};
 use identifier_core::excitation::Excitation;
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use integration_tests::{in_parallel, parse, run, servo};
 
 const PAPER: &str = include_str!("../../host-sim/scenarios/paper.toml");

@@ -61,7 +61,7 @@ fn moved_by_a_load(law: &Law) -> [Vec<f64>; 2] {
                 index: 0,
                 truth: drawn.plant.expect("a servo"),
                 status: summary.status(),
-                found: identifier_core::model::ServoParameters {
+                found: identifier_core::parameters::ServoParameters {
                     a: summary.estimates.a.tail_mean,
                     b: summary.estimates.b.tail_mean,
                     coulomb: 0.0,

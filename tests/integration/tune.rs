@@ -8,7 +8,7 @@ use host_sim::report::promise;
 use host_sim::scenario::Scenario;
 use host_sim::simulate;
 use host_sim::tune::{Conditions, IdentifiedResult, NoGains, Tuned};
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::{Goal, StepMeasure, TuningSettings};
 use integration_tests::{Random, in_parallel, parse, run};
 

@@ -6,7 +6,7 @@ use host_sim::scenario::{Purpose, Scenario};
 use host_sim::simulate;
 use identifier_core::ControllerSettings;
 use identifier_core::excitation::NormalSource;
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 
 /// A seeded stream of random numbers, the same on every machine.
 #[derive(Debug, Clone, Copy)]

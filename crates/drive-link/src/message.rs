@@ -1,8 +1,7 @@
 use core::fmt;
 
 use identifier_core::commission::CommissionSettings;
-use identifier_core::model::ServoParameters;
-use identifier_core::settings::PerParameter;
+use identifier_core::parameters::{PerParameter, ServoParameters};
 use serde::{Deserialize, Serialize};
 
 use crate::commissioning::{Commissioning, Gains, Outcome, Progress};

@@ -9,10 +9,8 @@ use identifier_core::ControllerSettings;
 use identifier_core::commission::{
     CommissionSettings, IdentifiedServo, Limits, Phase, StopReason, TrialResult,
 };
-use identifier_core::model::ServoParameters;
-use identifier_core::settings::{
-    BoxSettings, IdentifierSettings, PerParameter, RangeSettings, TermSettings,
-};
+use identifier_core::parameters::{PerParameter, ServoParameters};
+use identifier_core::settings::{BoxSettings, IdentifierSettings, RangeSettings, TermSettings};
 use identifier_core::tuning::{Cap, Goal, Promise, Tuning};
 use proptest::prelude::*;
 

@@ -7,16 +7,15 @@ use identifier_core::drive::{Actuator, ControlStepError, PositionSensor, Setpoin
 use identifier_core::fixed_point::Word;
 use identifier_core::identifier::{
     DiagonalGradientIdentifier, ExpectedMotion, GaussNewtonFitted, GaussNewtonRecursion, Identify,
-    NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState, SettingsError, Update,
+    NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState, Update,
 };
 use identifier_core::measurement::velocity::{LowPass, LowPassState};
-use identifier_core::model::{IdentifiedServo, ServoParameters};
-use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad};
-use identifier_core::settings::{FromSettings, Settings};
+use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, IdentifiedServo, ServoParameters};
+use identifier_core::settings::{FromSettings, Settings, SettingsError};
 
-use crate::fixed_loop::{self, FixedLoop};
+use crate::fixed_loop::FixedLoop;
 use crate::held::Held;
-use crate::parts;
+use crate::{fixed_loop, parts};
 
 type Velocity = LowPass<f32>;
 

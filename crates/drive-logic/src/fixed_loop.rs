@@ -7,9 +7,9 @@ use identifier_core::drive::{Actuator, ControlStepError, PositionSensor, Setpoin
 use identifier_core::fixed_point::{
     FixedControlSample, FixedLowPass, FixedServoLoop, FixedServoLoopState, FixedVelocity, Word,
 };
-use identifier_core::identifier::{Event, Identify, SettingsError, Update};
+use identifier_core::identifier::{Event, Identify, Update};
 use identifier_core::parameters::Ab;
-use identifier_core::settings::Settings;
+use identifier_core::settings::{Settings, SettingsError};
 
 use crate::held::Held;
 use crate::parts;

@@ -2,9 +2,9 @@
 
 use drive_link::{Estimates, Name, NotAllowed, Why};
 use identifier_core::commission::{CommissionError, IdentifiedServo};
-use identifier_core::identifier::{Identify, SettingsError};
-use identifier_core::model::ServoParameters;
-use identifier_core::settings::{IdentifierSettings, PerParameter};
+use identifier_core::identifier::Identify;
+use identifier_core::parameters::{PerParameter, ServoParameters};
+use identifier_core::settings::{IdentifierSettings, SettingsError};
 use identifier_core::stability::CertificateError;
 
 use crate::chip::Stage;

@@ -6,7 +6,7 @@ use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::error::OutOfRange;
 use identifier_core::identifier::{ExpectedMotion, Update};
-use identifier_core::model::IdentifiedServo;
+use identifier_core::parameters::IdentifiedServo;
 
 use crate::background_alive::Patience;
 use crate::channel::InterruptEnd;

@@ -1,10 +1,10 @@
 //! Whether this chip computes what it should.
 
 use drive_link::Fault;
-use identifier_core::identifier::{GradientIdentifier, Identify, ServoLoop, SettingsError};
+use identifier_core::identifier::{GradientIdentifier, Identify, ServoLoop};
 use identifier_core::measurement::velocity::LowPass;
-use identifier_core::parameters::AbCoulomb;
-use identifier_core::settings::{IdentifierSettings, PerParameter};
+use identifier_core::parameters::{AbCoulomb, PerParameter};
+use identifier_core::settings::{IdentifierSettings, SettingsError};
 use identifier_core::{ControllerSettings, Settings};
 
 /// Samples of the known computation.

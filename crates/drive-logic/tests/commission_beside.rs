@@ -9,7 +9,7 @@ use drive_link::{
 };
 use drive_logic::Channel;
 use identifier_core::commission::{Phase, StopReason};
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::IdentifierSettings;
 use support::commission::{ORDER, PHASES, SERVO, link_falls_silent, outcome, over, until};
 use support::drive::{Drive, snapshots};

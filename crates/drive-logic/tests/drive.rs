@@ -6,8 +6,8 @@ mod support;
 use drive_link::{Command, Fault, Format, Kept, Law, Noticed, Refusal, Report, Settings, State};
 use drive_logic::{Store, self_test};
 use identifier_core::ControllerSettings;
-use identifier_core::model::ServoParameters;
-use identifier_core::settings::{BoxSettings, IdentifierSettings, PerParameter};
+use identifier_core::parameters::{PerParameter, ServoParameters};
+use identifier_core::settings::{BoxSettings, IdentifierSettings};
 use support::drive::{Drive, SERVO, snapshots};
 use support::{Bench, Flash, HEALTHY, diagonal, settings};
 

@@ -6,7 +6,7 @@ mod support;
 
 use drive_link::{Command, Ended, Fault, Law, Refusal, Report, Settings, State, Why};
 use drive_logic::Channel;
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use support::drive::{Drive, SERVO, snapshots};
 use support::{Bench, Flash, HEALTHY, SAMPLE_TIME, settings};
 

@@ -1,9 +1,8 @@
 use crate::recursion::{Recursion, RecursionConfig};
 use crate::{DirectEstimator, FilteredSignals, LeastSquaresConfig, StateVariableFilter, plausible};
 use identifier_core::error::OutOfRange;
-use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
-use identifier_core::parameters::Parameter;
+use identifier_core::parameters::{Parameter, ServoParameters};
 use identifier_core::units::Units;
 
 /// A discrete-time model of the velocity by recursive least squares in whatever loop runs, as

@@ -18,6 +18,7 @@
 #![deny(missing_docs)]
 
 mod arx;
+mod covariance;
 mod filtered;
 mod filtered_signals;
 mod limit_cycle;
@@ -37,9 +38,8 @@ pub use recursion::RecursionState;
 pub use relay::{Relay, RelayCycle, RelayCycleState, RelayState, TwoRelays, TwoRelaysState};
 pub use state_variable_filter::{Filtered, StateVariableFilter};
 
-use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
-use identifier_core::parameters::Parameter;
+use identifier_core::parameters::{Parameter, ServoParameters};
 
 /// A direct method: it needs what the servo was given and did, not what closed the loop.
 pub trait DirectEstimator<N: Number> {

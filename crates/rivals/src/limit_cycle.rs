@@ -1,7 +1,6 @@
 use crate::plausible;
-use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
-use identifier_core::parameters::Parameter;
+use identifier_core::parameters::{Parameter, ServoParameters};
 use identifier_core::units::Units;
 
 /// The balances of a limit cycle: what a periodic motion of q̈ = −a q̇ + b u + d − c s, s = sign q̇,

@@ -1,9 +1,8 @@
 use crate::recursion::{Recursion, RecursionConfig};
 use crate::{DirectEstimator, FilteredSignals, LeastSquaresConfig, StateVariableFilter, plausible};
 use identifier_core::error::{Allowed, OutOfRange};
-use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
-use identifier_core::parameters::Parameter;
+use identifier_core::parameters::{Parameter, ServoParameters};
 use identifier_core::units::Units;
 
 /// Recursive least squares of the mechanical equation on differentiated position, as motor-control

@@ -2,9 +2,8 @@ use crate::arx::continuous;
 use crate::recursion::{Recursion, RecursionConfig, RecursionState};
 use crate::{DirectEstimator, LeastSquaresConfig};
 use identifier_core::error::{Allowed, OutOfRange};
-use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
-use identifier_core::parameters::Parameter;
+use identifier_core::parameters::{Parameter, ServoParameters};
 use identifier_core::units::Units;
 
 /// Recursive extended least squares of a discrete-time model, several steps a sample: the idea of

@@ -1,4 +1,4 @@
-use identifier_core::adaptation::Covariance;
+use crate::covariance::Covariance;
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::number::{Number, RunningSum};
 

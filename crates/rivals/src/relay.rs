@@ -1,7 +1,7 @@
 use crate::{LimitCycle, LimitCycleState};
 use identifier_core::error::{Allowed, OutOfRange};
-use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
+use identifier_core::parameters::ServoParameters;
 use identifier_core::units::Units;
 
 /// A relay with delay: ± a level by the sign that the error had some samples ago.

@@ -1,6 +1,6 @@
 //! The motion of a servo with effects that no closed form describes.
 
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 
 use crate::Effects;
 use crate::equation::{Acting, Angular, Equation, Spring, State};

@@ -1,4 +1,4 @@
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 
 /// q̈ = −a q̇ + b u + d − c sign(q̇), moved from sample to sample in closed form for a held command.
 ///

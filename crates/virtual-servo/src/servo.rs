@@ -1,6 +1,6 @@
 //! A servo with whatever effects it has.
 
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 
 use crate::front_end::{FrontEnd, Held};
 use crate::motion::Motion;

@@ -20,13 +20,12 @@ use identifier_core::fixed_point::{
 };
 use identifier_core::identifier::{
     DiagonalGradientIdentifier, GaussNewtonFitted, GaussNewtonFitterState,
-    GaussNewtonRecursionState, Identify, SettingsError,
+    GaussNewtonRecursionState, Identify,
 };
 use identifier_core::measurement::counter::Counter;
 use identifier_core::measurement::velocity::LowPass;
-use identifier_core::model::ServoParameters;
-use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad};
-use identifier_core::settings::{BoxSettings, FromSettings, IdentifierSettings};
+use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, ServoParameters};
+use identifier_core::settings::{BoxSettings, FromSettings, IdentifierSettings, SettingsError};
 
 type Gradient = DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>;
 type GradientWithFriction = DiagonalGradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>;

@@ -8,12 +8,12 @@ use firmware_stm32::instructions::{Counter as Instructions, Tally};
 use firmware_stm32::measured::{COUNTED, Experiment, Halves};
 use firmware_stm32::paper;
 use identifier_core::Settings;
-use identifier_core::adaptation::OnDemand;
-use identifier_core::identifier::{GaussNewtonRecursionState, Identify, SettingsError};
+use identifier_core::adaptation::{IdentifiableSet, OnDemand};
+use identifier_core::identifier::{GaussNewtonRecursionState, Identify};
 use identifier_core::model::{AngledInputs, DelayedInputs};
 use identifier_core::number::Number;
-use identifier_core::settings::IdentifierSettings;
-use identifier_core::unknowns::{AbCoulombDelayLoad, Term, Terms, Unknown, UnknownSet};
+use identifier_core::parameters::{AbCoulombDelayLoad, Term, Terms, Unknown, UnknownSet};
+use identifier_core::settings::{IdentifierSettings, SettingsError};
 
 /// Samples after which a term that is demanded has entered, and the law has settled.
 const UNTIL_IT_ENTERED: u32 = 5000;
@@ -47,6 +47,9 @@ macro_rules! with_term {
             const UNKNOWNS: [Unknown; $count] = [
                 Unknown::A, Unknown::B, Unknown::Coulomb, $(Unknown::$term,)* Unknown::Load,
             ];
+        }
+
+        impl IdentifiableSet<$count> for $set {
             type Lower<N: Number> = [N; $lower];
             type Inputs<N: Number> = $inputs<N, 8>;
             type Evidence<N: Number> = OnDemand;
@@ -64,7 +67,7 @@ with_term! {
 }
 
 /// A running recursion with a term that has entered, on the same servo.
-fn with_term<S: UnknownSet<P>, const P: usize>(
+fn with_term<S: IdentifiableSet<P>, const P: usize>(
     instructions: &Instructions,
     term: Term,
 ) -> Result<(), SettingsError> {

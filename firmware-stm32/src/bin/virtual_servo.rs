@@ -13,9 +13,9 @@ use identifier_core::GradientLoop;
 use identifier_core::drive::{Actuator, PositionSensor, Setpoint, control_step};
 use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::{FixedLowPass, FixedServoLoop, split_setpoint};
-use identifier_core::identifier::{Identify, SettingsError};
-use identifier_core::model::ServoParameters;
-use identifier_core::parameters::Ab;
+use identifier_core::identifier::Identify;
+use identifier_core::parameters::{Ab, ServoParameters};
+use identifier_core::settings::SettingsError;
 use virtual_servo::{Encoder, Plant};
 
 #[entry]

@@ -1,8 +1,7 @@
 //! The evidence for the estimates of a run, as the core's verdict asks for it.
 
-use identifier_core::parameters::Parameter;
+use identifier_core::parameters::{Parameter, Unknown};
 use identifier_core::stability::sampled_loop::AMPLE_GAIN_MARGIN;
-use identifier_core::unknowns::Unknown;
 use identifier_core::verdict::{Evidence, Lack, Motion, Residual, UnknownEvidence, Verdict};
 
 use super::batch::{Batch, Finding, Residual as Left};

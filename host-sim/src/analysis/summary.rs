@@ -1,9 +1,8 @@
 //! What came out of an experiment, gathered sample by sample.
 
-use identifier_core::model::ServoParameters;
-use identifier_core::parameters::Parameter;
+use identifier_core::parameters::{Parameter, ServoParameters};
 
-use identifier_core::unknowns::Unknown;
+use identifier_core::parameters::Unknown;
 use identifier_core::verdict::{Motion, Status, Verdict};
 
 use super::batch::{Batch, Effort, Judged};

@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 
 use identifier_core::control::Gains;
-use identifier_core::identifier::SettingsError;
 use identifier_core::measurement::velocity::{Transfer, VelocityEstimate};
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
+use identifier_core::settings::SettingsError;
 use identifier_core::stability::sampled_loop;
 use serde::Serialize;
 
@@ -225,7 +225,7 @@ impl ClosedLoop {
 }
 
 fn transfer<V: VelocityEstimate<f64>>(scenario: &Scenario) -> Result<Transfer, SettingsError> {
-    let velocity: V = scenario.stated.build()?;
+    let velocity = scenario.stated.velocity::<f64, V>()?;
     Ok(velocity.transfer())
 }
 

@@ -5,8 +5,7 @@
 //! that keeps a model beside its servo. With rounding of variance σ² the standard error is at least
 //! σ √(Σ s sᵀ)⁻¹ (Cramér and Rao).
 
-use identifier_core::model::ServoParameters;
-use identifier_core::parameters::Parameter;
+use identifier_core::parameters::{Parameter, ServoParameters};
 
 /// The information that has come together.
 #[derive(Debug, Clone)]

@@ -1,7 +1,6 @@
 //! The motion of a run, before anything is identified from it.
 
-use identifier_core::parameters::Parameter;
-use identifier_core::unknowns::Unknown;
+use identifier_core::parameters::{Parameter, Unknown};
 use identifier_core::verdict::LEAST_TRAVEL;
 
 use super::document::Known;

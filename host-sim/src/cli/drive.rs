@@ -12,7 +12,7 @@ use drive_link::{
     Command, Ended, Estimates, PROTOCOL, Refusal, Report, Settings, Snapshot, State, Status,
 };
 
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 
 use super::fault::Fault;
 use super::files::{Files, Output};

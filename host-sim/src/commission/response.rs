@@ -6,8 +6,8 @@ use virtual_servo::{Effects, SensorEffects};
 
 use identifier_core::commission::HoldingGains;
 use identifier_core::control::{ControlState, Controller, position_error};
-use identifier_core::identifier::SettingsError;
 use identifier_core::measurement::velocity::LowPass;
+use identifier_core::settings::SettingsError;
 
 use super::{Axis, Outcome};
 use crate::scenario::{Fault, Scenario};

@@ -1,4 +1,4 @@
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 
 use crate::scenario::{Fault, Scenario};
 

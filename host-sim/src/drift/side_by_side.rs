@@ -1,5 +1,5 @@
 use identifier_core::error::StepError;
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use identifier_core::units::Units;
 
 use crate::experiment::Outcome;

@@ -1,8 +1,8 @@
-use identifier_core::adaptation::NormalEquations;
 use identifier_core::error::{OutOfRange, StepError};
 use identifier_core::identifier::Update;
-use identifier_core::model::ServoParameters;
+use identifier_core::linalg::NormalEquations;
 use identifier_core::number::Number;
+use identifier_core::parameters::ServoParameters;
 use identifier_core::units::Units;
 use rivals::{Filtered, StateVariableFilter};
 

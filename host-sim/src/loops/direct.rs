@@ -1,7 +1,7 @@
 use identifier_core::error::StepError;
 use identifier_core::identifier::Update;
-use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
+use identifier_core::parameters::ServoParameters;
 use rivals::DirectEstimator;
 
 use super::{Learner, NO_ESTIMATE};

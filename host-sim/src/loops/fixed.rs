@@ -5,8 +5,9 @@ use identifier_core::error::StepError;
 use identifier_core::fixed_point::{
     FixedServoLoop, FixedServoLoopState, FixedVelocity, split_setpoint,
 };
-use identifier_core::identifier::{Identify, SettingsError};
+use identifier_core::identifier::Identify;
 use identifier_core::parameters::ParameterSet;
+use identifier_core::settings::SettingsError;
 
 use super::learner::gamma_of;
 use super::{Measurement, SimLoop, Step};

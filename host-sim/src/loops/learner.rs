@@ -3,10 +3,9 @@
 use identifier_core::Settings;
 use identifier_core::error::StepError;
 use identifier_core::identifier::{Event, Identify, Update};
-use identifier_core::model::ServoParameters;
-use identifier_core::parameters::ParameterSet;
-use identifier_core::settings::PerParameter;
-use identifier_core::unknowns::{Term, Terms, Unknown};
+use identifier_core::parameters::{
+    ParameterSet, PerParameter, ServoParameters, Term, Terms, Unknown,
+};
 
 use crate::experiment::{Outcome, TermEstimate};
 use crate::scenario::place;

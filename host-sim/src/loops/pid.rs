@@ -3,9 +3,9 @@
 use identifier_core::Settings;
 use identifier_core::control::{ControlState, Controller};
 use identifier_core::error::StepError;
-use identifier_core::identifier::SettingsError;
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::number::Number;
+use identifier_core::settings::SettingsError;
 
 use super::feedback::Feedback;
 use super::{Learner, Measurement, SimLoop, Step};

@@ -4,8 +4,8 @@
 //! has it; limit cycles are left alone around a place that stands still.
 
 use identifier_core::error::StepError;
-use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
+use identifier_core::parameters::ServoParameters;
 use rivals::{
     DirectEstimator, FilteredLeastSquares, FilteredLeastSquaresState, Relay, RelayCycle,
     RelayCycleState, RelayState, TwoRelays, TwoRelaysState,

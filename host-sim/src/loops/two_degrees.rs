@@ -11,9 +11,9 @@
 use std::collections::VecDeque;
 
 use identifier_core::ControllerSettings;
-use identifier_core::adaptation::NormalEquations;
 use identifier_core::error::{OutOfRange, StepError};
-use identifier_core::model::ServoParameters;
+use identifier_core::linalg::NormalEquations;
+use identifier_core::parameters::ServoParameters;
 use identifier_core::units::Units;
 use rivals::{Filtered, StateVariableFilter};
 

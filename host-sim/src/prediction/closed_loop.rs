@@ -1,7 +1,7 @@
 use identifier_core::Settings;
 use identifier_core::control::{ControlState, Controller};
-use identifier_core::identifier::SettingsError;
 use identifier_core::measurement::velocity::VelocityEstimate;
+use identifier_core::settings::SettingsError;
 use serde::Serialize;
 
 use super::{FrozenServo, Observation, Play, Squares, State};
@@ -80,7 +80,7 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
         /// Time constants after which a low-pass shows all of a step but 0.03 %.
         const SETTLED: f64 = 8.0;
         let (given, units) = (settings.own_controller()?, settings.units()?);
-        let velocity: V = settings.build()?;
+        let velocity = settings.velocity::<f64, V>()?;
         let pole = velocity.transfer().pole.clamp(0.0, 0.999_9);
         let constant = if pole > 0.0 {
             -1.0 / libm::log(pole)
@@ -209,7 +209,7 @@ mod tests {
 
     use identifier_core::ControllerSettings;
     use identifier_core::measurement::velocity::LowPass;
-    use identifier_core::model::ServoParameters;
+    use identifier_core::parameters::ServoParameters;
     use virtual_servo::Plant;
 
     use super::*;

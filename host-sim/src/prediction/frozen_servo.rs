@@ -1,17 +1,19 @@
 use std::f64::consts::TAU;
 
+use identifier_core::adaptation::IdentifiableSet;
 use identifier_core::error::OutOfRange;
 use identifier_core::model::{
     Acting, Amplifier, AmplifierState, AngleSettings, FrictionStep, Innovation, KnownInputs,
-    ModelValues, ObserverModel, Response, ServoParameters,
+    ModelValues, ObserverModel, Response,
 };
-use identifier_core::parameters::{ModelParameters, Parameter};
+use identifier_core::parameters::{
+    AllUnknowns, ModelParameters, Parameter, ServoParameters, Unknown,
+};
 use identifier_core::settings::TermSettings;
 use identifier_core::units::Units;
-use identifier_core::unknowns::{AllUnknowns, Unknown, UnknownSet};
 
 /// The commands that a delay reaches back to, and the angle.
-type Inputs = <AllUnknowns as UnknownSet<12>>::Inputs<f64>;
+type Inputs = <AllUnknowns as IdentifiableSet<12>>::Inputs<f64>;
 
 /// A servo whose parameters do not change: the model of the identifiers with every term, without
 /// anything that corrects it.

@@ -127,7 +127,7 @@ fn simulated<E>(
 mod tests {
     use std::convert::Infallible;
 
-    use identifier_core::model::ServoParameters;
+    use identifier_core::parameters::ServoParameters;
     use virtual_servo::Plant;
 
     use super::*;

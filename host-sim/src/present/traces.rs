@@ -1,7 +1,6 @@
 //! The panels that show an experiment.
 
-use identifier_core::parameters::Parameter;
-use identifier_core::unknowns::Unknown;
+use identifier_core::parameters::{Parameter, Unknown};
 
 use super::Envelope;
 use crate::experiment::Sample;

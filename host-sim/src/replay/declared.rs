@@ -3,8 +3,8 @@
 use identifier_core::Settings;
 use identifier_core::control::{ControlState, Controller};
 use identifier_core::error::StepError;
-use identifier_core::identifier::SettingsError;
 use identifier_core::measurement::velocity::VelocityEstimate;
+use identifier_core::settings::SettingsError;
 
 use super::Agreement;
 use super::agreement::Comparison;

@@ -3,11 +3,10 @@
 use identifier_core::Settings;
 use identifier_core::error::StepError;
 use identifier_core::fixed_point::{FixedGradientIdentifier, FixedGradientState, FixedVelocity};
-use identifier_core::identifier::{Event, Identify, SettingsError};
-use identifier_core::model::ServoParameters;
+use identifier_core::identifier::{Event, Identify};
 use identifier_core::number::Number;
-use identifier_core::parameters::ParameterSet;
-use identifier_core::settings::PerParameter;
+use identifier_core::parameters::{ParameterSet, PerParameter, ServoParameters};
+use identifier_core::settings::SettingsError;
 
 use crate::experiment::Outcome;
 use crate::loops::{Learner, gamma_of};

@@ -3,9 +3,9 @@
 use std::fmt;
 
 use identifier_core::Settings;
-use identifier_core::identifier::SettingsError;
 use identifier_core::measurement::velocity::VelocityEstimate;
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
+use identifier_core::settings::SettingsError;
 
 use super::declared::Declared;
 use super::listener::listener;
@@ -197,7 +197,9 @@ impl Passes<'_> {
             outcome: listener.outcome(),
             listener,
             declared,
-            filter: settings.build().map_err(fault)?,
+            filter: settings
+                .velocity::<f64, V>()
+                .map_err(|error| fault(error.into()))?,
             unit,
             revolution: scenario.stated.identifier.terms.revolution,
             time: 0.0,

@@ -1,7 +1,7 @@
 //! What the estimates predict of a log.
 
-use identifier_core::identifier::SettingsError;
 use identifier_core::measurement::velocity::VelocityEstimate;
+use identifier_core::settings::SettingsError;
 
 use super::{Log, LogError, ReplayError, Replayed};
 use crate::prediction::{ClosedLoop, FrozenServo, Observation, OpenLoop, closed_loop, open_loop};

@@ -1,7 +1,6 @@
 //! A comparison as tables, as JSON and as a picture.
 
-use identifier_core::model::ServoParameters;
-use identifier_core::parameters::Parameter;
+use identifier_core::parameters::{Parameter, ServoParameters};
 use serde::Serialize;
 
 use crate::analysis::Status;

@@ -1,7 +1,6 @@
 //! Tables for a terminal.
 
-use identifier_core::model::ServoParameters;
-use identifier_core::parameters::Parameter;
+use identifier_core::parameters::{Parameter, ServoParameters};
 
 use crate::analysis::Status;
 use crate::render::terminal::table::Rows;

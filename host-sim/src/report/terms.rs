@@ -1,6 +1,6 @@
 //! A table of the optional terms that have entered the model.
 
-use identifier_core::unknowns::Unknown;
+use identifier_core::parameters::Unknown;
 use virtual_servo::Effects;
 
 use crate::render::terminal::table::Rows;

@@ -2,9 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use identifier_core::model::ServoParameters;
-use identifier_core::parameters::Parameter;
-use identifier_core::unknowns::{Term, Unknown};
+use identifier_core::parameters::{Parameter, ServoParameters, Term, Unknown};
 use identifier_core::verdict::{Status, Verdict};
 use serde::{Serialize, Serializer};
 

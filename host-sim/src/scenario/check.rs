@@ -1,13 +1,11 @@
 //! What the keys of a scenario must be together, and for the purpose that it is read for.
 
 use identifier_core::error::Allowed;
-use identifier_core::unknowns::Term;
+use identifier_core::parameters::Term;
 
-use super::commission;
 use super::error::Fault;
 use super::law::{Closing, Law};
-use super::log;
-use super::{Arithmetic, Baseline, BaselineSettings, Purpose, Scenario};
+use super::{Arithmetic, Baseline, BaselineSettings, Purpose, Scenario, commission, log};
 
 /// The longest run, control samples.
 const MOST_SAMPLES: f64 = 1e10;

@@ -3,8 +3,7 @@
 use std::fmt;
 
 use identifier_core::error::{Allowed, OutOfRange};
-use identifier_core::parameters::Parameter;
-use identifier_core::unknowns::{Term, Terms};
+use identifier_core::parameters::{Parameter, Term, Terms};
 use virtual_servo::Effects;
 
 use super::error::shown;

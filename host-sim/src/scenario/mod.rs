@@ -35,8 +35,7 @@ pub use set::ModelSet;
 pub(crate) use source::fetch;
 
 use identifier_core::excitation::Tone;
-use identifier_core::model::ServoParameters;
-use identifier_core::parameters::Parameter;
+use identifier_core::parameters::{Parameter, ServoParameters};
 use identifier_core::units::Units;
 use identifier_core::{ControllerSettings, Settings};
 use virtual_servo::faults::InjectedFault;

@@ -1,17 +1,14 @@
 //! What the core is told of a scenario, and whether it takes it.
 
-use identifier_core::adaptation::{AutomaticGain, GainError};
 use identifier_core::control::Controller;
 use identifier_core::error::Allowed;
 use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::{FixedGradientIdentifier, FixedVelocity};
-use identifier_core::identifier::SettingsError;
 use identifier_core::interval::Interval;
 use identifier_core::measurement::velocity::VelocityEstimate;
-use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
-use identifier_core::parameters::{Parameter, ParameterSet};
-use identifier_core::settings::PerParameter;
+use identifier_core::parameters::{Parameter, ParameterSet, PerParameter, ServoParameters};
+use identifier_core::settings::{AutomaticGain, GainError, SettingsError};
 use identifier_core::stability::{CertificateError, PlantBox};
 use identifier_core::units::Units;
 use identifier_core::{ControllerSettings, Settings};

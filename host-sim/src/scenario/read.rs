@@ -3,16 +3,15 @@
 use identifier_core::control::CommandLimit;
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::interval::Interval;
-use identifier_core::parameters::Parameter;
-use identifier_core::unknowns::{Term, Terms};
+use identifier_core::parameters::{Parameter, Term, Terms};
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
 use super::error::{Fault, shown};
 use super::key::{Absent, Choice, Entries, Holds, Key, When, examples, nearest};
-use super::keys::{self, KEYS, MOST_COLUMNS, MOST_ENTRIES, MOST_RANGES};
+use super::keys::{KEYS, MOST_COLUMNS, MOST_ENTRIES, MOST_RANGES};
 use super::source::Source;
-use super::{Column, Purpose, Scenario};
+use super::{Column, Purpose, Scenario, keys};
 use crate::program;
 
 type Value<'a> = Spanned<DeValue<'a>>;

@@ -1,7 +1,7 @@
 //! The keys as a JSON schema (draft 2020-12), so that an editor knows them.
 
 use identifier_core::error::Allowed;
-use identifier_core::unknowns::Term;
+use identifier_core::parameters::Term;
 use serde_json::{Map, Value, json};
 
 use super::key::{Absent, Holds, Key, Range};

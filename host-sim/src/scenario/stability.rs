@@ -1,11 +1,11 @@
 //! Whether the loop around the true servo is stable.
 
 use identifier_core::Settings;
-use identifier_core::identifier::SettingsError;
 use identifier_core::interval::Interval;
 use identifier_core::measurement::velocity::VelocityEstimate;
-use identifier_core::stability::PlantBox;
-use identifier_core::stability::sampled_loop::{self, SampledLoopError};
+use identifier_core::settings::SettingsError;
+use identifier_core::stability::sampled_loop::SampledLoopError;
+use identifier_core::stability::{PlantBox, sampled_loop};
 
 use super::dispatch::with_velocity;
 use super::{Closing, Scenario};
@@ -32,7 +32,7 @@ fn check<V: VelocityEstimate<f64>>(
     a: f64,
     b: f64,
 ) -> Result<(), SettingsError> {
-    let velocity: V = settings.build()?;
+    let velocity = settings.velocity::<f64, V>()?;
     let servo = PlantBox::new(Interval::new("a", a, a)?, Interval::new("b", b, b)?)?;
     let gains = settings.own_controller()?.gains()?;
     let units = settings.units()?;

@@ -5,19 +5,19 @@
 use std::f64::consts::TAU;
 
 use identifier_core::Settings;
+use identifier_core::adaptation::IdentifiableSet;
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::FixedVelocity;
 use identifier_core::identifier::{
-    BehindAmplifier, GaussNewtonIdentifier, GradientIdentifier, Identify, SettingsError,
-    TermWindowIdentifier, WindowIdentifier,
+    BehindAmplifier, GaussNewtonIdentifier, GradientIdentifier, Identify, TermWindowIdentifier,
+    WindowIdentifier,
 };
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::number::Number;
-use identifier_core::parameters::{Parameter, ParameterSet};
-use identifier_core::settings::FromSettings;
+use identifier_core::parameters::{AllUnknowns, Parameter, ParameterSet};
+use identifier_core::settings::{FromSettings, SettingsError};
 use identifier_core::units::Units;
-use identifier_core::unknowns::{AllUnknowns, UnknownSet};
 use rivals::{
     ClosedLoopArx, DirectEstimator, FilteredLeastSquares, MechanicalLeastSquares, RelayCycle,
     TwoRelays,
@@ -298,7 +298,7 @@ where
     Ok(Box::new(Beside::new(identifier, known)))
 }
 
-fn gauss_newton<N: Number, S: UnknownSet<P> + 'static, const P: usize>(
+fn gauss_newton<N: Number, S: IdentifiableSet<P> + 'static, const P: usize>(
     settings: &Settings,
 ) -> Listening<N> {
     fitting::<N, GaussNewtonIdentifier<N, S, P>>(settings)
@@ -323,7 +323,7 @@ fn window_with_terms<N: Number>(scenario: &Scenario, settings: &Settings) -> Lis
     fitting::<N, TermWindowIdentifier<N, TERM_WINDOW_BLOCKS>>(&settings)
 }
 
-fn window<N: Number, S: UnknownSet<P> + 'static, const P: usize>(
+fn window<N: Number, S: IdentifiableSet<P> + 'static, const P: usize>(
     settings: &Settings,
 ) -> Listening<N> {
     fitting::<N, WindowIdentifier<N, S, P, WINDOW_BLOCKS>>(settings)

@@ -6,8 +6,8 @@ use std::rc::Rc;
 
 use identifier_core::error::StepError;
 use identifier_core::identifier::Update;
-use identifier_core::model::ServoParameters;
 use identifier_core::number::{Compensated, Number};
+use identifier_core::parameters::ServoParameters;
 
 use super::build::{Method, method};
 use crate::loops::{Learner, RelayMethod};

@@ -137,7 +137,7 @@ impl Rig<'_> {
 #[cfg(test)]
 mod tests {
     use identifier_core::identifier::Event;
-    use identifier_core::model::ServoParameters;
+    use identifier_core::parameters::ServoParameters;
     use virtual_servo::{Effects, SensorEffects};
 
     use super::*;

@@ -1,5 +1,5 @@
 use identifier_core::excitation::NormalSource;
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use virtual_servo::distinct_seed;
 
 use crate::scenario::{ExcitationSettings, Scenario};

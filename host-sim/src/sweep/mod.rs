@@ -8,8 +8,7 @@ pub use draw::draw;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use identifier_core::model::ServoParameters;
-use identifier_core::parameters::Parameter;
+use identifier_core::parameters::{Parameter, ServoParameters};
 use rayon::prelude::*;
 
 use crate::analysis::{Status, Summariser};

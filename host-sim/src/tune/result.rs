@@ -1,7 +1,7 @@
 use std::fmt;
 
 use identifier_core::commission::IdentifiedServo;
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use serde_json::Value;
 
 /// What the result of a run or a replay holds of the servo, SI.

@@ -11,7 +11,7 @@ use drive_link::Settings;
 use drive_logic::{Channel, Chip, Conversation, Lines, Sampler, Stage, Supervisor};
 use host_sim::simulated_drive::{FlashInMemory, Wire};
 use identifier_core::drive::{Actuator, PositionSensor};
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use virtual_servo::{Encoder, Plant};
 
 const SAMPLE_TIME: f64 = 1e-3;

@@ -1,6 +1,6 @@
-use super::NormalEquations;
+use crate::linalg::NormalEquations;
 use crate::number::Number;
-use crate::unknowns::Terms;
+use crate::parameters::Terms;
 
 /// Which terms of a model have entered, and where the evidence for the others is gathered.
 ///

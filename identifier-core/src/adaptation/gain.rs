@@ -1,6 +1,6 @@
 use core::fmt::Debug;
 
-use super::{MatrixError, PositiveDefinite};
+use crate::linalg::{MatrixError, PositiveDefinite, dot};
 use crate::number::Number;
 
 /// Γ in the hot path, as a type, so that a diagonal one costs P multiplications and not P².
@@ -59,16 +59,6 @@ impl<N: Number, const P: usize> Gain<N, P> for DiagonalGain<N, P> {
     fn times(&self, regressor: &[N; P]) -> [N; P] {
         core::array::from_fn(|i| self.0[i] * regressor[i])
     }
-}
-
-/// xᵀ y.
-#[inline]
-pub(super) fn dot<N: Number, const P: usize>(x: &[N; P], y: &[N; P]) -> N {
-    let mut sum = x[0] * y[0];
-    for i in 1..P {
-        sum += x[i] * y[i];
-    }
-    sum
 }
 
 #[cfg(test)]

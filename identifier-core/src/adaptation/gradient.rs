@@ -1,7 +1,7 @@
-use super::gain::dot;
-use super::{FullGain, Gain, PositiveDefinite, Projection};
+use super::{FullGain, Gain, Projection};
 use crate::error::{Allowed, OutOfRange};
 use crate::interval::Interval;
+use crate::linalg::{PositiveDefinite, dot};
 use crate::number::{Number, RunningSum};
 
 /// The Γ-gradient law (11), θ̂˙ = −Γ φ (μ ε + ε̇), for P parameters.

@@ -1,4 +1,4 @@
-use super::PositiveDefinite;
+use crate::linalg::PositiveDefinite;
 use crate::number::{Number, RunningSum};
 
 /// Keeps the estimates inside a box.

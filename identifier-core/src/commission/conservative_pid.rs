@@ -82,7 +82,7 @@ mod tests {
     use super::*;
     use crate::commission::HoldingGains;
     use crate::measurement::velocity::VelocityEstimate;
-    use crate::model::ServoParameters;
+    use crate::parameters::ServoParameters;
     use crate::settings::ControllerSettings;
 
     const LIMITS: Limits = Limits {

@@ -79,7 +79,7 @@ mod state;
 mod synchronous;
 mod trial;
 
-pub use crate::model::IdentifiedServo;
+pub use crate::parameters::IdentifiedServo;
 pub use crate::stop_reason::StopReason;
 pub use candidate::Candidate;
 pub use error::CommissionError;

@@ -1,5 +1,5 @@
 use super::rough_model::RoughModel;
-use crate::adaptation::NormalEquations;
+use crate::linalg::NormalEquations;
 use crate::number::Number;
 
 /// A linear least-squares estimate of the servo while it moves, without a first guess.

@@ -1,5 +1,5 @@
-use crate::model::ServoParameters;
 use crate::number::Number;
+use crate::parameters::ServoParameters;
 
 /// What the wiggle has found of the servo on its way: enough to brake it, not more. Counts and samples.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,7 +1,7 @@
 use super::StopReason;
 use super::holding::Holding;
-use crate::model::ServoParameters;
 use crate::number::Number;
+use crate::parameters::ServoParameters;
 use crate::tuning::{StepMeasure, Tuning};
 use crate::units::Units;
 

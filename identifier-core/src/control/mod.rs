@@ -30,10 +30,8 @@ pub use limit::CommandLimit;
 pub use pid::{Command, Pid};
 
 use crate::error::StepError;
-use crate::identifier::SettingsError;
 use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
 use crate::number::{Number, RunningSum};
-use crate::settings::{FromSettings, Settings};
 
 /// The sampled controller: velocity estimate and PID. The law it computes is in the documentation of this
 /// [module](self).
@@ -45,7 +43,7 @@ pub struct Controller<N, V> {
     pub velocity: V,
     /// What an increment weighs against an error in the check of what enters: an increment of
     /// [`Number::REACH`] over this is the largest that is taken.
-    jump: N,
+    pub(crate) jump: N,
 }
 
 impl<N: Number, V> Controller<N, V> {
@@ -105,20 +103,6 @@ pub struct ControlSample<N> {
     pub velocity: N,
     /// The command u, limited.
     pub command: N,
-}
-
-impl<N: Number, V: VelocityEstimate<N>> FromSettings for Controller<N, V> {
-    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
-        let given = settings.own_controller()?;
-        let (gains, limit) = (given.gains()?, given.command_limit()?);
-        let units = settings.units()?;
-        let most = settings.most_increment(&units, N::REACH.to_f64())?;
-        Ok(Self {
-            pid: Pid::new(&units, &gains, &limit),
-            velocity: settings.build()?,
-            jump: N::from_f64(N::REACH.to_f64() / most),
-        })
-    }
 }
 
 impl<N: Number> Controller<N, LowPass<N>> {

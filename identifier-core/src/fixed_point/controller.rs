@@ -6,8 +6,7 @@ use super::ranges::Scales;
 use super::velocity::FixedVelocity;
 use crate::control::{ControlSample, Pid};
 use crate::error::StepError;
-use crate::identifier::SettingsError;
-use crate::settings::{FromSettings, Settings};
+use crate::settings::{FromSettings, Settings, SettingsError};
 
 /// The sampled controller on words: velocity estimate and PID, as
 /// [`Controller`](crate::control::Controller) on numbers.
@@ -75,7 +74,7 @@ impl<V: FixedVelocity> FromSettings for FixedController<V> {
             pid: FixedPid::new(&units, &gains, &limit, &scales),
             on_numbers: Pid::new(&units, &gains, &limit),
             integral_bits: Sum::bits_of_one(scales.sum(&units, &gains)),
-            velocity: settings.build()?,
+            velocity: V::with_cutoff(&units, settings.cutoff)?,
             error: ErrorWord::new(&scales),
             increment: IncrementWord::new(&scales),
             most: scales.most_increment(settings)?,

@@ -5,8 +5,8 @@ use super::arithmetic::{
 use super::ranges::Scales;
 use crate::adaptation::Gradient;
 use crate::error::{Allowed, OutOfRange};
-use crate::identifier::config::{Decay, GradientPlan};
 use crate::parameters::{Parameter, ParameterSet};
+use crate::settings::{Decay, GradientPlan};
 
 /// The Γ-gradient law (11) on words, with the guard and the projection of
 /// [`GradientWith`](crate::adaptation::GradientWith), for a diagonal Γ.

@@ -9,13 +9,11 @@ use super::rest::{FixedRest, FixedRestState};
 use super::velocity::FixedVelocity;
 use crate::adaptation::{DiagonalGain, Gain};
 use crate::error::{Allowed, StepError};
-use crate::identifier::config::{GradientPlan, StabilityCheck};
-use crate::identifier::{Event, Identify, SettingsError, Update};
+use crate::identifier::{Event, Identify, Update};
 use crate::interval::Interval;
-use crate::model::ServoParameters;
-use crate::parameters::{Parameter, ParameterSet};
-use crate::settings::{FromSettings, PerParameter, Settings};
-use crate::stability::Certificate;
+use crate::parameters::{Parameter, ParameterSet, PerParameter, ServoParameters};
+use crate::settings::{FromSettings, GradientPlan, Settings, SettingsError};
+use crate::stability::{Certificate, StabilityCheck};
 use crate::units::Units;
 
 /// The paper's identifier on words: model loop, Γ-gradient law with a diagonal Γ and load estimate,
@@ -103,7 +101,7 @@ where
     /// `bounds.load`; a Γ that is not diagonal; and the range, bound, gain or sample time that does
     /// not fit words, with what would.
     fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
-        let velocity = V::from_settings(settings)?;
+        let velocity = V::with_cutoff(&settings.units()?, settings.cutoff)?;
         let filled = bounded::<S, P>(settings, &settings.units()?)?;
         let mut plan = GradientPlan::<P>::new::<S>(&filled, &velocity.transfer())?;
         DiagonalGain::<f64, P>::new(&plan.gamma, plan.frozen)?;

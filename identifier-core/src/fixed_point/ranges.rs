@@ -1,10 +1,8 @@
 use super::arithmetic::{Coefficient, WORD_BITS, Weight, Word, exponent_above, power, word};
 use crate::control::Gains;
 use crate::error::{Allowed, OutOfRange};
-use crate::identifier::SettingsError;
-use crate::identifier::config::{SMALLEST_GAIN, plant_box};
 use crate::parameters::Parameter;
-use crate::settings::{RangeSettings, Settings};
+use crate::settings::{RangeSettings, SMALLEST_GAIN, Settings, SettingsError, plant_box};
 use crate::units::Units;
 
 impl RangeSettings {

@@ -6,9 +6,9 @@ use super::identifier::{FixedGradientIdentifier, FixedGradientState};
 use super::velocity::FixedVelocity;
 use crate::control::ControlSample;
 use crate::error::StepError;
-use crate::identifier::{Identify, SettingsError, Update};
+use crate::identifier::{Identify, Update};
 use crate::parameters::ParameterSet;
-use crate::settings::{FromSettings, Settings};
+use crate::settings::{FromSettings, Settings, SettingsError};
 
 /// Controller and gradient identifier together on words: what
 /// [`ServoLoop`](crate::identifier::ServoLoop) is on numbers.

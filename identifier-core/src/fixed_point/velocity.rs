@@ -1,15 +1,21 @@
 use super::arithmetic::{Accumulator, Word, narrow, with_product, word};
-use crate::identifier::SettingsError;
+use crate::error::OutOfRange;
 use crate::measurement::velocity::{
     AveragedDifference, BackwardDifference, LowPass, Transfer, VelocityEstimate,
 };
-use crate::settings::{FromSettings, Settings};
+use crate::units::Units;
 
 /// A velocity estimate on words, as [`VelocityEstimate`] on numbers: a linear filter of unit gain, so
 /// that it serves signals of any full scale.
-pub trait FixedVelocity: FromSettings + Copy + core::fmt::Debug {
-    /// What the filter remembers between samples.
+pub trait FixedVelocity: Copy + core::fmt::Debug {
+    /// The filter's memory between samples.
     type State: Copy + core::fmt::Debug + Default + PartialEq;
+
+    /// The estimate with a cut-off in rad/s; an estimate without one ignores it.
+    ///
+    /// # Errors
+    /// `cutoff` out of range.
+    fn with_cutoff(units: &Units, cutoff: f64) -> Result<Self, OutOfRange>;
 
     /// The filtered signal, of the same full scale as the input. The input must be within −1 and 1,
     /// and so is the output.
@@ -26,17 +32,15 @@ pub struct FixedLowPass {
     gain: Word,
 }
 
-impl FromSettings for FixedLowPass {
-    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
-        let exact: LowPass<f64> = settings.build()?;
+impl FixedVelocity for FixedLowPass {
+    type State = Accumulator;
+
+    fn with_cutoff(units: &Units, cutoff: f64) -> Result<Self, OutOfRange> {
+        let exact = LowPass::<f64>::new(units, cutoff)?;
         Ok(Self {
             gain: word(exact.gain(), 0),
         })
     }
-}
-
-impl FixedVelocity for FixedLowPass {
-    type State = Accumulator;
 
     #[inline]
     fn process(&self, state: &mut Accumulator, input: Word) -> Word {
@@ -58,6 +62,10 @@ impl FixedVelocity for FixedLowPass {
 impl FixedVelocity for BackwardDifference {
     type State = ();
 
+    fn with_cutoff(_: &Units, _: f64) -> Result<Self, OutOfRange> {
+        Ok(Self)
+    }
+
     #[inline]
     fn process(&self, (): &mut (), input: Word) -> Word {
         input
@@ -72,14 +80,12 @@ impl FixedVelocity for BackwardDifference {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FixedAveragedDifference;
 
-impl FromSettings for FixedAveragedDifference {
-    fn from_settings(_: &Settings) -> Result<Self, SettingsError> {
-        Ok(Self)
-    }
-}
-
 impl FixedVelocity for FixedAveragedDifference {
     type State = Word;
+
+    fn with_cutoff(_: &Units, _: f64) -> Result<Self, OutOfRange> {
+        Ok(Self)
+    }
 
     #[inline]
     fn process(&self, last: &mut Word, input: Word) -> Word {

@@ -1,13 +1,9 @@
-use super::SettingsError;
 use super::identify::{Identify, Update};
 use crate::control::ControlSample;
-use crate::error::{Allowed, StepError};
-use crate::model::{Amplifier, AmplifierState, ServoParameters};
+use crate::error::StepError;
+use crate::model::{Amplifier, AmplifierState};
 use crate::number::Number;
-use crate::settings::{FromSettings, PerParameter, Settings, TermSettings};
-use crate::unknowns::{Term, Terms, Unknown};
-
-use super::config::LARGEST;
+use crate::parameters::{PerParameter, ServoParameters, Terms, Unknown};
 
 /// An identifier behind what is declared of the amplifier: the commands that it gets are those that act
 /// on the servo behind dead band, delay and current loop, a ring of L commands long (a power of two; the
@@ -26,12 +22,12 @@ use super::config::LARGEST;
 /// settings.identifier.terms.delay = 1.6e-3;
 /// let identifier: BehindAmplifier<f32, GaussNewtonIdentifier<f32, AbCoulombLoad, 4>, 8> =
 ///     settings.build()?;
-/// # Ok::<(), identifier_core::identifier::SettingsError>(())
+/// # Ok::<(), identifier_core::settings::SettingsError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BehindAmplifier<N, I, const L: usize> {
-    amplifier: Amplifier<N>,
-    identifier: I,
+    pub(crate) amplifier: Amplifier<N>,
+    pub(crate) identifier: I,
 }
 
 /// What amplifier and identifier remember.
@@ -54,63 +50,6 @@ impl<N, I, const L: usize> BehindAmplifier<N, I, L> {
     #[must_use]
     pub fn identifier(&self) -> &I {
         &self.identifier
-    }
-}
-
-impl<N: Number, I: FromSettings, const L: usize> FromSettings for BehindAmplifier<N, I, L> {
-    /// # Errors
-    /// `delay`, `current_loop` or `dead_band` out of range, or what the identifier refuses.
-    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
-        let declared = Declared::of(settings, AmplifierState::<N, L>::LONGEST_DELAY)?;
-        Ok(Self {
-            amplifier: Amplifier::new(declared.dead_band, declared.delay, declared.current_loop),
-            identifier: declared.behind.build()?,
-        })
-    }
-}
-
-/// What is declared of an amplifier: what acts before the identifier, and what is left to that. Compiled
-/// once, not for every identifier.
-struct Declared {
-    dead_band: f64,
-    /// Samples.
-    delay: f64,
-    /// Samples.
-    current_loop: f64,
-    /// The settings of the identifier behind it.
-    behind: Settings,
-}
-
-impl Declared {
-    fn of(settings: &Settings, longest_delay: f64) -> Result<Self, SettingsError> {
-        /// A slower lag than this is no current loop, s.
-        const SLOWEST: f64 = 0.1;
-        let units = settings.units()?;
-        let given = settings.identifier.terms;
-        let longest = longest_delay * units.sample_time();
-        Allowed::Within(0.0, longest).check("delay", given.delay)?;
-        Allowed::Within(0.0, LARGEST).check("dead_band", given.dead_band)?;
-        Allowed::Within(0.0, SLOWEST).check("current_loop", given.current_loop)?;
-        let unless = |term: Term, declared: f64| match given.may_enter(term) {
-            true => (0.0, declared),
-            false => (declared, 0.0),
-        };
-        let (delay, begins_delayed) = unless(Term::Delay, given.delay);
-        let (dead_band, begins_dead) = unless(Term::DeadBand, given.dead_band);
-        let mut behind = *settings;
-        behind.identifier.terms = TermSettings {
-            delay: begins_delayed,
-            dead_band: begins_dead,
-            current_loop: 0.0,
-            ..given
-        };
-        let samples = |time: f64| time / units.sample_time();
-        Ok(Self {
-            dead_band,
-            delay: samples(delay),
-            current_loop: samples(given.current_loop),
-            behind,
-        })
     }
 }
 

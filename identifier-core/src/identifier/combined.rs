@@ -1,18 +1,15 @@
-use super::SettingsError;
 use super::halves::{FitBlocks, RecordBlocks};
 use super::identify::{Identify, Update};
 use crate::control::ControlSample;
 use crate::error::StepError;
-use crate::model::ServoParameters;
-use crate::settings::{FromSettings, PerParameter, Settings};
-use crate::unknowns::{Terms, Unknown};
+use crate::parameters::{PerParameter, ServoParameters, Terms, Unknown};
 
 /// Both halves of an identifier that fits as one, for a PC and for firmwares that have the time:
 /// blocks and fit results are passed on at once, and [`Identify::work`] is the fitter's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Combined<R, F> {
-    recorder: R,
-    fitter: F,
+    pub(crate) recorder: R,
+    pub(crate) fitter: F,
 }
 
 /// What both halves remember.
@@ -37,17 +34,6 @@ impl<R, F> Combined<R, F> {
     #[must_use]
     pub fn fitter(&self) -> &F {
         &self.fitter
-    }
-}
-
-impl<R: FromSettings, F: FromSettings> FromSettings for Combined<R, F> {
-    /// # Errors
-    /// See [`SettingsError`]; every value out of range is named.
-    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
-        Ok(Self {
-            recorder: settings.build()?,
-            fitter: settings.build()?,
-        })
     }
 }
 

@@ -1,23 +1,17 @@
 use core::marker::PhantomData;
 
-use super::config::{Decay, GradientPlan, StabilityCheck};
 use super::identify::check;
-use super::{Event, Identify, SettingsError, Update};
-use crate::adaptation::{
-    DiagonalGain, FullGain, Gain, GradientConfig, GradientState, GradientStep, GradientWith,
-};
+use super::{Event, Identify, Update};
+use crate::adaptation::{DiagonalGain, FullGain, Gain, GradientState, GradientStep, GradientWith};
 use crate::control::ControlSample;
 use crate::error::StepError;
 use crate::interval::Interval;
 use crate::measurement::standstill::{Rest, Standstill};
 use crate::measurement::velocity::VelocityEstimate;
-use crate::model::{
-    CommandCorrection, Correction, ModelLoop, ModelState, Observed, Phase, ServoParameters,
-};
+use crate::model::{CommandCorrection, Correction, ModelLoop, ModelState, Observed, Phase};
 use crate::number::Number;
-use crate::parameters::{ModelParameters, Parameter, ParameterSet};
-use crate::settings::{FromSettings, PerParameter, Settings};
-use crate::stability::Certificate;
+use crate::parameters::{ModelParameters, Parameter, ParameterSet, PerParameter, ServoParameters};
+use crate::stability::{Certificate, StabilityCheck};
 use crate::units::Units;
 
 /// The paper's identifier: model loop with its correction in command form, Γ-gradient law and load
@@ -27,17 +21,17 @@ use crate::units::Units;
 /// the same, and no limit acts, this is the paper's loop to the last digit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GradientIdentifierWith<N, V, S, const P: usize, G> {
-    model: ModelLoop<N, V, CommandCorrection<N>>,
-    law: GradientWith<N, P, G>,
-    standstill: Standstill<N>,
-    most: N,
-    initial: [f64; P],
-    bounds: [Interval; P],
-    gamma: [[f64; P]; P],
-    mu: f64,
-    units: Units,
-    stability_check: Option<StabilityCheck>,
-    set: PhantomData<S>,
+    pub(crate) model: ModelLoop<N, V, CommandCorrection<N>>,
+    pub(crate) law: GradientWith<N, P, G>,
+    pub(crate) standstill: Standstill<N>,
+    pub(crate) most: N,
+    pub(crate) initial: [f64; P],
+    pub(crate) bounds: [Interval; P],
+    pub(crate) gamma: [[f64; P]; P],
+    pub(crate) mu: f64,
+    pub(crate) units: Units,
+    pub(crate) stability_check: Option<StabilityCheck>,
+    pub(crate) set: PhantomData<S>,
 }
 
 /// The paper's identifier with any Γ.
@@ -64,52 +58,6 @@ pub struct GradientEstimates<N, const P: usize> {
     parameters: [N; P],
     /// The part of the load that the correction's integral carries, command units.
     load_command: N,
-}
-
-impl<N, V, S, const P: usize, G> FromSettings for GradientIdentifierWith<N, V, S, P, G>
-where
-    N: Number,
-    V: VelocityEstimate<N>,
-    S: ParameterSet<P>,
-    G: Gain<N, P>,
-{
-    /// # Errors
-    /// See [`SettingsError`]: ranges by name, the certificate's inequality, the servo of the box
-    /// whose sampled loop is unstable, or the estimate whose sampled correction is.
-    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
-        let velocity = V::from_settings(settings)?;
-        let plan = GradientPlan::<P>::new::<S>(settings, &velocity.transfer())?;
-        let units = plan.units;
-        let scale = S::PARAMETERS.map(|parameter| parameter.scale(&units) / units.velocity());
-        let gamma = plan.gamma.scaled(scale)?;
-        let rates = |parameter: Parameter| parameter.scale(&units);
-        let (known, per_gain) = match plan.decay {
-            Decay::Known(decay) => (decay * units.rate(), 0.0),
-            // Per machine unit of b̂.
-            Decay::PerGain(per_gain) => (0.0, per_gain * units.rate() / units.acceleration()),
-        };
-        let gradient = GradientConfig {
-            gamma,
-            mu: plan.mu * units.rate(),
-            slowest_decay: known,
-            decay_per_gain: per_gain,
-            bounds: core::array::from_fn(|i| plan.bounds[i].scaled(rates(S::PARAMETERS[i]))),
-            frozen: plan.frozen,
-        };
-        Ok(Self {
-            model: ModelLoop::new(velocity, CommandCorrection::new(&units, &plan.gains)),
-            law: GradientWith::new(G::new(&gamma, plan.frozen)?, &gradient)?,
-            standstill: Standstill::new(&units),
-            most: N::from_f64(settings.most_increment(&units, N::REACH.to_f64())?),
-            initial: core::array::from_fn(|i| plan.initial[i] * rates(S::PARAMETERS[i])),
-            bounds: plan.bounds,
-            gamma: *plan.gamma.entries(),
-            mu: plan.mu,
-            units,
-            stability_check: plan.stability_check,
-            set: PhantomData,
-        })
-    }
 }
 
 impl<N, V, S, const P: usize, G> GradientIdentifierWith<N, V, S, P, G>

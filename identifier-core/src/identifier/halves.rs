@@ -1,5 +1,5 @@
-use super::fit::NumberedBlock;
 use super::identify::Identify;
+use crate::fit::NumberedBlock;
 
 /// The interrupt's half of an identifier that fits: it records, and continues from the fit results.
 ///

@@ -1,9 +1,7 @@
 use crate::control::ControlSample;
 use crate::error::StepError;
-use crate::model::ServoParameters;
 use crate::number::Number;
-use crate::settings::PerParameter;
-use crate::unknowns::{Terms, Unknown};
+use crate::parameters::{PerParameter, ServoParameters, Terms, Unknown};
 
 /// An identifier: it only listens. It gets two numbers a sample, the increment of the encoder since
 /// the last sample and the command that acts from now until the next.

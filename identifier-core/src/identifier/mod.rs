@@ -10,22 +10,17 @@
 
 mod behind_amplifier;
 mod combined;
-pub(crate) mod config;
-mod error;
-mod fit;
 mod gauss_newton;
 mod gradient;
 mod halves;
 mod identify;
 mod servo_loop;
-mod settings;
-mod terms;
 mod window;
 
+pub use crate::fit::NumberedBlock;
 pub use behind_amplifier::{BehindAmplifier, BehindAmplifierState};
 pub use combined::{Combined, CombinedState};
-pub use error::SettingsError;
-pub use fit::NumberedBlock;
+pub(crate) use gauss_newton::LoadStepTest;
 pub use gauss_newton::{
     ExpectedMotion, GaussNewtonFitted, GaussNewtonFitter, GaussNewtonFitterState,
     GaussNewtonIdentifier, GaussNewtonIdentifierState, GaussNewtonRecursion,

@@ -1,9 +1,8 @@
-use super::{Identify, SettingsError, Update};
+use super::{Identify, Update};
 use crate::control::{ControlSample, ControlState, Controller, position_error};
 use crate::error::StepError;
 use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
 use crate::number::Number;
-use crate::settings::{FromSettings, Settings};
 
 /// Controller and identifier as one loop.
 ///
@@ -11,8 +10,8 @@ use crate::settings::{FromSettings, Settings};
 /// identifier computes: [`ServoLoop::control`], then [`ServoLoop::learn`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ServoLoop<N, V, I> {
-    controller: Controller<N, V>,
-    identifier: I,
+    pub(crate) controller: Controller<N, V>,
+    pub(crate) identifier: I,
 }
 
 /// What the loop remembers between samples.
@@ -30,20 +29,6 @@ pub struct LoopStep<N> {
     pub control: ControlSample<N>,
     /// What the identifier saw.
     pub seen: Update<N>,
-}
-
-impl<N, V, I> FromSettings for ServoLoop<N, V, I>
-where
-    N: Number,
-    V: VelocityEstimate<N>,
-    I: Identify<N> + FromSettings,
-{
-    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
-        Ok(Self {
-            controller: settings.build()?,
-            identifier: settings.build()?,
-        })
-    }
 }
 
 impl<N: Number, F: Copy, T> ServoLoopState<N, F, T> {

@@ -6,15 +6,19 @@
 //! velocity estimates is the estimate of the difference, and one state serves.
 
 use crate::error::{Allowed, OutOfRange};
-use crate::identifier::SettingsError;
 use crate::number::Number;
-use crate::settings::{FromSettings, Settings};
 use crate::units::Units;
 
 /// A velocity estimate: position increments in, velocity (machine units, per sample) out.
-pub trait VelocityEstimate<N: Number>: FromSettings + Copy + core::fmt::Debug {
-    /// What the filter remembers between samples.
+pub trait VelocityEstimate<N: Number>: Copy + core::fmt::Debug {
+    /// The filter's memory between samples.
     type State: Copy + core::fmt::Debug + Default + PartialEq;
+
+    /// The estimate with a cut-off in rad/s; an estimate without one ignores it.
+    ///
+    /// # Errors
+    /// `cutoff` out of range.
+    fn with_cutoff(units: &Units, cutoff: f64) -> Result<Self, OutOfRange>;
 
     /// The velocity after the position has moved by `increment` since the last sample.
     fn process(&self, state: &mut Self::State, increment: N) -> N;
@@ -67,12 +71,6 @@ impl<N: Number> LowPass<N> {
     }
 }
 
-impl<N: Number> FromSettings for LowPass<N> {
-    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
-        Ok(Self::new(&settings.units()?, settings.cutoff)?)
-    }
-}
-
 impl<N: Number> LowPass<N> {
     /// The part of a step of the velocity that the estimate shows after one sample, 1 − p.
     #[cfg(feature = "fixed")]
@@ -101,6 +99,10 @@ impl<N: Number> Default for LowPassState<N> {
 impl<N: Number> VelocityEstimate<N> for LowPass<N> {
     type State = LowPassState<N>;
 
+    fn with_cutoff(units: &Units, cutoff: f64) -> Result<Self, OutOfRange> {
+        Self::new(units, cutoff)
+    }
+
     #[inline]
     fn process(&self, state: &mut Self::State, increment: N) -> N {
         state.0 = self.pole * state.0 + self.gain * increment;
@@ -119,14 +121,12 @@ impl<N: Number> VelocityEstimate<N> for LowPass<N> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct BackwardDifference;
 
-impl FromSettings for BackwardDifference {
-    fn from_settings(_: &Settings) -> Result<Self, SettingsError> {
-        Ok(Self)
-    }
-}
-
 impl<N: Number> VelocityEstimate<N> for BackwardDifference {
     type State = ();
+
+    fn with_cutoff(_: &Units, _: f64) -> Result<Self, OutOfRange> {
+        Ok(Self)
+    }
 
     #[inline]
     fn process(&self, _: &mut Self::State, increment: N) -> N {
@@ -164,12 +164,6 @@ impl<N: Number> Default for AveragedDifference<N> {
     }
 }
 
-impl<N: Number> FromSettings for AveragedDifference<N> {
-    fn from_settings(_: &Settings) -> Result<Self, SettingsError> {
-        Ok(Self::new())
-    }
-}
-
 /// The state of an [`AveragedDifference`]: the last increment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AveragedDifferenceState<N>(N);
@@ -182,6 +176,10 @@ impl<N: Number> Default for AveragedDifferenceState<N> {
 
 impl<N: Number> VelocityEstimate<N> for AveragedDifference<N> {
     type State = AveragedDifferenceState<N>;
+
+    fn with_cutoff(_: &Units, _: f64) -> Result<Self, OutOfRange> {
+        Ok(Self::new())
+    }
 
     #[inline]
     fn process(&self, state: &mut Self::State, increment: N) -> N {

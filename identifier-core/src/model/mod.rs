@@ -4,11 +4,9 @@
 mod amplifier;
 mod correction;
 mod friction_step;
-mod identified_servo;
 mod known_inputs;
 mod model_loop;
 mod observer_model;
-mod servo;
 mod tangents;
 mod terms;
 mod zero_order_hold_step;
@@ -18,11 +16,9 @@ pub use correction::{
     AccelerationCorrection, CommandCorrection, Corrected, Correction, IntegralError,
 };
 pub use friction_step::{FrictionStep, Phase};
-pub use identified_servo::IdentifiedServo;
 pub use known_inputs::{Acting, AngleSettings, AngledInputs, DelayedInputs, KnownInputs, NoInputs};
 pub use model_loop::{ModelLoop, ModelState, Observed};
 pub use observer_model::{Innovation, ModelStep, ObserverModel, SlidingStep};
-pub use servo::ServoParameters;
 pub use tangents::Tangents;
 pub use terms::{ModelValues, TermValues};
 pub use zero_order_hold_step::{Motion, Response, ZeroOrderHoldStep};

@@ -1,7 +1,6 @@
 use super::{Acting, FrictionStep, ModelValues, Motion, Phase, Response};
 use crate::number::Number;
-use crate::parameters::ModelParameters;
-use crate::unknowns::UnknownSet;
+use crate::parameters::{ModelParameters, UnknownSet};
 
 /// The model of the servo driven by the command that acted on the servo.
 ///

@@ -1,6 +1,6 @@
 use super::{Acting, Innovation, ModelStep, ModelValues, Phase, SlidingStep};
 use crate::number::Number;
-use crate::unknowns::{Unknown, UnknownSet};
+use crate::parameters::{Unknown, UnknownSet};
 
 /// The motion of a [`ObserverModel`](super::ObserverModel) per unit of each of Q unknowns, the first P of them the
 /// those of a set: ∂q_e/∂θ and ∂v_e/∂θ.

@@ -1,6 +1,5 @@
 use crate::number::Number;
-use crate::parameters::ModelParameters;
-use crate::unknowns::{Unknown, UnknownSet};
+use crate::parameters::{ModelParameters, Unknown, UnknownSet};
 
 /// The sizes of the optional terms, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]

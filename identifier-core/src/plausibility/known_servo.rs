@@ -3,8 +3,8 @@ use super::model::Model;
 use super::motion::{Able, Motion};
 use super::readings::Readings;
 use super::response::Known;
-use crate::model::IdentifiedServo;
 use crate::number::Number;
+use crate::parameters::IdentifiedServo;
 
 /// What a watch needs of a servo that was identified, in the units of its loop: computed in f64, so
 /// prepared where there is time for that.

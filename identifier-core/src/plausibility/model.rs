@@ -1,7 +1,7 @@
 //! An identified servo in the units of the loop.
 
 use super::{Plausibility, PlausibilitySettings};
-use crate::model::IdentifiedServo;
+use crate::parameters::IdentifiedServo;
 use crate::units::Units;
 
 /// What a servo may have more of a parameter than its model.

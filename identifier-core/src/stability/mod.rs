@@ -11,3 +11,10 @@ pub mod sampled_loop;
 
 pub use certificate::{Certificate, CertificateError};
 pub use plant_box::PlantBox;
+
+/// The results of the stability checks over the box.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct StabilityCheck {
+    pub(crate) certificate: Certificate,
+    pub(crate) gain_margin: f64,
+}

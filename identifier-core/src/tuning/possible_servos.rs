@@ -1,6 +1,6 @@
 use super::TuningError;
-use crate::model::IdentifiedServo;
 use crate::model::ZeroOrderHoldStep;
+use crate::parameters::IdentifiedServo;
 
 /// A servo that the identified one may be, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -143,7 +143,7 @@ fn cholesky(covariance: &[[f64; 5]; 5]) -> Option<[[f64; 3]; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::ServoParameters;
+    use crate::parameters::ServoParameters;
 
     fn servo(covariance: [[f64; 5]; 5]) -> IdentifiedServo {
         IdentifiedServo {

@@ -6,7 +6,7 @@ use super::prediction::{Prediction, Scene};
 use super::response_time::ByTime;
 use super::search::{Case, Judge, Largest, Search, Verdict};
 use super::{Cap, Goal, Tuning, TuningError, TuningSettings};
-use crate::model::IdentifiedServo;
+use crate::parameters::IdentifiedServo;
 
 /// Finds gains for an identified servo, in slices of work that are short enough for the background of a
 /// chip: a slice is one frequency of one servo or one sample of a predicted step.

@@ -1,5 +1,5 @@
 use super::Cause;
-use crate::unknowns::Unknown;
+use crate::parameters::Unknown;
 
 /// What is known of an identification besides its estimates, SI. What nobody looked at is none, and is
 /// then not held against it.

@@ -4,7 +4,7 @@
 //! same evidence leads to the same verdict wherever the estimates began.
 //!
 //! ```
-//! use identifier_core::unknowns::Unknown;
+//! use identifier_core::parameters::Unknown;
 //! use identifier_core::verdict::{Evidence, Motion, Status, UnknownEvidence, Verdict};
 //!
 //! let motion = Motion { samples: 60_000, counts_travelled: 4e5 };

@@ -1,7 +1,7 @@
 use core::fmt;
 
 use super::Cause;
-use crate::unknowns::Unknown;
+use crate::parameters::Unknown;
 
 /// Why a verdict is what it is: the unknown that it concerns, the figure, and what would have been
 /// accepted, in the unknown's unit.

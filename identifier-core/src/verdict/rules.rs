@@ -1,7 +1,7 @@
 use core::fmt;
 
 use super::{Evidence, Lack, Reason, Residual, UnknownEvidence};
-use crate::unknowns::Unknown;
+use crate::parameters::Unknown;
 
 /// What may be made of estimates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

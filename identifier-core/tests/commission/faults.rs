@@ -2,7 +2,7 @@
 //! is in force again.
 
 use identifier_core::commission::{Phase, StopReason};
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use virtual_servo::faults::FaultKind;
 
 use crate::machine::before;

@@ -3,7 +3,7 @@ use identifier_core::commission::{
     Diagnosis, FitSettings, IdentifiedServo, MotionRecord, MotionRecorder, Prediction, ServoFitter,
     StopReason,
 };
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use virtual_servo::{Effects, Plant};
 
 fn settings(unknown: &Unknown) -> FitSettings {

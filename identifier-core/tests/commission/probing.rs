@@ -2,7 +2,7 @@ use crate::probing_support::{Unknown, Wiggled, unknown_servos};
 use identifier_core::commission::{
     CommissionError, Probing, ProbingProgress, RoughModel, StopReason,
 };
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 
 #[test]
 fn travel_and_speed_are_kept_by_every_unknown_servo_and_nearly_all_end_with_evidence() {

@@ -3,7 +3,7 @@
 use identifier_core::commission::{
     Limits, Probing, ProbingProgress, ProbingSettings, ProbingState,
 };
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use virtual_servo::{Effects, Encoder, Servo};
 
 /// Numbers that look random and are the same everywhere (splitmix64).

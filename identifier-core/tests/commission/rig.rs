@@ -4,7 +4,7 @@ use identifier_core::commission::{
     CommissionInputs, CommissionSettings, CommissionState, HoldingGains, Limits, Phase, StopReason,
     SynchronousCommission,
 };
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::Goal;
 use virtual_servo::faults::{FaultKind, Faults, InjectedFault};
 use virtual_servo::{Effects, Encoder, Servo};

@@ -9,12 +9,13 @@ use identifier_core::fixed_point::{
     FixedAveragedDifference, FixedController, FixedGradientIdentifier, FixedLowPass,
     FixedServoLoop, FixedVelocity, Word, split_setpoint,
 };
-use identifier_core::identifier::{Event, Identify, SettingsError};
+use identifier_core::identifier::{Event, Identify};
 use identifier_core::measurement::velocity::BackwardDifference;
-use identifier_core::model::ServoParameters;
-use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, AbLoad, Parameter, ParameterSet};
+use identifier_core::parameters::{
+    Ab, AbCoulomb, AbCoulombLoad, AbLoad, Parameter, ParameterSet, ServoParameters,
+};
 use identifier_core::settings::{
-    BoxSettings, ControllerSettings, RangeSettings, Settings, diagonal,
+    BoxSettings, ControllerSettings, RangeSettings, Settings, SettingsError, diagonal,
 };
 use proptest::prelude::*;
 use virtual_servo::{Encoder, Plant};

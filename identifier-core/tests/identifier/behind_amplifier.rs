@@ -8,10 +8,10 @@ use identifier_core::identifier::{
     BehindAmplifier, GaussNewtonIdentifier, GradientIdentifier, Identify, WindowIdentifier,
 };
 use identifier_core::measurement::velocity::LowPass;
-use identifier_core::model::ServoParameters;
-use identifier_core::parameters::AbCoulombLoad;
+use identifier_core::parameters::{
+    AbCoulombDelayLoad, AbCoulombLoad, ServoParameters, Term, Terms, Unknown,
+};
 use identifier_core::settings::{BoxSettings, FromSettings, TermSettings, diagonal};
-use identifier_core::unknowns::{AbCoulombDelayLoad, Term, Terms, Unknown};
 use virtual_servo::{Effects, Encoder, Servo as TrueServo};
 
 use crate::support::{Controller, Kind, Reference, TRUTH, on_all_cores, paper};

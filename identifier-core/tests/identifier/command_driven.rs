@@ -6,10 +6,9 @@ use crate::support::{
 };
 use identifier_core::Settings;
 use identifier_core::identifier::{Event, GaussNewtonIdentifier, Identify, WindowIdentifier};
-use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
-use identifier_core::parameters::AbCoulombLoad;
-use identifier_core::settings::{FromSettings, PerParameter};
+use identifier_core::parameters::{AbCoulombLoad, PerParameter, ServoParameters};
+use identifier_core::settings::FromSettings;
 
 type Identifier<N> = GaussNewtonIdentifier<N, AbCoulombLoad, 4>;
 

@@ -6,9 +6,8 @@ use crate::support::{
 use identifier_core::Settings;
 use identifier_core::error::StepError;
 use identifier_core::identifier::{Event, GaussNewtonIdentifier, Identify, WindowIdentifier};
-use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
-use identifier_core::parameters::{AbCoulombLoad, AbLoad};
+use identifier_core::parameters::{AbCoulombLoad, AbLoad, ServoParameters};
 use identifier_core::settings::IdentifierSettings;
 use proptest::prelude::*;
 

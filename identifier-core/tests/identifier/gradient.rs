@@ -6,8 +6,7 @@ use crate::support::{
 use identifier_core::Settings;
 use identifier_core::identifier::{Event, GradientIdentifier, Identify};
 use identifier_core::measurement::velocity::LowPass;
-use identifier_core::model::ServoParameters;
-use identifier_core::parameters::{Ab, AbCoulomb, ParameterSet};
+use identifier_core::parameters::{Ab, AbCoulomb, ParameterSet, ServoParameters};
 use identifier_core::settings::{BoxSettings, diagonal};
 
 type Listener<S, const P: usize> = GradientIdentifier<f32, LowPass<f32>, S, P>;

@@ -12,8 +12,7 @@ use identifier_core::identifier::{
     GaussNewtonRecursion, GaussNewtonRecursionState, Identify, NumberedBlock, RecordBlocks, Update,
     WindowFitter, WindowIdentifier, WindowRecorder,
 };
-use identifier_core::model::ServoParameters;
-use identifier_core::parameters::AbCoulombLoad;
+use identifier_core::parameters::{AbCoulombLoad, ServoParameters};
 use identifier_core::settings::FromSettings;
 
 /// Blocks of a record.

@@ -5,8 +5,7 @@ use crate::support::Draw;
 use identifier_core::GradientLoop;
 use identifier_core::excitation::{BandLimitedWhiteNoise, Excitation};
 use identifier_core::identifier::Identify;
-use identifier_core::model::ServoParameters;
-use identifier_core::parameters::Ab;
+use identifier_core::parameters::{Ab, ServoParameters};
 use identifier_core::settings::{BoxSettings, ControllerSettings, Settings};
 use virtual_servo::{Encoder, Plant};
 

@@ -3,9 +3,8 @@
 use identifier_core::excitation::{BandLimitedWhiteNoise, Excitation};
 use identifier_core::identifier::Identify;
 use identifier_core::measurement::counter::Counter;
-use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
-use identifier_core::parameters::Ab;
+use identifier_core::parameters::{Ab, ServoParameters};
 use identifier_core::settings::BoxSettings;
 use identifier_core::{ControllerSettings, GradientLoop, Settings};
 use virtual_servo::{Encoder, Plant};

@@ -3,7 +3,7 @@
 
 use identifier_core::Settings;
 use identifier_core::identifier::{GaussNewtonIdentifier, Identify};
-use identifier_core::unknowns::{AllUnknowns, Term, Terms, Unknown};
+use identifier_core::parameters::{AllUnknowns, Term, Terms, Unknown};
 use std::process::Command;
 
 const SAMPLE_TIME: f64 = 1e-3;

@@ -1,10 +1,10 @@
 //! What cannot be is refused by name, with what could, and leaves the state as it was.
 
 use identifier_core::error::StepError;
-use identifier_core::identifier::{GradientIdentifier, Identify, SettingsError};
+use identifier_core::identifier::{GradientIdentifier, Identify};
 use identifier_core::measurement::velocity::LowPass;
 use identifier_core::parameters::AbCoulomb;
-use identifier_core::settings::{BoxSettings, diagonal};
+use identifier_core::settings::{BoxSettings, SettingsError, diagonal};
 use identifier_core::{ControllerSettings, GradientLoop, Settings};
 
 type Listener = GradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>;

@@ -3,14 +3,13 @@
 use identifier_core::control::{CommandLimit, ControlState, Controller, Gains};
 use identifier_core::error::StepError;
 use identifier_core::identifier::{
-    GaussNewtonIdentifier, GradientIdentifier, Identify, SettingsError, WindowIdentifier,
+    GaussNewtonIdentifier, GradientIdentifier, Identify, WindowIdentifier,
 };
 use identifier_core::interval::Interval;
 use identifier_core::measurement::velocity::LowPass;
-use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
-use identifier_core::parameters::{Ab, AbCoulombLoad};
-use identifier_core::settings::{BoxSettings, FromSettings, IdentifierSettings};
+use identifier_core::parameters::{Ab, AbCoulombLoad, ServoParameters};
+use identifier_core::settings::{BoxSettings, FromSettings, IdentifierSettings, SettingsError};
 use identifier_core::stability::PlantBox;
 use identifier_core::units::Units;
 use identifier_core::{ControllerSettings, Settings};

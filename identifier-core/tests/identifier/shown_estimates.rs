@@ -7,8 +7,7 @@ use identifier_core::identifier::{
     DiagonalGradientIdentifier, GaussNewtonIdentifier, Identify, WindowIdentifier,
 };
 use identifier_core::measurement::velocity::LowPass;
-use identifier_core::model::ServoParameters;
-use identifier_core::parameters::{Ab, AbCoulombLoad};
+use identifier_core::parameters::{Ab, AbCoulombLoad, ServoParameters};
 use identifier_core::settings::{BoxSettings, FromSettings, diagonal};
 
 const SERVO: Servo = Servo {

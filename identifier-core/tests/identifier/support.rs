@@ -2,7 +2,7 @@
 
 use core::f64::consts::{PI, TAU};
 use identifier_core::excitation::NormalSource;
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use virtual_servo::{Encoder, Plant};
 
 /// A source of random draws.

@@ -5,8 +5,7 @@ use core::f64::consts::TAU;
 
 use identifier_core::Settings;
 use identifier_core::identifier::{GaussNewtonIdentifier, Identify};
-use identifier_core::model::ServoParameters;
-use identifier_core::unknowns::{AllUnknowns, Term, Terms, Unknown};
+use identifier_core::parameters::{AllUnknowns, ServoParameters, Term, Terms, Unknown};
 use virtual_servo::{Effects, Encoder, Servo as TrueServo};
 
 use crate::support::{Controller, Kind, Reference, Servo, on_all_cores};

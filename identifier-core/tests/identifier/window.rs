@@ -5,8 +5,7 @@ use identifier_core::control::{ControlState, Controller};
 use identifier_core::excitation::{BandLimitedWhiteNoise, BandLimitedWhiteNoiseState, Excitation};
 use identifier_core::identifier::{GaussNewtonIdentifier, Identify, WindowIdentifier};
 use identifier_core::measurement::velocity::{LowPass, LowPassState};
-use identifier_core::model::ServoParameters;
-use identifier_core::parameters::AbLoad;
+use identifier_core::parameters::{AbLoad, ServoParameters};
 use identifier_core::{ControllerSettings, Settings};
 use virtual_servo::{Encoder, Plant};
 

@@ -4,8 +4,7 @@ use core::f64::consts::TAU;
 
 use identifier_core::Settings;
 use identifier_core::identifier::{Event, Identify, WindowIdentifier};
-use identifier_core::model::ServoParameters;
-use identifier_core::parameters::AbCoulombLoad;
+use identifier_core::parameters::{AbCoulombLoad, ServoParameters};
 use virtual_servo::{Effects, Encoder, Servo as TrueServo};
 
 use crate::support::{Controller, Draw, Kind, Servo, on_all_cores};

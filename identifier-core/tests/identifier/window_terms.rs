@@ -4,9 +4,8 @@ use core::f64::consts::TAU;
 
 use identifier_core::Settings;
 use identifier_core::identifier::{Identify, TermWindowIdentifier};
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::{ServoParameters, Term, Terms, Unknown};
 use identifier_core::settings::TermSettings;
-use identifier_core::unknowns::{Term, Terms, Unknown};
 use virtual_servo::{Effects, Encoder, Servo as TrueServo};
 
 use crate::support::{Controller, Kind, Reference, TRUTH, on_all_cores, paper};

@@ -1,7 +1,7 @@
 //! Every fault, on three servos and at five rates.
 
 use identifier_core::commission::StopReason;
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use virtual_servo::faults::{FaultKind, InjectedFault};
 
 use super::support::{Axis, Drive, Found, Knowledge, Run};

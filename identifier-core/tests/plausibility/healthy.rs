@@ -1,6 +1,6 @@
 //! No false alarm.
 
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use virtual_servo::faults::{FaultKind, InjectedFault};
 
 use super::support::{Axis, Drive, Knowledge, Run, STEP};

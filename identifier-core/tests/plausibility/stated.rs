@@ -1,8 +1,8 @@
 //! What needs no servo: found in the stated sample, and not in the one before.
 
 use identifier_core::commission::{IdentifiedServo, StopReason};
-use identifier_core::model::ServoParameters;
 use identifier_core::number::Number;
+use identifier_core::parameters::ServoParameters;
 use identifier_core::plausibility::{
     Detection, KnownServo, Observation, Plausibility, PlausibilitySettings,
 };

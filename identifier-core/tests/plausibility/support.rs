@@ -1,7 +1,7 @@
 //! A servo in motion, watched.
 
 use identifier_core::commission::{IdentifiedServo, StopReason};
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use identifier_core::plausibility::{
     Detection, KnownServo, Observation, Plausibility, PlausibilitySettings, PlausibilityState,
 };

@@ -3,12 +3,10 @@
 
 use identifier_core::control::{ControlState, Controller, Gains};
 use identifier_core::excitation::NormalSource;
-use identifier_core::identifier::SettingsError;
 use identifier_core::interval::Interval;
 use identifier_core::measurement::velocity::{LowPass, VelocityEstimate};
-use identifier_core::model::ServoParameters;
-use identifier_core::parameters::Ab;
-use identifier_core::settings::{BoxSettings, diagonal};
+use identifier_core::parameters::{Ab, ServoParameters};
+use identifier_core::settings::{BoxSettings, SettingsError, diagonal};
 use identifier_core::stability::{Certificate, CertificateError, PlantBox, sampled_loop};
 use identifier_core::{ControllerSettings, GradientLoop, Settings};
 use virtual_servo::Plant;

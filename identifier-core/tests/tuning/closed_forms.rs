@@ -1,7 +1,7 @@
 //! What is known on paper.
 
 use identifier_core::error::{Allowed, OutOfRange};
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::{Cap, Goal, StepMeasure, Tuner, TuningError, TuningSettings, tune};
 
 use crate::support::{identified, tuned};

@@ -1,7 +1,7 @@
 //! Feed-forward removes the error with which a loop follows its reference.
 
 use identifier_core::control::{FeedForward, FeedForwardSettings, ReferenceMotion};
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::{Goal, TuningSettings, tune};
 use identifier_core::units::Units;
 

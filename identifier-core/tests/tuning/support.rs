@@ -4,7 +4,7 @@
 use identifier_core::commission::IdentifiedServo;
 use identifier_core::control::{CommandLimit, Controller, Gains, Pid};
 use identifier_core::measurement::velocity::LowPass;
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::{StepMeasure, Tuner, Tuning, TuningError, TuningSettings};
 use identifier_core::units::Units;
 use virtual_servo::{Effects, Encoder, Servo};

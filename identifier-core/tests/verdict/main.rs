@@ -1,6 +1,6 @@
 //! The verdict: what each kind of evidence leads to, whatever else is there.
 
-use identifier_core::unknowns::Unknown;
+use identifier_core::parameters::Unknown;
 use identifier_core::verdict::{
     Cause, Evidence, Lack, Motion, Reason, Residual, Status, UnknownEvidence, Verdict,
 };

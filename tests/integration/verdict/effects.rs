@@ -3,7 +3,7 @@
 
 use host_sim::analysis::Status;
 use host_sim::result::Summary;
-use identifier_core::unknowns::Unknown;
+use identifier_core::parameters::Unknown;
 use integration_tests::{in_parallel, run};
 
 use super::campaign::{ALL_FOUR, KINDS, Kind};

@@ -4,7 +4,7 @@ use drive_link::{Estimates, Format, Law, NotAllowed, Settings};
 use identifier_core::ControllerSettings;
 use identifier_core::commission::{IdentifiedServo, TrialResult};
 use identifier_core::identifier::ExpectedMotion;
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::IdentifierSettings;
 use identifier_core::tuning::Tuning;
 use serde::{Deserialize, Serialize};
@@ -121,7 +121,8 @@ impl Commissioned {
 #[cfg(test)]
 mod tests {
     use drive_link::{Dither, LoopSettings, Protection};
-    use identifier_core::settings::{BoxSettings, PerParameter, RangeSettings, TermSettings};
+    use identifier_core::parameters::PerParameter;
+    use identifier_core::settings::{BoxSettings, RangeSettings, TermSettings};
     use identifier_core::tuning::{Cap, Promise};
 
     use super::*;

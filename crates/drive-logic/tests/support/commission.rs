@@ -2,7 +2,7 @@
 
 use drive_link::{Command, Fault, Outcome, Report, State};
 use identifier_core::commission::{CommissionSettings, Limits, Phase, StopReason};
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::Goal;
 
 use super::drive::Drive;

@@ -2,7 +2,7 @@
 
 use drive_link::{Command, Fault, Refusal, Report, Request, Settings, Snapshot, State, Status};
 use drive_logic::{Channel, Lines, Memory, Sampler, Supervisor};
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 
 use super::{Bench, Flash, STAGE, settings};
 

@@ -15,7 +15,7 @@ use embedded_storage::nor_flash::{
 };
 use identifier_core::ControllerSettings;
 use identifier_core::drive::{Actuator, PositionSensor};
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::BoxSettings;
 use virtual_servo::{Encoder, Plant};
 

@@ -1,7 +1,7 @@
 //! Which effects a servo can have.
 
 use identifier_core::error::Allowed;
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 
 use super::{EffectError, Effects, any};
 

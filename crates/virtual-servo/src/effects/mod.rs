@@ -5,7 +5,7 @@ mod error;
 
 pub use error::EffectError;
 
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 
 /// The effects of a real servo, SI. Zero is an effect that is absent, and [`Effects::NONE`] a servo
 /// that has none.

@@ -1,6 +1,6 @@
 //! What happens to the command: delay, current loop, dead band, hidden limit.
 
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use virtual_servo::{Effects, Plant};
 
 use crate::{FREE, RUBBING, SAMPLE_TIME, assert_close, servo, to_and_fro};

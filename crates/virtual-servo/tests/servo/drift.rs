@@ -1,6 +1,6 @@
 //! What changes with time: drift, and a load that wanders.
 
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use virtual_servo::{Effects, Plant, Servo};
 
 use crate::{FREE, RUBBING, SAMPLE_TIME, assert_close, servo};

@@ -1,6 +1,6 @@
 //! Faults come, do what they are called after, and go.
 
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use virtual_servo::faults::{FaultKind, Faults, InjectedFault};
 use virtual_servo::{Effects, Servo};
 

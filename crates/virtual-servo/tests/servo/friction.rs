@@ -1,6 +1,6 @@
 //! Friction beyond a and c: asymmetry, low speed.
 
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use virtual_servo::{Effects, Plant, Servo};
 
 use crate::{FREE, RUBBING, SAMPLE_TIME, assert_close, servo};

@@ -9,7 +9,7 @@ mod refusals;
 mod sensor;
 mod two_masses;
 
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use virtual_servo::{Effects, Servo};
 
 /// S.

@@ -2,7 +2,7 @@
 
 use core::f64::consts::PI;
 
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 use virtual_servo::{Effects, Plant};
 
 use crate::{FREE, RUBBING, SAMPLE_TIME, assert_close, servo, to_and_fro};

@@ -1,7 +1,7 @@
 //! What a model may lack, as far as it has not got it: each candidate with the effects that it is made
 //! of.
 
-use identifier_core::unknowns::Unknown;
+use identifier_core::parameters::Unknown;
 
 use super::Judged;
 use super::effect::{Effect, LAGS};

@@ -2,8 +2,8 @@
 //! offset of the measured position, per unit of its size.
 
 use identifier_core::model::{Acting, ModelStep};
+use identifier_core::parameters::Unknown;
 use identifier_core::units::Units;
-use identifier_core::unknowns::Unknown;
 use identifier_core::verdict::Cause;
 
 /// An effect of a size to be found.

@@ -16,8 +16,7 @@ mod whitening;
 
 pub use score::Finding;
 
-use identifier_core::model::ServoParameters;
-use identifier_core::unknowns::Unknown;
+use identifier_core::parameters::{ServoParameters, Unknown};
 use serde::Serialize;
 
 use super::stretch::Kept;

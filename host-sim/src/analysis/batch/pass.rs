@@ -4,7 +4,7 @@ use identifier_core::model::{
     Amplifier, AmplifierState, AngleSettings, AngledInputs, FrictionStep, Innovation, KnownInputs,
     ModelStep, ModelValues, ObserverModel, Phase,
 };
-use identifier_core::unknowns::AllUnknowns;
+use identifier_core::parameters::AllUnknowns;
 
 use super::effect::{Effect, Instant, LAGS, Memory};
 use crate::analysis::stretch::Kept;

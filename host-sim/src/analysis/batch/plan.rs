@@ -1,7 +1,7 @@
 //! How a pass over the end of a run is done: units, usual sizes, the bandwidth of the correction, blocks.
 
 use identifier_core::model::{Amplifier, AngleSettings, ModelValues};
-use identifier_core::unknowns::{AllUnknowns, Term, Unknown};
+use identifier_core::parameters::{AllUnknowns, Term, Unknown};
 
 use super::pass::{LONGEST_DELAY, Plan, Recorded};
 use super::{Effort, Judged, Scales};

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use identifier_core::unknowns::Unknown;
+use identifier_core::parameters::Unknown;
 use identifier_core::verdict::Cause;
 use serde::{Serialize, Serializer};
 

@@ -1,8 +1,7 @@
 //! The newest numbers, and what is known of the servo.
 
 use drive_link::Estimates;
-use identifier_core::model::ServoParameters;
-use identifier_core::settings::PerParameter;
+use identifier_core::parameters::{PerParameter, ServoParameters};
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 

@@ -12,7 +12,7 @@ pub(crate) use words::why;
 pub use words::{gain_rows, gains, largest_motion, phases, promise, promise_rows, servo, verdict};
 
 use identifier_core::commission::IdentifiedServo;
-use identifier_core::model::ServoParameters;
+use identifier_core::parameters::ServoParameters;
 
 use crate::scenario::Scenario;
 

@@ -1,7 +1,6 @@
 //! The page of a run or a replay.
 
-use identifier_core::parameters::Parameter;
-use identifier_core::unknowns::Unknown;
+use identifier_core::parameters::{Parameter, Unknown};
 
 use super::remedies::remedies;
 use super::unknowns::described;

@@ -73,7 +73,7 @@ pub(super) fn remedies(reason: &Reason) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use identifier_core::unknowns::Unknown;
+    use identifier_core::parameters::Unknown;
     use identifier_core::verdict::Cause;
 
     #[test]

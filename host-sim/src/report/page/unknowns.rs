@@ -1,4 +1,4 @@
-use identifier_core::unknowns::Unknown;
+use identifier_core::parameters::Unknown;
 
 /// What is identified of a servo, in the order in which a commissioning tells it.
 pub(super) const COMMISSIONED: [Unknown; 5] = [

@@ -1,14 +1,11 @@
-mod factors;
 mod whitening;
 
-pub(crate) use factors::Factors;
 pub use whitening::{FirstOrder, Whitening};
 
-use factors::Measurement;
-
+use crate::adaptation::IdentifiableSet;
 use crate::error::{Allowed, OutOfRange};
+use crate::linalg::{Factors, Measurement};
 use crate::number::{Number, RunningSum};
-use crate::unknowns::UnknownSet;
 
 /// Recursive Gauss–Newton: the recursive prediction error method (Ljung and Söderström, Theory and
 /// Practice of Recursive Identification, 1983, section 3.4) on the output error of a model, in
@@ -91,7 +88,7 @@ pub struct GaussNewtonConfig<const P: usize> {
 
 /// What the law remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GaussNewtonState<N: Number, S: UnknownSet<P>, const P: usize> {
+pub struct GaussNewtonState<N: Number, S: IdentifiableSet<P>, const P: usize> {
     /// The sum of the output errors of the block that is being gathered.
     error: N,
     /// Its mean ψ.
@@ -170,7 +167,7 @@ pub enum GaussNewtonStep<N, const P: usize> {
     Moved([N; P]),
 }
 
-impl<N: Number, S: UnknownSet<P>, const P: usize> GaussNewtonState<N, S, P> {
+impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonState<N, S, P> {
     /// The estimates.
     #[inline]
     #[must_use]
@@ -373,16 +370,16 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
 
     /// The state from estimates and their covariance.
     #[must_use]
-    pub fn start<S: UnknownSet<P>>(
+    pub fn start<S: IdentifiableSet<P>>(
         &self,
         estimates: &[N; P],
         covariance: &[[f64; P]; P],
     ) -> GaussNewtonState<N, S, P> {
-        self.start_from(estimates, Factors::of(covariance))
+        self.start_from(estimates, Factors::from_matrix(covariance))
     }
 
     /// The same where the covariance is in factors already: it divides nothing.
-    pub(crate) fn start_from<S: UnknownSet<P>>(
+    pub(crate) fn start_from<S: IdentifiableSet<P>>(
         &self,
         estimates: &[N; P],
         covariance: Factors<N, S::Lower<N>, P>,
@@ -424,7 +421,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     /// model's velocity there. `most` gives, for the estimates, the variances that forgetting never
     /// goes beyond.
     #[inline]
-    pub fn update<S: UnknownSet<P>>(
+    pub fn update<S: IdentifiableSet<P>>(
         &self,
         state: &mut GaussNewtonState<N, S, P>,
         output_error: N,
@@ -479,7 +476,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
 
     /// The block is complete.
     #[inline]
-    fn close<S: UnknownSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>, speed: N) {
+    fn close<S: IdentifiableSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>, speed: N) {
         state.mean_error = state.error * self.per_block;
         state.error = N::ZERO;
         let moves = speed.magnitude() >= self.dead_zone;
@@ -495,7 +492,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
 
     /// Follows the noise level, and makes P larger as the law forgets and as that level rises.
     #[inline]
-    fn forget<S: UnknownSet<P>>(
+    fn forget<S: IdentifiableSet<P>>(
         &self,
         state: &mut GaussNewtonState<N, S, P>,
         most: impl Fn(&[N; P]) -> [N; P],
@@ -524,7 +521,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     }
 
     #[inline]
-    fn weigh<S: UnknownSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>) {
+    fn weigh<S: IdentifiableSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>) {
         let error = state.news();
         let predicted = state.measurement.variance;
         let floor = state.peak - state.peak * state.lost_memory;
@@ -544,7 +541,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
 
     /// The steps of the estimates, no further than the box. They take the place of the gain.
     #[inline]
-    fn limit_steps<S: UnknownSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>) {
+    fn limit_steps<S: IdentifiableSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>) {
         let scaled = state.measurement.precision * state.news();
         let mut inside = true;
         for i in 0..P {
@@ -561,7 +558,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
 
     #[cold]
     #[inline(never)]
-    fn stay_inside<S: UnknownSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>) {
+    fn stay_inside<S: IdentifiableSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>) {
         let mut steps = state.measurement.gain;
         for i in 0..P {
             let after = state.estimates[i].value() + steps[i];
@@ -573,7 +570,10 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     }
 
     #[inline]
-    fn move_estimates<S: UnknownSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>) -> [N; P] {
+    fn move_estimates<S: IdentifiableSet<P>>(
+        &self,
+        state: &mut GaussNewtonState<N, S, P>,
+    ) -> [N; P] {
         let steps = state.measurement.gain;
         let mut change = N::ZERO;
         for i in 0..P {
@@ -589,7 +589,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     /// Takes back the part of the steps by which estimate i would leave its bounds, along that column
     /// of P: the other estimates move as if this one were known to be at its bound (the shortest way
     /// in the norm of P⁻¹). Those that then leave theirs are clamped.
-    fn enter<S: UnknownSet<P>>(
+    fn enter<S: IdentifiableSet<P>>(
         &self,
         state: &GaussNewtonState<N, S, P>,
         steps: &mut [N; P],
@@ -623,13 +623,16 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     }
 
     /// Forgets again as at the start: the gradients were taken far from the truth.
-    pub fn settle_anew<S: UnknownSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>) {
+    pub fn settle_anew<S: IdentifiableSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>) {
         state.lost_memory = self.first_lost;
     }
 
     /// The standard errors of the estimates, machine units, for a report.
     #[must_use]
-    pub fn standard_errors<S: UnknownSet<P>>(&self, state: &GaussNewtonState<N, S, P>) -> [f64; P] {
+    pub fn standard_errors<S: IdentifiableSet<P>>(
+        &self,
+        state: &GaussNewtonState<N, S, P>,
+    ) -> [f64; P] {
         let factor = state.doubted();
         core::array::from_fn(|i| libm::sqrt(factor * state.factors.variance(i).to_f64()))
     }

@@ -3,7 +3,7 @@ use super::effect::Effect;
 use super::effect_model::EffectModel;
 use super::motion::MotionRecord;
 use super::{ALL, UNKNOWNS};
-use crate::adaptation::NormalEquations;
+use crate::linalg::NormalEquations;
 use crate::model::FrictionStep;
 use crate::number::Number;
 

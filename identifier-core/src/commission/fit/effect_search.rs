@@ -5,8 +5,8 @@ use super::motion::MotionRecord;
 use super::pass::next_trial;
 use super::scales::Scales;
 use super::{ALL, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
-use crate::adaptation::NormalEquations;
-use crate::adaptation::levenberg_marquardt::judge;
+use crate::fit::levenberg_marquardt::judge;
+use crate::linalg::NormalEquations;
 use crate::model::FrictionStep;
 use crate::number::Number;
 

@@ -2,8 +2,8 @@ use super::follower::Follower;
 use super::motion::MotionRecord;
 use super::prior::Prior;
 use super::{B, UNKNOWNS};
-use crate::adaptation::NormalEquations;
-use crate::adaptation::levenberg_marquardt::{bounded_step, moved};
+use crate::fit::levenberg_marquardt::{bounded_step, moved};
+use crate::linalg::NormalEquations;
 use crate::model::FrictionStep;
 use crate::number::Number;
 

@@ -1,7 +1,7 @@
 use super::follower::Follower;
 use super::placing::Placing;
 use super::{POSITION, UNKNOWNS, VELOCITY};
-use crate::adaptation::NormalEquations;
+use crate::linalg::NormalEquations;
 use crate::number::Number;
 
 /// How well a known servo predicts a motion, only position and velocity at its beginning being fitted;

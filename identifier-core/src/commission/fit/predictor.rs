@@ -6,7 +6,7 @@ use super::prediction::{Pass, Prediction, PredictionPass};
 use super::prior::at_first;
 use super::servo_fitter::ServoFitter;
 use super::{POSITION, ROUNDING, UNKNOWNS, VELOCITY};
-use crate::adaptation::NormalEquations;
+use crate::linalg::NormalEquations;
 use crate::number::Number;
 
 impl<N: Number> ServoFitter<N> {

@@ -1,6 +1,6 @@
 use super::super::IdentifiedServo;
 use super::{DELAY, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
-use crate::adaptation::NormalEquations;
+use crate::linalg::NormalEquations;
 use crate::number::Number;
 
 /// The weights of position and velocity with which a record begins, for errors of the encoder's rounding:

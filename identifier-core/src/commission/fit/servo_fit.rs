@@ -3,7 +3,7 @@ use super::motion::MotionRecord;
 use super::pass::{Best, Pass, next_trial};
 use super::prior::Prior;
 use super::{A, B, COULOMB, DELAY, LOAD, ROUNDING, UNKNOWNS};
-use crate::adaptation::levenberg_marquardt::judge;
+use crate::fit::levenberg_marquardt::judge;
 use crate::measurement::direction::direction as direction_of;
 use crate::model::FrictionStep;
 use crate::number::Number;

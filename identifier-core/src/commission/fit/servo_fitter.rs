@@ -4,8 +4,9 @@ use super::motion::MotionRecord;
 use super::prior::Prior;
 use super::servo_fit::ServoFit;
 use super::{A, B, COULOMB, DELAY, LOAD, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
-use crate::model::{FrictionStep, ServoParameters, ZeroOrderHoldStep};
+use crate::model::{FrictionStep, ZeroOrderHoldStep};
 use crate::number::Number;
+use crate::parameters::ServoParameters;
 
 /// What a fitter is made from, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,14 +1,14 @@
 use super::super::identify::Event;
 use super::GaussNewtonRecursion;
 use super::recursion::{Mode, Recursion};
+use crate::adaptation::IdentifiableSet;
 use crate::model::{Acting, Innovation, ObserverModel, Phase, Tangents};
 use crate::number::Number;
-use crate::unknowns::UnknownSet;
 
 impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
-    S: UnknownSet<P>,
+    S: IdentifiableSet<P>,
 {
     /// A sample in which nothing is learnt, except possibly the load.
     #[cold]

@@ -2,14 +2,14 @@ use super::super::identify::{Event, Update};
 use super::GaussNewtonRecursion;
 use super::interrupt::GaussNewtonRecursionState;
 use super::recursion::{Mode, Recursion};
-use crate::adaptation::Factors;
+use crate::adaptation::IdentifiableSet;
+use crate::linalg::Factors;
 use crate::model::{Acting, ModelValues, ObserverModel, Tangents};
 use crate::number::Number;
-use crate::unknowns::UnknownSet;
 
 /// A fit result prepared for the recursion: 19 words in `f32` with four parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GaussNewtonFitted<N: Number, S: UnknownSet<P>, const P: usize> {
+pub struct GaussNewtonFitted<N: Number, S: IdentifiableSet<P>, const P: usize> {
     /// The number of the last block that it used.
     pub(super) last: u32,
     /// None where the motion could not be explained.
@@ -18,7 +18,7 @@ pub struct GaussNewtonFitted<N: Number, S: UnknownSet<P>, const P: usize> {
 
 /// The result of a fit that explains the motion, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Explained<N: Number, S: UnknownSet<P>, const P: usize> {
+pub(super) struct Explained<N: Number, S: IdentifiableSet<P>, const P: usize> {
     pub(super) estimates: [N; P],
     pub(super) covariance: Factors<N, S::Lower<N>, P>,
     /// Variance of the fit's errors, counts².
@@ -34,7 +34,7 @@ pub(super) struct Explained<N: Number, S: UnknownSet<P>, const P: usize> {
 impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
-    S: UnknownSet<P>,
+    S: IdentifiableSet<P>,
 {
     /// The recursion that starts from a fit result, and keeps the terms that have entered `before`.
     pub(super) fn recursion(

@@ -1,24 +1,21 @@
 use core::marker::PhantomData;
 
-use super::super::SettingsError;
-use super::super::fit::{Ended, FitResult, Fits, Fitter, NumberedBlock};
 use super::super::halves::FitBlocks;
-use super::super::settings::{Listening, place_of};
-use super::GaussNewtonRecursion;
 use super::beginning::{Explained, GaussNewtonFitted};
-use crate::adaptation::Factors;
+use crate::adaptation::IdentifiableSet;
+use crate::fit::{Ended, FitResult, Fits, Fitter, NumberedBlock, place_of};
+use crate::linalg::Factors;
 use crate::number::Number;
-use crate::settings::{FromSettings, Settings};
-use crate::unknowns::{Unknown, UnknownSet};
+use crate::parameters::Unknown;
 
 /// The background's half of the fast identifier: it collects the blocks that a
-/// [`GaussNewtonRecursion`] of the same settings has recorded, at most W of them, and fits the
+/// [`GaussNewtonRecursion`](super::GaussNewtonRecursion) of the same settings has recorded, at most W of them, and fits the
 /// parameters with which the recursion starts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewtonFitter<N, S, const P: usize, const W: usize = 256> {
-    fitter: Fitter<N>,
-    free: [bool; P],
-    set: PhantomData<S>,
+    pub(crate) fitter: Fitter<N>,
+    pub(crate) free: [bool; P],
+    pub(crate) set: PhantomData<S>,
 }
 
 /// What the background's half remembers: the record and the fit under way.
@@ -29,35 +26,10 @@ pub struct GaussNewtonFitterState<N, const W: usize = 256> {
     failures: u32,
 }
 
-impl<N, S, const P: usize, const W: usize> FromSettings for GaussNewtonFitter<N, S, P, W>
-where
-    N: Number,
-    S: UnknownSet<P>,
-{
-    /// # Errors
-    /// See [`SettingsError`]; every value out of range is named.
-    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
-        const { assert!(W >= 32, "a record of fewer blocks tells too little") };
-        let time = GaussNewtonRecursion::<N, S, P, W>::START_TIME;
-        let config = Listening::new(settings)?.fitter(
-            |parameter| S::UNKNOWNS.contains(&parameter.into()),
-            W,
-            time,
-        )?;
-        Ok(Self {
-            fitter: Fitter::new(&config),
-            free: S::UNKNOWNS.map(|unknown| {
-                place_of(unknown).is_some_and(|i| config.free.get(i) == Some(&true))
-            }),
-            set: PhantomData,
-        })
-    }
-}
-
 impl<N, S, const P: usize, const W: usize> GaussNewtonFitter<N, S, P, W>
 where
     N: Number,
-    S: UnknownSet<P>,
+    S: IdentifiableSet<P>,
 {
     /// Whether a recursion can start from a fit result. It waits for a motion in both directions,
     /// which separates friction from load.
@@ -132,7 +104,7 @@ where
         }
         Explained {
             estimates,
-            covariance: Factors::of(&covariance),
+            covariance: Factors::from_matrix(&covariance),
             unexplained: result.unexplained,
             bandwidth: result.bandwidth,
             acceleration: result.acceleration,
@@ -144,7 +116,7 @@ where
 impl<N, S, const P: usize, const W: usize> FitBlocks<N> for GaussNewtonFitter<N, S, P, W>
 where
     N: Number,
-    S: UnknownSet<P>,
+    S: IdentifiableSet<P>,
 {
     type State = GaussNewtonFitterState<N, W>;
     type Fitted = GaussNewtonFitted<N, S, P>;

@@ -1,20 +1,19 @@
-use super::super::fit::{NumberedBlock, Recorder};
 use super::super::halves::RecordBlocks;
 use super::super::identify::{Event, Identify, Update, check};
 use super::GaussNewtonRecursion;
 use super::beginning::GaussNewtonFitted;
 use super::recursion::{Mode, Recursion};
-use crate::adaptation::Evidence;
+use crate::adaptation::{Evidence, IdentifiableSet};
 use crate::error::StepError;
-use crate::model::{KnownInputs, ModelValues, ObserverModel, ServoParameters, Tangents};
+use crate::fit::{NumberedBlock, Recorder};
+use crate::model::{KnownInputs, ModelValues, ObserverModel, Tangents};
 use crate::number::Number;
-use crate::settings::PerParameter;
-use crate::unknowns::{Terms, Unknown, UnknownSet};
+use crate::parameters::{PerParameter, ServoParameters, Terms, Unknown};
 
 /// What the interrupt's half remembers between samples; what every sample needs comes first.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
-pub struct GaussNewtonRecursionState<N: Number, S: UnknownSet<P>, const P: usize> {
+pub struct GaussNewtonRecursionState<N: Number, S: IdentifiableSet<P>, const P: usize> {
     pub(super) recursion: Recursion<N, S, P>,
     /// Whether samples are recorded for a fit.
     pub(super) recording: bool,
@@ -25,7 +24,7 @@ pub struct GaussNewtonRecursionState<N: Number, S: UnknownSet<P>, const P: usize
     pub(super) usual: N,
 }
 
-impl<N: Number, S: UnknownSet<P>, const P: usize> GaussNewtonRecursionState<N, S, P> {
+impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonRecursionState<N, S, P> {
     /// Begins a new recording.
     fn record_anew(&mut self) {
         self.recorder.begin_anew();
@@ -37,7 +36,7 @@ impl<N: Number, S: UnknownSet<P>, const P: usize> GaussNewtonRecursionState<N, S
 impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
-    S: UnknownSet<P>,
+    S: IdentifiableSet<P>,
 {
     /// Whether the recursion runs: the first fit has succeeded.
     #[must_use]
@@ -49,7 +48,7 @@ where
 impl<N, S, const P: usize, const W: usize> Identify<N> for GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
-    S: UnknownSet<P>,
+    S: IdentifiableSet<P>,
 {
     type State = GaussNewtonRecursionState<N, S, P>;
     /// Machine units.
@@ -184,7 +183,7 @@ where
 impl<N, S, const P: usize, const W: usize> RecordBlocks<N> for GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
-    S: UnknownSet<P>,
+    S: IdentifiableSet<P>,
 {
     type Fitted = GaussNewtonFitted<N, S, P>;
 

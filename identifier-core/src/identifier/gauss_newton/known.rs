@@ -1,11 +1,11 @@
 use super::GaussNewtonRecursion;
 use super::beginning::Explained;
 use super::interrupt::GaussNewtonRecursionState;
-use crate::adaptation::Factors;
+use crate::adaptation::IdentifiableSet;
 use crate::identifier::Identify;
-use crate::model::IdentifiedServo;
+use crate::linalg::Factors;
 use crate::number::Number;
-use crate::unknowns::{Unknown, UnknownSet};
+use crate::parameters::{IdentifiedServo, Unknown};
 
 /// The motion in which a servo that is known already goes on being learnt.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,7 +20,7 @@ pub struct ExpectedMotion {
 impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
-    S: UnknownSet<P>,
+    S: IdentifiableSet<P>,
 {
     /// The factor on the covariance of a fit: its errors are not white.
     const DOUBT: f64 = 4.0;
@@ -56,7 +56,7 @@ where
         let acceleration = servo.parameters.b * motion.command * units.acceleration();
         let known = Explained {
             estimates,
-            covariance: Factors::of(&covariance),
+            covariance: Factors::from_matrix(&covariance),
             unexplained: N::from_f64(unexplained * unexplained),
             bandwidth: N::from_f64(motion.bandwidth * units.sample_time()),
             acceleration: N::from_f64(acceleration),

@@ -1,15 +1,15 @@
 use super::super::identify::{Event, Update};
 use super::GaussNewtonRecursion;
 use super::recursion::{Mode, Recursion};
-use crate::adaptation::GaussNewtonStep;
+use crate::adaptation::{GaussNewtonStep, IdentifiableSet};
 use crate::model::{Acting, Innovation, KnownInputs, ModelValues, ObserverModel, Phase, Tangents};
 use crate::number::Number;
-use crate::unknowns::{Unknown, UnknownSet};
+use crate::parameters::Unknown;
 
 impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
-    S: UnknownSet<P>,
+    S: IdentifiableSet<P>,
 {
     /// One sample of a running recursion.
     #[inline]

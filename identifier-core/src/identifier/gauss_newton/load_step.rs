@@ -7,7 +7,7 @@ use crate::number::Number;
 /// that tends to Δd/ω². Its mean over [`LoadStepTest::MEAN`] is compared with
 /// [`LoadStepTest::DEVIATIONS`] times its standard deviation over [`LoadStepTest::UNREST`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct LoadStepTest<N> {
+pub(crate) struct LoadStepTest<N> {
     weight: N,
     unrest_weight: N,
     floor: N,
@@ -42,7 +42,7 @@ impl<N: Number> LoadStepTest<N> {
     /// rounding of a count, at most half of one, is not noise but correlated from sample to sample.
     const SLOW: f64 = 2.5;
 
-    pub(super) fn new(sample_time: f64, noise: f64) -> Self {
+    pub(crate) fn new(sample_time: f64, noise: f64) -> Self {
         let block = f64::from(GaussNewton::<N, 1>::BLOCK);
         let weight = (block * sample_time / Self::MEAN).min(1.0);
         Self {

@@ -6,7 +6,6 @@ mod known;
 mod learning;
 mod load_step;
 mod recursion;
-mod settings;
 mod standing;
 mod terms;
 
@@ -17,16 +16,16 @@ pub use known::ExpectedMotion;
 
 use core::marker::PhantomData;
 
-use load_step::LoadStepTest;
+pub(crate) use load_step::LoadStepTest;
 use recursion::Recursion;
 
 use super::combined::{Combined, CombinedState};
-use super::fit::Blocking;
-use crate::adaptation::GaussNewton;
+use crate::adaptation::{GaussNewton, IdentifiableSet};
+use crate::fit::Blocking;
 use crate::model::{AngleSettings, FrictionStep};
 use crate::number::Number;
+use crate::parameters::Terms;
 use crate::units::Units;
-use crate::unknowns::{Terms, UnknownSet};
 
 /// The fast identifier: recursive Gauss–Newton on a model driven by the command that acted, for the
 /// parameter set S. Its first fit uses a record of W blocks.
@@ -56,55 +55,55 @@ pub type GaussNewtonIdentifierState<N, S, const P: usize, const W: usize = 256> 
 /// are not disturbed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewtonRecursion<N, S, const P: usize, const W: usize = 256> {
-    law: GaussNewton<N, P>,
-    blocking: Blocking<N>,
-    step: FrictionStep<N>,
-    load_step: LoadStepTest<N>,
-    angle: AngleSettings<N>,
+    pub(crate) law: GaussNewton<N, P>,
+    pub(crate) blocking: Blocking<N>,
+    pub(crate) step: FrictionStep<N>,
+    pub(crate) load_step: LoadStepTest<N>,
+    pub(crate) angle: AngleSettings<N>,
     /// ρ/(T v_s).
-    per_low_speed_velocity: N,
-    demanded: Terms,
-    allowed: Terms,
+    pub(crate) per_low_speed_velocity: N,
+    pub(crate) demanded: Terms,
+    pub(crate) allowed: Terms,
     /// The largest standard deviation of a delay, samples.
-    doubted_delay: N,
+    pub(crate) doubted_delay: N,
     /// Blocks that the model must have moved in each direction before a term enters.
-    enough: u16,
-    units: Units,
-    longest: N,
+    pub(crate) enough: u16,
+    pub(crate) units: Units,
+    pub(crate) longest: N,
     /// ω T that was given.
-    bandwidth: Option<N>,
-    slowest: N,
-    fastest: N,
-    first: N,
-    narrowing: N,
-    block_narrowing: N,
-    alongside: u16,
-    search: u16,
-    standing: u16,
-    stood: u16,
-    release: u16,
-    alarm: u16,
-    waiting: u16,
-    reversal: u8,
-    widening: N,
-    unexplained: N,
-    explained: N,
-    bounded: N,
-    widest: N,
-    second: N,
-    has_friction: bool,
+    pub(crate) bandwidth: Option<N>,
+    pub(crate) slowest: N,
+    pub(crate) fastest: N,
+    pub(crate) first: N,
+    pub(crate) narrowing: N,
+    pub(crate) block_narrowing: N,
+    pub(crate) alongside: u16,
+    pub(crate) search: u16,
+    pub(crate) standing: u16,
+    pub(crate) stood: u16,
+    pub(crate) release: u16,
+    pub(crate) alarm: u16,
+    pub(crate) waiting: u16,
+    pub(crate) reversal: u8,
+    pub(crate) widening: N,
+    pub(crate) unexplained: N,
+    pub(crate) explained: N,
+    pub(crate) bounded: N,
+    pub(crate) widest: N,
+    pub(crate) second: N,
+    pub(crate) has_friction: bool,
     /// The place of friction in the set.
-    friction: usize,
-    has_load: bool,
-    free: [bool; P],
-    initial: [f64; P],
-    set: PhantomData<S>,
+    pub(crate) friction: usize,
+    pub(crate) has_load: bool,
+    pub(crate) free: [bool; P],
+    pub(crate) initial: [f64; P],
+    pub(crate) set: PhantomData<S>,
 }
 
 impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
-    S: UnknownSet<P>,
+    S: IdentifiableSet<P>,
 {
     /// The default time span of the first fit, s.
     pub const START_TIME: f64 = 1.0;
@@ -127,7 +126,7 @@ where
     pub const FASTEST: f64 = 300.0;
 
     /// 1/ω T grows by so much a sample then.
-    const NARROWING: f64 = 1.0 / 6.0;
+    pub(crate) const NARROWING: f64 = 1.0 / 6.0;
 
     /// The time in which the model joins the servo's motion, s.
     pub const JOINING: f64 = 0.1;
@@ -170,7 +169,7 @@ where
 impl<N, S, const P: usize, const W: usize> GaussNewtonIdentifier<N, S, P, W>
 where
     N: Number,
-    S: UnknownSet<P>,
+    S: IdentifiableSet<P>,
 {
     /// Bytes that the recursion itself keeps; the rest of the state is the record of the first fit
     /// and that fit.

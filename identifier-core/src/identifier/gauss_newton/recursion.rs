@@ -1,12 +1,11 @@
 use super::load_step::Suspicion;
-use crate::adaptation::GaussNewtonState;
+use crate::adaptation::{GaussNewtonState, IdentifiableSet};
 use crate::model::{ObserverModel, Response, Tangents};
 use crate::number::Number;
-use crate::unknowns::UnknownSet;
 
 /// What runs every sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Recursion<N: Number, S: UnknownSet<P>, const P: usize> {
+pub(super) struct Recursion<N: Number, S: IdentifiableSet<P>, const P: usize> {
     pub(super) model: ObserverModel<N>,
     pub(super) tangents: Tangents<N, P>,
     pub(super) law: GaussNewtonState<N, S, P>,
@@ -67,7 +66,7 @@ pub(super) enum Mode {
     Waiting,
 }
 
-impl<N: Number, S: UnknownSet<P>, const P: usize> Recursion<N, S, P> {
+impl<N: Number, S: IdentifiableSet<P>, const P: usize> Recursion<N, S, P> {
     /// Moves the model with the estimates.
     #[inline]
     pub(super) fn follow(&mut self, steps: &[N; P]) {

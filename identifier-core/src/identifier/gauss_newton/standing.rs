@@ -1,14 +1,15 @@
 use super::super::identify::Event;
 use super::GaussNewtonRecursion;
 use super::recursion::Recursion;
+use crate::adaptation::IdentifiableSet;
 use crate::model::{Acting, Innovation, ObserverModel, Phase, Tangents};
 use crate::number::Number;
-use crate::unknowns::{Unknown, UnknownSet};
+use crate::parameters::Unknown;
 
 impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
-    S: UnknownSet<P>,
+    S: IdentifiableSet<P>,
 {
     /// The model's part of a sample in which it may rest, stop or turn. In one in which it stops or
     /// turns nothing is learnt, and the law's work is left to the next sample; returns what happened

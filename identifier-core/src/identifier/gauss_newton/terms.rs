@@ -1,9 +1,9 @@
 use super::GaussNewtonRecursion;
 use super::recursion::Recursion;
-use crate::adaptation::{Evidence, GaussNewtonState};
+use crate::adaptation::{Evidence, GaussNewtonState, IdentifiableSet};
 use crate::model::ModelValues;
 use crate::number::Number;
-use crate::unknowns::{Term, Terms, Unknown, UnknownSet};
+use crate::parameters::{Term, Terms, Unknown};
 
 /// The least part of the errors that a term must explain, what the estimates explain set aside, and
 /// the least square of the score over its variance.
@@ -19,7 +19,7 @@ const DOUBT: f64 = 100.0;
 impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
-    S: UnknownSet<P>,
+    S: IdentifiableSet<P>,
 {
     /// Takes the mean error of a block as evidence for the terms that have not entered; whether one
     /// enters now.
@@ -41,7 +41,7 @@ where
     #[inline(never)]
     fn consider(&self, state: &mut Recursion<N, S, P>) -> bool {
         let entered = state.evidence.entered();
-        let absent = |&term: &Term| !entered.has(term) && term.is_in::<N, S, P>();
+        let absent = |&term: &Term| !entered.has(term) && S::has_term::<N>(term);
         let demanded = Term::ALL
             .into_iter()
             .filter(absent)

@@ -1,15 +1,12 @@
 use core::marker::PhantomData;
 
-use super::super::SettingsError;
-use super::super::fit::{FitResult, Fits, Fitter, MOVED, NumberedBlock};
 use super::super::halves::FitBlocks;
-use super::super::settings::Listening;
 use super::recorder::{Explained, WindowFitted};
+use crate::adaptation::IdentifiableSet;
+use crate::fit::{FitResult, Fits, Fitter, MOVED, NumberedBlock};
 use crate::model::NoInputs;
 use crate::number::Number;
-use crate::parameters::AbCoulombLoad;
-use crate::settings::{FromSettings, Settings};
-use crate::unknowns::{Term, Terms, UnknownSet};
+use crate::parameters::{AbCoulombLoad, Term, Terms};
 
 /// The background's half of the windowed identifier: it collects the blocks that a
 /// [`WindowRecorder`](super::WindowRecorder) of the same settings has recorded, at most W of them, and
@@ -27,8 +24,8 @@ pub struct WindowFitter<
     const U: usize = 4,
     const Q: usize = 6,
 > {
-    fitter: Fitter<N, F, U, Q>,
-    set: PhantomData<S>,
+    pub(crate) fitter: Fitter<N, F, U, Q>,
+    pub(crate) set: PhantomData<S>,
 }
 
 /// What the background's half remembers: the record, the fit under way and the last result.
@@ -44,36 +41,12 @@ pub struct WindowFitterState<
     result: Option<FitResult<N, U>>,
 }
 
-impl<N, S, const P: usize, const W: usize, F, const U: usize, const Q: usize> FromSettings
-    for WindowFitter<N, S, P, W, F, U, Q>
-where
-    N: Number,
-    S: UnknownSet<P>,
-    F: UnknownSet<U>,
-{
-    /// # Errors
-    /// See [`SettingsError`]; every value out of range is named.
-    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
-        const {
-            assert!(
-                W >= Self::LEAST_BLOCKS,
-                "a window of fewer blocks tells too little"
-            )
-        };
-        let config = Listening::new(settings)?.fitter_with_terms::<N, S, P, F, U>(W, Self::TIME)?;
-        Ok(Self {
-            fitter: Fitter::new(&config),
-            set: PhantomData,
-        })
-    }
-}
-
 impl<N, S, const P: usize, const W: usize, F, const U: usize, const Q: usize>
     WindowFitter<N, S, P, W, F, U, Q>
 where
     N: Number,
-    S: UnknownSet<P>,
-    F: UnknownSet<U>,
+    S: IdentifiableSet<P>,
+    F: IdentifiableSet<U>,
 {
     /// The default time span of the window, s.
     pub const TIME: f64 = 0.5;
@@ -180,8 +153,8 @@ impl<N, S, const P: usize, const W: usize, F, const U: usize, const Q: usize> Fi
     for WindowFitter<N, S, P, W, F, U, Q>
 where
     N: Number,
-    S: UnknownSet<P>,
-    F: UnknownSet<U>,
+    S: IdentifiableSet<P>,
+    F: IdentifiableSet<U>,
 {
     type State = WindowFitterState<N, W, F::Inputs<N>, U, Q>;
     type Fitted = WindowFitted<N, U>;

@@ -5,10 +5,10 @@ pub use fitter::{WindowFitter, WindowFitterState};
 pub use recorder::{WindowEstimates, WindowFitted, WindowRecorder, WindowRecorderState};
 
 use super::combined::{Combined, CombinedState};
+use crate::adaptation::IdentifiableSet;
 use crate::model::NoInputs;
 use crate::number::Number;
-use crate::parameters::AbCoulombLoad;
-use crate::unknowns::{AllUnknowns, UnknownSet};
+use crate::parameters::{AbCoulombLoad, AllUnknowns};
 
 /// The windowed identifier: Levenberg–Marquardt passes of the model, driven by the recorded command,
 /// over the last W blocks of samples, for the parameter set S; load and friction are parameters of
@@ -54,8 +54,8 @@ impl<N, S, const P: usize, const W: usize, F, const U: usize, const Q: usize>
     WindowIdentifier<N, S, P, W, F, U, Q>
 where
     N: Number,
-    S: UnknownSet<P>,
-    F: UnknownSet<U>,
+    S: IdentifiableSet<P>,
+    F: IdentifiableSet<U>,
 {
     /// Fits that have ended with a result.
     #[must_use]

@@ -1,21 +1,17 @@
 use core::marker::PhantomData;
 
-use super::super::SettingsError;
-use super::super::fit::{Blocking, NumberedBlock, Recorder};
 use super::super::halves::RecordBlocks;
 use super::super::identify::{Event, Identify, Update, check};
-use super::super::settings::Listening;
-use super::fitter::WindowFitter;
+use crate::adaptation::IdentifiableSet;
 use crate::error::StepError;
-use crate::model::{ModelValues, ServoParameters};
+use crate::fit::{Blocking, NumberedBlock, Recorder};
+use crate::model::ModelValues;
 use crate::number::Number;
-use crate::parameters::AbCoulombLoad;
-use crate::settings::{FromSettings, PerParameter, Settings};
+use crate::parameters::{AbCoulombLoad, PerParameter, ServoParameters, Terms, Unknown};
 use crate::units::Units;
-use crate::unknowns::{Terms, Unknown, UnknownSet};
 
 /// The interrupt's half of the windowed identifier: it records for a window of W blocks, and holds the
-/// last result of the [`WindowFitter`].
+/// last result of the [`WindowFitter`](super::WindowFitter).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WindowRecorder<
     N,
@@ -26,11 +22,11 @@ pub struct WindowRecorder<
     const U: usize = 4,
     const Q: usize = 6,
 > {
-    blocking: Blocking<N>,
-    units: Units,
-    longest: N,
-    initial: [f64; P],
-    set: PhantomData<(S, F)>,
+    pub(crate) blocking: Blocking<N>,
+    pub(crate) units: Units,
+    pub(crate) longest: N,
+    pub(crate) initial: [f64; P],
+    pub(crate) set: PhantomData<(S, F)>,
 }
 
 /// What the interrupt's half remembers.
@@ -74,35 +70,12 @@ pub struct WindowEstimates<N, const P: usize> {
     at_bounds: [bool; P],
 }
 
-impl<N, S, const P: usize, const W: usize, F, const U: usize, const Q: usize> FromSettings
-    for WindowRecorder<N, S, P, W, F, U, Q>
-where
-    N: Number,
-    S: UnknownSet<P>,
-    F: UnknownSet<U>,
-{
-    /// # Errors
-    /// See [`SettingsError`]; every value out of range is named.
-    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
-        let config = Listening::new(settings)?;
-        let time = WindowFitter::<N, S, P, W, F, U, Q>::TIME;
-        let fitter = config.fitter_with_terms::<N, S, P, F, U>(W, time)?;
-        Ok(Self {
-            blocking: Blocking::of(fitter.block),
-            units: config.units,
-            longest: config.longest_increment()?,
-            initial: Self::of_set(&fitter.initial).map(|initial| initial.unwrap_or(0.0)),
-            set: PhantomData,
-        })
-    }
-}
-
 impl<N, S, const P: usize, const W: usize, F, const U: usize, const Q: usize>
     WindowRecorder<N, S, P, W, F, U, Q>
 where
     N: Number,
-    S: UnknownSet<P>,
-    F: UnknownSet<U>,
+    S: IdentifiableSet<P>,
+    F: IdentifiableSet<U>,
 {
     /// Fits that have ended with a result.
     #[must_use]
@@ -119,7 +92,7 @@ where
     }
 
     /// The values of the set's own unknowns.
-    fn of_set<T: Copy>(values: &[T; U]) -> [T; P] {
+    pub(crate) fn own_values<T: Copy>(values: &[T; U]) -> [T; P] {
         S::UNKNOWNS.map(|own| {
             let place = F::UNKNOWNS.iter().position(|&unknown| unknown == own);
             values[place.unwrap_or(0)]
@@ -137,8 +110,8 @@ impl<N, S, const P: usize, const W: usize, F, const U: usize, const Q: usize> Id
     for WindowRecorder<N, S, P, W, F, U, Q>
 where
     N: Number,
-    S: UnknownSet<P>,
-    F: UnknownSet<U>,
+    S: IdentifiableSet<P>,
+    F: IdentifiableSet<U>,
 {
     type State = WindowRecorderState<N, U>;
     type Snapshot = WindowEstimates<N, P>;
@@ -179,10 +152,10 @@ where
     fn snapshot(&self, state: &Self::State) -> Self::Snapshot {
         WindowEstimates {
             values: match &state.explained {
-                Some(explained) => Self::of_set(&explained.parameters),
+                Some(explained) => Self::own_values(&explained.parameters),
                 None => self.initial.map(N::from_f64),
             },
-            at_bounds: Self::of_set(&state.at_bound),
+            at_bounds: Self::own_values(&state.at_bound),
         }
     }
 
@@ -200,7 +173,7 @@ where
     }
 
     fn standard_errors(&self, state: &Self::State) -> Option<ServoParameters> {
-        let deviations = Self::of_set(&state.explained.as_ref()?.deviations);
+        let deviations = Self::own_values(&state.explained.as_ref()?.deviations);
         let parameters = ModelValues::from_values::<S, P>(&deviations).parameters;
         Some(parameters.to_si(&self.units))
     }
@@ -210,7 +183,7 @@ where
     }
 
     fn standard_error_of(&self, state: &Self::State, unknown: Unknown) -> Option<f64> {
-        let deviations = Self::of_set(&state.explained.as_ref()?.deviations);
+        let deviations = Self::own_values(&state.explained.as_ref()?.deviations);
         self.value(&deviations, unknown)
     }
 
@@ -228,8 +201,8 @@ impl<N, S, const P: usize, const W: usize, F, const U: usize, const Q: usize> Re
     for WindowRecorder<N, S, P, W, F, U, Q>
 where
     N: Number,
-    S: UnknownSet<P>,
-    F: UnknownSet<U>,
+    S: IdentifiableSet<P>,
+    F: IdentifiableSet<U>,
 {
     type Fitted = WindowFitted<N, U>;
 

@@ -6,10 +6,10 @@ use super::record::Record;
 use super::survey::{MOVED, Survey};
 use super::trial::Best;
 use super::{A, FitResult, FitterConfig, Prior};
+use crate::adaptation::IdentifiableSet;
 use crate::model::{Acting, AngleSettings, FrictionStep, Innovation, KnownInputs, ModelValues};
 use crate::number::Number;
-use crate::parameters::AbCoulombLoad;
-use crate::unknowns::{Term, Terms, Unknown, UnknownSet};
+use crate::parameters::{AbCoulombLoad, Term, Terms, Unknown};
 
 /// Levenberg–Marquardt fit of the model, driven by the recorded command, to the recorded motion.
 ///
@@ -85,7 +85,7 @@ pub(super) enum Stage {
 impl<N, S, const P: usize, const Q: usize> Fitter<N, S, P, Q>
 where
     N: Number,
-    S: UnknownSet<P>,
+    S: IdentifiableSet<P>,
 {
     /// The most passes from one start.
     pub(super) const PASSES: u32 = 12;

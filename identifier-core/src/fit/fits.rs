@@ -3,9 +3,9 @@ use super::block::NumberedBlock;
 use super::fit_result::FitResult;
 use super::fitter::{Fit, Fitter};
 use super::record::Record;
+use crate::adaptation::IdentifiableSet;
 use crate::model::{AngleSettings, KnownInputs, NoInputs};
 use crate::number::Number;
-use crate::unknowns::UnknownSet;
 
 /// A record of at most W blocks and the fits to it, one at a time: the background's share.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,7 +104,7 @@ where
     /// Begins a fit to the record.
     pub(crate) fn begin<S>(&mut self, fitter: &Fitter<N, S, P, Q>, prior: Prior<N, P>)
     where
-        S: UnknownSet<P, Inputs<N> = I>,
+        S: IdentifiableSet<P, Inputs<N> = I>,
     {
         self.fresh = 0;
         self.record.hold();
@@ -118,7 +118,7 @@ where
         budget: u32,
     ) -> Option<Ended<N, P>>
     where
-        S: UnknownSet<P, Inputs<N> = I>,
+        S: IdentifiableSet<P, Inputs<N> = I>,
     {
         let fit = self.fit.as_mut()?;
         let result = (0..budget).find_map(|_| fitter.work(fit, &self.record))?;

@@ -1,8 +1,9 @@
 use core::fmt;
 
-use super::{Gradient, PositiveDefinite};
+use crate::adaptation::Gradient;
 use crate::control::{ControlState, Controller};
 use crate::excitation::Excitation;
+use crate::linalg::PositiveDefinite;
 use crate::measurement::velocity::VelocityEstimate;
 use crate::model::ZeroOrderHoldStep;
 use crate::parameters::{Parameter, ParameterSet};

@@ -1,12 +1,13 @@
 use core::fmt;
 
-use crate::adaptation::{GainError, MatrixError};
+use super::GainError;
 use crate::error::OutOfRange;
+use crate::linalg::MatrixError;
+use crate::parameters::Term;
 use crate::stability::CertificateError;
 use crate::stability::sampled_loop::{EstimateError, SampledLoopError};
-use crate::unknowns::Term;
 
-/// Why an identifier cannot be built.
+/// Why a part cannot be built from its settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -29,7 +30,7 @@ pub enum SettingsError {
         term: Term,
     },
     /// The amplifier has a declared effect, and nothing in front of the identifier that acts on the
-    /// command: see [`BehindAmplifier`](super::BehindAmplifier).
+    /// command: see [`BehindAmplifier`](crate::identifier::BehindAmplifier).
     NoAmplifier {
         /// The name of the setting.
         setting: &'static str,

@@ -1,21 +1,18 @@
 use core::marker::PhantomData;
 
-use super::super::SettingsError;
-use super::super::fit::Blocking;
-use super::super::settings::{Listening, MOST_PER_SAMPLE, place, place_of};
-use super::GaussNewtonRecursion;
-use super::load_step::LoadStepTest;
-use crate::adaptation::{GaussNewton, GaussNewtonConfig};
+use super::fitting::{Listening, MAX_BANDWIDTH_PER_SAMPLE};
+use super::{FromSettings, Settings, SettingsError};
+use crate::adaptation::{GaussNewton, GaussNewtonConfig, IdentifiableSet};
+use crate::fit::{Blocking, Fitter, place_of};
+use crate::identifier::{GaussNewtonFitter, GaussNewtonRecursion, LoadStepTest};
 use crate::model::FrictionStep;
 use crate::number::Number;
-use crate::parameters::Parameter;
-use crate::settings::{FromSettings, Settings};
-use crate::unknowns::{Unknown, UnknownSet};
+use crate::parameters::{Parameter, Unknown};
 
 impl<N, S, const P: usize, const W: usize> FromSettings for GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
-    S: UnknownSet<P>,
+    S: IdentifiableSet<P>,
 {
     /// # Errors
     /// See [`SettingsError`]; every value out of range is named.
@@ -52,7 +49,7 @@ where
         let per_sample = |omega: f64, most: f64| N::from_f64((omega * sample_time).min(most));
         Ok(Self {
             law,
-            blocking: Blocking::of(fitter.block),
+            blocking: Blocking::new(fitter.block),
             step: FrictionStep::new(),
             load_step: LoadStepTest::new(sample_time, fitter.noise),
             angle: terms.angle(&units),
@@ -66,7 +63,7 @@ where
             bandwidth: fitter.bandwidth.map(N::from_f64),
             slowest: per_sample(Self::SLOWEST, Self::WIDEST),
             fastest: N::from_f64(Self::WIDEST),
-            first: per_sample(Self::FASTEST, MOST_PER_SAMPLE),
+            first: per_sample(Self::FASTEST, MAX_BANDWIDTH_PER_SAMPLE),
             narrowing: N::from_f64(Self::NARROWING),
             block_narrowing: N::from_f64(f64::from(GaussNewton::<N, P>::BLOCK) * Self::NARROWING),
             alongside: samples(Self::JOINING),
@@ -83,18 +80,43 @@ where
             bounded: N::from_f64(12.0 * fitter.noise),
             widest: N::from_f64(Self::UNEXPLAINED_WIDEST),
             second: N::from_f64(block_time.min(0.1)),
-            has_friction: S::HAS_COULOMB && fitter.free[place(Parameter::Coulomb)],
+            has_friction: S::HAS_COULOMB && fitter.free[Parameter::Coulomb as usize],
             friction: S::UNKNOWNS
                 .iter()
                 .position(|&own| own == Unknown::Coulomb)
                 .unwrap_or(0),
             has_load: S::UNKNOWNS.last() == Some(&Unknown::Load)
-                && fitter.free[place(Parameter::Load)],
+                && fitter.free[Parameter::Load as usize],
             free: S::UNKNOWNS.map(|unknown| match place_of(unknown) {
                 Some(i) => fitter.free[i],
                 None => unknown.term().is_some_and(|term| terms.may_enter(term)),
             }),
             initial,
+            set: PhantomData,
+        })
+    }
+}
+
+impl<N, S, const P: usize, const W: usize> FromSettings for GaussNewtonFitter<N, S, P, W>
+where
+    N: Number,
+    S: IdentifiableSet<P>,
+{
+    /// # Errors
+    /// See [`SettingsError`]; every value out of range is named.
+    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
+        const { assert!(W >= 32, "a record of fewer blocks tells too little") };
+        let time = GaussNewtonRecursion::<N, S, P, W>::START_TIME;
+        let config = Listening::new(settings)?.fitter(
+            |parameter| S::UNKNOWNS.contains(&parameter.into()),
+            W,
+            time,
+        )?;
+        Ok(Self {
+            fitter: Fitter::new(&config),
+            free: S::UNKNOWNS.map(|unknown| {
+                place_of(unknown).is_some_and(|i| config.free.get(i) == Some(&true))
+            }),
             set: PhantomData,
         })
     }

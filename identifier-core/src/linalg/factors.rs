@@ -1,5 +1,4 @@
 use crate::number::Number;
-use crate::unknowns::Lower;
 
 /// A covariance P × P kept as L D Lᵀ, L unit lower triangular and D diagonal, updated one column
 /// at a time.
@@ -15,6 +14,16 @@ pub(crate) struct Factors<N, L, const P: usize> {
     diagonal: [N; P],
 }
 
+/// Room for the lower triangle of a matrix.
+pub trait Lower<N>: Copy + core::fmt::Debug + PartialEq + AsRef<[N]> + AsMut<[N]> {
+    /// Filled with zeros.
+    const ZERO: Self;
+}
+
+impl<N: Number, const K: usize> Lower<N> for [N; K] {
+    const ZERO: Self = [N::ZERO; K];
+}
+
 /// The place of entry (i, j), j < i < P, of L.
 const fn at(i: usize, j: usize) -> usize {
     i * (i - 1) / 2 + j
@@ -22,19 +31,19 @@ const fn at(i: usize, j: usize) -> usize {
 
 /// The measurement that is being processed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Measurement<N, const P: usize> {
+pub(crate) struct Measurement<N, const P: usize> {
     /// Lᵀφ; from the last entry to the first the gain K times `variance` takes its place, complete
     /// once every column was done.
-    pub(super) gain: [N; P],
+    pub(crate) gain: [N; P],
     /// φᵀPφ until the measurement is weighed; then the noise variance, and with every column more of
     /// their sum.
-    pub(super) variance: N,
+    pub(crate) variance: N,
     /// The reciprocal of `variance` once the measurement is weighed.
-    pub(super) precision: N,
+    pub(crate) precision: N,
 }
 
 impl<N: Number, const P: usize> Measurement<N, P> {
-    pub(super) const NONE: Self = Self {
+    pub(crate) const NONE: Self = Self {
         gain: [N::ZERO; P],
         variance: N::ZERO,
         precision: N::ZERO,
@@ -42,7 +51,7 @@ impl<N: Number, const P: usize> Measurement<N, P> {
 
     /// Sets the noise variance, above zero, before the first column.
     #[inline]
-    pub(super) fn weigh(&mut self, noise: N) {
+    pub(crate) fn weigh(&mut self, noise: N) {
         self.variance = noise;
         self.precision = noise.reciprocal();
     }
@@ -67,7 +76,7 @@ impl<N: Number, L: Lower<N>, const P: usize> Factors<N, L, P> {
 
     /// The factors of a symmetric positive semidefinite matrix. A direction in which rounding makes it
     /// negative counts as known.
-    pub(crate) fn of(matrix: &[[f64; P]; P]) -> Self {
+    pub(crate) fn from_matrix(matrix: &[[f64; P]; P]) -> Self {
         const { Self::FITS };
         let mut left = *matrix;
         let mut lower = L::ZERO;
@@ -92,7 +101,7 @@ impl<N: Number, L: Lower<N>, const P: usize> Factors<N, L, P> {
 
     /// Begins the update for a measurement with the regressor φ.
     #[inline]
-    pub(super) fn project(&self, regressor: &[N; P]) -> Measurement<N, P> {
+    pub(crate) fn project(&self, regressor: &[N; P]) -> Measurement<N, P> {
         let mut measurement = Measurement::NONE;
         for j in 0..P {
             let mut sum = regressor[j];
@@ -107,7 +116,7 @@ impl<N: Number, L: Lower<N>, const P: usize> Factors<N, L, P> {
 
     /// Updates the columns from `high` − 1 down to `low`; they come from the last to the first.
     #[inline]
-    pub(super) fn update(&mut self, measurement: &mut Measurement<N, P>, low: usize, high: usize) {
+    pub(crate) fn update(&mut self, measurement: &mut Measurement<N, P>, low: usize, high: usize) {
         // All columns are counted, so that the compiler sees constant indices.
         for j in (0..P).rev() {
             if j >= low && j < high {
@@ -137,7 +146,7 @@ impl<N: Number, L: Lower<N>, const P: usize> Factors<N, L, P> {
 
     /// Multiplies the covariance by a factor, but no entry of D further than `most`.
     #[inline]
-    pub(super) fn grow(&mut self, factor: N, most: &[N; P]) {
+    pub(crate) fn grow(&mut self, factor: N, most: &[N; P]) {
         for i in 0..P {
             let grown = self.diagonal[i] * factor;
             self.diagonal[i] = if grown < most[i] { grown } else { most[i] };
@@ -146,19 +155,19 @@ impl<N: Number, L: Lower<N>, const P: usize> Factors<N, L, P> {
 
     /// Raises the variance of the last parameter.
     #[inline]
-    pub(super) fn raise_last(&mut self, variance: N) {
+    pub(crate) fn raise_last(&mut self, variance: N) {
         self.raise(P - 1, variance);
     }
 
     /// Raises entry i of D: the variance of parameter i, and of those after it along L's column.
-    pub(super) fn raise(&mut self, i: usize, variance: N) {
+    pub(crate) fn raise(&mut self, i: usize, variance: N) {
         if let Some(entry) = self.diagonal.get_mut(i) {
             *entry += variance;
         }
     }
 
     /// Makes a parameter that was known until now uncertain, independently of the others.
-    pub(super) fn release(&mut self, i: usize, variance: N) {
+    pub(crate) fn release(&mut self, i: usize, variance: N) {
         for j in 0..i {
             self.set(i, j, N::ZERO);
         }
@@ -171,7 +180,7 @@ impl<N: Number, L: Lower<N>, const P: usize> Factors<N, L, P> {
     }
 
     /// Column i of P.
-    pub(super) fn column(&self, i: usize) -> [N; P] {
+    pub(crate) fn column(&self, i: usize) -> [N; P] {
         let mut column = [N::ZERO; P];
         for k in 0..P {
             // L's entry (i, k): zero above its diagonal, one on it.
@@ -191,7 +200,7 @@ impl<N: Number, L: Lower<N>, const P: usize> Factors<N, L, P> {
     }
 
     /// The variance of parameter i.
-    pub(super) fn variance(&self, i: usize) -> N {
+    pub(crate) fn variance(&self, i: usize) -> N {
         let mut sum = self.diagonal[i];
         for j in 0..i {
             let entry = self.entry(i, j);
@@ -213,7 +222,7 @@ mod tests {
             noise in 0.1_f64..2.0,
         ) {
             let mut plain = [[1.0, 0.3, 0.1], [0.3, 2.0, -0.2], [0.1, -0.2, 3.0]];
-            let mut factors = Factors::<f64, [f64; 3], 3>::of(&plain);
+            let mut factors = Factors::<f64, [f64; 3], 3>::from_matrix(&plain);
             for phi in regressors {
                 let p_phi: [f64; 3] =
                     core::array::from_fn(|i| (0..3).map(|j| plain[i][j] * phi[j]).sum());

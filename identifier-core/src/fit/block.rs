@@ -32,7 +32,7 @@ pub(crate) struct Blocking<N> {
 
 impl<N: Number> Blocking<N> {
     /// Blocks of `samples`, at least one.
-    pub(crate) fn of(samples: u32) -> Self {
+    pub(crate) fn new(samples: u32) -> Self {
         let samples = samples.max(1);
         Self {
             samples,

@@ -1,7 +1,7 @@
 //! What Levenberg's and Marquardt's method decides between two passes over a record: whether a pass
 //! helped, how much the next is damped, and where it goes.
 
-use super::NormalEquations;
+use crate::linalg::NormalEquations;
 use crate::number::Number;
 
 /// The factor by which a better or worse pass changes the damping.
@@ -72,7 +72,7 @@ pub(crate) fn moved<N: Number, const Q: usize>(unknowns: &[N; Q], step: &[N; Q])
 #[cfg(test)]
 mod tests {
     use super::{Judged, bounded_step, judge, moved};
-    use crate::adaptation::NormalEquations;
+    use crate::linalg::NormalEquations;
 
     #[test]
     fn a_better_pass_is_damped_less_and_a_worse_one_more() {

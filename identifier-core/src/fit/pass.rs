@@ -2,11 +2,12 @@ use super::B;
 use super::block::Block;
 use super::fitter::{Fit, Fitter};
 use super::record::Record;
-use crate::adaptation::NormalEquations;
+use crate::adaptation::IdentifiableSet;
+use crate::linalg::NormalEquations;
 use crate::measurement::direction::direction as direction_of;
 use crate::model::{KnownInputs, ObserverModel, Tangents};
 use crate::number::Number;
-use crate::unknowns::{Unknown, UnknownSet};
+use crate::parameters::Unknown;
 
 /// A pass over the record: the model, its tangents and what they add up to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,7 +62,7 @@ impl<N: Number, I, const Q: usize> Pass<N, I, Q> {
 impl<N, S, const P: usize, const Q: usize> Fitter<N, S, P, Q>
 where
     N: Number,
-    S: UnknownSet<P>,
+    S: IdentifiableSet<P>,
 {
     /// One block of the linear pass: the model is at rest, the servo's measured motion drives the
     /// tangents.

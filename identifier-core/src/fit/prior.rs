@@ -1,7 +1,8 @@
 use super::{FitResult, Fitter};
+use crate::adaptation::IdentifiableSet;
 use crate::model::AngleSettings;
 use crate::number::Number;
-use crate::unknowns::{Term, Terms, Unknown, UnknownSet};
+use crate::parameters::{Term, Terms, Unknown};
 
 /// What a fitter is made from, machine units of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,7 +49,7 @@ impl<N: Number, const P: usize> Prior<N, P> {
 impl<N, S, const P: usize, const Q: usize> Fitter<N, S, P, Q>
 where
     N: Number,
-    S: UnknownSet<P>,
+    S: IdentifiableSet<P>,
 {
     /// The prior from the settings, without terms.
     pub(crate) fn given(&self) -> Prior<N, P> {
@@ -126,7 +127,7 @@ where
 
 impl<N: Number, const P: usize> FitResult<N, P> {
     /// The terms that were fitted.
-    pub(crate) fn entered<S: UnknownSet<P>>(&self) -> Terms {
+    pub(crate) fn entered<S: IdentifiableSet<P>>(&self) -> Terms {
         let mut entered = Terms::NONE;
         for (i, unknown) in S::UNKNOWNS.into_iter().enumerate() {
             if let Some(term) = unknown.term().filter(|_| self.covariance[i][i] > N::ZERO) {
@@ -138,7 +139,7 @@ impl<N: Number, const P: usize> FitResult<N, P> {
 
     /// The size that a term of this servo may well have: a part of what it is beside, machine units of
     /// a sample.
-    pub(crate) fn usual_size<S: UnknownSet<P>>(&self, unknown: Unknown) -> f64 {
+    pub(crate) fn usual_size<S: IdentifiableSet<P>>(&self, unknown: Unknown) -> f64 {
         /// A part of friction, of viscosity, of the acceleration that the command gives.
         const PART: f64 = 0.3;
         /// The dead band beside the command, ripple beside the acceleration that it gives.

@@ -1,14 +1,13 @@
-use super::SettingsError;
-use super::config::{LARGEST, SMALLEST_GAIN};
-use super::fit::FitterConfig;
+use super::gradient::{LARGEST, SMALLEST_GAIN, allowed};
 use super::terms::TermConfig;
+use super::{Settings, SettingsError};
+use crate::adaptation::IdentifiableSet;
 use crate::error::Allowed;
+use crate::fit::{FitterConfig, ROUNDING, place_of};
 use crate::model::{AngleSettings, ZeroOrderHoldStep};
 use crate::number::Number;
-use crate::parameters::Parameter;
-use crate::settings::Settings;
+use crate::parameters::{Parameter, Terms, Unknown, UnknownSet};
 use crate::units::Units;
-use crate::unknowns::{Terms, Unknown, UnknownSet};
 
 /// The settings that identifiers which fit are built from, with their units.
 #[derive(Debug, Clone, Copy)]
@@ -31,7 +30,7 @@ impl<'a> Listening<'a> {
     }
 
     /// The optional terms of a model with the unknowns S.
-    pub(super) fn terms<N: Number, S: UnknownSet<P>, const P: usize>(
+    pub(super) fn terms<N: Number, S: IdentifiableSet<P>, const P: usize>(
         &self,
     ) -> Result<TermConfig, SettingsError> {
         TermConfig::new::<N, S, P>(&self.settings.identifier.terms, &self.units)
@@ -67,7 +66,7 @@ impl<'a> Listening<'a> {
             per_low_speed_velocity: 0.0,
             demanded: Terms::NONE,
         };
-        for (i, parameter) in ALL.into_iter().enumerate() {
+        for (i, parameter) in Parameter::ALL.into_iter().enumerate() {
             if !has(parameter) {
                 continue;
             }
@@ -76,7 +75,7 @@ impl<'a> Listening<'a> {
             config.low[i] = low * scale;
             config.high[i] = high * scale;
             if let Some(initial) = given.initial.of(parameter) {
-                let (_, _, name) = super::config::allowed(parameter, &self.units);
+                let (_, _, name) = allowed(parameter, &self.units);
                 let initial = Allowed::Within(low, high).check(name, initial)?;
                 config.initial[i] = Some(initial * scale);
             }
@@ -99,7 +98,7 @@ impl<'a> Listening<'a> {
     where
         N: Number,
         S: UnknownSet<P>,
-        F: UnknownSet<U>,
+        F: IdentifiableSet<U>,
     {
         let has = |parameter: Parameter| S::UNKNOWNS.contains(&parameter.into());
         let base = self.fitter(has, places, time)?;
@@ -133,7 +132,7 @@ impl<'a> Listening<'a> {
     /// The bounds of a parameter, SI: those given, or those of arithmetic and physics (a, b and c are
     /// not negative), never a multiple of an initial value.
     fn bounds(&self, parameter: Parameter) -> Result<[f64; 2], SettingsError> {
-        let (allowed, name, _) = super::config::allowed(parameter, &self.units);
+        let (allowed, name, _) = allowed(parameter, &self.units);
         let fastest = ZeroOrderHoldStep::<f64>::LARGEST_RATE / self.units.rate();
         let widest = match parameter {
             Parameter::A => [0.0, fastest],
@@ -160,7 +159,7 @@ impl<'a> Listening<'a> {
                     Allowed::PositiveUpTo(1e3).check("noise", noise)? * self.units.position();
                 counts * counts
             }
-            None => super::fit::ROUNDING,
+            None => ROUNDING,
         })
     }
 
@@ -169,39 +168,21 @@ impl<'a> Listening<'a> {
         let Some(omega) = self.settings.identifier.bandwidth else {
             return Ok(None);
         };
-        let most = MOST_PER_SAMPLE / self.units.rate();
+        let most = MAX_BANDWIDTH_PER_SAMPLE / self.units.rate();
         let omega = Allowed::PositiveUpTo(most).check("bandwidth", omega)?;
         Ok(Some(omega * self.units.rate()))
     }
 
-    /// Samples to a block, so that so many of them span the time over which a fit looks.
+    /// Samples per block, so that `places` blocks span the time over which a fit looks.
     fn block(&self, places: usize, time: f64) -> Result<u32, SettingsError> {
         /// Beyond a thousand samples a mean command carries no information.
-        const MOST: f64 = 1000.0;
+        const MAX_BLOCK_SAMPLES: f64 = 1000.0;
         let time = self.settings.identifier.start_time.unwrap_or(time);
         let time = Allowed::Within(1e-4, 1e4).check("start_time", time)?;
         let samples = time / self.units.rate();
-        Ok(libm::ceil(samples / places.max(1) as f64).clamp(1.0, MOST) as u32)
+        Ok(libm::ceil(samples / places.max(1) as f64).clamp(1.0, MAX_BLOCK_SAMPLES) as u32)
     }
 }
 
 /// The largest ω T of the correction.
-pub(super) const MOST_PER_SAMPLE: f64 = 0.3;
-
-/// The parameters in the order of a fit.
-pub(super) const ALL: [Parameter; 4] = [
-    Parameter::A,
-    Parameter::B,
-    Parameter::Coulomb,
-    Parameter::Load,
-];
-
-/// The place of a parameter among the unknowns of a fit.
-pub(super) fn place(parameter: Parameter) -> usize {
-    ALL.iter().position(|&p| p == parameter).unwrap_or(0)
-}
-
-/// The place of an unknown among those of a fit; none for the size of a term.
-pub(super) fn place_of(unknown: Unknown) -> Option<usize> {
-    unknown.parameter().map(place)
-}
+pub(super) const MAX_BANDWIDTH_PER_SAMPLE: f64 = 0.3;

@@ -1,18 +1,21 @@
-use super::SettingsError;
-use crate::adaptation::PositiveDefinite;
+use core::marker::PhantomData;
+
+use super::{FromSettings, Settings, SettingsError};
+use crate::adaptation::{Gain, GradientConfig, GradientWith};
 use crate::control::Gains;
 use crate::error::{Allowed, OutOfRange};
+use crate::identifier::GradientIdentifierWith;
 use crate::interval::Interval;
-use crate::measurement::velocity::Transfer;
-use crate::model::ZeroOrderHoldStep;
+use crate::linalg::PositiveDefinite;
+use crate::measurement::standstill::Standstill;
+use crate::measurement::velocity::{Transfer, VelocityEstimate};
+use crate::model::{CommandCorrection, ModelLoop, ZeroOrderHoldStep};
+use crate::number::Number;
 use crate::parameters::{Parameter, ParameterSet};
-use crate::settings::Settings;
-use crate::stability::certificate;
-use crate::stability::sampled_loop;
-use crate::stability::{Certificate, PlantBox};
+use crate::stability::{Certificate, PlantBox, StabilityCheck, certificate, sampled_loop};
 use crate::units::Units;
 
-/// What the gradient identifiers are built from, checked, SI.
+/// The checked settings of the gradient identifiers, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct GradientPlan<const P: usize> {
     pub(crate) units: Units,
@@ -20,7 +23,7 @@ pub(crate) struct GradientPlan<const P: usize> {
     pub(crate) gains: Gains,
     pub(crate) gamma: PositiveDefinite<P>,
     pub(crate) mu: f64,
-    /// What is known of α = a + b k_d.
+    /// The known part of α = a + b k_d.
     pub(crate) decay: Decay,
     pub(crate) frozen: [bool; P],
     pub(crate) initial: [f64; P],
@@ -36,13 +39,6 @@ pub(crate) enum Decay {
     Known(f64),
     /// Without a box: this much per b̂, half of k_d, so that an estimate twice too large still does.
     PerGain(f64),
-}
-
-/// The results of the stability checks over the box.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct StabilityCheck {
-    pub(crate) certificate: Certificate,
-    pub(crate) gain_margin: f64,
 }
 
 /// The largest b̂, ĉ and |d̂|, SI: far beyond any servo, and small enough that the model loop stays
@@ -183,6 +179,52 @@ impl<const P: usize> GradientPlan<P> {
             bounds,
             largest_command: settings.largest_command(),
             stability_check,
+        })
+    }
+}
+
+impl<N, V, S, const P: usize, G> FromSettings for GradientIdentifierWith<N, V, S, P, G>
+where
+    N: Number,
+    V: VelocityEstimate<N>,
+    S: ParameterSet<P>,
+    G: Gain<N, P>,
+{
+    /// # Errors
+    /// See [`SettingsError`]: ranges by name, the certificate's inequality, the servo of the box
+    /// whose sampled loop is unstable, or the estimate whose sampled correction is.
+    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
+        let velocity = settings.velocity::<N, V>()?;
+        let plan = GradientPlan::<P>::new::<S>(settings, &velocity.transfer())?;
+        let units = plan.units;
+        let scale = S::PARAMETERS.map(|parameter| parameter.scale(&units) / units.velocity());
+        let gamma = plan.gamma.scaled(scale)?;
+        let rates = |parameter: Parameter| parameter.scale(&units);
+        let (known, per_gain) = match plan.decay {
+            Decay::Known(decay) => (decay * units.rate(), 0.0),
+            // Per machine unit of b̂.
+            Decay::PerGain(per_gain) => (0.0, per_gain * units.rate() / units.acceleration()),
+        };
+        let gradient = GradientConfig {
+            gamma,
+            mu: plan.mu * units.rate(),
+            slowest_decay: known,
+            decay_per_gain: per_gain,
+            bounds: core::array::from_fn(|i| plan.bounds[i].scaled(rates(S::PARAMETERS[i]))),
+            frozen: plan.frozen,
+        };
+        Ok(Self {
+            model: ModelLoop::new(velocity, CommandCorrection::new(&units, &plan.gains)),
+            law: GradientWith::new(G::new(&gamma, plan.frozen)?, &gradient)?,
+            standstill: Standstill::new(&units),
+            most: N::from_f64(settings.most_increment(&units, N::REACH.to_f64())?),
+            initial: core::array::from_fn(|i| plan.initial[i] * rates(S::PARAMETERS[i])),
+            bounds: plan.bounds,
+            gamma: *plan.gamma.entries(),
+            mu: plan.mu,
+            units,
+            stability_check: plan.stability_check,
+            set: PhantomData,
         })
     }
 }

@@ -1,13 +1,13 @@
 use super::B;
 use super::fitter::{Fit, Fitter};
 use super::pass::Pass;
+use crate::adaptation::IdentifiableSet;
 use crate::number::Number;
-use crate::unknowns::UnknownSet;
 
 impl<N, S, const P: usize, const Q: usize> Fitter<N, S, P, Q>
 where
     N: Number,
-    S: UnknownSet<P>,
+    S: IdentifiableSet<P>,
 {
     /// Standard deviations of the initial position (its rounding), counts, and of the initial
     /// velocity, in counts per block.

@@ -1,9 +1,9 @@
 use super::fitter::{Fit, Fitter};
 use super::pass::Pass;
-use crate::adaptation::NormalEquations;
-use crate::adaptation::levenberg_marquardt::{bounded_step, judge, moved};
+use crate::adaptation::IdentifiableSet;
+use crate::fit::levenberg_marquardt::{bounded_step, judge, moved};
+use crate::linalg::NormalEquations;
 use crate::number::Number;
-use crate::unknowns::UnknownSet;
 
 /// The unknowns that explain the motion best so far, and the pass that showed it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,7 +15,7 @@ pub(super) struct Best<N, I, const Q: usize> {
 impl<N, S, const P: usize, const Q: usize> Fitter<N, S, P, Q>
 where
     N: Number,
-    S: UnknownSet<P>,
+    S: IdentifiableSet<P>,
 {
     /// A pass that changes the cost by less than this fraction is the last.
     const ENOUGH: f64 = 1e-4;

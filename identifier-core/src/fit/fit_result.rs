@@ -1,7 +1,8 @@
 use super::fitter::{Fit, Fitter};
 use super::{A, B};
+use crate::adaptation::IdentifiableSet;
 use crate::number::Number;
-use crate::unknowns::{Term, UnknownSet};
+use crate::parameters::Term;
 
 /// A fit result, machine units of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -92,7 +93,7 @@ impl<N: Number, const P: usize> FitResult<N, P> {
 impl<N, S, const P: usize, const Q: usize> Fitter<N, S, P, Q>
 where
     N: Number,
-    S: UnknownSet<P>,
+    S: IdentifiableSet<P>,
 {
     pub(super) fn result(
         &self,

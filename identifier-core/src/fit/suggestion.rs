@@ -1,7 +1,8 @@
 use super::fitter::Fit;
 use super::{Fitter, Prior};
+use crate::adaptation::IdentifiableSet;
 use crate::number::Number;
-use crate::unknowns::{Term, UnknownSet};
+use crate::parameters::Term;
 
 /// The least part of the errors that a term must explain, what the estimates explain set aside.
 const SHARE: f64 = 0.01;
@@ -9,7 +10,7 @@ const SHARE: f64 = 0.01;
 impl<N, S, const P: usize, const Q: usize> Fitter<N, S, P, Q>
 where
     N: Number,
-    S: UnknownSet<P>,
+    S: IdentifiableSet<P>,
 {
     /// The terms that may enter and that a fit with this prior does not have.
     fn candidates(&self, prior: &Prior<N, P>) -> impl Iterator<Item = Term> {

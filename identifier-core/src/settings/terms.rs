@@ -1,11 +1,11 @@
-use super::SettingsError;
-use super::config::LARGEST;
+use super::gradient::LARGEST;
+use super::{SettingsError, TermSettings};
+use crate::adaptation::IdentifiableSet;
 use crate::error::Allowed;
 use crate::model::{AngleSettings, KnownInputs};
 use crate::number::Number;
-use crate::settings::TermSettings;
+use crate::parameters::{Term, Terms, Unknown};
 use crate::units::Units;
-use crate::unknowns::{Term, Terms, Unknown, UnknownSet};
 
 /// The optional terms of a model as checked.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,11 +23,11 @@ pub(super) struct TermConfig {
 
 impl TermConfig {
     /// Checks the settings of the terms for a model with the unknowns S.
-    pub(super) fn new<N: Number, S: UnknownSet<P>, const P: usize>(
+    pub(super) fn new<N: Number, S: IdentifiableSet<P>, const P: usize>(
         given: &TermSettings,
         units: &Units,
     ) -> Result<Self, SettingsError> {
-        let has = |term: Term| term.is_in::<N, S, P>();
+        let has = S::has_term::<N>;
         for term in Term::ALL {
             if given.may_enter(term) && !has(term) {
                 return Err(SettingsError::NoSuchTerm { term });
@@ -42,7 +42,7 @@ impl TermConfig {
             return Err(SettingsError::NoAmplifier { setting });
         }
         /// The highest order of ripple that an encoder shows, as a part of its counts.
-        const SEEN: f64 = 0.25;
+        const MAX_RIPPLE_ORDER_PER_COUNT: f64 = 0.25;
         // The estimate needs room above what is declared.
         let longest_delay = S::Inputs::<N>::LONGEST_DELAY;
         let longest = longest_delay * units.sample_time();
@@ -65,10 +65,10 @@ impl TermConfig {
             )?,
             ripple_order: match given.ripple_order {
                 // A period of fewer counts than four is not seen.
-                Some(order) => {
-                    Allowed::PositiveUpTo(SEEN * given.revolution.max(0.0) * units.position())
-                        .check("ripple_order", order)?
-                }
+                Some(order) => Allowed::PositiveUpTo(
+                    MAX_RIPPLE_ORDER_PER_COUNT * given.revolution.max(0.0) * units.position(),
+                )
+                .check("ripple_order", order)?,
                 None => declared(None, Term::Ripple, "ripple_order")?,
             },
             revolution: Allowed::PositiveUpTo(LARGEST).check("revolution", given.revolution)?,
@@ -76,7 +76,7 @@ impl TermConfig {
         })
     }
 
-    /// Whether a term may be estimated.
+    /// A term may be estimated.
     pub(super) fn may_enter(&self, term: Term) -> bool {
         self.demanded.or(self.allowed).has(term)
     }
@@ -102,7 +102,7 @@ impl TermConfig {
         }
     }
 
-    /// What the model needs to know about the angle.
+    /// The angle as the model needs it.
     pub(super) fn angle<N: Number>(&self, units: &Units) -> AngleSettings<N> {
         AngleSettings::new(self.revolution * units.position(), self.ripple_order)
     }

@@ -119,7 +119,7 @@ mod tests {
 
     #[test]
     fn numbers_wrap_and_leave_one_out_where_recording_begins_anew() {
-        let blocking = Blocking::of(1);
+        let blocking = Blocking::new(1);
         let first = u32::MAX - 1;
         let mut recorder = Recorder::<f32> {
             next: first,

@@ -8,6 +8,7 @@ mod block;
 mod fit_result;
 mod fits;
 mod fitter;
+pub(crate) mod levenberg_marquardt;
 mod pass;
 mod prior;
 mod record;
@@ -26,6 +27,8 @@ pub(crate) use prior::{FitterConfig, Prior};
 pub(crate) use recorder::Recorder;
 pub(crate) use survey::MOVED;
 
+use crate::parameters::Unknown;
+
 /// Places of the first unknowns of every set. Behind those of the set come the model's position and
 /// velocity at the start.
 const A: usize = 0;
@@ -33,3 +36,8 @@ const B: usize = 1;
 
 /// Variance of a count's rounding.
 pub(crate) const ROUNDING: f64 = 1.0 / 12.0;
+
+/// The place of an unknown among those of a fit without terms; none for the size of a term.
+pub(crate) fn place_of(unknown: Unknown) -> Option<usize> {
+    unknown.parameter().map(|parameter| parameter as usize)
+}

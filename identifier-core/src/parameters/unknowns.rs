@@ -3,13 +3,10 @@
 //! q̈ = −a q̇ − δa |q̇| + b D(u(t − τ)) + d − (c + s exp(−(q̇/v_s)²)) sign q̇ + g_s sin q + g_c cos q
 //! + r_s sin Nq + r_c cos Nq,
 //!
-//! D being the dead band of the bridge. A model has the unknowns of its [`UnknownSet`]; a term that is
-//! not among them costs nothing.
+//! D being the dead band of the bridge. A model has the unknowns of its [`UnknownSet`](super::UnknownSet);
+//! a term that is not among them costs nothing.
 
-use crate::adaptation::{Evidence, FirstOrder, Gathered, OnDemand, Whitening};
-use crate::model::{AngledInputs, DelayedInputs, KnownInputs, NoInputs};
-use crate::number::Number;
-use crate::parameters::{Ab, AbCoulomb, AbCoulombLoad, AbLoad, Parameter};
+use super::Parameter;
 use crate::units::Units;
 
 /// An unknown of a model: one of the four parameters, or the size of an optional term.
@@ -191,14 +188,6 @@ impl Term {
         unknown.term() == Some(self)
     }
 
-    /// Whether a model with the unknowns S can have it.
-    pub(crate) fn is_in<N: Number, S: UnknownSet<P>, const P: usize>(self) -> bool {
-        match self {
-            Self::WanderingLoad => <S::Whitening<N> as Whitening<N, P>>::WHITENS,
-            _ => S::UNKNOWNS.iter().any(|&unknown| self.is_of(unknown)),
-        }
-    }
-
     const fn bit(self) -> u8 {
         1 << self as u8
     }
@@ -237,139 +226,4 @@ impl Terms {
     pub const fn or(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
-}
-
-/// The P unknowns of a model, as a type, so that what a model does not have costs nothing.
-///
-/// A set begins with a and b, and the load, if it is one of them, comes last. A firmware may have a
-/// set of its own:
-///
-/// ```
-/// use identifier_core::model::DelayedInputs;
-/// use identifier_core::number::Number;
-/// use identifier_core::unknowns::{Unknown, UnknownSet};
-///
-/// /// A servo with a delay, without Coulomb friction.
-/// #[derive(Debug, Clone, Copy)]
-/// struct AbDelay;
-///
-/// impl UnknownSet<3> for AbDelay {
-///     const UNKNOWNS: [Unknown; 3] = [Unknown::A, Unknown::B, Unknown::Delay];
-///     type Lower<N: Number> = [N; 3];
-///     type Inputs<N: Number> = DelayedInputs<N, 16>;
-///     type Evidence<N: Number> = identifier_core::adaptation::OnDemand;
-///     type Whitening<N: Number> = ();
-/// }
-/// ```
-pub trait UnknownSet<const P: usize>: Copy + core::fmt::Debug {
-    /// The unknowns, in their order.
-    const UNKNOWNS: [Unknown; P];
-
-    /// Room for the lower triangle of a P × P matrix without its diagonal: `[N; P (P − 1)/2]`.
-    type Lower<N: Number>: Lower<N>;
-
-    /// What is known besides the present command: [`NoInputs`] for models without terms,
-    /// [`DelayedInputs`] for those with a delay or dead band, [`AngledInputs`] for those with an angle.
-    type Inputs<N: Number>: KnownInputs<N>;
-
-    /// Where evidence for terms is gathered: `()` for models without terms, [`OnDemand`] where a term
-    /// enters when the settings demand it, [`Gathered`] where evidence decides.
-    type Evidence<N: Number>: Evidence<N, P>;
-
-    /// What is done about a load that wanders: `()` for nothing,
-    /// [`FirstOrder`] for whitening.
-    type Whitening<N: Number>: Whitening<N, P>;
-
-    /// Whether Coulomb friction is one of them.
-    const HAS_COULOMB: bool = has(&Self::UNKNOWNS, Unknown::Coulomb);
-    /// Whether the asymmetry of viscous friction is one of them.
-    const HAS_ASYMMETRY: bool = has(&Self::UNKNOWNS, Unknown::Asymmetry);
-    /// Whether friction at low speed is one of them.
-    const HAS_LOW_SPEED: bool = has(&Self::UNKNOWNS, Unknown::LowSpeed);
-    /// Whether gravity or ripple is one of them.
-    const HAS_WAVES: bool =
-        has(&Self::UNKNOWNS, Unknown::GravitySine) || has(&Self::UNKNOWNS, Unknown::RippleSine);
-    /// Whether there is any optional term.
-    const HAS_TERMS: bool = has_terms(&Self::UNKNOWNS);
-}
-
-const fn has(unknowns: &[Unknown], wanted: Unknown) -> bool {
-    let mut i = 0;
-    while i < unknowns.len() {
-        if unknowns[i] as u8 == wanted as u8 {
-            return true;
-        }
-        i += 1;
-    }
-    false
-}
-
-const fn has_terms(unknowns: &[Unknown]) -> bool {
-    let mut i = 0;
-    while i < unknowns.len() {
-        if unknowns[i].term().is_some() {
-            return true;
-        }
-        i += 1;
-    }
-    false
-}
-
-/// Room for the lower triangle of a matrix.
-pub trait Lower<N>: Copy + core::fmt::Debug + PartialEq + AsRef<[N]> + AsMut<[N]> {
-    /// Filled with zeros.
-    const ZERO: Self;
-}
-
-impl<N: Number, const K: usize> Lower<N> for [N; K] {
-    const ZERO: Self = [N::ZERO; K];
-}
-
-macro_rules! without_terms {
-    ($($set:ident, $count:literal, $lower:literal: [$($unknown:ident),*];)*) => {$(
-        impl UnknownSet<$count> for $set {
-            const UNKNOWNS: [Unknown; $count] = [$(Unknown::$unknown),*];
-            type Lower<N: Number> = [N; $lower];
-            type Inputs<N: Number> = NoInputs;
-            type Evidence<N: Number> = ();
-            type Whitening<N: Number> = ();
-        }
-    )*};
-}
-
-without_terms! {
-    Ab, 2, 1: [A, B];
-    AbCoulomb, 3, 3: [A, B, Coulomb];
-    AbLoad, 3, 3: [A, B, Load];
-    AbCoulombLoad, 4, 6: [A, B, Coulomb, Load];
-}
-
-/// [a, b, coulomb, delay, load].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct AbCoulombDelayLoad;
-
-impl UnknownSet<5> for AbCoulombDelayLoad {
-    const UNKNOWNS: [Unknown; 5] = [
-        Unknown::A,
-        Unknown::B,
-        Unknown::Coulomb,
-        Unknown::Delay,
-        Unknown::Load,
-    ];
-    type Lower<N: Number> = [N; 10];
-    type Inputs<N: Number> = DelayedInputs<N, 8>;
-    type Evidence<N: Number> = OnDemand;
-    type Whitening<N: Number> = ();
-}
-
-/// Every unknown, for a PC or a large chip: what is not wanted is left out at run time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct AllUnknowns;
-
-impl UnknownSet<12> for AllUnknowns {
-    const UNKNOWNS: [Unknown; 12] = Unknown::ALL;
-    type Lower<N: Number> = [N; 66];
-    type Inputs<N: Number> = AngledInputs<N, 128>;
-    type Evidence<N: Number> = Gathered<N, 12>;
-    type Whitening<N: Number> = FirstOrder<N, 12>;
 }

@@ -1,28 +1,27 @@
-use crate::number::Number;
+use identifier_core::number::Number;
 
 /// A covariance P × P kept as U D Uᵀ, U unit upper triangular and D diagonal.
 ///
 /// Bierman, Factorization Methods for Discrete Sequential Estimation, 1977, chapter V. In this form
 /// rounding leaves it symmetric and positive definite, which the plain update does not in `f32`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Covariance<N, const P: usize> {
+pub(crate) struct Covariance<N, const P: usize> {
     upper: [[N; P]; P],
     diagonal: [N; P],
 }
 
 /// What a measurement does to the estimates.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Innovation<N, const P: usize> {
+pub(crate) struct Innovation<N, const P: usize> {
     /// The gain K: the estimates move by K times the prediction error.
-    pub gain: [N; P],
+    pub(crate) gain: [N; P],
     /// The variance of the prediction error, φᵀPφ + r.
-    pub variance: N,
+    pub(crate) variance: N,
 }
 
 impl<N: Number, const P: usize> Covariance<N, P> {
     /// Independent parameters with the given variances, each above zero.
-    #[must_use]
-    pub fn diagonal(variances: [f64; P]) -> Self {
+    pub(crate) fn diagonal(variances: [f64; P]) -> Self {
         Self {
             upper: core::array::from_fn(|i| {
                 core::array::from_fn(|j| if i == j { N::ONE } else { N::ZERO })
@@ -31,31 +30,14 @@ impl<N: Number, const P: usize> Covariance<N, P> {
         }
     }
 
-    /// The factors of a symmetric positive semidefinite matrix. A direction in which rounding makes it
-    /// negative counts as known.
-    #[must_use]
-    pub fn of(mut matrix: [[f64; P]; P]) -> Self {
-        let mut factors = Self::diagonal([0.0; P]);
-        for j in (0..P).rev() {
-            let pivot = matrix[j][j].max(0.0);
-            factors.diagonal[j] = N::from_f64(pivot);
-            if pivot > 0.0 {
-                for i in 0..j {
-                    let entry = matrix[i][j] / pivot;
-                    factors.upper[i][j] = N::from_f64(entry);
-                    for k in 0..=i {
-                        matrix[k][i] -= entry * matrix[k][j];
-                    }
-                }
-            }
-        }
-        factors
-    }
-
     /// Takes a measurement with regressor φ. `noise` answers with the noise variance r > 0 to the
     /// variance φᵀPφ that the covariance predicts.
     #[inline]
-    pub fn measure(&mut self, regressor: &[N; P], noise: impl FnOnce(N) -> N) -> Innovation<N, P> {
+    pub(crate) fn measure(
+        &mut self,
+        regressor: &[N; P],
+        noise: impl FnOnce(N) -> N,
+    ) -> Innovation<N, P> {
         let projected: [N; P] = core::array::from_fn(|j| {
             (0..j).fold(regressor[j], |sum, i| sum + self.upper[i][j] * regressor[i])
         });
@@ -88,7 +70,7 @@ impl<N: Number, const P: usize> Covariance<N, P> {
     /// Multiplies the covariance by a factor above zero, forgetting by 1/λ, but no further than a
     /// diagonal entry of `most`.
     #[inline]
-    pub fn forget(&mut self, factor: N, most: &[N; P]) {
+    pub(crate) fn forget(&mut self, factor: N, most: &[N; P]) {
         for (variance, &most) in self.diagonal.iter_mut().zip(most) {
             let grown = *variance * factor;
             *variance = if grown < most { grown } else { most };
@@ -140,21 +122,6 @@ mod tests {
                     prop_assert!((factored.variance_of(&unit(i)) - plain[i][i]).abs() < 1e-9);
                 }
             }
-        }
-
-        #[test]
-        fn has_the_factors_of_any_covariance(
-            root in prop::array::uniform3(prop::array::uniform3(-2.0_f64..2.0)),
-            combination in prop::array::uniform3(-1.0_f64..1.0),
-        ) {
-            let matrix: [[f64; 3]; 3] = core::array::from_fn(|i| {
-                core::array::from_fn(|j| (0..3).map(|k| root[i][k] * root[j][k]).sum())
-            });
-            let expected: f64 = (0..3)
-                .map(|k| (0..3).map(|i| combination[i] * root[i][k]).sum::<f64>().powi(2))
-                .sum();
-            let variance = Covariance::<f64, 3>::of(matrix).variance_of(&combination);
-            prop_assert!((variance - expected).abs() < 1e-6 * (1.0 + expected), "{variance} {expected}");
         }
 
         #[test]

@@ -1,0 +1,90 @@
+use super::{Evidence, FirstOrder, Gathered, OnDemand, Whitening};
+use crate::linalg::Lower;
+use crate::model::{AngledInputs, DelayedInputs, KnownInputs, NoInputs};
+use crate::number::Number;
+use crate::parameters::{
+    Ab, AbCoulomb, AbCoulombDelayLoad, AbCoulombLoad, AbLoad, AllUnknowns, Term, UnknownSet,
+};
+
+/// A set of unknowns with the memory that identifying them takes, as types, so that a model without a
+/// term keeps nothing for it.
+///
+/// A firmware may have a set of its own:
+///
+/// ```
+/// use identifier_core::adaptation::{IdentifiableSet, OnDemand};
+/// use identifier_core::model::DelayedInputs;
+/// use identifier_core::number::Number;
+/// use identifier_core::parameters::{Unknown, UnknownSet};
+///
+/// /// A servo with a delay, without Coulomb friction.
+/// #[derive(Debug, Clone, Copy)]
+/// struct AbDelay;
+///
+/// impl UnknownSet<3> for AbDelay {
+///     const UNKNOWNS: [Unknown; 3] = [Unknown::A, Unknown::B, Unknown::Delay];
+/// }
+///
+/// impl IdentifiableSet<3> for AbDelay {
+///     type Lower<N: Number> = [N; 3];
+///     type Inputs<N: Number> = DelayedInputs<N, 16>;
+///     type Evidence<N: Number> = OnDemand;
+///     type Whitening<N: Number> = ();
+/// }
+/// ```
+pub trait IdentifiableSet<const P: usize>: UnknownSet<P> {
+    /// Room for the lower triangle of a P × P matrix without its diagonal: `[N; P (P − 1)/2]`.
+    type Lower<N: Number>: Lower<N>;
+
+    /// The inputs known besides the present command: [`NoInputs`] for models without terms,
+    /// [`DelayedInputs`] for those with a delay or dead band, [`AngledInputs`] for those with an angle.
+    type Inputs<N: Number>: KnownInputs<N>;
+
+    /// Where evidence for terms is gathered: `()` for models without terms, [`OnDemand`] where a term
+    /// enters when the settings demand it, [`Gathered`] where evidence decides.
+    type Evidence<N: Number>: Evidence<N, P>;
+
+    /// The treatment of a load that wanders: `()` for none, [`FirstOrder`] for whitening.
+    type Whitening<N: Number>: Whitening<N, P>;
+
+    /// A model with these unknowns can have a term.
+    #[must_use]
+    fn has_term<N: Number>(term: Term) -> bool {
+        match term {
+            Term::WanderingLoad => <Self::Whitening<N> as Whitening<N, P>>::WHITENS,
+            _ => Self::UNKNOWNS.iter().any(|&unknown| term.is_of(unknown)),
+        }
+    }
+}
+
+macro_rules! without_terms {
+    ($($set:ident, $count:literal, $lower:literal;)*) => {$(
+        impl IdentifiableSet<$count> for $set {
+            type Lower<N: Number> = [N; $lower];
+            type Inputs<N: Number> = NoInputs;
+            type Evidence<N: Number> = ();
+            type Whitening<N: Number> = ();
+        }
+    )*};
+}
+
+without_terms! {
+    Ab, 2, 1;
+    AbCoulomb, 3, 3;
+    AbLoad, 3, 3;
+    AbCoulombLoad, 4, 6;
+}
+
+impl IdentifiableSet<5> for AbCoulombDelayLoad {
+    type Lower<N: Number> = [N; 10];
+    type Inputs<N: Number> = DelayedInputs<N, 8>;
+    type Evidence<N: Number> = OnDemand;
+    type Whitening<N: Number> = ();
+}
+
+impl IdentifiableSet<12> for AllUnknowns {
+    type Lower<N: Number> = [N; 66];
+    type Inputs<N: Number> = AngledInputs<N, 128>;
+    type Evidence<N: Number> = Gathered<N, 12>;
+    type Whitening<N: Number> = FirstOrder<N, 12>;
+}

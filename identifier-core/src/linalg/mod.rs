@@ -1,0 +1,12 @@
+//! Small matrices: normal equations, the factors of a covariance, symmetric positive definite matrices.
+
+mod factors;
+mod normal_equations;
+mod positive_definite;
+mod vector;
+
+pub use factors::Lower;
+pub(crate) use factors::{Factors, Measurement};
+pub use normal_equations::NormalEquations;
+pub use positive_definite::{MatrixError, PositiveDefinite};
+pub(crate) use vector::dot;

@@ -1,0 +1,69 @@
+//! The unknowns of the servo: its four parameters and the sizes of optional effects, their values and
+//! units, and the sets of them that models have.
+
+mod identified_servo;
+mod model_parameters;
+mod per_parameter;
+mod servo;
+mod sets;
+mod unknowns;
+
+pub use identified_servo::IdentifiedServo;
+pub use model_parameters::ModelParameters;
+pub use per_parameter::PerParameter;
+pub use servo::ServoParameters;
+pub use sets::{
+    Ab, AbCoulomb, AbCoulombDelayLoad, AbCoulombLoad, AbLoad, AllUnknowns, ParameterSet, UnknownSet,
+};
+pub use unknowns::{Term, Terms, Unknown};
+
+use crate::units::Units;
+
+/// A parameter of the servo q̈ = −a q̇ + b u + d − c sign(q̇).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Parameter {
+    /// a, viscous friction over inertia, 1/s.
+    A,
+    /// b, gain over inertia, rad/s² per command unit.
+    B,
+    /// c, Coulomb friction over inertia, rad/s².
+    Coulomb,
+    /// d, constant load over inertia, rad/s².
+    Load,
+}
+
+impl Parameter {
+    /// All parameters, in the order of a model that has them all.
+    pub const ALL: [Self; 4] = [Self::A, Self::B, Self::Coulomb, Self::Load];
+
+    /// Its name in configurations and results.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::A => "a",
+            Self::B => "b",
+            Self::Coulomb => "coulomb",
+            Self::Load => "load",
+        }
+    }
+
+    /// Machine units per SI unit: T for a, T²/ρ for the others.
+    #[must_use]
+    pub fn scale(self, units: &Units) -> f64 {
+        match self {
+            Self::A => units.rate(),
+            Self::B | Self::Coulomb | Self::Load => units.acceleration(),
+        }
+    }
+
+    /// Its value in a servo.
+    #[must_use]
+    pub fn of(self, servo: &ServoParameters) -> f64 {
+        match self {
+            Self::A => servo.a,
+            Self::B => servo.b,
+            Self::Coulomb => servo.coulomb,
+            Self::Load => servo.load,
+        }
+    }
+}

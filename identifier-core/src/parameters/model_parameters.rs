@@ -1,0 +1,51 @@
+use super::{Parameter, ParameterSet, ServoParameters};
+use crate::number::Number;
+use crate::units::Units;
+
+/// The parameters of the model in machine units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModelParameters<N> {
+    /// â T.
+    pub x: N,
+    /// b̂ T²/ρ.
+    pub gain: N,
+    /// ĉ T²/ρ.
+    pub coulomb: N,
+    /// d̂ T²/ρ, the part that is a parameter of its own.
+    pub load: N,
+}
+
+impl<N: Number> ModelParameters<N> {
+    /// The model of a parameter set with these values.
+    #[inline]
+    #[must_use]
+    pub fn from_values<S: ParameterSet<P>, const P: usize>(values: &[N; P]) -> Self {
+        let mut model = Self {
+            x: N::ZERO,
+            gain: N::ZERO,
+            coulomb: N::ZERO,
+            load: N::ZERO,
+        };
+        for (parameter, &value) in S::PARAMETERS.iter().zip(values) {
+            match parameter {
+                Parameter::A => model.x = value,
+                Parameter::B => model.gain = value,
+                Parameter::Coulomb => model.coulomb = value,
+                Parameter::Load => model.load = value,
+            }
+        }
+        model
+    }
+
+    /// The parameters in SI.
+    #[must_use]
+    pub fn to_si(&self, units: &Units) -> ServoParameters {
+        let si = |value: N, parameter: Parameter| value.to_f64() / parameter.scale(units);
+        ServoParameters {
+            a: si(self.x, Parameter::A),
+            b: si(self.gain, Parameter::B),
+            coulomb: si(self.coulomb, Parameter::Coulomb),
+            load: si(self.load, Parameter::Load),
+        }
+    }
+}

@@ -1,0 +1,39 @@
+use super::Parameter;
+
+/// A value for each of the parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct PerParameter<T> {
+    /// For a.
+    pub a: T,
+    /// For b.
+    pub b: T,
+    /// For Coulomb friction.
+    pub coulomb: T,
+    /// For the load.
+    pub load: T,
+}
+
+impl<T: Copy> PerParameter<T> {
+    /// The value for a parameter.
+    #[must_use]
+    pub fn of(&self, parameter: Parameter) -> T {
+        match parameter {
+            Parameter::A => self.a,
+            Parameter::B => self.b,
+            Parameter::Coulomb => self.coulomb,
+            Parameter::Load => self.load,
+        }
+    }
+
+    /// One for each parameter.
+    #[must_use]
+    pub fn from_fn(mut of: impl FnMut(Parameter) -> T) -> Self {
+        Self {
+            a: of(Parameter::A),
+            b: of(Parameter::B),
+            coulomb: of(Parameter::Coulomb),
+            load: of(Parameter::Load),
+        }
+    }
+}

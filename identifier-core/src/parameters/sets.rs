@@ -1,0 +1,125 @@
+use super::{Parameter, Unknown};
+
+/// The P parameters of a model, as a type, so that a model without friction costs nothing for it.
+///
+/// Every model has a and b; Coulomb friction and load are zero in a model without them. A parameter
+/// that is in the model but known is *frozen* in the configuration of its law.
+pub trait ParameterSet<const P: usize>: Copy + core::fmt::Debug {
+    /// The parameters, in their order.
+    const PARAMETERS: [Parameter; P];
+
+    /// Whether Coulomb friction is one of them.
+    const HAS_COULOMB: bool;
+}
+
+/// [a, b].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Ab;
+
+/// [a, b, coulomb].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AbCoulomb;
+
+/// [a, b, load].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AbLoad;
+
+/// [a, b, coulomb, load].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AbCoulombLoad;
+
+impl ParameterSet<2> for Ab {
+    const PARAMETERS: [Parameter; 2] = [Parameter::A, Parameter::B];
+    const HAS_COULOMB: bool = false;
+}
+
+impl ParameterSet<3> for AbCoulomb {
+    const PARAMETERS: [Parameter; 3] = [Parameter::A, Parameter::B, Parameter::Coulomb];
+    const HAS_COULOMB: bool = true;
+}
+
+impl ParameterSet<3> for AbLoad {
+    const PARAMETERS: [Parameter; 3] = [Parameter::A, Parameter::B, Parameter::Load];
+    const HAS_COULOMB: bool = false;
+}
+
+impl ParameterSet<4> for AbCoulombLoad {
+    const PARAMETERS: [Parameter; 4] = [
+        Parameter::A,
+        Parameter::B,
+        Parameter::Coulomb,
+        Parameter::Load,
+    ];
+    const HAS_COULOMB: bool = true;
+}
+
+/// The P unknowns of a model, optional terms included, as a type, so that a term that a model does not
+/// have costs nothing.
+///
+/// A set begins with a and b, and the load, if it is one of them, comes last.
+pub trait UnknownSet<const P: usize>: Copy + core::fmt::Debug {
+    /// The unknowns, in their order.
+    const UNKNOWNS: [Unknown; P];
+
+    /// Coulomb friction is one of them.
+    const HAS_COULOMB: bool = has(&Self::UNKNOWNS, Unknown::Coulomb);
+    /// The asymmetry of viscous friction is one of them.
+    const HAS_ASYMMETRY: bool = has(&Self::UNKNOWNS, Unknown::Asymmetry);
+    /// Friction at low speed is one of them.
+    const HAS_LOW_SPEED: bool = has(&Self::UNKNOWNS, Unknown::LowSpeed);
+    /// Gravity or ripple is one of them.
+    const HAS_WAVES: bool =
+        has(&Self::UNKNOWNS, Unknown::GravitySine) || has(&Self::UNKNOWNS, Unknown::RippleSine);
+    /// There is an optional term.
+    const HAS_TERMS: bool = has_terms(&Self::UNKNOWNS);
+}
+
+const fn has(unknowns: &[Unknown], wanted: Unknown) -> bool {
+    let mut i = 0;
+    while i < unknowns.len() {
+        if unknowns[i] as u8 == wanted as u8 {
+            return true;
+        }
+        i += 1;
+    }
+    false
+}
+
+const fn has_terms(unknowns: &[Unknown]) -> bool {
+    let mut i = 0;
+    while i < unknowns.len() {
+        if unknowns[i].term().is_some() {
+            return true;
+        }
+        i += 1;
+    }
+    false
+}
+
+/// [a, b, coulomb, delay, load].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AbCoulombDelayLoad;
+
+/// Every unknown, for a PC or a large chip: what is not wanted is left out at run time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AllUnknowns;
+
+macro_rules! unknown_sets {
+    ($($set:ident, $count:literal: [$($unknown:ident),*];)*) => {$(
+        impl UnknownSet<$count> for $set {
+            const UNKNOWNS: [Unknown; $count] = [$(Unknown::$unknown),*];
+        }
+    )*};
+}
+
+unknown_sets! {
+    Ab, 2: [A, B];
+    AbCoulomb, 3: [A, B, Coulomb];
+    AbLoad, 3: [A, B, Load];
+    AbCoulombLoad, 4: [A, B, Coulomb, Load];
+    AbCoulombDelayLoad, 5: [A, B, Coulomb, Delay, Load];
+}
+
+impl UnknownSet<12> for AllUnknowns {
+    const UNKNOWNS: [Unknown; 12] = Unknown::ALL;
+}

@@ -1,0 +1,231 @@
+//! The settings that every part is built from: plain numbers in SI, and one fallible
+//! [`Settings::build`].
+//!
+//! This is the roof of the core: it knows every part below, and none of them knows the settings.
+
+mod amplifier;
+mod automatic_gamma;
+mod controller;
+mod error;
+mod fitting;
+mod gauss_newton;
+mod gradient;
+mod identifier;
+mod servo_loop;
+mod terms;
+mod window;
+
+pub use automatic_gamma::{AutomaticGain, GainError};
+pub use error::SettingsError;
+#[cfg(feature = "fixed")]
+pub(crate) use gradient::{Decay, GradientPlan, SMALLEST_GAIN, plant_box};
+pub use identifier::{BoxSettings, IdentifierSettings, RangeSettings, TermSettings};
+
+use crate::control::{CommandLimit, Gains};
+use crate::error::{Allowed, OutOfRange};
+use crate::measurement::velocity::VelocityEstimate;
+use crate::number::Number;
+use crate::units::Units;
+
+/// The settings of a loop and its identifier, SI. For a linear axis read m for rad.
+///
+/// Optional settings have a default that is stated with them. [`Settings::new`] fills all of them in,
+/// so that a configuration names only what differs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Settings {
+    /// Sample time, s.
+    pub sample_time: f64,
+    /// Position of one count, rad: 2π over the counts of a revolution after fourfold evaluation.
+    pub resolution: f64,
+    /// Cut-off of a [`LowPass`](crate::measurement::velocity::LowPass) velocity estimate, rad/s; other
+    /// estimates have none.
+    pub cutoff: f64,
+    /// The PID that closes the loop; none where another controller does and the identifier only
+    /// listens.
+    pub controller: Option<ControllerSettings>,
+    /// The identifier.
+    pub identifier: IdentifierSettings,
+}
+
+/// The PID (3) and its limit, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct ControllerSettings {
+    /// Proportional gain, command units per rad.
+    pub kp: f64,
+    /// Derivative gain on the measured velocity, command units per rad/s.
+    pub kd: f64,
+    /// Integral gain, command units per rad s.
+    pub ki: f64,
+    /// Lowest and highest command, command units; infinite for none.
+    pub limit: [f64; 2],
+}
+
+/// A diagonal Γ over a, b, Coulomb friction and load.
+#[must_use]
+pub fn diagonal(entries: [f64; 4]) -> [[f64; 4]; 4] {
+    core::array::from_fn(|i| core::array::from_fn(|j| if i == j { entries[i] } else { 0.0 }))
+}
+
+/// A part that [`Settings::build`] can build.
+pub trait FromSettings: Sized {
+    /// Builds it.
+    ///
+    /// # Errors
+    /// The setting that is not allowed, by name, and what is.
+    fn from_settings(settings: &Settings) -> Result<Self, SettingsError>;
+}
+
+impl ControllerSettings {
+    /// A PID without a limit.
+    #[must_use]
+    pub fn pid(kp: f64, kd: f64, ki: f64) -> Self {
+        Self {
+            kp,
+            kd,
+            ki,
+            limit: [f64::NEG_INFINITY, f64::INFINITY],
+        }
+    }
+
+    /// The same with |u| ≤ `limit`, command units.
+    #[must_use]
+    pub fn limited(self, limit: f64) -> Self {
+        Self {
+            limit: [-limit, limit],
+            ..self
+        }
+    }
+
+    /// The gains.
+    ///
+    /// # Errors
+    /// See [`Gains::new`].
+    pub fn gains(&self) -> Result<Gains, OutOfRange> {
+        Gains::new(self.kp, self.kd, self.ki)
+    }
+
+    /// The limit.
+    ///
+    /// # Errors
+    /// See [`CommandLimit::asymmetric`].
+    pub fn command_limit(&self) -> Result<CommandLimit, OutOfRange> {
+        CommandLimit::of(self.limit)
+    }
+}
+
+impl Settings {
+    /// Part of the sample rate that the default cut-off of a low-pass velocity estimate is: 500 rad/s
+    /// at 1 kHz, as in the paper's experiment.
+    const CUTOFF: f64 = 0.5;
+
+    /// Settings for a sample time (s) and an encoder's counts per revolution after fourfold
+    /// evaluation, nothing else stated.
+    #[must_use]
+    pub fn new(sample_time: f64, counts_per_revolution: f64) -> Self {
+        Self {
+            sample_time,
+            resolution: core::f64::consts::TAU / counts_per_revolution,
+            cutoff: Self::CUTOFF / sample_time,
+            controller: None,
+            identifier: IdentifierSettings::UNSTATED,
+        }
+    }
+
+    /// Builds a part: a controller, an identifier, or a loop of both.
+    ///
+    /// # Errors
+    /// The setting that is not allowed, by name, and what is.
+    pub fn build<T: FromSettings>(&self) -> Result<T, SettingsError> {
+        T::from_settings(self)
+    }
+
+    /// Sample time and position unit.
+    ///
+    /// # Errors
+    /// `sample_time` or `resolution` out of range.
+    pub fn units(&self) -> Result<Units, OutOfRange> {
+        Units::new(self.sample_time, self.resolution).map_err(|error| OutOfRange {
+            parameter: match error.parameter {
+                "position_unit" => "resolution",
+                other => other,
+            },
+            ..error
+        })
+    }
+
+    /// The velocity estimate of the controller.
+    ///
+    /// # Errors
+    /// `sample_time`, `resolution` or `cutoff` out of range.
+    pub fn velocity<N: Number, V: VelocityEstimate<N>>(&self) -> Result<V, OutOfRange> {
+        V::with_cutoff(&self.units()?, self.cutoff)
+    }
+
+    /// The controller.
+    ///
+    /// # Errors
+    /// [`SettingsError::NotGiven`] if there is none.
+    pub fn own_controller(&self) -> Result<&ControllerSettings, SettingsError> {
+        self.controller.as_ref().ok_or(SettingsError::NotGiven {
+            setting: "controller",
+        })
+    }
+
+    /// The gains of the gradient's correction in command form: those stated, or the controller's, or,
+    /// where the identifier listens to another controller, gains that follow from box and bandwidth.
+    ///
+    /// # Errors
+    /// A gain out of range; [`SettingsError::NotGiven`] if there is nothing that they follow from.
+    pub fn correction_gains(&self) -> Result<Gains, SettingsError> {
+        match (self.identifier.correction, self.controller) {
+            (Some([kp, kd, ki]), _) => Ok(Gains::new(kp, kd, ki)?),
+            (None, Some(controller)) => Ok(controller.gains()?),
+            (None, None) => self.chosen_correction(),
+        }
+    }
+
+    /// For the servo in the middle of the box both fast poles of the error loop at −ω and a slow one
+    /// near −ω/20 for the integral, which takes the load: k_p = ω²/b, k_d = 2ω/b, k_i = k_p ω/20.
+    fn chosen_correction(&self) -> Result<Gains, SettingsError> {
+        /// Part of ω at which the integral acts.
+        const INTEGRAL: f64 = 0.05;
+        let Some(BoxSettings { b: [min, max], .. }) = self.identifier.plant_box else {
+            return Err(SettingsError::NotGiven {
+                setting: "correction",
+            });
+        };
+        let omega = self.bandwidth()?;
+        let b = Allowed::Above(0.0).check("plant_box.b", libm::sqrt(min * max))?;
+        let kp = omega * omega / b;
+        Ok(Gains::new(kp, 2.0 * omega / b, INTEGRAL * omega * kp)?)
+    }
+
+    /// Bandwidth of the correction, rad/s: the one stated, or a twentieth of the sample rate, which is
+    /// what position loops are commonly sampled at.
+    pub(crate) fn bandwidth(&self) -> Result<f64, OutOfRange> {
+        /// Part of the sample rate.
+        const COMMON: f64 = 0.05;
+        let most = 0.5 / self.sample_time;
+        let stated = self.identifier.bandwidth;
+        Allowed::PositiveUpTo(most).check("bandwidth", stated.unwrap_or(COMMON / self.sample_time))
+    }
+
+    /// The largest increment that is taken, machine units, at most `reach`.
+    pub(crate) fn most_increment(&self, units: &Units, reach: f64) -> Result<f64, OutOfRange> {
+        let Some(speed) = self.identifier.max_speed else {
+            return Ok(reach);
+        };
+        let speed = Allowed::Above(0.0).check("max_speed", speed)?;
+        // At least a count, the increment of the slowest motion.
+        Ok((speed * units.velocity()).max(1.0).min(reach))
+    }
+
+    /// The largest |u| that the controller's limit allows, command units.
+    pub(crate) fn largest_command(&self) -> Option<f64> {
+        let [low, high] = self.controller?.limit;
+        let limit = high.max(-low);
+        Allowed::Above(0.0).holds(limit).then_some(limit)
+    }
+}
