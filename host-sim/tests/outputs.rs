@@ -319,6 +319,21 @@ fn start(folder: &Path, words: &str) -> Child {
         .expect("the program starts")
 }
 
+/// Starts a call as a shell starts a background job of a script, whose SIGINT is ignored.
+fn start_in_background(folder: &Path, words: &str) -> Child {
+    let script = format!(
+        "trap '' INT; exec {} {words}",
+        env!("CARGO_BIN_EXE_servo-id")
+    );
+    Command::new("env")
+        .args(["--default-signal=TERM,HUP", "sh", "-c", &script])
+        .current_dir(folder)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts")
+}
+
 fn signal(child: &Child, name: &str) {
     let script = format!("kill -{name} {}", child.id());
     let sent = Command::new("sh").args(["-c", &script]).status();
@@ -361,6 +376,21 @@ fn an_interruption_leaves_nothing_half_written() {
         assert!(output.stdout.is_empty(), "{words}");
         assert_eq!(listing(&folder), before, "{words}");
     }
+}
+
+#[test]
+fn a_background_job_that_ignores_ctrl_c_leaves_nothing_when_it_is_terminated() {
+    let folder = with_scenario("interrupted-background", "20000.0");
+    let before = listing(&folder);
+    let mut child = start_in_background(&folder, "run scenario.toml --json new.json");
+    wait_for_temporary(&folder);
+    signal(&child, "INT");
+    thread::sleep(Duration::from_millis(100));
+    assert!(child.try_wait().expect("a child").is_none());
+    signal(&child, "TERM");
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(130));
+    assert_eq!(listing(&folder), before);
 }
 
 #[test]

@@ -4,10 +4,9 @@ use super::fault::Fault;
 use super::files::{self, Files};
 use super::standard_output::say;
 use crate::check::{Check, Words};
-use crate::scenario::{Purpose, Scenario, keys};
+use crate::scenario::{Purpose, Scenario};
 
 #[derive(Debug, clap::Args)]
-#[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
 pub(super) struct Arguments {
     /// The scenario, a TOML file with a [plant].
     scenario: PathBuf,

@@ -14,10 +14,9 @@ use crate::log_file::commissioning as messages;
 use crate::report::commission::{self as report, Document, RowWriter};
 use crate::report::page::{Commissioned, commissioning};
 use crate::rerun::{Kept, Origin, OriginAlone, ScenarioText, Task, WithOrigin};
-use crate::scenario::{Purpose, keys};
+use crate::scenario::Purpose;
 
 #[derive(Debug, clap::Args)]
-#[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
 pub(super) struct Arguments {
     /// The scenario, a TOML file with [commission]; a [controller] is one that runs already.
     scenario: PathBuf,

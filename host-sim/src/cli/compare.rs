@@ -9,10 +9,9 @@ use super::standard_output::say;
 use super::terminal;
 use crate::compare;
 use crate::report::{comparison, page};
-use crate::scenario::{Purpose, Scenario, keys};
+use crate::scenario::{Purpose, Scenario};
 
 #[derive(Debug, clap::Args)]
-#[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
 pub(super) struct Arguments {
     /// The scenario, a TOML file; its law does not matter.
     scenario: PathBuf,

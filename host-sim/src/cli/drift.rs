@@ -10,13 +10,12 @@ use super::standard_output::say;
 use super::terminal;
 use crate::drift::{self, Differences};
 use crate::report::drift as report;
-use crate::scenario::{Arithmetic, Purpose, Reference, Scenario, keys};
+use crate::scenario::{Arithmetic, Purpose, Reference, Scenario};
 
 /// The most samples that are kept for the trace.
 const KEPT: u64 = 100_000;
 
 #[derive(Debug, clap::Args)]
-#[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
 pub(super) struct Arguments {
     /// The scenario, a TOML file with the gradient law; its arithmetic does not matter.
     scenario: PathBuf,

@@ -20,7 +20,7 @@ use super::interruption;
 use super::standard_output::say;
 use crate::drive::{Client, DriveError, loop_settings};
 use crate::port::Port;
-use crate::scenario::{ExcitationSettings, Purpose, Scenario, keys};
+use crate::scenario::{ExcitationSettings, Purpose, Scenario};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
@@ -55,7 +55,6 @@ enum Verb {
     Watch(Watch),
     /// Let the drive come to know its servo within the limits of a scenario, tune itself, prove it and keep
     /// it, and look on; a loop that runs goes on at the end.
-    #[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
     Commission(commission::Arguments),
     /// See and operate the drive in the terminal: signals, estimates and state as they come; start, stop,
     /// target, commission, record.
@@ -377,7 +376,7 @@ impl Watch {
         mut table: Option<&mut Table>,
     ) -> Result<u32, Fault> {
         let patience = Duration::from_secs_f64(Self::PATIENCE + step);
-        let stop = interruption::asks_first();
+        let stop = interruption::end_requested();
         let mut left = self.reports;
         let mut until = Instant::now() + patience;
         while left > 0 && !stop.load(Ordering::Relaxed) {

@@ -1,4 +1,4 @@
-//! Ctrl-C, and whatever else asks the program to end: no file is left half written.
+//! Ctrl-C, and every other request to end the program: no file is left half written.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -13,27 +13,25 @@ const INTERRUPTED: i32 = 130;
 /// finds all there are.
 static TEMPORARIES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// Whether the verb ends by itself when it is asked to, and whether it is.
+/// The verb ends by itself when an end is requested.
 static ENDS_BY_ITSELF: AtomicBool = AtomicBool::new(false);
-static ASKED: AtomicBool = AtomicBool::new(false);
+/// An end was requested.
+static END_REQUESTED: AtomicBool = AtomicBool::new(false);
 
 /// From now on, an interruption removes the temporary files before it ends the program.
-///
-/// Where one of the signals is ignored from the start, as `nohup` has it, all of them are left as they
-/// are: a handler would undo what the user asked for.
 pub(super) fn handle() {
-    // The only other error is that this process has a handler already.
-    let _ = ctrlc::try_set_handler(end);
+    // Without a handler the program ends as any other does.
+    let _ = install();
 }
 
-/// From now on, the first interruption only sets the flag that is answered with: what is done so far is
+/// From now on, the first interruption only sets the flag that is returned: the work done so far is
 /// worth keeping. The second one ends the program.
-pub(super) fn asks_first() -> &'static AtomicBool {
+pub(super) fn end_requested() -> &'static AtomicBool {
     ENDS_BY_ITSELF.store(true, Ordering::Relaxed);
-    &ASKED
+    &END_REQUESTED
 }
 
-/// Makes a temporary file that an interruption removes; `make` answers with it and its path.
+/// Makes a temporary file that an interruption removes; `make` returns it, `path` its path.
 pub(super) fn removing<T>(
     make: impl FnOnce() -> io::Result<T>,
     path: impl FnOnce(&T) -> &Path,
@@ -44,14 +42,44 @@ pub(super) fn removing<T>(
     Ok(made)
 }
 
-fn end() {
-    if ENDS_BY_ITSELF.load(Ordering::Relaxed) && !ASKED.swap(true, Ordering::Relaxed) {
+/// Handles SIGINT, SIGTERM and SIGHUP, each on its own. One that was ignored at the start stays so:
+/// `nohup` ignores SIGHUP, and a shell's background job SIGINT.
+#[cfg(unix)]
+fn install() -> io::Result<()> {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+
+    let handled = [SIGINT, SIGTERM, SIGHUP].into_iter();
+    let handled = handled.filter(|signal| !is_ignored(*signal));
+    let mut signals = signal_hook::iterator::Signals::new(handled)?;
+    let wait = move || signals.forever().for_each(|_| interrupt());
+    std::thread::Builder::new().spawn(wait).map(drop)
+}
+
+#[cfg(unix)]
+fn is_ignored(signal: i32) -> bool {
+    let mut action = std::mem::MaybeUninit::<libc::sigaction>::zeroed();
+    // SAFETY: without a new action the call only writes the present one, for which there is room; all of
+    // whose fields may be zero.
+    let action = unsafe {
+        libc::sigaction(signal, std::ptr::null(), action.as_mut_ptr());
+        action.assume_init()
+    };
+    action.sa_sigaction == libc::SIG_IGN
+}
+
+#[cfg(not(unix))]
+fn install() -> io::Result<()> {
+    ctrlc::try_set_handler(interrupt).map_err(io::Error::other)
+}
+
+fn interrupt() {
+    if ENDS_BY_ITSELF.load(Ordering::Relaxed) && !END_REQUESTED.swap(true, Ordering::Relaxed) {
         return;
     }
-    // The lock is never let go: nothing new appears between the removal and the end.
+    // The lock is never released: nothing new appears between the removal and the end.
     let temporaries = temporaries();
     for path in temporaries.iter() {
-        // Most are gone: they were renamed or removed when they were done.
+        // Most are gone: they were renamed or removed when they were complete.
         let _ = std::fs::remove_file(path);
     }
     process::exit(INTERRUPTED);

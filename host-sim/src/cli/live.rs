@@ -123,7 +123,7 @@ impl Live {
     pub(super) fn stay(&self, page: &Page) {
         const LOOK: Duration = Duration::from_millis(50);
         self.put(page, Progress::Over);
-        let enough = interruption::asks_first();
+        let enough = interruption::end_requested();
         // As above.
         let _ = writeln!(
             io::stderr(),

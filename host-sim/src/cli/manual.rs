@@ -1,6 +1,6 @@
 use std::io::{self, Write};
 
-use clap::{Command, CommandFactory};
+use clap::Command;
 use clap_mangen::Man;
 
 use super::fault::Fault;
@@ -15,7 +15,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
-    let mut command = super::Arguments::command();
+    let mut command = super::documented();
     // Gives every verb its full name.
     command.build();
     for verb in &arguments.verb {

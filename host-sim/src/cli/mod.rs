@@ -1,4 +1,4 @@
-//! The command line: one verb, one file, and beside them what all verbs write with.
+//! The command line: one file for each verb, and the inputs and outputs that all verbs share.
 
 mod call;
 mod check;
@@ -36,11 +36,13 @@ mod tune;
 use std::io::Write;
 use std::process::ExitCode;
 
-use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::error::ErrorKind;
+use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand};
 use fault::Fault;
 
 use crate::program;
 use crate::render::terminal::style::FAULT;
+use crate::scenario::keys::listing;
 
 /// Simulates the on-line identification of a servo under PID control.
 ///
@@ -50,7 +52,7 @@ use crate::render::terminal::style::FAULT;
 struct Arguments {
     #[command(subcommand)]
     verb: Option<Verb>,
-    /// Say nothing of what was done, but for faults and for what is to go to `-`.
+    /// Print only errors and what was requested on `-`.
     #[arg(long, short, global = true)]
     quiet: bool,
 }
@@ -63,36 +65,66 @@ enum Verb {
     Run(run::Arguments),
     /// Write a scenario from the data sheet of a motor, by options or by questions.
     Init(init::Arguments),
-    /// Say what a scenario means before it is run: bandwidth, margins, what will be known how soon.
+    /// Analyse a scenario before it is run: bandwidth, margins, how soon each parameter will be known.
     Check(check::Arguments),
     /// Identify from a recorded log with a declared controller.
     Replay(replay::Arguments),
     /// Repeat what a result is from, and say whether it comes out the same.
     Rerun(rerun::Arguments),
-    /// Commission the simulated drive: wiggle, identify, verify, tune, try, then apply or roll back.
+    /// Commission the simulated drive: probe, identify, verify, tune, try, then apply or roll back.
     Commission(commission::Arguments),
-    /// Run every method on the same servo, in cases that each break one assumption.
+    /// Run every method on the same servo, in cases that each violate one assumption.
     Compare(compare::Arguments),
     /// Run one experiment in every number format, side by side on the same measurements.
     Drift(drift::Arguments),
     /// Talk to a drive over its serial line.
     Drive(drive::Arguments),
-    /// Find gains for an identified servo, with margins and the response that they promise.
+    /// Compute gains for an identified servo, with margins and the predicted response.
     Tune(tune::Arguments),
-    /// Run many random servos: the distribution of the errors.
+    /// Identify many random servos: the distribution of the errors.
     Sweep(sweep::Arguments),
-    /// List the keys of a scenario: what each is, what it may hold, what holds without it.
+    /// List the keys of a scenario: meaning, allowed values and defaults.
     Keys(keys::Arguments),
-    /// Print a script that lets a shell complete verbs, options and files.
+    /// Print a shell's completion script for verbs, options and files.
     Completions(completions::Arguments),
     /// Print the manual page, of the program or of a verb, for `man -l -`.
     Manual(manual::Arguments),
 }
 
-/// Parses the command line, does what it says and answers with the exit status.
+/// The verbs that read a scenario, whose keys their `--help` lists.
+const SCENARIO_VERBS: [&str; 7] = [
+    "run",
+    "check",
+    "replay",
+    "commission",
+    "compare",
+    "drift",
+    "sweep",
+];
+
+/// The command line with the keys of a scenario in its long help. To list them takes as long as to parse
+/// a call, so this is built only where help is printed.
+fn documented() -> Command {
+    let keys = format!("Keys of a scenario:\n{}", listing());
+    let with_keys = |command: Command| command.after_long_help(keys.clone());
+    SCENARIO_VERBS
+        .into_iter()
+        .fold(Arguments::command(), |command, verb| {
+            command.mut_subcommand(verb, with_keys)
+        })
+        .mut_subcommand("drive", |drive| {
+            drive.mut_subcommand("commission", with_keys)
+        })
+}
+
+/// Parses the command line, runs the verb and returns the exit status.
 #[must_use]
 pub fn main() -> ExitCode {
     let parsed = Arguments::command().try_get_matches();
+    let parsed = parsed.or_else(|error| match error.kind() {
+        ErrorKind::DisplayHelp => documented().try_get_matches(),
+        _ => Err(error),
+    });
     let done = match parsed.and_then(|found| Arguments::from_arg_matches(&found)) {
         Ok(arguments) => arguments.run(),
         // Help and version.
@@ -102,7 +134,7 @@ pub fn main() -> ExitCode {
     match done.and_then(|()| standard_output::flush()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(fault) => {
-            // Where nobody can be told, the exit status still says it.
+            // The exit status reports the fault even where standard error is closed.
             let _ = writeln!(anstream::stderr(), "{FAULT}error:{FAULT:#} {fault}");
             fault.exit_code()
         }

@@ -6,10 +6,9 @@ use super::output::Outputs;
 use crate::replay::{self, Log, ReplayError};
 use crate::rerun::{Kept, LogFile, Origin, ScenarioText, Task};
 use crate::result::{LogReading, Prediction, ReplayNotes};
-use crate::scenario::{Purpose, Scenario, keys};
+use crate::scenario::{Purpose, Scenario};
 
 #[derive(Debug, clap::Args)]
-#[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
 pub(super) struct Arguments {
     /// The log, a file, .csv, .csv.gz or .mcap: what `run` wrote, or what a drive recorded. Of several,
     /// all of one servo, each goes on from the estimates of the one before.

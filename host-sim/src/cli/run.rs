@@ -5,11 +5,10 @@ use super::fault::Fault;
 use super::output::Outputs;
 use crate::rerun::{Kept, Origin, ScenarioText, Task};
 use crate::result::ReplayNotes;
-use crate::scenario::{Purpose, keys};
+use crate::scenario::Purpose;
 use crate::simulate;
 
 #[derive(Debug, clap::Args)]
-#[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
 pub(super) struct Arguments {
     /// The scenario, a TOML file (its keys are at the end of `--help`).
     scenario: PathBuf,

@@ -11,11 +11,10 @@ use super::standard_output::say;
 use super::terminal;
 use crate::report::distribution;
 use crate::report::page::{self, Swept};
-use crate::scenario::{Purpose, Scenario, keys};
+use crate::scenario::{Purpose, Scenario};
 use crate::sweep::{self, Distribution};
 
 #[derive(Debug, clap::Args)]
-#[command(after_long_help = format!("Keys of a scenario:\n{}", keys::listing()))]
 pub(super) struct Arguments {
     /// The scenario, a TOML file; servos are drawn from its plant_box.
     scenario: PathBuf,
@@ -51,7 +50,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
             .build_global()
             .map_err(|error| Fault::Other(format!("no {threads} threads: {error}")))?;
     }
-    let stop = interruption::asks_first();
+    let stop = interruption::end_requested();
     let what = "servos (Ctrl-C ends with what is done)";
     let progress = Progress::of(u64::from(arguments.runs), what);
     let runs = sweep::sweep(&scenario, arguments.runs, arguments.seed, stop, &|| {

@@ -97,7 +97,7 @@ impl Arguments {
 
         let every = (Self::OFTEN / order.sample_time).clamp(1.0, f64::from(u16::MAX));
         client.ask(Command::Watch(every as u16)).map_err(fault)?;
-        let stop = interruption::asks_first();
+        let stop = interruption::end_requested();
         client.commission(&order).map_err(fault)?;
         client.keep_alive(match settings.protection.link_timeout {
             0.0 => Self::LONGEST_PAUSE.as_secs_f64(),

@@ -82,7 +82,7 @@ impl Prepared<'_> {
         } else {
             AtEnd::Stop
         };
-        let asked_to_end = interruption::asks_first();
+        let asked_to_end = interruption::end_requested();
 
         let mut screen = Screen::open()?;
         let link = Link::open(client, link_timeout, at_end);
