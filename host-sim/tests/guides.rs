@@ -4,7 +4,7 @@
 #![cfg(target_os = "linux")]
 
 #[path = "support/simulated_drive.rs"]
-#[expect(dead_code, reason = "nobody's hand is on its shaft here")]
+#[expect(dead_code, reason = "its shaft is free here")]
 mod simulated_drive;
 mod support;
 
@@ -33,7 +33,7 @@ const ELSEWHERE: [(&str, &str); 6] = [
     ("cargo xtask", "takes an emulator: CI does"),
     (
         "servo-id drive simulate",
-        "goes on until it is ended: the tests of the monitor end it",
+        "runs until it is interrupted: the tests of the monitor run it",
     ),
     (
         "servo-id drive --port tcp:127.0.0.1:5760 monitor",

@@ -273,13 +273,13 @@ fn who_leaves_lets_the_servo_go() {
         monitor.shows(" RELEASED ");
         starts(&mut monitor);
         monitor.types("q");
-        monitor.shows("Leaving lets it go");
+        monitor.shows("Leaving releases it");
         // Another key stays.
         monitor.types("n");
         monitor.types(keys);
         let (status, text) = monitor.ends();
         assert_eq!(status, 0, "{text}");
-        assert!(text.contains("the servo was let go"), "{text}");
+        assert!(text.contains("the servo was released"), "{text}");
         assert!(bench.drive("status").contains("the last run was stopped"));
     }
     // Only who says so leaves it running, and only a drive that is to run alone.
@@ -294,7 +294,7 @@ fn who_leaves_lets_the_servo_go() {
     monitor.types("qy");
     let (status, text) = monitor.ends();
     assert_eq!(status, 0, "{text}");
-    assert!(text.contains("the drive goes on"), "{text}");
+    assert!(text.contains("the drive keeps running"), "{text}");
     assert!(bench.drive("status").contains("running"));
 }
 
@@ -315,7 +315,7 @@ fn a_signal_gives_the_terminal_back_and_lets_the_servo_go() {
     assert!(sent.is_ok_and(|status| status.success()));
     let (status, text) = monitor.ends();
     assert_eq!(status, 0, "{text}");
-    assert!(text.contains("the servo was let go"), "{text}");
+    assert!(text.contains("the servo was released"), "{text}");
     assert!(bench.drive("status").contains("the last run was stopped"));
 }
 
@@ -330,7 +330,7 @@ fn a_window_that_is_too_small_says_so_and_goes_on_when_it_grows() {
     monitor.resize(79, 24);
     monitor.shows("Space stops it");
     monitor.types(" ");
-    monitor.shows("The servo is let go");
+    monitor.shows("The servo is released");
     monitor.resize(80, 24);
     monitor.shows("the last run was stopped");
     monitor.types("q");

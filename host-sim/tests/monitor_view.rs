@@ -7,7 +7,7 @@ use drive_link::{
     Dither, Ended, Estimates, Fault, Format, Kept, Law, LoopSettings, Noticed, PROTOCOL, Progress,
     Protection, Report, Settings, Snapshot, State as Does, Status,
 };
-use host_sim::monitor::{Dialogue, LEAST, Motion, Note, Shown, State, draw};
+use host_sim::monitor::{Dialogue, MIN_SIZE, Motion, Note, Shown, State, draw};
 use identifier_core::ControllerSettings;
 use identifier_core::commission::Phase;
 use identifier_core::parameters::ServoParameters;
@@ -126,7 +126,7 @@ fn screen(width: u16, height: u16, shown: &Shown<'_>) -> String {
 }
 
 fn least(shown: &Shown<'_>) -> String {
-    screen(LEAST.width, LEAST.height, shown)
+    screen(MIN_SIZE.width, MIN_SIZE.height, shown)
 }
 
 #[test]
@@ -258,9 +258,12 @@ fn what_moves_the_servo_says_so_before() {
     let target = of(&Dialogue::Target("0.5x".to_owned()), None, false);
     assert!(target.contains("0.5x_ (not a number)"), "{target}");
     let quit = of(&Dialogue::Quit, None, false);
-    assert!(quit.contains("Leaving lets it go"), "{quit}");
+    assert!(quit.contains("Leaving releases it"), "{quit}");
     let leave = of(&Dialogue::Quit, None, true);
-    assert!(leave.contains("goes on without the monitor"), "{leave}");
+    assert!(
+        leave.contains("stays driven without the monitor"),
+        "{leave}"
+    );
 }
 
 #[test]

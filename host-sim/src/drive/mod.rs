@@ -1,4 +1,4 @@
-//! The host's end of the conversation with a drive.
+//! The host's end of a drive's link.
 
 mod document;
 mod loop_settings;
@@ -13,14 +13,23 @@ pub use self::document::CommissionDocument;
 pub use self::loop_settings::loop_settings;
 use crate::port::{Port, PortError};
 
+/// Longest wait for a report.
+const MAX_REPORT_WAIT: Duration = Duration::from_secs(20);
+
+/// Longest time from one sign of life to the next, s.
+const MAX_SIGN_PERIOD: f64 = 1.0;
+
+/// Signs of life within the drive's link timeout.
+const SIGNS_PER_TIMEOUT: f64 = 4.0;
+
 /// A drive at the other end of a port.
 #[derive(Debug)]
 pub struct Client {
     port: Port,
     id: u8,
-    /// How often the drive hears of us while we only listen, and when it last did.
+    /// Period of signs of life while listening, and the time of the last message.
     keep_alive: Option<Duration>,
-    spoke: Instant,
+    last_sent: Instant,
 }
 
 /// Why a drive did not do what it was asked.
@@ -31,7 +40,7 @@ pub enum DriveError {
     Port(PortError),
     /// The drive refused; nothing changed.
     Refused(Refusal),
-    /// The drive is silent where it should report.
+    /// The drive does not report.
     Silent,
 }
 
@@ -41,7 +50,7 @@ impl fmt::Display for DriveError {
             Self::Port(error) => error.fmt(f),
             Self::Refused(refusal) => write!(f, "the drive refuses: {refusal}"),
             Self::Silent => {
-                f.write_str("the drive reports nothing of the kind: is its loop closed?")
+                f.write_str("the drive is silent: is it switched on, and its line connected?")
             }
         }
     }
@@ -56,53 +65,48 @@ impl From<PortError> for DriveError {
 }
 
 impl Client {
-    /// How long a report is waited for.
-    const PATIENCE: Duration = Duration::from_secs(20);
-
-    /// The longest time from one sign of life to the next, s.
-    const SELDOM: f64 = 1.0;
-
-    /// The drive hears of us several times within its link timeout.
-    const OFTEN: f64 = 4.0;
-
-    /// Talks over a port.
+    /// A client at a port.
     #[must_use]
     pub fn new(port: Port) -> Self {
-        // Not where the program before this one began: its last answer may still be on the line.
+        // Random, as the last answer to the program before this one may still be on the line.
         let now = SystemTime::now().duration_since(UNIX_EPOCH);
         let id = now.map_or(0, |now| (now.subsec_micros() >> 4) as u8);
         Self {
             port,
             id,
             keep_alive: None,
-            spoke: Instant::now(),
+            last_sent: Instant::now(),
         }
     }
 
-    /// From now on, lets a drive with this link timeout (s; 0 for none) hear of us while we listen.
+    /// From now on, keeps a run of a drive with this link timeout (s; 0 for none) alive while it listens.
     pub fn keep_alive(&mut self, link_timeout: f64) {
-        let often = (link_timeout / Self::OFTEN).min(Self::SELDOM);
-        self.keep_alive = (often > 0.0).then(|| Duration::from_secs_f64(often));
+        let period = if link_timeout > 0.0 {
+            (link_timeout / SIGNS_PER_TIMEOUT).min(MAX_SIGN_PERIOD)
+        } else {
+            MAX_SIGN_PERIOD
+        };
+        self.keep_alive = Some(Duration::from_secs_f64(period));
     }
 
-    /// The port, for whoever says something else than requests.
+    /// The port, for bytes that are no requests.
     pub fn port(&mut self) -> &mut Port {
         &mut self.port
     }
 
-    /// Says something without waiting for the answer, which will carry this number.
+    /// Sends a command without waiting for the answer, which will carry the returned number.
     ///
     /// # Errors
     /// If the line breaks.
     pub fn say(&mut self, command: Command) -> Result<u8, DriveError> {
         self.id = self.id.wrapping_add(1);
-        self.spoke = Instant::now();
+        self.last_sent = Instant::now();
         let id = self.id;
         self.port.send(&Request { id, command })?;
         Ok(id)
     }
 
-    /// Asks for something that is answered by being done.
+    /// Sends a command and waits until it is done.
     ///
     /// # Errors
     /// If it is refused, or the line breaks.
@@ -110,7 +114,7 @@ impl Client {
         self.report(command).map(|_| ())
     }
 
-    /// Starts a run, and never two: where no answer comes, the drive is asked whether it runs.
+    /// Starts a run, and never two: without an answer, the drive's state decides.
     ///
     /// # Errors
     /// If it is refused, the line breaks, or the run has already ended.
@@ -129,8 +133,8 @@ impl Client {
         self.begin(command, PATIENCE, State::Commissioning)
     }
 
-    /// Asks once for what must not be done twice; where no answer comes, the drive is asked whether it
-    /// does it.
+    /// Sends once a command that must not be done twice; without an answer, the drive's state decides
+    /// whether it was done.
     fn begin(
         &mut self,
         command: Command,
@@ -151,7 +155,7 @@ impl Client {
         }
     }
 
-    /// What the last commissioning came to.
+    /// The result of the last commissioning.
     ///
     /// # Errors
     /// If there was none, or the line breaks.
@@ -162,7 +166,7 @@ impl Client {
         }
     }
 
-    /// Who is there, and how.
+    /// The drive's status.
     ///
     /// # Errors
     /// If the line breaks.
@@ -173,7 +177,7 @@ impl Client {
         }
     }
 
-    /// The settings that hold.
+    /// The settings in force.
     ///
     /// # Errors
     /// If the line breaks.
@@ -184,12 +188,12 @@ impl Client {
         }
     }
 
-    /// What the next report of a kind says.
+    /// The next report that `says` accepts.
     ///
     /// # Errors
     /// If none comes, or the line breaks.
     pub fn next<T>(&mut self, says: impl Fn(&Report) -> Option<T>) -> Result<T, DriveError> {
-        self.next_within(Self::PATIENCE, says)?
+        self.next_within(MAX_REPORT_WAIT, says)?
             .ok_or(DriveError::Silent)
     }
 
@@ -209,11 +213,11 @@ impl Client {
             if patience.is_zero() {
                 return Ok(None);
             }
-            if let Some(often) = self.keep_alive {
-                if now.duration_since(self.spoke) >= often {
+            if let Some(period) = self.keep_alive {
+                if now.duration_since(self.last_sent) >= period {
                     self.say(Command::Hello)?;
                 }
-                patience = patience.min(often);
+                patience = patience.min(period);
             }
             let heard = self
                 .port
@@ -235,7 +239,7 @@ impl Client {
             | Report::Refused { id: same, .. } => *same == id,
             Report::Snapshot(_) | Report::Progress(_) | Report::Fault(_) => false,
         };
-        self.spoke = Instant::now();
+        self.last_sent = Instant::now();
         match self.port.ask(&Request { id, command }, fits)? {
             Report::Refused { refusal, .. } => Err(DriveError::Refused(refusal)),
             report => Ok(report),

@@ -2,16 +2,16 @@
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
-/// What somebody wants.
+/// An action of the user.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Action {
     /// Do this, which moves the servo.
     Move(Motion),
-    /// Let the servo go.
+    /// Release the servo.
     Stop,
-    /// Send the servo to a place, rad from where it started.
+    /// Move the servo to a position, rad from where it started.
     Target(f64),
-    /// Forget a fault.
+    /// Clear a fault.
     Clear,
     /// Keep settings and estimates.
     Save,
@@ -21,7 +21,7 @@ pub enum Action {
     Quit,
 }
 
-/// What moves the servo without saying where to.
+/// A motion without a target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Motion {
     /// Closing the loop.
@@ -30,25 +30,25 @@ pub enum Motion {
     Commission,
 }
 
-/// What was asked and is not answered yet.
+/// An open question to the user.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum Dialogue {
     /// Nothing.
     #[default]
     Idle,
-    /// Whether to do this.
+    /// Confirmation of a motion.
     Confirm(Motion),
-    /// Where to send the servo: what has been typed.
+    /// A target position: the text typed so far.
     Target(String),
-    /// Whether to leave while the servo is driven.
+    /// Confirmation of leaving while the servo is driven.
     Quit,
 }
 
 /// Characters of a target.
-const LONGEST_TARGET: usize = 16;
+const MAX_TARGET_LENGTH: usize = 16;
 
 impl Dialogue {
-    /// Takes a key, while something drives the servo or not.
+    /// Takes a key.
     pub fn press(&mut self, key: KeyEvent, is_driven: bool) -> Option<Action> {
         let control = key.modifiers.contains(KeyModifiers::CONTROL);
         match key.code {
@@ -86,7 +86,7 @@ impl Dialogue {
                     None
                 }
                 KeyCode::Char(letter)
-                    if typed.len() < LONGEST_TARGET && letter.is_ascii_graphic() =>
+                    if typed.len() < MAX_TARGET_LENGTH && letter.is_ascii_graphic() =>
                 {
                     typed.push(letter);
                     None
@@ -117,7 +117,7 @@ fn is_yes(code: KeyCode) -> bool {
     matches!(code, KeyCode::Char('y' | 'Y'))
 }
 
-/// What was typed as a number that can be a place.
+/// The typed text as a finite number.
 pub(super) fn number(typed: &str) -> Option<f64> {
     typed.parse().ok().filter(|place: &f64| place.is_finite())
 }

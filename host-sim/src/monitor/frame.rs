@@ -65,7 +65,7 @@ impl Frame {
         }
     }
 
-    /// Command that acts, command units; none while the servo is let go.
+    /// Command that acts, command units; none while the servo is released.
     #[must_use]
     pub fn command(&self) -> Option<f64> {
         match self {

@@ -4,10 +4,10 @@ use std::collections::VecDeque;
 
 use super::frame::Frame;
 
-/// How long what is seen is remembered, s.
+/// Length of the history, s.
 pub(super) const LENGTH: f64 = 10.0;
 
-/// A sample that was seen.
+/// A sample of the history.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Point {
     /// Since the motion began, s.
@@ -15,7 +15,7 @@ pub(super) struct Point {
     pub(super) frame: Frame,
 }
 
-/// What was seen of a motion lately.
+/// The last seconds of a motion.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct History(VecDeque<Point>);
 
@@ -50,7 +50,7 @@ impl History {
         self.0.back()
     }
 
-    /// What is drawn of a signal: time before the newest sample (s, not positive) and value.
+    /// A signal for the charts: time before the newest sample (s, not positive) and value.
     pub(super) fn signal(&self, signal: Signal) -> Vec<(f64, f64)> {
         let Some(newest) = self.newest() else {
             return Vec::new();

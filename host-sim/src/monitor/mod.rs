@@ -1,13 +1,13 @@
-//! A terminal view of a drive: what is known of it, how that is drawn, and what is recorded.
+//! A terminal view of a drive: its state, the drawing of it, and recordings.
 //!
-//! Data goes one way: the [`Link`] hears reports, [`State`] takes them in, [`draw`] shows them; a key
-//! becomes an [`Action`] through a [`Dialogue`], and an action an order for the link.
+//! Data goes one way: the [`Link`] receives reports, [`State`] takes them in, [`draw`] shows them; a key
+//! becomes an [`Action`] through a [`Dialogue`], and an action a command for the link.
 
 mod dialogue;
 mod frame;
 mod history;
+mod host_identifier;
 mod link;
-mod listening;
 mod recording;
 mod state;
 mod telemetry;
@@ -15,8 +15,8 @@ mod view;
 
 pub use dialogue::{Action, Dialogue, Motion};
 pub use frame::{Frame, Kind};
-pub use link::{AtEnd, Ending, Heard, Link, LinkError};
+pub use link::{AtEnd, Ending, Link, LinkError, LinkEvent};
 pub use recording::{Recording, Taken};
 pub use state::{Note, State};
 pub use telemetry::Telemetry;
-pub use view::{LEAST, Shown, draw};
+pub use view::{MIN_SIZE, Shown, draw};

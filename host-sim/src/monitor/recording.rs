@@ -81,7 +81,7 @@ impl<W: Write> Recording<W> {
                 self.out,
                 "{time:.9},{},{},{}",
                 progress.position,
-                // A servo that is let go gets none.
+                // A released servo gets none.
                 progress.command.unwrap_or(0.0),
                 progress.phase.name(),
             )?,

@@ -1,4 +1,4 @@
-//! What is known of a drive.
+//! The known state of a drive.
 
 use std::time::{Duration, Instant};
 
@@ -7,30 +7,30 @@ use identifier_core::commission::Phase;
 
 use super::frame::{Frame, Kind};
 use super::history::{History, Point};
-use super::listening::Listening;
+use super::host_identifier::HostIdentifier;
 use super::telemetry::{Order, Telemetry};
 
-/// How late a frame may be before the drive is asked for them anew.
+/// Delay of a frame after which telemetry is requested again.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// What is known of a drive.
+/// The known state of a drive.
 #[derive(Debug)]
 pub struct State {
-    /// Where it is.
+    /// Its port.
     pub(super) port: String,
     settings: Settings,
     status: Status,
     telemetry: Telemetry,
-    /// Frames that found no room on the line before.
+    /// Frames that the drive had dropped before.
     dropped_before: u32,
-    /// When the drive was last asked for telemetry, or sent some.
-    told: Instant,
+    /// Time of the last frame, or of the last request for frames.
+    last_frame: Instant,
     pub(super) history: History,
-    listening: Option<Listening>,
+    identifier: Option<HostIdentifier>,
     note: Option<Note>,
 }
 
-/// Something to be said about what happened.
+/// A message about a command.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Note {
     /// It was done.
@@ -40,7 +40,7 @@ pub enum Note {
 }
 
 impl State {
-    /// Of a drive with these settings that stands so, and that sends a frame every so many samples.
+    /// Of a drive with these settings and this status, which sends a frame every `every` samples.
     #[must_use]
     pub fn new(port: &str, settings: Settings, status: Status, every: u16, now: Instant) -> Self {
         Self {
@@ -49,14 +49,14 @@ impl State {
             status,
             telemetry: Telemetry::every(every),
             dropped_before: status.dropped,
-            told: now,
+            last_frame: now,
             history: History::default(),
-            listening: Listening::to(&settings).filter(|_| every == 1),
+            identifier: HostIdentifier::to(&settings).filter(|_| every == 1),
             note: None,
         }
     }
 
-    /// Takes in a report; a frame in it is the answer.
+    /// Takes in a report; returns the frame in it.
     pub fn take(&mut self, report: &Report, now: Instant) -> Option<Frame> {
         match report {
             Report::Status { status, .. } => self.status = *status,
@@ -65,7 +65,7 @@ impl State {
             _ => {}
         }
         let frame = Frame::of(report)?;
-        self.told = now;
+        self.last_frame = now;
         self.show(&frame);
         Some(frame)
     }
@@ -76,8 +76,8 @@ impl State {
             [core.sample_time, core.resolution].map(f64::to_bits)
         };
         if hears(&settings) != hears(&self.settings) {
-            let hears_all = self.telemetry.samples_apart() == 1;
-            self.listening = Listening::to(&settings).filter(|_| hears_all);
+            let receives_every_sample = self.telemetry.samples_apart() == 1;
+            self.identifier = HostIdentifier::to(&settings).filter(|_| receives_every_sample);
         }
         self.settings = settings;
     }
@@ -87,8 +87,8 @@ impl State {
         if order == Order::Begins {
             self.history.begin();
         }
-        if let Some(listening) = &mut self.listening {
-            listening.hear(frame, order);
+        if let Some(identifier) = &mut self.identifier {
+            identifier.take(frame, order);
         }
         if let Frame::Running(snapshot) = frame {
             // Before the first fit there is none.
@@ -101,66 +101,67 @@ impl State {
         });
     }
 
-    /// Whether the drive should send telemetry and does not, and is to be asked anew.
-    pub fn is_to_be_asked_again(&mut self, now: Instant) -> bool {
+    /// The drive should send telemetry and does not: it is to be requested again.
+    pub fn is_telemetry_overdue(&mut self, now: Instant) -> bool {
         if !self.is_driven() {
-            self.told = now;
+            self.last_frame = now;
             return false;
         }
         let apart = f64::from(self.telemetry.samples_apart()) * self.sample_time();
-        let silent = now.duration_since(self.told) > PATIENCE + Duration::from_secs_f64(apart);
+        let silent =
+            now.duration_since(self.last_frame) > PATIENCE + Duration::from_secs_f64(apart);
         if silent {
-            self.told = now;
-            self.telemetry.begin_anew();
+            self.last_frame = now;
+            self.telemetry.resynchronise();
         }
         silent
     }
 
-    /// What is to be said.
+    /// Sets the message.
     pub fn say(&mut self, note: Note) {
         self.note = Some(note);
     }
 
-    /// What was said is over.
-    pub fn say_no_more(&mut self) {
+    /// Clears the message.
+    pub fn clear_note(&mut self) {
         self.note = None;
     }
 
-    /// What was said last.
+    /// The last message.
     #[must_use]
     pub fn note(&self) -> Option<&Note> {
         self.note.as_ref()
     }
 
-    /// The drive did not do what it was asked.
+    /// The drive refused a command.
     pub fn was_refused(&mut self, refusal: &Refusal) {
         self.say(Note::Failed(format!("the drive refuses: {refusal}")));
     }
 
-    /// Whether something drives the servo.
+    /// The servo is driven.
     #[must_use]
     pub fn is_driven(&self) -> bool {
         matches!(self.status.state, Does::Running | Does::Commissioning)
     }
 
-    /// The settings that hold.
+    /// The settings in force.
     #[must_use]
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    /// How it stands, with the newest estimates.
+    /// Its status, with the newest estimates.
     #[must_use]
     pub fn status(&self) -> &Status {
         &self.status
     }
 
-    /// Frames for which the drive found no room on its line since somebody looks on.
-    pub(super) fn unsaid(&self) -> u32 {
+    /// Frames that the drive dropped for want of room on its line, since the monitor began.
+    pub(super) fn dropped(&self) -> u32 {
         self.status.dropped.wrapping_sub(self.dropped_before)
     }
 
-    /// The frames that came.
+    /// The received and lost frames.
     #[must_use]
     pub fn telemetry(&self) -> &Telemetry {
         &self.telemetry
@@ -179,24 +180,24 @@ impl State {
         Some(controller.limit).filter(|limit| limit.iter().all(|end| end.is_finite()))
     }
 
-    /// The newest frame, and when in its motion it was, s.
+    /// The newest frame, and its time since the motion began, s.
     pub(super) fn newest(&self) -> Option<(f64, &Frame)> {
         self.history
             .newest()
             .map(|point| (point.time, &point.frame))
     }
 
-    /// What the host found by itself.
+    /// The host's own estimates.
     pub(super) fn estimates_here(&self) -> Option<Estimates> {
-        self.listening.as_ref().and_then(Listening::estimates)
+        self.identifier.as_ref().and_then(HostIdentifier::estimates)
     }
 
-    /// Whether every sample is heard, so that the host can learn, too.
-    pub(super) fn hears_all(&self) -> bool {
-        self.listening.is_some()
+    /// Every sample arrives, so that the host identifies, too.
+    pub(super) fn receives_every_sample(&self) -> bool {
+        self.identifier.is_some()
     }
 
-    /// Where a commissioning stands, or stood.
+    /// The phase of the commissioning, or of the last one.
     pub(super) fn phase(&self) -> Option<Phase> {
         match self.newest() {
             Some((_, Frame::Commissioning(progress)))
@@ -208,29 +209,28 @@ impl State {
         }
     }
 
-    /// What the servo does, and why, in words.
+    /// The state of the servo and its reason, in words.
     #[must_use]
     pub fn reason(&self) -> String {
         let status = &self.status;
         match status.state {
             Does::Faulted(fault) => fault.to_string(),
-            Does::Running => "the loop is closed, and the drive learns".to_owned(),
+            Does::Running => "the loop is closed, and the drive identifies".to_owned(),
             Does::Commissioning => match self.phase() {
                 Some(phase) => format!("commissioning: {}", phase.name()),
                 None => "it moves on its own".to_owned(),
             },
             Does::Released if !status.configured => {
-                "the servo is let go; nobody has told the drive yet what it is: `drive configure`"
-                    .to_owned()
+                "the servo is released; the drive is not configured: `drive configure`".to_owned()
             }
             Does::Released => {
                 let commissioned = status.commissioning.filter(|_| {
                     matches!(self.newest(), Some((_, frame)) if frame.kind() == Kind::Commissioning)
                 });
                 match (commissioned, status.ended) {
-                    (Some(stands), _) => format!("the servo is let go; commissioning: {stands}"),
-                    (None, Some(ended)) => format!("the servo is let go; {ended}"),
-                    (None, None) => "the servo is let go, and everything is ready".to_owned(),
+                    (Some(stands), _) => format!("the servo is released; commissioning: {stands}"),
+                    (None, Some(ended)) => format!("the servo is released; {ended}"),
+                    (None, None) => "the servo is released, and the drive is ready".to_owned(),
                 }
             }
         }

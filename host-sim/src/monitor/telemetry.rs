@@ -1,4 +1,4 @@
-//! Which frames came, and which did not: each carries the number of its sample.
+//! Received and lost frames: each carries the number of its sample.
 
 use super::frame::{Frame, Kind};
 
@@ -12,19 +12,19 @@ pub struct Telemetry {
     lost: u64,
 }
 
-/// Where a frame stands among the others.
+/// The place of a frame in the sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Order {
-    /// It is the first that is seen of a motion.
+    /// The first received of a motion.
     Begins,
     /// None is missing before it.
     Follows,
-    /// So many are missing before it.
+    /// This many are missing before it.
     FollowsLost(u32),
 }
 
 impl Telemetry {
-    /// Expects a frame every so many samples.
+    /// Expects a frame every `samples` samples.
     #[must_use]
     pub fn every(samples: u16) -> Self {
         Self {
@@ -41,20 +41,20 @@ impl Telemetry {
         self.every
     }
 
-    /// Frames that came.
+    /// Frames received.
     #[must_use]
     pub fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// Frames that were to come and did not.
+    /// Frames lost.
     #[must_use]
     pub fn lost(&self) -> u64 {
         self.lost
     }
 
-    /// The next frame may be any: the drive was asked anew.
-    pub fn begin_anew(&mut self) {
+    /// The next frame may be any: telemetry was requested again.
+    pub fn resynchronise(&mut self) {
         self.last = None;
     }
 
@@ -73,7 +73,7 @@ impl Telemetry {
                     missing => Order::FollowsLost(missing),
                 }
             }
-            // A motion that begins shows a sample among its first.
+            // A new motion sends one of its first samples.
             Some(_) => {
                 self.lost += u64::from(sample.saturating_sub(1) / every);
                 Order::Begins
@@ -159,7 +159,7 @@ mod tests {
     fn what_was_before_somebody_looked_on_is_not_lost() {
         let mut telemetry = Telemetry::every(1);
         telemetry.take(&running(1_000));
-        telemetry.begin_anew();
+        telemetry.resynchronise();
         telemetry.take(&running(9_000));
         assert_eq!(telemetry.lost(), 0);
     }

@@ -1,9 +1,10 @@
-//! The simulated servo as the drive's logic finds it: encoder, output stage and lines.
+//! The simulated servo behind encoder, output stage and lines of a chip.
 
 use drive_logic::{Chip, Lines};
 use identifier_core::commission::{CommissionInputs, StopReason};
 use identifier_core::drive::{Actuator, PositionSensor};
 
+use super::SimulatedPins;
 use crate::commission::Axis;
 
 /// An axis behind the pins of a chip.
@@ -17,14 +18,14 @@ pub(super) struct SimulatedChip {
     late: bool,
 }
 
-/// What the encoder showed at the beginning of the sample; nothing if that was no valid reading.
+/// The count at the beginning of the sample; `None` for an invalid reading.
 pub(super) struct Reading(Option<i32>);
 
-/// The command that acts; none while the servo is let go.
+/// The command that acts; `None` while the servo is released.
 pub(super) struct Held(Option<f32>);
 
 impl SimulatedChip {
-    /// With an axis that moves in steps of so many seconds.
+    /// With an axis that moves in steps of `step` seconds.
     pub(super) fn new(axis: Axis, step: f64) -> Self {
         Self {
             axis,
@@ -35,22 +36,23 @@ impl SimulatedChip {
             late: false,
         }
     }
+}
 
-    /// Reads what there is to be read.
-    pub(super) fn begin_sample(&mut self) {
+impl SimulatedPins for SimulatedChip {
+    fn begin_sample(&mut self) {
         let CommissionInputs { count, late, stop } = self.axis.sense();
         self.reading = Reading(count);
         self.stop = stop;
         self.late = late;
     }
 
-    /// Lets the axis move until the next sample, after a whole number of its steps.
-    pub(super) fn pass(&mut self, sample_time: f64) {
+    /// After a whole number of the axis's steps.
+    fn pass(&mut self, sample_time: f64) {
         let command = self.output.0.map_or(0.0, f64::from);
         let steps = (sample_time / self.step).round().max(1.0) as u32;
         for step in 0..steps {
             if step > 0 {
-                // What goes wrong with the time goes on.
+                // Faults develop with every step.
                 let _ = self.axis.sense();
             }
             self.axis.advance(command);

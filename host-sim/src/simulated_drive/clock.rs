@@ -1,51 +1,57 @@
 use std::time::{Duration, Instant};
 
-/// How far the drive's time may lag behind the clock, s. What is more is left out: who stops a process or
-/// closes a notebook does not want to see what it missed.
-const LONGEST_LAG: f64 = 0.1;
+/// Longest lag of the drive's time behind the real time, s. More is skipped: a process that was stopped does not
+/// make up for the missed time.
+const MAX_LAG: f64 = 0.1;
 
-/// The drive's time beside the clock on the wall, s.
-pub(super) struct Clock {
-    begun: Instant,
-    /// What was left out.
-    missed: f64,
+/// The drive's time, which follows the real time at a pace.
+#[derive(Debug)]
+pub struct Clock {
+    begin: Instant,
+    /// Drive's seconds per second of real time.
+    pace: f64,
+    /// Skipped, s.
+    skipped: f64,
     now: f64,
-    next: f64,
+    next_sample: f64,
 }
 
 impl Clock {
-    pub(super) fn start() -> Self {
+    /// Starts a clock at so many seconds per second of real time.
+    #[must_use]
+    pub fn at_pace(pace: f64) -> Self {
         Self {
-            begun: Instant::now(),
-            missed: 0.0,
+            begin: Instant::now(),
+            pace,
+            skipped: 0.0,
             now: 0.0,
-            next: 0.0,
+            next_sample: 0.0,
         }
     }
 
-    /// Looks at the clock on the wall.
-    pub(super) fn look(&mut self) {
-        self.now = self.begun.elapsed().as_secs_f64() - self.missed;
-        let lag = self.now - self.next - LONGEST_LAG;
-        if lag > 0.0 {
-            self.missed += lag;
-            self.now -= lag;
+    /// Reads the real time.
+    pub(super) fn update(&mut self) {
+        self.now = self.pace * self.begin.elapsed().as_secs_f64() - self.skipped;
+        let excess = self.now - self.next_sample - MAX_LAG;
+        if excess > 0.0 {
+            self.skipped += excess;
+            self.now -= excess;
         }
     }
 
-    /// Whether a sample is due.
+    /// A sample is due.
     pub(super) fn is_due(&self) -> bool {
-        self.next <= self.now
+        self.next_sample <= self.now
     }
 
-    /// A sample was done; the next comes after its sample time, s.
+    /// A sample was taken; the next is due after its sample time, s.
     pub(super) fn advance(&mut self, sample_time: f64) {
-        self.next += sample_time;
+        self.next_sample += sample_time;
     }
 
-    /// Until the next sample, as of the last look.
+    /// Real time until the next sample, as of the last update.
     pub(super) fn left(&self) -> Duration {
-        Duration::from_secs_f64((self.next - self.now).max(0.0))
+        Duration::from_secs_f64((self.next_sample - self.now).max(0.0) / self.pace)
     }
 }
 
@@ -54,17 +60,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_stopped_program_missed_is_left_out() {
+    fn time_that_a_stopped_program_missed_is_skipped() {
         const SAMPLE_TIME: f64 = 1e-3;
-        let mut clock = Clock::start();
-        clock.missed = -10.0;
-        clock.look();
+        let mut clock = Clock::at_pace(1.0);
+        clock.skipped = -10.0;
+        clock.update();
         let mut samples = 0;
         while clock.is_due() {
             clock.advance(SAMPLE_TIME);
             samples += 1;
         }
-        let most = LONGEST_LAG / SAMPLE_TIME;
+        let most = MAX_LAG / SAMPLE_TIME;
         assert!(
             (most - 2.0..=most + 2.0).contains(&f64::from(samples)),
             "{samples}"

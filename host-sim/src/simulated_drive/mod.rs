@@ -1,5 +1,5 @@
-//! A drive without hardware: the firmware's logic in real time against the servo of a scenario, at the
-//! other end of a TCP port. Whatever talks to a drive talks to it as to a real one.
+//! A drive without hardware: the firmware's logic in real time with the servo of a scenario, at a TCP
+//! port. Every host of a drive can use it as a real one.
 
 mod chip;
 mod clock;
@@ -13,10 +13,10 @@ use std::thread;
 use std::time::Duration;
 
 use drive_link::{Command, Dither, Protection, Refusal, Report, Request, Settings};
-use drive_logic::{Channel, Conversation, Memory, Sampler, Stage, Supervisor};
+use drive_logic::{Channel, Chip, Conversation, Memory, Sampler, Stage, Supervisor};
 
 use self::chip::SimulatedChip;
-use self::clock::Clock;
+pub use self::clock::Clock;
 pub use self::flash::FlashInMemory;
 pub use self::wire::Wire;
 use crate::commission::Axis;
@@ -25,8 +25,8 @@ use crate::scenario::{Fault, Scenario};
 /// From the reading of the encoder to the change of the output, s: in the simulation there is none.
 const COMMAND_DELAY: f64 = 0.0;
 
-/// How long it sleeps at most between two looks at the line.
-const NAP: Duration = Duration::from_micros(500);
+/// Longest sleep between two looks at the line.
+const MAX_SLEEP: Duration = Duration::from_micros(500);
 
 /// A drive that waits for its power, with a port that is open already.
 pub struct SimulatedDrive {
@@ -75,7 +75,7 @@ impl fmt::Debug for SimulatedDrive {
 }
 
 impl SimulatedDrive {
-    /// With the servo, the encoder and the amplifier of a scenario; nobody has told it anything yet.
+    /// With the servo, the encoder and the amplifier of a scenario; not configured.
     ///
     /// # Errors
     /// If the scenario describes no such servo, or the port cannot be opened.
@@ -106,14 +106,13 @@ impl SimulatedDrive {
         })
     }
 
-    /// What it holds without being told anything, to be changed and given to
-    /// [`configured`](Self::configured).
+    /// Its settings until it is configured, to be changed and given to [`configured`](Self::configured).
     #[must_use]
     pub fn built_in(&self) -> Settings {
         self.built_in
     }
 
-    /// The same, told by somebody what its servo is.
+    /// The same, configured for its servo.
     #[must_use]
     pub fn configured(self, settings: Settings) -> Self {
         Self {
@@ -130,54 +129,107 @@ impl SimulatedDrive {
         self.listener.local_addr()
     }
 
-    /// Switches it on, for as long as the program runs.
+    /// Powers it up, for as long as the program runs.
     ///
     /// # Errors
     /// If it refuses the settings that it was [`configured`](Self::configured) with.
-    pub fn run(mut self) -> Result<std::convert::Infallible, SimulatedDriveError> {
+    pub fn run(mut self) -> Result<(), SimulatedDriveError> {
+        let board = Board {
+            listener: &self.listener,
+            stage: self.stage,
+            built_in: &self.built_in,
+            clock: Clock::at_pace(1.0),
+        };
+        board
+            .power_up(
+                &mut FlashInMemory::erased(),
+                self.configured,
+                &mut self.chip,
+            )
+            .map_err(SimulatedDriveError::Refused)
+    }
+}
+
+/// The pins of a chip, led to a simulated servo.
+pub trait SimulatedPins: Chip {
+    /// Latches encoder and lines at the beginning of a sample.
+    fn begin_sample(&mut self) {}
+
+    /// Moves the servo until the next sample.
+    fn pass(&mut self, sample_time: f64);
+
+    /// The drive has power.
+    fn is_powered(&self) -> bool {
+        true
+    }
+}
+
+/// A drive without its servo and its flash.
+#[derive(Debug)]
+pub struct Board<'a> {
+    /// Its port, which does not block.
+    pub listener: &'a TcpListener,
+    /// Its output stage.
+    pub stage: Stage,
+    /// Its settings until it is configured.
+    pub built_in: &'a Settings,
+    /// Its time.
+    pub clock: Clock,
+}
+
+impl Board<'_> {
+    /// Runs the firmware's logic until the power is gone.
+    ///
+    /// # Errors
+    /// If it refuses the settings that it is to be configured with.
+    pub fn power_up<P: SimulatedPins>(
+        self,
+        flash: &mut FlashInMemory,
+        configured: Option<Settings>,
+        pins: &mut P,
+    ) -> Result<(), Refusal> {
+        let Self {
+            listener,
+            stage,
+            built_in,
+            mut clock,
+        } = self;
         let mut channel = Channel::new();
         let (background, interrupt) = channel.split();
         // A drive keeps its memory for ever, and a program has few drives.
         let memory = Box::leak(Box::new(Memory::new()));
-        let flash = (FlashInMemory::erased(), 0);
-        let mut supervisor = Supervisor::new(
-            background,
-            memory,
-            flash,
-            &self.built_in,
-            self.stage,
-            Ok(()),
-        );
-        if let Some(settings) = self.configured {
+        let mut supervisor =
+            Supervisor::new(background, memory, (flash, 0), built_in, stage, Ok(()));
+        if let Some(settings) = configured {
             let command = Command::Configure(settings);
             if let Report::Refused { refusal, .. } = supervisor.answer(&Request { id: 0, command })
             {
-                return Err(SimulatedDriveError::Refused(refusal));
+                return Err(refusal);
             }
         }
         let mut sampler = Sampler::new(interrupt, Ok(()));
         let mut conversation = Conversation::new();
         let mut wire = Wire::default();
-        let mut clock = Clock::start();
-        loop {
-            if let Ok((line, _)) = self.listener.accept() {
+        while pins.is_powered() {
+            if let Ok((line, _)) = listener.accept() {
                 wire.connect(line);
             }
-            clock.look();
+            clock.update();
             while clock.is_due() {
                 let sample_time = supervisor.sample_time();
                 clock.advance(sample_time);
-                self.chip.begin_sample();
-                sampler.interrupt(&mut self.chip);
-                self.chip.pass(sample_time);
+                pins.begin_sample();
+                sampler.interrupt(pins);
+                pins.pass(sample_time);
                 while conversation.turn(&mut wire, &mut supervisor) {}
                 wire.flush();
             }
-            // Without a sample that is due, too, so that nobody waits for an answer.
+            // Requests are answered between samples, too.
             while conversation.turn(&mut wire, &mut supervisor) {}
             wire.flush();
-            thread::sleep(clock.left().min(NAP));
+            thread::sleep(clock.left().min(MAX_SLEEP));
         }
+        Ok(())
     }
 }
 

@@ -1,15 +1,15 @@
-//! A drive at the other end of a TCP port: the firmware's logic in a thread, its servo simulated, its
-//! flash in memory. Somebody can put a hand on the shaft, switch the motor's supply, swap its leads, and
-//! take the drive's power away.
+//! A drive at a TCP port: the firmware's logic in a thread, its servo simulated, its flash in memory. A test can
+//! hold the shaft, switch the motor's supply, swap its leads, and cut the drive's power. All of that is timed by
+//! the drive's own clock, so that it does not depend on the load of the machine.
 
 use std::net::{Ipv4Addr, TcpListener};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use drive_link::Settings;
-use drive_logic::{Channel, Chip, Conversation, Lines, Sampler, Stage, Supervisor};
-use host_sim::simulated_drive::{FlashInMemory, Wire};
+use drive_logic::{Chip, Lines, Stage};
+use host_sim::simulated_drive::{Board, Clock, FlashInMemory, SimulatedPins};
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::parameters::ServoParameters;
 use virtual_servo::{Encoder, Plant};
@@ -17,21 +17,24 @@ use virtual_servo::{Encoder, Plant};
 const SAMPLE_TIME: f64 = 1e-3;
 const COUNTS: f64 = 10_000.0;
 
-/// What the drive does in a second of the test, s.
-const HASTE: u32 = 2;
+/// Drive's seconds per second of the test.
+const PACE: f64 = 2.0;
 
-/// How far a hand moves the axis in a sample, rad.
+/// Largest motion of the axis by a hand in a sample, rad.
 const HAND: f64 = 2e-3;
 
-/// What somebody does to the axis.
+/// Longest real time that a test waits for the drive: the machine may be busy.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// A hand at the shaft.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Hand {
     Off,
-    /// Moves it here, rad, and holds it, whatever the motor does.
+    /// Moves the axis to this position, rad, and holds it, whatever the motor does.
     Holds(f64),
 }
 
-/// What is around the drive.
+/// The surroundings of the drive.
 #[derive(Debug)]
 pub(crate) struct Surroundings {
     pub(crate) hand: Hand,
@@ -39,121 +42,121 @@ pub(crate) struct Surroundings {
     /// The motor's leads, right (1) or swapped (−1).
     pub(crate) leads: f64,
     pub(crate) power: bool,
-    /// Where the axis is, rad, and the command that is held.
+    /// Position of the axis, rad, and the command that is held.
     pub(crate) position: f64,
     pub(crate) held: Option<f32>,
+    /// The drive's time, s.
+    time: f64,
 }
 
-/// A drive that somebody can do things to.
+/// The same, shared with the drive's thread.
+#[derive(Debug)]
+struct Shared {
+    around: Mutex<Surroundings>,
+    changed: Condvar,
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, Surroundings> {
+        self.around.lock().expect("no thread panicked")
+    }
+}
+
+/// A drive with changeable surroundings.
 pub(crate) struct SimulatedDrive {
     pub(crate) port: String,
-    around: Arc<Mutex<Surroundings>>,
+    shared: Arc<Shared>,
 }
 
 impl SimulatedDrive {
-    /// Switched on, the motor without supply, nobody's hand on the shaft.
+    /// Switched on, the motor without supply, no hand at the shaft.
     pub(crate) fn start(servo: ServoParameters, example: Settings) -> Self {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port is free");
         listener.set_nonblocking(true).expect("a socket");
         let port = format!("tcp:{}", listener.local_addr().expect("it has an address"));
-        let around = Arc::new(Mutex::new(Surroundings {
-            hand: Hand::Off,
-            supply: false,
-            leads: 1.0,
-            power: true,
-            position: 0.0,
-            held: None,
-        }));
-        let theirs = Arc::clone(&around);
-        thread::spawn(move || live(&listener, &theirs, &servo, &example));
-        Self { port, around }
+        let shared = Arc::new(Shared {
+            around: Mutex::new(Surroundings {
+                hand: Hand::Off,
+                supply: false,
+                leads: 1.0,
+                power: true,
+                position: 0.0,
+                held: None,
+                time: 0.0,
+            }),
+            changed: Condvar::new(),
+        });
+        let of_drive = Arc::clone(&shared);
+        thread::spawn(move || power_cycles(&listener, &of_drive, &servo, &example));
+        Self { port, shared }
     }
 
-    /// Changes what is around it.
+    /// Changes the surroundings.
     pub(crate) fn with<T>(&self, change: impl FnOnce(&mut Surroundings) -> T) -> T {
-        change(&mut self.around.lock().expect("nobody panicked"))
+        let changed = change(&mut self.shared.lock());
+        self.shared.changed.notify_all();
+        changed
     }
 
-    /// Lets time pass for the drive, s.
+    /// Waits until this much of the drive's time has passed, s.
     pub(crate) fn pass(&self, time: f64) {
-        thread::sleep(Duration::from_secs_f64(time / f64::from(HASTE)));
+        let end = self.shared.lock().time + time;
+        self.wait_until("its time passes", |around| around.time >= end);
+    }
+
+    /// Waits until the drive commands its servo.
+    pub(crate) fn wait_until_driven(&self) {
+        self.wait_until("it is driven", |around| around.held.is_some());
+    }
+
+    /// Switches the drive off and on again.
+    pub(crate) fn cycle_power(&self) {
+        self.with(|around| (around.power, around.held) = (false, None));
+        self.wait_until("it is on again", |around| around.power);
+    }
+
+    fn wait_until(&self, what: &str, condition: impl Fn(&Surroundings) -> bool) {
+        let (around, waited) = self
+            .shared
+            .changed
+            .wait_timeout_while(self.shared.lock(), PATIENCE, |around| !condition(around))
+            .expect("no thread panicked");
+        drop(around);
+        assert!(!waited.timed_out(), "waited too long until {what}");
     }
 }
 
-/// Powers the drive up again whenever its power comes back, with what its flash kept.
-fn live(
+/// Powers the drive up again whenever it was switched off, with its flash as it was.
+fn power_cycles(
     listener: &TcpListener,
-    around: &Mutex<Surroundings>,
+    shared: &Shared,
     servo: &ServoParameters,
     example: &Settings,
 ) {
     let mut flash = FlashInMemory::erased();
     loop {
-        while !around.lock().expect("nobody panicked").power {
-            thread::sleep(Duration::from_millis(1));
-        }
-        boot(listener, around, servo, example, &mut flash);
-    }
-}
-
-fn boot(
-    listener: &TcpListener,
-    around: &Mutex<Surroundings>,
-    servo: &ServoParameters,
-    example: &Settings,
-    flash: &mut FlashInMemory,
-) {
-    let mut channel = Channel::new();
-    let (background, interrupt) = channel.split();
-    let memory = Box::leak(Box::new(drive_logic::Memory::new()));
-    let stage = Stage {
-        full_scale: 10.0,
-        period: 5e-5,
-        command_delay: 1.25e-5,
-    };
-    let mut supervisor = Supervisor::new(background, memory, (flash, 0), example, stage, Ok(()));
-    let mut sampler = Sampler::new(interrupt, Ok(()));
-    let mut conversation = Conversation::new();
-    let mut wire = Wire::default();
-    let mut axis = Axis {
-        servo: Servo {
-            plant: Plant::at_rest(servo, SAMPLE_TIME),
-            encoder: Encoder::new(COUNTS),
-        },
-        stage: Held(None),
-    };
-    let begun = Instant::now();
-    let mut samples = 0;
-    loop {
-        if let Ok((line, _)) = listener.accept() {
-            wire.connect(line);
-        }
-        let due = begun.elapsed().as_millis() as u64 * u64::from(HASTE);
-        while samples < due {
-            samples += 1;
-            sampler.interrupt(&mut axis);
-            let mut around = around.lock().expect("nobody panicked");
-            if !around.power {
-                return;
-            }
-            around.held = axis.stage.0;
-            let push = axis
-                .stage
-                .0
-                .filter(|_| around.supply)
-                .map_or(0.0, |command| around.leads * f64::from(command));
-            axis.servo.plant.advance(push);
-            if let Hand::Holds(position) = around.hand {
-                let way = position - axis.servo.plant.position;
-                axis.servo.plant.position += way.clamp(-HAND, HAND);
-                axis.servo.plant.velocity = 0.0;
-            }
-            around.position = axis.servo.plant.position;
-            drop(around);
-            while conversation.turn(&mut wire, &mut supervisor) {}
-            wire.flush();
-        }
-        thread::sleep(Duration::from_micros(200));
+        let board = Board {
+            listener,
+            stage: Stage {
+                full_scale: 10.0,
+                period: 5e-5,
+                command_delay: 1.25e-5,
+            },
+            built_in: example,
+            clock: Clock::at_pace(PACE),
+        };
+        let mut axis = Axis {
+            servo: Servo {
+                plant: Plant::at_rest(servo, SAMPLE_TIME),
+                encoder: Encoder::new(COUNTS),
+            },
+            stage: Held(None),
+            shared,
+        };
+        let off = board.power_up(&mut flash, None, &mut axis);
+        off.expect("nothing is configured");
+        shared.lock().power = true;
+        shared.changed.notify_all();
     }
 }
 
@@ -164,9 +167,33 @@ struct Servo {
 
 struct Held(Option<f32>);
 
-struct Axis {
+struct Axis<'a> {
     servo: Servo,
     stage: Held,
+    shared: &'a Shared,
+}
+
+impl SimulatedPins for Axis<'_> {
+    fn pass(&mut self, sample_time: f64) {
+        let mut around = self.shared.lock();
+        around.held = self.stage.0;
+        let push = around.held.filter(|_| around.supply);
+        let push = push.map_or(0.0, |command| around.leads * f64::from(command));
+        let plant = &mut self.servo.plant;
+        plant.advance(push);
+        if let Hand::Holds(position) = around.hand {
+            plant.position += (position - plant.position).clamp(-HAND, HAND);
+            plant.velocity = 0.0;
+        }
+        around.position = plant.position;
+        around.time += sample_time;
+        drop(around);
+        self.shared.changed.notify_all();
+    }
+
+    fn is_powered(&self) -> bool {
+        self.shared.lock().power
+    }
 }
 
 impl PositionSensor for Servo {
@@ -191,7 +218,7 @@ impl Actuator<f32> for Held {
     }
 }
 
-impl Chip for Axis {
+impl Chip for Axis<'_> {
     type Sensor = Servo;
     type Output = Held;
 

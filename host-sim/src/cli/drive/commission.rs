@@ -1,216 +1,116 @@
-//! `servo-id drive commission`: a drive comes to know its servo, while somebody looks on.
+//! `servo-id drive commission`: the drive identifies its servo, tunes itself and validates the gains.
 
-use std::f64::consts::TAU;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
 
-use drive_link::{
-    Command, Commissioning, Dither, Format, Law, LoopSettings, Outcome, Progress, Protection,
-    Report, Settings, State, Status,
-};
-use identifier_core::commission::{CommissionIsr, CommissionSettings, HoldingGains, Phase};
+use drive_link::{Command, Commissioning, Outcome, Progress, State, Status};
+use identifier_core::commission::{HoldingGains, Phase};
 
 use super::fault;
+use super::follow::{Event, follow};
+use super::plan::{DrivePlan, Plan};
 use crate::cli::fault::Fault;
 use crate::cli::files::{self, Files};
 use crate::cli::interruption;
 use crate::cli::standard_output::say;
-use crate::drive::{Client, CommissionDocument, DriveError};
+use crate::drive::{Client, CommissionDocument};
 use crate::report::commission as report;
-use crate::scenario::{Purpose, Scenario};
+use crate::scenario::Scenario;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The scenario: encoder, amplifier and [commission]; a drive that is configured keeps its own
-    /// controller, one that is not takes the scenario's, if it has any.
+    /// The scenario: encoder, amplifier and [commission]. A configured drive keeps its own controller, any other
+    /// takes the scenario's, if it has one.
     scenario: PathBuf,
     /// Write the result as JSON to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Replace a file that is there already.
+    /// Replace an existing file.
     #[arg(long)]
     force: bool,
 }
 
-/// What is said to somebody who looks on.
-enum Seen {
-    Stands(State, Option<Commissioning>),
-    Progress(Progress),
-    Fault(drive_link::Fault),
-}
+/// Time between two lines of progress, s.
+const LINE_INTERVAL: f64 = 0.1;
 
 impl Arguments {
-    /// Time between two lines of progress, s.
-    const OFTEN: f64 = 0.1;
-
-    /// How long a drive may say nothing at all.
-    const LONGEST_PAUSE: Duration = Duration::from_secs(5);
-
-    /// How long an interruption may have to wait.
-    const ATTENTION: Duration = Duration::from_millis(50);
-
     pub(super) fn run(&self, client: &mut Client, status: &Status) -> Result<(), Fault> {
-        let scenario = Scenario::load(&self.scenario, Purpose::Commission)?;
-        let of_scenario = |fault| Fault::of_scenario(&self.scenario, fault);
-        let order = scenario.commission_settings().map_err(of_scenario)?;
+        let plan = Plan::read(&self.scenario)?;
         let mut files = Files::reading(&[&self.scenario], self.force);
         let json = files.output(self.json.as_deref())?;
         let silent = files.own_standard_output();
 
-        let mut settings = client.settings().map_err(fault)?;
-        if !status.configured {
-            let gains = scenario.gains_before().map_err(of_scenario)?;
-            settings = unconfigured(&settings, &order, gains.as_ref());
+        let settings = client.settings().map_err(fault)?;
+        let DrivePlan {
+            configure,
+            order,
+            gains_before,
+            largest_motion,
+            link_timeout,
+        } = plan.for_drive(&settings, status)?;
+        if let Some(settings) = configure {
             client.ask(Command::Configure(settings)).map_err(fault)?;
         }
-        let core = &settings.closed_loop.core;
-        for (key, own, wanted) in [
-            (
-                "encoder.counts_per_rev",
-                TAU / core.resolution,
-                TAU / order.resolution,
-            ),
-            (
-                "commission.sample_time",
-                core.sample_time,
-                order.sample_time,
-            ),
-        ] {
-            if (own / wanted - 1.0).abs() > 1e-9 {
-                let told = format!(
-                    "{key} is {wanted} here, and {own} in the drive: `drive configure` tells it another servo"
-                );
-                return Err(Fault::of_scenario(&self.scenario, told));
-            }
-        }
-        let before = gains(&settings);
-        let mut planned = order;
-        planned.command_delay += f64::from(status.command_delay);
-        let machine = CommissionIsr::<f32>::new(&planned, before.as_ref())
-            .map_err(|error| of_scenario(scenario.fault_of_commission(&error)))?;
-        let largest = machine.largest_motion();
+        let before = gains_before.as_ref();
         if !silent {
-            say!("{}", report::largest_motion(&largest))?;
+            say!("{}", report::largest_motion(&largest_motion))?;
         }
 
-        let every = (Self::OFTEN / order.sample_time).clamp(1.0, f64::from(u16::MAX));
-        client.ask(Command::Watch(every as u16)).map_err(fault)?;
+        let every = LINE_INTERVAL / order.sample_time;
+        let every = every.clamp(1.0, f64::from(u16::MAX)) as u16;
+        client.ask(Command::Watch(every)).map_err(fault)?;
         let stop = interruption::end_requested();
         client.commission(&order).map_err(fault)?;
-        client.keep_alive(match settings.protection.link_timeout {
-            0.0 => Self::LONGEST_PAUSE.as_secs_f64(),
-            link_timeout => link_timeout,
-        });
-        look_on(client, order.sample_time, stop)?;
+        client.keep_alive(link_timeout);
+        show_progress(client, order.sample_time, stop)?;
         let outcome = client.outcome().map_err(fault)?;
         client.ask(Command::Watch(0)).map_err(fault)?;
-        let goes_on = client.status().map_err(fault)?.state == State::Running;
+        let runs_on = client.status().map_err(fault)?.state == State::Running;
 
-        let document = CommissionDocument::new(&order, &largest, before.as_ref(), &outcome);
+        let document = CommissionDocument::new(&order, &largest_motion, before, &outcome);
         files::commit([json.map(|json| json.document(&document))])?;
         if !silent {
-            show(&scenario, before.as_ref(), &outcome)?;
+            show(&plan.scenario, before, &outcome)?;
         }
         let end = End {
             gains_before: before.is_some(),
-            goes_on,
-            link_timeout: settings.protection.link_timeout,
+            runs_on,
+            link_timeout,
         };
         judged(&end, &outcome, silent)
     }
 }
 
-/// The gains that a drive with these settings goes back to.
-pub(super) fn gains(settings: &Settings) -> Option<HoldingGains> {
-    let core = &settings.closed_loop.core;
-    core.controller.map(|controller| HoldingGains {
-        controller,
-        cutoff: core.cutoff,
-    })
-}
-
-/// Settings for a drive that nobody has told anything: what it is to measure with, the gains that are known,
-/// if any, and protections with as much room as the commissioning has; for the rest the drive's example.
-pub(super) fn unconfigured(
-    example: &Settings,
-    order: &CommissionSettings,
-    gains: Option<&HoldingGains>,
-) -> Settings {
-    let [low, high] = order.limits.travel;
-    let travel = 0.5 * (high - low);
-    let mut core = identifier_core::Settings {
-        resolution: order.resolution,
-        ..identifier_core::Settings::new(order.sample_time, 1.0)
-    };
-    if let Some(gains) = gains {
-        core.controller = Some(gains.controller);
-        core.cutoff = gains.cutoff;
-    }
-    Settings {
-        closed_loop: LoopSettings {
-            core,
-            law: Law::GaussNewton,
-            format: Format::Single,
-        },
-        dither: Dither {
-            amplitude: 0.0,
-            ..example.dither
-        },
-        protection: Protection {
-            following_error: travel,
-            travel,
-            speed: order.limits.speed,
-            pace: 0.2 * order.limits.speed,
-            ..example.protection
-        },
-    }
-}
-
-/// Says on standard error how it goes on, until it is over; an interruption stops it.
-fn look_on(client: &mut Client, sample_time: f64, stop: &AtomicBool) -> Result<(), Fault> {
-    let mut told = Phase::Idle;
+/// Prints the progress on standard error until the commissioning is over; an interruption stops it.
+fn show_progress(client: &mut Client, sample_time: f64, stop: &AtomicBool) -> Result<(), Fault> {
+    let mut shown = Phase::Idle;
     let mut stopped = false;
-    let mut heard = Instant::now();
-    loop {
+    follow(client, |client, event| {
         if stop.load(Ordering::Relaxed) && !stopped {
             stopped = true;
             client.ask(Command::Stop).map_err(fault)?;
-            say_so("stopping");
+            print("stopping");
         }
-        let seen = client
-            .next_within(Arguments::ATTENTION, seen)
-            .map_err(fault)?;
-        match seen {
-            Some(Seen::Stands(State::Commissioning, stands)) => {
-                if let Some(stands) = stands.filter(|stands| stands.phase != told) {
-                    told = stands.phase;
-                    say_so(told.name());
+        match event {
+            Some(Event::Status(status)) if status.state != State::Commissioning => {
+                return Ok(Some(()));
+            }
+            Some(Event::Status(Status { commissioning, .. })) => {
+                if let Some(now) = commissioning.filter(|now| now.phase != shown) {
+                    shown = now.phase;
+                    print(shown.name());
                 }
             }
-            Some(Seen::Stands(..)) => return Ok(()),
-            Some(Seen::Progress(progress)) => say_so(&line(&progress, sample_time)),
-            Some(Seen::Fault(fault)) => {
-                say_so(&fault.to_string());
-                return Ok(());
+            Some(Event::Progress(progress)) => print(&line(&progress, sample_time)),
+            Some(Event::Fault(fault)) => {
+                print(&fault.to_string());
+                return Ok(Some(()));
             }
-            None if heard.elapsed() > Arguments::LONGEST_PAUSE => {
-                return Err(fault(DriveError::Silent));
-            }
-            None => continue,
+            Some(Event::Snapshot(_)) | None => {}
         }
-        heard = Instant::now();
-    }
-}
-
-fn seen(report: &Report) -> Option<Seen> {
-    match report {
-        Report::Status { status, .. } => Some(Seen::Stands(status.state, status.commissioning)),
-        Report::Progress(progress) => Some(Seen::Progress(*progress)),
-        Report::Fault(fault) => Some(Seen::Fault(*fault)),
-        _ => None,
-    }
+        Ok(None)
+    })
 }
 
 fn line(progress: &Progress, sample_time: f64) -> String {
@@ -223,7 +123,7 @@ fn line(progress: &Progress, sample_time: f64) -> String {
         gain,
     } = progress;
     let time = f64::from(*sample) * sample_time;
-    let acts = command.map_or("let go".to_owned(), |command| {
+    let acts = command.map_or("released".to_owned(), |command| {
         format!("command {command:+.3}")
     });
     let known = match gain {
@@ -237,8 +137,8 @@ fn line(progress: &Progress, sample_time: f64) -> String {
     )
 }
 
-/// Says a line on standard error. Nothing depends on somebody hearing it.
-fn say_so(line: &str) {
+/// Prints a line on standard error; nothing depends on it.
+fn print(line: &str) {
     let _ = writeln!(io::stderr(), "{line}");
 }
 
@@ -263,24 +163,23 @@ fn show(
 
 /// How the drive stands after a commissioning.
 struct End {
-    /// There are gains that held before.
+    /// There were gains before.
     gains_before: bool,
-    /// The loop beside which it ran goes on.
-    goes_on: bool,
-    /// For how long the line may then be silent, s; 0 for ever.
+    /// The loop that ran before runs again.
+    runs_on: bool,
+    /// Longest silence of the line then, s; 0 for no limit.
     link_timeout: f64,
 }
 
 impl End {
-    /// What becomes of a loop that goes on.
-    fn loop_goes_on(&self) -> String {
+    fn loop_runs_on(&self) -> String {
         if self.link_timeout > 0.0 {
             format!(
-                "the loop goes on, and comes to rest when the line was silent for {} s",
+                "the loop keeps running, and comes to rest when the line is silent for {} s",
                 self.link_timeout
             )
         } else {
-            "the loop goes on".to_owned()
+            "the loop keeps running".to_owned()
         }
     }
 }
@@ -292,9 +191,9 @@ fn judged(end: &End, outcome: &Outcome, silent: bool) -> Result<(), Fault> {
         None if applied && outcome.kept => {
             "the new gains hold, and are kept through a loss of power".to_owned()
         }
-        None if applied && end.goes_on => format!(
-            "the new gains hold, and are kept as soon as the servo is let go; {}",
-            end.loop_goes_on()
+        None if applied && end.runs_on => format!(
+            "the new gains hold, and are kept as soon as the servo is released; {}",
+            end.loop_runs_on()
         ),
         None if applied => {
             return Err(Fault::Other(
@@ -303,9 +202,9 @@ fn judged(end: &End, outcome: &Outcome, silent: bool) -> Result<(), Fault> {
                     .to_owned(),
             ));
         }
-        _ if end.goes_on => format!("the gains before hold; {}", end.loop_goes_on()),
+        _ if end.runs_on => format!("the gains before hold; {}", end.loop_runs_on()),
         _ if end.gains_before => "the gains before hold".to_owned(),
-        _ => "the servo is let go, without gains".to_owned(),
+        _ => "the servo is released, without gains".to_owned(),
     };
     if applied {
         if !silent {

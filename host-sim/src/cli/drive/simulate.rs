@@ -1,4 +1,4 @@
-//! `servo-id drive simulate`: a drive to try everything on.
+//! `servo-id drive simulate`: a drive without hardware.
 
 use std::io;
 use std::net::SocketAddr;
@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use drive_link::Settings;
 
-use super::of_scenario;
+use super::configure::with_scenario;
 use crate::cli::fault::Fault;
 use crate::cli::standard_output::{flush, say};
 use crate::scenario::{Purpose, Scenario};
@@ -14,13 +14,12 @@ use crate::simulated_drive::{SimulatedDrive, SimulatedDriveError};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The scenario: its plant, encoder and amplifier are the servo; its loop is what the drive is
-    /// configured with.
+    /// The scenario: plant, encoder and amplifier are the servo; its loop configures the drive.
     scenario: PathBuf,
-    /// Where to listen; with port 0 wherever there is a free port.
+    /// Address to listen at; port 0 takes any free port.
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:5760")]
     listen: SocketAddr,
-    /// Be a drive that nobody has told anything yet.
+    /// Simulate a new drive, which is not configured.
     #[arg(long)]
     new: bool,
 }
@@ -31,9 +30,9 @@ impl Arguments {
         let mut drive =
             SimulatedDrive::new(&scenario, self.listen).map_err(|error| self.fault(error))?;
         if !self.new {
-            let mut settings = of_scenario(&self.scenario, &scenario, drive.built_in())
+            let mut settings = with_scenario(&self.scenario, &scenario, drive.built_in())
                 .map_err(|fault| self.hint(fault))?;
-            // There is no machine here that could come to harm.
+            // No machine could be damaged here.
             let Settings {
                 dither, protection, ..
             } = &mut settings;
@@ -46,13 +45,10 @@ impl Arguments {
         let address = drive
             .address()
             .map_err(|error| Fault::unusable(self.listen, &error))?;
-        say!("a simulated drive listens at {address} until it is interrupted; look at it with")?;
+        say!("a simulated drive listens at {address} until it is interrupted; watch it with")?;
         say!("servo-id drive --port tcp:{address} monitor")?;
         flush()?;
-        match drive.run() {
-            Err(error) => Err(self.fault(error)),
-            Ok(never) => match never {},
-        }
+        drive.run().map_err(|error| self.fault(error))
     }
 
     fn hint(&self, fault: Fault) -> Fault {

@@ -1,5 +1,5 @@
-//! The line to the drive, in a thread of its own: however long a screen or a disk takes, it is listened to,
-//! and the drive hears of us.
+//! The line to the drive, in a thread of its own: however long a screen or a disk takes, reports are read and the
+//! link is kept alive.
 
 mod talk;
 
@@ -9,58 +9,55 @@ use std::thread::{self, JoinHandle};
 
 use drive_link::{Command, Refusal, Report};
 
-use self::talk::{LONGEST_SILENCE, Talk};
+use self::talk::{MAX_SILENCE, Talk};
 use crate::drive::{Client, DriveError};
 
-/// How often the drive hears of us where it does not ask for it, s.
-const SIGN_OF_LIFE: f64 = 4.0;
-
-/// What becomes of a servo that is driven when nobody looks on any more.
+/// The end of a session whose servo is driven.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AtEnd {
-    /// It is let go.
+    /// The servo is released.
     Stop,
-    /// It goes on.
+    /// The servo stays driven.
     Leave,
 }
 
-/// What became of it.
+/// How the servo was left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ending {
-    /// Nothing drove it.
-    WasLetGo,
-    /// It was let go for the end.
+    /// It was released already.
+    WasReleased,
+    /// It was released for the end.
     Stopped,
-    /// It goes on.
+    /// It stays driven.
     Left,
 }
 
-/// What is heard on the line.
+/// An event of the line.
 #[derive(Debug)]
-pub enum Heard {
+pub enum LinkEvent {
     /// A report, but for answers.
     Report(Report),
     /// An order was done.
     Done(Command),
     /// An order was refused.
     Refused(Refusal),
-    /// Nobody knows whether an order was done: no answer came.
+    /// No answer came: unknown whether the command was done.
     Unanswered(Command),
-    /// The drive has gone.
+    /// The drive is lost.
     Lost(LinkError),
 }
 
-/// Why a drive has gone.
+/// Why a drive is lost.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum LinkError {
     /// The line broke.
     Drive(DriveError),
-    /// The line is whole, and nobody is heard.
+    /// The line works, and the drive is silent.
     Silent,
-    /// It did not let the servo go when it was asked to.
-    NotLetGo,
-    /// The thread of the line has ended by a mistake of this program.
+    /// It did not release the servo when it was requested.
+    NotReleased,
+    /// The thread of the line has ended by a defect of this program.
     Ended,
 }
 
@@ -71,10 +68,12 @@ impl fmt::Display for LinkError {
             Self::Silent => write!(
                 f,
                 "the drive has been silent for {} s: is it switched on, and its line connected?",
-                LONGEST_SILENCE.as_secs()
+                MAX_SILENCE.as_secs()
             ),
-            Self::NotLetGo => f.write_str("the drive was asked to stop and drives its servo still"),
-            Self::Ended => f.write_str("the line is not listened to any more"),
+            Self::NotReleased => {
+                f.write_str("the drive was told to stop and still drives its servo")
+            }
+            Self::Ended => f.write_str("the thread of the line has ended"),
         }
     }
 }
@@ -87,60 +86,56 @@ impl From<DriveError> for LinkError {
     }
 }
 
-/// A line that is listened to. However it is dropped, what is to become of the servo becomes of it.
+/// The line to a drive, served by a thread. However it is dropped, the servo is left as [`AtEnd`] orders.
 #[derive(Debug)]
 pub struct Link {
     orders: Option<Sender<Command>>,
-    heard: Receiver<Heard>,
+    events: Receiver<LinkEvent>,
     thread: Option<JoinHandle<Result<Ending, LinkError>>>,
 }
 
 impl Link {
-    /// Listens to a drive that goes on by itself for so long (s; 0 for ever) when nobody is heard.
+    /// Serves a drive with this link timeout, s; 0 for none.
     #[must_use]
     pub fn open(mut client: Client, link_timeout: f64, at_end: AtEnd) -> Self {
-        client.keep_alive(if link_timeout > 0.0 {
-            link_timeout
-        } else {
-            SIGN_OF_LIFE
-        });
+        client.keep_alive(link_timeout);
         let (orders, ordered) = mpsc::channel();
-        let (tell, heard) = mpsc::channel();
+        let (report, events) = mpsc::channel();
         let thread = thread::spawn(move || {
-            let mut talk = Talk::new(client, tell);
-            match talk.go_on(&ordered) {
+            let mut talk = Talk::new(client, report);
+            match talk.run(&ordered) {
                 Ok(()) => talk.end(at_end),
                 Err(error) => talk.lose(error),
             }
         });
         Self {
             orders: Some(orders),
-            heard,
+            events,
             thread: Some(thread),
         }
     }
 
-    /// Orders something. What comes of it is heard.
+    /// Sends a command; its answer is an event.
     pub fn order(&self, command: Command) {
         if let Some(orders) = &self.orders {
-            // A line that has gone says so itself.
+            // The loss of the line is an event of its own.
             let _ = orders.send(command);
         }
     }
 
-    /// What was heard since the last time, if anything was.
-    pub fn hear(&self) -> Option<Heard> {
-        match self.heard.try_recv() {
-            Ok(heard) => Some(heard),
+    /// The next event, if there is one.
+    pub fn next_event(&self) -> Option<LinkEvent> {
+        match self.events.try_recv() {
+            Ok(event) => Some(event),
             Err(TryRecvError::Empty) => None,
-            Err(TryRecvError::Disconnected) => Some(Heard::Lost(LinkError::Ended)),
+            Err(TryRecvError::Disconnected) => Some(LinkEvent::Lost(LinkError::Ended)),
         }
     }
 
-    /// Ends it, and says what became of the servo.
+    /// Ends it, and returns how the servo was left.
     ///
     /// # Errors
-    /// If the drive has gone, or does not let its servo go.
+    /// If the drive is lost, or does not release its servo.
     pub fn close(mut self) -> Result<Ending, LinkError> {
         self.end()
     }
@@ -155,10 +150,10 @@ impl Link {
         }
     }
 
-    /// Why the drive has gone, if nobody has heard that yet.
+    /// The loss of the drive, if it was not taken yet.
     fn lost(&self) -> Option<LinkError> {
-        self.heard.try_iter().find_map(|heard| match heard {
-            Heard::Lost(error) => Some(error),
+        self.events.try_iter().find_map(|event| match event {
+            LinkEvent::Lost(error) => Some(error),
             _ => None,
         })
     }
@@ -167,7 +162,7 @@ impl Link {
 impl Drop for Link {
     fn drop(&mut self) {
         if self.thread.is_some() {
-            // Nobody is there to be told.
+            // Nothing is left to report it to.
             let _ = self.end();
         }
     }

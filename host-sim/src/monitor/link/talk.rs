@@ -1,37 +1,37 @@
-//! What is said and heard in the line's thread.
+//! The conversation with the drive, in the line's thread.
 
 use std::sync::mpsc::{Receiver, Sender, TryRecvError};
 use std::time::{Duration, Instant};
 
 use drive_link::{Command, Report, State};
 
-use super::{AtEnd, Ending, Heard, LinkError};
+use super::{AtEnd, Ending, LinkError, LinkEvent};
 use crate::drive::{Client, DriveError};
 
-/// How long an order may have to wait.
-const ATTENTION: Duration = Duration::from_millis(5);
+/// Longest wait of a command.
+const MAX_COMMAND_WAIT: Duration = Duration::from_millis(5);
 
-/// How long a drive that answers may say nothing.
-pub(super) const LONGEST_SILENCE: Duration = Duration::from_secs(5);
+/// Longest silence of a drive.
+pub(super) const MAX_SILENCE: Duration = Duration::from_secs(5);
 
-/// When an order that was not answered is said again, and when nobody waits for an answer any more.
-const AGAIN: Duration = Duration::from_millis(200);
-const FORGET: Duration = Duration::from_secs(5);
+/// Time after which an unanswered command is sent again, and after which it is given up.
+const REPEAT_AFTER: Duration = Duration::from_millis(200);
+const GIVE_UP_AFTER: Duration = Duration::from_secs(5);
 
-/// How long a servo may take to be let go at the end.
-const LET_GO: Duration = Duration::from_secs(3);
+/// Longest time until the servo is released at the end.
+const MAX_RELEASE_TIME: Duration = Duration::from_secs(3);
 
 /// The conversation with a drive.
 pub(super) struct Talk {
     client: Client,
-    tell: Sender<Heard>,
+    events: Sender<LinkEvent>,
     unanswered: Vec<Unanswered>,
-    heard: Instant,
-    /// Whether the servo is driven, as far as was heard.
+    last_report: Instant,
+    /// The servo is driven, by the last report.
     drives: bool,
 }
 
-/// An order on its way.
+/// A command that is not answered yet.
 struct Unanswered {
     id: u8,
     command: Command,
@@ -40,34 +40,34 @@ struct Unanswered {
 }
 
 impl Talk {
-    pub(super) fn new(client: Client, tell: Sender<Heard>) -> Self {
+    pub(super) fn new(client: Client, events: Sender<LinkEvent>) -> Self {
         Self {
             client,
-            tell,
+            events,
             unanswered: Vec::new(),
-            heard: Instant::now(),
+            last_report: Instant::now(),
             drives: false,
         }
     }
 
-    /// Until nobody orders anything any more.
-    pub(super) fn go_on(&mut self, orders: &Receiver<Command>) -> Result<(), LinkError> {
+    /// Runs until the commands end.
+    pub(super) fn run(&mut self, orders: &Receiver<Command>) -> Result<(), LinkError> {
         loop {
             match orders.try_recv() {
                 Ok(command) => self.say(command)?,
                 Err(TryRecvError::Empty) => {}
                 Err(TryRecvError::Disconnected) => return Ok(()),
             }
-            self.say_again()?;
+            self.repeat_unanswered()?;
             match self
                 .client
-                .next_within(ATTENTION, |report| Some(report.clone()))?
+                .next_within(MAX_COMMAND_WAIT, |report| Some(report.clone()))?
             {
                 Some(report) => {
-                    self.heard = Instant::now();
-                    self.hear(report);
+                    self.last_report = Instant::now();
+                    self.take(report);
                 }
-                None if self.heard.elapsed() > LONGEST_SILENCE => return Err(LinkError::Silent),
+                None if self.last_report.elapsed() > MAX_SILENCE => return Err(LinkError::Silent),
                 None => {}
             }
         }
@@ -85,22 +85,22 @@ impl Talk {
         Ok(())
     }
 
-    fn say_again(&mut self) -> Result<(), DriveError> {
+    fn repeat_unanswered(&mut self) -> Result<(), DriveError> {
         let mut silent = Vec::new();
         self.unanswered.retain(|asked| {
-            let waits = asked.first.elapsed() < FORGET;
+            let waits = asked.first.elapsed() < GIVE_UP_AFTER;
             if !waits {
                 silent.push(asked.command);
             }
             waits
         });
         for command in silent {
-            self.tell(Heard::Unanswered(command));
+            self.report_event(LinkEvent::Unanswered(command));
         }
         for asked in &mut self.unanswered {
-            // Said twice, these could be done twice: once now, and once after they have ended.
+            // Sent twice, these could be done twice: once now, and once after they have ended.
             let once = matches!(asked.command, Command::Start | Command::Commission(_));
-            if !once && asked.last.elapsed() > AGAIN {
+            if !once && asked.last.elapsed() > REPEAT_AFTER {
                 asked.last = Instant::now();
                 asked.id = self.client.say(asked.command)?;
             }
@@ -108,7 +108,7 @@ impl Talk {
         Ok(())
     }
 
-    fn hear(&mut self, report: Report) {
+    fn take(&mut self, report: Report) {
         match &report {
             Report::Status { status, .. } => self.drives = is_driven(status.state),
             Report::Snapshot(_) | Report::Progress(_) => self.drives = true,
@@ -118,59 +118,59 @@ impl Talk {
         match report {
             Report::Done { id } => {
                 if let Some(command) = self.was_asked(id) {
-                    self.tell(Heard::Done(command));
+                    self.report_event(LinkEvent::Done(command));
                 }
             }
             Report::Refused { id, refusal } => {
                 if self.was_asked(id).is_some() {
-                    self.tell(Heard::Refused(refusal));
+                    self.report_event(LinkEvent::Refused(refusal));
                 }
             }
             report => {
                 if let Report::Settings { id, .. } = report {
                     self.was_asked(id);
                 }
-                self.tell(Heard::Report(report));
+                self.report_event(LinkEvent::Report(report));
             }
         }
     }
 
-    /// The order that an answer is to. One that was said again may be answered twice.
+    /// The command of an answer. One that was sent again may be answered twice.
     fn was_asked(&mut self, id: u8) -> Option<Command> {
         let place = self.unanswered.iter().position(|asked| asked.id == id)?;
         Some(self.unanswered.remove(place).command)
     }
 
-    /// Tells that the drive has gone.
+    /// Reports the loss of the drive.
     pub(super) fn lose(&self, error: LinkError) -> Result<Ending, LinkError> {
-        self.tell(Heard::Lost(error));
+        self.report_event(LinkEvent::Lost(error));
         Err(LinkError::Ended)
     }
 
-    fn tell(&self, heard: Heard) {
-        // Who does not look on any more ends the orders, too.
-        let _ = self.tell.send(heard);
+    fn report_event(&self, event: LinkEvent) {
+        // A session that ends closes the commands, too.
+        let _ = self.events.send(event);
     }
 
     pub(super) fn end(&mut self, at_end: AtEnd) -> Result<Ending, LinkError> {
         let ending = match at_end {
             AtEnd::Stop => {
-                // Whatever it does: nothing is to come before a stop.
+                // Whatever it does: nothing comes before a stop.
                 self.client.ask(Command::Stop)?;
-                let until = Instant::now() + LET_GO;
+                let until = Instant::now() + MAX_RELEASE_TIME;
                 while is_driven(self.client.status()?.state) {
                     if Instant::now() > until {
-                        return Err(LinkError::NotLetGo);
+                        return Err(LinkError::NotReleased);
                     }
                 }
                 if self.drives {
                     Ending::Stopped
                 } else {
-                    Ending::WasLetGo
+                    Ending::WasReleased
                 }
             }
             AtEnd::Leave if is_driven(self.client.status()?.state) => Ending::Left,
-            AtEnd::Leave => Ending::WasLetGo,
+            AtEnd::Leave => Ending::WasReleased,
         };
         self.client.ask(Command::Watch(0))?;
         Ok(ending)

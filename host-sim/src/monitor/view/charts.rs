@@ -12,11 +12,11 @@ use super::figures::plain;
 use crate::monitor::history::{LENGTH, Signal};
 use crate::monitor::state::State;
 
-/// Colours that nobody confuses, and that are on every terminal.
+/// Colours that everyone can tell apart, on every terminal.
 const MEASURED: Style = Style::new().fg(Color::Cyan);
 const WANTED: Style = Style::new().fg(Color::Yellow);
 
-/// How much of the range lies around the extremes.
+/// Margin beyond the extremes, as a fraction of the range.
 const MARGIN: f64 = 0.05;
 
 /// A signal, and how it is drawn.
@@ -79,9 +79,9 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, state: &State) {
         None,
     );
     let acting = state.history.signal(Signal::Command);
-    let let_go = matches!(state.status().state, Does::Released | Does::Faulted(_));
-    let title = match (state.command_limit(), let_go) {
-        (_, true) => "command [u], now let go".to_owned(),
+    let is_released = matches!(state.status().state, Does::Released | Does::Faulted(_));
+    let title = match (state.command_limit(), is_released) {
+        (_, true) => "command [u], now released".to_owned(),
         (Some([low, high]), false) => {
             format!("command [u], limits {} to {}", plain(low), plain(high))
         }
@@ -137,7 +137,7 @@ fn extremes<'a>(points: impl Iterator<Item = &'a (f64, f64)>) -> [f64; 2] {
     if low > high {
         return [-1.0, 1.0];
     }
-    // Something that keeps still is a line in the middle.
+    // A constant is a line in the middle.
     let margin = (MARGIN * (high - low)).max(1e-6 * (1.0 + high.abs()));
     [low - margin, high + margin]
 }

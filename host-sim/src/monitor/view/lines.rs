@@ -1,4 +1,4 @@
-//! The lines above and below: how the drive stands, what came, what is asked, which keys there are.
+//! The lines above and below the charts: state, telemetry, question and keys.
 
 use drive_link::State as Does;
 use ratatui::Frame;
@@ -38,7 +38,7 @@ pub(super) fn head(frame: &mut Frame<'_>, area: Rect, state: &State) {
     frame.render_widget(port.right_aligned(), right);
 }
 
-/// The frames that came and that did not, and the recording.
+/// Received and lost frames, and the recording.
 pub(super) fn telemetry(shown: &Shown<'_>) -> Line<'static> {
     let telemetry = shown.state.telemetry();
     let every = match telemetry.samples_apart() {
@@ -52,9 +52,9 @@ pub(super) fn telemetry(shown: &Shown<'_>) -> Line<'static> {
     spans.push(match telemetry.lost() {
         0 => Span::raw("none lost"),
         lost => Span::styled(
-            match shown.state.unsaid() {
+            match shown.state.dropped() {
                 0 => format!("{lost} LOST"),
-                unsaid => format!("{lost} LOST, {unsaid} for want of room on the line"),
+                dropped => format!("{lost} LOST, {dropped} for want of room on the line"),
             },
             BAD,
         ),
@@ -66,7 +66,7 @@ pub(super) fn telemetry(shown: &Shown<'_>) -> Line<'static> {
     Line::from(spans)
 }
 
-/// What is asked, or else what was done.
+/// The open question, or else the last message.
 pub(super) fn prompt(shown: &Shown<'_>) -> Paragraph<'static> {
     let line = match shown.dialogue {
         Dialogue::Confirm(Motion::Start) => Line::styled(
@@ -95,11 +95,11 @@ pub(super) fn prompt(shown: &Shown<'_>) -> Paragraph<'static> {
             )
         }
         Dialogue::Quit if shown.leaves => Line::styled(
-            "The servo is driven, and goes on without the monitor: y leaves, any other key stays.",
+            "The servo is driven, and stays driven without the monitor: y leaves, any other key stays.",
             BOLD,
         ),
         Dialogue::Quit => Line::styled(
-            "The servo is driven. Leaving lets it go: y leaves, any other key stays.",
+            "The servo is driven. Leaving releases it: y leaves, any other key stays.",
             BOLD,
         ),
         Dialogue::Idle => match shown.state.note() {

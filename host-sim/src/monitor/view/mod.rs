@@ -1,4 +1,4 @@
-//! How what is known is drawn.
+//! The drawing of a drive's state.
 
 mod charts;
 mod figures;
@@ -13,8 +13,8 @@ use ratatui::widgets::{Paragraph, Wrap};
 use super::dialogue::Dialogue;
 use super::state::State;
 
-/// The least size of a screen, columns and rows.
-pub const LEAST: Size = Size {
+/// Smallest screen, columns and rows.
+pub const MIN_SIZE: Size = Size {
     width: 80,
     height: 24,
 };
@@ -22,25 +22,25 @@ pub const LEAST: Size = Size {
 /// Columns of the numbers beside the charts.
 const NUMBERS: u16 = 31;
 
-/// What is drawn.
+/// The contents of a screen.
 #[derive(Debug, Clone, Copy)]
 pub struct Shown<'a> {
-    /// What is known of the drive.
+    /// The drive's state.
     pub state: &'a State,
-    /// What is being asked.
+    /// The open question.
     pub dialogue: &'a Dialogue,
-    /// The file that is being recorded to, and its rows so far.
+    /// The file of the recording, and its rows so far.
     pub recording: Option<(&'a str, u64)>,
-    /// What a commissioning may do, in words, if one can be ordered.
+    /// The largest motion of a commissioning, in words, if one can be started.
     pub commission: Option<&'a str>,
-    /// Whether the drive goes on when nobody looks on any more.
+    /// The drive stays running at the end.
     pub leaves: bool,
 }
 
 /// Draws a screen.
 pub fn draw(frame: &mut Frame<'_>, shown: &Shown<'_>) {
     let area = frame.area();
-    if area.width < LEAST.width || area.height < LEAST.height {
+    if area.width < MIN_SIZE.width || area.height < MIN_SIZE.height {
         return too_small(frame, area, shown);
     }
     let [head, reason, body, telemetry, prompt, help] = Layout::vertical([
@@ -76,12 +76,12 @@ fn too_small(frame: &mut Frame<'_>, area: Rect, shown: &Shown<'_>) {
         )),
         Line::from(format!(
             "it needs {} x {}; make the window larger.",
-            LEAST.width, LEAST.height
+            MIN_SIZE.width, MIN_SIZE.height
         )),
         Line::from(if shown.state.is_driven() {
             "The servo is driven: Space stops it, q leaves."
         } else {
-            "The servo is let go; q leaves."
+            "The servo is released; q leaves."
         }),
     ];
     frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }), area);

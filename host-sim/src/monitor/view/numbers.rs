@@ -1,4 +1,4 @@
-//! The newest numbers, and what is known of the servo.
+//! The newest values, and the estimates.
 
 use drive_link::Estimates;
 use identifier_core::parameters::{PerParameter, ServoParameters};
@@ -10,10 +10,10 @@ use super::figures::{plain, signed, with_error};
 use crate::monitor::frame::Frame;
 use crate::monitor::state::State;
 
-/// A command that is so near to a limit stands there, as a part of the range.
+/// Distance at which a command counts as at its limit, as a fraction of the range.
 const AT_LIMIT: f64 = 1e-3;
 
-/// How far a name goes.
+/// Columns of a name.
 const NAME: usize = 13;
 
 pub(super) fn lines(state: &State) -> Vec<Line<'static>> {
@@ -47,7 +47,7 @@ pub(super) fn lines(state: &State) -> Vec<Line<'static>> {
         _ => known("the drive's estimates", state.status().estimates.as_ref()),
     });
     lines.push(Line::default());
-    if state.hears_all() {
+    if state.receives_every_sample() {
         lines.extend(known(
             "estimates from the frames",
             state.estimates_here().as_ref(),

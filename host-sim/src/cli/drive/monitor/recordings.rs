@@ -1,4 +1,4 @@
-//! Recordings as files: each is there under its name when it is whole, with a scenario beside it.
+//! Recordings as files: each has its name when it is complete, with a scenario beside it.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -9,10 +9,10 @@ use crate::cli::fault::Fault;
 use crate::cli::files::{self, Files, Output};
 use crate::monitor::{Frame, Recording, Taken};
 
-/// What the scenario beside a log ends with.
+/// Extension of the scenario beside a log.
 const SCENARIO: &str = "toml";
 
-/// Where recordings go, and the one that is under way.
+/// The recordings of a session.
 #[derive(Debug)]
 pub(super) struct Recordings {
     wanted: PathBuf,
@@ -41,7 +41,7 @@ impl Recordings {
         Some((&under_way.name, under_way.log.rows()))
     }
 
-    /// Begins one, of a drive that sends a frame every so many samples.
+    /// Begins one; the drive sends a frame every `every` samples.
     ///
     /// # Errors
     /// If its files cannot be written there.
@@ -58,10 +58,10 @@ impl Recordings {
         Ok(())
     }
 
-    /// Takes a frame, if one is under way; says where it went if it is over with that.
+    /// Adds a frame to the recording that is under way; returns a message if that ends it.
     ///
     /// # Errors
-    /// If it cannot be written: then it has ended, and nothing is left of it.
+    /// If it cannot be written: then it has ended, and nothing is kept of it.
     pub(super) fn add(&mut self, frame: &Frame) -> Result<Option<String>, Fault> {
         let Some(under_way) = &mut self.under_way else {
             return Ok(None);
@@ -77,10 +77,10 @@ impl Recordings {
         }
     }
 
-    /// Ends the one that is under way, and says where it is.
+    /// Ends the one that is under way; returns a message.
     ///
     /// # Errors
-    /// If it cannot be written: then nothing is left of it.
+    /// If it cannot be written: then nothing is kept of it.
     pub(super) fn end(&mut self) -> Result<Option<String>, Fault> {
         let Some(UnderWay {
             name,
@@ -124,7 +124,7 @@ impl Recordings {
     }
 }
 
-/// Writes both to their ends before either gets its name.
+/// Completes both before either gets its name.
 fn kept(mut log: Output, mut scenario: Output, text: &str) -> Result<(), Fault> {
     let flushed = log.flush();
     flushed.map_err(|error| log.unwritable(&error))?;

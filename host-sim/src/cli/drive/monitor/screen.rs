@@ -1,4 +1,4 @@
-//! The terminal, which is given back as it was, however the program goes on.
+//! The terminal, restored however the program ends.
 
 use std::io::{self, IsTerminal};
 use std::time::Duration;
@@ -26,13 +26,13 @@ pub(super) fn must_be_there() -> Result<(), Fault> {
     ))
 }
 
-/// A terminal that has gone.
+/// A terminal that is lost.
 pub(super) fn fault(error: &io::Error) -> Fault {
     Fault::unwritable("the terminal", error)
 }
 
 impl Screen {
-    /// Takes the terminal; a panic gives it back before it says what happened.
+    /// Takes the terminal; a panic restores it before its message.
     pub(super) fn open() -> Result<Self, Fault> {
         ratatui::try_init().map(Self).map_err(|error| fault(&error))
     }
@@ -49,7 +49,7 @@ impl Screen {
         }
         Ok(match event::read()? {
             Event::Key(key) if key.kind != KeyEventKind::Release => Some(key),
-            // The next drawing asks for the size by itself.
+            // The next drawing queries the size itself.
             _ => None,
         })
     }
@@ -57,7 +57,7 @@ impl Screen {
 
 impl Drop for Screen {
     fn drop(&mut self) {
-        // There is no other terminal to complain on.
+        // No other terminal could show the error.
         let _ = ratatui::try_restore();
     }
 }

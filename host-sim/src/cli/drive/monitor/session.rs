@@ -1,4 +1,4 @@
-//! From keys to orders, and from reports to the screen.
+//! From keys to commands, and from reports to the screen.
 
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -6,29 +6,34 @@ use std::time::{Duration, Instant};
 
 use drive_link::{Command, Report, Settings, State as Does, Status};
 
-use super::plan::Orders;
 use super::recordings::Recordings;
 use super::screen::Screen;
+use crate::cli::drive::plan::DrivePlan;
 use crate::cli::fault::Fault;
-use crate::monitor::{Action, AtEnd, Dialogue, Heard, Link, LinkError, Motion, Note, Shown, State};
+use crate::monitor::{
+    Action, AtEnd, Dialogue, Link, LinkError, LinkEvent, Motion, Note, Shown, State,
+};
+use crate::report::commission::largest_motion;
 
-/// How often the screen is drawn anew.
+/// Time between two drawings of the screen.
 const REDRAW: Duration = Duration::from_millis(50);
 
-/// A monitor at work.
+/// A running monitor.
 pub(super) struct Session {
     pub(super) state: State,
     pub(super) link: Link,
     pub(super) recordings: Recordings,
     dialogue: Dialogue,
-    plan: Option<Orders>,
+    plan: Option<DrivePlan>,
+    /// The largest motion of a commissioning, in words.
+    largest_motion: Option<String>,
 }
 
-/// Why it ended, if nobody wanted it to.
+/// Why it ended without being asked to.
 pub(super) enum End {
-    /// The drive has gone.
+    /// The drive is lost.
     Lost(LinkError),
-    /// The terminal has gone.
+    /// The terminal is lost.
     Screen(io::Error),
 }
 
@@ -46,7 +51,7 @@ impl Session {
         every: u16,
         link: Link,
         recordings: Recordings,
-        plan: Option<Orders>,
+        plan: Option<DrivePlan>,
     ) -> Self {
         link.order(Command::Watch(every));
         Self {
@@ -54,29 +59,30 @@ impl Session {
             link,
             recordings,
             dialogue: Dialogue::default(),
+            largest_motion: (plan.as_ref()).map(|plan| largest_motion(&plan.largest_motion)),
             plan,
         }
     }
 
-    /// Goes on until somebody wants an end.
-    pub(super) fn go_on(
+    /// Shows the drive and takes keys until an end is requested.
+    pub(super) fn run(
         &mut self,
         screen: &mut Screen,
-        asked_to_end: &AtomicBool,
+        end_requested: &AtomicBool,
         at_end: AtEnd,
     ) -> Result<(), End> {
         loop {
-            self.hear()?;
+            self.take_events()?;
             screen.show(&Shown {
                 state: &self.state,
                 dialogue: &self.dialogue,
                 recording: self.recordings.under_way(),
-                commission: self.plan.as_ref().map(|plan| plan.most.as_str()),
+                commission: self.largest_motion.as_deref(),
                 leaves: at_end == AtEnd::Leave,
             })?;
             let until = Instant::now() + REDRAW;
             loop {
-                if asked_to_end.load(Ordering::Relaxed) {
+                if end_requested.load(Ordering::Relaxed) {
                     return Ok(());
                 }
                 let left = until.saturating_duration_since(Instant::now());
@@ -93,22 +99,22 @@ impl Session {
         }
     }
 
-    /// Takes in what was heard.
-    fn hear(&mut self) -> Result<(), End> {
+    /// Takes in the reports and answers.
+    fn take_events(&mut self) -> Result<(), End> {
         let now = Instant::now();
-        while let Some(heard) = self.link.hear() {
-            match heard {
-                Heard::Report(report) => self.take(&report, now),
-                Heard::Done(command) => self.was_done(&command),
-                Heard::Refused(refusal) => self.state.was_refused(&refusal),
-                Heard::Unanswered(command) => self.state.say(Note::Failed(format!(
-                    "the drive does not answer, nobody knows whether it did this: {}",
+        while let Some(event) = self.link.next_event() {
+            match event {
+                LinkEvent::Report(report) => self.take(&report, now),
+                LinkEvent::Done(command) => self.was_done(&command),
+                LinkEvent::Refused(refusal) => self.state.was_refused(&refusal),
+                LinkEvent::Unanswered(command) => self.state.say(Note::Failed(format!(
+                    "the drive does not answer; unknown whether this was done: {}",
                     name(&command)
                 ))),
-                Heard::Lost(error) => return Err(End::Lost(error)),
+                LinkEvent::Lost(error) => return Err(End::Lost(error)),
             }
         }
-        if self.state.is_to_be_asked_again(now) {
+        if self.state.is_telemetry_overdue(now) {
             let every = self.state.telemetry().samples_apart();
             self.link.order(Command::Watch(every));
         }
@@ -126,7 +132,7 @@ impl Session {
             return;
         }
         if !self.state.is_driven() {
-            self.state.say_no_more();
+            self.state.clear_note();
         }
         if before == Does::Commissioning {
             let is_over = !matches!(after, Does::Faulted(_));
@@ -160,7 +166,7 @@ impl Session {
                 let begun = self.recordings.begin(self.state.settings(), every);
                 self.tell(begun.map(|()| Some("recording".to_owned())));
             }
-            // Whoever drew the screen sees to that.
+            // The caller ends the session.
             Action::Quit => {}
         }
     }
@@ -168,28 +174,27 @@ impl Session {
     fn commission(&mut self) {
         let Some(plan) = &self.plan else {
             return self.state.say(Note::Failed(
-                "not commissioned: start the monitor with --scenario, whose [commission] says how far the \
-                 servo may move"
+                "not commissioned: start the monitor with --scenario, whose [commission] limits the motion"
                     .to_owned(),
             ));
         };
-        if let Some(configure) = plan.configure.filter(|_| !self.state.status().configured) {
-            self.link.order(configure);
+        if let Some(settings) = plan.configure.filter(|_| !self.state.status().configured) {
+            self.link.order(Command::Configure(settings));
         }
-        self.link.order(plan.commission);
+        self.link.order(Command::Commission(plan.order));
     }
 
     fn was_done(&mut self, command: &Command) {
         let said = match command {
             Command::Start => match self.state.settings().protection.link_timeout {
-                0.0 => "started; it goes on, too, when nobody is heard any more".to_owned(),
+                0.0 => "started; it keeps running without the monitor".to_owned(),
                 timeout => {
-                    format!("started; it comes to rest when nobody is heard for {timeout} s")
+                    format!("started; it comes to rest when the line is silent for {timeout} s")
                 }
             },
-            Command::Stop => "stopped: the servo is let go".to_owned(),
+            Command::Stop => "stopped: the servo is released".to_owned(),
             Command::Target(radians) => format!("on its way to {radians} rad"),
-            Command::Clear => "the fault is forgotten, if its cause is gone".to_owned(),
+            Command::Clear => "the fault is cleared, if its cause is gone".to_owned(),
             Command::Save => "settings and estimates are kept through a loss of power".to_owned(),
             Command::Commission(_) => "commissioning; Space or a stops it".to_owned(),
             Command::Configure(_) => {

@@ -1,5 +1,5 @@
-//! The host's own estimates, from what the telemetry shows: the core's Gauss–Newton in double precision
-//! listens beside the drive, whatever law the drive has, and says how sure it is while the servo moves.
+//! The host's own estimates, from the telemetry: the core's Gauss–Newton in double precision runs beside the drive,
+//! whatever law the drive has, and gives standard errors while the servo moves.
 
 use drive_link::{Estimates, Settings};
 use identifier_core::identifier::{GaussNewtonIdentifier, GaussNewtonIdentifierState, Identify};
@@ -11,24 +11,24 @@ use super::telemetry::Order;
 type Identifier = GaussNewtonIdentifier<f64, AbCoulombLoad, 4>;
 type State = GaussNewtonIdentifierState<f64, AbCoulombLoad, 4>;
 
-/// An identifier that hears every sample.
+/// An identifier that receives every sample.
 #[derive(Debug)]
-pub(super) struct Listening {
+pub(super) struct HostIdentifier {
     identifier: Identifier,
     state: State,
     /// A count, rad.
     resolution: f64,
     /// The last count.
     count: i32,
-    /// Whether it is to join a motion with the next sample.
+    /// It joins the motion with the next sample.
     joins: bool,
 }
 
-impl Listening {
-    /// To a loop with these settings; none if nothing can be learnt with its sample time and encoder.
+impl HostIdentifier {
+    /// For a loop with these settings; `None` if nothing can be identified with its sample time and encoder.
     pub(super) fn to(settings: &Settings) -> Option<Self> {
         let core = settings.closed_loop.core;
-        // What the drive was told to begin with does not enter.
+        // The drive's initial values do not enter.
         let core = identifier_core::Settings {
             resolution: core.resolution,
             ..identifier_core::Settings::new(core.sample_time, 1.0)
@@ -43,9 +43,9 @@ impl Listening {
         })
     }
 
-    /// Hears a frame of every sample. A motion that is not heard from its beginning, or not without a gap,
-    /// is joined as soon as two samples say how fast it is; what is known is kept.
-    pub(super) fn hear(&mut self, frame: &Frame, order: Order) {
+    /// Takes the frame of every sample. A motion that is not received from its beginning, or with a gap, is joined as
+    /// soon as two samples give its velocity; the estimates are kept.
+    pub(super) fn take(&mut self, frame: &Frame, order: Order) {
         // Exact as long as single precision tells one count from the next.
         let count = (frame.position() / self.resolution).round() as i32;
         let before = std::mem::replace(&mut self.count, count);

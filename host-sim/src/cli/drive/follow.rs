@@ -1,0 +1,62 @@
+//! The reports of a drive while a verb waits for it.
+
+use std::time::{Duration, Instant};
+
+use drive_link::{Progress, Report, Snapshot, State, Status};
+
+use super::fault;
+use crate::cli::fault::Fault;
+use crate::drive::{Client, DriveError};
+
+/// Longest time from one call of the observer to the next: how long an interruption may have to wait.
+const TICK: Duration = Duration::from_millis(50);
+
+/// Longest silence of a drive, s: it is asked for a sign of life several times within that.
+const MAX_SILENCE: Duration = Duration::from_secs(5);
+
+/// A report of a drive at work.
+pub(super) enum Event {
+    Snapshot(Snapshot),
+    Progress(Progress),
+    Status(Status),
+    Fault(drive_link::Fault),
+}
+
+impl Event {
+    fn from_report(report: &Report) -> Option<Self> {
+        Some(match report {
+            Report::Snapshot(snapshot) => Self::Snapshot(*snapshot),
+            Report::Progress(progress) => Self::Progress(*progress),
+            Report::Fault(fault) => Self::Fault(*fault),
+            Report::Status { status, .. } => match status.state {
+                State::Faulted(fault) => Self::Fault(fault),
+                _ => Self::Status(*status),
+            },
+            _ => return None,
+        })
+    }
+}
+
+/// Passes every report to `observe`, and `None` where none comes for a while, until it returns a value.
+///
+/// # Errors
+/// If the line breaks, the drive falls silent, or `observe` fails.
+pub(super) fn follow<T>(
+    client: &mut Client,
+    mut observe: impl FnMut(&mut Client, Option<Event>) -> Result<Option<T>, Fault>,
+) -> Result<T, Fault> {
+    let mut last_report = Instant::now();
+    loop {
+        let event = client
+            .next_within(TICK, Event::from_report)
+            .map_err(fault)?;
+        if event.is_some() {
+            last_report = Instant::now();
+        } else if last_report.elapsed() > MAX_SILENCE {
+            return Err(fault(DriveError::Silent));
+        }
+        if let Some(end) = observe(client, event)? {
+            return Ok(end);
+        }
+    }
+}

@@ -1,0 +1,95 @@
+use std::time::Instant;
+
+use drive_link::{Command, Ended, Settings, State};
+
+use super::fault;
+use super::follow::{Event, follow};
+use super::status::{estimates_line, snapshot_line};
+use crate::cli::fault::Fault;
+use crate::cli::standard_output::say;
+use crate::drive::Client;
+
+/// Time between two lines that are printed, s.
+const LINE_INTERVAL: f64 = 0.5;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Stop after this time, s. Without it the run lasts until it ends by itself or this program is
+    /// interrupted: the drive then comes to rest when its link timeout has passed.
+    #[arg(long = "for", value_name = "S", value_parser = positive, conflicts_with = "leave")]
+    time: Option<f64>,
+    /// Leave the drive running unattended; only with a link timeout of 0.
+    #[arg(long)]
+    leave: bool,
+}
+
+impl Arguments {
+    pub(super) fn run(&self, client: &mut Client) -> Result<(), Fault> {
+        let Settings {
+            closed_loop,
+            protection,
+            ..
+        } = client.settings().map_err(fault)?;
+        let link_timeout = protection.link_timeout;
+        if self.leave {
+            may_be_left(link_timeout)?;
+            return client.start().map_err(fault);
+        }
+        let every = LINE_INTERVAL / closed_loop.core.sample_time;
+        let every = every.clamp(1.0, f64::from(u16::MAX)) as u16;
+        client.ask(Command::Watch(every)).map_err(fault)?;
+        client.start().map_err(fault)?;
+        client.keep_alive(link_timeout);
+        // An output that cannot be written is no reason to leave a running drive alone.
+        let mut printed = if link_timeout > 0.0 {
+            say!("running; it comes to rest when this program has ended for {link_timeout} s")
+        } else {
+            say!("running, also when this program has ended: the link timeout is 0")
+        };
+        let begin = Instant::now();
+        let is_over = |time: f64| begin.elapsed().as_secs_f64() >= time;
+        follow(client, |client, event| match event {
+            Some(Event::Fault(fault)) => Err(Fault::Other(fault.to_string())),
+            Some(Event::Status(status)) if status.state == State::Released => Ok(Some(())),
+            _ if self.time.is_some_and(is_over) => {
+                client.ask(Command::Stop).map_err(fault).map(Some)
+            }
+            Some(Event::Snapshot(snapshot)) => {
+                let line = say!("{}", snapshot_line(&snapshot));
+                printed = std::mem::replace(&mut printed, Ok(())).and(line);
+                Ok(None)
+            }
+            _ => Ok(None),
+        })?;
+        client.ask(Command::Watch(0)).map_err(fault)?;
+        let status = client.status().map_err(fault)?;
+        if let Some(estimates) = &status.estimates {
+            printed = printed.and(say!("knows: {}", estimates_line(estimates)));
+        }
+        match &status.ended {
+            Some(Ended::Faulted(fault)) => Err(Fault::Other(fault.to_string())),
+            Some(ended) => printed.and(say!("{ended}")),
+            None => Err(Fault::Other(
+                "the drive reports no run: it was switched off or reset meanwhile".to_owned(),
+            )),
+        }
+    }
+}
+
+/// Refuses to leave a drive running that stops when its line is silent.
+pub(super) fn may_be_left(link_timeout: f64) -> Result<(), Fault> {
+    if link_timeout > 0.0 {
+        return Err(Fault::Input(format!(
+            "--leave: the drive stops when its line is silent for {link_timeout} s; configure it with \
+             --link-timeout 0 first, if that is intended"
+        )));
+    }
+    Ok(())
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|&time: &f64| time > 0.0 && time.is_finite())
+        .ok_or_else(|| "it must be a number above zero".to_owned())
+}

@@ -1,0 +1,93 @@
+//! A drive's state, estimates and settings in words.
+
+use drive_link::{Estimates, Settings, Snapshot, State, Status};
+use identifier_core::parameters::ServoParameters;
+
+use crate::cli::fault::Fault;
+use crate::cli::standard_output::say;
+
+/// A snapshot on one line.
+pub(super) fn snapshot_line(snapshot: &Snapshot) -> String {
+    format!(
+        "sample {}: reference {:.4}, position {:.4} rad, command {:.3}; {}",
+        snapshot.sample,
+        snapshot.reference,
+        snapshot.position,
+        snapshot.command,
+        estimates_line(&snapshot.estimates)
+    )
+}
+
+/// Estimates with their standard errors on one line.
+pub(super) fn estimates_line(estimates: &Estimates) -> String {
+    let Estimates {
+        a,
+        b,
+        coulomb,
+        load,
+        at_bounds,
+        standard_errors,
+    } = estimates;
+    let error = |bound: bool, error: fn(&ServoParameters) -> f64, digits: usize| match (
+        bound,
+        standard_errors,
+    ) {
+        (true, _) => " (at a bound)".to_owned(),
+        (false, Some(errors)) => format!(" ± {:.digits$}", error(errors)),
+        (false, None) => String::new(),
+    };
+    format!(
+        "a {a:.4}{} 1/s, b {b:.3}{} rad/s²/u, coulomb {coulomb:.3}{} rad/s², load {load:.3}{} rad/s²",
+        error(at_bounds.a, |errors| errors.a, 4),
+        error(at_bounds.b, |errors| errors.b, 3),
+        error(at_bounds.coulomb, |errors| errors.coulomb, 3),
+        error(at_bounds.load, |errors| errors.load, 3)
+    )
+}
+
+/// Prints state, estimates, history and settings.
+pub(super) fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
+    match status.state {
+        State::Released => say!("released: the servo coasts")?,
+        State::Running => say!("running: the loop is closed")?,
+        State::Commissioning => say!("commissioning: it moves on its own")?,
+        State::Faulted(fault) => say!("{fault}")?,
+    }
+    match &status.estimates {
+        Some(estimates) => say!("knows: {}", estimates_line(estimates))?,
+        None => say!("the servo is not identified yet")?,
+    }
+    if !status.configured {
+        say!("not configured: it does not start; what follows is an example")?;
+    }
+    if let Some(ended) = &status.ended {
+        say!("{ended}")?;
+    }
+    if let Some(gains) = &status.gains {
+        say!("gains: {gains}")?;
+    }
+    if let Some(commissioning) = &status.commissioning {
+        say!("commissioning: {commissioning}")?;
+    }
+    let noticed = &status.noticed;
+    say!(
+        "first fits {}, steps of the load {}, samples not followed {}, friction lowered {}, model restarted {}",
+        noticed.started,
+        noticed.load_steps,
+        noticed.not_following,
+        noticed.friction_lowered,
+        noticed.restarted
+    )?;
+    say!("{}", status.kept)?;
+    say!(
+        "late samples {}, samples not shown {}, frames not understood {}",
+        status.overruns,
+        status.dropped,
+        status.garbled
+    )?;
+    say!(
+        "{:.1} µs from the reading of the encoder to the change of the output",
+        1e6 * status.command_delay
+    )?;
+    say!("{settings}")
+}
