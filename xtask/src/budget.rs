@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::{self, Write};
 
+use crate::elf::{Elf, Sizes};
 use crate::firmware::Paths;
 use crate::{emulator, firmware, interrupt};
 
@@ -148,8 +149,7 @@ fn count() -> Result<Figures, String> {
         }
     }
     for binary in ["virtual-servo", "bench", "terms", "commission", "drive"] {
-        firmware::refuse_panics(&firmware::path(binary))?;
-        let (flash, memory) = firmware::sizes(&firmware::path(binary))?;
+        let Sizes { flash, memory } = Elf::read(&firmware::path(binary))?.sizes()?;
         counted.insert(format!("{binary}-flash-bytes"), flash);
         if !(memory == 0 && WITHOUT_MEMORY.contains(&binary)) {
             counted.insert(format!("{binary}-memory-bytes"), memory);

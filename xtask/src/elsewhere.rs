@@ -72,5 +72,5 @@ fn check_one(name: &str) -> Result<(), String> {
 /// Builds one, and answers with its binary.
 fn build(name: &str, target: &str, features: &[&str]) -> Result<PathBuf, String> {
     let folder = firmware::root().join("examples").join(name);
-    Ok(firmware::build_elsewhere(&folder, target, features)?.join(name))
+    Ok(firmware::build_example(&folder, target, features)?.join(name))
 }

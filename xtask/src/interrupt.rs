@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 use drive_link::{Command, Format, Law, Report};
 use host_sim::drive::Client;
 
+use crate::elf::Elf;
 use crate::{emulator, firmware};
 
 /// The laws and number formats, by the names that their figures have.
@@ -196,30 +197,30 @@ fn measure(
     })
 }
 
-/// What the meter is asked for of a drive.
+/// The meter's request for a drive.
 fn watched(drive: &Path) -> Result<String, String> {
-    let handler = firmware::functions(drive, HANDLER, |symbol| symbol == HANDLER)?;
-    let mut words: Vec<String> = handler
+    let elf = Elf::read(drive)?;
+    let functions = |path: &str| {
+        let part = mangled(path);
+        elf.ranges(path, |symbol| symbol.contains(&part))
+    };
+    let mut words: Vec<String> = elf
+        .ranges(HANDLER, |symbol| symbol == HANDLER)?
         .iter()
         .map(|function| format!("handler={:x}", function.start))
         .collect();
     for path in MARKS {
-        let [function] = &functions(drive, path)?[..] else {
+        let [function] = &functions(path)?[..] else {
             return Err(format!("{} has more than one {path}", drive.display()));
         };
         words.push(format!("mark={:x}", function.start));
     }
     for path in ONLY_EMULATED {
-        for function in functions(drive, path)? {
+        for function in functions(path)? {
             words.push(format!("leave-out={:x}-{:x}", function.start, function.end));
         }
     }
     Ok(words.join(","))
-}
-
-fn functions(drive: &Path, path: &str) -> Result<Vec<std::ops::Range<u64>>, String> {
-    let part = mangled(path);
-    firmware::functions(drive, path, |symbol| symbol.contains(&part))
 }
 
 /// The end of a path as it stands in a symbol: every name after its length.

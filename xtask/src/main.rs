@@ -2,6 +2,7 @@
 
 mod budget;
 mod drive;
+mod elf;
 mod elsewhere;
 mod emulator;
 mod firmware;

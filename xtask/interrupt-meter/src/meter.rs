@@ -1,8 +1,9 @@
 //! Where an interrupt begins and ends, and what of it counts.
 
+use thumb::{Flow, Instruction, Unit};
+
 use crate::processor::{ENTRY, EXIT, FLOATS, Processor};
 use crate::request::Watched;
-use crate::thumb::{Flow, Instruction, Unit};
 
 /// What an interrupt took.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -85,7 +86,7 @@ impl Meter {
         }
         handler.instructions += 1;
         handler.marks |= self.watched.mark_at(address);
-        if instruction.effect.unit == Unit::Float && !handler.uses_floats {
+        if instruction.unit == Unit::Float && !handler.uses_floats {
             handler.uses_floats = true;
             self.processor.wait(FLOATS);
         }
@@ -135,8 +136,8 @@ impl Handler {
         let Some(last) = self.last.filter(|last| last.end() != next) else {
             return false;
         };
-        match last.effect.flow {
-            Flow::On | Flow::Jump => false,
+        match last.flow {
+            Flow::On | Flow::Jump | Flow::Table => false,
             Flow::Call => {
                 self.depth += 1;
                 false
@@ -187,7 +188,7 @@ mod tests {
             .iter()
             .filter_map(|&(address, code)| {
                 let second = code.get(1).copied().unwrap_or(0);
-                let instruction = Instruction::decode(address, code[0], second);
+                let instruction = Instruction::decode(address, [code[0], second]);
                 meter.execute(&instruction).expect("the way is found")
             })
             .collect()
@@ -316,7 +317,7 @@ mod tests {
         let run = |at: u32| {
             let mut meter = Meter::new(watched());
             for (address, code) in [(HANDLER, BL[0]), (at, 0x6808)] {
-                let instruction = Instruction::decode(address, code, 0xf800);
+                let instruction = Instruction::decode(address, [code, 0xf800]);
                 meter.execute(&instruction).expect("the way is found");
             }
             let before = meter.processor.clock();
@@ -330,7 +331,7 @@ mod tests {
     #[test]
     fn an_entry_before_the_return_is_noticed() {
         let mut meter = Meter::new(watched());
-        let entry = Instruction::decode(HANDLER, 0xbf00, 0);
+        let entry = Instruction::decode(HANDLER, [0xbf00, 0]);
         assert_eq!(meter.execute(&entry), Ok(None));
         assert_eq!(meter.execute(&entry), Err(Lost));
     }

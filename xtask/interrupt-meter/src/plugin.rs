@@ -9,9 +9,10 @@ use std::io::{BufWriter, Write};
 use std::net::TcpStream;
 use std::sync::{Mutex, PoisonError};
 
+use thumb::Instruction;
+
 use crate::meter::{Lost, Meter};
 use crate::request::Request;
-use crate::thumb::Instruction;
 
 /// The version of the interface.
 #[unsafe(no_mangle)]
@@ -86,10 +87,10 @@ impl Session {
 
     fn decode(&mut self, address: u32, bytes: [u8; 4]) -> &'static Instruction {
         self.decoded.entry((address, bytes)).or_insert_with(|| {
-            let [a, b, c, d] = bytes;
-            let (first, second) = (u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]));
             // As many as the program has, and the emulator keeps them until it ends.
-            Box::leak(Box::new(Instruction::decode(address, first, second)))
+            let [a, b, c, d] = bytes;
+            let halves = [u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d])];
+            Box::leak(Box::new(Instruction::decode(address, halves)))
         })
     }
 

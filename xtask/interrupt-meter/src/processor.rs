@@ -1,8 +1,9 @@
 //! Cycles of a Cortex-M4F in an STM32F405 at 168 MHz: the core's own, those that its neighbours add
 //! and take (Cortex-M4 TRM r0p1, 3.3.2 and 7.2.2), and those of flash and buses.
 
+use thumb::{Flow, Instruction, Unit};
+
 use crate::flash::Flash;
-use crate::thumb::{Flow, Instruction, Unit};
 
 /// Cycles from the request of an interrupt to its first instruction, eight registers stacked
 /// (TRM, 3.9.1).
@@ -50,7 +51,7 @@ impl Processor {
     /// Whether the last instruction leads to this address by a branch.
     pub(crate) fn branched_to(&self, address: u32) -> Option<Flow> {
         let last = self.last.as_ref()?;
-        let flow = last.effect.flow;
+        let flow = last.flow;
         (flow != Flow::On && last.end() != address).then_some(flow)
     }
 
@@ -79,22 +80,20 @@ impl Processor {
 
     /// Cycles of an instruction beside the one before it.
     fn own_cycles(&self, instruction: &Instruction) -> u64 {
-        let this = &instruction.effect;
-        let cycles = u64::from(this.cycles);
+        let cycles = u64::from(instruction.cycles);
         let Some(last) = self
             .last
             .as_ref()
             .filter(|last| last.end() == instruction.address)
-            .map(|last| &last.effect)
         else {
             return cycles;
         };
-        let address_is_last = last.writes & this.address_from != 0;
+        let address_is_last = last.writes & instruction.address_from != 0;
         let follows_load = last.unit == Unit::Load
-            && matches!(this.unit, Unit::Load | Unit::Store)
+            && matches!(instruction.unit, Unit::Load | Unit::Store)
             && !address_is_last;
         let waits_for_address = last.unit == Unit::Core && address_is_last;
-        let waits_for_float = last.floats_late & this.floats_read != 0;
+        let waits_for_float = last.floats_late & instruction.floats_read != 0;
         (cycles - u64::from(follows_load && cycles > 1))
             + u64::from(waits_for_address)
             + u64::from(waits_for_float)
@@ -126,7 +125,7 @@ mod tests {
         let mut address = HERE;
         for code in codes {
             let second = code.get(1).copied().unwrap_or(0);
-            let instruction = Instruction::decode(address, code[0], second);
+            let instruction = Instruction::decode(address, [code[0], second]);
             assert_eq!(instruction.length as usize, 2 * code.len());
             processor.execute(&instruction);
             address = instruction.end();
@@ -175,26 +174,26 @@ mod tests {
 
     #[test]
     fn a_branch_refills_the_pipeline_if_it_is_taken() {
-        let bne = Instruction::decode(HERE, 0xd11e, 0);
+        let bne = Instruction::decode(HERE, [0xd11e, 0]);
         let mut processor = Processor::new();
         processor.execute(&bne);
         assert_eq!(processor.branched_to(bne.end()), None);
-        processor.execute(&Instruction::decode(bne.end(), 0xbf00, 0));
+        processor.execute(&Instruction::decode(bne.end(), [0xbf00, 0]));
         assert_eq!(processor.clock(), 2);
 
         let mut processor = Processor::new();
         processor.execute(&bne);
         assert_eq!(processor.branched_to(HERE + 64), Some(Flow::Jump));
-        processor.execute(&Instruction::decode(HERE + 64, 0xbf00, 0));
+        processor.execute(&Instruction::decode(HERE + 64, [0xbf00, 0]));
         assert_eq!(processor.clock(), 2 + REFILL);
     }
 
     #[test]
     fn what_was_parted_is_no_neighbour() {
         let mut processor = Processor::new();
-        processor.execute(&Instruction::decode(HERE, 0x6808, 0));
+        processor.execute(&Instruction::decode(HERE, [0x6808, 0]));
         processor.part();
-        processor.execute(&Instruction::decode(HERE + 2, 0x681a, 0));
+        processor.execute(&Instruction::decode(HERE + 2, [0x681a, 0]));
         assert_eq!(processor.clock(), 4);
     }
 
@@ -217,7 +216,7 @@ mod tests {
     #[test]
     fn code_in_flash_waits_for_it() {
         let mut processor = Processor::new();
-        let nop = |address| Instruction::decode(address, 0xbf00, 0);
+        let nop = |address| Instruction::decode(address, [0xbf00, 0]);
         processor.execute(&nop(0x0800_0000));
         assert_eq!(processor.clock(), 1 + 5);
         processor.execute(&nop(0x0800_0002));
