@@ -8,7 +8,7 @@ use std::{env, fs};
 use toml::{Table, Value};
 
 fn main() {
-    let here = env::var("CARGO_MANIFEST_DIR").expect("cargo says where this is");
+    let here = env::var("CARGO_MANIFEST_DIR").expect("set by cargo");
     let root = Path::new(&here).parent().expect("the workspace");
     println!("cargo:rustc-link-search={}", root.display());
     println!("cargo:rerun-if-changed={}", root.join("memory.x").display());
@@ -70,7 +70,7 @@ fn main() {
         "pub(crate) const INITIAL: [f64; 2] = {initial:?};"
     )
     .expect("a string");
-    let out = env::var("OUT_DIR").expect("cargo says where to");
+    let out = env::var("OUT_DIR").expect("set by cargo");
     fs::write(Path::new(&out).join("paper.rs"), constants).expect("the constants are written");
 }
 

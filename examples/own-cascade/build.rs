@@ -3,7 +3,7 @@
 use std::env;
 
 fn main() {
-    let here = env::var("CARGO_MANIFEST_DIR").expect("cargo says where this is");
+    let here = env::var("CARGO_MANIFEST_DIR").expect("set by cargo");
     println!("cargo:rustc-link-search={here}");
     println!("cargo:rerun-if-changed=memory.x");
     if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {

@@ -69,7 +69,7 @@ impl EmulatedServo {
     }
 }
 
-/// What acts on the servo, command units: nothing unless the amplifier is enabled.
+/// The command that acts on the servo, command units: zero unless the amplifier is enabled.
 fn command(outputs: &Outputs) -> f64 {
     let Some(duty) = outputs.duty.filter(|_| emulated::is_high(BOARD.enable)) else {
         return 0.0;

@@ -1,4 +1,4 @@
-//! What is made in `main` and from then on belongs to an interrupt.
+//! Transfers values that are made in `main` to an interrupt.
 
 use core::cell::Cell;
 

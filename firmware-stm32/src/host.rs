@@ -3,7 +3,7 @@
 use cortex_m_semihosting::{debug, hio};
 
 /// Writes words, separated by blanks, as a line.
-pub fn say(words: &[&str]) {
+pub fn print(words: &[&str]) {
     let Ok(mut out) = hio::hstdout() else {
         return;
     };

@@ -1,7 +1,7 @@
 //! Instructions counted by a timer: where one tick is one instruction, as in an emulator that
 //! counts them. On the chip the same timer counts cycles.
 
-use crate::host::{Text, say};
+use crate::host::{Text, print};
 
 const RCC_APB1ENR: *mut u32 = 0x4002_3840 as *mut u32;
 const TIM2: usize = 0x4000_0000;
@@ -39,12 +39,12 @@ impl Counter {
     }
 }
 
-/// What several rounds of something took.
+/// Costs of several rounds.
 #[derive(Debug, Default)]
 pub struct Tally {
     rounds: u32,
     total: u32,
-    most: u32,
+    max: u32,
 }
 
 impl Tally {
@@ -52,7 +52,7 @@ impl Tally {
     pub fn add(&mut self, taken: u32) {
         self.rounds += 1;
         self.total = self.total.wrapping_add(taken);
-        self.most = self.most.max(taken);
+        self.max = self.max.max(taken);
     }
 
     /// The rounds so far.
@@ -61,16 +61,16 @@ impl Tally {
         self.rounds
     }
 
-    /// What they took together.
+    /// Their sum.
     #[must_use]
     pub fn total(&self) -> u32 {
         self.total
     }
 
-    /// Says a name, the mean, the most, and how large a state is.
-    pub fn say(&self, name: &str, state_bytes: usize) {
+    /// Prints a name, the mean, the maximum, and the size of a state.
+    pub fn print(&self, name: &str, state_bytes: usize) {
         let mean = self.total / self.rounds.max(1);
-        let [mean, most, bytes] = [mean, self.most, state_bytes as u32].map(Text::whole);
-        say(&[name, mean.as_str(), most.as_str(), bytes.as_str()]);
+        let [mean, max, bytes] = [mean, self.max, state_bytes as u32].map(Text::whole);
+        print(&[name, mean.as_str(), max.as_str(), bytes.as_str()]);
     }
 }

@@ -1,6 +1,6 @@
-//! What the programs for the chip share.
+//! Shared parts of the programs for the chip.
 //!
-//! For the drive: one file of [`board`] says which pin is what of the drivers in `drive-chip`;
+//! For the drive: one file of [`board`] assigns the pins to the drivers of `drive-chip`;
 //! [`settings`] is what a drive without a record starts from. Beside them the paper's experiment and
 //! what speaks through an emulator.
 #![no_std]

@@ -38,10 +38,10 @@ pub struct Experiment {
 }
 
 impl Experiment {
-    /// A servo at rest with so much friction, rad/s².
+    /// A servo at rest with Coulomb friction, rad/s².
     ///
     /// # Errors
-    /// A reference that cannot be.
+    /// A reference that is not allowed.
     pub fn start(coulomb: f64) -> Result<Self, SettingsError> {
         let reference = paper::reference()?;
         let (plant, encoder) = paper::servo_with(coulomb);
@@ -54,7 +54,7 @@ impl Experiment {
     }
 
     /// Runs some samples and counts them. `sample` gets a reference in counts and the counter's
-    /// register and answers with the command and the instructions that it took.
+    /// register and returns the command and its instructions.
     pub fn count(
         &mut self,
         samples: u32,
@@ -84,12 +84,12 @@ pub fn measure(
     let mut experiment = Experiment::start(0.0)?;
     experiment.count(STARTING, &mut sample);
     let tally = experiment.count(COUNTED, &mut sample);
-    tally.say(name, state_bytes);
+    tally.print(name, state_bytes);
     Ok(())
 }
 
-/// A call's result and its instructions, less those that counting itself takes. What goes in and comes
-/// out passes a black box, or the compiler would move its making and its use in between.
+/// A call's result and its instructions, less those of counting. Inputs and results pass a black box, or the
+/// compiler would move their computation and use in between.
 #[inline(always)]
 pub fn counted<T>(instructions: &Instructions, work: impl FnOnce() -> T) -> (T, u32) {
     let empty = {
@@ -115,7 +115,7 @@ impl<I: Identify<f32> + FromSettings> Single<I> {
     /// Builds it from settings.
     ///
     /// # Errors
-    /// What is not allowed.
+    /// Settings that are not allowed.
     pub fn build(settings: &Settings) -> Result<Self, SettingsError> {
         let servo_loop: Loop<I> = settings.build()?;
         Ok(Self {
@@ -177,7 +177,7 @@ impl<S: IdentifiableSet<P>, const P: usize> Halves<S, P> {
     /// Builds it from settings.
     ///
     /// # Errors
-    /// What is not allowed.
+    /// Settings that are not allowed.
     pub fn build(settings: &Settings) -> Result<Self, SettingsError> {
         let fitter: Fitter<S, P> = settings.build()?;
         Ok(Self {
@@ -217,7 +217,7 @@ impl<S: IdentifiableSet<P>, const P: usize> Halves<S, P> {
         self.fitted = self.fitter.work(&mut self.fitting, 1);
     }
 
-    /// Whether the recursion runs.
+    /// True while the recursion runs.
     #[must_use]
     pub fn is_running(&self) -> bool {
         let identifier = self.interrupt.servo_loop.identifier();

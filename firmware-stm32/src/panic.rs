@@ -1,10 +1,10 @@
-//! What happens when something cannot go on. In a release nothing may: the handler then calls a
-//! function that does not exist, so a panic that survived optimisation is an error of the linker. That
-//! takes the settings of the firmware's folder, which optimise a program as one whole; a release that is
-//! built elsewhere stops where it would panic, and the watchdog resets the chip. A build with defmt,
-//! whose logger can panic, is for the bench and shows it over the probe.
+//! The handler of panics. A release must have none: its handler calls a function that does not exist, so a
+//! panic that survived optimisation is an error of the linker. That takes the settings of the firmware's
+//! folder, which optimise a program as one whole; a release that is built elsewhere stops at the panic, and
+//! the watchdog resets the chip. A build with defmt, whose logger can panic, is for the bench and shows the
+//! panic over the probe.
 
-/// Whether the program is optimised as one whole: `.cargo/config.toml` of the firmware's folder says so.
+/// True if the program is optimised as one whole, by `.cargo/config.toml` of the firmware's folder.
 #[cfg(all(target_os = "none", not(debug_assertions), not(feature = "defmt")))]
 const IS_ONE_WHOLE: bool = option_env!("FIRMWARE_IS_ONE_WHOLE").is_some();
 
@@ -35,6 +35,6 @@ use defmt_semihosting as _;
 #[cfg(all(target_os = "none", debug_assertions, not(feature = "defmt")))]
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
-    crate::host::say(&["panic"]);
+    crate::host::print(&["panic"]);
     crate::host::exit(false)
 }

@@ -14,7 +14,7 @@ pub fn samples() -> u32 {
     (DURATION / SAMPLE_TIME + 0.5) as u32
 }
 
-/// What controller and identifier are built from.
+/// Settings of controller and identifier.
 #[must_use]
 pub fn settings() -> Settings {
     let [a, b] = INITIAL;

@@ -1,5 +1,5 @@
-//! What a drive without a record shows as an example: the paper's loop, with protections for a bare
-//! motor. It does not start with them: they are not of its servo.
+//! Example settings of a drive without a record: the paper's loop, with protections for a bare motor. It does
+//! not start with them: they are not those of its servo.
 
 use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings};
 use identifier_core::settings::diagonal;

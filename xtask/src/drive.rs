@@ -1,5 +1,5 @@
-//! The drive firmware on an emulated chip, whose pins, encoder and flash are memory, with a servo that
-//! follows its output: the whole way of a request, a run, a record and a fault.
+//! The drive firmware on an emulated chip, whose pins, encoder and flash are memory, with an emulated servo
+//! at its output: requests, runs, records, faults and commissionings from end to end.
 
 use std::error::Error;
 use std::fmt::Debug;
@@ -16,31 +16,29 @@ use identifier_core::tuning::Goal;
 
 use crate::{emulator, firmware};
 
-/// How long the emulator may take for what is the drive's half a minute.
-const PATIENCE: Duration = Duration::from_secs(300);
+/// Time limit of the emulator for half a minute of the drive.
+const TIME_LIMIT: Duration = Duration::from_secs(300);
 
-/// Talks to the drive as a host would, and as a broken line does.
+/// Operates the drive as a host does, and as a broken line does.
 pub(crate) fn check() -> Result<(), String> {
     firmware::build(&["drive"], &["emulator"])?;
-    // The emulator's time is that of its instructions: a slow machine is a slow drive, and nothing else.
-    let clock = ["-icount", "shift=0,sleep=off"].map(str::to_owned);
-    let (_running, port) = emulator::Running::start_with(&firmware::path("drive"), &clock)?;
-    talk(&mut Client::new(port)).map_err(|error| error.to_string())
+    let (_running, port) = emulator::Running::start(&firmware::path("drive"), &[])?;
+    operate(&mut Client::new(port)).map_err(|error| error.to_string())
 }
 
-fn talk(drive: &mut Client) -> Result<(), Box<dyn Error>> {
+fn operate(drive: &mut Client) -> Result<(), Box<dyn Error>> {
     let status = drive.status()?;
     expect("protocol", status.protocol, PROTOCOL)?;
     expect("state after the boot", status.state, State::Released)?;
     expect("configured", status.configured, false)?;
     let refused = refusal(drive, Command::Start)?;
     expect("a start of a new drive", refused, Refusal::NotConfigured)?;
-    expect("what the store holds", status.kept, Kept::Nothing)?;
+    expect("the store at first", status.kept, Kept::Nothing)?;
     // More than fit into both of the emulated sectors, which are then erased in turn.
     for _ in 0..20 {
         drive.ask(Command::Save)?;
     }
-    expect("what it holds then", drive.status()?.kept, Kept::Record)?;
+    expect("the store then", drive.status()?.kept, Kept::Record)?;
     println!("records are kept");
 
     // Garbage of every kind: the drive answers the next request.
@@ -65,7 +63,7 @@ fn talk(drive: &mut Client) -> Result<(), Box<dyn Error>> {
     if drive.status()?.garbled == 0 {
         return Err("garbage was taken for frames".into());
     }
-    println!("the drive boots, and garbage on its line costs nothing but itself");
+    println!("the drive boots, and recovers from garbage on its line");
 
     let settings = drive.settings()?;
     let mut wrong = settings;
@@ -95,7 +93,7 @@ fn talk(drive: &mut Client) -> Result<(), Box<dyn Error>> {
         let refused = refusal(drive, Command::Save)?;
         expect("a record in motion", refused, Refusal::Running)?;
         let learnt = drive
-            .next_within(PATIENCE, |report| {
+            .next_within(TIME_LIMIT, |report| {
                 shown(report).filter(|shown| shown.sample > 30_000)
             })?
             .ok_or("the drive has not run for 30 s")?;
@@ -122,7 +120,7 @@ fn talk(drive: &mut Client) -> Result<(), Box<dyn Error>> {
     expect("the end of a run of 0.5 s", ended, Some(Ended::Over))?;
     println!("a run ends when its time is over");
 
-    // The drive's second is a fraction of the host's: whoever says nothing is silent for long.
+    // The drive's second is a fraction of the host's, which soon exceeds the timeout.
     tight.protection.duration = 0.0;
     tight.protection.link_timeout = 0.1;
     drive.ask(Command::Configure(tight))?;
@@ -145,7 +143,7 @@ fn talk(drive: &mut Client) -> Result<(), Box<dyn Error>> {
     commission(drive, &tight.closed_loop)
 }
 
-/// Has the drive come to know its servo, and start with the gains that it found.
+/// Commissions the drive, and starts a run with the gains found.
 fn commission(drive: &mut Client, closed_loop: &LoopSettings) -> Result<(), Box<dyn Error>> {
     let order = CommissionSettings {
         sample_time: closed_loop.core.sample_time,
@@ -188,7 +186,7 @@ fn commission(drive: &mut Client, closed_loop: &LoopSettings) -> Result<(), Box<
     commission_beside(drive, &order)
 }
 
-/// The same beside the loop that runs, which goes on.
+/// Commissions beside the running loop, which resumes.
 fn commission_beside(drive: &mut Client, order: &CommissionSettings) -> Result<(), Box<dyn Error>> {
     drive.ask(Command::Start)?;
     drive.commission(order)?;
@@ -200,13 +198,13 @@ fn commission_beside(drive: &mut Client, order: &CommissionSettings) -> Result<(
     drive.ask(Command::Watch(100))?;
     let b = drive.next(shown)?.estimates.b;
     if !(252.5..263.0).contains(&b) {
-        return Err(format!("the loop goes on with b = {b} where the servo has 257.7").into());
+        return Err(format!("the loop resumes with b = {b} where the servo has 257.7").into());
     }
     expect("late samples", drive.status()?.overruns, 0)?;
     drive.ask(Command::Stop)?;
     until(drive, State::Released)?;
     expect("whether it is kept then", drive.outcome()?.kept, true)?;
-    println!("commissioned beside a loop, which goes on with b {b:.1}");
+    println!("commissioned beside a loop, which resumes with b {b:.1}");
     Ok(())
 }
 
@@ -224,10 +222,10 @@ fn struck(report: &Report) -> Option<Fault> {
     }
 }
 
-/// Waits until the drive is in a state, however slow the machine is that emulates it.
+/// Waits until the drive is in a state.
 fn until(drive: &mut Client, wanted: State) -> Result<(), Box<dyn Error>> {
     let begun = Instant::now();
-    while begun.elapsed() < PATIENCE {
+    while begun.elapsed() < TIME_LIMIT {
         if drive.status()?.state == wanted {
             return Ok(());
         }
@@ -236,7 +234,7 @@ fn until(drive: &mut Client, wanted: State) -> Result<(), Box<dyn Error>> {
     Err(format!("the drive does not become {wanted:?}").into())
 }
 
-/// Why the drive refuses.
+/// The drive's reason for refusing a command.
 fn refusal(drive: &mut Client, command: Command) -> Result<Refusal, Box<dyn Error>> {
     match drive.ask(command) {
         Err(DriveError::Refused(refusal)) => Ok(refusal),

@@ -1,12 +1,12 @@
-//! Somebody else's firmwares: they build for three cores and run on two emulated boards, and a sample
-//! costs there what the bench counts.
+//! The examples: they build for three cores and run on two emulated boards, and a sample costs as much there
+//! as in the bench.
 
 use std::path::PathBuf;
 
 use crate::{budget, emulator, firmware};
 
-/// Each is a workspace of its own in the folder of its name: one that takes our PID, and one with a
-/// controller of its own, to which the identifier only listens.
+/// Each is a workspace of its own in the folder of its name: one with this project's PID, and one with a
+/// controller of its own, beside which the identifier observes.
 const FIRMWARES: [&str; 2] = ["own-firmware", "own-cascade"];
 
 /// Their targets, and the board of each that is emulated.
@@ -17,14 +17,14 @@ const TARGETS: [(&str, Option<&str>); 3] = [
 ];
 
 /// The firmware that counts the instructions of its sample, the target that it counts on, and the
-/// figure of the budget that they are held against.
+/// figure of the budget that it is compared with.
 const COUNTS: (&str, &str, &str) = (
     "own-firmware",
     "thumbv7em-none-eabihf",
     "gradient-f32-2-mean",
 );
 
-/// By how much a sample may cost more than in the bench.
+/// Relative cost of a sample above the bench's that is allowed.
 const TOLERANCE: f64 = 0.05;
 
 /// Builds and runs them.
@@ -33,7 +33,7 @@ pub(crate) fn check() -> Result<(), String> {
     count()
 }
 
-/// Counts a sample in a firmware that is not ours.
+/// Counts a sample in an example.
 fn count() -> Result<(), String> {
     let (name, target, figure) = COUNTS;
     let budget = budget::accepted()?;
@@ -41,7 +41,7 @@ fn count() -> Result<(), String> {
         .get(figure)
         .ok_or_else(|| format!("the budget has no {figure}"))?;
     let binary = build(name, target, &["count"])?;
-    let printed = emulator::run(&binary)?;
+    let printed = emulator::run(emulator::BOARD, &binary)?;
     let counted: u64 = printed
         .trim()
         .parse()
@@ -63,13 +63,13 @@ fn check_one(name: &str) -> Result<(), String> {
             println!("{name}, {target}: builds");
             continue;
         };
-        emulator::run_on(board, &binary)?;
+        emulator::run(board, &binary)?;
         println!("{name}, {target}: builds, and finds its servo on an emulated {board}");
     }
     Ok(())
 }
 
-/// Builds one, and answers with its binary.
+/// Builds one and returns its binary.
 fn build(name: &str, target: &str, features: &[&str]) -> Result<PathBuf, String> {
     let folder = firmware::root().join("examples").join(name);
     Ok(firmware::build_example(&folder, target, features)?.join(name))

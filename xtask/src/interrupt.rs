@@ -36,14 +36,14 @@ const LAWS: [(&str, Law, Format); 4] = [
 /// The interrupt's handler.
 const HANDLER: &str = "TIM5";
 
-/// Functions that tell what an interrupt does, in the order of the meter's marks: it begins a run, it
-/// shows a sample, it ends the run.
+/// Functions by which interrupts are classified, in the order of the meter's marks: the first begins a run,
+/// the second shows a sample, the third ends the run.
 const MARKS: [&str; 3] = ["Run::start", "sampler::show", "Sampler::end"];
 const FIRST: u32 = 0b001;
 const SHOWN: u32 = 0b010;
 const FAILED: u32 = 0b100;
 
-/// Functions that a drive has only in the emulator: neither they nor what they call counts.
+/// Functions that a drive has only in the emulator: neither they nor their callees count.
 const ONLY_EMULATED: [&str; 1] = ["emulated_servo::advance"];
 
 /// Interrupts that are counted, from the one that begins the run.
@@ -52,16 +52,16 @@ const COUNTED: usize = 100_000;
 /// Samples from one that is shown to the next.
 const WATCHED: u16 = 20;
 
-/// How long the emulator may take for them.
-const PATIENCE: Duration = Duration::from_secs(300);
+/// Time limit of the emulator for them.
+const TIME_LIMIT: Duration = Duration::from_secs(300);
 
-/// How long the host listens at a time.
+/// Time of the host between two looks at the meter.
 const LISTEN: Duration = Duration::from_millis(100);
 
 /// The core's clock, MHz.
 const CLOCK: f64 = 168.0;
 
-/// What an interrupt took.
+/// The cost of an interrupt, and the marks that it passed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Cost {
     marks: u32,
@@ -75,7 +75,7 @@ pub(crate) struct Taken {
     pub(crate) cycles: u64,
 }
 
-/// What the interrupts of a run took.
+/// The cost of the interrupts of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Summary {
     /// Medians of those that show nothing.
@@ -88,7 +88,7 @@ pub(crate) struct Summary {
     pub(crate) worst: Taken,
 }
 
-/// Prints what every law takes.
+/// Prints the cost of every law.
 pub(crate) fn print() -> Result<(), String> {
     let counted = count()?;
     println!(
@@ -119,7 +119,7 @@ pub(crate) fn count() -> Result<Vec<(&'static str, Summary)>, String> {
     let plugin = firmware::build_interrupt_meter()?;
     let count_one = |(name, law, format)| {
         let costs = measure(&drive, &plugin, |client| start(client, law, format))?;
-        let summary = Summary::of(&costs).map_err(|fault| format!("{name}: {fault}"))?;
+        let summary = Summary::new(&costs).map_err(|fault| format!("{name}: {fault}"))?;
         Ok((name, summary))
     };
     thread::scope(|scope| {
@@ -133,7 +133,7 @@ pub(crate) fn count() -> Result<Vec<(&'static str, Summary)>, String> {
     })
 }
 
-/// Starts a law and has samples shown.
+/// Starts a law, and some of its samples being shown.
 fn start(drive: &mut Client, law: Law, format: Format) -> Result<(), Box<dyn Error>> {
     let mut settings = drive.settings()?;
     settings.closed_loop.law = law;
@@ -146,8 +146,8 @@ fn start(drive: &mut Client, law: Law, format: Format) -> Result<(), Box<dyn Err
     Ok(())
 }
 
-/// Runs a drive in the emulator, has the conversation with it, and answers with what [`COUNTED`]
-/// interrupts took from the one that began its run.
+/// Runs a drive in the emulator, has the conversation with it, and returns the costs of [`COUNTED`]
+/// interrupts from the one that begins its run.
 fn measure(
     drive: &Path,
     plugin: &Path,
@@ -159,24 +159,24 @@ fn measure(
     // The emulator takes a comma for the end of an argument, and two for one.
     let file = plugin.display().to_string().replace(',', ",,");
     let request = format!("file={file},listener={address},{}", watched(drive)?);
-    let more = ["-icount", "shift=0,sleep=off", "-plugin", &request].map(str::to_owned);
-    let (_running, port) = emulator::Running::start_with(drive, &more).map_err(|error| {
-        format!("{error}; the emulator must be QEMU 9.1 or later, and be built with plugins")
-    })?;
+    let (_running, port) =
+        emulator::Running::start(drive, &["-plugin", &request]).map_err(|error| {
+            format!("{error}; the emulator must be QEMU 9.1 or later, and be built with plugins")
+        })?;
     let reader = thread::spawn(move || read(&listener));
 
     let mut client = Client::new(port);
     conversation(&mut client).map_err(|error| error.to_string())?;
-    let mut struck = None;
-    let until = Instant::now() + PATIENCE;
+    let mut fault = None;
+    let until = Instant::now() + TIME_LIMIT;
     while !reader.is_finished() {
         if Instant::now() > until {
             return Err(format!(
                 "the emulator has not run {COUNTED} samples in {} s: does the drive run?",
-                PATIENCE.as_secs()
+                TIME_LIMIT.as_secs()
             ));
         }
-        // What the drive reports must be heard, or it would have no room for more.
+        // Its reports must be read, or it has no room for more.
         let heard = client
             .port()
             .listen(
@@ -184,14 +184,14 @@ fn measure(
                 LISTEN,
             )
             .map_err(|error| error.to_string())?;
-        if let Some(Report::Fault(fault)) = heard {
-            struck = Some(fault);
+        if let Some(Report::Fault(found)) = heard {
+            fault = Some(found);
         }
     }
     let costs = reader
         .join()
-        .map_err(|_| "reading what the interrupts took has failed".to_owned())?;
-    costs.map_err(|error| match struck {
+        .map_err(|_| "reading the meter has failed".to_owned())?;
+    costs.map_err(|error| match fault {
         Some(fault) => format!("{error}; it was {fault}"),
         None => error,
     })
@@ -223,14 +223,14 @@ fn watched(drive: &Path) -> Result<String, String> {
     Ok(words.join(","))
 }
 
-/// The end of a path as it stands in a symbol: every name after its length.
+/// The end of a path in a mangled symbol: every name after its length.
 fn mangled(path: &str) -> String {
     path.split("::")
         .map(|name| format!("{}{name}", name.len()))
         .collect()
 }
 
-/// Reads what the meter says, from the interrupt that begins the run on.
+/// Reads the meter's report from the interrupt that begins the run.
 fn read(listener: &TcpListener) -> Result<Vec<Cost>, String> {
     let (stream, _) = listener.accept().map_err(|error| error.to_string())?;
     let mut costs = Vec::with_capacity(COUNTED);
@@ -270,7 +270,7 @@ impl Cost {
                 },
             }),
             _ => Err(format!(
-                "the meter says {line:?}: it has lost where the interrupt ends, or its report \
+                "the meter reports {line:?}: it has lost the end of an interrupt, or its report \
                  does not fit this program"
             )),
         }
@@ -282,8 +282,8 @@ impl Cost {
 }
 
 impl Summary {
-    /// Of the interrupts of a run, the first of which begins it.
-    fn of(costs: &[Cost]) -> Result<Self, String> {
+    /// Summarises the interrupts of a run, the first of which begins it.
+    fn new(costs: &[Cost]) -> Result<Self, String> {
         let (first, others) = costs.split_first().ok_or("no interrupt was seen")?;
         let (shown, typical): (Vec<_>, Vec<_>) =
             others.iter().copied().partition(|cost| cost.has(SHOWN));
@@ -353,7 +353,7 @@ mod tests {
     }
 
     #[test]
-    fn the_classes_are_told_apart() {
+    fn the_classes_are_separate() {
         let costs = [
             cost(FIRST | SHOWN, 900, 2000),
             cost(0, 100, 250),
@@ -361,7 +361,7 @@ mod tests {
             cost(0, 5000, 900),
             cost(SHOWN, 300, 400),
         ];
-        let summary = Summary::of(&costs).expect("all classes are there");
+        let summary = Summary::new(&costs).expect("all classes are there");
         let taken = |instructions, cycles| Taken {
             instructions,
             cycles,
@@ -375,10 +375,10 @@ mod tests {
     #[test]
     fn a_class_that_was_not_seen_is_an_error() {
         let first = cost(FIRST, 900, 2000);
-        assert!(Summary::of(&[]).is_err());
-        assert!(Summary::of(&[first]).is_err());
-        assert!(Summary::of(&[first, cost(0, 1, 1)]).is_err());
-        assert!(Summary::of(&[first, cost(SHOWN, 1, 1)]).is_err());
+        assert!(Summary::new(&[]).is_err());
+        assert!(Summary::new(&[first]).is_err());
+        assert!(Summary::new(&[first, cost(0, 1, 1)]).is_err());
+        assert!(Summary::new(&[first, cost(SHOWN, 1, 1)]).is_err());
     }
 
     #[test]

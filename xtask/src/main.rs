@@ -1,4 +1,4 @@
-//! What CI and people do with the firmware besides building it.
+//! Checks of the firmware on emulated chips, and its costs.
 
 mod budget;
 mod drive;
@@ -24,34 +24,34 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Verb {
-    /// Run the virtual servo on an emulated STM32F405 and hold its bits against the simulator's.
+    /// Run the paper's experiment on an emulated STM32F405 and compare its bits with the simulator's.
     Same,
-    /// Run the drive firmware on an emulated STM32F405 for hours of its time, every sample shown.
+    /// Run the drive firmware on an emulated STM32F405 for hours of its time, with every sample sent to the
+    /// host.
     Soak {
-        /// Hours.
+        /// Hours of the drive's time.
         #[arg(long, default_value_t = 2.0)]
         hours: f64,
     },
-    /// Talk to the drive firmware on an emulated STM32F405.
+    /// Operate the drive firmware on an emulated STM32F405: records, runs, faults, commissioning.
     Drive,
-    /// Count instructions and bytes on the emulated chip and hold them against the recorded budget.
+    /// Count instructions and bytes on the emulated chip and compare them with the accepted budget.
     Budget {
-        /// Record what was counted as the budget.
+        /// Accept the figures as the budget.
         #[arg(long)]
         accept: bool,
     },
     /// Count the whole sample interrupt of the drive on the emulated chip: instructions as they are
     /// executed, and cycles by the model of docs/cycles.md.
     Interrupt,
-    /// Break the chip's drivers in one place after the other, in a copy, and see that their tests
-    /// notice.
+    /// Apply one deliberate break after the other to a copy of the drivers and the drive's logic, and check
+    /// that their tests fail.
     Mutations,
-    /// Build two firmwares of somebody else for three cores, run them on two emulated boards, and
-    /// count a sample.
+    /// Build the two examples for three cores, run them on two emulated boards, and count a sample.
     Elsewhere,
     /// Run a binary of the firmware in the emulator.
     Qemu {
-        /// The binary: virtual-servo or bench.
+        /// The binary: virtual-servo, bench, terms, commission or background.
         binary: String,
     },
 }
@@ -66,7 +66,7 @@ fn main() -> ExitCode {
         Verb::Elsewhere => elsewhere::check(),
         Verb::Budget { accept } => budget::check(accept),
         Verb::Qemu { binary } => firmware::build(&[&binary], &[])
-            .and_then(|()| emulator::run(&firmware::path(&binary)))
+            .and_then(|()| emulator::run(emulator::BOARD, &firmware::path(&binary)))
             .map(|printed| print!("{printed}")),
     };
     match done {

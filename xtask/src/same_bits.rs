@@ -1,4 +1,4 @@
-//! The chip and the PC, one experiment, the same bits.
+//! One experiment on the emulated chip and on the PC, with the same bits.
 
 use host_sim::scenario::{Arithmetic, Purpose, Scenario};
 use host_sim::simulate;
@@ -11,14 +11,14 @@ const SCENARIO: &str = "host-sim/scenarios/paper.toml";
 /// Runs the experiment on both.
 pub(crate) fn check() -> Result<(), String> {
     firmware::build(&["virtual-servo"], &[])?;
-    let on_chip = emulator::run(&firmware::path("virtual-servo"))?;
+    let on_chip = emulator::run(emulator::BOARD, &firmware::path("virtual-servo"))?;
     for arithmetic in [Arithmetic::F32, Arithmetic::Fixed] {
         let expected = on_pc(arithmetic)?;
         let name = arithmetic.name();
         let found = on_chip
             .lines()
             .find(|line| line.split_whitespace().next() == Some(name))
-            .ok_or_else(|| format!("the chip says nothing of {name}: {on_chip}"))?;
+            .ok_or_else(|| format!("the chip prints no line {name}: {on_chip}"))?;
         if found.trim() != expected {
             return Err(format!(
                 "{name}: the chip ends with\n  {}\nand the simulator with\n  {expected}\n(bits of \

@@ -1,4 +1,4 @@
-//! The emulated drive for hours of its own time, every sample shown.
+//! The emulated drive for hours of its own time, with every sample sent to the host.
 
 use std::error::Error;
 use std::time::Instant;
@@ -8,32 +8,28 @@ use host_sim::drive::Client;
 
 use crate::{emulator, firmware};
 
-/// The time from one sign of life to the next, s of the drive.
-const SIGN_OF_LIFE: f64 = 5.0;
+/// Time between two messages of the host that keep the run alive, s of the drive.
+const KEEP_ALIVE: f64 = 5.0;
 
-/// Runs the drive for so many hours at 1 kHz: no sample may be late, be lost on the way, or be missing
-/// in the row.
+/// Runs the drive for some hours at 1 kHz: no sample may be late, lost on the way, or missing in the
+/// sequence.
 pub(crate) fn check(hours: f64) -> Result<(), String> {
     firmware::build(&["drive"], &["emulator"])?;
-    let folder = std::env::temp_dir().join(format!("drive-{}", std::process::id()));
-    let (running, port) = emulator::Running::start_beside(&firmware::path("drive"), &folder)?;
-    let done = run(&mut Client::new(port), hours).map_err(|error| error.to_string());
-    drop(running);
-    let _ = std::fs::remove_dir_all(&folder);
-    done
+    let (_running, port) = emulator::Running::start(&firmware::path("drive"), &[])?;
+    run(&mut Client::new(port), hours).map_err(|error| error.to_string())
 }
 
 fn run(drive: &mut Client, hours: f64) -> Result<(), Box<dyn Error>> {
     let mut settings = drive.settings()?;
-    // Seconds of the drive; the signs of life are counted in its samples.
+    // Seconds of the drive, like the time between messages.
     settings.protection.link_timeout = 60.0;
-    // A cast saturates, and makes zero of what is no number.
+    // A cast saturates, and makes zero of a NaN.
     let samples_of = |time: f64| (time / settings.closed_loop.core.sample_time) as u32;
     let samples = samples_of(hours * 3600.0);
-    let sign_of_life = samples_of(SIGN_OF_LIFE).max(1);
-    if samples < sign_of_life {
+    let keep_alive = samples_of(KEEP_ALIVE).max(1);
+    if samples < keep_alive {
         return Err(format!(
-            "--hours {hours} is {samples} samples: less than {sign_of_life} show nothing"
+            "--hours {hours} is {samples} samples: at least {keep_alive} are needed"
         )
         .into());
     }
@@ -52,7 +48,7 @@ fn run(drive: &mut Client, hours: f64) -> Result<(), Box<dyn Error>> {
         let step = now.sample - last.map_or(0, |last| last.sample);
         missing += step - 1;
         last = Some(now);
-        if now.sample.is_multiple_of(sign_of_life) {
+        if now.sample.is_multiple_of(keep_alive) {
             drive.say(Command::Hello)?;
         }
         if now.sample >= samples {
@@ -64,7 +60,7 @@ fn run(drive: &mut Client, hours: f64) -> Result<(), Box<dyn Error>> {
     let status = drive.status()?;
     let b = last.map_or(0.0, |last| last.estimates.b);
     println!(
-        "{samples} samples ({hours} h) in {:.0} s: late {}, not told {}, missing in the row {missing}, \
+        "{samples} samples ({hours} h) in {:.0} s: late {}, not sent {}, missing in the sequence {missing}, \
          frames not understood {}; b {b:.2}",
         begun.elapsed().as_secs_f64(),
         status.overruns,
@@ -75,6 +71,6 @@ fn run(drive: &mut Client, hours: f64) -> Result<(), Box<dyn Error>> {
     if is_whole && status.state == State::Released && status.garbled == 0 {
         Ok(())
     } else {
-        Err("the drive was late, or something got lost".into())
+        Err("the drive was late, or samples were lost".into())
     }
 }

@@ -22,7 +22,7 @@ pub struct ClosedLoopArx<N> {
     units: Units,
 }
 
-/// What [`ClosedLoopArx`] remembers.
+/// State of [`ClosedLoopArx`].
 pub type ClosedLoopArxState<N> = FilteredSignals<N, 3>;
 
 impl<N: Number> ClosedLoopArx<N> {

@@ -8,7 +8,7 @@ use identifier_core::units::Units;
 /// Recursive least squares with forgetting factor on filtered input and output: the method that
 /// the paper compares itself with.
 ///
-/// Dividing (2) with d = 0 by Λ(s) = (s + λ)²/λ² leaves signals that are all to be had from
+/// Dividing (2) with d = 0 by Λ(s) = (s + λ)²/λ² leaves signals that follow from
 /// position and command: q̈_f = −a q̇_f + b u_f. Both filters are the exact zero-order-hold step
 /// of the same Λ over the sample just passed: the command was held, and a position taken as
 /// straight between two samples has the held velocity Δq. The prediction error
@@ -23,7 +23,7 @@ pub struct FilteredLeastSquares<N> {
     units: Units,
 }
 
-/// What [`FilteredLeastSquares`] remembers.
+/// State of [`FilteredLeastSquares`].
 pub type FilteredLeastSquaresState<N> = FilteredSignals<N, 2>;
 
 impl<N: Number> FilteredLeastSquares<N> {

@@ -3,8 +3,8 @@ use identifier_core::number::Number;
 use crate::recursion::{Recursion, RecursionState};
 use crate::{Filtered, StateVariableFilter};
 
-/// What a method remembers that fits filtered signals to each other: the command that acts until the next
-/// sample, motion and command behind their filters, and a recursion of P parameters.
+/// State of a method that fits filtered signals to each other: the command that acts until the next sample,
+/// motion and command behind their filters, and a recursion of P parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FilteredSignals<N: Number, const P: usize> {
     command: N,
@@ -23,8 +23,8 @@ impl<N: Number, const P: usize> FilteredSignals<N, P> {
         }
     }
 
-    /// Takes a sample into the filters; the command acts from now on. The rates of motion and command
-    /// before it, or none if what came is not finite: then nothing has changed.
+    /// Filters a sample, whose command acts from now on, and returns the rates of motion and command before
+    /// it; none for a sample that is not finite, which changes nothing.
     #[inline]
     pub(super) fn take(
         &mut self,

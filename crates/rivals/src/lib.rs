@@ -1,4 +1,4 @@
-//! The methods that the paper stands beside, for comparison: what a drive could run instead.
+//! Methods to compare with: alternatives that a drive could run in place of the paper's.
 //!
 //! | estimator | idea | loop it is published with | assumes |
 //! |---|---|---|---|
@@ -7,11 +7,11 @@
 //! | [`MechanicalLeastSquares`] | command = inertia · acceleration + viscous · velocity + offset, as motor-control firmware does it | any controller | no friction, a fine encoder |
 //! | [`MultiStepLeastSquares`] | recursive extended least squares of a discrete-time model, several steps a sample (the paper's reference 6) | a proportional controller of low gain | no load, no friction |
 //! | [`RelayCycle`] | a relay with delay; the balance of one limit cycle gives model and friction (its reference 8) | its own | the cycle becomes steady |
-//! | [`TwoRelays`] | the limit cycles of two relays tell viscous from Coulomb friction (its reference 9) | its own | both cycles become steady |
+//! | [`TwoRelays`] | the limit cycles of two relays separate viscous from Coulomb friction (its reference 9) | its own | both cycles become steady |
 //!
-//! The [`DirectEstimator`]s need to know nothing of the controller, only what the servo was given
-//! and did; so they take recorded logs too. Each gives no estimate rather than one that cannot be
-//! (a pole outside the unit circle, a negative inertia).
+//! The [`DirectEstimator`]s need no controller, only command and motion of the servo; so they take recorded
+//! logs too. Each gives no estimate in place of an impossible one (a pole outside the unit circle, a negative
+//! inertia).
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -41,27 +41,27 @@ pub use state_variable_filter::{Filtered, StateVariableFilter};
 use identifier_core::number::Number;
 use identifier_core::parameters::{Parameter, ServoParameters};
 
-/// A direct method: it needs what the servo was given and did, not what closed the loop.
+/// A direct method: it needs command and motion of the servo, not the controller.
 pub trait DirectEstimator<N: Number> {
-    /// What it remembers between samples.
+    /// Its state between samples.
     type State: Copy + core::fmt::Debug;
 
-    /// What it estimates.
+    /// The parameters that it estimates.
     const PARAMETERS: &'static [Parameter];
 
     /// The state before the first sample.
     fn start(&self) -> Self::State;
 
-    /// One sample: by how much the measured position moved since the last (machine units), and the
-    /// command that is held from now on.
+    /// One sample: the increment of the measured position since the last (machine units), and the command
+    /// that is held from now on.
     fn process(&self, state: &mut Self::State, increment: N, command: N);
 
-    /// The estimates, SI, zero for what it does not estimate; none while they cannot be those of a
-    /// servo.
+    /// The estimates, SI, zero for parameters that it does not estimate; none while they cannot be those of
+    /// a servo.
     fn estimates(&self, state: &Self::State) -> Option<ServoParameters>;
 }
 
-/// What the recursive least squares are built from, SI.
+/// Configuration of the recursive least squares, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LeastSquaresConfig {
     /// Cut-off λ of the filters, rad/s: above the motion's frequencies, well below Nyquist.

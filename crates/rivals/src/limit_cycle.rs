@@ -3,8 +3,8 @@ use identifier_core::number::Number;
 use identifier_core::parameters::{Parameter, ServoParameters};
 use identifier_core::units::Units;
 
-/// The balances of a limit cycle: what a periodic motion of q̈ = −a q̇ + b u + d − c s, s = sign q̇,
-/// says of the servo.
+/// The balances of a limit cycle: the parameters of q̈ = −a q̇ + b u + d − c s, s = sign q̇, from a periodic
+/// motion.
 ///
 /// Multiplied by 1, q, q̇ and s and integrated over one period, the derivatives drop out:
 ///
@@ -67,7 +67,7 @@ impl<N: Number> Integrals<N> {
     }
 }
 
-/// What is remembered of the cycles.
+/// State of a [`LimitCycle`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LimitCycleState<N> {
     running: Integrals<N>,
@@ -81,14 +81,13 @@ pub struct LimitCycleState<N> {
 }
 
 impl LimitCycle {
-    /// Cycles in a row that must be alike before they say anything.
+    /// Alike cycles in a row that a steady limit cycle needs.
     pub const STEADY_CYCLES: u32 = 3;
 
-    /// By how much, relatively, the period and the mean square velocity of two steady cycles in a
-    /// row may differ.
-    const ALIKE: f64 = 0.02;
+    /// Relative difference of period and mean square velocity up to which two cycles in a row are alike.
+    const TOLERANCE: f64 = 0.02;
 
-    /// For a loop with these units.
+    /// From the loop's units.
     #[must_use]
     pub fn new(units: &Units) -> Self {
         Self { units: *units }
@@ -152,13 +151,13 @@ impl LimitCycle {
     }
 
     fn end_cycle<N: Number>(&self, state: &mut LimitCycleState<N>) {
-        let tolerance = N::from_f64(Self::ALIKE);
+        let tolerance = N::from_f64(Self::TOLERANCE);
         let alike = |new: N, old: N| (new - old).magnitude() <= tolerance * old;
         let (new, old) = (&state.running, &state.last);
         let mean_square = new.velocity_squared * old.period;
         let steady = alike(new.period, old.period)
             && alike(mean_square, old.velocity_squared * new.period)
-            // A servo that wanders off swings about no place.
+            // A servo that drifts does not swing about a place.
             && state.place.magnitude() <= tolerance * new.path;
         if steady {
             state.steady_cycles += 1;
@@ -195,8 +194,8 @@ impl LimitCycle {
         self.servo(x, gain, coulomb)
     }
 
-    /// a, b and c from two cycles of different size, SI: the balances of q give b, those of q̇ tell
-    /// what grows with the velocity from what does not. None unless both are steady.
+    /// a, b and c from two cycles of different size, SI: the balances of q give b, those of q̇ separate
+    /// friction that grows with the velocity from friction that does not. None unless both are steady.
     #[must_use]
     pub fn estimates_of_two<N: Number>(
         &self,

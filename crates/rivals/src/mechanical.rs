@@ -19,11 +19,11 @@ pub struct MechanicalLeastSquares<N> {
     units: Units,
 }
 
-/// What [`MechanicalLeastSquares`] remembers.
+/// State of [`MechanicalLeastSquares`].
 pub type MechanicalLeastSquaresState<N> = FilteredSignals<N, 3>;
 
 impl<N: Number> MechanicalLeastSquares<N> {
-    /// How many times its initial value J may be.
+    /// Standard deviation of the initial J, relative.
     const RANGE: f64 = 10.0;
 
     /// An acceleration that a load may cause, rad/s².

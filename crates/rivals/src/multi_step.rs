@@ -11,10 +11,10 @@ use identifier_core::units::Units;
 /// International Journal of Advanced Manufacturing Technology 31(1–2), 2006.
 ///
 /// The increments of the position over a block of control samples, y, and the mean command over
-/// it, ū, obey y_j = (1 − x) y_{j−1} + β₁ ū_j + β₂ ū_{j−1} + e_j + γ e_{j−1}. The noise e is not to
-/// be had; the extended recursion puts the a posteriori prediction error in its place. Each block it
-/// takes [`MultiStepLeastSquares::STEPS`] steps, over the last so many blocks with the errors that
-/// the newest estimates leave them. The model is then mapped back: a = −ln(1 − x)/T_j,
+/// it, ū, obey y_j = (1 − x) y_{j−1} + β₁ ū_j + β₂ ū_{j−1} + e_j + γ e_{j−1}. The noise e is not
+/// measured; the extended recursion puts the a posteriori prediction error in its place. Each block it
+/// takes [`MultiStepLeastSquares::STEPS`] steps over as many recent blocks, with the errors that the newest
+/// estimates leave. The model is then mapped back: a = −ln(1 − x)/T_j,
 /// b = (β₁ + β₂) a/(x T_j).
 ///
 /// A loop of low gain moves slowly, so a block may be many control samples long; the mean command
@@ -27,7 +27,7 @@ pub struct MultiStepLeastSquares<N> {
     units: Units,
 }
 
-/// What [`MultiStepLeastSquares`] remembers.
+/// State of [`MultiStepLeastSquares`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MultiStepLeastSquaresState<N: Number> {
     command: N,
@@ -60,7 +60,7 @@ impl<N: Number> MultiStepLeastSquares<N> {
     /// γ.
     const UNCERTAINTY: [f64; 4] = [100.0, 1000.0, 1000.0, 1.0];
 
-    /// The recursion over blocks of so many control samples; the forgetting factor of `config` is
+    /// The recursion over blocks of `block` control samples; the forgetting factor of `config` is
     /// one of blocks, its cut-off is not used.
     ///
     /// # Errors

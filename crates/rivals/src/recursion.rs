@@ -6,8 +6,8 @@ use identifier_core::number::{Number, RunningSum};
 /// Nonlinear System Identification, 2001, section 3.2), its covariance in the factors of
 /// [`Covariance`].
 ///
-/// Forgetting never makes a direction less certain than it was at the start, so that it may run
-/// without excitation for as long as it likes.
+/// Forgetting never makes a direction less certain than at the start, so that it may run without excitation
+/// for any time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Recursion<N, const P: usize> {
     noise: N,
@@ -16,7 +16,7 @@ pub(super) struct Recursion<N, const P: usize> {
     prior: [N; P],
 }
 
-/// What a [`Recursion`] is built from, machine units.
+/// Configuration of a [`Recursion`], machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RecursionConfig<const P: usize> {
     /// Forgetting factor, above 0 and at most 1.
@@ -29,7 +29,7 @@ pub(super) struct RecursionConfig<const P: usize> {
     pub(super) uncertainty: [f64; P],
 }
 
-/// What a recursive least squares remembers.
+/// State of a recursive least squares.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RecursionState<N: Number, const P: usize> {
     estimates: [N::Sum; P],
@@ -70,7 +70,7 @@ impl<N: Number, const P: usize> Recursion<N, P> {
         })
     }
 
-    /// Takes in y with its regressor φ.
+    /// Updates with y and its regressor φ.
     #[inline]
     pub(super) fn update(&self, state: &mut RecursionState<N, P>, regressor: &[N; P], measured: N) {
         let error = measured - Self::predict(state, regressor);

@@ -14,7 +14,7 @@ pub struct Relay<N> {
     delay: u32,
 }
 
-/// What a [`Relay`] remembers.
+/// State of [`Relay`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RelayState {
     up: bool,
@@ -69,7 +69,7 @@ pub struct RelayCycle<N> {
     cycle: LimitCycle,
 }
 
-/// What [`RelayCycle`] remembers.
+/// State of [`RelayCycle`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RelayCycleState<N> {
     relay: RelayState,
@@ -116,15 +116,15 @@ impl<N: Number> RelayCycle<N> {
 
 /// Identification from the limit cycles under two relays, one after the other: Besançon-Voda and
 /// Besançon, "Analysis of a two-relay system configuration with application to Coulomb friction
-/// identification", Automatica 35(8), 1999. What the friction takes from the swing does not grow
-/// with its velocity, what viscosity takes does.
+/// identification", Automatica 35(8), 1999. The energy that Coulomb friction takes from the swing does not
+/// grow with its velocity, that of viscous friction does.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TwoRelays<N> {
     relays: [Relay<N>; 2],
     cycle: LimitCycle,
 }
 
-/// What [`TwoRelays`] remembers.
+/// State of [`TwoRelays`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TwoRelaysState<N> {
     relay: RelayState,

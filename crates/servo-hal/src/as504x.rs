@@ -5,39 +5,39 @@ use identifier_core::drive::PositionSensor;
 use identifier_core::measurement::counter::Counter;
 
 /// An AS5047P or AS5048A magnetic encoder over SPI (their data sheets, "SPI interface"): 14 bits a
-/// revolution, 16-bit frames with even parity, an answer one frame after its question.
+/// revolution, 16-bit frames with even parity, an answer one frame after its request.
 #[derive(Debug)]
 pub struct As504x<B> {
     bus: B,
     counter: Counter<Angle14>,
 }
 
-/// Why a reading failed; the count is as before.
+/// Failures of a reading; the count is as before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum As504xError<E> {
-    /// The bus.
+    /// The bus failed.
     Bus(E),
     /// The frame's parity is odd: a disturbed or a cut line.
     Parity,
-    /// The encoder says that the frame before was wrong.
+    /// The encoder reports that the frame before was wrong.
     Refused,
 }
 
 /// Read register 0x3fff, the angle, with the parity bit that makes the ones even.
 const READ_ANGLE: [u8; 2] = [0xff, 0xff];
 
-/// The bit by which the encoder tells of an error.
+/// The bit by which the encoder reports an error.
 const ERROR: u16 = 1 << 14;
 
 impl<B: SpiDevice> As504x<B> {
-    /// Counts from where the encoder stands.
+    /// Counts from the present position.
     ///
     /// # Errors
     /// The first reading must not fail.
     pub fn new(mut bus: B) -> Result<Self, As504xError<B::Error>> {
-        // The first answer belongs to no question.
+        // The first answer belongs to no request.
         let mut frame = READ_ANGLE;
         bus.transfer_in_place(&mut frame)
             .map_err(As504xError::Bus)?;
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn a_disturbed_frame_and_an_error_flag_are_told_and_do_not_move_the_count() {
+    fn a_disturbed_frame_and_an_error_flag_are_reported_and_do_not_move_the_count() {
         let mut bus = answers(&[
             0,
             with_parity(100),

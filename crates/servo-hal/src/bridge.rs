@@ -5,7 +5,7 @@ use crate::{fraction, reciprocal};
 use identifier_core::drive::Actuator;
 use identifier_core::error::OutOfRange;
 
-/// Why a bridge did not take a command.
+/// Failures of a bridge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -97,7 +97,7 @@ impl<P: SetDutyCycle> Actuator<f32> for LockedAntiphase<P> {
         self.pwm.set_duty_cycle(duty)
     }
 
-    /// One half: a bridge of this kind cannot let go without its enable pin.
+    /// One half: a bridge of this kind cannot coast without its enable pin.
     fn release(&mut self) -> Result<(), Self::Error> {
         self.hold(0.0)
     }

@@ -2,22 +2,21 @@ use embedded_hal::digital::OutputPin;
 
 use identifier_core::drive::Actuator;
 
-/// An output stage with an enable or brake pin: high while a command is held, low to let the servo
-/// go.
+/// An output stage with an enable or brake pin: high while a command is held, low while it is disabled.
 #[derive(Debug)]
 pub struct Gate<A, E> {
     stage: A,
     enable: E,
 }
 
-/// Why a gated stage did not take a command.
+/// Failures of a gated stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum GateError<A, E> {
-    /// The stage did not take it.
+    /// The stage failed.
     Stage(A),
-    /// The pin did not take its level.
+    /// The pin failed.
     Enable(E),
 }
 
@@ -31,14 +30,14 @@ impl<A, E: OutputPin> Gate<A, E> {
 impl<A: Actuator<f32>, E: OutputPin> Actuator<f32> for Gate<A, E> {
     type Error = GateError<A::Error, E::Error>;
 
-    /// The command first: an enabled stage without one would do as it was last told.
+    /// The command first: an enabled stage would act on the previous one.
     #[inline]
     fn hold(&mut self, command: f32) -> Result<(), Self::Error> {
         self.stage.hold(command).map_err(GateError::Stage)?;
         self.enable.set_high().map_err(GateError::Enable)
     }
 
-    /// The pin first, and the stage whatever the pin answers.
+    /// The pin first, and the stage even if the pin fails.
     #[inline]
     fn release(&mut self) -> Result<(), Self::Error> {
         let pin = self.enable.set_low().map_err(GateError::Enable);
@@ -82,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stage_that_takes_no_command_is_not_enabled_and_still_let_go() {
+    fn a_stage_that_fails_is_not_enabled_and_still_released() {
         let pin = Mock::new(&[Transaction::set(State::Low)]);
         let mut gate = Gate::new(Stage(Err(())), pin);
         assert_eq!(gate.hold(1.0), Err(GateError::Stage(())));

@@ -12,12 +12,12 @@ pub struct Mt6701<B> {
     counter: Counter<Angle14>,
 }
 
-/// Why a reading failed; the count is as before.
+/// Failures of a reading; the count is as before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Mt6701Error<E> {
-    /// The bus.
+    /// The bus failed.
     Bus(E),
     /// The CRC does not match: a disturbed or a cut line.
     Crc,
@@ -28,7 +28,7 @@ pub enum Mt6701Error<E> {
 }
 
 impl<B: SpiDevice> Mt6701<B> {
-    /// Counts from where the encoder stands.
+    /// Counts from the present position.
     ///
     /// # Errors
     /// The first reading must not fail.
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_encoder_complains_of_is_told() {
+    fn errors_of_the_encoder_are_reported() {
         let mut cut = frame(7, 0);
         cut[0] ^= 0x10;
         let mut bus = answers(&[

@@ -5,7 +5,7 @@ pub struct Encoder {
 }
 
 impl Encoder {
-    /// An encoder of so many counts per revolution (of 2π rad).
+    /// An encoder, by its counts per revolution (of 2π rad).
     #[must_use]
     pub fn new(counts_per_rev: f64) -> Self {
         Self {

@@ -2,11 +2,11 @@
 
 use crate::friction::Friction;
 
-/// Position and velocity of the motor, and how far and how fast the load behind a spring is ahead of
+/// Position and velocity of the motor, and twist and twist rate of the spring, by which the load leads
 /// it: rad, rad/s, rad, rad/s. Without a spring the last two stay zero.
 pub(crate) type State = [f64; 4];
 
-/// What friction does.
+/// The mode of friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Mode {
     /// It holds the motor.
@@ -64,7 +64,7 @@ pub(crate) struct Spring {
 }
 
 impl Spring {
-    /// Of a resonance (rad/s), its damping ratio and the load's share of the inertia.
+    /// From a resonance (rad/s), its damping ratio and the load's share of the inertia.
     pub(crate) fn new(resonance: f64, damping: f64, load_share: f64) -> Self {
         let reduced = load_share * (1.0 - load_share);
         Self {
@@ -75,7 +75,7 @@ impl Spring {
     }
 }
 
-/// What accelerates the servo, rad/s² of the whole inertia.
+/// The accelerations of the servo, rad/s² of the whole inertia.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Equation {
     /// b.
@@ -89,7 +89,7 @@ pub(crate) struct Equation {
 }
 
 impl Equation {
-    /// What pushes the motor apart from friction, and what pushes the load.
+    /// Acceleration of the motor without friction, and of the load.
     fn pushes(&self, time: f64, &[position, _, twist, twist_rate]: &State) -> (f64, f64) {
         let motor = self.gain * self.acting.at(time) + self.ripple.at(position);
         let load = self.load + self.gravity.at(position + twist);
@@ -127,7 +127,7 @@ impl Equation {
         }
     }
 
-    /// What friction does in a state.
+    /// The mode of friction in a state.
     pub(crate) fn mode(&self, time: f64, state: &State) -> Mode {
         let velocity = state[1];
         if !self.friction.has_directions() {
@@ -144,7 +144,7 @@ impl Equation {
         }
     }
 
-    /// How far it is from doing something else: negative once it should.
+    /// Distance from a change of the mode: negative once it is due.
     pub(crate) fn margin(&self, mode: Mode, time: f64, state: &State) -> f64 {
         match mode {
             Mode::Standing => self.friction.breakaway() - self.pushes(time, state).0.abs(),

@@ -29,12 +29,12 @@ impl Friction {
         }
     }
 
-    /// Whether it depends on the direction, so that a reversal is an event.
+    /// True if it depends on the direction, so that a reversal is an event.
     pub(crate) fn has_directions(&self) -> bool {
         any([self.asymmetry, self.coulomb, self.low_speed])
     }
 
-    /// What a servo at rest has to exceed, rad/s².
+    /// The breakaway friction of a servo at rest, rad/s².
     pub(crate) fn breakaway(&self) -> f64 {
         self.coulomb + self.low_speed
     }

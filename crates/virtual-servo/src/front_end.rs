@@ -1,4 +1,4 @@
-//! What happens to a command between the controller and the motor: limit, dead band, delay.
+//! The way of a command from the controller to the motor: limit, dead band, delay.
 
 use crate::Effects;
 
@@ -9,10 +9,10 @@ pub(crate) struct FrontEnd {
     dead_band: f64,
     /// Whole samples of the delay.
     whole: usize,
-    /// Of a sample, the time in which the command before still acts, and the rest, s.
+    /// The part of a sample in which the command before still acts, and the rest, s.
     parts: [f64; 2],
     /// The commands that have not acted yet, and the one that acted last.
-    waiting: [f64; Effects::MOST_DELAYED + 2],
+    waiting: [f64; Effects::MAX_DELAYED_SAMPLES + 2],
     newest: usize,
 }
 
@@ -26,7 +26,7 @@ pub(crate) struct Held {
 }
 
 impl Held {
-    /// What acts in a part that there is not.
+    /// The command of an absent part.
     pub(crate) const NOTHING: Self = Self {
         command: 0.0,
         time: 0.0,
@@ -40,7 +40,7 @@ impl FrontEnd {
     /// That of some effects, which are known to be allowed, before the first command: nothing acts.
     pub(crate) fn new(effects: &Effects, sample_time: f64) -> Self {
         let samples = effects.delay / sample_time + Self::ROUNDING;
-        let whole = (samples as usize).min(Effects::MOST_DELAYED);
+        let whole = (samples as usize).min(Effects::MAX_DELAYED_SAMPLES);
         let rest = samples - whole as f64;
         let before = if rest > 2.0 * Self::ROUNDING {
             (rest - Self::ROUNDING) * sample_time
@@ -56,7 +56,7 @@ impl FrontEnd {
             dead_band: effects.dead_band,
             whole,
             parts: [before, sample_time - before],
-            waiting: [0.0; Effects::MOST_DELAYED + 2],
+            waiting: [0.0; Effects::MAX_DELAYED_SAMPLES + 2],
             newest: 0,
         }
     }
@@ -73,7 +73,7 @@ impl FrontEnd {
         self.waiting[self.newest]
     }
 
-    /// What acts during a sample, one after the other, at whose beginning this command is given.
+    /// The commands that act during a sample, one after the other, at whose beginning this one is given.
     pub(crate) fn process(&mut self, command: f64) -> [Held; 2] {
         let size = self.waiting.len();
         let clipped = command.clamp(-self.limit, self.limit);

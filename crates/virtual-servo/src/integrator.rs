@@ -1,4 +1,4 @@
-//! The motion where no closed form describes it.
+//! Numerical integration of motions without a closed form.
 
 use crate::equation::{Equation, Mode, State};
 
@@ -6,14 +6,14 @@ use crate::equation::{Equation, Mode, State};
 /// (J. Comput. Appl. Math. 6, 1980), with steps as long as its own estimate of the error allows.
 ///
 /// Where the motor stops, turns or breaks away, the time is found to 10⁻⁹ of the given time, and the
-/// motion goes on from there.
+/// motion continues from there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Integrator {
-    /// Error allowed in a step, of 1 + the size of what it is the error of.
+    /// Error allowed in a step, relative to 1 + the magnitude of the state.
     tolerance: f64,
     /// S.
     longest: f64,
-    /// What the next step should be, s.
+    /// Length of the next step, s.
     step: f64,
 }
 
@@ -26,8 +26,8 @@ impl Integrator {
     const FINEST_STEP: f64 = 1.0 / 4096.0;
     const FINEST_EVENT: f64 = 1e-9;
 
-    /// Events in the time that is asked for after which a motor that goes on stopping stands.
-    const MOST_EVENTS: u32 = 1000;
+    /// Events in the time that is asked for after which a motor that stops repeatedly stands.
+    const MAX_EVENTS: u32 = 1000;
 
     /// With steps of up to `longest`, s.
     pub(crate) fn new(tolerance: f64, longest: f64) -> Self {
@@ -42,8 +42,8 @@ impl Integrator {
     pub(crate) fn advance(&mut self, equation: &Equation, state: &mut State, time: f64) {
         let mut mode = equation.mode(0.0, state);
         let (mut now, mut events) = (0.0, 0);
-        // What has run away stays away.
-        while now < time && events < Self::MOST_EVENTS && state[1].is_finite() {
+        // A state that diverged stays as it is.
+        while now < time && events < Self::MAX_EVENTS && state[1].is_finite() {
             let left = time - now;
             let step = self.step.min(left);
             let (next, error) = dormand_prince(equation, mode, now, state, step);
@@ -53,7 +53,7 @@ impl Integrator {
                 self.step = step * change(error);
                 continue;
             }
-            // A step that the end of the time cut short says little of how long the next can be.
+            // A step cut short by the end of the time is no measure for the next.
             if self.step <= left || error > 1.0 {
                 self.step = (step * change(error)).min(self.longest);
             }
@@ -89,7 +89,7 @@ impl Integrator {
     }
 }
 
-/// By what factor the next step should be longer than one with such an error, of what is allowed.
+/// Factor from a step with an error, relative to the one allowed, to the next step.
 fn change(error: f64) -> f64 {
     const SAFETY: f64 = 0.9;
     const BOUNDS: (f64, f64) = (0.2, 5.0);
@@ -99,7 +99,7 @@ fn change(error: f64) -> f64 {
     (SAFETY * libm::pow(error, -0.2)).clamp(BOUNDS.0, BOUNDS.1)
 }
 
-/// When within a step what friction does ends, no later than a `finest` time after it.
+/// The end of a friction mode within a step, at most a `finest` time late.
 fn time_of_event(
     equation: &Equation,
     mode: Mode,

@@ -1,11 +1,11 @@
 //! The true servo: plant and encoder, in SI and double precision, on a PC and on the chip.
 //!
-//! Written apart from the core's model on purpose: it is what the core is judged by. It calls no
-//! platform's mathematics, so one run gives the same bits wherever it runs.
+//! Written apart from the core's model on purpose: it is the reference that the core is compared with. It
+//! calls no platform's mathematics, so a run gives the same bits everywhere.
 //!
 //! [`Plant`] is the servo that the identifiers' model describes, in closed form. [`Servo`] has in
-//! addition what real servos have, each of its [`Effects`] optional; without any it is a [`Plant`]. What
-//! can go wrong with it while it runs is in [`faults`].
+//! addition the effects of real servos, each of its [`Effects`] optional; without any it is a [`Plant`]. Its
+//! failures in operation are in [`faults`].
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

@@ -19,7 +19,7 @@ pub(crate) struct Motion {
     gain_drift: f64,
     friction_drift: f64,
     wander: Option<Wander>,
-    /// Of the current loop, 1/s.
+    /// Bandwidth of the current loop, 1/s.
     rate: Option<f64>,
     state: State,
     integrator: Integrator,
@@ -118,18 +118,18 @@ impl Motion {
         self.now.acting.target = command;
     }
 
-    /// From the next sample on this load and this Coulomb friction act, rad/s².
+    /// Sets load and Coulomb friction from the next sample on, rad/s².
     pub(crate) fn disturb(&mut self, load: f64, coulomb: f64) {
         self.at_first.load = load;
         self.at_first.friction.coulomb = coulomb;
     }
 
-    /// Of the motor, rad.
+    /// Position of the motor, rad.
     pub(crate) fn position(&self) -> f64 {
         self.state[0]
     }
 
-    /// Of the motor, rad/s.
+    /// Velocity of the motor, rad/s.
     pub(crate) fn velocity(&self) -> f64 {
         self.state[1]
     }

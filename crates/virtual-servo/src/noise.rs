@@ -1,8 +1,8 @@
-//! Random numbers of which each user has a stream of its own.
+//! Random numbers, with a stream for each use.
 
 use identifier_core::excitation::NormalSource;
 
-/// What a stream is for.
+/// The use of a stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Stream {
     LoadWander = 1,
@@ -10,7 +10,7 @@ pub(crate) enum Stream {
     Jitter = 3,
 }
 
-/// A source of normal numbers for a purpose, one of many that follow from a seed.
+/// The source of normal numbers for a use, one of many that follow from a seed.
 pub(crate) fn source(seed: u32, stream: Stream) -> NormalSource {
     NormalSource::new(distinct_seed(seed, stream as u32))
 }

@@ -148,7 +148,7 @@ impl Plant {
         }
     }
 
-    /// From now on this load and this Coulomb friction act, rad/s².
+    /// Sets load and Coulomb friction from now on, rad/s².
     pub(crate) fn disturb(&mut self, load: f64, coulomb: f64) {
         self.load = load;
         self.coulomb = coulomb;

@@ -26,7 +26,7 @@ impl Play {
         self.position = self.position.clamp(low, high);
     }
 
-    /// Where the load is, rad.
+    /// Position of the load, rad.
     pub(crate) fn position(&self) -> f64 {
         self.position
     }

@@ -1,4 +1,4 @@
-//! What a position sensor shows beside the position.
+//! Errors of a position sensor.
 
 use core::f64::consts::PI;
 
@@ -26,7 +26,7 @@ impl SensorEffects {
     /// The largest jitter, samples.
     pub const LARGEST_JITTER: f64 = 0.5;
 
-    /// Whether a sensor can have them.
+    /// Checks them.
     ///
     /// # Errors
     /// The first value that is not allowed.

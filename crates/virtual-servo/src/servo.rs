@@ -18,11 +18,11 @@ pub struct Servo {
     undisturbed: [f64; 2],
 }
 
-/// How its motion is computed.
+/// The computation of its motion.
 #[derive(Debug, Clone)]
 #[expect(
     clippy::large_enum_variant,
-    reason = "there is no heap here, and nobody has many servos"
+    reason = "there is no heap here, and servos are few"
 )]
 enum Mechanics {
     ClosedForm(Plant),
@@ -57,8 +57,8 @@ impl Servo {
         })
     }
 
-    /// The same after this command has been given for long: it acts in the first samples, too, for as long as
-    /// commands are late.
+    /// The same after this command was held for long: it also acts in the first samples, for the delay of
+    /// commands.
     #[must_use]
     pub fn held_by(mut self, command: f64) -> Self {
         let mut acting = command;
@@ -72,7 +72,7 @@ impl Servo {
         self
     }
 
-    /// From the next sample on it has this load and this Coulomb friction in addition to its own, rad/s².
+    /// Adds a load and Coulomb friction to its own from the next sample on, rad/s².
     pub fn disturb(&mut self, load: f64, coulomb: f64) {
         let [own_load, own_coulomb] = self.undisturbed;
         let (load, coulomb) = (own_load + load, own_coulomb + coulomb);
@@ -106,7 +106,7 @@ impl Servo {
         }
     }
 
-    /// Where the encoder is, rad.
+    /// Position at the encoder, rad.
     #[must_use]
     pub fn position(&self) -> f64 {
         match &self.play {
@@ -115,7 +115,7 @@ impl Servo {
         }
     }
 
-    /// How fast the encoder turns, rad/s.
+    /// Velocity at the encoder, rad/s.
     #[must_use]
     pub fn velocity(&self) -> f64 {
         let [_, velocity] = motor(&self.mechanics);
@@ -163,14 +163,14 @@ mod tests {
             let command = -50.0 / 200.0 - effects.dead_band;
             let at_rest = Servo::at_rest(&servo, &effects, TIME, 1).expect("allowed");
             let mut held = at_rest.clone().held_by(command);
-            let mut let_go = at_rest;
+            let mut released = at_rest;
             for _ in 0..20 {
                 held.advance(command);
-                let_go.advance(command);
+                released.advance(command);
             }
             assert!(held.position().abs() < 1e-12, "{effects:?}");
             let is_late = effects.delay > 0.0;
-            assert_eq!(let_go.position() > 1e-5, is_late, "{effects:?}");
+            assert_eq!(released.position() > 1e-5, is_late, "{effects:?}");
         }
     }
 }

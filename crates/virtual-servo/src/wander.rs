@@ -1,4 +1,4 @@
-//! A load that wanders.
+//! A wandering load.
 
 use identifier_core::excitation::NormalSource;
 

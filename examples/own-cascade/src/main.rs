@@ -1,7 +1,7 @@
 //! A firmware with a controller of its own, a cascade with feed-forward and a limit, which it keeps.
-//! The identifier only listens: it is told how far the encoder moved and which command acts, and
-//! nothing of the cascade, nor of the servo. It records; its first fit is made in the main loop, a few
-//! blocks at a time, and from then on every sample makes the estimates better.
+//! The identifier only observes: it gets the encoder's increment and the acting command, and needs neither
+//! the cascade nor the servo. It records; its first fit is made in the main loop, a few blocks at a time, and
+//! from then on every sample improves the estimates.
 //!
 //! ```sh
 //! cargo build --release --target thumbv7em-none-eabihf
@@ -18,7 +18,7 @@ use identifier_core::Settings;
 use identifier_core::identifier::{GaussNewtonIdentifier, Identify};
 use identifier_core::parameters::AbCoulombLoad;
 
-/// What the servo is, which the firmware does not know: a (1/s), b (rad/s² per command unit), and
+/// The true servo, which the firmware does not know: a (1/s), b (rad/s² per command unit), and
 /// Coulomb friction and load (rad/s²).
 const TRUE: (f32, f32, f32, f32) = (2.0, 257.7, 6.0, -15.0);
 
@@ -68,23 +68,23 @@ fn run() -> Option<f64> {
 /// The firmware's controller: P of the position, PI of the velocity, the wanted velocity fed forward.
 #[derive(Default)]
 struct Cascade {
-    /// How far the position is behind, rad.
+    /// Position error, rad.
     error: f32,
     velocity: f32,
     integral: f32,
 }
 
 impl Cascade {
-    /// Of the position, 1/s.
+    /// Gain of the position, 1/s.
     const POSITION: f32 = 12.0;
-    /// Of the velocity, command units per rad/s and per rad.
+    /// Gains of the velocity, command units per rad/s and per rad.
     const PROPORTIONAL: f32 = 0.25;
     const INTEGRAL: f32 = 4.0;
     /// Command units per rad/s wanted.
     const FORWARD: f32 = 0.02;
     /// Command units: less than turning round asks for.
     const LIMIT: f32 = 1.2;
-    /// Of the velocity estimate, a part of the sample rate.
+    /// Cut-off of the velocity estimate, relative to the sample rate.
     const FILTER: f32 = 0.3;
 
     /// Towards a velocity (rad/s), after the encoder has moved by counts.

@@ -34,7 +34,7 @@ impl Count {
 
     /// Does some work and adds what it took, less what counting takes.
     #[inline(always)]
-    pub(crate) fn of<T>(&mut self, work: impl FnOnce() -> T) -> T {
+    pub(crate) fn count<T>(&mut self, work: impl FnOnce() -> T) -> T {
         if cfg!(not(feature = "count")) {
             return work();
         }
@@ -53,7 +53,7 @@ impl Count {
     }
 
     /// Prints the mean over all calls that were counted.
-    pub(crate) fn say(&self) {
+    pub(crate) fn print(&self) {
         if cfg!(feature = "count")
             && let Ok(mut out) = hio::hstdout()
         {

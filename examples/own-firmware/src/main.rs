@@ -1,5 +1,5 @@
-//! A firmware that was there before the identifier: its own main loop, its own ways to measure and
-//! to act. The loop is closed by the identifier's PID, and learns its servo while it runs.
+//! An existing firmware with its own main loop, measurement and output. The PID of this project closes the
+//! loop, and the identifier estimates the servo while it runs.
 //!
 //! ```sh
 //! cargo build --release --target thumbv7em-none-eabihf
@@ -21,7 +21,7 @@ use identifier_core::parameters::Ab;
 use identifier_core::settings::{BoxSettings, diagonal};
 use identifier_core::{ControllerSettings, GradientLoop, Settings};
 
-/// What the servo is, which the firmware does not know: a (1/s) and b (rad/s² per command unit).
+/// The true servo, which the firmware does not know: a (1/s) and b (rad/s² per command unit).
 const TRUE: (f32, f32) = (2.0, 257.7);
 
 const SAMPLE_TIME: f32 = 1e-3;
@@ -61,14 +61,14 @@ fn run() -> Option<f64> {
         let way = sample % 680;
         let setpoint = 3 * if way < 340 { way } else { 680 - way };
         let register = servo.register();
-        let command = instructions.of(|| {
+        let command = instructions.count(|| {
             let count = encoder.read(register);
             let step = servo_loop.process(&mut state, setpoint, 0.0, count);
             step.map(|step| step.control.command)
         });
         servo.advance(command.ok()?);
     }
-    instructions.say();
+    instructions.print();
     Some(servo_loop.identifier().estimates(state.identification()).b)
 }
 

@@ -86,7 +86,7 @@ impl Background<'_> {
 
     fn count(&mut self, name: &str, bytes: &[u8]) {
         let tally = self.turns(bytes);
-        tally.say(name, size_of::<Conversation>());
+        tally.print(name, size_of::<Conversation>());
     }
 }
 

@@ -7,7 +7,7 @@
 use core::hint::black_box;
 
 use cortex_m_rt::entry;
-use firmware_stm32::host::{exit, say};
+use firmware_stm32::host::{exit, print};
 use firmware_stm32::instructions::{Counter as Instructions, Tally};
 use firmware_stm32::measured::{
     COUNTED, Experiment, Halves, Loop, STARTING, Single, counted, measure,
@@ -36,7 +36,7 @@ fn main() -> ! {
     let instructions = Instructions::start();
     let done = run(&instructions);
     if done.is_err() {
-        say(&["a law could not be built"]);
+        print(&["a law could not be built"]);
     }
     exit(done.is_ok())
 }
@@ -89,12 +89,12 @@ fn gauss_newton(instructions: &Instructions) -> Result<(), SettingsError> {
         tally.add(one.total());
     }
     let state = size_of::<GaussNewtonRecursionState<f32, AbCoulombLoad, 4>>();
-    recording.say("gauss-newton-recording", state);
-    beginning.say(
+    recording.print("gauss-newton-recording", state);
+    beginning.print(
         "gauss-newton-beginning",
         size_of::<GaussNewtonFitted<f32, AbCoulombLoad, 4>>(),
     );
-    fitting.say(
+    fitting.print(
         "gauss-newton-fitting",
         size_of::<GaussNewtonFitterState<f32, 64>>(),
     );
@@ -102,8 +102,8 @@ fn gauss_newton(instructions: &Instructions) -> Result<(), SettingsError> {
         |reference, register| halves.counted(instructions, (reference, register), &mut fitting);
     experiment.count(STARTING, &mut sample);
     let tally = experiment.count(COUNTED, &mut sample);
-    tally.say("gauss-newton-f32-4", state);
-    // What is told of a sample that is shown.
+    tally.print("gauss-newton-f32-4", state);
+    // The report of a sample that is shown.
     let interrupt = &halves.interrupt;
     let identifier = interrupt.servo_loop.identifier();
     let state = interrupt.state.identification();
@@ -114,11 +114,11 @@ fn gauss_newton(instructions: &Instructions) -> Result<(), SettingsError> {
     Ok(())
 }
 
-/// What was counted once.
+/// Prints a figure that was counted once.
 fn once(name: &str, taken: u32, bytes: usize) {
     let mut tally = Tally::default();
     tally.add(taken);
-    tally.say(name, bytes);
+    tally.print(name, bytes);
 }
 
 /// The loop in fixed point with its counter and its state.
@@ -159,7 +159,7 @@ fn words(instructions: &Instructions) -> Result<(), SettingsError> {
 }
 
 /// Building the gradient's loops: the paper's, and for three wide boxes from 250 Hz to 20 kHz, whose
-/// estimates nobody bounds.
+/// estimates have no bounds.
 fn builds(instructions: &Instructions) -> Result<(), SettingsError> {
     let mut tally = Tally::default();
     for settings in [
@@ -172,7 +172,7 @@ fn builds(instructions: &Instructions) -> Result<(), SettingsError> {
         build::<Loop<GradientWithFriction>>(instructions, &settings, &mut tally)?;
         build::<Fixed>(instructions, &settings, &mut tally)?;
     }
-    tally.say("gradient-build", size_of::<Loop<GradientWithFriction>>());
+    tally.print("gradient-build", size_of::<Loop<GradientWithFriction>>());
     Ok(())
 }
 

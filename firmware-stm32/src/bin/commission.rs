@@ -6,7 +6,7 @@
 use core::hint::black_box;
 
 use cortex_m_rt::entry;
-use firmware_stm32::host::{exit, say};
+use firmware_stm32::host::{exit, print};
 use firmware_stm32::instructions::{Counter as Instructions, Tally};
 use firmware_stm32::measured::counted;
 use firmware_stm32::paper;
@@ -31,8 +31,8 @@ fn main() -> ! {
     let done = commission(&Instructions::start());
     match done {
         Ok(Phase::Applied) => exit(true),
-        Ok(phase) => say(&["it ended", phase.name()]),
-        Err(_) => say(&["it was refused"]),
+        Ok(phase) => print(&["it ended", phase.name()]),
+        Err(_) => print(&["it was refused"]),
     }
     exit(false)
 }
@@ -101,7 +101,7 @@ fn commission(instructions: &Instructions) -> Result<Phase, CommissionError> {
     let bytes = size_of::<CommissionState<f32>>();
     for (phase, tally) in samples {
         if tally.rounds() > 0 {
-            tally.say(name(phase), bytes);
+            tally.print(name(phase), bytes);
         }
     }
     slices.say("commission-slice", size_of::<CommissionSolver<f32>>());

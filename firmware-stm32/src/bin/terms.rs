@@ -3,7 +3,7 @@
 #![no_main]
 
 use cortex_m_rt::entry;
-use firmware_stm32::host::{exit, say};
+use firmware_stm32::host::{exit, print};
 use firmware_stm32::instructions::{Counter as Instructions, Tally};
 use firmware_stm32::measured::{COUNTED, Experiment, Halves};
 use firmware_stm32::paper;
@@ -22,7 +22,7 @@ const UNTIL_IT_ENTERED: u32 = 5000;
 fn main() -> ! {
     let done = terms(&Instructions::start());
     if done.is_err() {
-        say(&["a term did not enter"]);
+        print(&["a term did not enter"]);
     }
     exit(done.is_ok())
 }
@@ -97,7 +97,7 @@ fn with_term<S: IdentifiableSet<P>, const P: usize>(
         return Err(SettingsError::NotGiven { setting: "motion" });
     }
     let bytes = size_of::<GaussNewtonRecursionState<f32, S, P>>();
-    tally.say(term_name(term), bytes);
+    tally.print(term_name(term), bytes);
     Ok(())
 }
 

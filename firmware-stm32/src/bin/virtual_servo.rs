@@ -7,7 +7,7 @@ use core::cell::RefCell;
 use core::convert::Infallible;
 
 use cortex_m_rt::entry;
-use firmware_stm32::host::{Text, exit, say};
+use firmware_stm32::host::{Text, exit, print};
 use firmware_stm32::paper;
 use identifier_core::GradientLoop;
 use identifier_core::drive::{Actuator, PositionSensor, Setpoint, control_step};
@@ -25,14 +25,14 @@ fn main() -> ! {
         .and_then(|()| fixed_point())
         .map(|found| report("fixed", &found));
     if done.is_err() {
-        say(&["the experiment could not be built"]);
+        print(&["the experiment could not be built"]);
     }
     exit(done.is_ok())
 }
 
 fn report(format: &str, found: &ServoParameters) {
     let [a, b, load] = [found.a, found.b, found.load].map(Text::bits);
-    say(&[format, a.as_str(), b.as_str(), load.as_str()]);
+    print(&[format, a.as_str(), b.as_str(), load.as_str()]);
 }
 
 /// A servo that both ends of the loop hold on to.

@@ -15,7 +15,7 @@ use stm32f4xx_hal::spi::{Mode, Phase, Polarity, Spi};
 
 type Dac = Ad5761<ExclusiveDevice<Spi<SPI1>, PA4<Output>, NoDelay>>;
 
-/// What the DAC is at.
+/// The bus of the DAC.
 pub(super) struct Pins {
     registers: SPI1,
     select: PA4,

@@ -1,4 +1,4 @@
-//! Which pin is what: one file a board, chosen by a feature of its name.
+//! Boards: the functions of their pins, one file per board, chosen by a feature of its name.
 //!
 //! A board file is data: `BOARD` has the oscillator, the pins and the sectors of the records. To add
 //! an F4 board, copy one of them, change its pins, and name it here and in Cargo.toml.
@@ -28,7 +28,7 @@ use servo_hal::Gate;
 /// The command that asks for the whole duty, or for 10 V, command units.
 const FULL_SCALE: f64 = 10.0;
 
-/// What the output stage can do. Its PWM waits for the next period.
+/// Properties of the output stage. Its PWM takes effect with the next period.
 #[cfg(not(feature = "dac"))]
 pub const STAGE: drive_logic::Stage = drive_logic::Stage {
     full_scale: FULL_SCALE,
@@ -36,7 +36,7 @@ pub const STAGE: drive_logic::Stage = drive_logic::Stage {
     command_delay: drive_chip::sample_timer::LEAD,
 };
 
-/// What the output stage can do. The SPI needs 5 µs for 24 bits, behind what the sample computes.
+/// Properties of the output stage. The SPI needs 5 µs for 24 bits, after the computation of the sample.
 #[cfg(feature = "dac")]
 pub const STAGE: drive_logic::Stage = drive_logic::Stage {
     full_scale: FULL_SCALE,
@@ -64,7 +64,7 @@ pub type Line = serial::Line<'static, Mmio>;
 /// The interrupt's end of the serial line.
 pub type Port = serial::Port<'static, Mmio>;
 
-/// Where records are kept.
+/// Keeps records.
 pub type RecordFlash = drive_chip::flash::RecordFlash<Mmio>;
 
 /// Resets the chip unless it is fed.
@@ -74,7 +74,7 @@ pub type Watchdog = drive_chip::watchdog::Watchdog<Mmio>;
 pub struct Inputs(drive_chip::inputs::Inputs<Mmio>);
 
 impl Inputs {
-    /// What they say now.
+    /// Reads them.
     #[inline]
     #[must_use]
     pub fn read(&self) -> Lines {
@@ -89,28 +89,27 @@ impl Inputs {
 
 /// Everything of a board that a drive uses.
 pub struct Wired {
-    /// Where the position is counted.
+    /// Counts the position.
     pub encoder: Encoder,
-    /// What the command moves.
+    /// The output stage.
     pub output: Output,
     /// The amplifier's fault line and the limit switches.
     pub inputs: Inputs,
-    /// Beats at every sample.
+    /// Interrupts at every sample.
     pub timer: SampleTimer,
     /// The background's end of the serial line.
     pub line: Line,
     /// The interrupt's end of the serial line.
     pub port: Port,
-    /// Where records are kept.
+    /// Keeps records.
     pub flash: RecordFlash,
     /// Resets the chip unless it is fed.
     pub watchdog: Watchdog,
-    /// What was found wrong on the way: the clock, the output, or that the watchdog was what reset
-    /// the chip.
+    /// The fault found on the way: an unstable clock, a failed output, or a reset by the watchdog.
     pub found: Result<(), Fault>,
 }
 
-/// Lets the servo go whatever else happens, for when the program cannot go on.
+/// Disables the output whatever the state of the drivers, for a program that cannot continue.
 pub fn disable_outputs() {
     drive_chip::disable_outputs(Mmio, &BOARD);
 }
@@ -118,12 +117,12 @@ pub fn disable_outputs() {
 /// Wires the board; none if it was wired before.
 #[must_use]
 pub fn wire() -> Option<Wired> {
-    let heard = cortex_m::singleton!(: serial::Bytes = serial::Bytes::new())?;
-    let to_say = cortex_m::singleton!(: serial::Bytes = serial::Bytes::new())?;
+    let received = cortex_m::singleton!(: serial::Bytes = serial::Bytes::new())?;
+    let to_send = cortex_m::singleton!(: serial::Bytes = serial::Bytes::new())?;
     // The HAL resets a port that it takes: before it is used.
     #[cfg(feature = "dac")]
     let pins = analogue::Pins::take()?;
-    let chip = drive_chip::wire(Mmio, &BOARD, heard, to_say);
+    let chip = drive_chip::wire(Mmio, &BOARD, received, to_send);
     let full_scale = FULL_SCALE as f32;
     #[cfg(not(feature = "dac"))]
     let (stage, started) = (

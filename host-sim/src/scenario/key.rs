@@ -128,7 +128,7 @@ impl fmt::Display for Range {
             Self::HalfRadian => f.write_str("a number above 0 and at most 0.5/sample_time"),
             Self::Lasting => f.write_str("a time of 1 to 1e10 control samples"),
             Self::Late => {
-                let (longest, most) = (Effects::LONGEST_DELAY, Effects::MOST_DELAYED);
+                let (longest, most) = (Effects::LONGEST_DELAY, Effects::MAX_DELAYED_SAMPLES);
                 write!(
                     f,
                     "a number from 0 to {longest}, at most {most} control samples"

@@ -1,12 +1,12 @@
-//! What the flash of an STM32F405 adds to an instruction: five wait states at 168 MHz, behind the
+//! Cycles that the flash of an STM32F405 adds to an instruction: five wait states at 168 MHz, behind the
 //! caches and the prefetch that ST calls ART (RM0090, 3.5).
 //!
 //! The flash is read by lines of 128 bits. An instruction costs nothing more if it is in the line
-//! that is being executed, in the line after it that is fetched meanwhile, once that has come, or in
-//! one of 64 lines that are kept. Kept are the lines that were waited for, and the one used longest
-//! ago makes room. Constants have eight lines of their own.
+//! that is being executed, in the next line, once its prefetch is complete, or in one of 64 cached lines.
+//! Lines that were waited for are cached in place of the least recently used. Constants have eight cached
+//! lines of their own.
 
-/// Where the flash is.
+/// Its addresses.
 const START: u32 = 0x0800_0000;
 const END: u32 = 0x0810_0000;
 
@@ -19,19 +19,19 @@ const WAIT: u64 = 5;
 /// A read of a line, cycles.
 const READ: u64 = 1 + WAIT;
 
-/// Lines that are kept, of instructions and of constants.
+/// Cached lines of instructions and of constants.
 const INSTRUCTION_LINES: usize = 64;
 const CONSTANT_LINES: usize = 8;
 
 /// The flash with its caches, all of them empty at first.
 #[derive(Debug)]
 pub(crate) struct Flash {
-    /// The line that is executed.
+    /// The line being executed.
     current: Option<u32>,
-    /// The line after it, and the cycle from which on it is there.
+    /// The line being prefetched, and the cycle at which it is complete.
     ahead: Option<(u32, u64)>,
-    instructions: Kept<INSTRUCTION_LINES>,
-    constants: Kept<CONSTANT_LINES>,
+    instructions: Cache<INSTRUCTION_LINES>,
+    constants: Cache<CONSTANT_LINES>,
 }
 
 impl Flash {
@@ -39,12 +39,12 @@ impl Flash {
         Self {
             current: None,
             ahead: None,
-            instructions: Kept::new(),
-            constants: Kept::new(),
+            instructions: Cache::new(),
+            constants: Cache::new(),
         }
     }
 
-    /// Cycles that an instruction waits whose bytes are these, if it is asked for at cycle `now`.
+    /// Cycles that an instruction of this length waits that is fetched at cycle `now`.
     pub(crate) fn fetch(&mut self, address: u32, length: u32, now: u64) -> u64 {
         let last = address.wrapping_add(length - 1);
         let mut waited = 0;
@@ -72,14 +72,14 @@ impl Flash {
         waited
     }
 
-    /// Cycles that a load waits for a constant, if it is asked for at cycle `now`.
+    /// Cycles that a load of a constant at cycle `now` waits.
     pub(crate) fn load(&mut self, address: u32, now: u64) -> u64 {
         let line = address / LINE;
         if !is_flash(address) || self.constants.has(line) {
             return 0;
         }
         self.constants.keep(line);
-        // Constants come first; a line that is being fetched comes so much later.
+        // A constant has priority over the prefetch.
         if let Some((_, ready)) = &mut self.ahead
             && *ready > now
         {
@@ -93,13 +93,13 @@ fn is_flash(address: u32) -> bool {
     (START..END).contains(&address)
 }
 
-/// Lines that are kept, the one used last at the end.
+/// Cached lines, the one used last at the end.
 #[derive(Debug)]
-struct Kept<const N: usize> {
+struct Cache<const N: usize> {
     lines: Vec<u32>,
 }
 
-impl<const N: usize> Kept<N> {
+impl<const N: usize> Cache<N> {
     fn new() -> Self {
         Self {
             lines: Vec::with_capacity(N),
@@ -110,7 +110,7 @@ impl<const N: usize> Kept<N> {
         self.lines.contains(&line)
     }
 
-    /// Whether a line is there, which uses it.
+    /// True if a line is cached, which marks it as used.
     fn has(&mut self, line: u32) -> bool {
         let found = self.lines.iter().rposition(|&kept| kept == line);
         if let Some(at) = found {

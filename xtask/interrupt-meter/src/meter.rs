@@ -1,11 +1,11 @@
-//! Where an interrupt begins and ends, and what of it counts.
+//! Finds the beginning and the end of an interrupt, and counts its instructions.
 
 use thumb::{Flow, Instruction, Unit};
 
 use crate::processor::{ENTRY, EXIT, FLOATS, Processor};
 use crate::request::Watched;
 
-/// What an interrupt took.
+/// The cost of an interrupt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Cost {
     /// Marks that it passed, the first of the request in the lowest bit.
@@ -16,9 +16,8 @@ pub(crate) struct Cost {
 
 /// Follows every instruction that is executed.
 ///
-/// A handler begins with the instruction at its entry and ends with the return for which no call was
-/// made since. What a branch does is known once the next instruction is: one whose condition does not
-/// hold goes on to its neighbour.
+/// A handler begins with the instruction at its entry and ends with the return without a call of its own.
+/// Whether a branch was taken shows in the address of the next instruction.
 #[derive(Debug)]
 pub(crate) struct Meter {
     watched: Watched,
@@ -26,7 +25,7 @@ pub(crate) struct Meter {
     handler: Option<Handler>,
 }
 
-/// The handler that runs.
+/// The running handler.
 #[derive(Debug)]
 struct Handler {
     /// When it began, on the processor's clock.
@@ -37,13 +36,13 @@ struct Handler {
     depth: u32,
     /// The depth of the code that does not count, while it runs.
     left_out: Option<u32>,
-    /// Whether it has used the FPU, whose registers are then stacked.
+    /// It has used the FPU, whose registers are then stacked.
     uses_floats: bool,
-    /// The last instruction, for where it leads.
+    /// The last instruction.
     last: Option<Instruction>,
 }
 
-/// The handler was entered before it had returned: the meter has lost its way.
+/// The handler was entered before its return: the meter has missed the end.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Lost;
 
@@ -56,7 +55,7 @@ impl Meter {
         }
     }
 
-    /// Takes the next instruction; answers when with it an interrupt is seen to have ended.
+    /// Takes the next instruction. If an interrupt has ended before it, the result is its cost.
     pub(crate) fn execute(&mut self, instruction: &Instruction) -> Result<Option<Cost>, Lost> {
         let address = instruction.address;
         let ended = self
@@ -69,7 +68,7 @@ impl Meter {
             if self.handler.is_some() {
                 return Err(Lost);
             }
-            self.processor.part();
+            self.processor.separate();
             self.handler = Some(Handler::begin(self.processor.clock()));
         }
         let Some(handler) = &mut self.handler else {
@@ -79,7 +78,7 @@ impl Meter {
         handler.last = Some(*instruction);
         if handler.left_out.is_none() && self.watched.leaves_out(address) {
             handler.left_out = Some(handler.depth);
-            self.processor.part();
+            self.processor.separate();
         }
         if handler.left_out.is_some() {
             return Ok(ended);
@@ -113,7 +112,7 @@ impl Meter {
             instructions: handler.instructions,
             cycles: ENTRY + self.processor.clock() - handler.began + floats + EXIT,
         };
-        self.processor.part();
+        self.processor.separate();
         Some(cost)
     }
 }
@@ -131,7 +130,7 @@ impl Handler {
         }
     }
 
-    /// Where the last instruction has led, now that the next is known; whether out of the handler.
+    /// Follows the last instruction to the next; true if it led out of the handler.
     fn leads_out(&mut self, next: u32) -> bool {
         let Some(last) = self.last.filter(|last| last.end() != next) else {
             return false;
@@ -189,7 +188,7 @@ mod tests {
             .filter_map(|&(address, code)| {
                 let second = code.get(1).copied().unwrap_or(0);
                 let instruction = Instruction::decode(address, [code[0], second]);
-                meter.execute(&instruction).expect("the way is found")
+                meter.execute(&instruction).expect("no entry is missed")
             })
             .collect()
     }
@@ -212,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn what_it_calls_counts_and_leaves_its_mark() {
+    fn callees_count_and_leave_their_marks() {
         let program = [
             (HANDLER, PUSH_LR),
             (HANDLER + 2, BL),
@@ -261,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn what_only_the_emulator_has_costs_its_call_alone() {
+    fn emulated_functions_cost_only_their_call() {
         let with = [
             (HANDLER, PUSH_LR),
             (HANDLER + 2, BL),
@@ -282,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_out_ends_where_it_returns_though_another_function_follows() {
+    fn counting_resumes_at_the_return_of_an_emulated_function() {
         let program = [
             (HANDLER, BL),
             (EMULATED, BX_LR),
@@ -298,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn floats_are_stacked_once_and_taken_back() {
+    fn floats_are_stacked_once_and_restored() {
         let program = [
             (HANDLER, VADD),
             (HANDLER + 4, VADD),
@@ -318,7 +317,7 @@ mod tests {
             let mut meter = Meter::new(watched());
             for (address, code) in [(HANDLER, BL[0]), (at, 0x6808)] {
                 let instruction = Instruction::decode(address, [code, 0xf800]);
-                meter.execute(&instruction).expect("the way is found");
+                meter.execute(&instruction).expect("no entry is missed");
             }
             let before = meter.processor.clock();
             meter.load(peripheral);

@@ -1,7 +1,7 @@
-//! The interface of QEMU for plugins, and everything that is unsafe about it.
+//! QEMU's interface for plugins, and all unsafe code.
 //!
-//! Declared here is what is used of `qemu-plugin.h` (QEMU's manual, "QEMU TCG Plugins"), version 3 of
-//! it, the first to copy an instruction's bytes: QEMU 9.1 and later.
+//! The declarations are a part of `qemu-plugin.h` (QEMU's manual, "QEMU TCG Plugins"), version 3, the first
+//! that copies an instruction's bytes: QEMU 9.1 and later.
 
 use std::collections::HashMap;
 use std::ffi::{CStr, c_char, c_int, c_uint, c_void};
@@ -32,10 +32,10 @@ type OnBlock = unsafe extern "C" fn(id: u64, block: *mut Block);
 type OnExecution = unsafe extern "C" fn(cpu: c_uint, data: *mut c_void);
 type OnAccess = unsafe extern "C" fn(cpu: c_uint, info: u32, address: u64, data: *mut c_void);
 
-/// What a callback does with the processor's registers: nothing.
+/// A callback uses no registers of the processor.
 const NO_REGISTERS: c_int = 0;
 
-/// Which accesses are told: reads.
+/// A callback is for reads.
 const READS: c_int = 1;
 
 unsafe extern "C" {
@@ -63,13 +63,13 @@ unsafe extern "C" {
     );
 }
 
-/// What happens between two calls of the emulator.
+/// The state between two calls of the emulator.
 static SESSION: Mutex<Option<Session>> = Mutex::new(None);
 
 struct Session {
     meter: Meter,
     report: BufWriter<TcpStream>,
-    /// What was decoded already: the emulator translates the same code again and again.
+    /// Decoded instructions: the emulator translates the same code repeatedly.
     decoded: HashMap<(u32, [u8; 4]), &'static Instruction>,
 }
 
@@ -77,7 +77,7 @@ impl Session {
     fn begin(request: Request) -> Result<Self, String> {
         let Request { watched, listener } = request;
         let stream = TcpStream::connect(&listener)
-            .map_err(|error| format!("nobody listens at {listener}: {error}"))?;
+            .map_err(|error| format!("no listener at {listener}: {error}"))?;
         Ok(Self {
             meter: Meter::new(watched),
             report: BufWriter::new(stream),
@@ -94,7 +94,7 @@ impl Session {
         })
     }
 
-    /// Says a line an interrupt. Once nobody listens any more, nothing is to be said.
+    /// Writes a line per interrupt; without a reader any more it is dropped.
     fn execute(&mut self, instruction: &Instruction) {
         let _ = match self.meter.execute(instruction) {
             Ok(None) => Ok(()),
@@ -145,7 +145,7 @@ unsafe extern "C" fn qemu_plugin_install(
     }
 }
 
-/// A block is translated: asks to be told of each of its instructions.
+/// A block is translated: registers callbacks for each of its instructions.
 unsafe extern "C" fn on_block(_id: u64, block: *mut Block) {
     // SAFETY: the emulator hands over a block that lives during this call.
     let count = unsafe { qemu_plugin_tb_n_insns(block) };
@@ -163,8 +163,8 @@ unsafe extern "C" fn on_block(_id: u64, block: *mut Block) {
             return;
         };
         let data = std::ptr::from_ref(instruction).cast_mut().cast();
-        // SAFETY: the callbacks live as long as this library, and what they are given for ever; they
-        // read it only.
+        // SAFETY: the callbacks live as long as this library, their data for ever; they only read
+        // it.
         unsafe {
             qemu_plugin_register_vcpu_insn_exec_cb(translated, on_execution, NO_REGISTERS, data);
             qemu_plugin_register_vcpu_mem_cb(translated, on_read, NO_REGISTERS, READS, data);

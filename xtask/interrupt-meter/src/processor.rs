@@ -13,8 +13,8 @@ pub(crate) const ENTRY: u64 = 12;
 /// many as the entry takes.
 pub(crate) const EXIT: u64 = 12;
 
-/// Sixteen registers of the FPU and its status, which are stacked when a handler first uses the FPU
-/// and taken back at its end, cycles each time.
+/// Cycles to stack sixteen registers of the FPU and its status when a handler first uses the FPU, and to
+/// restore them at its end.
 pub(crate) const FLOATS: u64 = 17;
 
 /// A refill of the pipeline: 1 to 3 cycles (TRM, table 3-1).
@@ -42,25 +42,25 @@ impl Processor {
         self.clock
     }
 
-    /// The instruction before the next one is no neighbour of it: an interrupt begins or ends, or
-    /// what came between is left out.
-    pub(crate) fn part(&mut self) {
+    /// Separates the next instruction from the one before: an interrupt begins or ends, or instructions in
+    /// between do not count.
+    pub(crate) fn separate(&mut self) {
         self.last = None;
     }
 
-    /// Whether the last instruction leads to this address by a branch.
+    /// The flow of the last instruction, if it branched to this address.
     pub(crate) fn branched_to(&self, address: u32) -> Option<Flow> {
         let last = self.last.as_ref()?;
         let flow = last.flow;
         (flow != Flow::On && last.end() != address).then_some(flow)
     }
 
-    /// Passes time that nobody else accounts for.
+    /// Adds cycles of no instruction.
     pub(crate) fn wait(&mut self, cycles: u64) {
         self.clock += cycles;
     }
 
-    /// Executes an instruction, all but what its memory takes.
+    /// Executes an instruction, without its access to memory.
     pub(crate) fn execute(&mut self, instruction: &Instruction) {
         if self.branched_to(instruction.address).is_some() {
             self.clock += REFILL;
@@ -189,10 +189,10 @@ mod tests {
     }
 
     #[test]
-    fn what_was_parted_is_no_neighbour() {
+    fn separate_loads_do_not_overlap() {
         let mut processor = Processor::new();
         processor.execute(&Instruction::decode(HERE, [0x6808, 0]));
-        processor.part();
+        processor.separate();
         processor.execute(&Instruction::decode(HERE + 2, [0x681a, 0]));
         assert_eq!(processor.clock(), 4);
     }

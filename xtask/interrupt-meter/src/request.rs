@@ -1,15 +1,15 @@
-//! What the plugin is asked for, in the words of the emulator's command line.
+//! The plugin's arguments, from the emulator's command line.
 
 use std::ops::Range;
 
-/// What is watched.
+/// The code that is measured.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Watched {
-    /// Where the handler begins.
+    /// The handler's first instruction.
     pub(crate) handler: u32,
-    /// Functions that only an emulator has: neither they nor what they call counts.
+    /// Functions that only an emulated drive has: neither they nor their callees count.
     pub(crate) left_out: Vec<Range<u32>>,
-    /// Addresses of which it is told whether an interrupt passes them.
+    /// Addresses that an interrupt may pass; those that it passed are reported.
     pub(crate) marks: Vec<u32>,
 }
 
@@ -25,15 +25,15 @@ impl Watched {
     }
 }
 
-/// A request: what is watched, and the address at which somebody listens for the costs.
+/// The code that is measured, and the address to which the costs are sent.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Request {
     pub(crate) watched: Watched,
     pub(crate) listener: String,
 }
 
-/// Marks that a cost has room for.
-const MOST_MARKS: usize = 32;
+/// Bits for marks in a cost.
+const MAX_MARKS: usize = 32;
 
 impl Request {
     /// Reads `handler=ADDRESS`, `listener=HOST:PORT`, and as often as needed `mark=ADDRESS` and
@@ -54,13 +54,13 @@ impl Request {
                 }
                 _ => {
                     return Err(format!(
-                        "{argument} is unknown: there are handler, listener, mark and leave-out"
+                        "{argument} is unknown: the arguments are handler, listener, mark and leave-out"
                     ));
                 }
             }
         }
-        if marks.len() > MOST_MARKS {
-            return Err(format!("there are more than {MOST_MARKS} marks"));
+        if marks.len() > MAX_MARKS {
+            return Err(format!("there are more than {MAX_MARKS} marks"));
         }
         Ok(Self {
             watched: Watched {
@@ -102,14 +102,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_said() {
+    fn a_wrong_request_is_refused() {
         let fault = |words: &[&str]| Request::read(words.iter().copied()).expect_err("wrong");
         assert!(fault(&["listener=a:1"]).contains("handler=ADDRESS"));
         assert!(fault(&["handler=10"]).contains("listener=HOST:PORT"));
         assert!(fault(&["handler=x1", "listener=a:1"]).contains("x1 is no address"));
         assert!(fault(&["leave-out=10"]).contains("FROM-TO"));
         assert!(fault(&["speed=3"]).contains("speed=3 is unknown"));
-        let marks = ["mark=10"; MOST_MARKS + 1];
+        let marks = ["mark=10"; MAX_MARKS + 1];
         assert!(fault(&marks).contains("marks"));
     }
 }

@@ -11,7 +11,7 @@ const SECTOR: u32 = 0x4000;
 
 const OLD: [u8; 8] = [1, 2, 3, 4, 5, 6, 7, 8];
 
-/// A chip with something in both sectors and around them, which the cache knows.
+/// A chip with data in both sectors and around them.
 fn written() -> Chip {
     let chip = healthy();
     let mut flash = wired(&chip).flash;
@@ -50,11 +50,11 @@ fn a_sector_is_erased_and_nothing_beside_it() {
             let wanted = if gone { [0xff; 8] } else { OLD };
             assert_eq!(chip.memory.bytes(address, 8), wanted, "{address:#x}");
         }
-        // No cache tells of before, and both are on again.
+        // No cache holds the old contents, and both are on again.
         let mut bytes = [0; 8];
         flash.read(from, &mut bytes).expect("inside");
         assert_eq!(bytes, [0xff; 8]);
-        assert!(!chip.memory.has_stale_instructions());
+        assert!(!chip.memory.is_stale());
         assert!(chip.memory.is_cached());
         assert!(chip.memory.is_locked());
     }
@@ -71,7 +71,8 @@ fn both_sectors_are_erased_one_after_the_other() {
 fn an_erasure_is_chosen_before_it_is_started() {
     let chip = written();
     wired(&chip).flash.erase(0, SECTOR).expect("erased");
-    let control = chip.written_to(chip.memory.control());
+    let flash = &chip.memory.flash;
+    let control = chip.written_to(flash.address(flash.cr()));
     let start = 1 << 16;
     let started = control.iter().position(|word| word & start != 0);
     let started = started.expect("started");
@@ -91,19 +92,19 @@ fn a_write_lowers_bits_and_is_read_back() {
     let mut bytes = [0; 12];
     flash.read(0, &mut bytes).expect("inside");
     assert_eq!(bytes, wanted);
-    assert!(!chip.memory.has_stale_instructions());
+    assert!(!chip.memory.is_stale());
     assert!(chip.memory.is_locked() && chip.memory.is_cached());
     assert_eq!(flash.write(SECTOR, &[0; 4]), Ok(()));
     assert_eq!(chip.memory.bytes(SECOND, 4), [0; 4]);
 }
 
 #[test]
-fn an_erasure_feeds_the_watchdog_all_the_while() {
+fn an_erasure_feeds_the_watchdog_meanwhile() {
     let chip = written();
     let wired = wired(&chip);
     let mut flash = wired.flash;
     wired.watchdog.start();
-    // Half a second each, where the watchdog waits seven milliseconds.
+    // Half a second each, with a timeout of seven milliseconds.
     assert_eq!(flash.erase(0, 2 * SECTOR), Ok(()));
     assert!(!chip.watchdog.bit.get());
     // A record of a kibibyte takes 26 ms.
@@ -124,7 +125,7 @@ fn a_search_through_the_records_feeds_it_too() {
 }
 
 #[test]
-fn what_fails_is_told_once_and_locks_all_the_same() {
+fn a_failure_is_reported_once_and_locks_as_well() {
     // Protected, misaligned, wrong width, wrong order, and whatever else.
     for error in [1 << 1, 1 << 4, 1 << 5, 1 << 6, 1 << 7, 1 << 8] {
         let chip = written();
@@ -143,24 +144,27 @@ fn what_fails_is_told_once_and_locks_all_the_same() {
 }
 
 #[test]
-fn an_error_of_somebody_else_is_not_taken_for_one_of_this_step() {
+fn an_earlier_error_is_not_taken_for_one_of_this_step() {
     let chip = written();
     let mut flash = wired(&chip).flash;
-    chip.memory.leave_errors();
+    let registers = &chip.memory.flash;
+    registers.set(registers.sr(), 0xf2);
+    assert!(registers.sr().read().wrperr().bit());
     assert_eq!(flash.erase(0, SECTOR), Ok(()));
 }
 
 #[test]
-fn what_somebody_left_unlocked_is_not_unlocked_again() {
+fn an_unlocked_flash_is_not_unlocked_again() {
     let chip = written();
     let mut flash = wired(&chip).flash;
-    chip.memory.leave_unlocked();
+    chip.memory.flash.set(chip.memory.flash.cr(), 0);
+    assert!(!chip.memory.is_locked());
     assert_eq!(flash.erase(0, SECTOR), Ok(()));
     assert!(chip.memory.is_locked());
 }
 
 #[test]
-fn a_step_that_never_ends_is_given_up() {
+fn a_step_that_never_ends_is_abandoned() {
     let chip = written();
     let mut flash = wired(&chip).flash;
     chip.memory.hangs.set(true);
@@ -174,7 +178,7 @@ fn a_step_that_never_ends_is_given_up() {
 }
 
 #[test]
-fn what_is_outside_or_between_the_boundaries_is_refused() {
+fn addresses_outside_or_not_aligned_are_refused() {
     let chip = written();
     let mut flash = wired(&chip).flash;
     let outside = FlashError::Misplaced(NorFlashErrorKind::OutOfBounds);

@@ -4,7 +4,7 @@ use embedded_hal::pwm::SetDutyCycle;
 use crate::model::{Line, Output};
 use crate::{BOARD, healthy, slow, wired};
 
-/// The outputs of every kind of bridge between two samples: what a duty makes of the pin.
+/// Duties, and the signal on the pin.
 const DUTIES: [(u16, Output); 5] = [
     (0, Output::Low),
     (1, pwm(1)),
@@ -63,7 +63,7 @@ fn off_is_low_from_the_wiring_on_and_never_floats() {
 }
 
 #[test]
-fn a_break_takes_the_output_away_without_the_processor() {
+fn a_break_disables_the_output_without_the_processor() {
     let chip = healthy();
     let mut wired = wired(&chip);
     wired.timer.start(1e-3);
@@ -81,7 +81,7 @@ fn a_break_takes_the_output_away_without_the_processor() {
     let _ = wired.pwm.set_duty_cycle(8400);
     assert_eq!(chip.output(), Output::Low);
 
-    // Once it is over it is still to be seen, until the output is let go.
+    // Afterwards it still shows, until the output is switched off.
     chip.drive(1, 12, Line::Ground);
     assert_eq!(chip.output(), Output::Low);
     assert!(!wired.inputs.read().amplifier);
@@ -90,16 +90,17 @@ fn a_break_takes_the_output_away_without_the_processor() {
 }
 
 #[test]
-fn letting_go_leaves_the_other_flags() {
+fn switching_off_leaves_the_other_flags() {
     let chip = healthy();
     let mut wired = wired(&chip);
-    chip.timers.raise_flags();
+    let timer = &chip.timers.tim1;
+    timer.set(timer.sr(), 0xffff);
     let _ = wired.pwm.set_duty_cycle_fully_off();
-    assert_eq!(chip.timers.flags()[0], 0xff7f);
+    assert_eq!(timer.get(timer.sr()), 0xff7f);
 }
 
 #[test]
-fn letting_go_works_from_any_state() {
+fn the_outputs_are_disabled_in_any_state() {
     use embedded_hal::digital::OutputPin;
 
     for disturbance in [None, Some(0), Some(0x8000), Some(0xffff & !0x0300)] {
@@ -110,7 +111,7 @@ fn letting_go_works_from_any_state() {
         let _ = wired.enable.set_high();
         chip.elapse(50e-6);
         if let Some(control) = disturbance {
-            chip.timers.disturb(control);
+            chip.timers.tim1.set(chip.timers.tim1.bdtr(), control);
         }
         disable_outputs(&chip, &BOARD);
         assert_eq!(chip.output(), Output::Low, "after {disturbance:?}");
@@ -121,6 +122,6 @@ fn letting_go_works_from_any_state() {
         chip.drive(1, 12, Line::Supply);
         assert_eq!(chip.output(), Output::Low);
     }
-    // Before anything was wired there is nothing to let go, and nothing happens.
+    // Before anything was wired nothing happens.
     disable_outputs(&healthy(), &BOARD);
 }

@@ -10,7 +10,7 @@ use crate::{BOARD, healthy, slow, wired};
 #[test]
 fn the_outputs_are_low_before_anything_else() {
     let chip = healthy();
-    // As a program before may have left them.
+    // As an earlier program may have left them.
     for (port, number) in [(0, 8), (1, 14), (1, 15)] {
         chip.pins.leave_open_drain(port, number);
     }
@@ -25,7 +25,8 @@ fn the_outputs_are_low_before_anything_else() {
     let moded = [0, 1]
         .map(|port| chip.first_write(0x4002_0000 + 0x400 * port, |_| true))
         .map(|place| place.expect("both ports have outputs"));
-    let clocks = chip.first_write(chip.clocks.control(), |_| true);
+    let rcc = &chip.clocks.rcc;
+    let clocks = chip.first_write(rcc.address(rcc.cr()), |_| true);
     assert!(clocks.expect("the clocks were set") > last);
     assert!(clocks.expect("the clocks were set") > moded[0].max(moded[1]));
     // And low before they were outputs at all.
@@ -58,7 +59,7 @@ fn the_pwm_s_pin_never_floats_once_it_is_low() {
 }
 
 #[test]
-fn timers_that_a_program_before_left_running_begin_anew() {
+fn timers_left_running_by_an_earlier_program_restart() {
     let chip = healthy();
     let first = wired(&chip);
     first.timer.start(1e-3);
@@ -66,20 +67,25 @@ fn timers_that_a_program_before_left_running_begin_anew() {
     chip.elapse(3e-3);
     let _second = wired(&chip);
     assert_eq!(chip.timers.counting(), [false, false]);
-    assert_eq!(chip.timers.flags()[1], 0);
+    assert_eq!(chip.timers.tim5.get(chip.timers.tim5.sr()), 0);
 }
 
 #[test]
-fn what_was_found_is_told() {
+fn the_fault_found_is_returned() {
+    let blame_watchdog = |chip: &Chip| {
+        let rcc = &chip.clocks.rcc;
+        rcc.set(rcc.csr(), rcc.get(rcc.csr()) | 1 << 29);
+        assert!(chip.clocks.blames_watchdog());
+    };
     assert_eq!(wired(&healthy()).found, Ok(()));
     assert_eq!(wired(&slow()).found, Err(Fault::ClockNotStable));
     let reset = healthy();
-    reset.clocks.blame_watchdog();
+    blame_watchdog(&reset);
     assert_eq!(wired(&reset).found, Err(Fault::ResetByWatchdog));
-    // And told once.
+    // Only once.
     assert!(!reset.clocks.blames_watchdog());
     let both = slow();
-    both.clocks.blame_watchdog();
+    blame_watchdog(&both);
     assert_eq!(wired(&both).found, Err(Fault::ClockNotStable));
 }
 

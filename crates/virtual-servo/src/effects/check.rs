@@ -6,7 +6,7 @@ use identifier_core::parameters::ServoParameters;
 use super::{EffectError, Effects, any};
 
 impl Effects {
-    /// Whether a servo of these parameters can have them, at a sample time in s.
+    /// Checks them for a servo of these parameters and a sample time, s.
     ///
     /// # Errors
     /// The first value that is not allowed, that lacks its companion or that contradicts another.
@@ -18,7 +18,7 @@ impl Effects {
         );
         const DRIFT: Allowed = Allowed::Within(-Effects::FASTEST_DRIFT, Effects::FASTEST_DRIFT);
 
-        let longest = Self::LONGEST_DELAY.min(Self::MOST_DELAYED as f64 * sample_time);
+        let longest = Self::LONGEST_DELAY.min(Self::MAX_DELAYED_SAMPLES as f64 * sample_time);
         Allowed::Within(0.0, longest).check("delay", self.delay)?;
         if self.current_loop != 0.0 {
             let fastest = sample_time / Self::FASTEST_DECAY;
@@ -56,7 +56,7 @@ impl Effects {
         self.check_decay(servo, sample_time)
     }
 
-    /// Whether friction brakes no faster than can be integrated.
+    /// Refuses friction that brakes faster than can be integrated.
     fn check_decay(&self, servo: &ServoParameters, sample_time: f64) -> Result<(), EffectError> {
         if !self.change_the_motion() {
             return Ok(());
@@ -95,7 +95,7 @@ impl Effects {
     }
 }
 
-/// Whether of two values both are given, or neither.
+/// Refuses one of two values without the other.
 fn together(
     first: &'static str,
     second: &'static str,

@@ -2,7 +2,7 @@ use core::fmt;
 
 use identifier_core::error::OutOfRange;
 
-/// Why a servo cannot have some effects.
+/// Effects that a servo cannot have.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum EffectError {
@@ -10,9 +10,9 @@ pub enum EffectError {
     Range(OutOfRange),
     /// An effect that needs another value beside it.
     Needs {
-        /// What is given.
+        /// The effect that is given.
         effect: &'static str,
-        /// What it needs.
+        /// The effect that it needs.
         needs: &'static str,
     },
     /// Two effects that contradict each other: the encoder is on the load for the one and on the motor

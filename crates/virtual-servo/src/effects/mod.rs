@@ -1,4 +1,4 @@
-//! What a servo has beside q̈ = −a q̇ + b u + d − c sign(q̇).
+//! The effects of a servo beside q̈ = −a q̇ + b u + d − c sign(q̇).
 
 mod check;
 mod error;
@@ -14,14 +14,14 @@ use identifier_core::parameters::ServoParameters;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effects {
     /// Time from a command to its acting, s: any fraction of a sample, up to
-    /// [`Effects::LONGEST_DELAY`] and [`Effects::MOST_DELAYED`] samples.
+    /// [`Effects::LONGEST_DELAY`] and [`Effects::MAX_DELAYED_SAMPLES`] samples.
     pub delay: f64,
     /// Time constant of the first-order lag with which the acting command follows, s.
     pub current_loop: f64,
     /// Half of what viscous friction has more in positive direction than in negative, 1/s: it is
     /// −(a + δa sign q̇) q̇, with |δa| no larger than a.
     pub asymmetry: f64,
-    /// What friction has in addition at low speed, s e^(−(q̇/v)²), rad/s²; no less than −c. With a
+    /// Additional friction at low speed, s e^(−(q̇/v)²), rad/s²; no less than −c. With a
     /// positive one the servo breaks away at c + s (Stribeck).
     pub low_speed_friction: f64,
     /// The speed v in it, rad/s.
@@ -51,7 +51,7 @@ pub struct Effects {
     pub gain_drift: f64,
     /// Relative change of all friction in a second, 1/s.
     pub friction_drift: f64,
-    /// Where the amplifier clips although nobody says so, command units.
+    /// A limit of the amplifier that the controller does not know, command units.
     pub hidden_limit: f64,
     /// Standard deviation, rad/s², and time constant, s, of a load that wanders in addition
     /// (first-order Gauss–Markov).
@@ -83,7 +83,7 @@ impl Effects {
     /// The longest delay, s.
     pub const LONGEST_DELAY: f64 = 0.1;
     /// The longest delay, samples.
-    pub const MOST_DELAYED: usize = 64;
+    pub const MAX_DELAYED_SAMPLES: usize = 64;
     /// The longest time constant of a current loop, s.
     pub const SLOWEST_CURRENT_LOOP: f64 = 1.0;
     /// The largest of the accelerations that depend on the angle, rad/s².
@@ -102,12 +102,12 @@ impl Effects {
     /// are not too many.
     pub const FASTEST_DECAY: f64 = 1000.0;
 
-    /// Whether something happens to the command before it acts, apart from its lag.
+    /// True if the command is changed before it acts, apart from its lag.
     pub(crate) fn change_the_command(&self) -> bool {
         any([self.delay, self.dead_band, self.hidden_limit])
     }
 
-    /// Whether the closed form of a, b, c and d does not describe the motion.
+    /// True if the closed form of a, b, c and d does not describe the motion.
     pub(crate) fn change_the_motion(&self) -> bool {
         let without = Self {
             delay: 0.0,
@@ -147,7 +147,7 @@ impl Default for Effects {
     }
 }
 
-/// Whether any of some values is not zero.
+/// True if any of some values is not zero.
 pub(crate) fn any<const COUNT: usize>(values: [f64; COUNT]) -> bool {
     values.iter().any(|&value| value != 0.0)
 }

@@ -5,22 +5,22 @@ use crate::Effects;
 /// A fault and when it is there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InjectedFault {
-    /// What it is.
+    /// Its kind.
     pub kind: FaultKind,
     /// When it begins, s from the first sample.
     pub time: f64,
-    /// How long it lasts, s; infinite for one that stays. A jump has no duration.
+    /// Duration, s; infinite for one that stays. A jump has no duration.
     pub duration: f64,
-    /// How large it is, in the unit of its kind; what it is has no meaning for a kind that has no size.
+    /// Size in the unit of its kind; without meaning for a kind without one.
     pub size: f64,
 }
 
-/// What can fail.
+/// Kinds of failures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FaultKind {
-    /// The encoder's counter stands still; when it goes on, the counts between are lost.
+    /// The encoder's counter stands still; when it resumes, the counts between are lost.
     EncoderStuck,
-    /// The encoder gives no valid reading; its counter goes on meanwhile.
+    /// The encoder gives no valid reading; its counter continues meanwhile.
     EncoderLost,
     /// The counter jumps by `size` counts.
     EncoderJump,
@@ -40,7 +40,7 @@ pub enum FaultKind {
     Overrun,
     /// A limit switch is open.
     LimitSwitch,
-    /// The amplifier reports a fault and lets the servo go.
+    /// The amplifier reports a fault and disables its output.
     AmplifierFault,
 }
 
@@ -80,10 +80,10 @@ impl FaultKind {
         }
     }
 
-    /// What its size may be; none for a kind that has no size.
+    /// The allowed range of its size; none for a kind without one.
     #[must_use]
     pub fn sizes(self) -> Option<Allowed> {
-        /// The largest jump: half of what a counter of 32 bits tells from one the other way.
+        /// The largest jump: half the range of a counter of 32 bits.
         const FARTHEST: f64 = (1_u32 << 30) as f64;
         const MOST: f64 = Effects::LARGEST_ACCELERATION;
         match self {

@@ -17,14 +17,14 @@ pub struct Faults {
     last: f64,
 }
 
-/// What holds in a sample.
+/// The failures in force in a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Condition {
-    /// Whether the sample before ended too late.
+    /// The sample before ended too late.
     pub late: bool,
-    /// Whether a limit switch is open.
+    /// A limit switch is open.
     pub limit_switch: bool,
-    /// Whether the amplifier reports a fault.
+    /// The amplifier reports a fault.
     pub amplifier_fault: bool,
     /// The share of the command that acts.
     command: f64,
@@ -32,9 +32,9 @@ pub struct Condition {
     load: f64,
     /// The Coulomb friction that is there in addition, rad/s².
     coulomb: f64,
-    /// Whether the encoder can be read.
+    /// The encoder can be read.
     readable: bool,
-    /// What the encoder makes of a motion: all, nothing, or its opposite.
+    /// The motion that the encoder shows: all, none, or its opposite.
     turn: f64,
     /// The counts that it jumps.
     jump: f64,
@@ -100,7 +100,7 @@ impl Faults {
         })
     }
 
-    /// What holds in the sample that begins. A load and a friction begin to act on the servo.
+    /// The failures of the sample that begins. A load and a friction begin to act on the servo.
     pub fn begin_sample(&mut self, servo: &mut Servo) -> Condition {
         let mut now = Condition::SOUND;
         for fault in self.faults.iter().flatten() {
@@ -120,7 +120,7 @@ impl Faults {
 
     /// The first sample that is not before a time, s.
     fn sample_at(&self, time: f64) -> u64 {
-        /// Of a sample, what rounding explains.
+        /// Rounding of a time, samples.
         const ROUNDING: f64 = 1e-6;
         libm::ceil(time / self.sample_time - ROUNDING) as u64
     }
@@ -173,7 +173,7 @@ impl Encoder {
         self.turn * self.position + self.offset
     }
 
-    /// From where it is it makes something else of the motion.
+    /// Shows the motion differently from its present position on.
     fn turn(&mut self, turn: f64) {
         if turn.to_bits() != self.turn.to_bits() {
             self.offset = self.shown() - turn * self.position;

@@ -29,7 +29,7 @@ pub(crate) struct Frequencies {
 }
 
 pub(crate) struct Clocks {
-    rcc: Block<rcc::RegisterBlock>,
+    pub(crate) rcc: Block<rcc::RegisterBlock>,
     source: Source,
     /// The PLL never locks.
     pub(crate) pll_fails: Cell<bool>,
@@ -63,24 +63,7 @@ impl Clocks {
         }
     }
 
-    /// As if the watchdog had reset the chip.
-    pub(crate) fn blame_watchdog(&self) {
-        let csr = self.rcc.get(self.rcc.csr());
-        self.rcc.set(self.rcc.csr(), csr | 1 << 29);
-        assert!(self.blames_watchdog());
-    }
-
-    /// Every factor and prescaler as large as its field, as a program before may have left them.
-    pub(crate) fn leave_factors(&self) {
-        let rcc = &self.rcc;
-        rcc.set(rcc.pllcfgr(), rcc.get(rcc.pllcfgr()) | 0x0f43_7fff);
-        rcc.set(rcc.cfgr(), rcc.get(rcc.cfgr()) | 0xfcf0);
-    }
-
-    pub(crate) fn control(&self) -> u32 {
-        self.rcc.address(self.rcc.cr())
-    }
-
+    /// True if the watchdog reset the chip.
     pub(crate) fn blames_watchdog(&self) -> bool {
         self.rcc.csr().read().wdgrstf().is_reset()
     }

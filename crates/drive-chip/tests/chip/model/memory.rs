@@ -1,7 +1,6 @@
 //! The flash and its interface (RM0090, 3).
 
 use std::cell::{Cell, RefCell};
-use std::collections::HashMap;
 
 use stm32f4::stm32f405::{FLASH, flash};
 
@@ -18,12 +17,10 @@ const ERASURE: u64 = 500_000_000;
 const WORD: u64 = 100_000;
 
 pub(crate) struct Memory {
-    flash: Block<flash::RegisterBlock>,
+    pub(crate) flash: Block<flash::RegisterBlock>,
     bytes: RefCell<Vec<u8>>,
-    /// Lines of the data cache, sixteen bytes each, by their address.
-    data_cache: RefCell<HashMap<u32, [u8; 16]>>,
-    /// The instruction cache holds something from before the last step.
-    stale_instructions: Cell<bool>,
+    /// The data and the instruction cache may hold contents from before the last step.
+    stale: [Cell<bool>; 2],
     keys: Cell<Keys>,
     busy_until: Cell<u64>,
     /// Errors of the next step, as bits of the status.
@@ -53,8 +50,7 @@ impl Memory {
         Self {
             flash,
             bytes: RefCell::new(vec![0xff; (END - BASE) as usize]),
-            data_cache: RefCell::default(),
-            stale_instructions: Cell::new(false),
+            stale: Default::default(),
             keys: Cell::new(Keys::None),
             busy_until: Cell::new(0),
             fails: Cell::new(0),
@@ -87,34 +83,13 @@ impl Memory {
         access.dcen().is_enabled() && access.icen().is_enabled() && access.prften().is_enabled()
     }
 
-    pub(crate) fn has_stale_instructions(&self) -> bool {
-        self.stale_instructions.get()
+    pub(crate) fn is_stale(&self) -> bool {
+        self.stale.iter().any(Cell::get)
     }
 
-    pub(crate) fn control(&self) -> u32 {
-        self.flash.address(self.flash.cr())
-    }
-
-    /// More wait states than are needed, as an earlier program may have left them.
-    pub(crate) fn leave_wait_states(&self) {
-        self.flash.set(self.flash.acr(), 0b111);
-    }
-
-    /// The wait states that hold.
+    /// The wait states in force.
     pub(crate) fn wait_states(&self) -> u8 {
         self.flash.acr().read().latency().bits()
-    }
-
-    /// Errors that an earlier program left.
-    pub(crate) fn leave_errors(&self) {
-        self.flash.set(self.flash.sr(), 0xf2);
-        assert!(self.flash.sr().read().wrperr().bit());
-    }
-
-    /// Unlocked, as an earlier program may have left it.
-    pub(crate) fn leave_unlocked(&self) {
-        self.flash.set(self.flash.cr(), 0);
-        assert!(!self.is_locked());
     }
 
     /// At 2.7 V and more, a wait state for each 30 MHz begun (table 10).
@@ -132,12 +107,12 @@ impl Memory {
         let busy = now < self.busy_until.get();
         let asked = self.asked.get() + 1;
         self.asked.set(asked);
-        assert!(asked < 100_000_000, "whoever waits waits for ever");
+        assert!(asked < 100_000_000, "the wait has no end");
         if !busy {
             self.asked.set(0);
             let idle = self.idle.get() + 1;
             self.idle.set(idle);
-            assert!(idle < 10, "whoever waits does not see the end");
+            assert!(idle < 10, "the end of the wait is not seen");
             // The start clears itself with the end (3.9.6).
             flash.set(flash.cr(), flash.get(flash.cr()) & !(1 << 16));
         }
@@ -151,26 +126,16 @@ impl Memory {
         }
         if (BASE..END).contains(&address) {
             assert!(now >= self.busy_until.get(), "the flash is busy (3.6)");
-            return Some(self.fetch(address));
+            let is_cached = self.flash.acr().read().dcen().is_enabled();
+            assert!(
+                !is_cached || !self.stale[0].get(),
+                "read from a stale cache"
+            );
+            let first = (address - BASE) as usize;
+            let bytes = self.bytes.borrow()[first..first + 4].try_into();
+            return bytes.ok().map(u32::from_le_bytes);
         }
         flash.word(address).map(Cell::get)
-    }
-
-    /// Through the data cache where that is on.
-    fn fetch(&self, address: u32) -> u32 {
-        let line = address & !15;
-        let fresh = || <[u8; 16]>::try_from(self.bytes(line, 16)).expect("sixteen");
-        let line = if self.flash.acr().read().dcen().is_enabled() {
-            *self
-                .data_cache
-                .borrow_mut()
-                .entry(line)
-                .or_insert_with(fresh)
-        } else {
-            fresh()
-        };
-        let first = (address & 15) as usize;
-        u32::from_le_bytes(line[first..first + 4].try_into().expect("four"))
     }
 
     pub(crate) fn write(&self, address: u32, word: u32, now: u64, alone: bool) -> bool {
@@ -220,12 +185,12 @@ impl Memory {
         let after = self.flash.acr().read();
         if after.dcrst().is_reset() {
             assert!(before.dcen().is_disabled(), "the data cache is on (3.9.1)");
-            self.data_cache.borrow_mut().clear();
+            self.stale[0].set(false);
         }
         // The vendor's description leaves out bit 11, ICRST.
         if word & 1 << 11 != 0 {
             assert!(before.icen().is_disabled(), "the cache is on (3.9.1)");
-            self.stale_instructions.set(false);
+            self.stale[1].set(false);
         }
         let on = after.dcen().is_enabled() || after.icen().is_enabled();
         let resets = after.dcrst().is_reset() || word & 1 << 11 != 0;
@@ -234,14 +199,14 @@ impl Memory {
 
     fn begin(&self, now: u64, takes: u64, alone: bool) {
         assert!(now >= self.busy_until.get(), "the flash is busy (3.6)");
-        assert!(alone, "an interrupt would stand still while it is served");
+        assert!(alone, "an interrupt would stall");
         let end = if self.hangs.get() {
             u64::MAX
         } else {
             now + takes
         };
         self.busy_until.set(end);
-        self.stale_instructions.set(true);
+        self.stale.iter().for_each(|cache| cache.set(true));
         let flash = &self.flash;
         let failed = self.fails.take();
         flash.set(flash.sr(), flash.get(flash.sr()) | failed);

@@ -1,9 +1,8 @@
-//! A model of the chip's registers: what they hold, and as much of what they do as a drive depends
-//! on.
+//! A model of the chip's registers, and of those effects of theirs that a drive depends on.
 //!
-//! Words come and go by address; what their bits mean is read through the vendor's description
-//! (`stm32f4`), never through the constants of the drivers. What would damage a chip or hang it
-//! panics here, with the section of RM0090 that says so.
+//! Words are accessed by address; their bits are read through the vendor's description (`stm32f4`), never
+//! through the constants of the drivers. An access that would damage or hang a chip panics, with the section
+//! of RM0090.
 
 mod block;
 mod clocks;
@@ -18,11 +17,12 @@ use std::cell::{Cell, RefCell};
 use drive_chip::bus::{Bus, Register};
 use stm32f4::stm32f405::Interrupt;
 
+use clocks::Peripheral;
 pub(crate) use clocks::Source;
 pub(crate) use pins::{Level, Line, Mode, Pull};
 pub(crate) use timers::Output;
 
-/// What an access takes, ns.
+/// Duration of an access, ns.
 const ACCESS: u64 = 1_000;
 
 /// A chip after reset.
@@ -36,7 +36,7 @@ pub(crate) struct Chip {
     nvic: Nvic,
     /// Every word written in order, but for the watchdog's food.
     written: RefCell<Vec<(u32, u32)>>,
-    /// What was on the PWM's pin after every write.
+    /// The signal on the PWM's pin after every write.
     outputs: RefCell<Vec<Output>>,
     alone: Cell<bool>,
     now: Cell<u64>,
@@ -50,7 +50,7 @@ struct Nvic {
 }
 
 impl Chip {
-    /// With what is at its oscillator pins.
+    /// With a source at its oscillator pins.
     pub(crate) fn new(source: Source) -> Self {
         Self {
             clocks: clocks::Clocks::new(source),
@@ -71,6 +71,28 @@ impl Chip {
         }
     }
 
+    /// A peripheral with a clock of its own, and its word at an address.
+    fn peripheral(&self, address: u32) -> Option<(Peripheral, &Cell<u32>)> {
+        let found = self.pins.find(address);
+        found
+            .or_else(|| self.timers.find(address))
+            .or_else(|| self.usart.find(address))
+    }
+
+    /// Writes to such a peripheral, without effect while its clock is off; false if it is none.
+    fn write_peripheral(&self, address: u32, new: u32) -> bool {
+        let Some((peripheral, word)) = self.peripheral(address) else {
+            return false;
+        };
+        match peripheral {
+            _ if !self.clocks.reaches(peripheral) => {}
+            Peripheral::Port(number) => self.pins.write(number, address, word, new),
+            Peripheral::Usart2 => self.usart.write(address, word, new),
+            _ => self.timers.write(address, word, new),
+        }
+        true
+    }
+
     /// Lets time pass, s.
     pub(crate) fn elapse(&self, seconds: f64) {
         self.pass((seconds * 1e9).round() as u64);
@@ -89,7 +111,7 @@ impl Chip {
         there.map(|(_, word)| *word).collect()
     }
 
-    /// Where in the order of all writes the first one to an address is that a condition holds for.
+    /// The place, in the order of all writes, of the first one to an address that meets a condition.
     pub(crate) fn first_write(&self, address: u32, holds: impl Fn(u32) -> bool) -> Option<usize> {
         let written = self.written.borrow();
         written
@@ -97,7 +119,7 @@ impl Chip {
             .position(|&(place, word)| place == address && holds(word))
     }
 
-    /// What the timer and the pin's mode make of the PWM's pin (RM0090, 8.3).
+    /// The signal on the PWM's pin, by the timer and the pin's mode (RM0090, 8.3).
     pub(crate) fn output(&self) -> Output {
         match self.pins.mode(0, 8) {
             Mode::Output => match self.pins.driven(0, 8) {
@@ -109,7 +131,7 @@ impl Chip {
         }
     }
 
-    /// Sets what drives a pin from outside.
+    /// Sets the line at a pin.
     pub(crate) fn drive(&self, port: usize, number: usize, line: Line) {
         self.pins.outside(port, number, line);
         self.look_at_break();
@@ -126,7 +148,7 @@ impl Chip {
         self.timers.break_input(level == Level::High);
     }
 
-    /// What was on the PWM's pin after every write.
+    /// The signal on the PWM's pin after every write.
     pub(crate) fn outputs(&self) -> Vec<Output> {
         self.outputs.borrow().clone()
     }
@@ -214,14 +236,18 @@ impl Bus for &Chip {
             self.memory.check_wait_states(self.clocks.frequencies());
             return word;
         }
-        let found = self
-            .watchdog
+        if let Some((peripheral, word)) = self.peripheral(address) {
+            return match peripheral {
+                _ if !self.clocks.is_on(peripheral) => 0,
+                Peripheral::Port(number) => self.pins.read(number, address, word),
+                Peripheral::Usart2 => self.usart.read(address, word),
+                _ => word.get(),
+            };
+        }
+        self.watchdog
             .read(address, self.now.get())
-            .or_else(|| self.pins.read(address, &self.clocks))
-            .or_else(|| self.timers.read(address, &self.clocks))
-            .or_else(|| self.usart.read(address, &self.clocks))
-            .or_else(|| self.nvic.read(address));
-        found.unwrap_or_else(|| panic!("nothing is at {address:#x}"))
+            .or_else(|| self.nvic.read(address))
+            .unwrap_or_else(|| panic!("nothing is at {address:#x}"))
     }
 
     fn write(self, register: Register, word: u32) {
@@ -237,9 +263,7 @@ impl Bus for &Chip {
             .write(address, word, self.now.get(), self.alone.get())
             || self.clocks.write(address, word)
             || self.watchdog.write(address, word, self.now.get())
-            || self.pins.write(address, word, &self.clocks)
-            || self.timers.write(address, word, &self.clocks)
-            || self.usart.write(address, word, &self.clocks)
+            || self.write_peripheral(address, word)
             || self.nvic.write(address, word);
         assert!(taken, "nothing is at {address:#x}");
         self.clocks.reset_peripherals(self);

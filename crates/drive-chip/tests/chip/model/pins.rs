@@ -1,12 +1,12 @@
 //! General-purpose pins (RM0090, 8).
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 
 use stm32f4::stm32f405::{GPIOA, GPIOB, GPIOC, gpioi};
 
 use super::block::Block;
-use super::clocks::{Clocks, Peripheral};
+use super::clocks::Peripheral;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Level {
@@ -14,7 +14,7 @@ pub(crate) enum Level {
     High,
 }
 
-/// What drives a pin from outside.
+/// The line at a pin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Line {
     Open,
@@ -96,14 +96,14 @@ impl Pins {
             .is_push_pull()
     }
 
-    /// Makes a pin an open drain that is high, as a program before may have left it.
+    /// Makes a pin an open drain that is high, as an earlier program may have left it.
     pub(crate) fn leave_open_drain(&self, port: usize, number: usize) {
         let port = &self.ports[port];
         port.set(port.otyper(), port.get(port.otyper()) | 1 << number);
         port.set(port.odr(), port.get(port.odr()) | 1 << number);
     }
 
-    /// Gives a pin function 15 and pulls it down, as a program before may have left it.
+    /// Gives a pin function 15 and pulls it down, as an earlier program may have left it.
     pub(crate) fn leave_used(&self, port: usize, number: usize) {
         let port = &self.ports[port];
         let (low, high) = (port.get(port.afrl()), port.get(port.afrh()));
@@ -116,7 +116,7 @@ impl Pins {
         port.set(port.pupdr(), pulls | 0b10 << (2 * number));
     }
 
-    /// What a pin that is an output drives.
+    /// The level of a pin that is an output.
     pub(crate) fn driven(&self, port: usize, number: usize) -> Level {
         if self.ports[port].odr().read().odr(number as u8).is_high() {
             Level::High
@@ -125,7 +125,7 @@ impl Pins {
         }
     }
 
-    /// What is on the pin. One that floats is low, which is what a broken wire must not be.
+    /// The level on a pin. A floating one is low, which a broken wire must not be.
     pub(crate) fn level(&self, port: usize, number: usize) -> Level {
         if self.mode(port, number) == Mode::Output {
             return self.driven(port, number);
@@ -138,37 +138,29 @@ impl Pins {
         }
     }
 
-    fn find(&self, address: u32) -> Option<(usize, &Block<gpioi::RegisterBlock>)> {
+    pub(crate) fn find(&self, address: u32) -> Option<(Peripheral, &Cell<u32>)> {
         let mut ports = self.ports.iter().enumerate();
-        ports.find(|(_, port)| port.word(address).is_some())
+        ports.find_map(|(number, port)| Some((Peripheral::Port(number), port.word(address)?)))
     }
 
-    pub(crate) fn read(&self, address: u32, clocks: &Clocks) -> Option<u32> {
-        let (number, port) = self.find(address)?;
-        if !clocks.is_on(Peripheral::Port(number)) {
-            return Some(0);
+    /// Reads a word of a port.
+    pub(crate) fn read(&self, number: usize, address: u32, word: &Cell<u32>) -> u32 {
+        let port = &self.ports[number];
+        if address != port.address(port.idr()) {
+            return word.get();
         }
-        if address == port.address(port.idr()) {
-            let levels =
-                (0..16).map(|pin| u32::from(self.level(number, pin) == Level::High) << pin);
-            return Some(levels.sum());
-        }
-        port.word(address).map(|word| word.get())
+        let high = |pin| self.level(number, pin) == Level::High;
+        (0..16).map(|pin| u32::from(high(pin)) << pin).sum()
     }
 
-    pub(crate) fn write(&self, address: u32, word: u32, clocks: &Clocks) -> bool {
-        let Some((number, port)) = self.find(address) else {
-            return false;
-        };
-        if !clocks.reaches(Peripheral::Port(number)) {
-            return true;
-        }
+    /// Writes a word of a port.
+    pub(crate) fn write(&self, number: usize, address: u32, word: &Cell<u32>, new: u32) {
+        let port = &self.ports[number];
         if address == port.address(port.bsrr()) {
-            let high = port.get(port.odr()) & !(word >> 16) | word & 0xffff;
+            let high = port.get(port.odr()) & !(new >> 16) | new & 0xffff;
             port.set(port.odr(), high);
-        } else if let Some(place) = port.word(address) {
-            place.set(word);
+        } else {
+            word.set(new);
         }
-        true
     }
 }

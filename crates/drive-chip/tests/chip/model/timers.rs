@@ -7,30 +7,30 @@ use stm32f4::stm32f405::{TIM1, TIM3, TIM5, tim1, tim3, tim5};
 use super::block::Block;
 use super::clocks::{Clocks, Peripheral};
 
-/// What is on the PWM's pin.
+/// The signal on the PWM's pin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Output {
     Low,
     High,
-    /// High for a part of every period of so many ticks, from its beginning.
+    /// High for a part of every period from its beginning, ticks.
     Pwm {
         high: u32,
         period: u32,
     },
-    /// Nobody drives it.
+    /// Not driven.
     Floating,
 }
 
 pub(crate) struct Timers {
-    tim1: Block<tim1::RegisterBlock>,
+    pub(crate) tim1: Block<tim1::RegisterBlock>,
     tim3: Block<tim3::RegisterBlock>,
-    tim5: Block<tim5::RegisterBlock>,
-    /// What holds now, where the registers hold what will from the next update on.
+    pub(crate) tim5: Block<tim5::RegisterBlock>,
+    /// Values in force; those in the registers take effect with the next update.
     top_1: Cell<u32>,
     compare_1: Cell<u32>,
     top_5: Cell<u32>,
     break_is_high: Cell<bool>,
-    /// Interrupts that TIM5 asked for.
+    /// Interrupts that TIM5 requested.
     pub(crate) asked: Cell<u32>,
 }
 
@@ -74,7 +74,7 @@ impl Timers {
         ]
     }
 
-    /// Where TIM1 and TIM5 stand, ticks.
+    /// Counts of TIM1 and TIM5, ticks.
     pub(crate) fn stand(&self) -> [u32; 2] {
         [
             self.tim1.get(self.tim1.cnt()),
@@ -98,14 +98,6 @@ impl Timers {
             && self.tim5.sr().read().uif().is_update_pending()
     }
 
-    pub(crate) fn control_5(&self) -> u32 {
-        self.tim5.address(self.tim5.cr1())
-    }
-
-    pub(crate) fn control_1(&self) -> u32 {
-        self.tim1.address(self.tim1.cr1())
-    }
-
     /// Whether outputs that are off are driven, with the main output enabled and without.
     pub(crate) fn drive_what_is_off(&self) -> [bool; 2] {
         let control = self.tim1.bdtr().read();
@@ -118,22 +110,6 @@ impl Timers {
     /// Whether the break flag is up.
     pub(crate) fn broke(&self) -> bool {
         self.tim1.sr().read().bif().is_trigger()
-    }
-
-    /// Raises every flag of the status of TIM1 and of TIM5.
-    pub(crate) fn raise_flags(&self) {
-        self.tim1.set(self.tim1.sr(), 0xffff);
-        self.tim5.set(self.tim5.sr(), 0xffff);
-    }
-
-    /// The flags of TIM1 and of TIM5.
-    pub(crate) fn flags(&self) -> [u32; 2] {
-        [self.tim1.get(self.tim1.sr()), self.tim5.get(self.tim5.sr())]
-    }
-
-    /// Leaves the output's timer in a state that a program never makes.
-    pub(crate) fn disturb(&self, break_control: u32) {
-        self.tim1.set(self.tim1.bdtr(), break_control);
     }
 
     /// Lets both count, s.
@@ -177,7 +153,7 @@ impl Timers {
         }
     }
 
-    /// What drives the break input (17.3.12).
+    /// Sets the level of the break input (17.3.12).
     pub(crate) fn break_input(&self, high: bool) {
         self.break_is_high.set(high);
         let control = self.tim1.bdtr().read();
@@ -193,7 +169,7 @@ impl Timers {
         }
     }
 
-    /// What TIM1 makes of its channel 1 (table 98).
+    /// The output of TIM1's channel 1 (table 98).
     pub(crate) fn output(&self) -> Output {
         let (control, channel) = (self.tim1.bdtr().read(), self.tim1.ccer().read());
         if channel.cc1e().is_disabled() {
@@ -239,7 +215,7 @@ impl Timers {
         control.cms().is_edge_aligned() && control.dir().is_up()
     }
 
-    /// Turns the encoder by so many edges.
+    /// Turns the encoder by a number of edges.
     pub(crate) fn turn(&self, edges: i32) {
         let tim3 = &self.tim3;
         let lines = tim3.ccmr1_input().read();
@@ -255,7 +231,7 @@ impl Timers {
         }
     }
 
-    /// For how long a level of the encoder's lines must stand to be counted, s (18.4.7).
+    /// The time for which a level of the encoder's lines must stand to be counted, s (18.4.7).
     pub(crate) fn encoder_filters(&self, clocks: &Clocks) -> [f64; 2] {
         let lines = self.tim3.ccmr1_input().read();
         [lines.ic1f().bits(), lines.ic2f().bits()].map(|filter| {
@@ -266,7 +242,7 @@ impl Timers {
         })
     }
 
-    fn peripheral(&self, address: u32) -> Option<(Peripheral, &Cell<u32>)> {
+    pub(crate) fn find(&self, address: u32) -> Option<(Peripheral, &Cell<u32>)> {
         let word = |peripheral| move |word| (peripheral, word);
         let first = self.tim1.word(address).map(word(Peripheral::Tim1));
         first
@@ -274,27 +250,13 @@ impl Timers {
             .or_else(|| self.tim5.word(address).map(word(Peripheral::Tim5)))
     }
 
-    pub(crate) fn read(&self, address: u32, clocks: &Clocks) -> Option<u32> {
-        let (peripheral, word) = self.peripheral(address)?;
-        Some(if clocks.is_on(peripheral) {
-            word.get()
-        } else {
-            0
-        })
-    }
-
-    pub(crate) fn write(&self, address: u32, new: u32, clocks: &Clocks) -> bool {
-        let Some((peripheral, word)) = self.peripheral(address) else {
-            return false;
-        };
-        if !clocks.reaches(peripheral) {
-            return true;
-        }
+    /// Writes a word of theirs.
+    pub(crate) fn write(&self, address: u32, word: &Cell<u32>, new: u32) {
         let (tim1, tim5) = (&self.tim1, &self.tim5);
         if address == tim1.address(tim1.sr()) || address == tim5.address(tim5.sr()) {
             // Zeros clear.
             word.set(word.get() & new);
-            return true;
+            return;
         }
         let was_counting = tim5.cr1().read().cen().is_enabled();
         word.set(new);
@@ -323,6 +285,5 @@ impl Timers {
             }
         }
         self.break_input(self.break_is_high.get());
-        true
     }
 }

@@ -10,13 +10,13 @@ use super::clocks::{Clocks, Peripheral};
 
 pub(crate) struct Usart {
     usart: Block<usart1::RegisterBlock>,
-    /// Bytes that came and were not read yet.
-    pub(crate) came: RefCell<VecDeque<u8>>,
-    /// Bytes that were said.
-    pub(crate) said: RefCell<Vec<u8>>,
-    /// The byte being said is not out yet.
+    /// Received bytes that were not read yet.
+    pub(crate) received: RefCell<VecDeque<u8>>,
+    /// Sent bytes.
+    pub(crate) sent: RefCell<Vec<u8>>,
+    /// A byte is being sent.
     pub(crate) busy: Cell<bool>,
-    /// A byte came while the last one was not read.
+    /// A byte was received while the last one was not read.
     pub(crate) overrun: Cell<bool>,
     /// The status was read since.
     status_read: Cell<bool>,
@@ -26,8 +26,8 @@ impl Usart {
     pub(crate) fn new() -> Self {
         Self {
             usart: Block::at(USART2::ptr()),
-            came: RefCell::default(),
-            said: RefCell::default(),
+            received: RefCell::default(),
+            sent: RefCell::default(),
             busy: Cell::new(false),
             overrun: Cell::new(false),
             status_read: Cell::new(false),
@@ -48,7 +48,7 @@ impl Usart {
         clocks.frequencies().low_bus / (samples * factor)
     }
 
-    /// Whether it hears and says words of eight bits without parity.
+    /// True if it receives and sends words of eight bits without parity.
     pub(crate) fn is_open(&self) -> bool {
         let control = self.usart.cr1().read();
         control.ue().is_enabled()
@@ -59,28 +59,29 @@ impl Usart {
             && self.usart.get(self.usart.cr2()) == 0
     }
 
-    /// Whether a byte that came interrupts.
-    pub(crate) fn interrupts_for_hearing(&self) -> bool {
+    /// True if a received byte interrupts.
+    pub(crate) fn interrupts_on_reception(&self) -> bool {
         self.usart.cr1().read().rxneie().is_enabled()
     }
 
-    /// Whether room for a byte to be said interrupts.
-    pub(crate) fn interrupts_for_saying(&self) -> bool {
+    /// True if it interrupts when a byte can be sent.
+    pub(crate) fn interrupts_for_sending(&self) -> bool {
         self.usart.cr1().read().txeie().is_enabled()
     }
 
-    pub(crate) fn read(&self, address: u32, clocks: &Clocks) -> Option<u32> {
+    pub(crate) fn find(&self, address: u32) -> Option<(Peripheral, &Cell<u32>)> {
+        Some((Peripheral::Usart2, self.usart.word(address)?))
+    }
+
+    /// Reads a word of it.
+    pub(crate) fn read(&self, address: u32, word: &Cell<u32>) -> u32 {
         let usart = &self.usart;
-        let word = usart.word(address)?;
-        if !clocks.is_on(Peripheral::Usart2) {
-            return Some(0);
-        }
         if address == usart.address(usart.sr()) {
             let bit = |there: bool, place: u32| u32::from(there) << place;
             self.status_read.set(true);
             word.set(
                 bit(self.overrun.get(), 3)
-                    | bit(!self.came.borrow().is_empty(), 5)
+                    | bit(!self.received.borrow().is_empty(), 5)
                     | bit(!self.busy.get(), 7),
             );
             let shown = usart.sr().read();
@@ -90,27 +91,21 @@ impl Usart {
             if self.status_read.replace(false) {
                 self.overrun.set(false);
             }
-            return Some(self.came.borrow_mut().pop_front().unwrap_or(0).into());
+            return self.received.borrow_mut().pop_front().unwrap_or(0).into();
         }
-        Some(word.get())
+        word.get()
     }
 
-    pub(crate) fn write(&self, address: u32, word: u32, clocks: &Clocks) -> bool {
+    /// Writes a word of it.
+    pub(crate) fn write(&self, address: u32, word: &Cell<u32>, new: u32) {
         let usart = &self.usart;
-        let Some(place) = usart.word(address) else {
-            return false;
-        };
-        if !clocks.reaches(Peripheral::Usart2) {
-            return true;
-        }
         if address == usart.address(usart.dr()) {
             assert!(!self.busy.get(), "the byte before is lost (30.3.2)");
             if self.is_open() {
-                self.said.borrow_mut().push(word as u8);
+                self.sent.borrow_mut().push(new as u8);
             }
         } else {
-            place.set(word);
+            word.set(new);
         }
-        true
     }
 }
