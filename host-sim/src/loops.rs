@@ -1,21 +1,21 @@
-//! The loops that can be closed around a servo, all with one face: one control sample from a reference
-//! and a measurement to a command.
+//! The loops that can be closed around a servo, behind one trait: a control sample takes a reference and a
+//! measurement to a command.
 
 mod batch;
 mod direct;
 mod feedback;
 mod fixed;
-mod learner;
+mod identifier;
 mod pid;
 mod relay;
 mod two_degrees;
 
 pub(crate) use batch::BatchLeastSquares;
 pub(crate) use direct::Direct;
-pub(crate) use fixed::FixedLoop;
-pub(crate) use learner::{Beside, Learner, gamma_of};
+pub(crate) use fixed::{FixedIdentifier, FixedLoop};
+pub(crate) use identifier::{DynIdentifier, Innovation, Running, gamma_over};
 pub(crate) use pid::PidLoop;
-pub(crate) use relay::{Cycle, LeastSquares, RelayLoop, RelayMethod, TwoCycles};
+pub(crate) use relay::{LeastSquares, RelayLoop, RelayMethod};
 
 pub(crate) use two_degrees::TwoDegreesLoop;
 
@@ -24,22 +24,22 @@ use identifier_core::parameters::{PerParameter, ServoParameters};
 
 use crate::experiment::Outcome;
 
-/// What closes the loop around a servo and identifies it.
+/// A loop around a servo, with its identification.
 pub(crate) trait SimLoop {
-    /// Why it can do no further sample.
+    /// Why it stops.
     type Error;
 
-    /// One control sample: from a reference, position units, and what the sensor shows to the command
-    /// that acts until the next.
+    /// One control sample: from a reference, position units, and a measurement to the command that acts
+    /// until the next.
     fn process(&mut self, reference: f64, measured: Measurement) -> Result<Step, Self::Error>;
 
-    /// What is known of it besides its samples: of its tuning, and at the end of its success.
+    /// Its outcome besides its samples: tuning, and at the end success.
     fn outcome(&self) -> Outcome {
         Outcome::default()
     }
 }
 
-/// What a sensor shows.
+/// The reading of a sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Measurement {
     /// An encoder: its counter, which wraps at 32 bits.
@@ -49,8 +49,7 @@ pub(crate) enum Measurement {
 }
 
 impl Measurement {
-    /// What a loop that can only count takes it for: an ideal position counts as the last whole unit
-    /// passed.
+    /// As a count: of an ideal position the last whole unit passed.
     pub(crate) fn count(self) -> i32 {
         match self {
             Self::Count(count) => count,
@@ -60,7 +59,7 @@ impl Measurement {
     }
 }
 
-/// What a loop did in a control sample, and what is seen of it.
+/// The result of a control sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Step {
     /// The whole command that acts, command units.
@@ -69,13 +68,13 @@ pub(crate) struct Step {
     pub(crate) velocity: Option<f64>,
     /// Output error ε = q − q_e, position units, of laws that have a model.
     pub(crate) output_error: Option<f64>,
-    /// What happened besides learning.
+    /// The event of the sample.
     pub(crate) event: Option<Event>,
     /// The estimates, SI; [`NO_ESTIMATE`] while there are none.
     pub(crate) estimates: ServoParameters,
     /// Their standard errors, SI, for laws that have them.
     pub(crate) standard_errors: Option<ServoParameters>,
-    /// Which estimates stand at a bound.
+    /// The estimates at a bound.
     pub(crate) at_bounds: PerParameter<bool>,
 }
 
@@ -94,7 +93,7 @@ impl Step {
     }
 }
 
-/// What stands for the estimates of a method that has none.
+/// The estimates of a method that has none.
 pub(crate) const NO_ESTIMATE: ServoParameters = ServoParameters {
     a: f64::NAN,
     b: f64::NAN,

@@ -10,7 +10,7 @@ mod operations;
 mod rig;
 mod sensor;
 
-pub(crate) use build::{closed_by_pid, learner};
+pub(crate) use build::{closed_by_pid, identifier, identifier_in};
 pub use operations::operations;
 pub(crate) use rig::{Rig, Stop};
 
@@ -67,7 +67,7 @@ pub fn run(scenario: &Scenario, observe: &mut dyn FnMut(&Sample)) -> Result<Outc
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::{Baseline, BaselineSettings, Law, Purpose, Velocity};
+    use crate::scenario::{Law, Purpose, RivalSettings, Velocity};
 
     fn paper() -> Scenario {
         let text = include_str!("../scenarios/paper.toml");
@@ -87,27 +87,27 @@ mod tests {
             refused(&|s| s.stated.cutoff = -1.0),
             "controller.velocity_filter.cutoff"
         );
-        let rival = |baseline, change: &dyn Fn(&mut BaselineSettings)| {
-            let mut own = BaselineSettings::of(baseline);
-            change(&mut own);
-            refused(&|s| s.identifier.law = Law::Baseline(baseline, own))
+        let rival = |law, change: &dyn Fn(&mut RivalSettings)| {
+            refused(&|s| {
+                s.identifier.set_law(law);
+                change(&mut s.identifier.rival);
+            })
         };
-        for baseline in [
-            Baseline::ClosedLoopArx,
-            Baseline::ProportionalLeastSquares,
-            Baseline::RelayLeastSquares,
-            Baseline::TwoDegreesOfFreedom,
+        for law in [
+            Law::ClosedLoopArx,
+            Law::ProportionalLeastSquares,
+            Law::RelayLeastSquares,
+            Law::TwoDegreesOfFreedom,
         ] {
-            let key = rival(baseline, &|own| own.filter_cutoff = 1e9);
-            assert_eq!(key, "identifier.filter_cutoff", "{baseline:?}");
+            let key = rival(law, &|own| own.filter_cutoff = 1e9);
+            assert_eq!(key, "identifier.filter_cutoff", "{law:?}");
         }
     }
 
     #[test]
     fn a_rivals_loop_is_refused_for_its_controller_too() {
         let mut scenario = paper();
-        let own = BaselineSettings::of(Baseline::ClosedLoopArx);
-        scenario.identifier.law = Law::Baseline(Baseline::ClosedLoopArx, own);
+        scenario.identifier.set_law(Law::ClosedLoopArx);
         scenario.stated.cutoff = -1.0;
         let fault = Simulation::of(&scenario).expect_err("no filter has this cut-off");
         assert_eq!(fault.key, "controller.velocity_filter.cutoff");

@@ -1,10 +1,10 @@
 //! Every method on one bench: what each claims, where each breaks, as a reviewed table.
 
 use host_sim::analysis::Status;
-use host_sim::compare::{self, MethodResult, laws, with_law};
+use host_sim::compare::{self, MethodResult, with_law};
 use host_sim::report::comparison;
 use host_sim::result::Summary;
-use host_sim::scenario::{Baseline, Law, Scenario};
+use host_sim::scenario::{Law, Scenario};
 use identifier_core::parameters::Parameter;
 use integration_tests::{controller, in_parallel, parse, run, servo};
 
@@ -34,11 +34,16 @@ fn the_comparison_is_as_reviewed() {
 
 /// What each method's own source claims: the servo without load, a fine sensor, no saturation; and
 /// friction where the method knows of friction.
-fn at_its_best(law: &Law) -> Scenario {
+fn at_its_best(law: Law) -> Scenario {
     let mut scenario = parse(BENCH);
     scenario.counts_per_rev = None;
     scenario.stated.identifier.initial.b = Some(50.0);
     with_law(&scenario, law)
+}
+
+fn that_find(parameter: Parameter) -> Vec<Law> {
+    let finding = |law: &Law| law.finds().contains(&parameter);
+    Law::ALL.iter().copied().filter(finding).collect()
 }
 
 fn assert_found(summary: &Summary, parameters: &[Parameter]) {
@@ -65,24 +70,17 @@ fn assert_found(summary: &Summary, parameters: &[Parameter]) {
 
 #[test]
 fn each_method_keeps_its_own_claim() {
-    for summary in in_parallel(&laws(), |law| run(&at_its_best(law))) {
+    for summary in in_parallel(Law::ALL, |law| run(&at_its_best(*law))) {
         assert_found(&summary, &[Parameter::A, Parameter::B]);
     }
 }
 
 #[test]
 fn the_methods_that_know_of_friction_find_it() {
-    let knowing: Vec<Law> = laws()
-        .into_iter()
-        .filter(|law| match law {
-            Law::Baseline(baseline, _) => baseline.parameters().contains(&Parameter::Coulomb),
-            Law::PdGradient => false,
-            _ => true,
-        })
-        .collect();
+    let knowing = that_find(Parameter::Coulomb);
     assert_eq!(knowing.len(), 6);
     let found = in_parallel(&knowing, |law| {
-        let mut scenario = at_its_best(law);
+        let mut scenario = at_its_best(*law);
         servo(&mut scenario).coulomb = 10.0;
         run(&scenario)
     });
@@ -93,16 +91,9 @@ fn the_methods_that_know_of_friction_find_it() {
 
 #[test]
 fn the_methods_that_know_of_a_load_find_it() {
-    let knowing: Vec<Law> = laws()
-        .into_iter()
-        .filter(|law| match law {
-            Law::Baseline(baseline, _) => baseline.parameters().contains(&Parameter::Load),
-            Law::PdGradient => false,
-            _ => true,
-        })
-        .collect();
+    let knowing = that_find(Parameter::Load);
     let found = in_parallel(&knowing, |law| {
-        let mut scenario = at_its_best(law);
+        let mut scenario = at_its_best(*law);
         servo(&mut scenario).load = 20.0;
         run(&scenario)
     });
@@ -114,11 +105,8 @@ fn the_methods_that_know_of_a_load_find_it() {
 /// Two relays that friction holds fast never swing: no number may come of it.
 #[test]
 fn a_relay_that_friction_holds_gives_no_estimate() {
-    for law in laws() {
-        let Law::Baseline(Baseline::RelayCycle | Baseline::TwoRelays, _) = law else {
-            continue;
-        };
-        let mut scenario = at_its_best(&law);
+    for law in [Law::RelayCycle, Law::TwoRelays] {
+        let mut scenario = at_its_best(law);
         servo(&mut scenario).coulomb = 300.0;
         let summary = run(&scenario);
         assert_eq!(summary.status(), Status::NoInformation);

@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 
 use host_sim::analysis::Summariser;
 use host_sim::experiment::TermEstimate;
-use host_sim::replay::{Log, fitted, predict, replay};
+use host_sim::log::Log;
+use host_sim::predict::predict;
+use host_sim::replay::{fitted, replay};
 use host_sim::result::Summary;
 use host_sim::scenario::{LogSettings, Purpose, Scenario};
 use identifier_core::parameters::{ServoParameters, Unknown};

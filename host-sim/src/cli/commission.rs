@@ -10,7 +10,7 @@ use super::rerun;
 use super::standard_output::say;
 use super::streamed::Streamed;
 use crate::commission::{Commissioning, Sample, StepResponse};
-use crate::log_file::commissioning as messages;
+use crate::log::mcap::commissioning as messages;
 use crate::report::commission::{self as report, Document, RowWriter};
 use crate::report::page::{Commissioned, commissioning};
 use crate::rerun::{Kept, Origin, OriginAlone, ScenarioText, Task, WithOrigin};

@@ -28,7 +28,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
 }
 
 fn described(of: &str) -> Result<String, Fault> {
-    let Some(key) = Key::of(of) else {
+    let Some(key) = Key::at(of) else {
         let near = Key::nearest(of);
         let hint = near.map_or(String::new(), |near| {
             format!("; did you mean {}?", near.path)

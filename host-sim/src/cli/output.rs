@@ -14,7 +14,7 @@ use super::standard_output::say;
 use super::terminal;
 use crate::analysis::Status;
 use crate::experiment::Outcome;
-use crate::log_file::trace;
+use crate::log::mcap::trace;
 use crate::present::traces::{self, Traces};
 use crate::render::terminal::style;
 use crate::report::csv::TraceWriter;

@@ -7,7 +7,7 @@ use super::progress::Progress;
 use super::streamed::Streamed;
 use crate::analysis::Summariser;
 use crate::experiment::{Outcome, Sample};
-use crate::log_file::{Recorder, trace};
+use crate::log::mcap::{Recorder, trace};
 use crate::present::traces::Traces;
 use crate::report::csv::TraceWriter;
 use crate::result::Summary;

@@ -3,7 +3,9 @@ use std::path::{Path, PathBuf};
 use super::call;
 use super::fault::Fault;
 use super::output::Outputs;
-use crate::replay::{self, Log, ReplayError};
+use crate::log::Log;
+use crate::predict;
+use crate::replay::{self, ReplayError};
 use crate::rerun::{Kept, LogFile, Origin, ScenarioText, Task};
 use crate::result::{LogReading, Prediction, ReplayNotes};
 use crate::scenario::{Purpose, Scenario};
@@ -96,7 +98,7 @@ impl Replay<'_> {
         if replayed.outcome.abort.is_none() {
             for log in predicted {
                 let seen = is_learnt(log);
-                let predicted = replay::predict(&scenario, &replayed, log).map_err(of_replay)?;
+                let predicted = predict::predict(&scenario, &replayed, log).map_err(of_replay)?;
                 if let Some(open_loop) = predicted.open_loop.filter(|_| !seen) {
                     recording.predicted(open_loop.relative);
                 }

@@ -11,7 +11,7 @@ use identifier_core::settings::IdentifierSettings;
 
 use crate::analysis::Summariser;
 use crate::result::Summary;
-use crate::scenario::{Arithmetic, Baseline, BaselineSettings, Closing, Fault, Law, Scenario};
+use crate::scenario::{Arithmetic, Closing, Fault, Law, Scenario};
 use crate::simulate::{Simulation, operations};
 
 /// A comparison.
@@ -57,37 +57,15 @@ pub enum MethodResult {
     Refused(String),
 }
 
-/// The laws that are compared, with the settings that they have where nothing is stated: none is
-/// set per case.
-#[must_use]
-pub fn laws() -> Vec<Law> {
-    let mut laws = vec![
-        Law::Gradient,
-        Law::GaussNewton,
-        Law::Window,
-        Law::PdGradient,
-    ];
-    laws.extend(
-        Baseline::ALL
-            .into_iter()
-            .map(|baseline| Law::Baseline(baseline, BaselineSettings::of(baseline))),
-    );
-    laws
-}
-
 /// The scenario with another law and the parameters that it estimates at most, in the loop that the
 /// law closes.
 #[must_use]
-pub fn with_law(base: &Scenario, law: &Law) -> Scenario {
+pub fn with_law(base: &Scenario, law: Law) -> Scenario {
     let mut scenario = base.clone();
-    scenario.identifier.parameters = match law {
-        Law::Gradient | Law::GaussNewton | Law::Window => {
-            vec![Parameter::A, Parameter::B, Parameter::Coulomb]
-        }
-        Law::PdGradient => vec![Parameter::A, Parameter::B],
-        Law::Baseline(baseline, _) => baseline.parameters().to_vec(),
-    };
-    scenario.identifier.law = law.clone();
+    scenario.identifier.set_law(law);
+    // A controller's integral finds the load in any case.
+    let wanted = |parameter: &Parameter| law.is_rival() || *parameter != Parameter::Load;
+    scenario.identifier.parameters = law.finds().iter().copied().filter(wanted).collect();
     if scenario.identifier.arithmetic == Arithmetic::Fixed && !law.is_gradient() {
         scenario.identifier.arithmetic = Arithmetic::F32;
     }
@@ -98,9 +76,9 @@ pub fn with_law(base: &Scenario, law: &Law) -> Scenario {
         ranges: stated.ranges,
         ..IdentifierSettings::UNSTATED
     };
-    *stated = match law {
-        Law::GaussNewton | Law::Window => unstated,
-        _ => IdentifierSettings {
+    *stated = match law.fits() {
+        true => unstated,
+        false => IdentifierSettings {
             initial: stated.initial,
             bounds: stated.bounds,
             plant_box: stated.plant_box,
@@ -115,7 +93,7 @@ pub fn with_law(base: &Scenario, law: &Law) -> Scenario {
 /// # Errors
 /// The scenario has no servo.
 pub fn runs(base: &Scenario) -> Result<usize, Fault> {
-    Ok(laws().len() * Case::all(base)?.len())
+    Ok(Law::ALL.len() * Case::all(base)?.len())
 }
 
 /// Runs every method in every case, on all cores; `done` is told of each run's end.
@@ -123,15 +101,15 @@ pub fn runs(base: &Scenario) -> Result<usize, Fault> {
 /// # Errors
 /// The scenario has no servo.
 pub fn compare(base: &Scenario, done: &(dyn Fn() + Sync)) -> Result<Comparison, Fault> {
-    let laws = laws();
+    let laws = Law::ALL;
     let cases = Case::all(base)?;
-    let pairs: Vec<(&Case, &Law)> = cases
+    let pairs: Vec<(&Case, Law)> = cases
         .iter()
-        .flat_map(|case| laws.iter().map(move |law| (case, law)))
+        .flat_map(|case| laws.iter().map(move |&law| (case, law)))
         .collect();
     let found: Vec<MethodResult> = pairs
         .par_iter()
-        .map(|(case, law)| {
+        .map(|&(case, law)| {
             let found = run(&with_law(&case.scenario, law));
             done();
             found
@@ -153,7 +131,7 @@ pub fn compare(base: &Scenario, done: &(dyn Fn() + Sync)) -> Result<Comparison, 
             },
             operations: cases
                 .first()
-                .and_then(|case| operations(&with_law(&case.scenario, law)).ok().flatten()),
+                .and_then(|case| operations(&with_law(&case.scenario, *law)).ok().flatten()),
         })
         .collect();
     Ok(Comparison {

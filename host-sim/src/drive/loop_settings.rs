@@ -3,7 +3,7 @@
 use drive_link::{Format, Law as LinkLaw, LoopSettings};
 
 use crate::scenario::{Arithmetic, Fault, Law, ModelSet, Scenario, Velocity};
-use crate::simulate::learner;
+use crate::simulate::identifier_in;
 
 /// The settings of a drive's loop for a scenario.
 ///
@@ -80,7 +80,7 @@ pub fn loop_settings(scenario: &Scenario) -> Result<LoopSettings, Fault> {
         .settings()
         .map_err(|error| scenario.fault(&error))?;
     // Refuses with the scenario's key what the drive would refuse with its own.
-    learner::<f64>(scenario, &core)?;
+    identifier_in::<f64>(scenario, &core)?;
     let rows = core.identifier.gamma.iter().flatten().enumerate();
     for (i, row) in rows {
         if row

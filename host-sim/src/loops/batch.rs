@@ -1,12 +1,10 @@
 use identifier_core::error::{OutOfRange, StepError};
-use identifier_core::identifier::Update;
 use identifier_core::linalg::NormalEquations;
-use identifier_core::number::Number;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::units::Units;
 use rivals::{Filtered, StateVariableFilter};
 
-use super::{Learner, NO_ESTIMATE};
+use super::{DynIdentifier, Innovation, NO_ESTIMATE};
 
 /// Off-line least squares of q̈_f = −a q̇_f + b u_f over all samples so far, in double precision:
 /// what Adam and Guestrin do after an experiment in a proportional loop of low gain
@@ -22,7 +20,7 @@ pub(crate) struct BatchLeastSquares {
 }
 
 impl BatchLeastSquares {
-    /// Its filters of so many rad/s.
+    /// With filters of a cut-off, rad/s.
     ///
     /// # Errors
     /// The cut-off must be below what the sample time allows.
@@ -38,14 +36,17 @@ impl BatchLeastSquares {
     }
 }
 
-impl<N: Number> Learner<N> for BatchLeastSquares {
-    fn learn(&mut self, increment: N, command: N) -> Result<Option<Update<N>>, StepError> {
-        self.filter.process(&mut self.motion, increment.to_f64());
+impl DynIdentifier for BatchLeastSquares {
+    fn update(&mut self, increment: f64, command: f64) -> Result<Innovation, StepError> {
+        self.filter.process(&mut self.motion, increment);
         self.filter.process(&mut self.drive, self.command);
         self.equations
             .add(&[-self.motion.value, self.drive.value], self.motion.rate);
-        self.command = command.to_f64();
-        Ok(None)
+        self.command = command;
+        Ok(Innovation {
+            command,
+            update: None,
+        })
     }
 
     fn estimates(&self) -> ServoParameters {
@@ -61,6 +62,4 @@ impl<N: Number> Learner<N> for BatchLeastSquares {
             NO_ESTIMATE
         }
     }
-
-    fn join(&mut self, _: N) {}
 }

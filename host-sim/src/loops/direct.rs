@@ -1,12 +1,11 @@
 use identifier_core::error::StepError;
-use identifier_core::identifier::Update;
 use identifier_core::number::Number;
 use identifier_core::parameters::ServoParameters;
 use rivals::DirectEstimator;
 
-use super::{Learner, NO_ESTIMATE};
+use super::{DynIdentifier, Innovation, NO_ESTIMATE};
 
-/// A direct estimator beside a controller.
+/// A direct estimator beside a controller. A log that begins again continues for it.
 pub(crate) struct Direct<N: Number, E: DirectEstimator<N>> {
     estimator: E,
     state: E::State,
@@ -21,16 +20,17 @@ impl<N: Number, E: DirectEstimator<N>> Direct<N, E> {
     }
 }
 
-impl<N: Number, E: DirectEstimator<N>> Learner<N> for Direct<N, E> {
-    fn learn(&mut self, increment: N, command: N) -> Result<Option<Update<N>>, StepError> {
+impl<N: Number, E: DirectEstimator<N>> DynIdentifier for Direct<N, E> {
+    fn update(&mut self, increment: f64, command: f64) -> Result<Innovation, StepError> {
+        let (increment, command) = (N::from_f64(increment), N::from_f64(command));
         self.estimator.process(&mut self.state, increment, command);
-        Ok(None)
+        Ok(Innovation {
+            command: command.to_f64(),
+            update: None,
+        })
     }
 
     fn estimates(&self) -> ServoParameters {
         self.estimator.estimates(&self.state).unwrap_or(NO_ESTIMATE)
     }
-
-    /// A log that begins again goes on for it.
-    fn join(&mut self, _: N) {}
 }

@@ -1,38 +1,41 @@
-//! The PID's loop in fixed point, with the Γ-gradient identifier beside it.
+//! The Γ-gradient identifier in fixed point, alone and beside the PID of its loop.
 
 use identifier_core::Settings;
 use identifier_core::error::StepError;
 use identifier_core::fixed_point::{
-    FixedServoLoop, FixedServoLoopState, FixedVelocity, split_setpoint,
+    FixedGradientIdentifier, FixedGradientState, FixedServoLoop, FixedServoLoopState,
+    FixedVelocity, split_setpoint,
 };
-use identifier_core::identifier::Identify;
+use identifier_core::identifier::{Identify, Update};
 use identifier_core::parameters::ParameterSet;
+use identifier_core::parameters::PerParameter;
+use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::SettingsError;
 
-use super::learner::gamma_of;
-use super::{Measurement, SimLoop, Step};
+use super::identifier::gamma_over;
+use super::{DynIdentifier, Innovation, Measurement, SimLoop, Step};
 use crate::experiment::Outcome;
 
-/// Controller and identifier on words.
+/// Controller and identifier in fixed point.
 pub(crate) struct FixedLoop<V: FixedVelocity, S, const P: usize> {
     servo_loop: FixedServoLoop<V, S, P>,
     state: FixedServoLoopState<V::State, P>,
     start: i32,
-    gamma: Option<Vec<Vec<f64>>>,
+    known: Outcome,
 }
 
 impl<V: FixedVelocity, S: ParameterSet<P>, const P: usize> FixedLoop<V, S, P> {
     /// At rest at a count.
     ///
     /// # Errors
-    /// What does not fit words, and what would.
+    /// The setting that does not fit the number format, and its range.
     pub(crate) fn new(settings: &Settings, start: i32) -> Result<Self, SettingsError> {
         let servo_loop: FixedServoLoop<V, S, P> = settings.build()?;
         Ok(Self {
             state: servo_loop.start(start),
-            servo_loop,
             start,
-            gamma: gamma_of::<S, P>(settings),
+            known: known(settings, servo_loop.identifier()),
+            servo_loop,
         })
     }
 }
@@ -60,13 +63,90 @@ impl<V: FixedVelocity, S: ParameterSet<P>, const P: usize> SimLoop for FixedLoop
     }
 
     fn outcome(&self) -> Outcome {
-        let identifier = self.servo_loop.identifier();
-        Outcome {
-            gamma: self.gamma.clone(),
-            mu: Some(identifier.mu()),
-            certified: identifier.certificate().is_some(),
-            gain_margin: identifier.gain_margin(),
-            ..Outcome::default()
-        }
+        self.known.clone()
+    }
+}
+
+/// The identifier alone, which counts.
+pub(crate) struct FixedIdentifier<V: FixedVelocity, S, const P: usize> {
+    identifier: FixedGradientIdentifier<V, S, P>,
+    state: FixedGradientState<V::State, P>,
+    known: Outcome,
+    /// The position from the first sample, counts, and the count nearest to it.
+    position: f64,
+    count: i64,
+}
+
+impl<V: FixedVelocity, S: ParameterSet<P>, const P: usize> FixedIdentifier<V, S, P> {
+    /// At rest.
+    ///
+    /// # Errors
+    /// The setting that does not fit the number format, and its range.
+    pub(crate) fn new(settings: &Settings) -> Result<Self, SettingsError> {
+        let identifier: FixedGradientIdentifier<V, S, P> = settings.build()?;
+        Ok(Self {
+            state: identifier.start(),
+            known: known(settings, &identifier),
+            identifier,
+            position: 0.0,
+            count: 0,
+        })
+    }
+
+    /// Whole counts of an increment: the fractions add up.
+    fn moved(&mut self, increment: f64) -> i32 {
+        self.position += increment;
+        let count = self.position.round() as i64;
+        let moved = count - self.count;
+        self.count = count;
+        // A counter of 32 bits.
+        moved as i32
+    }
+}
+
+impl<V: FixedVelocity, S: ParameterSet<P>, const P: usize> DynIdentifier
+    for FixedIdentifier<V, S, P>
+{
+    fn update(&mut self, increment: f64, command: f64) -> Result<Innovation, StepError> {
+        let moved = self.moved(increment);
+        let command = self.identifier.command_word(command);
+        let update = self.identifier.process(&mut self.state, moved, command)?;
+        Ok(Innovation {
+            command: self.identifier.command(command),
+            update: Some(Update {
+                output_error: self.identifier.output_error(&update),
+                event: update.event,
+            }),
+        })
+    }
+
+    fn estimates(&self) -> ServoParameters {
+        self.identifier.estimates(&self.state)
+    }
+
+    fn at_bounds(&self) -> PerParameter<bool> {
+        self.identifier.at_bounds(&self.state)
+    }
+
+    fn resume_moving(&mut self, increment: f64) {
+        let increment = self.identifier.increment(increment.round() as i32);
+        self.identifier.resume_moving(&mut self.state, increment);
+    }
+
+    fn outcome(&self) -> Outcome {
+        self.known.clone()
+    }
+}
+
+fn known<V: FixedVelocity, S: ParameterSet<P>, const P: usize>(
+    settings: &Settings,
+    identifier: &FixedGradientIdentifier<V, S, P>,
+) -> Outcome {
+    Outcome {
+        gamma: gamma_over::<S, P>(settings),
+        mu: Some(identifier.mu()),
+        certified: identifier.certificate().is_some(),
+        gain_margin: identifier.gain_margin(),
+        ..Outcome::default()
     }
 }

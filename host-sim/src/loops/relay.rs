@@ -16,14 +16,14 @@ use super::{Measurement, SimLoop, Step};
 use crate::experiment::Outcome;
 
 /// A method that closes its loop with a relay.
-pub(crate) trait RelayMethod<N> {
+pub(crate) trait RelayMethod {
     /// One sample: increment of the position and error to command.
-    fn process(&mut self, increment: N, error: N) -> N;
+    fn process(&mut self, increment: f64, error: f64) -> f64;
 
     /// The estimates, SI, if there are any.
     fn estimates(&self) -> Option<ServoParameters>;
 
-    /// Whether it follows the scenario's reference, or stays around zero.
+    /// True if it follows the scenario's reference, false if it stays around zero.
     fn follows(&self) -> bool {
         false
     }
@@ -38,13 +38,13 @@ pub(crate) trait RelayMethod<N> {
 
 /// Its loop.
 pub(crate) struct RelayLoop<N> {
-    method: Box<dyn RelayMethod<N>>,
+    method: Box<dyn RelayMethod>,
     feedback: Feedback<N>,
 }
 
 impl<N: Number> RelayLoop<N> {
     /// At rest at zero.
-    pub(crate) fn new(method: Box<dyn RelayMethod<N>>) -> Self {
+    pub(crate) fn new(method: Box<dyn RelayMethod>) -> Self {
         Self {
             method,
             feedback: Feedback::starting_at(0),
@@ -57,8 +57,9 @@ impl<N: Number> SimLoop for RelayLoop<N> {
 
     fn process(&mut self, reference: f64, measured: Measurement) -> Result<Step, StepError> {
         let motion = self.feedback.read(reference, measured);
-        let command = self.method.process(motion.increment, motion.error);
-        Ok(Step::direct(command.to_f64(), self.method.estimates()))
+        let (increment, error) = (motion.increment.to_f64(), motion.error.to_f64());
+        let command = self.method.process(increment, error);
+        Ok(Step::direct(command, self.method.estimates()))
     }
 
     fn outcome(&self) -> Outcome {
@@ -88,11 +89,13 @@ impl<N: Number> LeastSquares<N> {
     }
 }
 
-impl<N: Number> RelayMethod<N> for LeastSquares<N> {
-    fn process(&mut self, increment: N, error: N) -> N {
+impl<N: Number> RelayMethod for LeastSquares<N> {
+    fn process(&mut self, increment: f64, error: f64) -> f64 {
+        let error = N::from_f64(error);
         let command = self.relay.process(&mut self.relay_state, error);
+        let increment = N::from_f64(increment);
         self.law.process(&mut self.state, increment, command);
-        command
+        command.to_f64()
     }
 
     fn estimates(&self) -> Option<ServoParameters> {
@@ -108,52 +111,23 @@ impl<N: Number> RelayMethod<N> for LeastSquares<N> {
     }
 }
 
-/// The limit cycle of one relay.
-pub(crate) struct Cycle<N> {
-    law: RelayCycle<N>,
-    state: RelayCycleState<N>,
-}
+/// The limit cycles of one relay or of two.
+macro_rules! limit_cycle {
+    ($law:ident, $state:ident) => {
+        impl<N: Number> RelayMethod for ($law<N>, $state<N>) {
+            fn process(&mut self, increment: f64, error: f64) -> f64 {
+                let (law, state) = self;
+                let command = law.process(state, N::from_f64(increment), N::from_f64(error));
+                command.to_f64()
+            }
 
-impl<N: Number> Cycle<N> {
-    pub(crate) fn new(law: RelayCycle<N>) -> Self {
-        Self {
-            state: law.start(),
-            law,
+            fn estimates(&self) -> Option<ServoParameters> {
+                let (law, state) = self;
+                law.estimates(state)
+            }
         }
-    }
+    };
 }
 
-impl<N: Number> RelayMethod<N> for Cycle<N> {
-    fn process(&mut self, increment: N, error: N) -> N {
-        self.law.process(&mut self.state, increment, error)
-    }
-
-    fn estimates(&self) -> Option<ServoParameters> {
-        self.law.estimates(&self.state)
-    }
-}
-
-/// The limit cycles of two.
-pub(crate) struct TwoCycles<N> {
-    law: TwoRelays<N>,
-    state: TwoRelaysState<N>,
-}
-
-impl<N: Number> TwoCycles<N> {
-    pub(crate) fn new(law: TwoRelays<N>) -> Self {
-        Self {
-            state: law.start(),
-            law,
-        }
-    }
-}
-
-impl<N: Number> RelayMethod<N> for TwoCycles<N> {
-    fn process(&mut self, increment: N, error: N) -> N {
-        self.law.process(&mut self.state, increment, error)
-    }
-
-    fn estimates(&self) -> Option<ServoParameters> {
-        self.law.estimates(&self.state)
-    }
-}
+limit_cycle!(RelayCycle, RelayCycleState);
+limit_cycle!(TwoRelays, TwoRelaysState);

@@ -7,15 +7,15 @@ use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::SettingsError;
 
+use super::Agreement;
 use super::declared::Declared;
-use super::listener::listener;
-use super::log::Stretch;
 use super::progress::{InStretch, Progress};
 use super::recorded::RecordedReference;
-use super::{Agreement, Log, LogError};
 use crate::experiment::{Outcome, Sample};
+use crate::log::{Log, LogError, Stretch};
 use crate::scenario::dispatch::with_velocity;
 use crate::scenario::{Closing, Fault, Scenario, Velocity};
+use crate::simulate::identifier;
 
 /// What a replay found.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,7 +54,7 @@ impl fmt::Display for ReplayError {
 impl std::error::Error for ReplayError {}
 
 impl ReplayError {
-    pub(super) fn of(Fault { key, fault, .. }: Fault) -> Self {
+    pub(crate) fn in_scenario(Fault { key, fault, .. }: Fault) -> Self {
         Self::Scenario { key, fault }
     }
 }
@@ -137,7 +137,7 @@ pub fn replay(
         observe,
     };
     with_velocity!(scenario, f64 => run(work)).map_err(|failure| match failure {
-        Failure::Scenario(fault) => ReplayError::of(fault),
+        Failure::Scenario(fault) => ReplayError::in_scenario(fault),
         Failure::Log(error) => ReplayError::Log(error),
     })
 }
@@ -192,10 +192,10 @@ impl Passes<'_> {
             }
             _ => None,
         };
-        let listener = listener(scenario, &settings)?;
+        let identifier = identifier(scenario, &settings)?;
         let mut progress = Progress {
-            outcome: listener.outcome(),
-            listener,
+            outcome: identifier.outcome(),
+            identifier,
             declared,
             filter: settings
                 .velocity::<f64, V>()
@@ -209,9 +209,9 @@ impl Passes<'_> {
             for (number, log) in logs.iter().enumerate() {
                 let mut stretches = log.stretches().iter();
                 let mut on: Option<InStretch<V>> = None;
-                for record in log.records()? {
-                    let record = record?;
-                    if record.begins || on.is_none() {
+                for row in log.rows()? {
+                    let row = row?;
+                    if row.begins || on.is_none() {
                         // A file that has changed since it was judged may have more.
                         let settling = stretches
                             .next()
@@ -220,16 +220,16 @@ impl Passes<'_> {
                             progress.time += before.samples as f64 * log.sample_time;
                         }
                         progress.begin(pass == 0 || !command_recorded);
-                        on = Some(InStretch::new(scenario, &record, unit, settling));
+                        on = Some(InStretch::new(scenario, &row, unit, settling));
                     }
                     let Some(on) = &mut on else { continue };
-                    match progress.hear(on, &record, number, pass) {
+                    match progress.process(on, &row, number, pass) {
                         Ok(Some(sample)) => observe(pass, &sample),
                         Ok(None) => {}
                         Err(error) => {
                             progress
                                 .outcome
-                                .end_early(progress.time_of(on, &record), error);
+                                .end_early(progress.time_of(on, &row), error);
                             break 'passes;
                         }
                     }
@@ -239,18 +239,18 @@ impl Passes<'_> {
         }
         let Progress {
             mut outcome,
-            listener,
+            identifier,
             declared,
             ..
         } = progress;
-        let known = listener.outcome();
+        let known = identifier.outcome();
         outcome.bandwidth = known.bandwidth;
         outcome.entered = known.entered;
         outcome.terms = known.terms;
         Ok(Replayed {
             outcome,
             agreement: declared.and_then(|declared| declared.agreement()),
-            estimates: listener.estimates(),
+            estimates: identifier.estimates(),
         })
     }
 }

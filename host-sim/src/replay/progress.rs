@@ -3,16 +3,17 @@
 use identifier_core::error::StepError;
 use identifier_core::measurement::velocity::VelocityEstimate;
 
-use super::Record;
 use super::declared::Declared;
-use super::heard::Ear;
-use super::listener::{Listener, Told};
+
+use super::scaled::RowScaler;
 use crate::experiment::{Outcome, Sample};
+use crate::log::Row;
+use crate::loops::DynIdentifier;
 use crate::scenario::Scenario;
 
 /// What goes on from stretch to stretch.
 pub(super) struct Progress<V: VelocityEstimate<f64>> {
-    pub(super) listener: Box<dyn Listener>,
+    pub(super) identifier: Box<dyn DynIdentifier>,
     pub(super) declared: Option<Declared<V>>,
     pub(super) filter: V,
     /// A position unit, rad.
@@ -22,13 +23,13 @@ pub(super) struct Progress<V: VelocityEstimate<f64>> {
     pub(super) outcome: Outcome,
     /// How long everything before this stretch was, s.
     pub(super) time: f64,
-    /// Whether the identifier has heard anything yet.
+    /// Whether the identifier has scaled anything yet.
     pub(super) begun: bool,
 }
 
 /// What is known on the way through a stretch.
 pub(super) struct InStretch<V: VelocityEstimate<f64>> {
-    ear: Ear,
+    scaler: RowScaler,
     /// When it began, s, of the log.
     from: f64,
     filtered: V::State,
@@ -40,9 +41,9 @@ pub(super) struct InStretch<V: VelocityEstimate<f64>> {
 }
 
 impl<V: VelocityEstimate<f64>> InStretch<V> {
-    pub(super) fn new(scenario: &Scenario, first: &Record, unit: f64, settling: u64) -> Self {
+    pub(super) fn new(scenario: &Scenario, first: &Row, unit: f64, settling: u64) -> Self {
         Self {
-            ear: Ear::new(scenario, first.position, unit),
+            scaler: RowScaler::new(scenario, first.position, unit),
             from: first.time,
             filtered: V::State::default(),
             velocity: 0.0,
@@ -60,57 +61,57 @@ impl<V: VelocityEstimate<f64>> Progress<V> {
         }
     }
 
-    pub(super) fn time_of(&self, stretch: &InStretch<V>, record: &Record) -> f64 {
-        self.time + record.time - stretch.from
+    pub(super) fn time_of(&self, stretch: &InStretch<V>, row: &Row) -> f64 {
+        self.time + row.time - stretch.from
     }
 
     /// A sample of a log; nothing comes of it while the velocity settles.
-    pub(super) fn hear(
+    pub(super) fn process(
         &mut self,
         stretch: &mut InStretch<V>,
-        record: &Record,
+        row: &Row,
         log: usize,
         pass: u32,
     ) -> Result<Option<Sample>, StepError> {
-        let heard = stretch.ear.hear(*record);
+        let scaled = stretch.scaler.scale(*row);
         let settled = stretch.samples >= stretch.settling;
         let begins = stretch.samples == stretch.settling;
         stretch.samples += 1;
-        let command = match (record.command, &mut self.declared) {
+        let command = match (row.command, &mut self.declared) {
             (Some(command), declared) => {
                 if let Some(declared) = declared.as_mut().filter(|_| pass == 0) {
-                    declared.compare(&heard, log, settled);
+                    declared.compare(&scaled, log, settled);
                 }
                 command
             }
-            (None, Some(declared)) => declared.process(&heard)?,
+            (None, Some(declared)) => declared.process(&scaled)?,
             // It has been refused when the scenario was read.
             (None, None) => return Err(StepError::CommandNotFinite),
         };
         if !settled {
-            stretch.velocity = self.filter.process(&mut stretch.filtered, heard.increment);
+            stretch.velocity = self.filter.process(&mut stretch.filtered, scaled.increment);
             return Ok(None);
         }
         if begins {
             if self.begun || stretch.settling > 0 {
-                self.listener.join(stretch.velocity);
+                self.identifier.resume_moving(stretch.velocity);
             }
-            let angle = record.position.rem_euclid(self.revolution) / self.unit;
-            self.listener.place(angle - heard.increment);
+            let angle = row.position.rem_euclid(self.revolution) / self.unit;
+            self.identifier.place(angle - scaled.increment);
         }
         self.begun = true;
-        let Told { command, seen } = self.listener.listen(heard.increment, command)?;
-        self.outcome.count(seen.map(|(_, event)| event));
+        let step = self.identifier.step(scaled.increment, command)?;
+        self.outcome.count(step.event);
         Ok(Some(Sample {
-            time: self.time_of(stretch, record),
+            time: self.time_of(stretch, row),
             begins,
-            reference: record.reference.unwrap_or(f64::NAN),
-            position: record.position,
-            command,
-            output_error: seen.map(|(error, _)| error * self.unit),
-            estimates: self.listener.estimates(),
-            standard_errors: self.listener.standard_errors(),
-            at_bounds: self.listener.at_bounds(),
+            reference: row.reference.unwrap_or(f64::NAN),
+            position: row.position,
+            command: step.command,
+            output_error: step.output_error.map(|error| error * self.unit),
+            estimates: step.estimates,
+            standard_errors: step.standard_errors,
+            at_bounds: step.at_bounds,
         }))
     }
 }

@@ -1,8 +1,8 @@
-//! The reference of a log as an excitation.
+//! The recorded reference as an excitation.
 
 use identifier_core::excitation::Excitation;
 
-use super::Log;
+use crate::log::Log;
 
 /// Plays the recorded reference, machine units from the first position; holds its last value.
 pub(super) struct RecordedReference<'a> {

@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use super::difference::differences;
 use super::{LogFile, Origin};
-use crate::log_file::{Damage, Record, Records, is_mcap};
+use crate::log::mcap::{Damage, McapRecord, Records, is_mcap};
 
 /// A result that was kept.
 #[derive(Debug, Clone, PartialEq)]
@@ -113,7 +113,7 @@ impl Kept {
         let mut origin = None;
         let mut result = None;
         while let Some(record) = records.next_record().map_err(damaged)? {
-            let Record::Metadata { name, entries } = record else {
+            let McapRecord::Metadata { name, entries } = record else {
                 continue;
             };
             let json = entries.get(Origin::ENTRY).map_or("", String::as_str);

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use crate::prediction::ClosedLoop;
-use crate::replay::{Log, Predicted};
+use crate::log::Log;
+use crate::predict::{ClosedLoop, Predicted};
 
 /// How a log was read.
 #[derive(Debug, Clone, PartialEq, Serialize)]

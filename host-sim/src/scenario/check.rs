@@ -1,14 +1,14 @@
-//! What the keys of a scenario must be together, and for the purpose that it is read for.
+//! Checks of a scenario as a whole, for the purpose that it is read for.
 
 use identifier_core::error::Allowed;
 use identifier_core::parameters::Term;
 
 use super::error::Fault;
 use super::law::{Closing, Law};
-use super::{Arithmetic, Baseline, BaselineSettings, Purpose, Scenario, commission, log};
+use super::{Arithmetic, Purpose, Scenario, commission, log};
 
 /// The longest run, control samples.
-const MOST_SAMPLES: f64 = 1e10;
+const MAX_SAMPLES: f64 = 1e10;
 
 /// The position unit of an ideal sensor, rad: as of an encoder that is finer than any effect.
 const IDEAL_UNIT: f64 = 1e-5;
@@ -27,14 +27,14 @@ pub(super) fn complete(
     }
     scenario.checked_units()?;
     let sample_time = scenario.sample_time();
-    Allowed::Within(sample_time, MOST_SAMPLES * sample_time)
+    Allowed::Within(sample_time, MAX_SAMPLES * sample_time)
         .check("duration", scenario.duration)
         .map_err(|error| Fault::new("run.duration", error))?;
     if let Some(servo) = &scenario.plant {
         let effects = scenario.effects.check(servo, sample_time);
         effects.map_err(|error| Fault::of_effect(&error))?;
     }
-    let law = &scenario.identifier.law;
+    let law = scenario.identifier.law;
     if scenario.identifier.arithmetic == Arithmetic::Fixed && !law.is_gradient() {
         return Err(Fault::new(
             "identifier.arithmetic",
@@ -68,7 +68,7 @@ pub(super) fn complete(
     }
 }
 
-/// Whether gain and friction last as long as the run.
+/// Checks that gain and friction last as long as the run.
 fn lasting(scenario: &Scenario) -> Result<(), Fault> {
     let drifts = [
         ("plant.gain_drift", scenario.effects.gain_drift, "gain"),
@@ -91,11 +91,11 @@ fn lasting(scenario: &Scenario) -> Result<(), Fault> {
     Ok(())
 }
 
-/// What a replay cannot do without, apart from the log itself.
+/// Checks the needs of a replay, apart from the log itself.
 fn replayable(scenario: &Scenario) -> Result<(), Fault> {
     log::check(scenario)?;
     let (given, identifier) = (&scenario.stated, &scenario.stated.identifier);
-    let law = &scenario.identifier.law;
+    let law = scenario.identifier.law;
     let log = scenario.log_columns();
     if log.command.is_none() && log.reference.is_none() {
         return Err(Fault::new(
@@ -157,9 +157,9 @@ fn replayable(scenario: &Scenario) -> Result<(), Fault> {
 }
 
 fn replayable_names() -> String {
-    let own = [Law::Gradient, Law::GaussNewton, Law::Window];
-    let rivals = Baseline::ALL.map(|rival| Law::Baseline(rival, BaselineSettings::of(rival)));
-    let names = own.iter().chain(&rivals).filter(|law| law.is_replayable());
-    let names: Vec<_> = names.map(|law| format!("\"{}\"", law.name())).collect();
+    let replayable = Law::ALL.iter().filter(|law| law.is_replayable());
+    let names: Vec<_> = replayable
+        .map(|law| format!("\"{}\"", law.name()))
+        .collect();
     names.join(", ")
 }

@@ -1,62 +1,34 @@
-//! The laws: what each needs, what it finds and what closes its loop.
+//! The laws: all that is known of each in one table.
 
 use identifier_core::ControllerSettings;
 use identifier_core::parameters::Parameter;
 
-/// What identifies the servo.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Law {
-    /// The Γ-gradient law (11).
-    Gradient,
-    /// Recursive Gauss–Newton.
-    GaussNewton,
-    /// Windowed Gauss–Newton.
-    Window,
-    /// The gradient's ancestor, in the loop of a PD controller: θ̂˙ = −Γ [q̇_e, k_d q̇_e − k_p e_e]ᵀ
-    /// (μ ε + ε̇) (Garrido and Miranda, "Autotuning of a DC servomechanism using closed loop
-    /// identification", IECON 2006). It assumes a servo without load and friction: a load leaves a
-    /// constant ε that no integral takes over.
-    PdGradient,
-    /// A method that is there for comparison.
-    Baseline(Baseline, BaselineSettings),
+use super::Identification;
+
+/// A row of the table.
+#[derive(Debug, Clone, Copy)]
+struct Row {
+    name: &'static str,
+    kind: Kind,
+    /// The parameters that it can find.
+    finds: &'static [Parameter],
+    closing: Closing,
+    /// Knowledge that the user needs beforehand.
+    prior: &'static str,
+    /// Its source: a number is the paper's reference.
+    source: &'static str,
+    /// The keys of `[identifier]` that it takes besides those that all take.
+    keys: &'static [&'static str],
 }
 
-/// The methods that the paper stands beside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Baseline {
-    /// Recursive least squares on filtered signals in the loop of a relay.
-    RelayLeastSquares,
-    /// Off-line least squares in the loop of a proportional controller of low gain.
-    ProportionalLeastSquares,
-    /// Two degrees of freedom tuned from the rotor's inertia, off-line least squares, tuned again.
-    TwoDegreesOfFreedom,
-    /// Multi-step recursive extended least squares in a proportional loop.
-    MultiStepLeastSquares,
-    /// The limit cycle of a relay with delay.
-    RelayCycle,
-    /// The limit cycles of two relays.
-    TwoRelays,
-    /// Closed-loop ARX by recursive least squares.
-    ClosedLoopArx,
-    /// Mechanical recursive least squares on differentiated position.
-    MechanicalLeastSquares,
-}
-
-/// What the baselines need; each takes its own part.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BaselineSettings {
-    /// The relay's command, ± this, command units.
-    pub relay: f64,
-    /// The relay's delay, s.
-    pub relay_delay: f64,
-    /// Forgetting factor.
-    pub forgetting: f64,
-    /// Cut-off of the filters of input and output, rad/s.
-    pub filter_cutoff: f64,
-    /// Gain of the proportional loop, command units per rad; none for a twentieth of kp.
-    pub proportional_gain: Option<f64>,
-    /// Time over which a discrete-time model takes one of its samples, s.
-    pub block: f64,
+enum Kind {
+    /// Γ-gradient.
+    Gradient,
+    /// Gauss–Newton: it finds its own initial estimates.
+    Fit,
+    /// A method to compare with.
+    Rival,
 }
 
 /// What closes the loop in which a law works.
@@ -74,20 +46,6 @@ pub enum Closing {
     Relay,
 }
 
-/// What there is to say of a law: a new one is a row of [`Law::method`], and a line of the choices of
-/// [`LAWS`](super::keys::LAWS).
-#[derive(Debug, Clone, Copy)]
-struct Method {
-    name: &'static str,
-    /// What it can find.
-    finds: &'static [Parameter],
-    closing: Closing,
-    /// What a user must know beforehand.
-    prior: &'static str,
-    /// Where it is from: a number is the paper's reference.
-    source: &'static str,
-}
-
 const AB: &[Parameter] = &[Parameter::A, Parameter::B];
 const ABC: &[Parameter] = &[Parameter::A, Parameter::B, Parameter::Coulomb];
 const ABD: &[Parameter] = &[Parameter::A, Parameter::B, Parameter::Load];
@@ -98,31 +56,211 @@ const ALL: &[Parameter] = &[
     Parameter::Load,
 ];
 
-const fn method(
-    name: &'static str,
-    finds: &'static [Parameter],
-    closing: Closing,
-    prior: &'static str,
-    source: &'static str,
-) -> Method {
-    Method {
-        name,
-        finds,
-        closing,
-        prior,
-        source,
+#[rustfmt::skip]
+const GRADIENT: &[&str] = &["gamma", "mu", "bounds", "plant_box", "correction", "bandwidth", "max_speed"];
+
+macro_rules! fitting {
+    ($($own:literal),*) => {
+        &[
+            "bounds", "uncertainty", "noise", "bandwidth", "max_speed", "start_time", $($own,)* "terms",
+            "required_terms", "low_speed_velocity", "ripple_order", "revolution",
+        ]
+    };
+}
+
+macro_rules! laws {
+    ($(
+        $(#[$doc:meta])*
+        $law:ident: $name:literal, $kind:ident, $finds:expr, $closing:ident, $prior:literal, $source:literal,
+        $keys:expr;
+    )*) => {
+        /// The method that identifies the servo.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum Law {
+            $($(#[$doc])* $law,)*
+        }
+
+        impl Law {
+            /// All of them.
+            pub const ALL: &'static [Self] = &[$(Self::$law),*];
+
+            const fn row(self) -> Row {
+                match self {
+                    $(Self::$law => Row {
+                        name: $name,
+                        kind: Kind::$kind,
+                        finds: $finds,
+                        closing: Closing::$closing,
+                        prior: $prior,
+                        source: $source,
+                        keys: $keys,
+                    },)*
+                }
+            }
+        }
+    };
+}
+
+laws! {
+    /// The Γ-gradient law (11).
+    Gradient: "gradient", Gradient, ALL, Pid, "box of a and b, gains of the PID", "the paper",
+        GRADIENT;
+    /// Recursive Gauss–Newton.
+    GaussNewton: "gauss-newton", Fit, ALL, Pid, "nothing", "this project",
+        fitting!["memory"];
+    /// Windowed Gauss–Newton.
+    Window: "window", Fit, ALL, Pid, "nothing", "this project",
+        fitting![];
+    /// The gradient's ancestor, in the loop of a PD controller: θ̂˙ = −Γ [q̇_e, k_d q̇_e − k_p e_e]ᵀ
+    /// (μ ε + ε̇) (Garrido and Miranda, "Autotuning of a DC servomechanism using closed loop
+    /// identification", IECON 2006). It assumes a servo without load and friction: a load leaves a
+    /// constant ε that no integral takes over.
+    PdGradient: "pd-gradient", Gradient, AB, Pd, "box of a and b, gains of the PD", "[7]",
+        GRADIENT;
+    /// Recursive least squares on filtered signals in the loop of a relay.
+    RelayLeastSquares: "relay-least-squares", Rival, AB, Relay, "a safe relay, bandwidth", "[2], [14]",
+        &["relay", "forgetting", "filter_cutoff"];
+    /// Off-line least squares in the loop of a proportional controller of low gain.
+    ProportionalLeastSquares: "proportional-least-squares", Rival, AB, Proportional, "a safe low gain, bandwidth", "[4]",
+        &["proportional_gain", "filter_cutoff"];
+    /// Two degrees of freedom tuned from the rotor's inertia, off-line least squares, tuned again.
+    TwoDegreesOfFreedom: "two-degrees-of-freedom", Rival, ABC, TwoDegreesOfFreedom, "b without the load's inertia, bandwidth", "[5]",
+        &["filter_cutoff"];
+    /// Multi-step recursive extended least squares in a proportional loop.
+    MultiStepLeastSquares: "multi-step-least-squares", Rival, AB, Proportional, "a safe low gain, a sample time for the model", "[6]",
+        &["proportional_gain", "forgetting", "block"];
+    /// The limit cycle of a relay with delay.
+    RelayCycle: "relay-cycle", Rival, ABC, Relay, "a safe relay and delay", "[8]",
+        &["relay", "relay_delay"];
+    /// The limit cycles of two relays.
+    TwoRelays: "two-relays", Rival, ABC, Relay, "two safe relays and a delay", "[9]",
+        &["relay", "relay_delay"];
+    /// Closed-loop ARX by recursive least squares.
+    ClosedLoopArx: "closed-loop-arx", Rival, AB, Pid, "a controller, bandwidth", "flight controllers",
+        &["forgetting", "filter_cutoff"];
+    /// Mechanical recursive least squares on differentiated position.
+    MechanicalLeastSquares: "mechanical-least-squares", Rival, ABD, Pid, "a controller, bandwidth, order of b", "motor-control firmware",
+        &["forgetting", "filter_cutoff"];
+}
+
+impl Law {
+    /// The law's name in scenarios and results.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        self.row().name
+    }
+
+    /// The parameters that it can find.
+    #[must_use]
+    pub const fn finds(self) -> &'static [Parameter] {
+        self.row().finds
+    }
+
+    /// What closes its loop.
+    #[must_use]
+    pub const fn closing(self) -> Closing {
+        self.row().closing
+    }
+
+    /// Knowledge that the user needs beforehand, for a table.
+    #[must_use]
+    pub const fn prior(self) -> &'static str {
+        self.row().prior
+    }
+
+    /// Source of the method: a number is the paper's reference.
+    #[must_use]
+    pub const fn source(self) -> &'static str {
+        self.row().source
+    }
+
+    /// The keys of `[identifier]` that it takes besides those that all take.
+    pub(super) const fn keys(self) -> &'static [&'static str] {
+        self.row().keys
+    }
+
+    /// True if it can take a log of any controller.
+    #[must_use]
+    pub fn is_replayable(self) -> bool {
+        matches!(self.closing(), Closing::Pid | Closing::Proportional)
+            || self == Self::RelayLeastSquares
+    }
+
+    /// True if it computes its result after the experiment, from all that was recorded.
+    #[must_use]
+    pub fn is_off_line(self) -> bool {
+        matches!(
+            self,
+            Self::ProportionalLeastSquares | Self::TwoDegreesOfFreedom
+        )
+    }
+
+    /// True for a Γ-gradient law.
+    #[must_use]
+    pub fn is_gradient(self) -> bool {
+        self.row().kind == Kind::Gradient
+    }
+
+    /// True for a law that finds its own initial estimates.
+    #[must_use]
+    pub fn fits(self) -> bool {
+        self.row().kind == Kind::Fit
+    }
+
+    /// True for a method to compare with.
+    #[must_use]
+    pub fn is_rival(self) -> bool {
+        self.row().kind == Kind::Rival
+    }
+
+    /// Checks that it can estimate these parameters.
+    ///
+    /// # Errors
+    /// Why not, and which it can.
+    pub(super) fn check_parameters(self, parameters: &[Parameter]) -> Result<(), String> {
+        let finds = self.finds();
+        if let Some(foreign) = parameters.iter().find(|wanted| !finds.contains(wanted)) {
+            let names: Vec<_> = finds
+                .iter()
+                .map(|own| format!("\"{}\"", own.name()))
+                .collect();
+            return Err(format!(
+                "\"{}\" cannot estimate \"{}\": it estimates [{}] and nothing else",
+                self.name(),
+                foreign.name(),
+                names.join(", ")
+            ));
+        }
+        let always: &[Parameter] = if self.is_rival() { AB } else { &[] };
+        match always.iter().find(|own| !parameters.contains(own)) {
+            Some(missing) => Err(format!("this law always estimates \"{}\"", missing.name())),
+            None => Ok(()),
+        }
     }
 }
 
-const fn fitting(name: &'static str) -> Method {
-    method(name, ALL, Closing::Pid, "nothing", "this project")
+/// The settings of the methods to compare with; each takes its own part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RivalSettings {
+    /// The relay's command, ± this, command units.
+    pub relay: f64,
+    /// The relay's delay, s.
+    pub relay_delay: f64,
+    /// Forgetting factor.
+    pub forgetting: f64,
+    /// Cut-off of the filters of input and output, rad/s.
+    pub filter_cutoff: f64,
+    /// Gain of the proportional loop, command units per rad; none for a twentieth of kp.
+    pub proportional_gain: Option<f64>,
+    /// Sample time of a discrete-time model, s.
+    pub block: f64,
 }
 
-impl BaselineSettings {
+impl RivalSettings {
     /// The part of k_p that counts as a low gain where none is given.
-    const LOW: f64 = 0.05;
+    const LOW_GAIN: f64 = 0.05;
 
-    /// What a baseline takes where nothing is stated; the same for every servo and case.
+    /// Default values, the same for every servo and case.
     pub(super) const TYPICAL: Self = Self {
         relay: 1.0,
         relay_delay: 0.005,
@@ -133,12 +271,12 @@ impl BaselineSettings {
         block: 0.02,
     };
 
-    /// The same with the memory of the method.
+    /// Default values of a law.
     #[must_use]
-    pub const fn of(baseline: Baseline) -> Self {
-        match baseline {
+    pub const fn for_law(law: Law) -> Self {
+        match law {
             // One second at 1 kHz, the paper's; twenty seconds of blocks.
-            Baseline::RelayLeastSquares | Baseline::MultiStepLeastSquares => Self {
+            Law::RelayLeastSquares | Law::MultiStepLeastSquares => Self {
                 forgetting: 0.999,
                 ..Self::TYPICAL
             },
@@ -147,174 +285,26 @@ impl BaselineSettings {
     }
 }
 
-impl Baseline {
-    /// All of them.
-    pub const ALL: [Self; 8] = [
-        Self::RelayLeastSquares,
-        Self::ProportionalLeastSquares,
-        Self::TwoDegreesOfFreedom,
-        Self::MultiStepLeastSquares,
-        Self::RelayCycle,
-        Self::TwoRelays,
-        Self::ClosedLoopArx,
-        Self::MechanicalLeastSquares,
-    ];
-
-    #[rustfmt::skip]
-    const fn method(self) -> Method {
-        use Closing::{Pid, Proportional, Relay, TwoDegreesOfFreedom};
-        match self {
-            Self::RelayLeastSquares =>
-                method("relay-least-squares", AB, Relay, "a safe relay, bandwidth", "[2], [14]"),
-            Self::ProportionalLeastSquares =>
-                method("proportional-least-squares", AB, Proportional, "a safe low gain, bandwidth", "[4]"),
-            Self::TwoDegreesOfFreedom => method(
-                "two-degrees-of-freedom", ABC, TwoDegreesOfFreedom,
-                "b without the load's inertia, bandwidth", "[5]",
-            ),
-            Self::MultiStepLeastSquares => method(
-                "multi-step-least-squares", AB, Proportional,
-                "a safe low gain, a sample time for the model", "[6]",
-            ),
-            Self::RelayCycle => method("relay-cycle", ABC, Relay, "a safe relay and delay", "[8]"),
-            Self::TwoRelays => method("two-relays", ABC, Relay, "two safe relays and a delay", "[9]"),
-            Self::ClosedLoopArx =>
-                method("closed-loop-arx", AB, Pid, "a controller, bandwidth", "flight controllers"),
-            Self::MechanicalLeastSquares => method(
-                "mechanical-least-squares", ABD, Pid,
-                "a controller, bandwidth, order of b", "motor-control firmware",
-            ),
-        }
-    }
-
-    /// The name in scenarios and results.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        self.method().name
-    }
-
-    /// What it finds.
-    #[must_use]
-    pub const fn parameters(self) -> &'static [Parameter] {
-        self.method().finds
-    }
-}
-
-impl Law {
-    #[rustfmt::skip]
-    const fn method(&self) -> Method {
-        match self {
-            Self::Gradient =>
-                method("gradient", ALL, Closing::Pid, "box of a and b, gains of the PID", "the paper"),
-            Self::PdGradient =>
-                method("pd-gradient", AB, Closing::Pd, "box of a and b, gains of the PD", "[7]"),
-            Self::GaussNewton => fitting("gauss-newton"),
-            Self::Window => fitting("window"),
-            Self::Baseline(baseline, _) => baseline.method(),
-        }
-    }
-
-    /// The law's name in scenarios and results.
-    #[must_use]
-    pub const fn name(&self) -> &'static str {
-        self.method().name
-    }
-
-    /// What closes its loop.
-    #[must_use]
-    pub const fn closing(&self) -> Closing {
-        self.method().closing
-    }
-
-    /// What a user must know beforehand, for a table.
-    #[must_use]
-    pub const fn prior(&self) -> &'static str {
-        self.method().prior
-    }
-
-    /// Where the method is from: a number is the paper's reference.
-    #[must_use]
-    pub const fn source(&self) -> &'static str {
-        self.method().source
-    }
-
-    /// Whether it can take a log that some other controller recorded.
-    #[must_use]
-    pub fn is_replayable(&self) -> bool {
-        matches!(self.closing(), Closing::Pid | Closing::Proportional)
-            || matches!(self, Self::Baseline(Baseline::RelayLeastSquares, _))
-    }
-
-    /// Whether it computes its result after the experiment, from all that was recorded.
-    #[must_use]
-    pub fn is_off_line(&self) -> bool {
-        matches!(
-            self,
-            Self::Baseline(
-                Baseline::ProportionalLeastSquares | Baseline::TwoDegreesOfFreedom,
-                _
-            )
-        )
-    }
-
-    /// Whether it is a Γ-gradient law.
-    #[must_use]
-    pub fn is_gradient(&self) -> bool {
-        matches!(self, Self::Gradient | Self::PdGradient)
-    }
-
-    /// Whether it finds its own beginning, so that it needs no initial estimates.
-    #[must_use]
-    pub fn fits(&self) -> bool {
-        matches!(self, Self::GaussNewton | Self::Window)
-    }
-
-    /// What it estimates where the user does not choose.
-    pub(super) fn default_parameters(&self) -> Vec<Parameter> {
-        match self {
-            Self::Baseline(baseline, _) => baseline.parameters().to_vec(),
-            _ => AB.to_vec(),
-        }
-    }
-
-    /// Whether it can estimate these parameters.
-    ///
-    /// # Errors
-    /// Why not, and what it does.
-    pub(super) fn can_estimate(&self, parameters: &[Parameter]) -> Result<(), String> {
-        let Method { name, finds, .. } = self.method();
-        if let Some(foreign) = parameters.iter().find(|wanted| !finds.contains(wanted)) {
-            let names: Vec<_> = finds
-                .iter()
-                .map(|own| format!("\"{}\"", own.name()))
-                .collect();
-            return Err(format!(
-                "\"{name}\" cannot estimate \"{}\": it estimates [{}] and nothing else",
-                foreign.name(),
-                names.join(", ")
-            ));
-        }
-        let always: &[Parameter] = match self {
-            Self::Baseline(..) => AB,
-            _ => &[],
-        };
-        match always.iter().find(|own| !parameters.contains(own)) {
-            Some(missing) => Err(format!("this law always estimates \"{}\"", missing.name())),
-            None => Ok(()),
-        }
+impl Identification {
+    /// Takes a law, with the parameters that it estimates by default.
+    pub fn set_law(&mut self, law: Law) {
+        self.law = law;
+        self.rival = RivalSettings::for_law(law);
+        let default = if law.is_rival() { law.finds() } else { AB };
+        self.parameters = default.to_vec();
     }
 
     /// The controller of the loop that the law closes, from the declared one.
     pub(super) fn controller(&self, declared: ControllerSettings) -> ControllerSettings {
-        match (self.closing(), self) {
-            (Closing::Pd, _) => ControllerSettings {
+        match self.law.closing() {
+            Closing::Pd => ControllerSettings {
                 ki: 0.0,
                 ..declared
             },
-            (Closing::Proportional, Self::Baseline(_, settings)) => {
-                let low = BaselineSettings::LOW * declared.kp;
+            Closing::Proportional => {
+                let low = RivalSettings::LOW_GAIN * declared.kp;
                 ControllerSettings {
-                    kp: settings.proportional_gain.unwrap_or(low),
+                    kp: self.rival.proportional_gain.unwrap_or(low),
                     kd: 0.0,
                     ki: 0.0,
                     ..declared

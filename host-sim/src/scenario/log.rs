@@ -32,6 +32,20 @@ pub struct LogSettings {
     pub cut: Vec<[f64; 2]>,
 }
 
+/// The quantity in a column of a log.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[expect(
+    missing_docs,
+    reason = "each is documented at its column in LogSettings"
+)]
+pub enum LogQuantity {
+    Time,
+    Reference,
+    Position,
+    Command,
+    Injection,
+}
+
 /// A column of a log.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Column {
@@ -96,9 +110,35 @@ impl LogSettings {
         }
     }
 
-    /// Whether the rows say how long a sample lasts.
+    /// The stated columns, time first.
+    pub fn columns(&self) -> impl Iterator<Item = (LogQuantity, &Column)> {
+        let columns = [
+            (LogQuantity::Time, self.time.as_ref()),
+            (LogQuantity::Reference, self.reference.as_ref()),
+            (LogQuantity::Position, Some(&self.position)),
+            (LogQuantity::Command, self.command.as_ref()),
+            (LogQuantity::Injection, self.injection.as_ref()),
+        ];
+        (columns.into_iter()).filter_map(|(quantity, column)| Some((quantity, column?)))
+    }
+
+    /// True for a time, s, in a range that is left out.
     #[must_use]
-    pub fn tells_sample_time(&self) -> bool {
+    pub fn leaves_out(&self, time: f64) -> bool {
+        self.cut
+            .iter()
+            .any(|[from, to]| (*from..=*to).contains(&time))
+    }
+
+    /// True if a range is left out between two times, s.
+    #[must_use]
+    pub fn leaves_out_between(&self, from: f64, to: f64) -> bool {
+        self.cut.iter().any(|[low, high]| *high > from && *low < to)
+    }
+
+    /// True if the rows state the length of a sample.
+    #[must_use]
+    pub fn has_sample_time(&self) -> bool {
         self.time.is_some() && self.units.time != TimeUnit::Sample
     }
 
@@ -140,7 +180,7 @@ impl Scenario {
 /// What a log's columns, units and ranges must be together.
 pub(super) fn check(scenario: &Scenario) -> Result<(), Fault> {
     let log = scenario.log_columns();
-    if !log.tells_sample_time() && scenario.log_sample_time().is_none() {
+    if !log.has_sample_time() && scenario.log_sample_time().is_none() {
         let why = match log.time {
             Some(_) => "stamps in samples",
             None => "rows without log.time",

@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use super::LogQuantity;
+
 /// The units of a log's columns. A scale multiplies what its column holds, before its unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LogUnits {
@@ -51,7 +53,47 @@ pub enum PositionUnit {
     Millimetre,
 }
 
+impl TimeUnit {
+    pub(super) const ALL: [Self; 4] = [
+        Self::Second,
+        Self::Millisecond,
+        Self::Microsecond,
+        Self::Sample,
+    ];
+
+    /// Its name in a scenario.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Second => "s",
+            Self::Millisecond => "ms",
+            Self::Microsecond => "us",
+            Self::Sample => "samples",
+        }
+    }
+}
+
 impl PositionUnit {
+    pub(super) const ALL: [Self; 6] = [
+        Self::Radian,
+        Self::Degree,
+        Self::Turn,
+        Self::Count,
+        Self::Metre,
+        Self::Millimetre,
+    ];
+
+    /// The units of a reference; the first is that of the position.
+    pub(super) const OF_REFERENCE: [Option<Self>; 7] = [
+        None,
+        Some(Self::Radian),
+        Some(Self::Degree),
+        Some(Self::Turn),
+        Some(Self::Count),
+        Some(Self::Metre),
+        Some(Self::Millimetre),
+    ];
+
     /// Its name in a scenario.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -78,9 +120,20 @@ impl LogUnits {
         counts_per_rev: None,
     };
 
+    /// SI units for one of a column's; a sample lasts `sample_time`, s.
+    #[must_use]
+    pub fn scale(&self, quantity: LogQuantity, sample_time: f64) -> f64 {
+        match quantity {
+            LogQuantity::Time => self.seconds(sample_time),
+            LogQuantity::Reference => self.reference(),
+            LogQuantity::Position => self.position(),
+            LogQuantity::Command | LogQuantity::Injection => self.command_scale,
+        }
+    }
+
     /// Seconds for one of the time column's units; a sample lasts `sample_time`, s.
     #[must_use]
-    pub fn seconds(&self, sample_time: f64) -> f64 {
+    fn seconds(&self, sample_time: f64) -> f64 {
         match self.time {
             TimeUnit::Second => 1.0,
             TimeUnit::Millisecond => 1e-3,
@@ -91,13 +144,13 @@ impl LogUnits {
 
     /// Radians (or metres) for one of the position column's units.
     #[must_use]
-    pub fn position(&self) -> f64 {
+    fn position(&self) -> f64 {
         self.position_scale * self.radians(self.position)
     }
 
     /// Radians (or metres) for one of the reference column's units.
     #[must_use]
-    pub fn reference(&self) -> f64 {
+    fn reference(&self) -> f64 {
         let unit = self.reference.map(|unit| self.radians(unit));
         self.reference_scale * unit.unwrap_or_else(|| self.position())
     }

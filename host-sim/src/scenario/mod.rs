@@ -1,22 +1,25 @@
-//! What an experiment is: the servo, its loop, the reference and the identifier, in SI.
+//! Scenarios: the servo, its loop, the reference and the identifier of an experiment, in SI.
 //!
-//! A scenario file is read in steps that each do one thing: `source` takes the text apart, `read`
-//! writes what it states, key by key, into the settings, and `check` says whether they go together.
-//! [`keys`] is the table of all keys, from which reading, errors, help and [`schema`] follow.
+//! A scenario file is read in steps that each do one thing: `source` parses the text, `read` writes its values,
+//! key by key, into the settings, and `check` refuses settings that do not go together. [`keys`] is the table
+//! of all keys, from which reading, errors, help and [`schema`] follow; a key's `kind` reads and describes its
+//! value.
 
-mod baselines;
 mod check;
 mod commission;
 pub(crate) mod dispatch;
 mod error;
 mod key;
 pub mod keys;
+mod kind;
 mod law;
 mod log;
 mod log_units;
 mod parts;
+mod range;
 mod read;
 mod reference;
+mod rivals;
 pub mod schema;
 mod set;
 mod source;
@@ -25,11 +28,11 @@ mod stability;
 pub use commission::CommissionOrder;
 pub use error::{Fault, ScenarioError};
 pub use key::Key;
-pub(crate) use keys::MOST_COLUMNS;
-pub use law::{Baseline, BaselineSettings, Closing, Law};
-pub use log::{Column, LogSettings};
+pub(crate) use kind::MAX_COLUMNS;
+pub use law::{Closing, Law, RivalSettings};
+pub use log::{Column, LogQuantity, LogSettings};
 pub use log_units::{LogUnits, PositionUnit, TimeUnit};
-pub(crate) use parts::{MOST_PLAYED, place};
+pub(crate) use parts::{MAX_PLAYED, index_of};
 pub use reference::{Reference, ReferenceState};
 pub use set::ModelSet;
 pub(crate) use source::fetch;
@@ -153,8 +156,10 @@ pub enum ExcitationSettings {
 /// What is identified, how, and in which numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identification {
-    /// The law and what only the host needs to know of it.
+    /// The law.
     pub law: Law,
+    /// The settings of a law that is there for comparison.
+    pub rival: RivalSettings,
     /// The parameters to be estimated, in the user's order.
     pub parameters: Vec<Parameter>,
     /// The number format of the loop.
@@ -172,10 +177,24 @@ pub enum Arithmetic {
     Fixed,
 }
 
+impl Velocity {
+    const ALL: [Self; 3] = [Self::LowPass, Self::Difference, Self::AveragedDifference];
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::LowPass => "low-pass",
+            Self::Difference => "difference",
+            Self::AveragedDifference => "averaged-difference",
+        }
+    }
+}
+
 impl Arithmetic {
+    const ALL: [Self; 3] = [Self::F32, Self::F64, Self::Fixed];
+
     /// The format's name in scenarios and results.
     #[must_use]
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Self::F32 => "f32",
             Self::F64 => "f64",
@@ -252,6 +271,7 @@ impl Scenario {
             excitation: ExcitationSettings::None,
             identifier: Identification {
                 law: Law::Gradient,
+                rival: RivalSettings::TYPICAL,
                 parameters: Vec::new(),
                 arithmetic: Arithmetic::F32,
             },

@@ -17,7 +17,7 @@ use super::dispatch::{with_types, with_words};
 use super::{Arithmetic, ExcitationSettings, Fault, Key, Reference, Scenario};
 
 /// The most samples of a reference that a Γ is chosen from.
-pub(crate) const MOST_PLAYED: usize = 200_000;
+pub(crate) const MAX_PLAYED: usize = 200_000;
 
 impl Scenario {
     /// The scenario with the loop that its law closes in place of the declared one, where it has one
@@ -25,7 +25,7 @@ impl Scenario {
     #[must_use]
     pub fn in_own_loop(mut self) -> Self {
         let declared = self.stated.controller;
-        self.stated.controller = declared.map(|declared| self.identifier.law.controller(declared));
+        self.stated.controller = declared.map(|declared| self.identifier.controller(declared));
         self
     }
 
@@ -83,7 +83,7 @@ impl Scenario {
             units,
             plant_box: assumed_box(settings)?,
             kd: gains.kd(),
-            samples: (PLAYED / units.sample_time()).min(MOST_PLAYED as f64) as u32,
+            samples: (PLAYED / units.sample_time()).min(MAX_PLAYED as f64) as u32,
         };
         // A loop that somebody else closes is taken to be like the correction's.
         let in_loop = Settings {
@@ -109,7 +109,7 @@ impl Scenario {
     /// It is not given.
     pub(crate) fn servo(&self) -> Result<ServoParameters, Fault> {
         self.plant.ok_or_else(|| {
-            let about = Key::of("plant").map_or("", |key| key.about);
+            let about = Key::at("plant").map_or("", |key| key.about);
             Fault::new("plant", format!("a run needs {about}"))
         })
     }
@@ -202,7 +202,7 @@ fn bound_by_the_box(settings: &mut Settings) {
 }
 
 /// The row and column of a parameter in a matrix over all four.
-pub(crate) fn place(parameter: Parameter) -> usize {
+pub(crate) fn index_of(parameter: Parameter) -> usize {
     match parameter {
         Parameter::A => 0,
         Parameter::B => 1,
@@ -237,7 +237,6 @@ fn assumed_box(settings: &Settings) -> Result<PlantBox, SettingsError> {
     )?)
 }
 
-/// Γ for the loop of these settings, over all four parameters.
 /// Takes a Γ that was chosen down to what words hold, all of it by one factor: then it adapts more
 /// slowly. What else words refuse is refused where the identifier is built.
 fn slowed_to_words<V, S, const P: usize>(settings: &mut Settings)
@@ -263,6 +262,7 @@ where
     }
 }
 
+/// Γ for the loop of these settings, over all four parameters.
 fn chosen_gamma<V, S, const P: usize>(
     automatic: &AutomaticGain,
     in_loop: &Settings,
@@ -277,7 +277,7 @@ where
     let mut spread = identity();
     for (i, row) in gamma.entries().iter().enumerate() {
         for (j, &entry) in row.iter().enumerate() {
-            spread[place(S::PARAMETERS[i])][place(S::PARAMETERS[j])] = entry;
+            spread[index_of(S::PARAMETERS[i])][index_of(S::PARAMETERS[j])] = entry;
         }
     }
     Ok(spread)

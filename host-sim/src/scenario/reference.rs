@@ -9,7 +9,7 @@ use identifier_core::number::Number;
 use identifier_core::units::Units;
 
 use super::ExcitationSettings;
-use super::keys::MOST_ENTRIES;
+use super::kind::MAX_ENTRIES;
 
 /// Any of the core's references, chosen at run time.
 #[derive(Debug, Clone, Copy)]
@@ -18,10 +18,10 @@ use super::keys::MOST_ENTRIES;
 pub enum Reference<N> {
     BandLimitedWhiteNoise(BandLimitedWhiteNoise),
     Prbs(Prbs<N>),
-    Multisine(Multisine<N, MOST_ENTRIES>),
+    Multisine(Multisine<N, MAX_ENTRIES>),
     Chirp(Chirp<N>),
     Square(Square<N>),
-    Steps(Steps<N, MOST_ENTRIES>),
+    Steps(Steps<N, MAX_ENTRIES>),
     None,
 }
 
@@ -31,7 +31,7 @@ pub enum Reference<N> {
 pub enum ReferenceState<N> {
     BandLimitedWhiteNoise(BandLimitedWhiteNoiseState<N>),
     Prbs(PrbsState),
-    Multisine(MultisineState<MOST_ENTRIES>),
+    Multisine(MultisineState<MAX_ENTRIES>),
     Chirp(ChirpState),
     Square(SquareState<N>),
     Steps(StepsState),

@@ -1,11 +1,9 @@
 //! The keys as a JSON schema (draft 2020-12), so that an editor knows them.
 
-use identifier_core::error::Allowed;
-use identifier_core::parameters::Term;
 use serde_json::{Map, Value, json};
 
-use super::key::{Absent, Holds, Key, Range};
-use super::keys::{MOST_COLUMNS, MOST_ENTRIES, MOST_RANGES};
+use super::key::{Default, Key};
+use super::kind::Choice;
 
 /// The schema of a scenario.
 #[must_use]
@@ -24,7 +22,7 @@ fn table(path: &str) -> Value {
         let (_, name) = key.place();
         properties.insert(name.to_owned(), property(key));
         let always = key.belongs_to().is_empty();
-        if always && matches!(key.absent, Absent::Required(_)) {
+        if always && matches!(key.default, Default::Required(_)) {
             required.push(name);
         }
         conditions.extend(conditions_of(key));
@@ -42,18 +40,18 @@ fn table(path: &str) -> Value {
     table
 }
 
-/// What each choice of a key asks of the keys beside it.
+/// The conditions that each choice of a key puts on the keys beside it.
 fn conditions_of(key: &Key) -> Vec<Value> {
     let (table, name) = key.place();
-    let choices = key.choices();
-    let condition = |(i, choice): (usize, &super::key::Choice)| {
+    let choices = key.kind.choices();
+    let condition = |(i, choice): (usize, &Choice)| {
         let beside = || Key::children(table);
         let foreign: Map<_, _> = beside()
             .filter(|other| other.is_foreign_to(choice, choices))
             .map(|other| (other.place().1.to_owned(), json!(false)))
             .collect();
         let required: Vec<_> = beside()
-            .filter(|other| matches!(other.absent, Absent::Required(_)))
+            .filter(|other| matches!(other.default, Default::Required(_)))
             .map(|other| other.place().1)
             .filter(|name| choice.takes.contains(name))
             .collect();
@@ -68,79 +66,17 @@ fn conditions_of(key: &Key) -> Vec<Value> {
 }
 
 fn property(key: &Key) -> Value {
-    let mut property = match key.holds {
-        Holds::Table(_) => table(key.path),
-        Holds::Tables(entries) => list(table(key.path), entries.most),
-        Holds::Number(range, _) => number(range),
-        Holds::Pair(range, _) | Holds::Two(range, _) => pair(number(range)),
-        Holds::Numbers(range, _) => list(number(range), MOST_ENTRIES),
-        Holds::Whole([low, high], _) => {
-            json!({ "type": "integer", "minimum": low, "maximum": high })
-        }
-        Holds::Pairs(range, _) => list(pair(number(range)), MOST_RANGES),
-        Holds::Column(_) => json!({ "anyOf": [
-            { "type": "string", "minLength": 1, "maxLength": 80 },
-            { "type": "integer", "minimum": 1, "maximum": MOST_COLUMNS },
-        ] }),
-        Holds::Choice(choices) => {
-            let names: Vec<_> = choices.iter().map(|choice| choice.name).collect();
-            json!({ "enum": names })
-        }
-        Holds::Flag(_) => json!({ "type": "boolean" }),
-        Holds::Limit(_) | Holds::Reach(_) => {
-            let any = || json!({ "type": "number" });
-            json!({ "anyOf": [{ "type": "number", "exclusiveMinimum": 0 }, pair(any())] })
-        }
-        Holds::Parameters(_) => {
-            let mut list = list(json!({ "enum": ["a", "b", "coulomb", "load"] }), 4);
-            list["uniqueItems"] = json!(true);
-            list
-        }
-        Holds::Terms(_) => {
-            let names: Vec<_> = Term::ALL.iter().map(|term| term.name()).collect();
-            let most = names.len();
-            let mut list = list(json!({ "enum": names }), most);
-            list["uniqueItems"] = json!(true);
-            list
-        }
-        Holds::Matrix(_) => {
-            let any = || json!({ "type": "number" });
-            list(json!({ "anyOf": [any(), list(any(), 4)] }), 4)
-        }
-    };
+    let mut property = key.kind.schema(|| table(key.path));
     property["description"] = json!(match key.unit {
         "" => key.description(),
         unit => format!("{}, {unit}", key.description()),
     });
-    match (key.absent, key.choices()) {
-        (Absent::Is(value) | Absent::Begins(value), _) => property["default"] = json!(value),
-        (Absent::First, [first, ..]) => property["default"] = json!(first.name),
+    match (key.default, key.kind.choices()) {
+        (Default::Value(value) | Default::Initial(value), _) => property["default"] = json!(value),
+        (Default::FirstChoice, [first, ..]) => property["default"] = json!(first.name),
         _ => {}
     }
     property
-}
-
-fn list(items: Value, most: usize) -> Value {
-    json!({ "type": "array", "items": items, "minItems": 1, "maxItems": most })
-}
-
-fn pair(items: Value) -> Value {
-    json!({ "type": "array", "items": items, "minItems": 2, "maxItems": 2 })
-}
-
-fn number(range: Range) -> Value {
-    let mut number = json!({ "type": "number" });
-    let (low, high) = match range.fixed() {
-        Allowed::Above(low) => (Some(("exclusiveMinimum", low)), None),
-        Allowed::AtLeast(low) => (Some(("minimum", low)), None),
-        Allowed::Within(low, high) => (Some(("minimum", low)), Some(("maximum", high))),
-        Allowed::PositiveUpTo(high) => (Some(("exclusiveMinimum", 0.0)), Some(("maximum", high))),
-        _ => (None, None),
-    };
-    for (name, end) in [low, high].into_iter().flatten() {
-        number[name] = json!(end);
-    }
-    number
 }
 
 #[cfg(test)]
@@ -148,8 +84,9 @@ mod tests {
     use serde_json::Value;
     use toml::de::{DeTable, DeValue};
 
-    use super::super::key::{Absent, Holds, Key};
+    use super::super::key::{Default, Key};
     use super::super::keys::KEYS;
+    use super::super::kind::Kind;
     use super::super::{Purpose, Scenario};
     use super::schema;
 
@@ -267,7 +204,7 @@ mod tests {
 
     /// Schema and reader say the same of every kind of fault that a schema can know of.
     #[test]
-    fn what_the_reader_refuses_by_shape_the_schema_refuses() {
+    fn the_schema_refuses_every_shape_that_the_reader_refuses() {
         let plant = "[plant]\na = 0.5\nb = 200.0\n";
         for wrong in [
             "laod = 1.0",
@@ -327,7 +264,7 @@ mod tests {
     #[test]
     fn examples_are_valid() {
         for key in KEYS {
-            let Absent::Required(example) = key.absent else {
+            let Default::Required(example) = key.default else {
                 continue;
             };
             let text = format!("x = {example}\n");
@@ -345,10 +282,10 @@ mod tests {
     #[test]
     fn every_key_of_a_choice_is_there() {
         for key in KEYS {
-            for choice in key.choices() {
+            for choice in key.kind.choices() {
                 for name in choice.takes {
                     let beside = format!("{}.{name}", key.place().0);
-                    assert!(Key::of(&beside).is_some(), "{}: {beside}", choice.name);
+                    assert!(Key::at(&beside).is_some(), "{}: {beside}", choice.name);
                 }
             }
             let (table, _) = key.place();
@@ -359,12 +296,14 @@ mod tests {
                 key.path
             );
             assert!(before.clone().all(|other| other.path != key.path), "twice");
-            let follows = matches!(key.absent, Absent::Follows(text) if !text.is_empty());
-            let fits = match key.holds {
-                Holds::Number(..) | Holds::Whole(..) => !matches!(key.absent, Absent::First),
-                Holds::Choice(..) => matches!(key.absent, Absent::First | Absent::Required(_)),
-                Holds::Table(_) => follows,
-                _ => follows || matches!(key.absent, Absent::Required(_)),
+            let follows = matches!(key.default, Default::Derived(text) if !text.is_empty());
+            let fits = match key.kind {
+                Kind::Number(..) | Kind::Whole(..) => !matches!(key.default, Default::FirstChoice),
+                Kind::Choice(..) => {
+                    matches!(key.default, Default::FirstChoice | Default::Required(_))
+                }
+                Kind::Table(_) => follows,
+                _ => follows || matches!(key.default, Default::Required(_)),
             };
             assert!(fits, "{}: a default of another kind", key.path);
         }

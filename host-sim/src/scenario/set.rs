@@ -2,7 +2,7 @@
 
 use identifier_core::parameters::Parameter;
 
-use super::{Identification, Law, Scenario};
+use super::{Identification, Scenario};
 
 /// The core's parameter sets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,24 +15,23 @@ pub enum ModelSet {
 }
 
 impl Identification {
-    /// Whether the user asks for a parameter.
+    /// True for a parameter that the user asks for.
     #[must_use]
     pub fn estimates(&self, parameter: Parameter) -> bool {
         self.parameters.contains(&parameter)
     }
 
-    /// Whether a parameter of the model stays at its initial value. The Gauss–Newton laws always find
+    /// True for a parameter of the model that stays at its initial value. The Gauss–Newton laws always find
     /// the load: nothing else in them would account for it.
     #[must_use]
     pub fn is_known(&self, parameter: Parameter) -> bool {
-        let finds_load =
-            matches!(self.law, Law::GaussNewton | Law::Window) && parameter == Parameter::Load;
+        let finds_load = self.law.fits() && parameter == Parameter::Load;
         !self.estimates(parameter) && !finds_load
     }
 }
 
 impl Scenario {
-    /// Whether the model may have more than the four parameters.
+    /// True if the model may have optional terms.
     #[must_use]
     pub fn has_terms(&self) -> bool {
         let terms = &self.stated.identifier.terms;
@@ -59,7 +58,7 @@ impl Scenario {
     #[must_use]
     pub fn estimated(&self) -> Vec<Parameter> {
         let mut found = self.identifier.parameters.clone();
-        if matches!(self.identifier.law, Law::Baseline(..)) {
+        if self.identifier.law.is_rival() {
             return found;
         }
         let by_integral = || {

@@ -7,13 +7,13 @@ use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
 use super::error::{Fault, ScenarioError, shown};
-use super::key::{Absent, Key, examples};
+use super::key::{Default, Key, examples};
 use crate::nearest;
 
 /// The longest scenario, bytes; those of the repository have about a thousand.
-const LONGEST: u64 = 1 << 20;
+const MAX_LENGTH: u64 = 1 << 20;
 
-/// The text of a file, as far as it is one.
+/// The text of a file.
 pub(crate) fn fetch(path: &Path) -> Result<String, ScenarioError> {
     let name = path.display().to_string();
     let refused = |line, fault: String| ScenarioError {
@@ -33,10 +33,10 @@ pub(crate) fn fetch(path: &Path) -> Result<String, ScenarioError> {
         return Err(refused(None, fault.to_owned()));
     }
     let mut bytes = Vec::new();
-    // A byte more than is allowed says that there are more, whatever kind of file it is.
-    let within = file.take(LONGEST + 1).read_to_end(&mut bytes);
+    // One byte more than allowed shows that the file is longer, whatever its kind.
+    let within = file.take(MAX_LENGTH + 1).read_to_end(&mut bytes);
     within.map_err(unreadable)?;
-    if bytes.len() as u64 > LONGEST {
+    if bytes.len() as u64 > MAX_LENGTH {
         return Err(refused(None, too_long()));
     }
     String::from_utf8(bytes).map_err(|error| {
@@ -47,7 +47,7 @@ pub(crate) fn fetch(path: &Path) -> Result<String, ScenarioError> {
 }
 
 fn too_long() -> String {
-    format!("a scenario has at most {LONGEST} bytes: this is something else")
+    format!("a scenario has at most {MAX_LENGTH} bytes: this is something else")
 }
 
 fn line_after(bytes: &[u8]) -> usize {
@@ -69,7 +69,7 @@ impl<'a> Source<'a> {
             text,
             root: DeTable::new(),
         };
-        if text.len() as u64 > LONGEST {
+        if text.len() as u64 > MAX_LENGTH {
             return Err(empty.error(1, None, too_long()));
         }
         match DeTable::parse(text) {
@@ -95,7 +95,7 @@ impl<'a> Source<'a> {
     /// it that the file has.
     pub(super) fn locate(&self, fault: Fault) -> ScenarioError {
         let mut advice = String::new();
-        if let Some(key) = Key::of(&fault.key) {
+        if let Some(key) = Key::at(&fault.key) {
             advice += &format!("allowed: {}\n", key.allowed());
             if fault.at.is_none() && self.value(&fault.key).is_none() {
                 advice += &what_to_write(key);
@@ -118,7 +118,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// What the parser found wrong, in the words of a user.
+    /// A fault that the parser found, in the user's words.
     fn explain(&self, error: &toml::de::Error) -> ScenarioError {
         let message = error.message();
         if message.contains("recurs") {
@@ -152,7 +152,7 @@ impl<'a> Source<'a> {
         self.error(line, None, format!("at column {column}: {fault}"))
     }
 
-    /// The line on which nesting is deepest, where the parser does not say.
+    /// The line on which nesting is deepest, where the parser gives none.
     fn deepest(&self, span: Option<Range<usize>>) -> usize {
         let dots = |line: &str| line.bytes().filter(|&byte| byte == b'.').count();
         let most = || {
@@ -185,17 +185,17 @@ impl<'a> Source<'a> {
     }
 }
 
-/// Whether a number was meant that has no digit before its point.
+/// True for a number without a digit before its point.
 fn begins_with_a_point(text: &str) -> bool {
     let number = text.trim_start_matches([' ', '+', '-']);
     let fraction = number.strip_prefix('.');
     fraction.is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()))
 }
 
-/// What a file may state of a key that it does not have.
+/// The text to add for a key that a file does not have.
 fn what_to_write(key: &Key) -> String {
-    match key.absent {
-        Absent::Is(_) | Absent::Begins(_) | Absent::First => {
+    match key.default {
+        Default::Value(_) | Default::Initial(_) | Default::FirstChoice => {
             format!(
                 "the file does not state it: the default is {}\n",
                 key.default()

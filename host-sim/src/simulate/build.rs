@@ -17,7 +17,6 @@ use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::number::Number;
 use identifier_core::parameters::{AllUnknowns, Parameter, ParameterSet};
 use identifier_core::settings::{FromSettings, SettingsError};
-use identifier_core::units::Units;
 use rivals::{
     ClosedLoopArx, DirectEstimator, FilteredLeastSquares, MechanicalLeastSquares, RelayCycle,
     TwoRelays,
@@ -29,20 +28,20 @@ use super::sensor::Sensor;
 use super::{LocalLoop, Rig, Simulation};
 use crate::experiment::Outcome;
 use crate::loops::{
-    BatchLeastSquares, Beside, Cycle, Direct, FixedLoop, Learner, LeastSquares, PidLoop, RelayLoop,
-    RelayMethod, TwoCycles, TwoDegreesLoop, gamma_of,
+    BatchLeastSquares, Direct, DynIdentifier, FixedIdentifier, FixedLoop, LeastSquares, PidLoop,
+    RelayLoop, RelayMethod, Running, TwoDegreesLoop, gamma_over,
 };
 use crate::scenario::dispatch::{with_number, with_set, with_types, with_velocity, with_words};
-use crate::scenario::{Arithmetic, Baseline, BaselineSettings, Fault, Law, Scenario};
+use crate::scenario::{Arithmetic, Fault, Law, Scenario};
 
-/// Blocks of a window: a PC has the memory for every sample of half a second at 1 kHz.
+/// Blocks of a window, enough for every sample of half a second at 1 kHz.
 const WINDOW_BLOCKS: usize = 512;
 
 /// The same with terms, for which a block should be a sample: two seconds at 1 kHz.
 const TERM_WINDOW_BLOCKS: usize = 2048;
 
-/// Commands that an amplifier may hold back.
-const HELD_BACK: usize = 128;
+/// Commands in the longest delay of an amplifier.
+const MAX_DELAYED: usize = 128;
 
 impl Simulation {
     /// What a scenario describes.
@@ -54,7 +53,7 @@ impl Simulation {
         let settings = scenario
             .settings_for(Some(&reference))
             .map_err(|error| scenario.fault(&error))?;
-        if in_words(scenario) {
+        if is_fixed_point(scenario) {
             return Ok(Self {
                 rig: Rig::of::<f64>(scenario)?.counting_from(0),
                 closed: closed_by_pid(scenario, &settings, 0)?,
@@ -65,13 +64,13 @@ impl Simulation {
 }
 
 fn simulation<N: Number>(scenario: &Scenario, settings: &Settings) -> Result<Simulation, Fault> {
-    method::<N>(scenario, settings)?.simulation(scenario, settings)
+    method::<N>(scenario, settings)?.simulation::<N>(scenario, settings)
 }
 
-/// Whether the loop of a scenario is computed in fixed point.
-fn in_words(scenario: &Scenario) -> bool {
-    let baseline = matches!(scenario.identifier.law, Law::Baseline(..));
-    scenario.identifier.arithmetic == Arithmetic::Fixed && !baseline
+/// True if the loop of a scenario is computed in fixed point.
+fn is_fixed_point(scenario: &Scenario) -> bool {
+    let identifier = &scenario.identifier;
+    identifier.arithmetic == Arithmetic::Fixed && !identifier.law.is_rival()
 }
 
 impl Rig<'_> {
@@ -112,27 +111,27 @@ impl Rig<'_> {
     }
 }
 
-/// What a law is to the loop that it works in.
-pub(super) enum Method<N: Number> {
-    /// It listens beside the PID.
-    Listening(Box<dyn Learner<N>>),
+/// A law and the loop that it works in.
+pub(super) enum Method {
+    /// An identifier beside the PID.
+    Identifier(Box<dyn DynIdentifier>),
     /// It commands a relay.
-    Relay(Box<dyn RelayMethod<N>>),
+    Relay(Box<dyn RelayMethod>),
     /// It closes a loop of its own, in double precision.
     Own(LocalLoop),
 }
 
-impl<N: Number> Method<N> {
+impl Method {
     /// Its loop on the rig.
-    pub(super) fn simulation(
+    pub(super) fn simulation<N: Number>(
         self,
         scenario: &Scenario,
         settings: &Settings,
     ) -> Result<Simulation, Fault> {
         Ok(match self {
-            Self::Listening(learner) => Simulation {
+            Self::Identifier(identifier) => Simulation {
                 rig: Rig::of::<N>(scenario)?,
-                closed: beside_pid(scenario, settings, learner, 0)?,
+                closed: pid_loop::<N>(scenario, settings, identifier, 0)?,
             },
             Self::Relay(method) => {
                 let mut rig = Rig::of::<N>(scenario)?;
@@ -141,7 +140,7 @@ impl<N: Number> Method<N> {
                 }
                 Simulation {
                     rig,
-                    closed: Box::new(RelayLoop::new(method)),
+                    closed: Box::new(RelayLoop::<N>::new(method)),
                 }
             }
             Self::Own(closed) => Simulation {
@@ -152,8 +151,8 @@ impl<N: Number> Method<N> {
     }
 }
 
-/// The PID's loop with what listens beside it, in the number format of the scenario, at rest at a
-/// count; the settings are those of [`Scenario::settings_for`].
+/// The PID's loop with the identifier beside it, in the number format of the scenario, at rest at a count; the
+/// settings are those of [`Scenario::settings_for`].
 ///
 /// # Errors
 /// The key that it cannot be built from.
@@ -162,41 +161,44 @@ pub(crate) fn closed_by_pid(
     settings: &Settings,
     start: i32,
 ) -> Result<LocalLoop, Fault> {
-    if in_words(scenario) {
-        return with_words!(scenario => words(settings, start))
+    if is_fixed_point(scenario) {
+        return with_words!(scenario => fixed_loop(settings, start))
             .map_err(|error| scenario.fault(&error));
     }
-    with_number!(scenario => listened_to(scenario, settings, start))
+    with_number!(scenario => floating_loop(scenario, settings, start))
 }
 
-fn listened_to<N: Number>(
+fn floating_loop<N: Number>(
     scenario: &Scenario,
     settings: &Settings,
     start: i32,
 ) -> Result<LocalLoop, Fault> {
-    let learner = learner::<N>(scenario, settings)?;
-    beside_pid(scenario, settings, learner, start)
+    let identifier = identifier_in::<N>(scenario, settings)?;
+    pid_loop::<N>(scenario, settings, identifier, start)
 }
 
-fn beside_pid<N: Number>(
+fn pid_loop<N: Number>(
     scenario: &Scenario,
     settings: &Settings,
-    learner: Box<dyn Learner<N>>,
+    identifier: Box<dyn DynIdentifier>,
     start: i32,
 ) -> Result<LocalLoop, Fault> {
-    with_velocity!(scenario, N => pid::<N>(settings, learner, start))
+    with_velocity!(scenario, N => pid::<N>(settings, identifier, start))
         .map_err(|error| scenario.fault(&error))
 }
 
 fn pid<N: Number, V: VelocityEstimate<N> + 'static>(
     settings: &Settings,
-    learner: Box<dyn Learner<N>>,
+    identifier: Box<dyn DynIdentifier>,
     start: i32,
 ) -> Result<LocalLoop, SettingsError> {
-    Ok(Box::new(PidLoop::<N, V>::new(settings, learner, start)?))
+    Ok(Box::new(PidLoop::<N, V>::new(settings, identifier, start)?))
 }
 
-fn words<V, S, const P: usize>(settings: &Settings, start: i32) -> Result<LocalLoop, SettingsError>
+fn fixed_loop<V, S, const P: usize>(
+    settings: &Settings,
+    start: i32,
+) -> Result<LocalLoop, SettingsError>
 where
     V: FixedVelocity + 'static,
     S: ParameterSet<P> + 'static,
@@ -204,57 +206,76 @@ where
     Ok(Box::new(FixedLoop::<V, S, P>::new(settings, start)?))
 }
 
-/// The law of a scenario, listening beside whatever controller runs; the settings are those of
-/// [`Scenario::settings_for`].
+/// The identifier of a scenario beside any controller, in the number format of the scenario; the settings are
+/// those of [`Scenario::settings_for`].
 ///
 /// # Errors
 /// The key that it cannot be built from.
-pub(crate) fn learner<N: Number>(
+pub(crate) fn identifier(
     scenario: &Scenario,
     settings: &Settings,
-) -> Result<Box<dyn Learner<N>>, Fault> {
-    if let Law::Baseline(Baseline::RelayLeastSquares, own) = &scenario.identifier.law {
-        // Its relay makes its command; the least squares listen to any.
+) -> Result<Box<dyn DynIdentifier>, Fault> {
+    if is_fixed_point(scenario) {
+        return with_words!(scenario => fixed_identifier(settings))
+            .map_err(|error| scenario.fault(&error));
+    }
+    with_number!(scenario => identifier_in(scenario, settings))
+}
+
+fn fixed_identifier<V, S, const P: usize>(settings: &Settings) -> Built
+where
+    V: FixedVelocity + 'static,
+    S: ParameterSet<P> + 'static,
+{
+    Ok(Box::new(FixedIdentifier::<V, S, P>::new(settings)?))
+}
+
+/// The same in a number format.
+pub(crate) fn identifier_in<N: Number>(
+    scenario: &Scenario,
+    settings: &Settings,
+) -> Result<Box<dyn DynIdentifier>, Fault> {
+    let law = scenario.identifier.law;
+    if law == Law::RelayLeastSquares {
+        // Its relay makes its command; the least squares take any.
         let law =
-            FilteredLeastSquares::new(&scenario.checked_units()?, &scenario.least_squares(own));
+            FilteredLeastSquares::<N>::new(&scenario.checked_units()?, &scenario.least_squares());
         return Ok(Box::new(Direct::new(law.map_err(fault_of_rival)?)));
     }
     match method::<N>(scenario, settings)? {
-        Method::Listening(learner) => Ok(learner),
+        Method::Identifier(identifier) => Ok(identifier),
         Method::Relay(_) | Method::Own(_) => Err(Fault::new(
             "identifier.law",
             format!(
                 "\"{}\" closes a loop of its own: it cannot listen beside a controller",
-                scenario.identifier.law.name()
+                law.name()
             ),
         )),
     }
 }
 
 /// The law of a scenario in a number format.
-pub(super) fn method<N: Number>(
-    scenario: &Scenario,
-    settings: &Settings,
-) -> Result<Method<N>, Fault> {
-    let units = scenario.checked_units()?;
-    let listening = match &scenario.identifier.law {
+pub(super) fn method<N: Number>(scenario: &Scenario, settings: &Settings) -> Result<Method, Fault> {
+    let built = match scenario.identifier.law {
         Law::Gradient | Law::PdGradient => with_types!(scenario, N => gradient::<N>(settings)),
         Law::GaussNewton if scenario.has_terms() => {
-            gauss_newton_with_terms::<N>(scenario, settings)
+            // Every term; those that the settings do not ask for never enter.
+            gauss_newton::<N, AllUnknowns, 12>(&with_terms(scenario, settings))
         }
         Law::GaussNewton => with_set!(scenario => gauss_newton::<N>(settings)),
-        Law::Window if scenario.has_terms() => window_with_terms::<N>(scenario, settings),
+        Law::Window if scenario.has_terms() => fitting::<
+            N,
+            TermWindowIdentifier<N, TERM_WINDOW_BLOCKS>,
+        >(&with_terms(scenario, settings)),
         Law::Window => with_set!(scenario => window::<N>(settings)),
-        Law::Baseline(baseline, own) => {
-            return rival(scenario, &units, *baseline, own).map_err(fault_of_rival);
-        }
+        law => return rival::<N>(scenario, law).map_err(fault_of_rival),
     };
-    listening
-        .map(Method::Listening)
+    built
+        .map(Method::Identifier)
         .map_err(|error| scenario.fault(&error))
 }
 
-/// What a rival cannot be built from, by its key.
+/// A setting that a rival cannot be built from, by its key.
 fn fault_of_rival(error: OutOfRange) -> Fault {
     let key = match error.parameter {
         "cutoff" => "filter_cutoff",
@@ -264,17 +285,17 @@ fn fault_of_rival(error: OutOfRange) -> Fault {
     Fault::new(format!("identifier.{key}"), error)
 }
 
-type Listening<N> = Result<Box<dyn Learner<N>>, SettingsError>;
+type Built = Result<Box<dyn DynIdentifier>, SettingsError>;
 
-fn gradient<N, V, S, const P: usize>(settings: &Settings) -> Listening<N>
+fn gradient<N, V, S, const P: usize>(settings: &Settings) -> Built
 where
     N: Number,
     V: VelocityEstimate<N> + 'static,
     S: ParameterSet<P> + 'static,
 {
     type Law<N, V, S, const P: usize> = GradientIdentifier<N, V, S, P>;
-    listening(settings, |law: &Law<N, V, S, P>| Outcome {
-        gamma: gamma_of::<S, P>(settings),
+    beside(settings, |law: &Law<N, V, S, P>| Outcome {
+        gamma: gamma_over::<S, P>(settings),
         mu: Some(law.mu()),
         certified: law.certificate().is_some(),
         gain_margin: law.gain_margin(),
@@ -282,31 +303,26 @@ where
     })
 }
 
-/// An identifier, behind the amplifier if one is declared, with what is known of it beforehand.
-fn listening<N, I>(settings: &Settings, known: impl FnOnce(&I) -> Outcome) -> Listening<N>
+/// An identifier, behind the amplifier if one is declared, with its outcome beforehand.
+fn beside<N, I>(settings: &Settings, known: impl FnOnce(&I) -> Outcome) -> Built
 where
     N: Number,
     I: Identify<N> + FromSettings + 'static,
 {
     if settings.identifier.terms.declares_amplifier() {
-        let behind: BehindAmplifier<N, I, HELD_BACK> = settings.build()?;
+        let behind: BehindAmplifier<N, I, MAX_DELAYED> = settings.build()?;
         let known = known(behind.identifier());
-        return Ok(Box::new(Beside::new(behind, known)));
+        return Ok(Box::new(Running::<N, _>::new(behind, known)));
     }
     let identifier: I = settings.build()?;
     let known = known(&identifier);
-    Ok(Box::new(Beside::new(identifier, known)))
+    Ok(Box::new(Running::<N, _>::new(identifier, known)))
 }
 
 fn gauss_newton<N: Number, S: IdentifiableSet<P> + 'static, const P: usize>(
     settings: &Settings,
-) -> Listening<N> {
+) -> Built {
     fitting::<N, GaussNewtonIdentifier<N, S, P>>(settings)
-}
-
-/// Every term that there is; those that the settings do not ask for stay away.
-fn gauss_newton_with_terms<N: Number>(scenario: &Scenario, settings: &Settings) -> Listening<N> {
-    gauss_newton::<N, AllUnknowns, 12>(&with_terms(scenario, settings))
 }
 
 /// The load is one of the parameters of a model with terms, and without friction its friction stays at
@@ -317,20 +333,14 @@ fn with_terms(scenario: &Scenario, settings: &Settings) -> Settings {
     settings
 }
 
-/// A window of as many blocks as a model with terms needs.
-fn window_with_terms<N: Number>(scenario: &Scenario, settings: &Settings) -> Listening<N> {
-    let settings = with_terms(scenario, settings);
-    fitting::<N, TermWindowIdentifier<N, TERM_WINDOW_BLOCKS>>(&settings)
-}
-
 fn window<N: Number, S: IdentifiableSet<P> + 'static, const P: usize>(
     settings: &Settings,
-) -> Listening<N> {
+) -> Built {
     fitting::<N, WindowIdentifier<N, S, P, WINDOW_BLOCKS>>(settings)
 }
 
 /// A law that fits: it needs no estimate to begin with, but for a gain that it is not to find.
-fn fitting<N, I>(settings: &Settings) -> Listening<N>
+fn fitting<N, I>(settings: &Settings) -> Built
 where
     N: Number,
     I: Identify<N> + FromSettings + 'static,
@@ -341,55 +351,50 @@ where
             setting: "initial.b",
         });
     }
-    listening(settings, |_: &I| Outcome::default())
+    beside(settings, |_: &I| Outcome::default())
 }
 
-/// A method that is there for comparison.
-fn rival<N: Number>(
-    scenario: &Scenario,
-    units: &Units,
-    baseline: Baseline,
-    own: &BaselineSettings,
-) -> Result<Method<N>, OutOfRange> {
-    let config = scenario.least_squares(own);
+/// A method to compare with.
+fn rival<N: Number>(scenario: &Scenario, law: Law) -> Result<Method, OutOfRange> {
+    let units = &scenario.units();
+    let config = scenario.least_squares();
     Allowed::Above(0.0).check("initial.b", config.b)?;
-    let relay = |part: f64| scenario.relay::<N>(part * own.relay, own);
-    Ok(match baseline {
-        Baseline::ClosedLoopArx => direct(ClosedLoopArx::new(units, &config)?),
-        Baseline::MechanicalLeastSquares => direct(MechanicalLeastSquares::new(units, &config)?),
-        Baseline::MultiStepLeastSquares => direct(scenario.multi_step(own)?),
-        Baseline::ProportionalLeastSquares => {
-            let law = BatchLeastSquares::new(units, own.filter_cutoff)?;
-            Method::Listening(Box::new(law))
+    let own = &scenario.identifier.rival;
+    let relay = |part: f64| scenario.relay::<N>(part * own.relay, own.relay_delay);
+    Ok(match law {
+        Law::MechanicalLeastSquares => direct::<N, _>(MechanicalLeastSquares::new(units, &config)?),
+        Law::MultiStepLeastSquares => direct::<N, _>(scenario.multi_step()?),
+        Law::ProportionalLeastSquares => {
+            Method::Identifier(Box::new(BatchLeastSquares::new(units, own.filter_cutoff)?))
         }
-        Baseline::RelayLeastSquares => {
+        Law::RelayLeastSquares => {
             // The paper's relay has no delay.
-            let prompt = BaselineSettings {
-                relay_delay: 0.0,
-                ..*own
-            };
-            let relay = scenario.relay(own.relay, &prompt)?;
+            let relay = scenario.relay::<N>(own.relay, 0.0)?;
             let law = FilteredLeastSquares::new(units, &config)?;
             Method::Relay(Box::new(LeastSquares::new(relay, law)))
         }
-        Baseline::RelayCycle => {
+        Law::RelayCycle => {
             let law = RelayCycle::new(units, relay(1.0)?);
-            Method::Relay(Box::new(Cycle::new(law)))
+            let state = law.start();
+            Method::Relay(Box::new((law, state)))
         }
-        Baseline::TwoRelays => {
+        Law::TwoRelays => {
             let law = TwoRelays::new(units, [relay(1.0)?, relay(0.5)?]);
-            Method::Relay(Box::new(TwoCycles::new(law)))
+            let state = law.start();
+            Method::Relay(Box::new((law, state)))
         }
-        Baseline::TwoDegreesOfFreedom => Method::Own(Box::new(TwoDegreesLoop::new(
+        Law::TwoDegreesOfFreedom => Method::Own(Box::new(TwoDegreesLoop::new(
             units,
             scenario.controller(),
             config.b,
             own.filter_cutoff,
             scenario.samples(),
         )?)),
+        // The others are not rivals.
+        _ => direct::<N, _>(ClosedLoopArx::new(units, &config)?),
     })
 }
 
-fn direct<N: Number, E: DirectEstimator<N> + 'static>(estimator: E) -> Method<N> {
-    Method::Listening(Box::new(Direct::new(estimator)))
+fn direct<N: Number, E: DirectEstimator<N> + 'static>(estimator: E) -> Method {
+    Method::Identifier(Box::new(Direct::new(estimator)))
 }

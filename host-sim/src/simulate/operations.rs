@@ -1,20 +1,19 @@
-//! What a law costs: the arithmetic operations of a sample, counted by a number that counts.
+//! The arithmetic operations of a law per sample, counted by a number type.
 
 use std::cell::Cell;
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 use std::rc::Rc;
 
 use identifier_core::error::StepError;
-use identifier_core::identifier::Update;
 use identifier_core::number::{Compensated, Number};
 use identifier_core::parameters::ServoParameters;
 
 use super::build::{Method, method};
-use crate::loops::{Learner, RelayMethod};
+use crate::loops::{DynIdentifier, Innovation, RelayMethod};
 use crate::scenario::{Fault, Scenario};
 
-/// Samples over which the mean is taken, so that the rare ones count as they do in a long run; and
-/// samples before them, in which a law may still be starting.
+/// Samples of the mean, enough for rare ones to count as they do in a long run, and samples of the start
+/// before them.
 const SAMPLES: u64 = 4000;
 const STARTING: u64 = 1000;
 
@@ -39,11 +38,12 @@ pub fn operations(scenario: &Scenario) -> Result<Option<f64>, Fault> {
         .map_err(|error| scenario.fault(&error))?;
     let meter = Rc::new(Meter::default());
     let metered = match method::<Counted>(&scenario, &settings)? {
-        Method::Listening(learner) => Method::Listening(Box::new(Metered::new(learner, &meter))),
+        Method::Identifier(law) => Method::Identifier(Box::new(Metered::new(law, &meter))),
         Method::Relay(method) => Method::Relay(Box::new(Metered::new(method, &meter))),
         Method::Own(_) => return Ok(None),
     };
-    metered.simulation(&scenario, &settings)?.run(&mut |_| ());
+    let simulation = metered.simulation::<Counted>(&scenario, &settings)?;
+    simulation.run(&mut |_| ());
     Ok(Some(meter.mean()))
 }
 
@@ -96,32 +96,19 @@ impl<T: ?Sized> Metered<T> {
     }
 }
 
-impl Learner<Counted> for Metered<dyn Learner<Counted>> {
-    /// What a law does in the background belongs to its sample.
-    fn learn(
-        &mut self,
-        increment: Counted,
-        command: Counted,
-    ) -> Result<Option<Update<Counted>>, StepError> {
+impl DynIdentifier for Metered<dyn DynIdentifier> {
+    fn update(&mut self, increment: f64, command: f64) -> Result<Innovation, StepError> {
         let law = &mut self.law;
-        self.meter.measure(|| {
-            let seen = law.learn(increment, command);
-            law.work();
-            seen
-        })
+        self.meter.measure(|| law.update(increment, command))
     }
 
     fn estimates(&self) -> ServoParameters {
         self.law.estimates()
     }
-
-    fn join(&mut self, increment: Counted) {
-        self.law.join(increment);
-    }
 }
 
-impl RelayMethod<Counted> for Metered<dyn RelayMethod<Counted>> {
-    fn process(&mut self, increment: Counted, error: Counted) -> Counted {
+impl RelayMethod for Metered<dyn RelayMethod> {
+    fn process(&mut self, increment: f64, error: f64) -> f64 {
         let law = &mut self.law;
         self.meter.measure(|| law.process(increment, error))
     }
@@ -135,7 +122,7 @@ impl RelayMethod<Counted> for Metered<dyn RelayMethod<Counted>> {
     }
 }
 
-/// A double that counts what is done with it.
+/// A double that counts its operations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Counted(f64);
 

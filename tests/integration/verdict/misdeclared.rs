@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use host_sim::analysis::{Status, Summariser};
-use host_sim::replay::{Log, fitted, replay};
+use host_sim::log::Log;
+use host_sim::replay::{fitted, replay};
 use host_sim::report::csv;
 use host_sim::result::Summary;
 use host_sim::scenario::{Purpose, Scenario};

@@ -1,4 +1,4 @@
-//! What a channel holds: its fields with their meaning, as a JSON schema.
+//! The fields of a channel with their meaning, as a JSON schema.
 
 use serde_json::{Map, Value, json};
 
@@ -9,7 +9,7 @@ pub struct Channel {
     pub topic: &'static str,
     /// The schema's name.
     pub schema: &'static str,
-    /// Its fields: name, and what it is with its unit.
+    /// Its fields: name, and meaning with unit.
     pub fields: &'static [(&'static str, &'static str)],
 }
 
@@ -20,7 +20,7 @@ pub const JOINTS: &str = "/joint_states";
 pub const JOINT: &str = "servo";
 
 impl Channel {
-    /// Its schema. No field is required: what is not known is left out.
+    /// Its schema. No field is required: unknown values are left out.
     #[must_use]
     pub fn schema(&self) -> Value {
         let field = |(name, meaning): &(&str, &str)| {

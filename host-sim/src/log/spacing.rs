@@ -4,22 +4,21 @@ use std::path::Path;
 
 use super::clock::{Clock, Jitter, Tick};
 use super::error::{LogError, rounded};
-use super::rows::Record;
-use super::source::Rows;
+use super::row::{Row, Rows};
 use crate::scenario::{LogSettings, TimeUnit};
 
-/// The records of a log in even time, one at a time.
-pub(super) struct Records<'a> {
+/// The rows of a log in even time, one at a time.
+pub(super) struct EvenRows<'a> {
     path: &'a Path,
-    rows: Rows<'a>,
+    rows: Box<dyn Rows + 'a>,
     settings: &'a LogSettings,
     sample_time: f64,
-    last: Option<(Record, Clock)>,
+    last: Option<(Row, Clock)>,
     gap: Option<Gap>,
     spacing: Spacing,
 }
 
-/// What was found of a log's time.
+/// Measured spacing of a log's rows.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Spacing {
     /// Of all stretches but the one that is being read.
@@ -32,16 +31,16 @@ pub(super) struct Spacing {
 /// A gap that is being bridged.
 #[derive(Debug, Clone, Copy)]
 struct Gap {
-    from: Record,
-    to: Record,
+    from: Row,
+    to: Row,
     missing: u32,
     bridged: u32,
 }
 
-impl<'a> Records<'a> {
+impl<'a> EvenRows<'a> {
     pub(super) fn new(
         path: &'a Path,
-        rows: Rows<'a>,
+        rows: Box<dyn Rows + 'a>,
         settings: &'a LogSettings,
         sample_time: f64,
     ) -> Self {
@@ -56,12 +55,12 @@ impl<'a> Records<'a> {
         }
     }
 
-    /// The rows as far as they have been read.
-    pub(super) fn rows(&self) -> &Rows<'a> {
-        &self.rows
+    /// Their source.
+    pub(super) fn source(&self) -> &dyn Rows {
+        self.rows.as_ref()
     }
 
-    /// What the stamps were off an even clock by.
+    /// Deviation of the stamps from an even clock.
     pub(super) fn jitter(&self) -> Jitter {
         let now = self.last.map(|(_, clock)| clock.jitter());
         self.spacing.jitter.with(now.unwrap_or_default())
@@ -74,13 +73,13 @@ impl<'a> Records<'a> {
     }
 
     /// The next row, or the first sample of the bridge to it.
-    fn after(&mut self, mut next: Record) -> Result<Record, LogError> {
+    fn after(&mut self, mut next: Row) -> Result<Row, LogError> {
         let Some((from, mut clock)) = self.last else {
             next.begins = true;
             self.last = Some((next, Clock::new(self.sample_time, next.time)));
             return Ok(next);
         };
-        if next.time > from.time && self.is_left_out_between(from.time, next.time) {
+        if next.time > from.time && self.settings.leaves_out_between(from.time, next.time) {
             self.spacing.jitter = self.jitter();
             next.begins = true;
             self.last = Some((next, Clock::new(self.sample_time, next.time)));
@@ -90,7 +89,7 @@ impl<'a> Records<'a> {
             .missing(clock.tick(next.time), &from, &next)
             .map_err(|fault| {
                 let column = self.settings.time.as_ref().map(ToString::to_string);
-                LogError::of_line(self.path, next.line, column.as_deref(), fault)
+                LogError::at_line(self.path, next.line, column.as_deref(), fault)
             })?;
         self.spacing.time += next.time - from.time;
         self.spacing.samples += f64::from(missing) + 1.0;
@@ -104,13 +103,8 @@ impl<'a> Records<'a> {
         Ok(self.cross().unwrap_or(next))
     }
 
-    fn is_left_out_between(&self, from: f64, to: f64) -> bool {
-        let mut ranges = self.settings.cut.iter();
-        ranges.any(|[low, high]| *high > from && *low < to)
-    }
-
-    /// How many samples are missing before a row.
-    fn missing(&self, tick: Tick, from: &Record, next: &Record) -> Result<u32, String> {
+    /// The number of samples that are missing before a row.
+    fn missing(&self, tick: Tick, from: &Row, next: &Row) -> Result<u32, String> {
         let sample_time = rounded(self.sample_time);
         let step = rounded(next.time - from.time);
         let [before, now] = [from.time, next.time].map(rounded);
@@ -143,7 +137,7 @@ impl<'a> Records<'a> {
         }
     }
 
-    /// What stamps that are too coarse can be replaced by.
+    /// The remedy for stamps that are too coarse.
     fn without_time(&self) -> &'static str {
         match self.settings.units.time {
             TimeUnit::Sample => "",
@@ -152,7 +146,7 @@ impl<'a> Records<'a> {
     }
 
     /// The next sample of the gap that is being bridged, the row behind it at last.
-    fn cross(&mut self) -> Option<Record> {
+    fn cross(&mut self) -> Option<Row> {
         let gap = self.gap.as_mut()?;
         gap.bridged += 1;
         if gap.bridged > gap.missing {
@@ -169,7 +163,7 @@ impl<'a> Records<'a> {
         let part = f64::from(bridged) / f64::from(missing + 1);
         let between = |from: f64, to: f64| from + part * (to - from);
         let both = |from: Option<f64>, to: Option<f64>| Some(between(from?, to?));
-        Some(Record {
+        Some(Row {
             line: to.line,
             time: between(from.time, to.time),
             reference: both(from.reference, to.reference),
@@ -182,8 +176,8 @@ impl<'a> Records<'a> {
     }
 }
 
-impl Iterator for Records<'_> {
-    type Item = Result<Record, LogError>;
+impl Iterator for EvenRows<'_> {
+    type Item = Result<Row, LogError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         if let Some(record) = self.cross() {
@@ -194,34 +188,33 @@ impl Iterator for Records<'_> {
     }
 }
 
-/// The sample time of a log that nobody states, s, from the steps of its first rows: the mean of those
-/// that no sample is missing in, or, where stamps are so coarse that this cannot be told, of all.
+/// The sample time of a log where none is stated, s, from the steps of its first rows: the mean of those
+/// without a missing sample, or, where stamps are too coarse to find them, of all.
 ///
 /// # Errors
 /// Whatever is wrong with a row.
-pub(super) fn usual_step(rows: Rows<'_>, settings: &LogSettings) -> Result<Option<f64>, LogError> {
-    /// Steps that are looked at.
-    const STEPS: usize = 100_000;
-    /// A step of so many usual ones has a sample missing.
-    const GAP: f64 = 1.5;
-    /// The part of the steps that gaps may be.
-    const FEW: f64 = 0.1;
+pub(super) fn usual_step(
+    rows: Box<dyn Rows + '_>,
+    settings: &LogSettings,
+) -> Result<Option<f64>, LogError> {
+    /// Steps that are examined.
+    const MAX_STEPS: usize = 100_000;
+    /// A step of this many medians has a sample missing.
+    const MIN_GAP: f64 = 1.5;
+    /// Largest share of gaps among the steps.
+    const MAX_GAP_SHARE: f64 = 0.1;
     let mut steps = Vec::new();
     let mut last: Option<f64> = None;
     for row in rows {
         let time = row?.time;
-        let left_out = |last: f64| {
-            let mut ranges = settings.cut.iter();
-            ranges.any(|[low, high]| *high > last && *low < time)
-        };
         if let Some(last) = last
             && time > last
-            && !left_out(last)
+            && !settings.leaves_out_between(last, time)
         {
             steps.push(time - last);
         }
         last = Some(time);
-        if steps.len() == STEPS {
+        if steps.len() == MAX_STEPS {
             break;
         }
     }
@@ -229,9 +222,9 @@ pub(super) fn usual_step(rows: Rows<'_>, settings: &LogSettings) -> Result<Optio
         return Ok(None);
     }
     steps.sort_by(f64::total_cmp);
-    let most = GAP * steps[steps.len() / 2];
-    let whole = steps.partition_point(|step| *step <= most);
-    let few = (steps.len() - whole) as f64 <= FEW * steps.len() as f64;
+    let longest = MIN_GAP * steps[steps.len() / 2];
+    let whole = steps.partition_point(|step| *step <= longest);
+    let few = (steps.len() - whole) as f64 <= MAX_GAP_SHARE * steps.len() as f64;
     let counted = if few { &steps[..whole] } else { &steps };
     Ok(Some(counted.iter().sum::<f64>() / counted.len() as f64))
 }

@@ -2,15 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use super::clock::Jitter;
-use super::error::LogError;
-use super::rows::Record;
-use super::source::{Format, Rows};
-use super::spacing::{Records, usual_step};
-use crate::scenario::{LogSettings, MOST_PLAYED};
+use super::csv::{Dialect, TextRows};
+use super::mcap::{Layout, MessageRows, is_mcap};
+use super::row::{Row, Rows};
+use super::spacing::{EvenRows, usual_step};
+use super::{Jitter, LogError};
+use crate::scenario::{LogSettings, MAX_PLAYED};
 
-/// A recorded log with even samples, that was found sound. What it says of itself is kept, its samples
-/// are not: its size does not matter.
+/// A recorded log with even samples that was judged sound. Its findings are kept, its samples are not: its
+/// size does not matter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Log {
     path: PathBuf,
@@ -20,7 +20,7 @@ pub struct Log {
     pub sample_time: f64,
     /// Its samples, the bridged ones among them.
     pub samples: u64,
-    /// What was found out about it.
+    /// Findings about it.
     pub found: Found,
     /// Its stretches, each without a break.
     stretches: Vec<Stretch>,
@@ -29,10 +29,49 @@ pub struct Log {
     references: Vec<f64>,
 }
 
-/// What was found out about a log.
+/// The format of a log's file, detected once.
+#[derive(Debug, Clone, PartialEq)]
+enum Format {
+    /// `.csv`, `.csv.gz`.
+    Text(Dialect),
+    /// `.mcap`.
+    Messages(Layout),
+}
+
+impl Format {
+    /// # Errors
+    /// The file that cannot be read; of messages, the column that is missing.
+    fn detect(path: &Path, settings: &LogSettings) -> Result<Self, LogError> {
+        if path.is_file() && is_mcap(path) {
+            Layout::detect(path, settings).map(Self::Messages)
+        } else {
+            Dialect::detect(path).map(Self::Text)
+        }
+    }
+
+    /// Opens a file of this format; without stamps, its rows are `sample_time` (s) apart.
+    ///
+    /// # Errors
+    /// The file, or the column that is missing.
+    fn open<'a>(
+        &'a self,
+        path: &'a Path,
+        settings: &'a LogSettings,
+        sample_time: f64,
+    ) -> Result<Box<dyn Rows + 'a>, LogError> {
+        Ok(match self {
+            Self::Text(dialect) => Box::new(TextRows::open(path, settings, *dialect, sample_time)?),
+            Self::Messages(layout) => {
+                Box::new(MessageRows::open(path, settings, layout, sample_time)?)
+            }
+        })
+    }
+}
+
+/// Findings about a log.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Found {
-    /// What its time stamps are off an even clock by.
+    /// Deviation of its time stamps from an even clock.
     pub jitter: Jitter,
     /// Samples that straight lines stand in for.
     pub bridged: u64,
@@ -40,34 +79,34 @@ pub struct Found {
     pub gaps: u64,
     /// Rows in ranges of time that were left out.
     pub left_out: u64,
-    /// What separates the columns of a text, by name.
+    /// The separator of the columns of a text, by name.
     pub separator: Option<&'static str>,
-    /// Whether its numbers have decimal commas.
+    /// True for numbers with decimal commas.
     pub decimal_commas: bool,
-    /// What the row of units says that was found below the heading.
+    /// The row of units below the heading.
     pub units_row: Option<String>,
 }
 
 /// A part of a log without a break.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Stretch {
+pub(crate) struct Stretch {
     /// Its first sample.
-    pub(super) first: Record,
-    /// Whether it is the log's first.
+    pub(crate) first: Row,
+    /// True for the log's first.
     begins_the_log: bool,
     /// The first two steps of the position.
     beginning: Vec<f64>,
     /// Its samples.
-    pub(super) samples: u64,
+    pub(crate) samples: u64,
 }
 
 impl Log {
-    /// The fewest samples of a log: the four parameters and the motion that it begins with cannot be
-    /// told from fewer.
-    const FEWEST: u64 = 10;
+    /// The fewest samples of a log: fewer do not separate the four parameters from the motion at its
+    /// beginning.
+    const MIN_SAMPLES: u64 = 10;
 
-    /// Reads a `.csv`, `.csv.gz` or `.mcap` file whose samples must be `sample_time` (s) apart; if nobody states
-    /// it, whatever it is on average.
+    /// Reads a `.csv`, `.csv.gz` or `.mcap` file whose samples must be `sample_time` (s) apart; without it,
+    /// the mean of the log holds.
     ///
     /// # Errors
     /// The line and column that is wrong.
@@ -76,12 +115,12 @@ impl Log {
         settings: &LogSettings,
         sample_time: Option<f64>,
     ) -> Result<Self, LogError> {
-        let format = Format::of_file(path, settings)?;
-        let rows = |sample_time| Rows::open(path, settings, &format, sample_time);
+        let format = Format::detect(path, settings)?;
+        let rows = |sample_time| format.open(path, settings, sample_time);
         let Some(stated) = sample_time else {
-            if !settings.tells_sample_time() {
+            if !settings.has_sample_time() {
                 let fault = "nothing says how long a sample lasts: state log.sample_time";
-                return Err(LogError::of_file(path, fault.to_owned()));
+                return Err(LogError::in_file(path, fault.to_owned()));
             }
             let usual = usual_step(rows(f64::NAN)?, settings)?.unwrap_or(f64::NAN);
             let (mut log, mean) = Self::judge(path, settings, &format, usual)?;
@@ -106,53 +145,48 @@ impl Log {
         format: &Format,
         sample_time: f64,
     ) -> Result<(Self, Option<f64>), LogError> {
-        let rows = Rows::open(path, settings, format, sample_time)?;
-        let mut records = Records::new(path, rows, settings, sample_time);
+        let rows = format.open(path, settings, sample_time)?;
+        let mut rows = EvenRows::new(path, rows, settings, sample_time);
         let mut log = Self {
             path: path.to_owned(),
             settings: settings.clone(),
             format: format.clone(),
             sample_time,
             samples: 0,
-            found: Found {
-                separator: format.separator_name(),
-                ..Found::default()
-            },
+            found: Found::default(),
             stretches: Vec::new(),
             positions: (f64::INFINITY, f64::NEG_INFINITY),
             smallest_step: f64::INFINITY,
             references: Vec::new(),
         };
-        let mut last: Option<Record> = None;
-        for record in records.by_ref() {
-            let record = record?;
-            log.take_in(last.as_ref(), &record);
-            last = Some(record);
+        let mut last: Option<Row> = None;
+        for row in rows.by_ref() {
+            let row = row?;
+            log.add(last.as_ref(), &row);
+            last = Some(row);
         }
-        log.found.jitter = records.jitter();
-        log.found.left_out = records.rows().left_out();
-        log.found.decimal_commas = records.rows().has_decimal_commas();
-        log.found.units_row = records.rows().units_row().cloned();
+        log.found.jitter = rows.jitter();
+        rows.source().describe(&mut log.found);
         log.check()?;
-        Ok((log, records.mean_step()))
+        Ok((log, rows.mean_step()))
     }
 
-    fn take_in(&mut self, last: Option<&Record>, record: &Record) {
-        const BEGINNING: usize = 2;
+    fn add(&mut self, last: Option<&Row>, row: &Row) {
+        const BEGINNING_STEPS: usize = 2;
         self.samples += 1;
-        self.found.bridged += u64::from(record.bridged);
+        self.found.bridged += u64::from(row.bridged);
         let was_bridged = last.is_some_and(|last| last.bridged);
-        self.found.gaps += u64::from(record.bridged && !was_bridged);
+        self.found.gaps += u64::from(row.bridged && !was_bridged);
         let (low, high) = self.positions;
-        self.positions = (low.min(record.position), high.max(record.position));
-        if self.references.len() < MOST_PLAYED {
-            self.references.extend(record.reference);
+        self.positions = (low.min(row.position), high.max(row.position));
+        if self.references.len() < MAX_PLAYED {
+            self.references.extend(row.reference);
         }
         match (last, self.stretches.last_mut()) {
-            (Some(last), Some(stretch)) if !record.begins => {
-                let step = record.position - last.position;
+            (Some(last), Some(stretch)) if !row.begins => {
+                let step = row.position - last.position;
                 stretch.samples += 1;
-                if stretch.beginning.len() < BEGINNING {
+                if stretch.beginning.len() < BEGINNING_STEPS {
                     stretch.beginning.push(step);
                 }
                 if step.abs() > 0.0 {
@@ -160,7 +194,7 @@ impl Log {
                 }
             }
             _ => self.stretches.push(Stretch {
-                first: *record,
+                first: *row,
                 begins_the_log: self.stretches.is_empty(),
                 beginning: Vec::new(),
                 samples: 1,
@@ -168,19 +202,19 @@ impl Log {
         }
     }
 
-    /// Whether there is anything to be learnt from it.
+    /// Checks that anything can be learnt from it.
     fn check(&self) -> Result<(), LogError> {
         let (samples, left_out) = (self.samples, self.found.left_out);
-        if samples < Self::FEWEST {
+        if samples < Self::MIN_SAMPLES {
             let cut = match left_out {
                 0 => String::new(),
                 rows => format!(", as log.cut leaves {rows} rows out"),
             };
             let fault = format!(
                 "the log has {samples} samples{cut}: it must have {} or more",
-                Self::FEWEST
+                Self::MIN_SAMPLES
             );
-            return Err(LogError::of_file(&self.path, fault));
+            return Err(LogError::in_file(&self.path, fault));
         }
         let (low, high) = self.positions;
         if low < high {
@@ -191,14 +225,14 @@ impl Log {
              nothing; state the column of the measured position as log.position, or let it move"
         );
         let (line, column) = (self.first().line, self.settings.position.to_string());
-        Err(LogError::of_line(&self.path, line, Some(&column), fault))
+        Err(LogError::at_line(&self.path, line, Some(&column), fault))
     }
 
     /// Its samples from the first, read again.
     ///
     /// # Errors
     /// If the file can no longer be read; whatever is wrong with a row, if it is no longer what it was.
-    pub fn records(&self) -> Result<impl Iterator<Item = Result<Record, LogError>> + '_, LogError> {
+    pub fn rows(&self) -> Result<impl Iterator<Item = Result<Row, LogError>> + '_, LogError> {
         let Self {
             path,
             settings,
@@ -206,8 +240,8 @@ impl Log {
             sample_time,
             ..
         } = self;
-        let rows = Rows::open(path, settings, format, *sample_time)?;
-        Ok(Records::new(path, rows, settings, *sample_time))
+        let rows = format.open(path, settings, *sample_time)?;
+        Ok(EvenRows::new(path, rows, settings, *sample_time))
     }
 
     /// Where it is.
@@ -224,12 +258,12 @@ impl Log {
 
     /// The first sample.
     #[must_use]
-    pub fn first(&self) -> &Record {
+    pub fn first(&self) -> &Row {
         &self.stretches[0].first
     }
 
     /// Its stretches, one or more.
-    pub(super) fn stretches(&self) -> &[Stretch] {
+    pub(crate) fn stretches(&self) -> &[Stretch] {
         &self.stretches
     }
 
@@ -249,25 +283,25 @@ impl Log {
     /// the range they cover.
     #[must_use]
     pub fn resolution(&self) -> f64 {
-        const FINEST: f64 = 1.0 / 8_388_608.0;
+        const MIN_RELATIVE: f64 = 1.0 / 8_388_608.0;
         let (low, high) = self.positions;
-        let smallest = self.smallest_step.max(FINEST * (high - low));
+        let smallest = self.smallest_step.max(MIN_RELATIVE * (high - low));
         smallest.clamp(1e-12, 1.0)
     }
 }
 
-/// Whether the mean time from one sample to the next, s, is the one that is stated.
+/// Checks that the mean time from one sample to the next, s, is the stated one.
 fn check_rate(path: &Path, mean: Option<f64>, stated: f64) -> Result<(), LogError> {
-    /// How far it may be off, relative.
-    const ALIKE: f64 = 0.01;
+    /// Largest relative difference.
+    const TOLERANCE: f64 = 0.01;
     match mean {
-        Some(mean) if (mean / stated - 1.0).abs() > ALIKE => {
+        Some(mean) if (mean / stated - 1.0).abs() > TOLERANCE => {
             let fault = format!(
                 "its samples are {mean:.6e} s apart, where controller.sample_time or log.sample_time \
                  is {stated} s: they must agree to {} %; look at log.time_unit, too",
-                100.0 * ALIKE
+                100.0 * TOLERANCE
             );
-            Err(LogError::of_file(path, fault))
+            Err(LogError::in_file(path, fault))
         }
         _ => Ok(()),
     }
@@ -281,16 +315,16 @@ impl AsRef<[Self]> for Log {
 }
 
 impl Stretch {
-    /// Whether the servo stands at the first sample, to a resolution of the position.
+    /// True if the servo stands at the first sample, to a resolution of the position.
     ///
     /// It does if the first step shows no motion, or if it is the beginning of one: under a held
     /// command, steps from rest are as 1 to 3, and steps at a velocity v are v + 1 to v + 3. So
     /// 3Δ₁ − Δ₂ is twice the velocity at the first sample; it counts as none where rounding (at most
     /// half a resolution for each of three positions) or a command that changed meanwhile explains it.
-    /// Behind a break a servo is taken to be in motion, as it mostly is: slow ones cannot be told.
-    pub(super) fn begins_at_rest(&self, resolution: f64) -> bool {
-        const ROUNDED: f64 = 4.0;
-        const CHANGED: f64 = 0.5;
+    /// Behind a break a servo is taken to be in motion, as it mostly is: slow ones cannot be detected.
+    pub(crate) fn begins_at_rest(&self, resolution: f64) -> bool {
+        const ROUNDING: f64 = 4.0;
+        const COMMAND_CHANGE: f64 = 0.5;
         if !self.begins_the_log {
             return false;
         }
@@ -298,7 +332,7 @@ impl Stretch {
             [first, ..] if first.abs() <= 1.5 * resolution => true,
             [first, second] => {
                 let twice_the_velocity = 3.0 * first - second;
-                twice_the_velocity.abs() <= ROUNDED * resolution + CHANGED * second.abs()
+                twice_the_velocity.abs() <= ROUNDING * resolution + COMMAND_CHANGE * second.abs()
             }
             _ => false,
         }

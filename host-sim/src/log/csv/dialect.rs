@@ -1,14 +1,14 @@
-//! How the rows of a log are written: found out from its beginning.
+//! The dialect of a text, detected from its beginning.
 
 use std::io::Read;
 use std::path::Path;
 
-use super::error::LogError;
+use super::super::LogError;
 use super::text;
 
-/// How the rows of a log are written.
+/// The dialect of a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Dialect {
+pub(in super::super) struct Dialect {
     /// The byte between two columns.
     pub(super) separator: u8,
 }
@@ -17,29 +17,29 @@ impl Dialect {
     /// The bytes that may stand between two columns, the likeliest first where two would do.
     const SEPARATORS: [u8; 3] = [b';', b'\t', b','];
 
-    /// Finds it out from the beginning of a file.
+    /// Detects it from the beginning of a file.
     ///
     /// # Errors
     /// The file that cannot be read, or is no text of a kind that is known.
-    pub(super) fn of_file(path: &Path) -> Result<Self, LogError> {
-        /// Bytes that are looked at.
-        const LOOKED_AT: u64 = 1 << 16;
+    pub(in super::super) fn detect(path: &Path) -> Result<Self, LogError> {
+        /// Bytes that are examined.
+        const MAX_EXAMINED: u64 = 1 << 16;
         let (text, _) = text::open(path)?;
         let mut beginning = Vec::new();
-        text.take(LOOKED_AT)
+        text.take(MAX_EXAMINED)
             .read_to_end(&mut beginning)
-            .map_err(|error| LogError::of_file(path, format!("the log cannot be read: {error}")))?;
+            .map_err(|error| LogError::in_file(path, format!("the log cannot be read: {error}")))?;
         if beginning.starts_with(&[0xff, 0xfe]) || beginning.starts_with(&[0xfe, 0xff]) {
             let fault = "this is text in UTF-16: save the log in UTF-8".to_owned();
-            return Err(LogError::of_file(path, fault));
+            return Err(LogError::in_file(path, fault));
         }
         Ok(Self::of_text(&beginning))
     }
 
-    /// The first separator that divides the heading and every row looked at alike; otherwise the one
+    /// The first separator that divides the heading and every examined row alike; otherwise the one
     /// that the heading has most of.
     fn of_text(beginning: &[u8]) -> Self {
-        /// Rows that are looked at.
+        /// Rows that are examined.
         const ROWS: usize = 20;
         let mut rows: Vec<_> = beginning
             .split(|&byte| byte == b'\n')
@@ -65,7 +65,7 @@ impl Dialect {
     }
 
     /// The separator's name.
-    pub(super) fn separator_name(self) -> &'static str {
+    pub(in super::super) fn separator_name(self) -> &'static str {
         name_of(self.separator)
     }
 

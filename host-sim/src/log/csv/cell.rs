@@ -1,7 +1,6 @@
 //! The numbers in the cells of a log.
 
-/// What stands before the decimals of a log's numbers, as far as it is known yet, with the line that
-/// showed it.
+/// The decimal mark of a log's numbers, once known, with the line that showed it.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Decimals(Option<(Mark, u64)>);
 
@@ -12,7 +11,7 @@ enum Mark {
 }
 
 impl Decimals {
-    /// Whether the log has decimal commas.
+    /// True for a log with decimal commas.
     pub(super) fn are_commas(self) -> bool {
         matches!(self.0, Some((Mark::Comma, _)))
     }
@@ -59,7 +58,7 @@ fn with_comma(text: &str) -> Option<f64> {
     format!("{whole}.{decimals}").parse().ok()
 }
 
-/// Whether a cell holds words, as a cell of a row of units does; one that is empty may.
+/// True for a cell of a row of units: words, or nothing.
 pub(super) fn is_words(cell: &[u8]) -> bool {
     match std::str::from_utf8(cell.trim_ascii()) {
         Ok(text) => text.parse::<f64>().is_err() && with_comma(text).is_none(),

@@ -1,4 +1,4 @@
-//! What a servo with frozen parameters would have done, held against what was recorded.
+//! Prediction of a recorded motion by a servo with frozen parameters.
 //!
 //! [`open_loop`] is driven by the recorded command and nothing corrects it: the hardest test, as an
 //! error of the acceleration adds up twice. [`closed_loop`] follows the recorded reference under the
@@ -7,11 +7,13 @@
 
 mod closed_loop;
 mod frozen_servo;
+mod log;
 mod open_loop;
 mod start;
 
 pub use closed_loop::{ClosedLoop, closed_loop};
 pub use frozen_servo::{FrozenServo, State};
+pub use log::{Predicted, predict};
 pub use open_loop::{OpenLoop, open_loop};
 
 /// A sample that was recorded, SI.

@@ -1,9 +1,9 @@
-//! What is wrong with a log, and where.
+//! Faults of a log, with their place.
 
 use std::fmt;
 use std::path::Path;
 
-/// What is wrong with a log, and where.
+/// A fault of a log, with its place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LogError {
     /// The file.
@@ -12,7 +12,7 @@ pub struct LogError {
     pub line: Option<u64>,
     /// The column.
     pub column: Option<String>,
-    /// What is wrong, what is allowed, what to do.
+    /// The fault, what is allowed, and the remedy.
     pub fault: String,
 }
 
@@ -33,7 +33,7 @@ impl std::error::Error for LogError {}
 
 impl LogError {
     /// Of a file as a whole.
-    pub(super) fn of_file(path: &Path, fault: String) -> Self {
+    pub(super) fn in_file(path: &Path, fault: String) -> Self {
         Self {
             file: path.display().to_string(),
             line: None,
@@ -43,21 +43,21 @@ impl LogError {
     }
 
     /// Of a line, perhaps of one column there.
-    pub(super) fn of_line(path: &Path, line: u64, column: Option<&str>, fault: String) -> Self {
+    pub(super) fn at_line(path: &Path, line: u64, column: Option<&str>, fault: String) -> Self {
         Self {
             line: Some(line),
             column: column.map(str::to_owned),
-            ..Self::of_file(path, fault)
+            ..Self::in_file(path, fault)
         }
     }
 }
 
-/// A text of a log as a message may repeat it: not long, and without control characters.
+/// A text of a log as a message repeats it: shortened, and without control characters.
 pub(super) fn shortened(text: &str) -> String {
-    const MOST: usize = 80;
+    const MAX_CHARACTERS: usize = 80;
     let shown = |c: char| if c.is_control() { '\u{fffd}' } else { c };
-    let mut short: String = text.chars().map(shown).take(MOST).collect();
-    if text.chars().nth(MOST).is_some() {
+    let mut short: String = text.chars().map(shown).take(MAX_CHARACTERS).collect();
+    if text.chars().nth(MAX_CHARACTERS).is_some() {
         short.push('…');
     }
     short

@@ -29,7 +29,7 @@ impl<W: Write> Recorder<W> {
     /// Begins a file with these channels beside the joint states.
     ///
     /// # Errors
-    /// Whatever `out` answers.
+    /// Those of `out`.
     pub fn new(out: W, channels: &[&'static Channel]) -> io::Result<Self> {
         let options = WriteOptions::new()
             .compression(None)
@@ -60,11 +60,11 @@ impl<W: Write> Recorder<W> {
         self.sequence = self.sequence.wrapping_add(1);
     }
 
-    /// A message of a channel, s; values in the order of its fields. What is not known or not finite is left
+    /// A message of a channel, s; values in the order of its fields. Values that are unknown or not finite are left
     /// out.
     ///
     /// # Errors
-    /// Whatever the writer answers.
+    /// Those of the writer.
     pub fn numbers(
         &mut self,
         channel: &'static Channel,
@@ -80,7 +80,7 @@ impl<W: Write> Recorder<W> {
         for ((name, _), value) in channel.fields.iter().zip(values) {
             if let Some(value) = value.filter(|value| value.is_finite()) {
                 let comma = if self.text.len() > 1 { "," } else { "" };
-                // Nothing can fail that is written into memory.
+                // Writing into memory cannot fail.
                 let _ = write!(self.text, "{comma}\"{name}\":{value}");
             }
         }
@@ -88,10 +88,10 @@ impl<W: Write> Recorder<W> {
         self.message(id, time)
     }
 
-    /// The joint's state, s, rad, rad/s and command units; what is not known is an empty list.
+    /// The joint's state, s, rad, rad/s and command units; an unknown value is an empty list.
     ///
     /// # Errors
-    /// Whatever the writer answers.
+    /// Those of the writer.
     pub fn joint(
         &mut self,
         time: f64,
@@ -134,10 +134,10 @@ impl<W: Write> Recorder<W> {
             .map_err(io_error)
     }
 
-    /// Something about the file.
+    /// A description of the file.
     ///
     /// # Errors
-    /// Whatever the writer answers.
+    /// Those of the writer.
     pub fn about(&mut self, name: &str, entries: BTreeMap<String, String>) -> io::Result<()> {
         let metadata = Metadata {
             name: name.to_owned(),
@@ -146,10 +146,10 @@ impl<W: Write> Recorder<W> {
         self.writer.write_metadata(&metadata).map_err(io_error)
     }
 
-    /// Ends the file; what it was written into comes back.
+    /// Ends the file and gives back its writer.
     ///
     /// # Errors
-    /// Whatever the writer answers.
+    /// Those of the writer.
     pub fn finish(mut self) -> io::Result<W> {
         self.writer.finish().map_err(io_error)?;
         Ok(self.writer.into_inner().into_inner())

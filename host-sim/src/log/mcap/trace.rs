@@ -6,7 +6,7 @@ use super::{Channel, Recorder};
 use crate::experiment::Sample;
 use crate::scenario::LogSettings;
 
-/// What a replay looks for; the names are those of the columns of a CSV trace.
+/// The columns of a replay; the names are those of the columns of a CSV trace.
 pub static SERVO: Channel = Channel {
     topic: "/servo",
     schema: "servo-id/Servo",
@@ -25,7 +25,7 @@ pub static SERVO: Channel = Channel {
     ],
 };
 
-/// What the identifier makes of it.
+/// The estimates of the identifier.
 pub static ESTIMATES: Channel = Channel {
     topic: "/estimates",
     schema: "servo-id/Estimates",
@@ -56,7 +56,7 @@ pub static ESTIMATES: Channel = Channel {
 /// Begins the file of a trace.
 ///
 /// # Errors
-/// Whatever `out` answers.
+/// Those of `out`.
 pub fn begin<W: Write>(out: W) -> io::Result<Recorder<W>> {
     Recorder::new(out, &[&SERVO, &ESTIMATES])
 }
@@ -64,7 +64,7 @@ pub fn begin<W: Write>(out: W) -> io::Result<Recorder<W>> {
 /// Writes a sample.
 ///
 /// # Errors
-/// Whatever the writer answers.
+/// Those of the writer.
 pub fn add<W: Write>(recorder: &mut Recorder<W>, sample: &Sample) -> io::Result<()> {
     recorder.begin_sample();
     let time = sample.time;

@@ -11,14 +11,14 @@ use mcap::records::{ChunkHeader, Record as Parsed, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 /// The longest record, packed and unpacked, bytes, whatever a file says of itself.
-const LONGEST_RECORD: usize = 1 << 28;
+const MAX_RECORD: usize = 1 << 28;
 
-/// What stands before a record: its kind and its length.
+/// Bytes before a record: its kind and its length.
 const PREFIX: usize = 1 + 8;
 
-/// What a file has that a reader of logs wants to know.
+/// A record of a file.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Record<'a> {
+pub enum McapRecord<'a> {
     /// A channel begins.
     Channel {
         /// Its number in the file.
@@ -37,9 +37,9 @@ pub enum Record<'a> {
         /// Its text or bytes.
         data: &'a [u8],
     },
-    /// Something about the file.
+    /// A description of the file.
     Metadata {
-        /// What it is about.
+        /// Its name.
         name: String,
         /// Its entries.
         entries: BTreeMap<String, String>,
@@ -53,11 +53,11 @@ pub enum Damage {
     NoMcap,
     /// It ends too early.
     CutOff,
-    /// Its chunks are packed in a way that is not known.
+    /// Its chunks are packed in an unknown way.
     Packed(String),
-    /// It does not hold what it says it holds.
+    /// Its contents contradict its check sums or lengths.
     Broken,
-    /// A record of so many bytes is longer than any that is read.
+    /// A record is longer than any that is read.
     TooLong,
     /// The system cannot read it.
     Unreadable(io::Error),
@@ -85,7 +85,7 @@ impl fmt::Display for Damage {
             ),
             Self::TooLong => write!(
                 f,
-                "the MCAP file has a record of more than {LONGEST_RECORD} bytes: it is damaged, or \
+                "the MCAP file has a record of more than {MAX_RECORD} bytes: it is damaged, or \
                  holds something else than signals; `mcap filter` leaves topics out"
             ),
             Self::Unreadable(error) => write!(f, "the log cannot be read: {error}"),
@@ -104,7 +104,7 @@ impl From<McapError> for Damage {
     }
 }
 
-/// Whether a file says of itself that it is an MCAP file, by its name or its first bytes.
+/// True for an MCAP file, by its name or its first bytes.
 #[must_use]
 pub fn is_mcap(path: &Path) -> bool {
     let mut first = Vec::new();
@@ -127,9 +127,9 @@ pub struct Records<R> {
     body: Vec<u8>,
     /// Bytes that have been read.
     read: usize,
-    /// Whether any record has been read.
+    /// True once a record has been read.
     begun: bool,
-    /// Whether all data have been read, and only their summary is to come.
+    /// True once all data have been read, and only their summary is to come.
     past_data: bool,
 }
 
@@ -149,7 +149,7 @@ impl<R: Read> Records<R> {
     pub fn new(source: R) -> Self {
         let options = LinearReaderOptions::default()
             .with_emit_chunks(true)
-            .with_record_length_limit(LONGEST_RECORD);
+            .with_record_length_limit(MAX_RECORD);
         Self {
             source,
             reader: LinearReader::new_with_options(options),
@@ -162,11 +162,11 @@ impl<R: Read> Records<R> {
         }
     }
 
-    /// The next record; nothing at the end of a whole file.
+    /// The next record; none at the end of a whole file.
     ///
     /// # Errors
     /// Why there is no more to be read, although the file does not end here.
-    pub fn next_record(&mut self) -> Result<Option<Record<'_>>, Damage> {
+    pub fn next_record(&mut self) -> Result<Option<McapRecord<'_>>, Damage> {
         let kind = loop {
             let Some(kind) = self.advance()? else {
                 return Ok(None);
@@ -178,19 +178,19 @@ impl<R: Read> Records<R> {
             }
         };
         Ok(Some(match mcap::parse_record(kind, &self.body)? {
-            Parsed::Channel(channel) => Record::Channel {
+            Parsed::Channel(channel) => McapRecord::Channel {
                 id: channel.id,
                 topic: channel.topic,
                 encoding: channel.message_encoding,
             },
-            Parsed::Metadata(metadata) => Record::Metadata {
+            Parsed::Metadata(metadata) => McapRecord::Metadata {
                 name: metadata.name,
                 entries: metadata.metadata,
             },
             Parsed::Message { header, .. } => {
                 /// Channel, number, and two times.
                 const HEADER: usize = 2 + 4 + 8 + 8;
-                Record::Message {
+                McapRecord::Message {
                     channel: header.channel_id,
                     log_time: header.log_time,
                     data: &self.body[HEADER..],
@@ -265,7 +265,7 @@ fn unpacked(chunk: &[u8], records: &mut Vec<u8>) -> Result<(), Damage> {
         return Err(Damage::Broken);
     };
     records.clear();
-    if header.uncompressed_size > LONGEST_RECORD as u64 {
+    if header.uncompressed_size > MAX_RECORD as u64 {
         return Err(Damage::TooLong);
     }
     let packed: &[u8] = &data;

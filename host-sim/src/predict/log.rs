@@ -1,14 +1,15 @@
-//! What the estimates predict of a log.
+//! Prediction of a log by the estimates of a replay.
 
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::settings::SettingsError;
 
-use super::{Log, LogError, ReplayError, Replayed};
-use crate::prediction::{ClosedLoop, FrozenServo, Observation, OpenLoop, closed_loop, open_loop};
+use super::{ClosedLoop, FrozenServo, Observation, OpenLoop, closed_loop, open_loop};
+use crate::log::{Log, LogError};
+use crate::replay::{ReplayError, Replayed};
 use crate::scenario::Scenario;
 use crate::scenario::dispatch::with_velocity;
 
-/// What frozen estimates predict of a log, held against it.
+/// Deviations of the prediction by frozen estimates from a log.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Predicted {
     /// Driven by the recorded command; none where there is none, or the simulation leaves every bound.
@@ -19,27 +20,27 @@ pub struct Predicted {
 }
 
 /// Simulates the servo that a replay found over a log, with the scenario of that replay, which is
-/// [`fitted`](super::fitted).
+/// [`fitted`](crate::replay::fitted).
 ///
 /// # Errors
 /// See [`ReplayError`].
 pub fn predict(scenario: &Scenario, found: &Replayed, log: &Log) -> Result<Predicted, ReplayError> {
     let play = |see: &mut dyn FnMut(&Observation)| -> Result<(), LogError> {
-        for record in log.records()? {
-            let record = record?;
+        for row in log.rows()? {
+            let row = row?;
             see(&Observation {
-                reference: record.reference,
-                position: record.position,
-                command: record.command,
-                injection: record.injection,
-                begins: record.begins,
+                reference: row.reference,
+                position: row.position,
+                command: row.command,
+                injection: row.injection,
+                begins: row.begins,
             });
         }
         Ok(())
     };
     let terms = found.outcome.terms.iter();
     let servo = FrozenServo::new(&found.estimates, scenario.sample_time())
-        .map_err(|error| ReplayError::of(scenario.fault(&error.into())))?
+        .map_err(|error| ReplayError::in_scenario(scenario.fault(&error.into())))?
         .with_terms(
             &scenario.stated.identifier.terms,
             terms.map(|term| (term.unknown, term.value)),
@@ -47,7 +48,7 @@ pub fn predict(scenario: &Scenario, found: &Replayed, log: &Log) -> Result<Predi
     let open_loop = open_loop(&servo, &play).map_err(ReplayError::Log)?;
     let closed_loop = match scenario.stated.controller {
         Some(_) => with_velocity!(scenario, f64 => closed(scenario, &servo, &play))
-            .map_err(|error| ReplayError::of(scenario.fault(&error)))?
+            .map_err(|error| ReplayError::in_scenario(scenario.fault(&error)))?
             .map_err(ReplayError::Log)?,
         None => None,
     };

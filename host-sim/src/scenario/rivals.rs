@@ -1,15 +1,16 @@
-//! The core's parts of the methods that are there for comparison.
+//! The parts of the methods to compare with.
 
 use identifier_core::error::OutOfRange;
 use identifier_core::number::Number;
 use rivals::{LeastSquaresConfig, MultiStepLeastSquares, Relay};
 
-use super::{BaselineSettings, Scenario};
+use super::Scenario;
 
 impl Scenario {
-    /// What a recursive least squares is built from.
+    /// The settings of a recursive least squares.
     #[must_use]
-    pub fn least_squares(&self, settings: &BaselineSettings) -> LeastSquaresConfig {
+    pub fn least_squares(&self) -> LeastSquaresConfig {
+        let settings = &self.identifier.rival;
         LeastSquaresConfig {
             cutoff: settings.filter_cutoff,
             forgetting: settings.forgetting,
@@ -19,18 +20,14 @@ impl Scenario {
         }
     }
 
-    /// The relay, its level within what the amplifier can do.
+    /// A relay of a level within the amplifier's limit and a delay, s.
     ///
     /// # Errors
     /// The level must be above zero.
-    pub fn relay<N: Number>(
-        &self,
-        level: f64,
-        settings: &BaselineSettings,
-    ) -> Result<Relay<N>, OutOfRange> {
+    pub fn relay<N: Number>(&self, level: f64, delay: f64) -> Result<Relay<N>, OutOfRange> {
         let [low, high] = self.controller().limit;
         let level = level.min(high).min(-low);
-        let delay = (settings.relay_delay / self.sample_time()).round();
+        let delay = (delay / self.sample_time()).round();
         Relay::new(level, delay as u32)
     }
 
@@ -38,12 +35,11 @@ impl Scenario {
     ///
     /// # Errors
     /// The parameter out of its range.
-    pub fn multi_step<N: Number>(
-        &self,
-        settings: &BaselineSettings,
-    ) -> Result<MultiStepLeastSquares<N>, OutOfRange> {
+    pub fn multi_step<N: Number>(&self) -> Result<MultiStepLeastSquares<N>, OutOfRange> {
         let units = &self.units();
-        let block = (settings.block / units.sample_time()).round().max(1.0) as u32;
-        MultiStepLeastSquares::new(units, block, &self.least_squares(settings))
+        let block = (self.identifier.rival.block / units.sample_time())
+            .round()
+            .max(1.0) as u32;
+        MultiStepLeastSquares::new(units, block, &self.least_squares())
     }
 }

@@ -1,43 +1,17 @@
-//! The rows of a log that is a text, one at a time: columns, numbers, and bounds on all that is read.
+//! The rows of a text, one at a time, with bounds on all that is read.
 
 use std::path::Path;
 
+use super::super::row::{MAX_ROWS, Row, Rows};
+use super::super::{Found, LogError};
 use super::cell::Decimals;
 use super::columns::{Columns, Place};
 use super::dialect::Dialect;
-use super::error::LogError;
 use super::text::{self, Allowance, Text};
-use crate::scenario::{Column, LogSettings, MOST_COLUMNS};
+use crate::scenario::{Column, LogQuantity, LogSettings, MAX_COLUMNS};
 
-/// The most rows of a log.
-pub(super) const MOST_ROWS: u64 = 1_000_000_000;
-
-/// One sample of a log, SI.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Record {
-    /// The line of the file, from 1, the heading among them, or the number of the message; of a bridged
-    /// sample, that after the gap.
-    pub line: u64,
-    /// Time, s.
-    pub time: f64,
-    /// Reference position, where the log has one.
-    pub reference: Option<f64>,
-    /// Measured position.
-    pub position: f64,
-    /// The command that acted from here to the next sample, where the log has one.
-    pub command: Option<f64>,
-    /// Known signal behind the controller; zero where the log has none.
-    pub injection: f64,
-    /// Whether a straight line stands in for what was not recorded.
-    pub bridged: bool,
-    /// Whether nothing is known of what came directly before: it is the first, or the first behind a
-    /// range that was left out.
-    pub begins: bool,
-}
-
-/// Reads a file row by row, of which there is never more than one in memory. Rows in ranges of time that
-/// are left out are passed over.
-pub(super) struct TextRows<'a> {
+/// Reads a text row by row, with one row in memory.
+pub(in super::super) struct TextRows<'a> {
     path: &'a Path,
     settings: &'a LogSettings,
     sample_time: f64,
@@ -49,15 +23,15 @@ pub(super) struct TextRows<'a> {
     row: csv::ByteRecord,
     /// The line of `row`.
     line: u64,
-    /// Whether `row` is the first sample, read while a heading was looked for.
-    holds: bool,
+    /// True while `row` holds the first sample, read in search of a heading.
+    holds_sample: bool,
     allowance: Allowance,
     decimals: Decimals,
     read: u64,
     /// Rows that were left out.
-    pub(super) left_out: u64,
-    /// What the row of units says, if there is one.
-    pub(super) units_row: Option<String>,
+    left_out: u64,
+    /// The words of the row of units, if there is one.
+    units_row: Option<String>,
 }
 
 impl<'a> TextRows<'a> {
@@ -66,17 +40,17 @@ impl<'a> TextRows<'a> {
     ///
     /// # Errors
     /// The file, or the column that it has not got.
-    pub(super) fn open(
+    pub(in super::super) fn open(
         path: &'a Path,
         settings: &'a LogSettings,
         dialect: Dialect,
         sample_time: f64,
     ) -> Result<Self, LogError> {
         /// Bytes that are read at once.
-        const AT_ONCE: usize = 1 << 16;
+        const BUFFER: usize = 1 << 16;
         let (text, allowance) = text::open(path)?;
         let mut reader = csv::ReaderBuilder::new()
-            .buffer_capacity(AT_ONCE)
+            .buffer_capacity(BUFFER)
             .has_headers(false)
             .flexible(true)
             .delimiter(dialect.separator)
@@ -84,25 +58,26 @@ impl<'a> TextRows<'a> {
         let mut row = csv::ByteRecord::new();
         reader.read_byte_record(&mut row).map_err(|error| {
             let fault = format!("no heading can be read: {error}");
-            LogError::of_line(path, 1, None, fault)
+            LogError::at_line(path, 1, None, fault)
         })?;
         let line = reader.position().line().saturating_sub(1).max(1);
         let width = row.len();
         if width == 0 {
             let fault = "the file is empty: a log has a row of column names, and a row a sample";
-            return Err(LogError::of_file(path, fault.to_owned()));
+            return Err(LogError::in_file(path, fault.to_owned()));
         }
-        if width > MOST_COLUMNS as usize {
-            let fault = format!("the log has {width} columns: at most {MOST_COLUMNS} are allowed");
-            return Err(LogError::of_line(path, line, None, fault));
+        if width > MAX_COLUMNS as usize {
+            let fault = format!("the log has {width} columns: at most {MAX_COLUMNS} are allowed");
+            return Err(LogError::at_line(path, line, None, fault));
         }
         let columns = Columns::find(path, line, &row, settings, sample_time)?;
+        let by_name = (settings.columns()).any(|(_, column)| matches!(column, Column::Named(_)));
         let mut rows = Self {
             path,
             settings,
             sample_time,
             // Columns that go by number need no heading.
-            holds: !has_names(settings) && !columns.are_words(&row),
+            holds_sample: !by_name && !columns.are_words(&row),
             columns,
             dialect,
             width,
@@ -115,29 +90,24 @@ impl<'a> TextRows<'a> {
             left_out: 0,
             units_row: None,
         };
-        if !rows.holds && rows.read_row()? {
+        if !rows.holds_sample && rows.read_row()? {
             if rows.columns.are_words(&rows.row) {
                 rows.units_row = Some(rows.columns.words(&rows.row));
             } else {
-                rows.holds = true;
+                rows.holds_sample = true;
             }
         }
         Ok(rows)
     }
 
-    /// Whether the numbers were found to have decimal commas.
-    pub(super) fn has_decimal_commas(&self) -> bool {
-        self.decimals.are_commas()
-    }
-
     /// Reads the next row; false after the last.
     fn advance(&mut self) -> Result<bool, LogError> {
-        if !std::mem::take(&mut self.holds) && !self.read_row()? {
+        if !std::mem::take(&mut self.holds_sample) && !self.read_row()? {
             return Ok(false);
         }
         self.read += 1;
-        if self.read > MOST_ROWS {
-            let fault = format!("the log has more than {MOST_ROWS} rows: divide it");
+        if self.read > MAX_ROWS {
+            let fault = format!("the log has more than {MAX_ROWS} rows: divide it");
             return Err(self.fault(None, fault));
         }
         Ok(true)
@@ -152,7 +122,7 @@ impl<'a> TextRows<'a> {
             .map_err(|error| {
                 let fault = format!("the row cannot be read: {error}");
                 let line = error.position().map_or(line, csv::Position::line);
-                LogError::of_line(self.path, line, None, fault)
+                LogError::at_line(self.path, line, None, fault)
             })?;
         // Every line ends with a line feed, so the reader stands on the next one.
         self.line = self.reader.position().line().saturating_sub(1);
@@ -186,56 +156,56 @@ impl<'a> TextRows<'a> {
     }
 
     fn fault(&self, column: Option<&str>, fault: String) -> LogError {
-        LogError::of_line(self.path, self.line, column, fault)
+        LogError::at_line(self.path, self.line, column, fault)
     }
 
-    /// The sample of the row; nothing in a range that is left out, whatever else the row has.
-    fn record(&mut self) -> Result<Option<Record>, LogError> {
+    /// The sample of the row; none in a range that is left out, whatever else the row has.
+    fn sample(&mut self) -> Result<Option<Row>, LogError> {
         let mut decimals = self.decimals;
         let (row, line) = (&self.row, self.line);
         let mut number = |place: &Place| {
             place
                 .number(row, line, &mut decimals)
-                .map_err(|fault| LogError::of_line(self.path, line, Some(&place.name), fault))
+                .map_err(|fault| LogError::at_line(self.path, line, Some(&place.name), fault))
         };
-        let columns = &self.columns;
-        let time = match &columns.time {
-            Some(time) => number(time),
-            None => Ok((self.read - 1) as f64 * self.sample_time),
+        let (time, others) = match &self.columns.0[..] {
+            [time, others @ ..] if time.quantity == LogQuantity::Time => (number(time), others),
+            all => (Ok((self.read - 1) as f64 * self.sample_time), all),
         };
-        let is_out = |time: &f64| {
-            let mut ranges = self.settings.cut.iter();
-            ranges.any(|[from, to]| (from..=to).contains(&time))
-        };
-        if time.as_ref().is_ok_and(is_out) {
+        if time
+            .as_ref()
+            .is_ok_and(|time| self.settings.leaves_out(*time))
+        {
             self.left_out += 1;
             return Ok(None);
         }
         self.check_width()?;
-        let time = time?;
-        let record = Record {
-            line,
-            time,
-            reference: columns.reference.as_ref().map(&mut number).transpose()?,
-            position: number(&columns.position)?,
-            command: columns.command.as_ref().map(&mut number).transpose()?,
-            injection: columns.injection.as_ref().map_or(Ok(0.0), &mut number)?,
-            bridged: false,
-            begins: false,
-        };
+        let mut sample = Row::at(line, time?);
+        for place in others {
+            sample.set(place.quantity, number(place)?);
+        }
         self.decimals = decimals;
-        Ok(Some(record))
+        Ok(Some(sample))
+    }
+}
+
+impl Rows for TextRows<'_> {
+    fn describe(&self, found: &mut Found) {
+        found.left_out = self.left_out;
+        found.separator = Some(self.dialect.separator_name());
+        found.decimal_commas = self.decimals.are_commas();
+        found.units_row.clone_from(&self.units_row);
     }
 }
 
 impl Iterator for TextRows<'_> {
-    type Item = Result<Record, LogError>;
+    type Item = Result<Row, LogError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
             match self.advance() {
-                Ok(true) => match self.record().transpose() {
-                    Some(record) => return Some(record),
+                Ok(true) => match self.sample().transpose() {
+                    Some(sample) => return Some(sample),
                     None => continue,
                 },
                 Ok(false) => return None,
@@ -243,16 +213,4 @@ impl Iterator for TextRows<'_> {
             }
         }
     }
-}
-
-/// Whether some column goes by its name.
-fn has_names(settings: &LogSettings) -> bool {
-    let optional = [
-        &settings.time,
-        &settings.reference,
-        &settings.command,
-        &settings.injection,
-    ];
-    let mut stated = optional.into_iter().flatten().chain([&settings.position]);
-    stated.any(|column| matches!(column, Column::Named(_)))
 }

@@ -1,9 +1,9 @@
 //! An even clock beside the time stamps of a log.
 
-/// Where a row's time stamp is on the clock.
+/// The place of a row's time stamp on the clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Tick {
-    /// It belongs to the sample so many samples after the last row's.
+    /// It belongs to the sample this number of samples after the last row's.
     After(u32),
     /// It is no later than the last row's.
     Back,
@@ -25,14 +25,14 @@ pub(super) struct Clock {
     even: f64,
     /// Rows since the clock began.
     rows: f64,
-    /// Sum of squares, and the largest, of what stamps are off by, samples.
+    /// Sum of squares, and the largest, of the deviations of the stamps, samples.
     squares: f64,
     largest: f64,
 }
 
 impl Clock {
-    const WITHIN: f64 = 0.6;
-    const MEMORY: f64 = 32.0;
+    const MAX_DEVIATION: f64 = 0.6;
+    const MAX_AVERAGED: f64 = 32.0;
 
     /// Begins with a stamp, s.
     pub(super) fn new(sample_time: f64, stamp: f64) -> Self {
@@ -53,7 +53,7 @@ impl Clock {
         if stamp <= self.last {
             return Tick::Back;
         }
-        let samples = if (1.0 - later).abs() <= Self::WITHIN {
+        let samples = if (1.0 - later).abs() <= Self::MAX_DEVIATION {
             1.0
         } else {
             later.round()
@@ -66,11 +66,11 @@ impl Clock {
         self.largest = self.largest.max(off.abs());
         self.rows += 1.0;
         self.last = stamp;
-        self.even += self.sample_time * (samples + off / self.rows.min(Self::MEMORY));
+        self.even += self.sample_time * (samples + off / self.rows.min(Self::MAX_AVERAGED));
         Tick::After(samples.min(f64::from(u32::MAX)) as u32)
     }
 
-    /// What the stamps are off the clock by: root mean square and largest, samples.
+    /// Deviation of the stamps from the clock.
     pub(super) fn jitter(&self) -> Jitter {
         Jitter {
             squares: self.squares,
@@ -80,7 +80,7 @@ impl Clock {
     }
 }
 
-/// What the time stamps of a log are off an even clock by.
+/// Deviation of the time stamps of a log from an even clock.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Jitter {
     squares: f64,
@@ -101,7 +101,7 @@ impl Jitter {
         self.largest
     }
 
-    /// Together with that of another part of the log.
+    /// Combined with that of another part of the log.
     pub(super) fn with(self, other: Self) -> Self {
         Self {
             squares: self.squares + other.squares,
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn missing_samples_and_stamps_that_go_back_are_told() {
+    fn missing_samples_and_stamps_that_go_back_are_detected() {
         let mut clock = Clock::new(0.01, 0.0);
         assert_eq!(clock.tick(0.0101), Tick::After(1));
         assert_eq!(clock.tick(0.0495), Tick::After(4));

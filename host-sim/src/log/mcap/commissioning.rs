@@ -6,7 +6,7 @@ use super::{Channel, Recorder};
 use crate::commission::Sample;
 use crate::scenario::LogSettings;
 
-/// What a replay looks for; the names are those of the columns of a CSV of a commissioning.
+/// The columns of a replay; the names are those of the columns of a CSV of a commissioning.
 pub static SERVO: Channel = Channel {
     topic: "/servo",
     schema: "servo-id/Commissioning",
@@ -34,7 +34,7 @@ pub static SERVO: Channel = Channel {
 /// Begins the file of a commissioning.
 ///
 /// # Errors
-/// Whatever `out` answers.
+/// Those of `out`.
 pub fn begin<W: Write>(out: W) -> io::Result<Recorder<W>> {
     Recorder::new(out, &[&SERVO])
 }
@@ -42,7 +42,7 @@ pub fn begin<W: Write>(out: W) -> io::Result<Recorder<W>> {
 /// Writes a sample.
 ///
 /// # Errors
-/// Whatever the writer answers.
+/// Those of the writer.
 pub fn add<W: Write>(recorder: &mut Recorder<W>, sample: &Sample) -> io::Result<()> {
     recorder.begin_sample();
     let (time, command) = (sample.time, sample.command.unwrap_or(0.0));

@@ -8,11 +8,11 @@ use std::rc::Rc;
 
 use flate2::read::MultiGzDecoder;
 
-use super::error::LogError;
+use super::super::LogError;
 use crate::nearest;
 
 /// The longest row, bytes, whatever a file unpacks to.
-const LONGEST_ROW: usize = 1 << 20;
+const MAX_ROW: usize = 1 << 20;
 
 /// The bytes of a log, without comments.
 pub(super) type Text = Uncommented<Bounded<Box<dyn Read>>>;
@@ -24,7 +24,7 @@ pub(super) struct Allowance(Rc<Cell<usize>>);
 impl Allowance {
     /// A row has ended.
     pub(super) fn renew(&self) {
-        self.0.set(LONGEST_ROW);
+        self.0.set(MAX_ROW);
     }
 }
 
@@ -35,11 +35,11 @@ impl Allowance {
 pub(super) fn open(path: &Path) -> Result<(Text, Allowance), LogError> {
     let unreadable = |error: io::Error| {
         let why = nearest::unreadable(path, &error);
-        LogError::of_file(path, format!("the log cannot be read: {why}"))
+        LogError::in_file(path, format!("the log cannot be read: {why}"))
     };
     let file = File::open(path).map_err(unreadable)?;
     if !file.metadata().map_err(unreadable)?.is_file() {
-        return Err(LogError::of_file(
+        return Err(LogError::in_file(
             path,
             "a log is read more than once, so it must be a file: save what comes through a pipe \
              first"
@@ -56,7 +56,7 @@ pub(super) fn open(path: &Path) -> Result<(Text, Allowance), LogError> {
 }
 
 fn of_bytes(bytes: Box<dyn Read>) -> (Text, Allowance) {
-    let allowance = Allowance(Rc::new(Cell::new(LONGEST_ROW)));
+    let allowance = Allowance(Rc::new(Cell::new(MAX_ROW)));
     let bounded = Bounded {
         inner: bytes,
         allowance: allowance.clone(),
@@ -64,8 +64,7 @@ fn of_bytes(bytes: Box<dyn Read>) -> (Text, Allowance) {
     (Uncommented::new(bounded), allowance)
 }
 
-/// Reads until the allowance is used up, so that no row fills the memory, whatever a few packed bytes
-/// unpack to.
+/// Reads until the allowance is used up: no row fills the memory, whatever a few packed bytes unpack to.
 #[derive(Debug)]
 pub(super) struct Bounded<R> {
     inner: R,
@@ -77,7 +76,7 @@ impl<R: Read> Read for Bounded<R> {
         let allowed = self.allowance.0.get();
         if allowed == 0 {
             return Err(io::Error::other(format!(
-                "it is longer than {LONGEST_ROW} bytes: is a quotation mark or a line's end missing?"
+                "it is longer than {MAX_ROW} bytes: is a quotation mark or a line's end missing?"
             )));
         }
         let most = buffer.len().min(allowed);
@@ -102,7 +101,7 @@ pub(super) struct Uncommented<R> {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum At {
-    /// Behind so many bytes of what may be a byte-order mark, which a text begins with.
+    /// Behind this number of bytes of what may be a byte-order mark at the beginning of the text.
     Mark(usize),
     /// At the beginning of a line.
     Line,
@@ -199,7 +198,7 @@ impl<R: Read> Read for Uncommented<R> {
 mod tests {
     use super::*;
 
-    /// A text as it is read in pieces of at most so many bytes.
+    /// A text as it is read in pieces of at most `piece` bytes.
     fn read(text: &[u8], piece: usize) -> String {
         let (mut reader, _) = of_bytes(Box::new(io::Cursor::new(text.to_vec())));
         let mut buffer = vec![0; piece];

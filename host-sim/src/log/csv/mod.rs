@@ -1,0 +1,10 @@
+//! Logs as text: `.csv` and `.csv.gz`, in the dialects of spreadsheets and data loggers.
+
+mod cell;
+mod columns;
+mod dialect;
+mod rows;
+mod text;
+
+pub(super) use dialect::Dialect;
+pub(super) use rows::TextRows;

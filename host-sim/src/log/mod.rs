@@ -1,0 +1,20 @@
+//! Recorded logs: rows in SI from CSV and MCAP files, in even time.
+//!
+//! A log is never in memory: [`Log::read`] reads the file once to judge it, and [`Log::rows`] reads it again,
+//! row by row. The folders `csv` and [`mcap`] make rows of a file, each behind the trait `Rows`; `spacing`
+//! puts them in even time. Where a range of time is left out, and where a log ends, a stretch ends: nothing is
+//! carried over such a break but the estimates.
+
+mod clock;
+mod csv;
+mod error;
+mod file;
+pub mod mcap;
+mod row;
+mod spacing;
+
+pub use clock::Jitter;
+pub use error::LogError;
+pub(crate) use file::Stretch;
+pub use file::{Found, Log};
+pub use row::Row;

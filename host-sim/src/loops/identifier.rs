@@ -1,0 +1,182 @@
+//! The identifiers of the core behind one trait object, so that one loop and one replay serve them all.
+
+use std::marker::PhantomData;
+
+use identifier_core::Settings;
+use identifier_core::error::StepError;
+use identifier_core::identifier::{Event, Identify, Update};
+use identifier_core::number::Number;
+use identifier_core::parameters::ParameterSet;
+use identifier_core::parameters::PerParameter;
+use identifier_core::parameters::ServoParameters;
+use identifier_core::parameters::{Term, Unknown};
+
+use super::Step;
+use crate::experiment::{Outcome, TermEstimate};
+use crate::scenario::index_of;
+
+/// An identifier with its state, whatever its types. Increments, position units, and commands are in double
+/// precision, which holds the numbers of every format exactly.
+pub(crate) trait DynIdentifier {
+    /// One sample: the increment of the position and the whole command that acts from now on; then the work
+    /// that a drive does in the background, as far as there is any.
+    ///
+    /// # Errors
+    /// An increment or a command that is not allowed.
+    fn update(&mut self, increment: f64, command: f64) -> Result<Innovation, StepError>;
+
+    /// The estimates, SI.
+    fn estimates(&self) -> ServoParameters;
+
+    /// Their standard errors, SI, for laws that have them.
+    fn standard_errors(&self) -> Option<ServoParameters> {
+        None
+    }
+
+    /// The estimates at a bound.
+    fn at_bounds(&self) -> PerParameter<bool> {
+        PerParameter::default()
+    }
+
+    /// Restarts the model in a motion of `increment` per sample, before its next sample; the estimates are
+    /// kept.
+    fn resume_moving(&mut self, _increment: f64) {}
+
+    /// Sets the position of the servo before its next sample, position units, for models with an angle.
+    fn place(&mut self, _position: f64) {}
+
+    /// Its outcome besides its samples.
+    fn outcome(&self) -> Outcome {
+        Outcome::default()
+    }
+
+    /// [`DynIdentifier::update`] with the estimates behind it.
+    fn step(&mut self, increment: f64, command: f64) -> Result<Step, StepError> {
+        let Innovation { command, update } = self.update(increment, command)?;
+        Ok(Step {
+            command,
+            velocity: None,
+            output_error: update.map(|update| update.output_error),
+            event: update.map(|update| update.event),
+            estimates: self.estimates(),
+            standard_errors: self.standard_errors(),
+            at_bounds: self.at_bounds(),
+        })
+    }
+}
+
+/// The result of a sample.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Innovation {
+    /// The command in the number format of the identifier.
+    pub(crate) command: f64,
+    /// Output error and event; none for a method without a model.
+    pub(crate) update: Option<Update<f64>>,
+}
+
+/// An identifier of the core in floating point.
+pub(crate) struct Running<N: Copy, I: Identify<N>> {
+    identifier: I,
+    state: I::State,
+    known: Outcome,
+    samples: u64,
+    /// The terms that have entered, and the sample in which each did.
+    entered: Vec<(Term, u64)>,
+    number: PhantomData<N>,
+}
+
+impl<N: Copy, I: Identify<N>> Running<N, I> {
+    /// At its start; `known` is its outcome beforehand.
+    pub(crate) fn new(identifier: I, known: Outcome) -> Self {
+        Self {
+            state: identifier.start(),
+            identifier,
+            known,
+            samples: 0,
+            entered: Vec::new(),
+            number: PhantomData,
+        }
+    }
+
+    /// The unknowns of the terms that have entered.
+    fn terms(&self) -> Vec<TermEstimate> {
+        let snapshot = self.identifier.snapshot(&self.state);
+        let estimate = |unknown: Unknown| {
+            let mut entered = self.entered.iter();
+            let (_, since) = entered.find(|(term, _)| Some(*term) == unknown.term())?;
+            Some(TermEstimate {
+                unknown,
+                value: self.identifier.value_in(&snapshot, unknown)?,
+                std_error: self.identifier.standard_error_of(&self.state, unknown)?,
+                since: *since,
+            })
+        };
+        Unknown::ALL.into_iter().filter_map(estimate).collect()
+    }
+}
+
+impl<N: Number, I: Identify<N>> DynIdentifier for Running<N, I> {
+    fn update(&mut self, increment: f64, command: f64) -> Result<Innovation, StepError> {
+        let (increment, command) = (N::from_f64(increment), N::from_f64(command));
+        let update = self.identifier.learn(&mut self.state, increment, command)?;
+        if update.event == Event::TermEntered {
+            let entered = self.identifier.entered(&self.state);
+            for term in Term::ALL.into_iter().filter(|&term| entered.has(term)) {
+                if self.entered.iter().all(|(known, _)| *known != term) {
+                    self.entered.push((term, self.samples));
+                }
+            }
+        }
+        self.samples += 1;
+        self.identifier.work(&mut self.state, u32::MAX);
+        Ok(Innovation {
+            command: command.to_f64(),
+            update: Some(Update {
+                output_error: update.output_error.to_f64(),
+                event: update.event,
+            }),
+        })
+    }
+
+    fn estimates(&self) -> ServoParameters {
+        self.identifier.estimates(&self.state)
+    }
+
+    fn standard_errors(&self) -> Option<ServoParameters> {
+        self.identifier.standard_errors(&self.state)
+    }
+
+    fn at_bounds(&self) -> PerParameter<bool> {
+        self.identifier.at_bounds(&self.state)
+    }
+
+    fn resume_moving(&mut self, increment: f64) {
+        let increment = N::from_f64(increment);
+        self.identifier.resume_moving(&mut self.state, increment);
+    }
+
+    fn place(&mut self, position: f64) {
+        let position = N::from_f64(position);
+        self.identifier.place(&mut self.state, position);
+    }
+
+    fn outcome(&self) -> Outcome {
+        Outcome {
+            bandwidth: self.identifier.bandwidth(&self.state),
+            entered: self.entered.clone(),
+            terms: self.terms(),
+            ..self.known.clone()
+        }
+    }
+}
+
+/// Γ over the parameters of a set, SI.
+pub(crate) fn gamma_over<S: ParameterSet<P>, const P: usize>(
+    settings: &Settings,
+) -> Option<Vec<Vec<f64>>> {
+    let places = S::PARAMETERS.map(index_of);
+    settings.identifier.gamma.map(|gamma| {
+        let row = |i: usize| places.iter().map(|&j| gamma[i][j]).collect();
+        places.iter().map(|&i| row(i)).collect()
+    })
+}
