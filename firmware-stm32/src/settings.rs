@@ -6,6 +6,9 @@ use identifier_core::settings::diagonal;
 
 use crate::paper;
 
+/// The drive is built for fixed point, which has the law without friction.
+const IS_FIXED_POINT: bool = cfg!(feature = "fixed-point");
+
 /// The settings.
 #[must_use]
 pub fn built_in() -> Settings {
@@ -14,8 +17,14 @@ pub fn built_in() -> Settings {
     Settings {
         closed_loop: LoopSettings {
             core,
-            law: Law::Gradient { friction: true },
-            format: Format::Single,
+            law: Law::Gradient {
+                friction: !IS_FIXED_POINT,
+            },
+            format: if IS_FIXED_POINT {
+                Format::Fixed
+            } else {
+                Format::Single
+            },
         },
         dither: Dither {
             amplitude: 0.3,

@@ -17,20 +17,25 @@ use host_sim::drive::Client;
 use crate::elf::Elf;
 use crate::{emulator, firmware};
 
-/// The laws and number formats, by the names that their figures have.
-const LAWS: [(&str, Law, Format); 4] = [
+/// A law by the name that its figures have.
+type NamedLaw = (&'static str, Law);
+
+/// The laws of the drive of each arithmetic, with the features that it is built with.
+const DRIVES: [(Format, &[&str], &[NamedLaw]); 2] = [
     (
-        "gradient-friction",
-        Law::Gradient { friction: true },
         Format::Single,
+        &["emulator"],
+        &[
+            ("gradient-friction", Law::Gradient { friction: true }),
+            ("gradient", Law::Gradient { friction: false }),
+            ("gauss-newton", Law::GaussNewton),
+        ],
     ),
     (
-        "gradient",
-        Law::Gradient { friction: false },
-        Format::Single,
+        Format::Fixed,
+        &["emulator", "fixed-point"],
+        &[("fixed", Law::Gradient { friction: false })],
     ),
-    ("gauss-newton", Law::GaussNewton, Format::Single),
-    ("fixed", Law::Gradient { friction: false }, Format::Fixed),
 ];
 
 /// The interrupt's handler.
@@ -38,7 +43,7 @@ const HANDLER: &str = "TIM5";
 
 /// Functions by which interrupts are classified, in the order of the meter's marks: the first begins a run,
 /// the second shows a sample, the third ends the run.
-const MARKS: [&str; 3] = ["Run::start", "sampler::show", "Sampler::end"];
+const MARKS: [&str; 3] = ["Run::start", "sampler::report", "Sampler::end_run"];
 const FIRST: u32 = 0b001;
 const SHOWN: u32 = 0b010;
 const FAILED: u32 = 0b100;
@@ -112,18 +117,35 @@ pub(crate) fn print() -> Result<(), String> {
     Ok(())
 }
 
-/// Builds the drive for the emulator and counts every law.
+/// Builds the drive of each arithmetic for the emulator and counts every law.
 pub(crate) fn count() -> Result<Vec<(&'static str, Summary)>, String> {
-    firmware::build(&["drive"], &["emulator"])?;
-    let drive = firmware::path("drive");
     let plugin = firmware::build_interrupt_meter()?;
-    let count_one = |(name, law, format)| {
-        let costs = measure(&drive, &plugin, |client| start(client, law, format))?;
+    let mut counted = Vec::new();
+    for (format, features, laws) in DRIVES {
+        firmware::build(&["drive"], features)?;
+        counted.extend(count_laws(format, laws, &plugin)?);
+    }
+    Ok(counted)
+}
+
+/// Counts the laws of the drive that was built last.
+fn count_laws(
+    format: Format,
+    laws: &[NamedLaw],
+    plugin: &Path,
+) -> Result<Vec<(&'static str, Summary)>, String> {
+    let drive = firmware::path("drive");
+    let count_one = |&(name, law): &NamedLaw| {
+        let costs = measure(&drive, plugin, |client| start(client, law, format))?;
         let summary = Summary::new(&costs).map_err(|fault| format!("{name}: {fault}"))?;
         Ok((name, summary))
     };
     thread::scope(|scope| {
-        let laws = LAWS.map(|law| scope.spawn(move || count_one(law)));
+        let count_one = &count_one;
+        let laws: Vec<_> = laws
+            .iter()
+            .map(|law| scope.spawn(move || count_one(law)))
+            .collect();
         laws.into_iter()
             .map(|law| {
                 law.join()
@@ -383,6 +405,6 @@ mod tests {
 
     #[test]
     fn a_path_is_mangled() {
-        assert_eq!(mangled("sampler::show"), "7sampler4show");
+        assert_eq!(mangled("sampler::report"), "7sampler6report");
     }
 }

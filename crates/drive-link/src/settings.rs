@@ -311,8 +311,10 @@ pub enum Why {
     },
     /// It has no default, and was not given.
     NotGiven,
-    /// This firmware has something else only.
+    /// This firmware does not have it.
     NotHere,
+    /// The firmware is built for this arithmetic only.
+    BuiltFor(Format),
 }
 
 impl From<&OutOfRange> for NotAllowed {
@@ -376,6 +378,17 @@ impl fmt::Display for NotAllowed {
                 f,
                 "this firmware does not have the {name} that was asked for"
             ),
+            Why::BuiltFor(format) => {
+                let (key, build) = match format {
+                    Format::Single => ("f32", "with"),
+                    Format::Fixed => ("fixed", "without"),
+                };
+                write!(
+                    f,
+                    "this firmware computes in {format}: ask for identifier.{name} = \"{key}\", or \
+                     flash a firmware that is built {build} the feature fixed-point"
+                )
+            }
         }
     }
 }

@@ -1,6 +1,5 @@
-//! What goes between the two halves: orders one way, events the other; what is recorded for a first fit,
-//! and what it found; what a commissioning finds, and what its study answers; and beside the queues what
-//! must never wait for room.
+//! Queues and counters between the two halves: orders one way, events the other; blocks for a first fit, and the fit;
+//! events of a commissioning's record, and decisions of its solver; and counters for what must never wait for room.
 
 use core::fmt;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -9,7 +8,7 @@ use heapless::spsc::{Consumer, Producer, Queue};
 use identifier_core::commission;
 use identifier_core::identifier::NumberedBlock;
 
-use crate::first_fit::Fitted;
+use crate::closed_loop::Fitted;
 use crate::messages::{Event, Order};
 
 /// Orders and events that may be on their way at once, and one more; powers of two, so that a queue
@@ -18,16 +17,16 @@ const ORDERS: usize = 4;
 const EVENTS: usize = 8;
 
 /// Blocks of a record that may be on their way: each is some 16 ms long.
-const BLOCKS_UNDER_WAY: usize = 8;
+const BLOCKS: usize = 8;
 
 /// Fits on their way back, and one more.
 const FITS: usize = 2;
 
-/// Findings of a commissioning that may be on their way, and one more.
-const FINDINGS: usize = 16;
+/// Record events of a commissioning that may be on their way, and one more.
+const RECORD_EVENTS: usize = 16;
 
-/// Answers of its study, and one more.
-const ANSWERS: usize = 2;
+/// Decisions of its solver, and one more.
+const DECISIONS: usize = 2;
 
 type Block = NumberedBlock<f32>;
 type RecordEvent = commission::RecordEvent<f32>;
@@ -38,14 +37,14 @@ type Decision = commission::Decision<f32>;
 pub struct Channel {
     orders: Queue<Stamped, ORDERS>,
     events: Queue<Event, EVENTS>,
-    blocks: Queue<Block, BLOCKS_UNDER_WAY>,
+    blocks: Queue<Block, BLOCKS>,
     fits: Queue<Fitted, FITS>,
-    findings: Queue<RecordEvent, FINDINGS>,
-    answers: Queue<Decision, ANSWERS>,
+    record_events: Queue<RecordEvent, RECORD_EVENTS>,
+    decisions: Queue<Decision, DECISIONS>,
     signals: Signals,
 }
 
-/// An order, and how many stops had been asked for before it: one that a stop overtook is void.
+/// An order, and the number of stops before it: one that a stop overtook is void.
 #[derive(Debug)]
 struct Stamped {
     stops: u32,
@@ -55,25 +54,25 @@ struct Stamped {
 /// Counters that the background raises and the interrupt reads: nothing can fill them.
 #[derive(Debug)]
 struct Signals {
-    /// Raised with everything below but the last, and with every order: while it stands still, there is
-    /// nothing to obey.
-    asked: AtomicU32,
+    /// Raised with every order, stop, change of mode and frame of the host: while it stands still, there is nothing to
+    /// obey.
+    requests: AtomicU32,
     stops: AtomicU32,
     mode_changes: AtomicU32,
-    heard: AtomicU32,
-    alive: AtomicU32,
-    /// No counter: samples for which the background may be missed while the servo is let go.
-    released_patience: AtomicU32,
+    host_heard: AtomicU32,
+    background_turns: AtomicU32,
+    /// No counter: samples for which the background may not run while the servo is disabled.
+    disabled_patience: AtomicU32,
 }
 
 /// The background's end of a [`Channel`].
 pub struct BackgroundEnd<'a> {
     orders: Producer<'a, Stamped, ORDERS>,
     events: Consumer<'a, Event, EVENTS>,
-    blocks: Consumer<'a, Block, BLOCKS_UNDER_WAY>,
+    blocks: Consumer<'a, Block, BLOCKS>,
     fits: Producer<'a, Fitted, FITS>,
-    findings: Consumer<'a, RecordEvent, FINDINGS>,
-    answers: Producer<'a, Decision, ANSWERS>,
+    record_events: Consumer<'a, RecordEvent, RECORD_EVENTS>,
+    decisions: Producer<'a, Decision, DECISIONS>,
     signals: &'a Signals,
 }
 
@@ -81,10 +80,10 @@ pub struct BackgroundEnd<'a> {
 pub struct InterruptEnd<'a> {
     orders: Consumer<'a, Stamped, ORDERS>,
     events: Producer<'a, Event, EVENTS>,
-    blocks: Producer<'a, Block, BLOCKS_UNDER_WAY>,
+    blocks: Producer<'a, Block, BLOCKS>,
     fits: Consumer<'a, Fitted, FITS>,
-    findings: Producer<'a, RecordEvent, FINDINGS>,
-    answers: Consumer<'a, Decision, ANSWERS>,
+    record_events: Producer<'a, RecordEvent, RECORD_EVENTS>,
+    decisions: Consumer<'a, Decision, DECISIONS>,
     signals: &'a Signals,
 }
 
@@ -109,52 +108,44 @@ impl Channel {
             events: Queue::new(),
             blocks: Queue::new(),
             fits: Queue::new(),
-            findings: Queue::new(),
-            answers: Queue::new(),
+            record_events: Queue::new(),
+            decisions: Queue::new(),
             signals: Signals {
-                asked: AtomicU32::new(0),
+                requests: AtomicU32::new(0),
                 stops: AtomicU32::new(0),
                 mode_changes: AtomicU32::new(0),
-                heard: AtomicU32::new(0),
-                alive: AtomicU32::new(0),
-                released_patience: AtomicU32::new(1),
+                host_heard: AtomicU32::new(0),
+                background_turns: AtomicU32::new(0),
+                disabled_patience: AtomicU32::new(1),
             },
         }
     }
 
     /// Both ends.
     pub fn split(&mut self) -> (BackgroundEnd<'_>, InterruptEnd<'_>) {
-        let Self {
-            orders,
-            events,
-            blocks,
-            fits,
-            findings,
-            answers,
-            signals,
-        } = self;
-        let (give, take) = orders.split();
-        let (tell, hear) = events.split();
-        let (record, fit_to) = blocks.split();
-        let (hand_over, go_on_from) = fits.split();
-        let (find, study) = findings.split();
-        let (answer, accept) = answers.split();
+        let (orders_in, orders_out) = self.orders.split();
+        let (events_in, events_out) = self.events.split();
+        let (blocks_in, blocks_out) = self.blocks.split();
+        let (fits_in, fits_out) = self.fits.split();
+        let (record_events_in, record_events_out) = self.record_events.split();
+        let (decisions_in, decisions_out) = self.decisions.split();
+        let signals = &self.signals;
         let background = BackgroundEnd {
-            orders: give,
-            events: hear,
-            blocks: fit_to,
-            fits: hand_over,
-            findings: study,
-            answers: answer,
+            orders: orders_in,
+            events: events_out,
+            blocks: blocks_out,
+            fits: fits_in,
+            record_events: record_events_out,
+            decisions: decisions_in,
             signals,
         };
         let interrupt = InterruptEnd {
-            orders: take,
-            events: tell,
-            blocks: record,
-            fits: go_on_from,
-            findings: find,
-            answers: accept,
+            orders: orders_out,
+            events: events_in,
+            blocks: blocks_in,
+            fits: fits_out,
+            record_events: record_events_in,
+            decisions: decisions_out,
             signals,
         };
         (background, interrupt)
@@ -167,21 +158,21 @@ impl Default for Channel {
     }
 }
 
-/// Raises a counter that nobody else writes. Cores without an atomic addition have this too.
+/// Raises a counter of one writer. Cores without an atomic addition have this too.
 fn raise(counter: &AtomicU32) {
     let next = counter.load(Ordering::Relaxed).wrapping_add(1);
     counter.store(next, Ordering::Release);
 }
 
 impl BackgroundEnd<'_> {
-    /// Gives an order, or gives it back if the interrupt has not done the ones before it.
+    /// Gives an order, or returns it if the interrupt has not done the ones before it.
     pub(crate) fn order(&mut self, order: Order) -> Result<(), Order> {
         let stops = self.stops();
         let given = self
             .orders
             .enqueue(Stamped { stops, order })
             .map_err(|back| back.order);
-        raise(&self.signals.asked);
+        raise(&self.signals.requests);
         given
     }
 
@@ -195,61 +186,61 @@ impl BackgroundEnd<'_> {
         self.blocks.dequeue()
     }
 
-    /// Hands a fit over, or gives it back.
+    /// Hands a fit over, or returns it.
     pub(crate) fn fitted(&mut self, fitted: Fitted) -> Result<(), Fitted> {
         self.fits.enqueue(fitted)
     }
 
-    /// The next finding of a commissioning.
-    pub(crate) fn finding(&mut self) -> Option<RecordEvent> {
-        self.findings.dequeue()
+    /// The next event of a commissioning's record.
+    pub(crate) fn record_event(&mut self) -> Option<RecordEvent> {
+        self.record_events.dequeue()
     }
 
-    /// Hands an answer of its study over; false if it finds no room.
-    pub(crate) fn answer(&mut self, answer: &Decision) -> bool {
-        self.answers.enqueue(*answer).is_ok()
+    /// Hands a decision of its solver over; false if it finds no room.
+    pub(crate) fn decide(&mut self, decision: &Decision) -> bool {
+        self.decisions.enqueue(*decision).is_ok()
     }
 
     /// Ends a commissioning for another mode.
     pub(crate) fn change_mode(&self) {
         raise(&self.signals.mode_changes);
-        raise(&self.signals.asked);
+        raise(&self.signals.requests);
     }
 
-    /// Stops whatever runs and makes void every order that was not done yet.
+    /// Stops every mode and makes void every order that was not done yet.
     pub(crate) fn stop(&self) {
         raise(&self.signals.stops);
-        raise(&self.signals.asked);
+        raise(&self.signals.requests);
     }
 
-    /// How often that was asked for.
+    /// The number of stops so far.
     pub(crate) fn stops(&self) -> u32 {
         self.signals.stops.load(Ordering::Relaxed)
     }
 
-    /// Somebody was heard on the line who speaks our language.
-    pub(crate) fn heard(&self) {
-        raise(&self.signals.heard);
-        raise(&self.signals.asked);
+    /// A host of the same protocol was heard on the line.
+    pub(crate) fn host_heard(&self) {
+        raise(&self.signals.host_heard);
+        raise(&self.signals.requests);
     }
 
-    /// Says how many samples the background may be missed while the servo is let go.
-    pub(crate) fn set_released_patience(&self, samples: u32) {
-        let place = &self.signals.released_patience;
+    /// Sets the samples for which the background may not run while the servo is disabled.
+    pub(crate) fn set_disabled_patience(&self, samples: u32) {
+        let place = &self.signals.disabled_patience;
         place.store(samples, Ordering::Relaxed);
     }
 
-    /// The background goes round.
-    pub(crate) fn is_alive(&self) {
-        raise(&self.signals.alive);
+    /// Counts a turn of the background.
+    pub(crate) fn count_turn(&self) {
+        raise(&self.signals.background_turns);
     }
 }
 
 impl InterruptEnd<'_> {
-    /// How often a stop or an order was asked for, or the host heard.
+    /// The number of requests of any kind so far.
     #[inline]
-    pub(crate) fn times_asked(&self) -> u32 {
-        self.signals.asked.load(Ordering::Acquire)
+    pub(crate) fn requests(&self) -> u32 {
+        self.signals.requests.load(Ordering::Acquire)
     }
 
     /// The next order that no stop has overtaken since it was given, and those that one has overtaken
@@ -263,31 +254,31 @@ impl InterruptEnd<'_> {
         })
     }
 
-    /// Tells, or gives back what finds no room.
+    /// Reports an event, or returns one that finds no room.
     #[inline]
-    pub(crate) fn tell(&mut self, event: Event) -> Result<(), Event> {
+    pub(crate) fn report(&mut self, event: Event) -> Result<(), Event> {
         self.events.enqueue(event)
     }
 
-    /// Hands on a block of a record. One that finds no room is lost, which the fit will see.
+    /// Hands on a block of a record. One that finds no room is lost, which the fit detects.
     #[inline]
     pub(crate) fn block(&mut self, block: Block) {
         let _ = self.blocks.enqueue(block);
     }
 
-    /// Hands a finding over; false if it finds no room.
+    /// Hands an event of a commissioning's record over; false if it finds no room.
     #[inline]
-    pub(crate) fn finding(&mut self, finding: RecordEvent) -> bool {
-        self.findings.enqueue(finding).is_ok()
+    pub(crate) fn record_event(&mut self, event: RecordEvent) -> bool {
+        self.record_events.enqueue(event).is_ok()
     }
 
-    /// An answer of the study.
+    /// A decision of the commissioning's solver.
     #[inline]
-    pub(crate) fn answer(&mut self) -> Option<Decision> {
-        self.answers.dequeue()
+    pub(crate) fn decision(&mut self) -> Option<Decision> {
+        self.decisions.dequeue()
     }
 
-    /// A fit to go on from.
+    /// A fit to resume from.
     #[inline]
     pub(crate) fn fitted(&mut self) -> Option<Fitted> {
         self.fits.dequeue()
@@ -301,16 +292,16 @@ impl InterruptEnd<'_> {
         self.signals.mode_changes.load(Ordering::Relaxed)
     }
 
-    pub(crate) fn times_heard(&self) -> u32 {
-        self.signals.heard.load(Ordering::Relaxed)
+    pub(crate) fn times_host_heard(&self) -> u32 {
+        self.signals.host_heard.load(Ordering::Relaxed)
     }
 
-    pub(crate) fn released_patience(&self) -> u32 {
-        self.signals.released_patience.load(Ordering::Relaxed)
+    pub(crate) fn disabled_patience(&self) -> u32 {
+        self.signals.disabled_patience.load(Ordering::Relaxed)
     }
 
     #[inline]
-    pub(crate) fn times_alive(&self) -> u32 {
-        self.signals.alive.load(Ordering::Relaxed)
+    pub(crate) fn background_turns(&self) -> u32 {
+        self.signals.background_turns.load(Ordering::Relaxed)
     }
 }

@@ -1,16 +1,16 @@
-//! What the interrupt needs of a chip.
+//! Traits and types of a chip that the interrupt runs on.
 
 use drive_link::Fault;
 use identifier_core::drive::{Actuator, PositionSensor};
 
-/// What the sample interrupt finds on a chip.
+/// The parts of a chip that the sample interrupt uses.
 pub trait Chip {
     /// The encoder.
     type Sensor: PositionSensor;
     /// The output stage.
     type Output: Actuator<f32>;
 
-    /// What the lines say now.
+    /// The state of the lines.
     fn lines(&self) -> Lines;
 
     /// Encoder and output stage.
@@ -23,8 +23,7 @@ pub trait Chip {
     fn feed_watchdog(&mut self);
 }
 
-/// What the pins say besides the encoder. Every line is healthy when it is closed, so a broken wire
-/// is a fault.
+/// State of the pins besides the encoder. Every line is healthy when it is closed, so a broken wire is a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Lines {
     /// The amplifier reports no fault.
@@ -37,7 +36,7 @@ pub struct Lines {
 
 impl Lines {
     /// # Errors
-    /// What keeps the servo from being moved.
+    /// The fault that keeps the servo from being moved.
     pub(crate) fn before_motion(self) -> Result<(), Fault> {
         if !self.amplifier {
             Err(Fault::AmplifierFault)
@@ -49,9 +48,9 @@ impl Lines {
     }
 }
 
-/// What the output stage of a drive can do.
+/// Properties of a drive's output stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stage {
+pub struct OutputStage {
     /// The command that asks for all it has, command units: no limit may be beyond it.
     pub full_scale: f64,
     /// The samples are a whole number of these apart, s: the period of its PWM.

@@ -1,23 +1,20 @@
-//! A commissioning in the sample interrupt: what moves the servo, and what the drive ends it for.
+//! A commissioning in the sample interrupt, with the drive's reasons to end it.
 
 use drive_link::{self, Fault, NoGains, NotAllowed, Outcome, Protection};
 use identifier_core::commission::{
-    CommissionInputs, CommissionIsr, CommissionSettings, CommissionState, HoldingGains, Phase,
-    StopReason,
+    CommissionInputs, CommissionIsr, CommissionSettings, CommissionState, Decision, HoldingGains,
+    Phase, RecordEvent, StopReason,
 };
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::units::Units;
 
-use crate::background_alive::Patience;
-use crate::channel::InterruptEnd;
+use crate::background_watch::DRIVEN_PATIENCE;
 use crate::chip::Lines;
-use crate::held::Held;
-use crate::line_watch::LineWatch;
-use crate::messages::Moved;
-use crate::parts;
-use crate::rest::Rest;
-use crate::run::DRIVEN_PATIENCE;
-use crate::silence::Silence;
+use crate::closed_loop::Handover;
+use crate::conversion;
+use crate::ending::{Deadline, Rest};
+use crate::protection::LineWatch;
+use crate::telemetry::CommissionSample;
 use crate::time::samples;
 
 /// A commissioning that is ready to begin, under way, or over.
@@ -26,33 +23,33 @@ pub(crate) struct Commissioning {
     commission: CommissionIsr<f32>,
     state: CommissionState<f32>,
     lines: LineWatch,
-    silence: Silence,
+    deadline: Deadline,
     rest: Rest,
-    background: Patience,
-    /// What the drive ends it for, and the fault that this is, if it is one.
+    background_patience: u32,
+    /// The drive's reason to end it, and its fault, if it is one.
     stop: Option<StopReason>,
     fault: Option<Fault>,
-    /// The servo is let go, whatever else might hold it.
-    let_go: bool,
+    /// The servo is disabled, whatever else might hold it.
+    disabled: bool,
     late: bool,
-    moved: Moved,
+    sample: CommissionSample,
     started_at: i32,
-    /// Where the loop was started beside which it runs; none if it runs from rest.
-    beside: Option<i32>,
-    /// Whether it holds the servo for a loop to go on.
-    waits: bool,
+    /// The count at which the run started in whose place it runs; none from rest.
+    run_started_at: Option<i32>,
+    /// It holds the servo for a run to resume.
+    awaits_resume: bool,
 }
 
-/// What a sample means for a commissioning.
+/// The meaning of a sample for the commissioning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Course {
-    /// It goes on.
-    On,
-    /// It goes on in another phase.
+    /// It continues.
+    Continues,
+    /// It continues in another phase.
     NextPhase,
-    /// It is over, and holds the servo from now on for a loop to go on.
-    Waits,
-    /// It is over, and the servo is let go.
+    /// It is over, and holds the servo from now on for a run to resume.
+    AwaitsResume,
+    /// It is over, and the servo is disabled.
     Over,
 }
 
@@ -66,76 +63,78 @@ impl Commissioning {
         before: Option<&HoldingGains>,
         protection: &Protection,
     ) -> Result<Self, NotAllowed> {
-        let refused = |error| parts::not_commissioned(&error);
+        let refused = |error| conversion::not_commissioned(&error);
         let commission = CommissionIsr::new(settings, before).map_err(refused)?;
         let units = Units::new(settings.sample_time, settings.resolution)
-            .map_err(|error| parts::not_allowed(error.into()))?;
+            .map_err(|error| conversion::not_allowed(error.into()))?;
         Ok(Self {
             state: commission.start(0, None),
             commission,
             lines: LineWatch::new(&units),
-            silence: Silence::of(protection.link_timeout, &units),
+            deadline: Deadline::new(0.0, protection.link_timeout, &units),
             rest: Rest::within(protection.stop_time, &units),
-            background: Patience::of(samples(DRIVEN_PATIENCE, &units)),
+            background_patience: samples(DRIVEN_PATIENCE, &units),
             stop: None,
             fault: None,
-            let_go: false,
+            disabled: false,
             late: false,
-            moved: Moved::NOT_YET,
+            sample: CommissionSample::IDLE,
             started_at: 0,
-            beside: None,
-            waits: false,
+            run_started_at: None,
+            awaits_resume: false,
         })
     }
 
-    /// From where the servo stands. Not inlined, to be seen in the machine code.
+    /// From the count at which the servo rests. Not inlined, to be seen in the machine code.
     #[inline(never)]
-    pub(crate) fn start(&mut self, count: i32, channel: &InterruptEnd<'_>) {
+    pub(crate) fn start(&mut self, count: i32) {
         self.state.begin_at(count);
-        self.begin(count, channel);
+        self.begin(count);
     }
 
-    /// In place of a loop that has run until now, under its gains at first. Not inlined, to be seen in the
-    /// machine code.
+    /// In place of a run, under its gains at first. Not inlined, to be seen in the machine code.
     #[inline(never)]
-    pub(crate) fn take_over(&mut self, held: &Held, channel: &InterruptEnd<'_>) {
-        let Held {
+    pub(crate) fn take_over(&mut self, handover: &Handover) {
+        let Handover {
             last,
             count,
             started_at,
             ..
-        } = held;
+        } = handover;
         self.commission.take_over(&mut self.state, *count, last);
-        self.beside = Some(*started_at);
-        self.begin(*count, channel);
+        self.run_started_at = Some(*started_at);
+        self.begin(*count);
     }
 
-    fn begin(&mut self, count: i32, channel: &InterruptEnd<'_>) {
-        self.moved.phase = self.state.phase();
+    fn begin(&mut self, count: i32) {
+        self.sample.phase = self.state.phase();
         self.started_at = count;
-        self.background.begin(channel);
     }
 
-    /// The servo, if it holds it for a loop to go on.
-    pub(crate) fn held(&self) -> Option<Held> {
-        let started_at = self.beside.filter(|_| self.waits)?;
-        let last = self.state.last_sample()?;
-        Some(Held {
-            last,
-            count: self.started_at.wrapping_add(self.moved.count),
+    /// The servo, if it holds it for a run to resume.
+    pub(crate) fn handover(&self) -> Option<Handover> {
+        let started_at = self.run_started_at.filter(|_| self.awaits_resume)?;
+        Some(Handover {
+            last: self.state.last_sample()?,
+            count: self.started_at.wrapping_add(self.sample.count),
             started_at,
-            stood_at: self.started_at,
+            rest_count: self.started_at,
         })
     }
 
-    /// The slices of work that its study does in each sample.
+    /// Samples for which the background may not run.
+    pub(crate) fn background_patience(&self) -> u32 {
+        self.background_patience
+    }
+
+    /// The slices of work that its solver does in each sample.
     pub(crate) fn slices(&self) -> u32 {
         self.commission.slices()
     }
 
     /// The host was heard.
-    pub(crate) fn heard(&mut self) {
-        self.silence.end();
+    pub(crate) fn host_heard(&mut self) {
+        self.deadline.host_heard();
     }
 
     /// Ends it, under the gains before if there are any.
@@ -143,25 +142,21 @@ impl Commissioning {
         self.stop = self.stop.or(Some(reason));
     }
 
-    /// Ends it and lets the servo go at once.
-    pub(crate) fn let_go(&mut self, reason: StopReason) {
+    /// Ends it and disables the servo at once.
+    pub(crate) fn abort(&mut self, reason: StopReason) {
         self.end(reason);
-        self.let_go = true;
+        self.disabled = true;
     }
 
-    fn strike(&mut self, fault: Fault) {
+    /// Ends it for a fault, before it begins or in the middle.
+    pub(crate) fn abort_with_fault(&mut self, fault: Fault) {
         self.fault = self.fault.or(Some(fault));
-        self.let_go(match fault {
+        self.abort(match fault {
             Fault::LimitSwitch | Fault::LimitSwitchesStuck => StopReason::LimitSwitch,
             Fault::EncoderFailed => StopReason::EncoderLost,
             Fault::ActuatorFailed => StopReason::ActuatorDead,
             _ => StopReason::AmplifierFault,
         });
-    }
-
-    /// It cannot begin.
-    pub(crate) fn refuse(&mut self, fault: Fault) {
-        self.strike(fault);
     }
 
     /// The fault that it ended by, if it was one of the drive's.
@@ -170,12 +165,12 @@ impl Commissioning {
         self.fault.or(lost.then_some(Fault::EncoderFailed))
     }
 
-    /// How far it got.
-    pub(crate) fn moved(&self) -> Moved {
-        self.moved
+    /// The last sample as it is reported.
+    pub(crate) fn report(&self) -> CommissionSample {
+        self.sample
     }
 
-    /// What it came to.
+    /// Its outcome.
     pub(crate) fn outcome(&self) -> Outcome {
         let state = &self.state;
         let (phase, reason) = if state.phase().is_end() {
@@ -193,81 +188,79 @@ impl Commissioning {
         }
     }
 
-    /// Takes note of whether a sample ended before the next was due.
+    /// Takes in whether a sample ended before the next was due.
     #[inline]
-    pub(crate) fn ended(&mut self, in_time: bool) {
+    pub(crate) fn end_sample(&mut self, in_time: bool) {
         self.late = !in_time;
     }
 
-    /// Whether the background was seen to go round lately.
-    #[inline]
-    pub(crate) fn has_background(&mut self, channel: &InterruptEnd<'_>) -> bool {
-        self.background.lasts(channel)
-    }
-
-    /// One sample: the command goes out first, then findings and answers are exchanged.
+    /// One sample: the command goes out first, then an event of the record, if there is one, is exchanged for a
+    /// decision of the solver. `exchange` gives false for an event that finds no room.
     #[inline]
     pub(crate) fn step<S: PositionSensor, A: Actuator<f32>>(
         &mut self,
         lines: Lines,
         sensor: &mut S,
         actuator: &mut A,
-        channel: &mut InterruptEnd<'_>,
+        exchange: impl FnOnce(Option<RecordEvent<f32>>) -> (bool, Option<Decision<f32>>),
     ) -> Course {
         if let Err(fault) = self.lines.check(lines) {
-            self.strike(fault);
+            self.abort_with_fault(fault);
         }
-        if self.silence.is_too_long() {
+        if self.deadline.check().is_some() {
             self.fault = self.fault.or(Some(Fault::LinkSilent));
             self.end(StopReason::LinkLost);
         }
         let count = sensor.count().ok();
-        let seen = CommissionInputs {
+        let inputs = CommissionInputs {
             count,
             late: self.late,
             stop: self.stop,
         };
-        let step = self.commission.process(&mut self.state, &seen);
-        let command = step.command.filter(|_| !self.let_go);
+        let step = self.commission.process(&mut self.state, &inputs);
+        let command = step.command.filter(|_| !self.disabled);
         let acted = match command {
             Some(command) => actuator.hold(command),
             None => actuator.release(),
         };
         if acted.is_err() {
-            self.strike(Fault::ActuatorFailed);
+            self.abort_with_fault(Fault::ActuatorFailed);
         }
-        let has_changed = step.phase != self.moved.phase;
-        self.moved.note(
+        let has_changed = step.phase != self.sample.phase;
+        self.sample.update(
             &step,
             count.map(|count| count.wrapping_sub(self.started_at)),
         );
-        if let Some(finding) = step.finding
-            && !channel.finding(finding)
-        {
+        let (has_room, decision) = exchange(step.finding);
+        if !has_room {
             // A record with a hole is none: the background is too slow.
             self.end(StopReason::Overrun);
         }
-        if let Some(answer) = channel.answer() {
-            self.commission.accept(&mut self.state, &answer);
+        if let Some(decision) = decision {
+            self.commission.accept(&mut self.state, &decision);
         }
         let is_end = step.phase.is_end();
-        if self.let_go || (is_end && command.is_none()) {
+        if self.disabled || (is_end && command.is_none()) {
             return Course::Over;
         }
         if is_end && has_changed {
-            self.rest.begin(self.moved.count);
+            self.rest.begin(self.sample.count);
         }
-        if is_end && self.rest.is_over(self.moved.count) {
-            // What no loop may go on from is let go.
-            if self.beside.is_none() || self.fault.is_some() {
+        if is_end && self.rest.is_over(self.sample.count) {
+            // Without a run that may resume, the servo is disabled.
+            if self.run_started_at.is_none() || self.fault.is_some() {
                 return Course::Over;
             }
-            let is_new = !core::mem::replace(&mut self.waits, true);
-            if is_new { Course::Waits } else { Course::On }
+            let is_new = !core::mem::replace(&mut self.awaits_resume, true);
+            if is_new {
+                Course::AwaitsResume
+            } else {
+                Course::Continues
+            }
         } else if has_changed {
             Course::NextPhase
         } else {
-            Course::On
+            Course::Continues
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The background's turns: stops first, then requests, then news as far as the line has room, then work.
+//! The background's turns: stops first, then requests, then reports as far as the line has room, then work.
 
 use drive_link::{
     Command, LONGEST_FRAME, Line, Receiver, Refusal, Report, Request, StopListener, frame,
@@ -8,29 +8,29 @@ use heapless::Deque;
 
 use crate::supervisor::Supervisor;
 
-/// What the background of a drive does over and over.
+/// The loop of the background.
 ///
-/// A stop is obeyed as soon as its last byte has come, whatever waits before it. Requests come next,
-/// and news never take the room that an answer needs. A request is carried out whether or not there is
-/// room for its answer: who does not hear one asks again, which does no harm.
+/// A stop is obeyed as soon as its last byte has come, whatever waits before it. Requests come next, and reports never
+/// take the room that an answer needs. A request is carried out whether or not there is room for its answer: a host that
+/// gets none repeats the request, which does no harm.
 #[derive(Debug, Default)]
 pub struct Conversation {
     stops: StopListener,
-    /// What came and was not looked at yet but for stops.
+    /// Bytes that were not decoded yet but for stops.
     waiting: Deque<u8, WAITING>,
     /// Stops among the waiting bytes: obeyed already, to be answered still.
     stops_waiting: u32,
     receiver: Receiver,
-    /// News that must not be lost, waiting for room.
-    must_say: Option<Report>,
+    /// A report of the state that waits for room.
+    pending: Option<Report>,
 }
 
 /// Bytes that may wait: two of the longest frames, and a power of two.
 const WAITING: usize = 2048;
 const _: () = assert!(WAITING > 2 * LONGEST_FRAME);
 
-/// Bytes that one turn looks at: as many as come in 1.6 ms at 1 Mbaud.
-const LOOK_AT: usize = 160;
+/// Bytes that one turn decodes: those of 1.6 ms at 1 Mbaud.
+const BYTES_PER_TURN: usize = 160;
 
 impl Conversation {
     /// Waits for the beginning of a frame.
@@ -41,7 +41,7 @@ impl Conversation {
             waiting: Deque::new(),
             stops_waiting: 0,
             receiver: Receiver::new(),
-            must_say: None,
+            pending: None,
         }
     }
 
@@ -51,16 +51,16 @@ impl Conversation {
         line: &mut impl Line,
         supervisor: &mut Supervisor<'_, F>,
     ) -> bool {
-        supervisor.is_alive();
-        self.listen(line, supervisor);
+        supervisor.count_turn();
+        self.receive(line, supervisor);
         let answered = self.answer(line, supervisor);
-        let told = self.tell(line, supervisor);
+        let reported = self.report(line, supervisor);
         let works = supervisor.work();
-        answered || told || works
+        answered || reported || works
     }
 
-    /// Takes in what came, and obeys the stops in it.
-    fn listen<F: NorFlash>(&mut self, line: &mut impl Line, supervisor: &Supervisor<'_, F>) {
+    /// Takes in the bytes of the line, and obeys the stops in them.
+    fn receive<F: NorFlash>(&mut self, line: &mut impl Line, supervisor: &Supervisor<'_, F>) {
         while let Some(byte) = line.hear() {
             // One that finds no room is lost, which spoils its frame; but no stop.
             let _ = self.waiting.push_back(byte);
@@ -71,32 +71,32 @@ impl Conversation {
         }
     }
 
-    /// Looks at what waits until one request was answered.
+    /// Decodes bytes until one request was answered.
     fn answer<F: NorFlash>(
         &mut self,
         line: &mut impl Line,
         supervisor: &mut Supervisor<'_, F>,
     ) -> bool {
-        for _ in 0..LOOK_AT {
+        for _ in 0..BYTES_PER_TURN {
             let Some(byte) = self.waiting.pop_front() else {
                 self.stops_waiting = 0;
                 return false;
             };
             match self.receiver.take::<Request>(byte) {
                 Some(Ok(request)) => {
-                    let answer = self.done(&request, line, supervisor);
-                    say(line, &answer, 0);
+                    let answer = self.carried_out(&request, line, supervisor);
+                    send(line, &answer, 0);
                     return true;
                 }
-                Some(Err(_)) => supervisor.garbled(),
+                Some(Err(_)) => supervisor.count_garbled(),
                 None => {}
             }
         }
         true
     }
 
-    /// Does what is asked for, unless a stop came after it that was obeyed already.
-    fn done<F: NorFlash>(
+    /// Carries a request out, unless a stop came after it that was obeyed already.
+    fn carried_out<F: NorFlash>(
         &mut self,
         request: &Request,
         line: &mut impl Line,
@@ -116,39 +116,39 @@ impl Conversation {
             _ => {}
         }
         supervisor.answer_unless(request, |supervisor| {
-            self.listen(line, supervisor);
+            self.receive(line, supervisor);
             self.stops_waiting > 0
         })
     }
 
-    /// Says one piece of news.
-    fn tell<F: NorFlash>(
+    /// Sends one report.
+    fn report<F: NorFlash>(
         &mut self,
         line: &mut impl Line,
         supervisor: &mut Supervisor<'_, F>,
     ) -> bool {
-        if let Some(report) = &self.must_say
-            && say(line, report, LONGEST_FRAME)
+        if let Some(report) = &self.pending
+            && send(line, report, LONGEST_FRAME)
         {
-            self.must_say = None;
+            self.pending = None;
         }
-        let Some(report) = supervisor.news() else {
+        let Some(report) = supervisor.next_report() else {
             return false;
         };
-        let said = self.must_say.is_none() && say(line, &report, LONGEST_FRAME);
-        if !said {
+        let sent = self.pending.is_none() && send(line, &report, LONGEST_FRAME);
+        if !sent {
             match report {
-                Report::Snapshot(_) | Report::Progress(_) => supervisor.unsaid(),
-                // The newest says how things stand now.
-                _ => self.must_say = Some(report),
+                Report::Snapshot(_) | Report::Progress(_) => supervisor.count_dropped(),
+                // Only the newest state counts.
+                _ => self.pending = Some(report),
             }
         }
         true
     }
 }
 
-/// Says a report, if there is room for it and for so many bytes more.
-fn say(line: &mut impl Line, report: &Report, reserve: usize) -> bool {
+/// Sends a report, if there is room for it and for a reserve, bytes.
+fn send(line: &mut impl Line, report: &Report, reserve: usize) -> bool {
     if line.room() < reserve {
         return false;
     }

@@ -1,134 +1,202 @@
-//! How a run ends when nobody stops it and nothing is wrong with the servo: its time is over, or the
-//! host is silent. The servo comes to rest under control, and only then is let go.
+//! The end of a run without a fault of the servo: its time is over, or the host is silent. The servo comes to rest under
+//! control, and is disabled only then.
 
 use drive_link::{Ended, Fault, Protection};
 use identifier_core::units::Units;
 
-use crate::rest::Rest;
 use crate::time::samples;
 
-/// The watch over the end of a run.
-///
-/// One count runs down in every sample, to the next thing that may happen; only when it has run out, or
-/// the host was heard, is anything looked at.
+/// Counts within which the servo is at rest, and for how long, s.
+const REST_COUNTS: u32 = 4;
+const REST_TIME: f64 = 0.02;
+
+/// A servo that comes to rest, or does not within its time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Ending {
-    /// Samples to the next look, and those that it was begun with.
+pub(crate) struct Rest {
+    max_samples: u32,
+    needed: u32,
+    /// The count at which it has stayed, for how many samples, and the samples that are left.
+    at: i32,
+    still: u32,
+    left: u32,
+}
+
+impl Rest {
+    /// Within this time, s.
+    pub(crate) fn within(time: f64, units: &Units) -> Self {
+        let max_samples = samples(time, units);
+        Self {
+            max_samples,
+            needed: samples(REST_TIME, units),
+            at: 0,
+            still: 0,
+            left: max_samples,
+        }
+    }
+
+    /// From a count on.
+    pub(crate) fn begin(&mut self, count: i32) {
+        (self.at, self.still, self.left) = (count, 0, self.max_samples);
+    }
+
+    /// Whether it rests after a sample at a count, or its time is over.
+    pub(crate) fn is_over(&mut self, count: i32) -> bool {
+        if count.wrapping_sub(self.at).unsigned_abs() > REST_COUNTS {
+            (self.at, self.still) = (count, 0);
+        } else {
+            self.still = self.still.saturating_add(1);
+        }
+        self.left = self.left.saturating_sub(1);
+        self.still >= self.needed || self.left == 0
+    }
+}
+
+/// The time that a run or a commissioning has, and a host may be silent.
+///
+/// One count runs down in every sample, to the earlier of the two; only when it has run out, or the host was heard, is
+/// anything computed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Deadline {
+    /// Samples to the next evaluation, and those that were left at the last.
     left: u32,
     begun_with: u32,
-    phase: Phase,
-    /// Samples that the run has left at the last look, if it has an end.
+    /// Samples that the run had left at the last evaluation, if its time is bounded.
     run_left: Option<u32>,
-    /// Samples for which the host may be silent, if there is such a bound; those that it was at the
-    /// last look.
-    silent_most: Option<u32>,
-    silent: u32,
+    /// Samples for which the host may be silent, if that is bounded; those that it had been at the last evaluation.
+    max_silence: Option<u32>,
+    silence: u32,
+}
+
+impl Deadline {
+    /// Of a time and of a silence of the host, s; 0 for unbounded.
+    pub(crate) fn new(duration: f64, link_timeout: f64, units: &Units) -> Self {
+        let bound = |time: f64| (time > 0.0).then(|| samples(time, units));
+        let mut deadline = Self {
+            left: 1,
+            begun_with: 1,
+            run_left: bound(duration),
+            max_silence: bound(link_timeout),
+            silence: 0,
+        };
+        deadline.count_down();
+        deadline
+    }
+
+    /// The host was heard.
+    pub(crate) fn host_heard(&mut self) {
+        self.evaluate();
+        self.silence = 0;
+        self.count_down();
+    }
+
+    /// Takes in the samples since the last evaluation.
+    fn evaluate(&mut self) {
+        let passed = self.begun_with - self.left;
+        self.silence = self.silence.saturating_add(passed);
+        self.run_left = self.run_left.map(|left| left.saturating_sub(passed));
+        self.begun_with = self.left;
+    }
+
+    /// Counts down to the next deadline.
+    fn count_down(&mut self) {
+        let until_timeout = self.max_silence.map(|max| max.saturating_sub(self.silence));
+        let next = until_timeout.into_iter().chain(self.run_left).min();
+        self.left = next.unwrap_or(u32::MAX).max(1);
+        self.begun_with = self.left;
+    }
+
+    /// A sample later: whether it may have passed.
+    #[inline]
+    fn is_due(&mut self) -> bool {
+        self.left -= 1;
+        self.left == 0
+    }
+
+    /// The way in which it has passed, once it is due.
+    fn passed(&mut self) -> Option<Ended> {
+        self.evaluate();
+        let passed = if self.run_left == Some(0) {
+            Some(Ended::Over)
+        } else if self.max_silence.is_some_and(|max| self.silence >= max) {
+            Some(Ended::Faulted(Fault::LinkSilent))
+        } else {
+            None
+        };
+        // Once it has passed, the next sample evaluates again.
+        self.count_down();
+        passed
+    }
+
+    /// The way in which it has passed, a sample later.
+    #[inline]
+    pub(crate) fn check(&mut self) -> Option<Ended> {
+        if self.is_due() { self.passed() } else { None }
+    }
+}
+
+/// The watch over the end of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Ending {
+    deadline: Deadline,
+    /// The way in which it ends, while the servo comes to rest.
+    resting: Option<Ended>,
     rest: Rest,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Phase {
-    Driving,
-    /// The reference stands.
-    ComingToRest(Ended),
-}
-
-/// What a sample means for the run.
+/// The meaning of a sample for the run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Course {
-    /// It goes on.
-    On,
+    /// It continues.
+    Continues,
     /// The reference is to stand from now on.
-    Rest,
+    Rests,
     /// It has ended.
     Ended(Ended),
 }
 
 impl Ending {
     pub(crate) fn new(given: &Protection, units: &Units) -> Self {
-        let bound = |time: f64| (time > 0.0).then(|| samples(time, units));
         Self {
-            left: 1,
-            begun_with: 1,
-            phase: Phase::Driving,
-            run_left: bound(given.duration),
-            silent_most: bound(given.link_timeout),
-            silent: 0,
+            deadline: Deadline::new(given.duration, given.link_timeout, units),
+            resting: None,
             rest: Rest::within(given.stop_time, units),
         }
     }
 
-    /// From now on.
-    pub(crate) fn start(&mut self) {
-        self.begin();
-    }
-
     /// The host was heard.
-    pub(crate) fn heard(&mut self) {
-        if let Phase::Driving = self.phase {
-            self.take_in_time();
-            self.silent = 0;
-            self.begin();
+    pub(crate) fn host_heard(&mut self) {
+        if self.resting.is_none() {
+            self.deadline.host_heard();
         }
     }
 
-    /// Takes in the samples since it was last looked.
-    fn take_in_time(&mut self) {
-        let passed = self.begun_with - self.left;
-        self.silent = self.silent.saturating_add(passed);
-        self.run_left = self.run_left.map(|left| left.saturating_sub(passed));
-        self.begun_with = self.left;
-    }
-
-    /// Begins to count down to the next thing that may happen.
-    fn begin(&mut self) {
-        let until_timeout = self
-            .silent_most
-            .map(|most| most.saturating_sub(self.silent));
-        let next = until_timeout.into_iter().chain(self.run_left).min();
-        self.left = next.unwrap_or(u32::MAX).max(1);
-        self.begun_with = self.left;
-    }
-
-    /// Looks at a sample that ended at a count.
+    /// Checks a sample that ended at a count.
     #[inline]
     pub(crate) fn check(&mut self, count: i32) -> Course {
-        self.left -= 1;
-        if self.left == 0 {
-            self.look(count)
+        if self.deadline.is_due() {
+            self.evaluate(count)
         } else {
-            Course::On
+            Course::Continues
         }
     }
 
     #[cold]
     #[inline(never)]
-    fn look(&mut self, count: i32) -> Course {
-        if let Phase::ComingToRest(why) = self.phase {
-            self.left = 1;
+    fn evaluate(&mut self, count: i32) -> Course {
+        if let Some(why) = self.resting {
+            self.deadline.left = 1;
             return if self.rest.is_over(count) {
                 Course::Ended(why)
             } else {
-                Course::On
+                Course::Continues
             };
         }
-        self.take_in_time();
-        if self.run_left == Some(0) {
-            self.begin_rest(Ended::Over, count)
-        } else if self.silent_most.is_some_and(|most| self.silent >= most) {
-            self.begin_rest(Ended::Faulted(Fault::LinkSilent), count)
-        } else {
-            self.begin();
-            Course::On
+        self.resting = self.deadline.passed();
+        if self.resting.is_none() {
+            return Course::Continues;
         }
-    }
-
-    fn begin_rest(&mut self, why: Ended, at: i32) -> Course {
-        self.phase = Phase::ComingToRest(why);
-        self.rest.begin(at);
-        // From now on every sample is looked at.
-        self.left = 1;
-        Course::Rest
+        self.rest.begin(count);
+        Course::Rests
     }
 }
 
@@ -138,61 +206,52 @@ mod tests {
 
     fn ending(duration: f64, link_timeout: f64) -> Ending {
         let given = Protection {
-            following_error: 1.0,
-            travel: 1.0,
-            pace: 1.0,
-            speed: 1.0,
-            breakaway: 1.0,
-            stall_time: 1.0,
-            overruns: 1,
             duration,
             link_timeout,
             stop_time: 0.05,
+            ..Protection::OF_A_BARE_MOTOR
         };
-        let units = Units::new(1e-3, 1e-3).expect("allowed");
-        let mut ending = Ending::new(&given, &units);
-        ending.start();
-        ending
+        Ending::new(&given, &Units::new(1e-3, 1e-3).expect("allowed"))
     }
 
-    /// Samples until the first answer that is not "on".
+    /// Samples until the first answer that is not "continues".
     fn until(ending: &mut Ending, mut count: impl FnMut(u32) -> i32) -> (u32, Course) {
         (1..100_000)
             .map(|k| (k, ending.check(count(k))))
-            .find(|(_, course)| *course != Course::On)
+            .find(|(_, course)| *course != Course::Continues)
             .expect("it ends")
     }
 
     #[test]
-    fn a_run_ends_when_its_time_is_over_and_the_servo_stands() {
+    fn a_run_ends_when_its_time_is_over_and_the_servo_rests() {
         let mut ending = ending(2.0, 0.0);
-        assert_eq!(until(&mut ending, |k| k as i32), (2000, Course::Rest));
+        assert_eq!(until(&mut ending, |k| k as i32), (2000, Course::Rests));
         // It stands at once: 20 samples show that.
         let end = until(&mut ending, |_| 2000);
         assert_eq!(end, (20, Course::Ended(Ended::Over)));
     }
 
     #[test]
-    fn a_servo_that_does_not_come_to_rest_is_let_go_when_the_time_for_that_is_over() {
+    fn a_servo_that_does_not_come_to_rest_is_disabled_after_the_stop_time() {
         let mut ending = ending(0.0, 0.3);
-        assert_eq!(until(&mut ending, |k| 9 * k as i32), (300, Course::Rest));
+        assert_eq!(until(&mut ending, |k| 9 * k as i32), (300, Course::Rests));
         let end = until(&mut ending, |k| 9 * k as i32);
         let silent = Ended::Faulted(Fault::LinkSilent);
         assert_eq!(end, (50, Course::Ended(silent)));
     }
 
     #[test]
-    fn whoever_is_heard_keeps_the_run_alive_and_without_a_bound_nobody_needs_to_be() {
+    fn a_run_survives_while_the_host_talks_and_a_timeout_of_zero_disables_the_watch() {
         let mut bounded = ending(0.0, 0.3);
         for k in 0..10_000 {
             if k % 299 == 0 {
-                bounded.heard();
+                bounded.host_heard();
             }
-            assert_eq!(bounded.check(0), Course::On);
+            assert_eq!(bounded.check(0), Course::Continues);
         }
         let mut free = ending(0.0, 0.0);
         for _ in 0..1_000_000 {
-            assert_eq!(free.check(0), Course::On);
+            assert_eq!(free.check(0), Course::Continues);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What lets the servo go while the loop runs.
+//! The watches that disable the servo while it is driven.
 
 use drive_link::{Dither, Fault, NotAllowed, Settings};
 use identifier_core::control::ControlSample;
@@ -6,10 +6,9 @@ use identifier_core::settings::ControllerSettings;
 use identifier_core::units::Units;
 
 use crate::chip::Lines;
-use crate::held::Held;
-use crate::line_watch::LineWatch;
-use crate::parts::{out_of_range, too_small};
-use crate::reference::FARTHEST;
+use crate::closed_loop::Handover;
+use crate::conversion::{out_of_range, too_small};
+use crate::reference::MAX_DISTANCE_COUNTS;
 use crate::time::samples;
 
 /// Amplitudes of the dither that the largest position error must leave room for: a step of two, and
@@ -21,10 +20,10 @@ const AMPLITUDES_OF_TRAVEL: f64 = 2.0;
 
 /// Part of the command that the dither asks for, which must move the servo: otherwise there is nothing
 /// to identify from, or no encoder.
-const OF_DITHER: f64 = 0.9;
+const SHARE_OF_DITHER: f64 = 0.9;
 
 /// Counts within which a servo has not moved: one line of an encoder that is broken still flickers.
-const FLICKER: u32 = 4;
+const FLICKER_COUNTS: u32 = 4;
 
 /// The time over which the speed is averaged, s.
 const SPEED_TIME: f64 = 5e-3;
@@ -35,8 +34,11 @@ const ROUNDING: f64 = 2.0;
 /// Part by which a product of decimal fractions may be off.
 const ROUNDING_OF_DECIMALS: f64 = 1e-9;
 
-/// The largest distance that is told from its opposite.
-const MOST: u32 = i32::MAX.unsigned_abs();
+/// The largest distance that 32 bits distinguish from its opposite, counts.
+const MAX_DISTANCE: u32 = i32::MAX.unsigned_abs();
+
+/// The time for which a limit switch must be open, s: contacts bounce, and lines catch disturbances.
+const DEBOUNCE: f64 = 2e-3;
 
 /// The watch over one run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,28 +49,28 @@ pub(crate) struct Protection {
     speed: SpeedWatch,
     stall: StallWatch,
     lines: LineWatch,
-    late_most: u32,
+    max_late: u32,
     late: u32,
 }
 
-/// Whether the servo goes further in a while than its speed allows.
+/// The watch over the speed: the distance in a fixed interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct SpeedWatch {
-    /// Samples of a while, and those that are left of it.
-    while_long: u32,
+    /// Samples of the interval, and those that are left of it.
+    interval: u32,
     left: u32,
-    most: u32,
+    max_counts: u32,
     from: i32,
 }
 
-/// Whether the servo moves when it must: when the command has changed by as much since it last moved.
-/// What holds a load at rest is not such a command.
+/// The watch over the motion: the servo must move when the command has changed by this much since it last moved.
+/// A command that holds a load at rest is not such a one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct StallWatch {
     change: f32,
-    most: u32,
-    /// Samples since the last motion in which the servo was driven; where it came to rest, and at which
-    /// command.
+    max_samples: u32,
+    /// Samples since the last motion in which the servo was driven; count and command at which it came to
+    /// rest.
     stalled: u32,
     from: i32,
     at_rest: f32,
@@ -114,7 +116,7 @@ impl Protection {
         if given.overruns == 0 {
             return Err(out_of_range("overruns", 0.0, (1.0, 255.0)));
         }
-        let farthest = FARTHEST * units.position_unit();
+        let farthest = MAX_DISTANCE_COUNTS * units.position_unit();
         if given.travel > farthest {
             let within = (f64::MIN_POSITIVE, farthest);
             return Err(out_of_range("travel", given.travel, within));
@@ -146,60 +148,60 @@ impl Protection {
                 return Err(too_small(name, value, least, other));
             }
         }
-        let of_dither = OF_DITHER * controller.kp * amplitude;
+        let of_dither = SHARE_OF_DITHER * controller.kp * amplitude;
         let stalls_at = if of_dither > 0.0 {
             breakaway.min(of_dither)
         } else {
             breakaway
         };
-        let while_long = samples(SPEED_TIME, units);
-        let counts_in_a_while = given.speed * units.velocity() * f64::from(while_long);
+        let interval = samples(SPEED_TIME, units);
+        let counts_in_interval = given.speed * units.velocity() * f64::from(interval);
         Ok(Self {
             following_error: (given.following_error * units.position()) as f32,
             // Within 2³⁰ counts.
             travel: (given.travel * units.position() + ROUNDING) as u32,
             started_at: 0,
             speed: SpeedWatch {
-                while_long,
-                left: while_long,
+                interval,
+                left: interval,
                 // A cast saturates.
-                most: ((counts_in_a_while + ROUNDING) as u32).min(MOST),
+                max_counts: ((counts_in_interval + ROUNDING) as u32).min(MAX_DISTANCE),
                 from: 0,
             },
             stall: StallWatch {
                 change: stalls_at as f32,
-                most: samples(given.stall_time, units),
+                max_samples: samples(given.stall_time, units),
                 stalled: 0,
                 from: 0,
                 at_rest: 0.0,
             },
             lines: LineWatch::new(units),
-            late_most: u32::from(given.overruns),
+            max_late: u32::from(given.overruns),
             late: 0,
         })
     }
 
-    /// From where the servo stands.
+    /// From the count at which the servo rests.
     pub(crate) fn start(&mut self, count: i32) {
         self.started_at = count;
         self.speed.from = count;
         self.stall.from = count;
     }
 
-    /// From where the servo was held by something else.
-    pub(crate) fn go_on(&mut self, held: &Held) {
-        self.start(held.count);
-        self.started_at = held.started_at;
-        self.stall.at_rest = held.last.command;
+    /// From where another mode has held the servo.
+    pub(crate) fn take_over(&mut self, handover: &Handover) {
+        self.start(handover.count);
+        self.started_at = handover.started_at;
+        self.stall.at_rest = handover.last.command;
     }
 
-    /// Looks at the lines, before the servo is moved.
+    /// Checks the lines, before the servo is moved.
     #[inline]
     pub(crate) fn check_lines(&mut self, lines: Lines) -> Result<(), Fault> {
         self.lines.check(lines)
     }
 
-    /// Looks at a sample that ended at a count.
+    /// Checks a sample that ended at a count.
     #[inline]
     pub(crate) fn check(&mut self, sample: &ControlSample<f32>, count: i32) -> Result<(), Fault> {
         if sample.error.abs() > self.following_error {
@@ -223,8 +225,45 @@ impl Protection {
     #[cold]
     pub(crate) fn ended_late(&mut self) -> Result<(), Fault> {
         self.late = self.late.saturating_add(1);
-        if self.late >= self.late_most {
+        if self.late >= self.max_late {
             Err(Fault::Overrun)
+        } else {
+            Ok(())
+        }
+    }
+}
+
+/// The watch over the lines while the servo is driven.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct LineWatch {
+    open: u32,
+    max_open: u32,
+}
+
+impl LineWatch {
+    pub(crate) fn new(units: &Units) -> Self {
+        Self {
+            open: 0,
+            max_open: samples(DEBOUNCE, units),
+        }
+    }
+
+    /// Checks the lines of a sample.
+    ///
+    /// # Errors
+    /// The fault for which the servo is disabled.
+    #[inline]
+    pub(crate) fn check(&mut self, lines: Lines) -> Result<(), Fault> {
+        if !lines.amplifier {
+            return Err(Fault::AmplifierFault);
+        }
+        if lines.low_switch && lines.high_switch {
+            self.open = 0;
+            return Ok(());
+        }
+        self.open = self.open.saturating_add(1);
+        if self.open >= self.max_open {
+            Err(Fault::LimitSwitch)
         } else {
             Ok(())
         }
@@ -234,12 +273,12 @@ impl Protection {
 impl SpeedWatch {
     #[inline]
     fn check(&mut self, count: i32) -> Result<(), Fault> {
-        if !is_within(count.wrapping_sub(self.from), self.most) {
+        if !is_within(count.wrapping_sub(self.from), self.max_counts) {
             return Err(Fault::Overspeed);
         }
         self.left -= 1;
         if self.left == 0 {
-            self.left = self.while_long;
+            self.left = self.interval;
             self.from = count;
         }
         Ok(())
@@ -249,14 +288,14 @@ impl SpeedWatch {
 impl StallWatch {
     #[inline]
     fn check(&mut self, sample: &ControlSample<f32>, count: i32) -> Result<(), Fault> {
-        if !is_within(count.wrapping_sub(self.from), FLICKER) {
+        if !is_within(count.wrapping_sub(self.from), FLICKER_COUNTS) {
             self.stalled = 0;
             self.from = count;
             self.at_rest = sample.command;
         } else if (sample.command - self.at_rest).abs() >= self.change {
             self.stalled = self.stalled.saturating_add(1);
         }
-        if self.stalled > self.most {
+        if self.stalled > self.max_samples {
             Err(Fault::EncoderSilent)
         } else {
             Ok(())
@@ -264,8 +303,8 @@ impl StallWatch {
     }
 }
 
-/// Whether a distance is within so many counts either way: at most 2³¹ − 1.
+/// Whether a distance is within a bound either way, counts: at most 2³¹ − 1.
 #[inline]
-fn is_within(counts: i32, most: u32) -> bool {
-    counts.cast_unsigned().wrapping_add(most) <= most + most
+fn is_within(counts: i32, max: u32) -> bool {
+    counts.cast_unsigned().wrapping_add(max) <= max + max
 }

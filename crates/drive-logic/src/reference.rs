@@ -1,4 +1,4 @@
-//! Where the servo is sent: towards a target at a bounded speed, with dither on top.
+//! The reference of a run: towards a target at a bounded speed, with dither on top.
 
 use drive_link::Settings;
 use identifier_core::control::position_error;
@@ -11,21 +11,20 @@ use identifier_core::units::Units;
 /// Order of the pseudo-random sequence: 511 decisions, longer than any time constant it meets.
 const ORDER: u32 = 9;
 
-/// How far from where it started a servo may be sent, counts: two targets are never further apart
-/// than 32 bits tell.
-pub(crate) const FARTHEST: f64 = (1_u32 << 30) as f64;
+/// The largest distance of a target from the start, counts: no two targets are further apart than 32 bits hold.
+pub(crate) const MAX_DISTANCE_COUNTS: f64 = (1_u32 << 30) as f64;
 
 /// The reference with its progress.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Reference {
     dither: Option<(Prbs<f32>, PrbsState)>,
-    /// Counts a sample.
+    /// Counts per sample.
     pace: f32,
     target: i32,
     /// The way to the target: whole counts, and less than one count on top.
     at: Setpoint<f32>,
     arrived: bool,
-    /// Whether it is to stay where it is, whoever wants it elsewhere.
+    /// It stays where it is, in spite of new targets.
     stays: bool,
 }
 
@@ -62,8 +61,8 @@ impl Reference {
         self.arrived = true;
     }
 
-    /// Goes on to a target from a setpoint, an offset from a count.
-    pub(crate) fn go_on_to(&mut self, target: i32, count: i32, offset: f32) {
+    /// Resumes towards a target from a setpoint, an offset from a count.
+    pub(crate) fn resume_to(&mut self, target: i32, count: i32, offset: f32) {
         self.at = Setpoint { count, offset };
         self.send(target);
     }
@@ -89,7 +88,7 @@ impl Reference {
     #[inline]
     pub(crate) fn next(&mut self) -> Setpoint<f32> {
         if !self.arrived {
-            self.go_on();
+            self.advance();
         }
         let dither = match &mut self.dither {
             Some((prbs, state)) => prbs.process(state),
@@ -103,7 +102,7 @@ impl Reference {
 
     /// A sample's way towards the target.
     #[inline(never)]
-    fn go_on(&mut self) {
+    fn advance(&mut self) {
         let at = &mut self.at;
         let left = position_error(self.target, -at.offset, at.count);
         at.offset += left.limited(-self.pace, self.pace);

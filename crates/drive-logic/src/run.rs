@@ -5,36 +5,30 @@ use identifier_core::ControllerSettings;
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::error::OutOfRange;
-use identifier_core::identifier::{ExpectedMotion, Update};
+use identifier_core::identifier::{ExpectedMotion, NumberedBlock, Update};
 use identifier_core::parameters::IdentifiedServo;
 
-use crate::background_alive::Patience;
-use crate::channel::InterruptEnd;
-use crate::chip::{Lines, Stage};
-use crate::closed_loop::{ClosedLoop, Look, Looked};
+use crate::background_watch::DRIVEN_PATIENCE;
+use crate::chip::{Lines, OutputStage};
+use crate::closed_loop::{ClosedLoop, Fitted, Handover, StepMonitor, StepResult};
+use crate::conversion;
 use crate::ending::{Course, Ending};
-use crate::held::Held;
-use crate::messages::{Counts, Shown};
-use crate::parts;
 use crate::protection::Protection;
 use crate::reference::Reference;
+use crate::telemetry::{Counts, RunSample};
 use crate::time::samples;
 
 /// The sample times that a drive runs at, s: 20 kHz to 1 kHz.
 const SAMPLE_TIMES: (f64, f64) = (5e-5, 1e-3);
 
-/// How long the background may not be seen to go round, while the servo is driven, before the watchdog
-/// is left to reset the chip, s.
-pub(crate) const DRIVEN_PATIENCE: f64 = 0.1;
-
-/// A loop that is ready to be closed, with its reference and its watch.
+/// A loop that is ready to be closed, with its reference and its watches.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Run {
     closed_loop: ClosedLoop,
     reference: Reference,
     protection: Protection,
     ending: Ending,
-    background: Patience,
+    background_patience: u32,
     sample: u32,
     /// The last sample, its count, and that of the first.
     last: ControlSample<f32>,
@@ -43,7 +37,7 @@ pub(crate) struct Run {
 }
 
 /// Before the first sample.
-const NOT_YET: ControlSample<f32> = ControlSample {
+const AT_REST: ControlSample<f32> = ControlSample {
     error: 0.0,
     increment: 0.0,
     velocity: 0.0,
@@ -53,118 +47,116 @@ const NOT_YET: ControlSample<f32> = ControlSample {
 impl Run {
     /// # Errors
     /// The setting that is not allowed.
-    pub(crate) fn new(settings: &Settings, stage: &Stage) -> Result<Self, NotAllowed> {
+    pub(crate) fn new(settings: &Settings, stage: &OutputStage) -> Result<Self, NotAllowed> {
         let core = &settings.closed_loop.core;
         check_sample_time(core.sample_time, stage)?;
-        let controller = core.own_controller().map_err(parts::not_allowed)?;
-        let range = |error: OutOfRange| parts::not_allowed(error.into());
+        let controller = core.own_controller().map_err(conversion::not_allowed)?;
+        let range = |error: OutOfRange| conversion::not_allowed(error.into());
         controller.command_limit().map_err(range)?;
-        parts::within_stage(controller.limit, stage)?;
+        conversion::check_stage_limits(controller.limit, stage)?;
         let units = core.units().map_err(range)?;
         Ok(Self {
-            // What contradicts costs nothing to find; the certificate of a box does.
+            // A contradiction costs nothing to find; the certificate of a box does.
             reference: Reference::new(settings, &units).map_err(range)?,
             protection: Protection::new(settings, controller, &units)?,
             ending: Ending::new(&settings.protection, &units),
-            background: Patience::of(samples(DRIVEN_PATIENCE, &units)),
+            background_patience: samples(DRIVEN_PATIENCE, &units),
             closed_loop: ClosedLoop::new(&settings.closed_loop)?,
             sample: 0,
-            last: NOT_YET,
+            last: AT_REST,
             count: 0,
             started_at: 0,
         })
     }
 
-    /// Whether a run could be had of these settings, and of those without a controller, which wait for
-    /// a commissioning, with one that gives nothing.
+    /// Checks settings without keeping the run; those without a controller, which wait for a commissioning, with a
+    /// controller of zero gains.
     ///
     /// # Errors
     /// The setting that is not allowed.
-    pub(crate) fn check(settings: &Settings, stage: &Stage) -> Result<(), NotAllowed> {
+    pub(crate) fn check(settings: &Settings, stage: &OutputStage) -> Result<(), NotAllowed> {
         let core = &settings.closed_loop.core;
         if core.controller.is_some() {
             return Self::new(settings, stage).map(|_| ());
         }
         check_sample_time(core.sample_time, stage)?;
-        let range = |error: OutOfRange| parts::not_allowed(error.into());
+        let range = |error: OutOfRange| conversion::not_allowed(error.into());
         let units = core.units().map_err(range)?;
         Reference::new(settings, &units).map_err(range)?;
         let none = ControllerSettings::pid(0.0, 0.0, 0.0).limited(stage.full_scale);
         Protection::new(settings, &none, &units).map(|_| ())
     }
 
-    /// Knows the servo from the beginning, as a commissioning has identified it.
+    /// Starts from a servo that a commissioning has identified.
     pub(crate) fn know(&mut self, servo: &IdentifiedServo, motion: &ExpectedMotion) {
         self.closed_loop.know(servo, motion);
     }
 
-    /// From where the servo stands. Not inlined, to be seen in the machine code.
+    /// From the count at which the servo rests. Not inlined, to be seen in the machine code.
     #[inline(never)]
-    pub(crate) fn start(&mut self, count: i32, channel: &InterruptEnd<'_>) {
+    pub(crate) fn start(&mut self, count: i32) {
         self.closed_loop.start(count);
         self.reference.start(count);
         self.protection.start(count);
-        self.ending.start();
         self.started_at = count;
-        self.background.begin(channel);
     }
 
-    /// Goes on where something else has held the servo, in the run that was under way before.
-    pub(crate) fn go_on(&mut self, held: &Held, channel: &InterruptEnd<'_>) {
-        let Held {
+    /// From where a commissioning holds the servo, in the run that was under way before.
+    pub(crate) fn take_over(&mut self, handover: &Handover) {
+        let Handover {
             last,
             count,
             started_at,
-            stood_at,
-        } = *held;
-        self.closed_loop.take_over(held);
-        self.reference.go_on_to(stood_at, count, last.error);
-        self.protection.go_on(held);
-        self.ending.start();
+            rest_count,
+        } = *handover;
+        self.closed_loop.take_over(handover);
+        self.reference.resume_to(rest_count, count, last.error);
+        self.protection.take_over(handover);
         self.started_at = started_at;
-        self.background.begin(channel);
     }
 
-    /// The servo as it leaves it to something else.
-    pub(crate) fn held(&self) -> Held {
-        Held {
+    /// The servo as it hands it over to a commissioning.
+    pub(crate) fn handover(&self) -> Handover {
+        Handover {
             last: self.last,
             count: self.count,
             started_at: self.started_at,
-            stood_at: self.count,
+            rest_count: self.count,
         }
     }
 
+    /// Samples for which the background may not run.
+    pub(crate) fn background_patience(&self) -> u32 {
+        self.background_patience
+    }
+
     /// The host was heard.
-    pub(crate) fn heard(&mut self) {
-        self.ending.heard();
+    pub(crate) fn host_heard(&mut self) {
+        self.ending.host_heard();
     }
 
     /// Sends the servo to a target, counts from where it started.
-    pub(crate) fn send(&mut self, counts: i32) {
+    pub(crate) fn set_target(&mut self, counts: i32) {
         self.reference.send(self.started_at.wrapping_add(counts));
     }
 
-    /// The loop that it closes.
+    /// Its loop.
     pub(crate) fn closed_loop(&self) -> &ClosedLoop {
         &self.closed_loop
     }
 
-    /// Gives the background what was recorded, and takes from it what was fitted.
+    /// Hands on the block that was recorded, if one is complete, and takes over the fit that has come back.
     #[inline]
-    pub(crate) fn exchange(&mut self, channel: &mut InterruptEnd<'_>) {
-        self.closed_loop.exchange(|block| {
-            channel.block(block);
-            channel.fitted()
-        });
+    pub(crate) fn exchange(&mut self, hand_on: impl FnOnce(NumberedBlock<f32>) -> Option<Fitted>) {
+        self.closed_loop.exchange(hand_on);
     }
 
-    /// Takes note of whether a sample ended before the next was due.
+    /// Counts a sample that ended before the next was due, or late.
     ///
     /// # Errors
-    /// If too many in a row did not.
+    /// Too many in a row were late.
     #[inline]
-    pub(crate) fn ended(&mut self, in_time: bool) -> Result<(), Ended> {
+    pub(crate) fn end_sample(&mut self, in_time: bool) -> Result<(), Ended> {
         if in_time {
             self.protection.ended_in_time();
             Ok(())
@@ -173,26 +165,20 @@ impl Run {
         }
     }
 
-    /// Whether the background was seen to go round lately.
-    #[inline]
-    pub(crate) fn has_background(&mut self, channel: &InterruptEnd<'_>) -> bool {
-        self.background.lasts(channel)
-    }
-
-    /// The last sample as the host is shown it.
-    pub(crate) fn shown(
+    /// The last sample as it is reported.
+    pub(crate) fn report(
         &self,
         control: &ControlSample<f32>,
-        seen: &Update<f32>,
+        update: &Update<f32>,
         counts: &Counts,
-    ) -> Shown {
-        Shown {
+    ) -> RunSample {
+        RunSample {
             sample: self.sample,
             learnt: self.closed_loop.learnt(),
             error: control.error,
             count: self.count.wrapping_sub(self.started_at),
             command: control.command,
-            output_error: seen.output_error,
+            output_error: update.output_error,
             counts: *counts,
         }
     }
@@ -202,7 +188,7 @@ impl Run {
         self.sample > 0
     }
 
-    /// One sample. The command goes out before anything is learnt, and what can wait comes last.
+    /// One sample. The command goes out before anything is learnt.
     #[inline]
     pub(crate) fn step<S: PositionSensor, A: Actuator<f32>>(
         &mut self,
@@ -222,29 +208,29 @@ impl Run {
         } = self;
         protection.check_lines(lines).map_err(Ended::Faulted)?;
         let setpoint = reference.next();
-        let watch = RunWatch {
+        let monitor = RunMonitor {
             protection,
             ending,
             reference,
             last,
             last_count,
         };
-        let done = closed_loop.sample(setpoint, sensor, actuator, watch)?;
+        let done = closed_loop.sample(setpoint, sensor, actuator, monitor)?;
         *sample = sample.wrapping_add(1);
         Ok(done)
     }
 }
 
-fn check_sample_time(given: f64, stage: &Stage) -> Result<(), NotAllowed> {
+fn check_sample_time(given: f64, stage: &OutputStage) -> Result<(), NotAllowed> {
     let within @ (least, most) = SAMPLE_TIMES;
     if !(least..=most).contains(&given) {
-        return Err(parts::out_of_range("sample_time", given, within));
+        return Err(conversion::out_of_range("sample_time", given, within));
     }
-    parts::whole_periods(given, stage.period)
+    conversion::check_whole_periods(given, stage.period)
 }
 
-/// What watches over every step of a run.
-struct RunWatch<'a> {
+/// The watches over every step of a run.
+struct RunMonitor<'a> {
     protection: &'a mut Protection,
     ending: &'a mut Ending,
     reference: &'a mut Reference,
@@ -252,22 +238,22 @@ struct RunWatch<'a> {
     last_count: &'a mut i32,
 }
 
-impl Look for RunWatch<'_> {
+impl StepMonitor for RunMonitor<'_> {
     type End = Ended;
 
     #[inline(always)]
-    fn look<S: PositionSensor, A: Actuator<f32>>(
+    fn check<S: PositionSensor, A: Actuator<f32>>(
         self,
-        taken: Looked<S, A>,
+        step: StepResult<S, A>,
     ) -> Result<ControlSample<f32>, Ended> {
-        let (control, count) = taken.map_err(|error| Ended::Faulted(fault_of(&error)))?;
+        let (control, count) = step.map_err(|error| Ended::Faulted(fault_of(&error)))?;
         *self.last = control;
         *self.last_count = count;
         let checked = self.protection.check(&control, count);
         checked.map_err(Ended::Faulted)?;
         match self.ending.check(count) {
-            Course::On => {}
-            Course::Rest => self.reference.stay(),
+            Course::Continues => {}
+            Course::Rests => self.reference.stay(),
             Course::Ended(ended) => return Err(ended),
         }
         Ok(control)

@@ -1,4 +1,4 @@
-//! The interrupt's half: one call a sample, and nothing in it waits.
+//! The interrupt's half: one call per sample, and nothing in it waits.
 
 use drive_link::{Ended, Fault};
 use identifier_core::commission::StopReason;
@@ -6,58 +6,56 @@ use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::identifier::Update;
 
-use crate::background_alive::Patience;
+use crate::background_watch::BackgroundWatch;
 use crate::channel::InterruptEnd;
 use crate::chip::{Chip, Lines};
-use crate::commissioning::{Commissioning, Course};
-use crate::messages::{Counts, Event, Order, Returned, Standing};
+use crate::commissioning::Course;
+use crate::messages::{Event, InterruptState, Mode, Order};
 use crate::run::Run;
-use crate::watch::Watch;
+use crate::telemetry::{Counts, ReportTimer};
 
 /// The interrupt's half of a drive.
 #[derive(Debug)]
 pub struct Sampler<'a> {
     channel: InterruptEnd<'a>,
-    run: Option<&'static mut Run>,
-    commissioning: Option<&'static mut Commissioning>,
+    /// The mode that drives the servo; none while it is disabled.
+    mode: Option<Mode>,
     fault: Option<Fault>,
+    /// How the last run ended.
     ended: Option<Ended>,
-    /// What is on its way back.
-    returned: Option<Returned>,
-    /// How often was asked when there was nothing left to obey.
-    asked: u32,
-    /// How often the host had been heard then.
-    heard: u32,
-    /// The stops that were obeyed.
+    /// A mode on its way back.
+    returned: Option<Mode>,
+    /// The requests when there was nothing left to obey.
+    requests: u32,
+    /// Frames of the host, stops and changes of mode that were taken in.
+    host_heard: u32,
     stops: u32,
-    /// How often another mode had been asked for then.
     mode_changes: u32,
-    /// How things stand has changed and has found no room yet.
-    untold: bool,
-    watch: Watch,
+    /// The state has changed and its report has found no room yet.
+    report_pending: bool,
+    report_timer: ReportTimer,
     counts: Counts,
-    background: Patience,
+    background: BackgroundWatch,
 }
 
 impl<'a> Sampler<'a> {
-    /// Released, with what the boot found wrong.
+    /// Disabled, with the faults that the boot found.
     #[must_use]
     pub fn new(channel: InterruptEnd<'a>, found_at_boot: Result<(), Fault>) -> Self {
         Self {
-            asked: channel.times_asked().wrapping_sub(1),
-            heard: channel.times_heard(),
+            requests: channel.requests().wrapping_sub(1),
+            host_heard: channel.times_host_heard(),
             stops: channel.stops(),
             mode_changes: channel.mode_changes(),
             channel,
-            run: None,
-            commissioning: None,
+            mode: None,
             fault: found_at_boot.err(),
             ended: None,
             returned: None,
-            untold: found_at_boot.is_err(),
-            watch: Watch::NONE,
+            report_pending: found_at_boot.is_err(),
+            report_timer: ReportTimer::NEVER,
             counts: Counts::default(),
-            background: Patience::of(1),
+            background: BackgroundWatch::new(),
         }
     }
 
@@ -65,79 +63,68 @@ impl<'a> Sampler<'a> {
     #[inline]
     pub fn interrupt<C: Chip>(&mut self, chip: &mut C) {
         let lines = chip.lines();
-        if self.channel.times_asked() != self.asked {
+        if self.channel.requests() != self.requests {
             let (sensor, output) = chip.servo();
             self.obey(lines, sensor, output);
         }
-        let Some(run) = &mut self.run else {
+        let Some(Mode::Run(run)) = &mut self.mode else {
             return self.without_a_run(lines, chip);
         };
         let (sensor, output) = chip.servo();
         match run.step(lines, sensor, output) {
-            Ok((control, seen)) => {
-                run.exchange(&mut self.channel);
-                self.counts.notice(seen.event);
-                if self.watch.is_due() {
-                    show(run, &mut self.channel, &mut self.counts, &control, &seen);
+            Ok((control, update)) => {
+                let channel = &mut self.channel;
+                run.exchange(|block| {
+                    channel.block(block);
+                    channel.fitted()
+                });
+                self.counts.count(update.event);
+                if self.report_timer.is_due() {
+                    report(run, channel, &mut self.counts, &control, &update);
                 }
             }
-            Err(ended) => return self.end(ended, output),
+            Err(ended) => return self.end_run(ended, output),
         }
-        let in_time = !chip.next_is_due();
-        if !in_time {
-            self.counts.overruns = self.counts.overruns.saturating_add(1);
-        }
-        if let Err(ended) = run.ended(in_time) {
+        let in_time = self.counts.end_sample(chip);
+        if let Err(ended) = run.end_sample(in_time) {
             let (_, output) = chip.servo();
-            return self.end(ended, output);
+            return self.end_run(ended, output);
         }
-        if run.has_background(&self.channel) {
-            chip.feed_watchdog();
-        }
+        self.feed_watchdog(chip);
     }
 
-    /// A sample of a servo that is commissioned, or let go.
+    /// A sample of a servo that is commissioned, or disabled.
     #[cold]
     #[inline(never)]
     fn without_a_run<C: Chip>(&mut self, lines: Lines, chip: &mut C) {
-        let Some(commissioning) = &mut self.commissioning else {
+        let Some(Mode::Commissioning(commissioning)) = &mut self.mode else {
             return self.rest(chip);
         };
         let (sensor, output) = chip.servo();
-        match commissioning.step(lines, sensor, output, &mut self.channel) {
-            Course::On => {}
-            Course::NextPhase | Course::Waits => self.tell_anew(),
-            Course::Over => return self.end_commissioning(output),
+        let channel = &mut self.channel;
+        let course = commissioning.step(lines, sensor, output, |event| {
+            let has_room = event.is_none_or(|event| channel.record_event(event));
+            (has_room, channel.decision())
+        });
+        match course {
+            Course::Continues => {}
+            Course::NextPhase | Course::AwaitsResume => self.report_state(),
+            Course::Over => return self.end_mode(output),
         }
-        let Some(commissioning) = &mut self.commissioning else {
+        let Some(Mode::Commissioning(commissioning)) = &mut self.mode else {
             return;
         };
-        if self.watch.is_due() {
-            let moved = Event::Moved(commissioning.moved());
-            if self.channel.tell(moved).is_err() {
+        if self.report_timer.is_due() {
+            let sample = Event::Commissioning(commissioning.report());
+            if self.channel.report(sample).is_err() {
                 self.counts.dropped = self.counts.dropped.saturating_add(1);
             }
         }
-        let in_time = !chip.next_is_due();
-        commissioning.ended(in_time);
-        if !in_time {
-            self.counts.overruns = self.counts.overruns.saturating_add(1);
-        }
-        if commissioning.has_background(&self.channel) {
-            chip.feed_watchdog();
-        }
+        commissioning.end_sample(self.counts.end_sample(chip));
+        self.feed_watchdog(chip);
     }
 
-    fn end_commissioning<A: Actuator<f32>>(&mut self, actuator: &mut A) {
-        let _ = actuator.release();
-        if let Some(commissioning) = self.commissioning.take() {
-            self.fault = commissioning.fault().or(self.fault);
-            self.returned = Some(Returned::Commissioning(commissioning));
-        }
-        self.tell_anew();
-    }
-
-    /// A sample of a servo that is let go.
+    /// A sample of a servo that is disabled.
     #[cold]
     fn rest<C: Chip>(&mut self, chip: &mut C) {
         let (sensor, output) = chip.servo();
@@ -145,14 +132,21 @@ impl<'a> Sampler<'a> {
         let _ = sensor.count();
         let _ = output.release();
         // It follows the sample time that was configured since.
-        self.background.set(self.channel.released_patience());
-        if self.background.lasts(&self.channel) {
+        let patience = self.channel.disabled_patience();
+        self.background.set_patience(patience);
+        self.feed_watchdog(chip);
+    }
+
+    /// Feeds the watchdog as long as the background runs.
+    #[inline]
+    fn feed_watchdog<C: Chip>(&mut self, chip: &mut C) {
+        if self.background.lasts(|| self.channel.background_turns()) {
             chip.feed_watchdog();
         }
     }
 
-    /// Takes note that the host was heard, obeys a stop, tells what was not told yet, and does the next
-    /// order, a sample each, until there is nothing left of all that.
+    /// Takes in that the host was heard, obeys a stop, reports the state if that is pending, and does the next order, a
+    /// sample each, until nothing is left of all that.
     #[cold]
     #[inline(never)]
     fn obey<S: PositionSensor, A: Actuator<f32>>(
@@ -161,144 +155,157 @@ impl<'a> Sampler<'a> {
         sensor: &mut S,
         actuator: &mut A,
     ) {
-        let asked = self.channel.times_asked();
-        let heard = self.channel.times_heard();
-        if heard != self.heard {
-            self.heard = heard;
-            if let Some(run) = &mut self.run {
-                run.heard();
-            }
-            if let Some(commissioning) = &mut self.commissioning {
-                commissioning.heard();
+        let requests = self.channel.requests();
+        let host_heard = self.channel.times_host_heard();
+        if host_heard != self.host_heard {
+            self.host_heard = host_heard;
+            match &mut self.mode {
+                Some(Mode::Run(run)) => run.host_heard(),
+                Some(Mode::Commissioning(commissioning)) => commissioning.host_heard(),
+                None => {}
             }
         }
         let mode_changes = self.channel.mode_changes();
         if mode_changes != self.mode_changes {
             self.mode_changes = mode_changes;
-            if let Some(commissioning) = &mut self.commissioning {
+            if let Some(Mode::Commissioning(commissioning)) = &mut self.mode {
                 commissioning.end(StopReason::ModeChanged);
             }
         }
         let stops = self.channel.stops();
         if stops != self.stops {
             self.stops = stops;
-            if let Some(commissioning) = &mut self.commissioning {
+            if let Some(Mode::Commissioning(commissioning)) = &mut self.mode {
                 // It ends with this sample.
-                commissioning.let_go(StopReason::Stopped);
+                commissioning.abort(StopReason::Stopped);
                 let _ = actuator.release();
             } else {
-                self.end(Ended::Stopped, actuator);
+                self.end_run(Ended::Stopped, actuator);
             }
         }
-        if self.untold {
-            self.tell();
+        if self.report_pending {
+            self.try_report_state();
         }
-        if self.untold {
+        if self.report_pending {
             return;
         }
         match self.channel.order() {
-            Some(order) => self.carry_out(order, lines, sensor, actuator),
-            None => self.asked = asked,
+            Some(Ok(order)) => self.carry_out(order, lines, sensor, actuator),
+            Some(Err(overtaken)) => self.refuse_overtaken(overtaken),
+            None => self.requests = requests,
+        }
+    }
+
+    /// A stop has overtaken an order.
+    fn refuse_overtaken(&mut self, order: Order) {
+        match order {
+            Order::Begin(mode) | Order::Replace(mode) => self.refuse(mode, StopReason::Stopped),
+            Order::Watch(interval) => self.report_timer = ReportTimer::every(interval),
+            Order::Target(_) | Order::Clear => {}
         }
     }
 
     fn carry_out<S: PositionSensor, A: Actuator<f32>>(
         &mut self,
-        order: Result<Order, Order>,
+        order: Order,
         lines: Lines,
         sensor: &mut S,
         actuator: &mut A,
     ) {
         match order {
-            // A stop has overtaken it; a fault that struck while it was on its way stands.
-            Err(Order::Run(run) | Order::GoOn(run)) => self.give_back(Returned::Run(run)),
-            Ok(Order::Run(run)) if self.fault.is_some() => self.give_back(Returned::Run(run)),
-            Ok(Order::Run(run)) => match stands(lines, sensor) {
-                Ok(count) => {
-                    self.counts.start();
-                    self.forget_fits();
-                    run.start(count, &self.channel);
-                    self.run = Some(run);
-                }
-                Err(fault) => {
-                    self.returned = Some(Returned::Run(run));
-                    self.end(Ended::Faulted(fault), actuator);
-                }
-            },
-            Ok(Order::GoOn(run)) => self.go_on(run),
-            Err(Order::Commission(commissioning) | Order::CommissionBeside(commissioning)) => {
-                commissioning.end(StopReason::Stopped);
-                self.give_back(Returned::Commissioning(commissioning));
-            }
-            Ok(Order::CommissionBeside(commissioning)) => self.commission_beside(commissioning),
-            Ok(Order::Commission(commissioning)) => {
-                let stands = self.fault.map_or_else(|| stands(lines, sensor), Err);
-                match stands {
-                    Ok(count) => {
-                        self.counts.start();
-                        self.forget_answers();
-                        commissioning.start(count, &self.channel);
-                        self.commissioning = Some(commissioning);
-                        self.tell_anew();
-                    }
-                    Err(fault) => {
-                        commissioning.refuse(fault);
-                        self.commissioning = Some(commissioning);
-                        self.end_commissioning(actuator);
-                    }
+            Order::Begin(mode) => self.begin(mode, lines, sensor, actuator),
+            Order::Replace(mode) => self.replace(mode),
+            Order::Target(counts) => {
+                if let Some(Mode::Run(run)) = &mut self.mode {
+                    run.set_target(counts);
                 }
             }
-            Ok(Order::Target(counts)) => {
-                if let Some(run) = &mut self.run {
-                    run.send(counts);
-                }
-            }
-            Ok(Order::Clear) => self.clear(lines),
-            Ok(Order::Watch(every)) | Err(Order::Watch(every)) => {
-                self.watch = Watch::every(every);
-            }
-            Err(Order::Target(_) | Order::Clear) => {}
+            Order::Clear => self.clear(lines),
+            Order::Watch(interval) => self.report_timer = ReportTimer::every(interval),
         }
     }
 
-    /// Puts a commissioning in the place of the loop that runs, from this sample on.
-    fn commission_beside(&mut self, commissioning: &'static mut Commissioning) {
-        let Some(run) = self.run.take() else {
+    /// Begins a mode from where the servo rests, unless a fault holds, old or new.
+    fn begin<S: PositionSensor, A: Actuator<f32>>(
+        &mut self,
+        mut mode: Mode,
+        lines: Lines,
+        sensor: &mut S,
+        actuator: &mut A,
+    ) {
+        let found = self.fault.map_or_else(|| rest_count(lines, sensor), Err);
+        match (&mut mode, found) {
+            (Mode::Run(run), Ok(count)) => run.start(count),
+            (Mode::Commissioning(commissioning), Ok(count)) => commissioning.start(count),
+            // It stands since before the order.
+            (Mode::Run(_), Err(_)) if self.fault.is_some() => return self.give_back(mode),
+            (Mode::Run(_), Err(fault)) => {
+                (self.fault, self.mode) = (Some(fault), Some(mode));
+                return self.end_mode(actuator);
+            }
+            (Mode::Commissioning(commissioning), Err(fault)) => {
+                commissioning.abort_with_fault(fault);
+                self.mode = Some(mode);
+                return self.end_mode(actuator);
+            }
+        }
+        self.counts.start();
+        let is_commissioning = matches!(mode, Mode::Commissioning(_));
+        self.drive_by(mode);
+        if is_commissioning {
+            self.report_state();
+        }
+    }
+
+    /// Puts a mode in the place of the one that drives the servo, from this sample on.
+    fn replace(&mut self, mut mode: Mode) {
+        let handover = match (&self.mode, &mode) {
+            (Some(Mode::Run(run)), Mode::Commissioning(_)) => Some(run.handover()),
+            (Some(Mode::Commissioning(over)), Mode::Run(_)) if self.fault.is_none() => {
+                over.handover()
+            }
             // It has ended since.
-            match self.fault {
-                Some(fault) => commissioning.refuse(fault),
-                None => commissioning.end(StopReason::ModeChanged),
-            }
-            return self.give_back(Returned::Commissioning(commissioning));
+            _ => None,
         };
-        self.forget_answers();
-        commissioning.take_over(&run.held(), &self.channel);
-        self.commissioning = Some(commissioning);
-        self.give_back(Returned::Run(run));
-    }
-
-    /// Goes on with a loop from this sample on, if a commissioning waits for it.
-    fn go_on(&mut self, run: &'static mut Run) {
-        let held = self.commissioning.as_ref().and_then(|over| over.held());
-        let Some(held) = held.filter(|_| self.fault.is_none()) else {
-            return self.give_back(Returned::Run(run));
+        let Some(handover) = handover else {
+            return self.refuse(mode, StopReason::ModeChanged);
         };
-        self.forget_fits();
-        run.go_on(&held, &self.channel);
-        self.run = Some(run);
-        if let Some(over) = self.commissioning.take() {
-            self.give_back(Returned::Commissioning(over));
+        match &mut mode {
+            Mode::Run(run) => run.take_over(&handover),
+            Mode::Commissioning(commissioning) => commissioning.take_over(&handover),
+        }
+        let replaced = self.mode.take();
+        self.drive_by(mode);
+        if let Some(replaced) = replaced {
+            self.give_back(replaced);
         }
     }
 
-    /// Those of a run before.
-    fn forget_fits(&mut self) {
+    /// Has a mode drive the servo from now on.
+    fn drive_by(&mut self, mode: Mode) {
+        // Fits and decisions for a mode before it.
         while self.channel.fitted().is_some() {}
+        while self.channel.decision().is_some() {}
+        let patience = match &mode {
+            Mode::Run(run) => run.background_patience(),
+            Mode::Commissioning(commissioning) => commissioning.background_patience(),
+        };
+        let turns = self.channel.background_turns();
+        self.background.begin(patience, turns);
+        self.mode = Some(mode);
     }
 
-    /// Those of a commissioning before.
-    fn forget_answers(&mut self) {
-        while self.channel.answer().is_some() {}
+    /// Returns a mode that cannot begin: for the fault that holds, or else for this reason.
+    fn refuse(&mut self, mut mode: Mode, reason: StopReason) {
+        if let Mode::Commissioning(commissioning) = &mut mode {
+            match self.fault {
+                Some(fault) if reason != StopReason::Stopped => {
+                    commissioning.abort_with_fault(fault);
+                }
+                _ => commissioning.end(reason),
+            }
+        }
+        self.give_back(mode);
     }
 
     fn clear(&mut self, lines: Lines) {
@@ -307,85 +314,92 @@ impl<'a> Sampler<'a> {
         if !stays && self.fault.is_some() {
             self.fault = lines.before_motion().err();
         }
-        self.tell_anew();
+        self.report_state();
     }
 
-    fn give_back(&mut self, returned: Returned) {
-        self.returned = Some(returned);
-        self.tell_anew();
+    fn give_back(&mut self, mode: Mode) {
+        self.returned = Some(mode);
+        self.report_state();
     }
 
-    /// Lets the servo go. Not inlined, to be seen in the machine code.
+    /// Ends a run, and disables the servo whether there is one or not. Not inlined, to be seen in the machine code.
     #[cold]
     #[inline(never)]
-    fn end<A: Actuator<f32>>(&mut self, ended: Ended, actuator: &mut A) {
-        let _ = actuator.release();
+    fn end_run<A: Actuator<f32>>(&mut self, ended: Ended, actuator: &mut A) {
         if let Ended::Faulted(fault) = ended {
             self.fault = Some(fault);
         }
-        if let Some(run) = self.run.take() {
-            self.returned = Some(Returned::Run(run));
+        if self.mode.is_some() {
             self.ended = Some(ended);
         }
-        self.tell_anew();
+        self.end_mode(actuator);
+    }
+
+    /// Disables the servo and returns the mode that has driven it.
+    fn end_mode<A: Actuator<f32>>(&mut self, actuator: &mut A) {
+        let _ = actuator.release();
+        if let Some(mode) = self.mode.take() {
+            if let Mode::Commissioning(commissioning) = &mode {
+                self.fault = commissioning.fault().or(self.fault);
+            }
+            self.returned = Some(mode);
+            let turns = self.channel.background_turns();
+            let patience = self.channel.disabled_patience();
+            self.background.begin(patience, turns);
+        }
+        self.report_state();
     }
 
     #[cold]
-    fn tell_anew(&mut self) {
-        self.untold = true;
-        self.tell();
+    fn report_state(&mut self) {
+        self.report_pending = true;
+        self.try_report_state();
     }
 
     #[cold]
-    fn tell(&mut self) {
-        let standing = Standing {
+    fn try_report_state(&mut self) {
+        let commissioning = match &self.mode {
+            Some(Mode::Commissioning(commissioning)) => Some(commissioning),
+            _ => None,
+        };
+        let state = InterruptState {
             fault: self.fault,
             ended: self.ended,
             returned: self.returned.take(),
-            phase: self
-                .commissioning
-                .as_ref()
-                .map(|under_way| under_way.moved().phase),
-            waits: self
-                .commissioning
-                .as_ref()
-                .is_some_and(|under_way| under_way.held().is_some()),
+            phase: commissioning.map(|under_way| under_way.report().phase),
+            awaits_resume: commissioning.is_some_and(|over| over.handover().is_some()),
             stops: self.stops,
             counts: self.counts,
         };
-        match self.channel.tell(Event::Standing(standing)) {
-            Ok(()) => self.untold = false,
-            Err(Event::Standing(standing)) => {
-                self.returned = standing.returned;
-                self.come_back();
+        match self.channel.report(Event::State(state)) {
+            Ok(()) => self.report_pending = false,
+            Err(Event::State(state)) => {
+                self.returned = state.returned;
+                // The next sample tries again.
+                self.requests = self.channel.requests().wrapping_sub(1);
             }
-            Err(Event::Shown(_) | Event::Moved(_)) => {}
+            Err(Event::Run(_) | Event::Commissioning(_)) => {}
         }
-    }
-
-    /// There is something left to do in the next sample.
-    fn come_back(&mut self) {
-        self.asked = self.channel.times_asked().wrapping_sub(1);
     }
 }
 
-/// Where the servo stands, unless something keeps it from being moved.
-fn stands<S: PositionSensor>(lines: Lines, sensor: &mut S) -> Result<i32, Fault> {
+/// The count at which the servo rests, unless a fault keeps it from being moved.
+fn rest_count<S: PositionSensor>(lines: Lines, sensor: &mut S) -> Result<i32, Fault> {
     lines.before_motion()?;
     sensor.count().map_err(|_| Fault::EncoderFailed)
 }
 
-/// Tells a sample, if there is room for it. Not inlined, to be seen in the machine code.
+/// Reports a sample, if there is room for it. Not inlined, to be seen in the machine code.
 #[inline(never)]
-fn show(
+fn report(
     run: &Run,
     channel: &mut InterruptEnd<'_>,
     counts: &mut Counts,
     control: &ControlSample<f32>,
-    seen: &Update<f32>,
+    update: &Update<f32>,
 ) {
-    let shown = Event::Shown(run.shown(control, seen, counts));
-    if channel.tell(shown).is_err() {
+    let sample = Event::Run(run.report(control, update, counts));
+    if channel.report(sample).is_err() {
         counts.dropped = counts.dropped.saturating_add(1);
     }
 }

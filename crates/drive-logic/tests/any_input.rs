@@ -10,7 +10,7 @@ use drive_link::{Command, Format, Law, Line, Report, Request, Settings, State, f
 use drive_logic::Conversation;
 use proptest::prelude::*;
 use support::drive::{Drive, SERVO};
-use support::{Bench, Flash, SECTOR, settings};
+use support::{Bench, FORMAT, Flash, OTHER_FORMAT, SECTOR, settings};
 
 /// The numbers of settings that anybody may write wrongly.
 fn numbers(settings: &mut Settings) -> Vec<&mut f64> {
@@ -72,13 +72,13 @@ fn number() -> impl Strategy<Value = f64> {
 }
 
 fn law() -> impl Strategy<Value = (Law, Format)> {
-    prop_oneof![
-        Just((Law::Gradient { friction: false }, Format::Single)),
-        Just((Law::Gradient { friction: true }, Format::Single)),
-        Just((Law::GaussNewton, Format::Single)),
-        Just((Law::Gradient { friction: false }, Format::Fixed)),
-        Just((Law::GaussNewton, Format::Fixed)),
-    ]
+    let law = prop_oneof![
+        Just(Law::Gradient { friction: false }),
+        Just(Law::Gradient { friction: true }),
+        Just(Law::GaussNewton),
+    ];
+    // The other arithmetic is refused.
+    (law, prop_oneof![4 => Just(FORMAT), 1 => Just(OTHER_FORMAT)])
 }
 
 /// Settings with a few numbers that are anything, as a factor or in place of what was there.

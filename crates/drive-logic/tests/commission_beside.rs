@@ -5,7 +5,7 @@
 mod support;
 
 use drive_link::{
-    Command, Commissioning, Ended, Fault, Format, Law, Origin, Refusal, Report, Settings, State,
+    Command, Commissioning, Ended, Fault, Law, Origin, Refusal, Report, Settings, State,
 };
 use drive_logic::Channel;
 use identifier_core::commission::{Phase, StopReason};
@@ -322,31 +322,6 @@ fn what_ends_it_hands_the_servo_back_without_a_bump_and_the_load_does_not_fall()
     assert!(handed_back);
     let sagged = position(&drive) - begun_at;
     assert!(sagged.abs() < 0.1, "{sagged}");
-}
-
-#[test]
-fn in_fixed_point_the_loop_is_taken_over_and_goes_on_too() {
-    let mut fixed = quiet();
-    fixed.closed_loop.format = Format::Fixed;
-    let (bench, flash) = (
-        Bench::counting_from(i32::MAX - 100, &LOADED),
-        Flash::blank(),
-    );
-    boot!(drive, &bench, &flash);
-    run(&mut drive, fixed);
-    let before = held(&drive);
-    drive.done(Command::Commission(ORDER));
-    drive.sample();
-    assert!((held(&drive) - before).abs() < A_COUNT);
-    until(&mut drive, Phase::Verify);
-    drive.refusal(Command::Start);
-    let mut last = 0.0;
-    while drive.supervisor.state() != State::Running {
-        last = held(&drive);
-        drive.pass(1);
-    }
-    assert!((held(&drive) - last).abs() < 2.0 * A_COUNT, "{last}");
-    goes_on(&mut drive, &fixed);
 }
 
 #[test]

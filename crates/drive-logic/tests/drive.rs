@@ -3,13 +3,13 @@
 #[macro_use]
 mod support;
 
-use drive_link::{Command, Fault, Format, Kept, Law, Noticed, Refusal, Report, Settings, State};
+use drive_link::{Command, Fault, Kept, Law, Noticed, Refusal, Report, Settings, State};
 use drive_logic::{Store, self_test};
 use identifier_core::ControllerSettings;
 use identifier_core::parameters::{PerParameter, ServoParameters};
 use identifier_core::settings::{BoxSettings, IdentifierSettings};
 use support::drive::{Drive, SERVO, snapshots};
-use support::{Bench, Flash, HEALTHY, diagonal, settings};
+use support::{Bench, Flash, HEALTHY, OTHER_FORMAT, diagonal, settings};
 
 #[test]
 fn a_drive_learns_its_servo_and_knows_it_after_a_loss_of_power() {
@@ -47,46 +47,6 @@ fn a_drive_learns_its_servo_and_knows_it_after_a_loss_of_power() {
     assert_eq!((status.kept, status.state), (Kept::Record, State::Released));
     let kept = drive.supervisor.estimates().expect("kept");
     assert!((kept.b / SERVO.b - 1.0).abs() < 0.01, "{kept:?}");
-}
-
-#[test]
-fn a_drive_in_fixed_point_does_what_one_in_single_precision_does() {
-    let run = |format: Format| {
-        let (bench, flash) = (Bench::counting_from(i32::MAX - 100, &SERVO), Flash::blank());
-        boot!(drive, &bench, &flash);
-        let mut wanted = settings();
-        wanted.closed_loop.format = format;
-        drive.done(Command::Configure(wanted));
-        drive.done(Command::Watch(1));
-        drive.done(Command::Start);
-        let mut told = drive.pass(20_000);
-        drive.done(Command::Target(-50.0));
-        told.extend(drive.pass(12_000));
-        assert!((bench.plant.borrow().position + 50.0).abs() < 1.0);
-        assert_eq!(drive.supervisor.state(), State::Running);
-        // Somebody turns the axis by a revolution: words saturate, what watches over them does not.
-        bench.plant.borrow_mut().position += 6.3;
-        let end = drive.pass(2);
-        assert!(
-            end.contains(&Report::Fault(Fault::FollowingError)),
-            "{end:?}"
-        );
-        snapshots(&told)
-    };
-    let (single, fixed) = (run(Format::Single), run(Format::Fixed));
-    for (one, other) in single.iter().zip(&fixed) {
-        assert!(
-            (one.position - other.position).abs() < 2e-3,
-            "{one:?} {other:?}"
-        );
-        assert!(
-            (one.command - other.command).abs() < 0.2,
-            "{one:?} {other:?}"
-        );
-    }
-    let found = fixed.get(19_000).expect("shown").estimates;
-    assert!((found.b / SERVO.b - 1.0).abs() < 0.01, "{found:?}");
-    assert!((found.a - SERVO.a).abs() < 0.1, "{found:?}");
 }
 
 #[test]
@@ -434,10 +394,7 @@ fn what_is_out_of_range_is_refused_by_name_and_the_settings_stay() {
         ("resolution", |s| s.closed_loop.core.resolution = 0.0),
         ("sample_time", |s| s.closed_loop.core.sample_time = -1e-3),
         ("cutoff", |s| s.closed_loop.core.cutoff = 0.0),
-        ("law", |s| {
-            s.closed_loop.format = Format::Fixed;
-            s.closed_loop.law = Law::GaussNewton;
-        }),
+        ("arithmetic", |s| s.closed_loop.format = OTHER_FORMAT),
         ("mu", |s| told(s).mu = Some(1e6)),
         ("initial.b", |s| told(s).initial.b = Some(1e9)),
         ("bounds.a", |s| told(s).bounds.a = Some([3.0, 1.0])),

@@ -30,7 +30,7 @@ const FULL_SCALE: f64 = 10.0;
 
 /// Properties of the output stage. Its PWM takes effect with the next period.
 #[cfg(not(feature = "dac"))]
-pub const STAGE: drive_logic::Stage = drive_logic::Stage {
+pub const STAGE: drive_logic::OutputStage = drive_logic::OutputStage {
     full_scale: FULL_SCALE,
     period: drive_chip::pwm::PERIOD,
     command_delay: drive_chip::sample_timer::LEAD,
@@ -38,7 +38,7 @@ pub const STAGE: drive_logic::Stage = drive_logic::Stage {
 
 /// Properties of the output stage. The SPI needs 5 µs for 24 bits, after the computation of the sample.
 #[cfg(feature = "dac")]
-pub const STAGE: drive_logic::Stage = drive_logic::Stage {
+pub const STAGE: drive_logic::OutputStage = drive_logic::OutputStage {
     full_scale: FULL_SCALE,
     period: drive_chip::pwm::PERIOD,
     command_delay: 5e-6,

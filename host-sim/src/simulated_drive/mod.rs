@@ -13,7 +13,7 @@ use std::thread;
 use std::time::Duration;
 
 use drive_link::{Command, Dither, Protection, Refusal, Report, Request, Settings};
-use drive_logic::{Channel, Chip, Conversation, Memory, Sampler, Stage, Supervisor};
+use drive_logic::{Channel, Chip, Conversation, Memory, OutputStage, Sampler, Supervisor};
 
 use self::chip::SimulatedChip;
 pub use self::clock::Clock;
@@ -32,7 +32,7 @@ const MAX_SLEEP: Duration = Duration::from_micros(500);
 pub struct SimulatedDrive {
     listener: TcpListener,
     chip: SimulatedChip,
-    stage: Stage,
+    stage: OutputStage,
     built_in: Settings,
     configured: Option<Settings>,
 }
@@ -88,7 +88,7 @@ impl SimulatedDrive {
         let port = |error| SimulatedDriveError::Port(address, error);
         let listener = TcpListener::bind(address).map_err(port)?;
         listener.set_nonblocking(true).map_err(port)?;
-        let stage = Stage {
+        let stage = OutputStage {
             full_scale: core.controller.map_or(1.0, |controller| {
                 let [low, high] = controller.limit;
                 high.max(-low)

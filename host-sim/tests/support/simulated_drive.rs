@@ -8,7 +8,7 @@ use std::thread;
 use std::time::Duration;
 
 use drive_link::Settings;
-use drive_logic::{Chip, Lines, Stage};
+use drive_logic::{Chip, Lines, OutputStage};
 use host_sim::simulated_drive::{Board, Clock, FlashInMemory, SimulatedPins};
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::parameters::ServoParameters;
@@ -137,7 +137,7 @@ fn power_cycles(
     loop {
         let board = Board {
             listener,
-            stage: Stage {
+            stage: OutputStage {
                 full_scale: 10.0,
                 period: 5e-5,
                 command_delay: 1.25e-5,

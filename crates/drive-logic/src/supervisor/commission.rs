@@ -1,9 +1,10 @@
-//! A commissioning as a transaction. From rest, what held before is kept before anything moves. Beside a
-//! loop the store is left alone, which holds all of the old. What was found is kept as one record, once it
-//! is proved and the servo is let go.
+//! A commissioning as a transaction. From rest, the settings that hold are saved before anything moves. In place of a
+//! run the store is left alone, which holds all of the old. The result is saved as one record, once it is validated and
+//! the servo is disabled.
 
 use drive_link::{
-    Commissioning as Standing, Gains, Kept, NotAllowed, Origin, Outcome, Refusal, Settings, State,
+    Commissioning as LastCommissioning, Gains, Kept, NotAllowed, Origin, Outcome, Refusal,
+    Settings, State,
 };
 use embedded_storage::nor_flash::NorFlash;
 use identifier_core::commission::{CommissionSettings, HoldingGains, Phase, StopReason};
@@ -11,9 +12,8 @@ use identifier_core::commission::{CommissionSettings, HoldingGains, Phase, StopR
 use super::Supervisor;
 use super::record::{Commissioned, Record};
 use crate::commissioning::Commissioning;
-use crate::messages::Order;
-use crate::parts;
-use crate::spare::Spare;
+use crate::conversion;
+use crate::messages::{Mode, Order};
 use crate::store::StoreError;
 
 impl<F: NorFlash> Supervisor<'_, F> {
@@ -23,32 +23,32 @@ impl<F: NorFlash> Supervisor<'_, F> {
         given: &CommissionSettings,
         overtaken: impl FnOnce(&Self) -> bool,
     ) -> Result<(), Refusal> {
-        // Said again, it is done already.
-        if self.is_commissioning() && !self.is_stopping() && self.ordered == Some(*given) {
+        // Repeated, it is done already.
+        if self.is_commissioning() && !self.is_stopping() && self.requested == Some(*given) {
             return Ok(());
         }
-        let is_beside = self.state() == State::Running && !self.is_stopping();
-        if !is_beside {
+        let replaces_run = self.state() == State::Running && !self.is_stopping();
+        if !replaces_run {
             self.must_be_ready()?;
         }
         let commissioning = self.commissioning(given).map_err(Refusal::Setting)?;
-        let Some(spare) = self.spare_commissioning.take() else {
+        let Some(slot) = self.commissioning_slot.take() else {
             return Err(Refusal::Busy);
         };
-        let commissioning = spare.filled(commissioning);
-        let ordered = if is_beside {
-            self.order_unless(overtaken, Order::CommissionBeside(commissioning))
+        let commissioning = Mode::Commissioning(slot.filled(commissioning));
+        let ordered = if replaces_run {
+            self.order_unless(overtaken, Order::Replace(commissioning))
         } else {
             self.mark_and_order(commissioning, overtaken)
         };
         match ordered {
-            Ok(()) => (self.ordered, self.phase) = (Some(*given), Phase::Idle),
-            Err(_) => self.studying.end(),
+            Ok(()) => (self.requested, self.phase) = (Some(*given), Phase::Idle),
+            Err(_) => self.solving.end(),
         }
         ordered
     }
 
-    /// A commissioning with its study begun.
+    /// A commissioning with its solver begun.
     fn commissioning(&mut self, given: &CommissionSettings) -> Result<Commissioning, NotAllowed> {
         let core = &self.settings.closed_loop.core;
         for (name, value, own) in [
@@ -56,10 +56,10 @@ impl<F: NorFlash> Supervisor<'_, F> {
             ("resolution", given.resolution, core.resolution),
         ] {
             if value.to_bits() != own.to_bits() {
-                return Err(parts::out_of_range(name, value, (own, own)));
+                return Err(conversion::out_of_range(name, value, (own, own)));
             }
         }
-        parts::within_stage(given.limits.command, &self.stage)?;
+        conversion::check_stage_limits(given.limits.command, &self.stage)?;
         let settings = CommissionSettings {
             command_delay: given.command_delay + self.stage.command_delay,
             ..*given
@@ -71,24 +71,24 @@ impl<F: NorFlash> Supervisor<'_, F> {
         let protection = &self.settings.protection;
         let commissioning = Commissioning::new(&settings, before.as_ref(), protection)?;
         let slices = commissioning.slices();
-        self.studying.begin(&settings, slices, &mut self.channel)?;
+        self.solving.begin(&settings, slices, &mut self.channel)?;
         Ok(commissioning)
     }
 
-    /// Keeps what holds with the mark that a commissioning is under way, and has it begun.
+    /// Saves the settings that hold with the mark that a commissioning is under way, and orders it.
     fn mark_and_order(
         &mut self,
-        commissioning: &'static mut Commissioning,
+        commissioning: Mode,
         overtaken: impl FnOnce(&Self) -> bool,
     ) -> Result<(), Refusal> {
         if self.keep(true).is_err() {
-            self.spare_commissioning = Some(Spare::Used(commissioning));
+            self.free(commissioning);
             return Err(Refusal::NotKept);
         }
-        // To keep may take long: only now is it known whether a stop has come.
-        let ordered = self.order_unless(overtaken, Order::Commission(commissioning));
+        // To save may take long: only now is it known whether a stop has come.
+        let ordered = self.order_unless(overtaken, Order::Begin(commissioning));
         if ordered.is_err() {
-            // If that fails, the next boot tells of a commissioning that never began.
+            // If that fails, the next boot reports a commissioning that never began.
             let _ = self.keep(false);
         }
         ordered
@@ -100,67 +100,60 @@ impl<F: NorFlash> Supervisor<'_, F> {
         overtaken: impl FnOnce(&Self) -> bool,
         order: Order,
     ) -> Result<(), Refusal> {
-        let (order, refusal) = if overtaken(self) {
-            (order, Refusal::Overtaken)
-        } else {
-            match self.channel.order(order) {
-                Ok(()) => return Ok(()),
-                Err(order) => (order, Refusal::Busy),
-            }
-        };
-        if let Order::Commission(back) | Order::CommissionBeside(back) = order {
-            self.spare_commissioning = Some(Spare::Used(back));
+        if overtaken(self) {
+            self.take_back(order);
+            return Err(Refusal::Overtaken);
         }
-        Err(refusal)
+        self.order(order)
     }
 
-    /// Takes a commissioning back that is over, and keeps what it came to.
+    /// Takes a commissioning back that is over, and saves its result.
     pub(super) fn conclude(&mut self, over: &'static mut Commissioning) {
-        self.studying.end();
+        self.solving.end();
         let mut outcome = over.outcome();
-        self.spare_commissioning = Some(Spare::Used(over));
+        self.free(Mode::Commissioning(over));
         let is_applied = outcome.commissioning.phase == Phase::Applied;
         if is_applied && self.apply(&outcome).is_err() {
-            outcome.commissioning = Standing {
+            outcome.commissioning = LastCommissioning {
                 phase: Phase::RolledBack,
                 reason: Some(StopReason::NoGains),
             };
         }
-        self.unkept |= outcome.commissioning.phase == Phase::Applied;
+        self.save_pending |= outcome.commissioning.phase == Phase::Applied;
         self.outcome = Some(outcome);
-        self.keep_what_is_due();
+        self.save_if_pending();
     }
 
-    /// Keeps what holds, if that is due and the servo is let go: writing stops the processor, and with it
-    /// whatever holds the servo.
-    pub(super) fn keep_what_is_due(&mut self) {
-        if self.unkept && !self.is_out() {
+    /// Saves the settings that hold, if that is pending and the servo is disabled: writing stops the processor, and with
+    /// it the mode that holds the servo.
+    pub(super) fn save_if_pending(&mut self) {
+        if self.save_pending && !self.is_driven() {
             // If that fails, the store holds all of the old, and the next time may do.
             let _ = self.keep(false);
         }
     }
 
-    /// Lets what was found hold from now on.
+    /// Puts the result of a commissioning in force.
     fn apply(&mut self, outcome: &Outcome) -> Result<(), NotAllowed> {
         let (Some(servo), Some(tuning)) = (outcome.servo, outcome.tuning) else {
-            return Err(parts::refusal("gains", drive_link::Why::NotGiven));
+            return Err(conversion::refusal("gains", drive_link::Why::NotGiven));
         };
         let found = Commissioned::new(&servo, tuning, outcome.trial);
-        self.settings = self.with_gains_of(&found)?;
-        self.estimates = Some(parts::identified(&servo));
+        self.settings = self.settings_with(&found)?;
+        self.estimates = Some(conversion::identified(&servo));
         self.commissioned = Some(found);
         Ok(())
     }
 
-    /// The settings that hold with the gains that were found.
-    pub(super) fn with_gains_of(&self, found: &Commissioned) -> Result<Settings, NotAllowed> {
+    /// The settings in force with the gains of a commissioning.
+    pub(super) fn settings_with(&self, found: &Commissioned) -> Result<Settings, NotAllowed> {
         let limit = self
-            .ordered
-            .map_or([0.0; 2], |ordered| ordered.limits.command);
+            .requested
+            .map_or([0.0; 2], |requested| requested.limits.command);
         found.settings(&self.settings, limit, &self.stage)
     }
 
-    /// Keeps what holds.
+    /// Saves the settings that hold.
     pub(super) fn keep(&mut self, under_way: bool) -> Result<(), StoreError> {
         self.store.keep(&Record {
             settings: self.settings,
@@ -169,7 +162,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
             under_way,
         })?;
         self.kept = Kept::Record;
-        self.unkept = under_way;
+        self.save_pending = under_way;
         if let Some(outcome) = &mut self.outcome {
             let is_applied = outcome.commissioning.phase == Phase::Applied;
             outcome.kept = is_applied && self.commissioned.is_some();
@@ -177,10 +170,10 @@ impl<F: NorFlash> Supervisor<'_, F> {
         Ok(())
     }
 
-    /// How the last commissioning stands or ended.
-    pub(super) fn commissioning_stands(&self) -> Option<Standing> {
+    /// Phase and reason of the last commissioning.
+    pub(super) fn last_commissioning(&self) -> Option<LastCommissioning> {
         if self.is_commissioning() {
-            return Some(Standing {
+            return Some(LastCommissioning {
                 phase: self.phase,
                 reason: None,
             });
@@ -203,11 +196,11 @@ impl<F: NorFlash> Supervisor<'_, F> {
         })
     }
 
-    /// What a record says of the last commissioning.
-    pub(super) fn outcome_of(record: &Record) -> Option<Outcome> {
+    /// The outcome of the last commissioning in a record.
+    pub(super) fn outcome_in(record: &Record) -> Option<Outcome> {
         if record.under_way {
             return Some(Outcome {
-                commissioning: Standing {
+                commissioning: LastCommissioning {
                     phase: Phase::Aborted,
                     reason: Some(StopReason::PowerLost),
                 },
@@ -219,7 +212,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
             });
         }
         record.commissioned.map(|found| Outcome {
-            commissioning: Standing {
+            commissioning: LastCommissioning {
                 phase: Phase::Applied,
                 reason: None,
             },

@@ -1,9 +1,12 @@
 //! The background's half: everything that may take its time.
 
 mod commission;
+mod first_fit;
+mod memory;
 mod record;
 mod reports;
 mod runs;
+mod solver;
 
 use core::fmt;
 
@@ -13,58 +16,59 @@ use drive_link::{
 use embedded_storage::nor_flash::NorFlash;
 use identifier_core::commission::{CommissionSettings, Phase};
 
+use self::first_fit::FirstFit;
+pub use self::memory::Memory;
+use self::memory::Slot;
 use self::record::{Commissioned, Record, VERSION};
+use self::solver::Solving;
 use crate::channel::BackgroundEnd;
-use crate::chip::Stage;
+use crate::chip::OutputStage;
 use crate::closed_loop::ClosedLoop;
 use crate::commissioning::Commissioning;
-use crate::first_fit::FirstFit;
-use crate::memory::Memory;
-use crate::messages::{Counts, Order};
+use crate::messages::{Mode, Order};
 use crate::protection::reach;
 use crate::run::Run;
-use crate::spare::Spare;
 use crate::store::Store;
-use crate::studying::Studying;
+use crate::telemetry::Counts;
 
-/// How long the background may be busy while the servo is let go, s: building a loop takes a hundredth of
+/// How long the background may be busy while the servo is disabled, s: building a loop takes a hundredth of
 /// that, and while the flash erases there are no samples that could miss it.
-const RELEASED_PATIENCE: f64 = 5.0;
+const DISABLED_PATIENCE: f64 = 5.0;
 
 /// The background's half of a drive.
 pub struct Supervisor<'a, F> {
     channel: BackgroundEnd<'a>,
     store: Store<F>,
     kept: Kept,
-    stage: Stage,
+    stage: OutputStage,
     settings: Settings,
     configured: bool,
-    /// Where a run is built, unless the interrupt has it.
-    spare: Option<Spare<Run>>,
-    /// The loop that was started last: it says in SI what the interrupt tells in its own units.
+    /// Memory in which a run is built, unless the interrupt has it.
+    run_slot: Option<Slot<Run>>,
+    /// The loop that was started last, to convert samples of the interrupt to SI.
     closed_loop: Option<ClosedLoop>,
     first_fit: Option<FirstFit>,
     estimates: Option<Estimates>,
-    /// Where a commissioning is built, unless the interrupt has it; and its other half.
-    spare_commissioning: Option<Spare<Commissioning>>,
-    studying: Studying,
-    /// The last that was ordered, where it stands if it is under way, and what the last one came to.
-    ordered: Option<CommissionSettings>,
+    /// Memory in which a commissioning is built, unless the interrupt has it; and its solver.
+    commissioning_slot: Option<Slot<Commissioning>>,
+    solving: Solving,
+    /// The last commissioning that was requested, its phase if it is under way, and the outcome of the last one.
+    requested: Option<CommissionSettings>,
     phase: Phase,
     outcome: Option<Outcome>,
-    /// Whether it is over and holds the servo for a loop to go on.
-    waits: bool,
-    /// Whether what holds is to be kept as soon as the servo is let go.
-    unkept: bool,
-    /// What the gains that hold come from, unless they were given.
+    /// A commissioning is over and holds the servo for a run to resume.
+    awaits_resume: bool,
+    /// The settings that hold are to be saved as soon as the servo is disabled.
+    save_pending: bool,
+    /// The commissioning that the gains come from, unless they were given.
     commissioned: Option<Commissioned>,
     fault: Option<Fault>,
     ended: Option<Ended>,
     /// The stops that the interrupt has obeyed.
     stops: u32,
     counts: Counts,
-    /// Samples that were told, but not said for want of room on the line.
-    unsaid: u32,
+    /// Samples of the interrupt that were not reported for want of room on the line.
+    reports_dropped: u32,
     garbled: u32,
 }
 
@@ -78,14 +82,14 @@ impl<F> fmt::Debug for Supervisor<'_, F> {
 }
 
 impl<'a, F: NorFlash> Supervisor<'a, F> {
-    /// With the record in the store, or else unconfigured, with settings to begin from. What the boot
-    /// found wrong holds from the beginning.
+    /// With the record in the store, or else unconfigured, with settings to begin from. Faults that the boot
+    /// found hold from the beginning.
     pub fn new(
         channel: BackgroundEnd<'a>,
         memory: &'static mut Memory,
         (flash, start): (F, u32),
         built_in: &Settings,
-        stage: Stage,
+        stage: OutputStage,
         found_at_boot: Result<(), Fault>,
     ) -> Self {
         let (store, record, kept) = Store::open::<Record>(flash, start, VERSION);
@@ -105,37 +109,37 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             stage,
             configured: record.is_some(),
             settings: record.map_or(*built_in, |record| record.settings),
-            spare: Some(Spare::Blank(&mut memory.run)),
+            run_slot: Some(Slot::Blank(&mut memory.run)),
             closed_loop: None,
             first_fit: None,
             estimates: record.and_then(|record| record.estimates),
-            spare_commissioning: Some(Spare::Blank(&mut memory.commissioning)),
-            studying: Studying::in_memory(&mut memory.study),
-            ordered: None,
+            commissioning_slot: Some(Slot::Blank(&mut memory.commissioning)),
+            solving: Solving::in_memory(&mut memory.solver),
+            requested: None,
             phase: Phase::Idle,
-            outcome: record.as_ref().and_then(Self::outcome_of),
-            waits: false,
-            unkept: false,
+            outcome: record.as_ref().and_then(Self::outcome_in),
+            awaits_resume: false,
+            save_pending: false,
             commissioned: record.and_then(|record| record.commissioned),
             fault: found_at_boot.err(),
             ended: None,
             counts: Counts::default(),
-            unsaid: 0,
+            reports_dropped: 0,
             garbled: 0,
         };
         if record.is_some_and(|record| record.under_way) {
-            // Told once. If it cannot be kept, it is told again.
+            // Reported once. If it cannot be saved, it is reported again.
             let _ = supervisor.keep(false);
         }
-        supervisor.be_missed_for(RELEASED_PATIENCE);
+        supervisor.set_disabled_patience(DISABLED_PATIENCE);
         supervisor
     }
 
-    /// Says for how long the background may be missed while the servo is let go, s.
-    fn be_missed_for(&self, time: f64) {
+    /// Sets the time for which the background may not run while the servo is disabled, s.
+    fn set_disabled_patience(&self, time: f64) {
         // A cast saturates.
         let samples = (time / self.sample_time()) as u32;
-        self.channel.set_released_patience(samples);
+        self.channel.set_disabled_patience(samples);
     }
 
     /// The sample time that holds, s: the firmware's timer follows it while the servo is released.
@@ -144,61 +148,61 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         self.settings.closed_loop.core.sample_time
     }
 
-    /// What the drive does.
+    /// The state of the drive.
     #[must_use]
     pub fn state(&self) -> State {
         match self.fault {
             Some(fault) => State::Faulted(fault),
             None if self.is_commissioning() => State::Commissioning,
-            None if self.spare.is_none() => State::Running,
+            None if self.run_slot.is_none() => State::Running,
             None => State::Released,
         }
     }
 
-    /// Whether the interrupt has a run or a commissioning, as far as it has told.
-    fn is_out(&self) -> bool {
-        self.spare.is_none() || self.is_commissioning()
+    /// Whether the interrupt has a mode, by its last report.
+    fn is_driven(&self) -> bool {
+        self.run_slot.is_none() || self.is_commissioning()
     }
 
     /// Whether it has a commissioning.
     fn is_commissioning(&self) -> bool {
-        self.spare_commissioning.is_none()
+        self.commissioning_slot.is_none()
     }
 
-    /// Whether the interrupt has been told to stop and has not said yet that it did.
+    /// Whether the interrupt has not reported yet that it has obeyed a stop.
     fn is_stopping(&self) -> bool {
         self.stops != self.channel.stops()
     }
 
-    /// What the last run found, or the one that was kept.
+    /// Estimates of the last run, or of the one that was saved.
     #[must_use]
     pub fn estimates(&self) -> Option<Estimates> {
         self.estimates
     }
 
-    /// The background goes round: say so in each of its turns.
-    pub fn is_alive(&self) {
-        self.channel.is_alive();
+    /// Counts a turn of the background, without which the watchdog is not fed.
+    pub fn count_turn(&self) {
+        self.channel.count_turn();
     }
 
-    /// Goes on with what the interrupt leaves to the background; true if there is more of it to do before
-    /// the next sample.
+    /// Does the work that the interrupt leaves to the background; true if there is more of it to do before the next
+    /// sample.
     pub fn work(&mut self) -> bool {
         if let Some(first_fit) = &mut self.first_fit {
             first_fit.work(&mut self.channel);
         }
-        if self.waits {
-            self.go_on();
+        if self.awaits_resume {
+            self.resume();
         }
-        self.studying.work(&mut self.channel)
+        self.solving.work(&mut self.channel)
     }
 
-    /// Lets the servo go, at once, whatever is asked or told besides.
+    /// Disables the servo at once, whatever else is requested.
     pub fn stop(&self) {
         self.channel.stop();
     }
 
-    /// Does what is asked for, and answers.
+    /// Carries a request out, and answers it.
     pub fn answer(&mut self, request: &Request) -> Report {
         self.answer_unless(request, |_| false)
     }
@@ -210,7 +214,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         request: &Request,
         overtaken: impl FnOnce(&Self) -> bool,
     ) -> Report {
-        self.channel.heard();
+        self.channel.host_heard();
         let id = request.id;
         let refused = |refusal| Report::Refused { id, refusal };
         match self.obey(&request.command, overtaken) {
@@ -242,19 +246,19 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                 return Err(Refusal::EndedCommissioning);
             }
             Command::Configure(settings) => {
-                self.must_be_let_go()?;
+                self.must_be_disabled()?;
                 Run::check(&settings, &self.stage).map_err(Refusal::Setting)?;
-                // What is said of a servo now holds more than what was learnt of another.
+                // These settings may be of another servo than the one that was identified.
                 if settings.closed_loop != self.settings.closed_loop {
                     self.estimates = None;
                     self.commissioned = None;
                 }
                 self.settings = settings;
                 self.configured = true;
-                self.be_missed_for(RELEASED_PATIENCE);
+                self.set_disabled_patience(DISABLED_PATIENCE);
             }
             Command::Start => {
-                // Said again, it is done already.
+                // Repeated, it is done already.
                 if self.state() == State::Running && !self.is_stopping() {
                     return Ok(());
                 }
@@ -276,7 +280,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             Command::Watch(every) => self.order(Order::Watch(every))?,
             Command::Save => {
                 // Writing stops the processor, and with it the loop.
-                self.must_be_let_go()?;
+                self.must_be_disabled()?;
                 self.keep(false).map_err(|_| Refusal::NotKept)?;
             }
             Command::Commission(settings) => self.commission(&settings, overtaken)?,
@@ -284,7 +288,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         Ok(())
     }
 
-    /// Released and configured.
+    /// Disabled and configured.
     fn must_be_ready(&self) -> Result<(), Refusal> {
         if let State::Faulted(fault) = self.state() {
             return Err(Refusal::Faulted(fault));
@@ -292,20 +296,40 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         if !self.configured {
             return Err(Refusal::NotConfigured);
         }
-        self.must_be_let_go()
+        self.must_be_disabled()
     }
 
-    /// Released or faulted, and the interrupt has said so.
-    fn must_be_let_go(&self) -> Result<(), Refusal> {
-        if self.is_out() || self.is_stopping() {
+    /// Disabled or faulted, as the interrupt has reported.
+    fn must_be_disabled(&self) -> Result<(), Refusal> {
+        if self.is_driven() || self.is_stopping() {
             Err(Refusal::Running)
         } else {
             Ok(())
         }
     }
 
+    /// Gives an order to the interrupt; the memory of one that finds no room is free again.
     fn order(&mut self, order: Order) -> Result<(), Refusal> {
-        self.channel.order(order).map_err(|_| Refusal::Busy)
+        self.channel.order(order).map_err(|order| {
+            self.take_back(order);
+            Refusal::Busy
+        })
+    }
+
+    /// Takes an order back that was not given.
+    fn take_back(&mut self, order: Order) {
+        match order {
+            Order::Begin(mode) | Order::Replace(mode) => self.free(mode),
+            Order::Target(_) | Order::Clear | Order::Watch(_) => {}
+        }
+    }
+
+    /// Takes the memory of a mode back.
+    fn free(&mut self, mode: Mode) {
+        match mode {
+            Mode::Run(run) => self.run_slot = Some(Slot::Used(run)),
+            Mode::Commissioning(over) => self.commissioning_slot = Some(Slot::Used(over)),
+        }
     }
 
     fn counts(&self, radians: f64) -> Result<i32, Refusal> {

@@ -1,6 +1,6 @@
-//! What survives a loss of power.
+//! The record that survives a loss of power.
 
-use drive_link::{Estimates, Format, Law, NotAllowed, Settings};
+use drive_link::{Estimates, Law, NotAllowed, Settings};
 use identifier_core::ControllerSettings;
 use identifier_core::commission::{IdentifiedServo, TrialResult};
 use identifier_core::identifier::ExpectedMotion;
@@ -9,7 +9,8 @@ use identifier_core::settings::IdentifierSettings;
 use identifier_core::tuning::Tuning;
 use serde::{Deserialize, Serialize};
 
-use crate::chip::Stage;
+use crate::chip::OutputStage;
+use crate::closed_loop::FORMAT;
 use crate::run::Run;
 
 /// The version of the [`Record`]: another one is another meaning of the bytes.
@@ -18,17 +19,17 @@ pub(super) const VERSION: u16 = 4;
 /// All of it, so that nothing of one record ever holds beside something of another.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Record {
-    /// What was configured; the gains are those that hold.
+    /// The configuration; the gains are those that hold.
     pub(super) settings: Settings,
-    /// What the last run that was kept had found.
+    /// Estimates of the last run that was saved.
     pub(super) estimates: Option<Estimates>,
-    /// Where the gains come from, unless they were given.
+    /// The commissioning that the gains come from, unless they were given.
     pub(super) commissioned: Option<Commissioned>,
     /// A commissioning has begun since, and its end was not kept.
     pub(super) under_way: bool,
 }
 
-/// What a commissioning has found and proved.
+/// The validated result of a commissioning.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Commissioned {
     parameters: ServoParameters,
@@ -42,6 +43,13 @@ pub(super) struct Commissioned {
 
 /// Entries of a covariance of five unknowns that are not there twice.
 const ENTRIES: usize = 15;
+
+/// The law that needs no box of servos.
+const LAW_WITHOUT_BOX: Law = if cfg!(feature = "fixed-point") {
+    Law::Gradient { friction: false }
+} else {
+    Law::GaussNewton
+};
 
 impl Commissioned {
     pub(super) fn new(servo: &IdentifiedServo, tuning: Tuning, trial: Option<TrialResult>) -> Self {
@@ -88,8 +96,8 @@ impl Commissioned {
     }
 
     /// Settings with its gains, within the limits of the command that were given, or else these. A law
-    /// that cannot be had with its gains, as of a box that was given for others, gives way to the one
-    /// that needs no box.
+    /// that is refused with its gains, as with a box that was given for others, is replaced by the one that needs no
+    /// box.
     ///
     /// # Errors
     /// The setting that is not allowed all the same.
@@ -97,7 +105,7 @@ impl Commissioned {
         &self,
         given: &Settings,
         limit: [f64; 2],
-        stage: &Stage,
+        stage: &OutputStage,
     ) -> Result<Settings, NotAllowed> {
         let Tuning {
             kp, kd, ki, cutoff, ..
@@ -110,8 +118,8 @@ impl Commissioned {
         if Run::check(&settings, stage).is_err() {
             let closed_loop = &mut settings.closed_loop;
             closed_loop.core.identifier = IdentifierSettings::UNSTATED;
-            closed_loop.law = Law::GaussNewton;
-            closed_loop.format = Format::Single;
+            closed_loop.law = LAW_WITHOUT_BOX;
+            closed_loop.format = FORMAT;
             Run::check(&settings, stage)?;
         }
         Ok(settings)
@@ -165,7 +173,7 @@ mod tests {
                     ..identifier_core::Settings::new(ANY, ANY)
                 },
                 law: Law::Gradient { friction: true },
-                format: Format::Single,
+                format: FORMAT,
             },
             dither: Dither {
                 amplitude: ANY,

@@ -1,4 +1,4 @@
-//! What the background reports.
+//! The reports of the background.
 
 use drive_link::{PROTOCOL, Progress, Report, Snapshot, Status};
 use embedded_storage::nor_flash::NorFlash;
@@ -6,29 +6,29 @@ use identifier_core::commission::IdentifiedServo;
 
 use super::Supervisor;
 use crate::closed_loop::Learnt;
-use crate::messages::{Event, Moved, Returned, Shown, Standing};
+use crate::messages::{Event, InterruptState, Mode};
 use crate::run::Run;
-use crate::spare::Spare;
+use crate::telemetry::{CommissionSample, RunSample};
 
 impl<F: NorFlash> Supervisor<'_, F> {
-    /// Takes note of a sample that was told and found no room on the line.
-    pub fn unsaid(&mut self) {
-        self.unsaid = self.unsaid.saturating_add(1);
+    /// Counts a sample that found no room on the line.
+    pub fn count_dropped(&mut self) {
+        self.reports_dropped = self.reports_dropped.saturating_add(1);
     }
 
-    /// Takes note of a frame that was not understood.
-    pub fn garbled(&mut self) {
+    /// Counts a frame that could not be decoded.
+    pub fn count_garbled(&mut self) {
         self.garbled = self.garbled.saturating_add(1);
     }
 
-    /// The next thing that the interrupt tells, as a report.
-    pub fn news(&mut self) -> Option<Report> {
+    /// The next event of the interrupt, as a report.
+    pub fn next_report(&mut self) -> Option<Report> {
         Some(match self.channel.event()? {
-            Event::Shown(shown) => Report::Snapshot(self.snapshot(&shown)),
-            Event::Moved(moved) => Report::Progress(self.progress(&moved)),
-            Event::Standing(standing) => {
-                let fault = standing.fault;
-                self.take_note(standing);
+            Event::Run(sample) => Report::Snapshot(self.snapshot(&sample)),
+            Event::Commissioning(sample) => Report::Progress(self.progress(&sample)),
+            Event::State(state) => {
+                let fault = state.fault;
+                self.take_in_state(state);
                 match fault {
                     Some(fault) => Report::Fault(fault),
                     None => self.status(None),
@@ -37,22 +37,22 @@ impl<F: NorFlash> Supervisor<'_, F> {
         })
     }
 
-    fn take_note(&mut self, standing: Standing) {
-        self.counts = standing.counts;
-        self.fault = standing.fault;
-        self.ended = standing.ended;
-        self.stops = standing.stops;
-        self.phase = standing.phase.unwrap_or(self.phase);
-        self.waits = standing.waits;
-        match standing.returned {
-            Some(Returned::Run(run)) => {
+    fn take_in_state(&mut self, state: InterruptState) {
+        self.counts = state.counts;
+        self.fault = state.fault;
+        self.ended = state.ended;
+        self.stops = state.stops;
+        self.phase = state.phase.unwrap_or(self.phase);
+        self.awaits_resume = state.awaits_resume;
+        match state.returned {
+            Some(Mode::Run(run)) => {
                 if run.has_run() {
                     self.take_in_all(run);
                 }
-                self.spare = Some(Spare::Used(run));
-                self.keep_what_is_due();
+                self.free(Mode::Run(run));
+                self.save_if_pending();
             }
-            Some(Returned::Commissioning(over)) => self.conclude(over),
+            Some(Mode::Commissioning(over)) => self.conclude(over),
             None => {}
         }
     }
@@ -64,29 +64,29 @@ impl<F: NorFlash> Supervisor<'_, F> {
             kept: self.kept,
             configured: self.configured,
             ended: self.ended,
-            commissioning: self.commissioning_stands(),
+            commissioning: self.last_commissioning(),
             gains: self.gains(),
             command_delay: self.stage.command_delay as f32,
             estimates: self.estimates,
             noticed: self.counts.noticed,
             overruns: self.counts.overruns,
-            dropped: self.counts.dropped.saturating_add(self.unsaid),
+            dropped: self.counts.dropped.saturating_add(self.reports_dropped),
             garbled: self.garbled,
         };
         Report::Status { id, status }
     }
 
-    fn snapshot(&mut self, shown: &Shown) -> Snapshot {
+    fn snapshot(&mut self, sample: &RunSample) -> Snapshot {
         let resolution = self.settings.closed_loop.core.resolution;
         let radians = |counts: f64| (counts * resolution) as f32;
-        self.take_in(&shown.learnt);
-        self.counts = shown.counts;
+        self.take_in(&sample.learnt);
+        self.counts = sample.counts;
         Snapshot {
-            sample: shown.sample,
-            reference: radians(f64::from(shown.count) + f64::from(shown.error)),
-            position: radians(f64::from(shown.count)),
-            command: shown.command,
-            output_error: radians(f64::from(shown.output_error)),
+            sample: sample.sample,
+            reference: radians(f64::from(sample.count) + f64::from(sample.error)),
+            position: radians(f64::from(sample.count)),
+            command: sample.command,
+            output_error: radians(f64::from(sample.output_error)),
             estimates: self.estimates.unwrap_or_default(),
         }
     }
@@ -96,7 +96,8 @@ impl<F: NorFlash> Supervisor<'_, F> {
         let found = closed_loop.and_then(|closed_loop| closed_loop.estimates(learnt));
         self.estimates = found.or(self.estimates);
     }
-    /// What a run that has ended has learnt, with its standard errors.
+
+    /// Takes in the estimates of a run that has ended, with their standard errors.
     fn take_in_all(&mut self, run: &Run) {
         self.take_in(&run.closed_loop().learnt());
         if let Some(estimates) = &mut self.estimates {
@@ -104,19 +105,19 @@ impl<F: NorFlash> Supervisor<'_, F> {
         }
     }
 
-    fn progress(&self, moved: &Moved) -> Progress {
+    fn progress(&self, sample: &CommissionSample) -> Progress {
         let resolution = self.settings.closed_loop.core.resolution;
         let gain = |servo: &IdentifiedServo| {
             let error = servo.standard_error(IdentifiedServo::B);
             [servo.parameters.b as f32, error as f32]
         };
         Progress {
-            phase: moved.phase,
-            sample: moved.sample,
-            position: (f64::from(moved.count) * resolution) as f32,
-            command: moved.command,
-            recorded: moved.recorded,
-            gain: self.studying.servo().map(gain),
+            phase: sample.phase,
+            sample: sample.sample,
+            position: (f64::from(sample.count) * resolution) as f32,
+            command: sample.command,
+            recorded: sample.recorded,
+            gain: self.solving.servo().map(gain),
         }
     }
 }

@@ -99,7 +99,7 @@ impl<'a> Drive<'a> {
     /// Lets a sample pass that nobody listens to.
     pub(crate) fn sample(&mut self) {
         self.sampler.interrupt(&mut self.bench.pins());
-        self.supervisor.is_alive();
+        self.supervisor.count_turn();
         while self.supervisor.work() {}
         self.bench.pass();
     }
@@ -116,7 +116,7 @@ impl<'a> Drive<'a> {
         let mut told = Vec::new();
         for _ in 0..samples {
             self.sample();
-            told.extend(std::iter::from_fn(|| self.supervisor.news()));
+            told.extend(std::iter::from_fn(|| self.supervisor.next_report()));
         }
         told
     }

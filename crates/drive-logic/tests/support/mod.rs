@@ -9,7 +9,7 @@ use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings};
-use drive_logic::{Chip, Lines, Stage};
+use drive_logic::{Chip, Lines, OutputStage};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
@@ -21,6 +21,11 @@ use virtual_servo::{Encoder, Plant};
 
 pub(crate) const SAMPLE_TIME: f64 = 1e-3;
 pub(crate) const COUNTS: f64 = 10_000.0;
+
+/// The arithmetic that the drive is built for, and the other one.
+pub(crate) const FORMAT: Format = FORMATS[cfg!(feature = "fixed-point") as usize];
+pub(crate) const OTHER_FORMAT: Format = FORMATS[!cfg!(feature = "fixed-point") as usize];
+const FORMATS: [Format; 2] = [Format::Single, Format::Fixed];
 
 pub(crate) fn settings() -> Settings {
     let mut core = identifier_core::Settings {
@@ -41,7 +46,7 @@ pub(crate) fn settings() -> Settings {
         closed_loop: LoopSettings {
             core,
             law: Law::Gradient { friction: false },
-            format: Format::Single,
+            format: FORMAT,
         },
         dither: Dither {
             amplitude: 0.3,
@@ -159,7 +164,7 @@ impl NorFlash for Flash {
 }
 
 /// What the output stage of the bench can do.
-pub(crate) const STAGE: Stage = Stage {
+pub(crate) const STAGE: OutputStage = OutputStage {
     full_scale: 10.0,
     period: 5e-5,
     command_delay: 1.25e-5,

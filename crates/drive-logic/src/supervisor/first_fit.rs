@@ -1,34 +1,29 @@
-//! Gauss–Newton's first fit, in the background while the interrupt records on.
+//! Gauss–Newton's first fit, in the background while the interrupt keeps recording.
 
 use drive_link::{Law, LoopSettings};
-use identifier_core::identifier::{
-    FitBlocks, GaussNewtonFitted, GaussNewtonFitter, GaussNewtonFitterState,
-};
+use identifier_core::identifier::{FitBlocks, GaussNewtonFitter, GaussNewtonFitterState};
 use identifier_core::parameters::AbCoulombLoad;
 
 use crate::channel::BackgroundEnd;
-use crate::closed_loop::BLOCKS;
+use crate::closed_loop::{BLOCKS, Fitted};
 
 type Fitter = GaussNewtonFitter<f32, AbCoulombLoad, 4, BLOCKS>;
 
 /// Blocks of the record that one turn of the background goes through.
 const SLICE: u32 = 8;
 
-/// What goes back to the interrupt.
-pub(crate) type Fitted = GaussNewtonFitted<f32, AbCoulombLoad, 4>;
-
 /// The background's half of Gauss–Newton.
 #[derive(Debug)]
-pub(crate) struct FirstFit {
+pub(super) struct FirstFit {
     fitter: Fitter,
     state: GaussNewtonFitterState<f32, BLOCKS>,
-    /// What was found and found no room yet.
+    /// A fit that found no room yet.
     fitted: Option<Fitted>,
 }
 
 impl FirstFit {
     /// For a run with these settings; none for a law that needs no fit.
-    pub(crate) fn of(settings: &LoopSettings) -> Option<Self> {
+    pub(super) fn for_run(settings: &LoopSettings) -> Option<Self> {
         if settings.law != Law::GaussNewton {
             return None;
         }
@@ -40,8 +35,8 @@ impl FirstFit {
         })
     }
 
-    /// Takes in what was recorded and goes on with the fit, if there is one to make.
-    pub(crate) fn work(&mut self, channel: &mut BackgroundEnd<'_>) {
+    /// Takes in the blocks that were recorded and continues the fit, if there is one to make.
+    pub(super) fn work(&mut self, channel: &mut BackgroundEnd<'_>) {
         while let Some(block) = channel.block() {
             self.fitter.take(&mut self.state, &block);
         }

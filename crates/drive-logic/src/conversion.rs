@@ -1,4 +1,4 @@
-//! Between the core and the messages.
+//! Conversions between the core's values and the messages of the link.
 
 use drive_link::{Estimates, Name, NotAllowed, Why};
 use identifier_core::commission::{CommissionError, IdentifiedServo};
@@ -7,9 +7,9 @@ use identifier_core::parameters::{PerParameter, ServoParameters};
 use identifier_core::settings::{IdentifierSettings, SettingsError};
 use identifier_core::stability::CertificateError;
 
-use crate::chip::Stage;
+use crate::chip::OutputStage;
 
-/// What an identifier has found as a message.
+/// Estimates of an identifier as a message.
 pub(crate) fn estimates<N: Copy, I: Identify<N>>(identifier: &I, shown: &I::Snapshot) -> Estimates {
     let ServoParameters {
         a,
@@ -27,7 +27,7 @@ pub(crate) fn estimates<N: Copy, I: Identify<N>>(identifier: &I, shown: &I::Snap
     }
 }
 
-/// What a commissioning has found as a message. It is none at a bound, or it would have failed.
+/// Estimates of a commissioning as a message. None is at a bound, or it would have failed.
 pub(crate) fn identified(servo: &IdentifiedServo) -> Estimates {
     let ServoParameters {
         a,
@@ -50,9 +50,8 @@ pub(crate) fn identified(servo: &IdentifiedServo) -> Estimates {
     }
 }
 
-/// Lets an identifier begin with what is known of its servo, but for what is known to be none: an
-/// estimate at a bound.
-pub(crate) fn begin_with(known: &Estimates, identifier: &mut IdentifierSettings) {
+/// Initial estimates from what is known of the servo. An estimate at a bound is none.
+pub(crate) fn set_initial(known: &Estimates, identifier: &mut IdentifierSettings) {
     let Estimates {
         a,
         b,
@@ -101,7 +100,7 @@ pub(crate) fn not_allowed(error: SettingsError) -> NotAllowed {
     }
 }
 
-/// What a commissioning is refused for as a message.
+/// A refusal of a commissioning as a message.
 pub(crate) fn not_commissioned(error: &CommissionError) -> NotAllowed {
     match *error {
         CommissionError::OutOfRange {
@@ -147,8 +146,12 @@ pub(crate) fn too_small(name: &str, given: f64, least: f64, other: &str) -> NotA
     )
 }
 
-/// Whether an output stage can give these limits of a command.
-pub(crate) fn within_stage([low, high]: [f64; 2], stage: &Stage) -> Result<(), NotAllowed> {
+/// # Errors
+/// The output stage cannot give these limits of a command.
+pub(crate) fn check_stage_limits(
+    [low, high]: [f64; 2],
+    stage: &OutputStage,
+) -> Result<(), NotAllowed> {
     for (name, limit) in [("limit_high", high), ("limit_low", -low)] {
         if limit > stage.full_scale {
             return Err(out_of_range(name, limit, (0.0, stage.full_scale)));
@@ -157,8 +160,9 @@ pub(crate) fn within_stage([low, high]: [f64; 2], stage: &Stage) -> Result<(), N
     Ok(())
 }
 
-/// Whether a sample time is a whole number of the output stage's periods.
-pub(crate) fn whole_periods(sample_time: f64, period: f64) -> Result<(), NotAllowed> {
+/// # Errors
+/// The sample time is no whole number of the output stage's periods.
+pub(crate) fn check_whole_periods(sample_time: f64, period: f64) -> Result<(), NotAllowed> {
     /// Part of a period that decimal fractions leave.
     const ROUNDING: f64 = 1e-6;
     let periods = sample_time / period;

@@ -1,0 +1,75 @@
+//! The loop of a drive, controller and identifier with their states, in the arithmetic that the drive is built for:
+//! single precision, or fixed point with the feature `fixed-point`.
+
+#[cfg(feature = "fixed-point")]
+mod fixed_point;
+#[cfg(not(feature = "fixed-point"))]
+mod single;
+
+use drive_link::{Format, LoopSettings, NotAllowed, Why};
+use identifier_core::control::ControlSample;
+use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
+use identifier_core::identifier::GaussNewtonFitted;
+use identifier_core::parameters::AbCoulombLoad;
+
+#[cfg(feature = "fixed-point")]
+pub(crate) use self::fixed_point::{ClosedLoop, Learnt};
+#[cfg(not(feature = "fixed-point"))]
+pub(crate) use self::single::{ClosedLoop, Learnt};
+use crate::conversion::refusal;
+
+/// The arithmetic that this drive is built for.
+pub(crate) const FORMAT: Format = if cfg!(feature = "fixed-point") {
+    Format::Fixed
+} else {
+    Format::Single
+};
+
+/// Blocks of Gauss–Newton's start record on the chip.
+pub(crate) const BLOCKS: usize = 64;
+
+/// The result of Gauss–Newton's first fit, which the background makes.
+pub(crate) type Fitted = GaussNewtonFitted<f32, AbCoulombLoad, 4>;
+
+/// A control step with its count, or the reason why it was not taken.
+pub(crate) type StepResult<S, A> = Result<
+    (ControlSample<f32>, i32),
+    ControlStepError<<S as PositionSensor>::Error, <A as Actuator<f32>>::Error>,
+>;
+
+/// Checks a control step before anything is learnt from it, and may end the run.
+///
+/// A trait where a closure would do, because a method can be inlined into every law's sample by attribute.
+pub(crate) trait StepMonitor {
+    /// How a run ends.
+    type End;
+
+    /// The step to learn from, unless the run ends with it.
+    fn check<S: PositionSensor, A: Actuator<f32>>(
+        self,
+        step: StepResult<S, A>,
+    ) -> Result<ControlSample<f32>, Self::End>;
+}
+
+/// A servo as one controller hands it over to the next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Handover {
+    /// The last sample of the controller that has held it.
+    pub(crate) last: ControlSample<f32>,
+    /// The count of that sample.
+    pub(crate) count: i32,
+    /// The count at which its loop was started: targets and travel are counted from there.
+    pub(crate) started_at: i32,
+    /// The count at which the servo rested before, and is to rest again.
+    pub(crate) rest_count: i32,
+}
+
+/// # Errors
+/// The settings ask for the arithmetic that this drive is not built for.
+fn check_format(settings: &LoopSettings) -> Result<(), NotAllowed> {
+    if settings.format == FORMAT {
+        Ok(())
+    } else {
+        Err(refusal("arithmetic", Why::BuiltFor(FORMAT)))
+    }
+}

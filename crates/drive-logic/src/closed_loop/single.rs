@@ -1,0 +1,191 @@
+//! The loop in single precision, with one law or another: the choice is made once, when it is built, and costs a branch
+//! or two per sample.
+
+use drive_link::{Estimates, Law, LoopSettings, NotAllowed};
+use identifier_core::control::ControlSample;
+use identifier_core::drive::{Actuator, PositionSensor, Setpoint, control_step};
+use identifier_core::identifier::{
+    DiagonalGradientIdentifier, ExpectedMotion, GaussNewtonRecursion, Identify, NumberedBlock,
+    RecordBlocks, ServoLoop, ServoLoopState, Update,
+};
+use identifier_core::measurement::velocity::{LowPass, LowPassState};
+use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, IdentifiedServo, ServoParameters};
+use identifier_core::settings::{FromSettings, Settings, SettingsError};
+
+use super::{BLOCKS, Fitted, Handover, StepMonitor, check_format};
+use crate::conversion;
+
+type Velocity = LowPass<f32>;
+
+/// Gauss–Newton in the sample interrupt; its first fit is made in the background.
+type Recursion = GaussNewtonRecursion<f32, AbCoulombLoad, 4, BLOCKS>;
+
+/// Controller and identifier of a servo, with their states.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ClosedLoop(Laws);
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Laws {
+    Gradient(With<Gradient>),
+    GradientWithFriction(With<GradientWithFriction>),
+    GaussNewton(With<Recursion>),
+}
+
+type Gradient = DiagonalGradientIdentifier<f32, Velocity, Ab, 2>;
+type GradientWithFriction = DiagonalGradientIdentifier<f32, Velocity, AbCoulomb, 3>;
+
+/// State of an identifier, machine units; [`ClosedLoop::estimates`] converts it to SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Learnt {
+    Gradient(<Gradient as Identify<f32>>::Snapshot),
+    GradientWithFriction(<GradientWithFriction as Identify<f32>>::Snapshot),
+    GaussNewton(<Recursion as Identify<f32>>::Snapshot),
+}
+
+/// A loop with one identifier.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct With<I: Identify<f32>> {
+    servo_loop: ServoLoop<f32, Velocity, I>,
+    state: ServoLoopState<f32, LowPassState<f32>, I::State>,
+}
+
+impl<I: Identify<f32> + FromSettings> With<I> {
+    fn build(settings: &Settings) -> Result<Self, SettingsError> {
+        let servo_loop: ServoLoop<f32, Velocity, I> = settings.build()?;
+        Ok(Self {
+            state: servo_loop.start(0),
+            servo_loop,
+        })
+    }
+}
+
+impl<I: Identify<f32>> With<I> {
+    #[inline]
+    fn learnt(&self) -> I::Snapshot {
+        let identifier = self.servo_loop.identifier();
+        identifier.snapshot(self.state.identification())
+    }
+
+    fn estimates(&self, learnt: &I::Snapshot) -> Estimates {
+        conversion::estimates(self.servo_loop.identifier(), learnt)
+    }
+}
+
+/// The same for the loop of each law.
+macro_rules! for_each_law {
+    ($laws:expr, $own:pat => $done:expr) => {
+        match $laws {
+            Laws::Gradient($own) => $done,
+            Laws::GradientWithFriction($own) => $done,
+            Laws::GaussNewton($own) => $done,
+        }
+    };
+}
+
+impl ClosedLoop {
+    /// A loop at rest at count zero.
+    ///
+    /// # Errors
+    /// The setting that is not allowed.
+    pub(crate) fn new(settings: &LoopSettings) -> Result<Self, NotAllowed> {
+        check_format(settings)?;
+        let core = &settings.core;
+        let laws = match settings.law {
+            Law::Gradient { friction: false } => With::build(core).map(Laws::Gradient),
+            Law::Gradient { friction: true } => With::build(core).map(Laws::GradientWithFriction),
+            Law::GaussNewton => With::build(core).map(Laws::GaussNewton),
+        };
+        laws.map(Self).map_err(conversion::not_allowed)
+    }
+
+    /// Puts a loop that has done no sample yet at another count.
+    pub(crate) fn start(&mut self, count: i32) {
+        for_each_law!(&mut self.0, own => own.state.begin_at(count));
+    }
+
+    /// The same, holding a servo that another controller has held until then.
+    pub(crate) fn take_over(&mut self, Handover { last, count, .. }: &Handover) {
+        for_each_law!(
+            &mut self.0,
+            own => own.servo_loop.take_over(&mut own.state, *count, last)
+        );
+    }
+
+    /// A sample: measure, control, act; have the step checked, with its count; then learn, while the command acts.
+    ///
+    /// # Errors
+    /// The monitor ended the run. After a [`ControlStepError`](identifier_core::drive::ControlStepError) the actuator was
+    /// released.
+    #[inline]
+    pub(crate) fn sample<S: PositionSensor, A: Actuator<f32>, M: StepMonitor>(
+        &mut self,
+        setpoint: Setpoint<f32>,
+        sensor: &mut S,
+        actuator: &mut A,
+        monitor: M,
+    ) -> Result<(ControlSample<f32>, Update<f32>), M::End> {
+        for_each_law!(&mut self.0, own => {
+            let step = control_step(&own.servo_loop, &mut own.state, setpoint, sensor, actuator);
+            let sample = monitor.check::<S, A>(step.map(|sample| (sample, own.state.count())))?;
+            Ok((sample, own.servo_loop.learn(&mut own.state, &sample)))
+        })
+    }
+
+    /// The state of its identifier.
+    #[inline]
+    pub(crate) fn learnt(&self) -> Learnt {
+        match &self.0 {
+            Laws::Gradient(own) => Learnt::Gradient(own.learnt()),
+            Laws::GradientWithFriction(own) => Learnt::GradientWithFriction(own.learnt()),
+            Laws::GaussNewton(own) => Learnt::GaussNewton(own.learnt()),
+        }
+    }
+
+    /// The standard errors of its estimates, SI, where its law has them.
+    pub(crate) fn standard_errors(&self) -> Option<ServoParameters> {
+        let Laws::GaussNewton(own) = &self.0 else {
+            return None;
+        };
+        let identifier = own.servo_loop.identifier();
+        identifier.standard_errors(own.state.identification())
+    }
+
+    /// Estimates, SI; none before the first fit, and of a loop of another law.
+    pub(crate) fn estimates(&self, learnt: &Learnt) -> Option<Estimates> {
+        match (&self.0, learnt) {
+            (Laws::Gradient(own), Learnt::Gradient(found)) => Some(own.estimates(found)),
+            (Laws::GradientWithFriction(own), Learnt::GradientWithFriction(found)) => {
+                Some(own.estimates(found))
+            }
+            (Laws::GaussNewton(own), Learnt::GaussNewton(found)) => {
+                Some(own.estimates(found)).filter(|found| found.b > 0.0)
+            }
+            _ => None,
+        }
+    }
+
+    /// Starts Gauss–Newton from a servo that was identified, in place of its first fit; another law starts as
+    /// always.
+    pub(crate) fn know(&mut self, servo: &IdentifiedServo, motion: &ExpectedMotion) {
+        if let Laws::GaussNewton(own) = &mut self.0 {
+            let identifier = own.servo_loop.identifier();
+            *own.state.identification_mut() = identifier.start_from_known(servo, motion);
+        }
+    }
+
+    /// Hands on the block of Gauss–Newton's record that the sample completed, if it did, and resumes from a first fit
+    /// that has come back.
+    #[inline]
+    pub(crate) fn exchange(&mut self, hand_on: impl FnOnce(NumberedBlock<f32>) -> Option<Fitted>) {
+        let Laws::GaussNewton(own) = &mut self.0 else {
+            return;
+        };
+        let identifier = own.servo_loop.identifier();
+        let state = own.state.identification_mut();
+        if let Some(block) = identifier.take_block(state)
+            && let Some(fitted) = hand_on(block)
+        {
+            identifier.take_over(state, &fitted);
+        }
+    }
+}

@@ -1,0 +1,50 @@
+use super::solver::Solver;
+use crate::commissioning::Commissioning;
+use crate::run::Run;
+
+/// Memory of a drive that is too large for a stack, or that is lent to the interrupt and comes back.
+#[derive(Debug)]
+pub struct Memory {
+    pub(super) run: Option<Run>,
+    pub(super) commissioning: Option<Commissioning>,
+    pub(super) solver: Option<Solver>,
+}
+
+impl Memory {
+    /// Never used.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            run: None,
+            commissioning: None,
+            solver: None,
+        }
+    }
+}
+
+impl Default for Memory {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Memory in which a mode of the interrupt is built.
+pub(super) enum Slot<T: 'static> {
+    /// Never used.
+    Blank(&'static mut Option<T>),
+    /// Back from its use.
+    Used(&'static mut T),
+}
+
+impl<T> Slot<T> {
+    /// With this in it.
+    pub(super) fn filled(self, mode: T) -> &'static mut T {
+        match self {
+            Self::Blank(slot) => slot.insert(mode),
+            Self::Used(slot) => {
+                *slot = mode;
+                slot
+            }
+        }
+    }
+}
