@@ -170,7 +170,7 @@ pub struct Board<'a> {
     /// Its port, which does not block.
     pub listener: &'a TcpListener,
     /// Its output stage.
-    pub stage: Stage,
+    pub stage: OutputStage,
     /// Its settings until it is configured.
     pub built_in: &'a Settings,
     /// Its time.
