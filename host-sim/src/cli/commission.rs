@@ -117,12 +117,8 @@ pub(super) fn experiment(
         }),
         plot.zip(traces.as_ref()).map(|(plot, traces)| {
             let promised = StepResponse::promised(&scenario, &outcome);
-            plot.timeline(&report::picture(
-                &limits,
-                &outcome,
-                traces,
-                promised.as_ref(),
-            ))
+            let figures = report::figures(&limits, &outcome, traces, promised.as_ref());
+            plot.figures("", 1, &figures)
         }),
         page.zip(reported.as_ref())
             .map(|(page, reported)| page.page(reported)),

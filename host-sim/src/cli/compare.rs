@@ -32,7 +32,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let progress = Progress::of(runs as u64, "runs");
     let compared = compare::compare(&scenario, &|| progress.advance()).map_err(of_scenario)?;
     drop(progress);
-    let drawn = picture.map(|picture| picture.grids(&comparison::grids(&compared)));
+    let drawn = picture.map(|picture| picture.heat_maps(&comparison::heat_maps(&compared)));
     let document = comparison::Document::new(&compared);
     let reported = page.map(|page| {
         let title = call::title("Comparison on", &arguments.scenario);

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::render::chart::plot::Size;
+use crate::render::chart::Size;
 
 /// Where a picture goes, and how wide it is.
 #[derive(Debug, Default, clap::Args)]

@@ -87,7 +87,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let document = || report::Document::new(&differences, place, units.sample_time());
     files::commit([
         csv.map(|csv| csv.table(|file| report::csv(file, &trace))),
-        picture.map(|picture| picture.panels("", 2, &report::panels(&traces))),
+        picture.map(|picture| picture.figures("", 2, &report::figures(&traces))),
         json.map(|json| json.document(&document())),
     ])?;
     if !files.own_standard_output() {

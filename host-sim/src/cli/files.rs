@@ -10,10 +10,9 @@ use super::drawing::Drawing;
 use super::fault::Fault;
 use super::output_file::PendingFile;
 use super::place::Place;
-use crate::present::Page;
-use crate::render::chart::heat_map::{self, Grids};
-use crate::render::chart::plot::{self, Format, Panel, PlotError, Size};
-use crate::render::chart::timeline::{self, Timeline};
+use crate::present::{Figure, HeatMaps, Page};
+use crate::render::chart::{self, Canvas, Format, Size};
+use crate::render::html;
 
 /// The files of one call. Every output is claimed before any work is done.
 #[derive(Debug)]
@@ -86,8 +85,10 @@ impl Files {
         let format = if Place::is_standard_output(name) {
             Format::Svg
         } else {
-            Format::of(name)
-                .map_err(|error| Fault::Input(format!("{}: {error}", name.display())))?
+            Format::of_file(name).ok_or_else(|| {
+                let name = name.display();
+                Fault::Input(format!("{name}: a picture's name must end in .png or .svg"))
+            })?
         };
         let output = self.begin(name)?;
         Ok(Some(Picture {
@@ -187,7 +188,7 @@ impl Output {
 
     /// Writes a report as HTML.
     pub(super) fn page(mut self, page: &Page) -> Result<Self, Fault> {
-        self.bytes(page.html().as_bytes())?;
+        self.bytes(html::page(page).as_bytes())?;
         Ok(self)
     }
 
@@ -241,32 +242,25 @@ impl Write for Output {
 }
 
 impl Picture {
-    /// Draws panels, row by row.
-    pub(super) fn panels(
+    /// Draws figures, row by row.
+    pub(super) fn figures(
         self,
         title: &str,
         columns: usize,
-        panels: &[Panel],
+        figures: &[Figure],
     ) -> Result<Output, Fault> {
-        let drawn = plot::panels(self.format, self.size, title, columns, panels);
-        self.drawn(drawn)
+        let canvas = chart::figures(self.size, title, columns, figures);
+        self.drawn(&canvas)
     }
 
-    /// Draws grids side by side.
-    pub(super) fn grids(self, grids: &Grids) -> Result<Output, Fault> {
-        let drawn = heat_map::grids(self.format, self.size, grids);
-        self.drawn(drawn)
+    /// Draws heat maps side by side.
+    pub(super) fn heat_maps(self, maps: &HeatMaps) -> Result<Output, Fault> {
+        let canvas = chart::heat_maps(self.size, maps);
+        self.drawn(&canvas)
     }
 
-    /// Draws panels over stretches of time.
-    pub(super) fn timeline(self, timeline: &Timeline) -> Result<Output, Fault> {
-        let drawn = timeline::timeline(self.format, self.size, timeline);
-        self.drawn(drawn)
-    }
-
-    fn drawn(mut self, picture: Result<Vec<u8>, PlotError>) -> Result<Output, Fault> {
-        let picture = picture.map_err(|error| Fault::Other(error.to_string()))?;
-        self.output.bytes(&picture)?;
+    fn drawn(mut self, canvas: &Canvas) -> Result<Output, Fault> {
+        self.output.bytes(&canvas.bytes(self.format))?;
         Ok(self.output)
     }
 }

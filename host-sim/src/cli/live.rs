@@ -9,6 +9,7 @@ use super::fault::Fault;
 use super::interruption;
 use crate::live::{Server, Update};
 use crate::present::{Page, Progress};
+use crate::render::html;
 
 /// How often the page is made anew.
 const PERIOD: Duration = Duration::from_millis(400);
@@ -137,8 +138,8 @@ impl Live {
 
     fn put(&self, page: &Page, stage: Progress) {
         self.server.show(Update {
-            page: page.live_html(stage).into(),
-            change: page.change(stage).into(),
+            page: html::live_page(page, stage).into(),
+            change: html::changes(page, stage).into(),
         });
     }
 }

@@ -163,7 +163,7 @@ impl Results {
                 })
             }),
             picture.map(|(picture, traces)| {
-                picture.panels("", 2, &traces::experiment(&summary, traces))
+                picture.figures("", 2, &traces::figures(&summary, traces))
             }),
             self.report
                 .zip(page.as_ref())

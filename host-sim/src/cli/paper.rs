@@ -7,8 +7,8 @@ use super::standard_output::say;
 use super::terminal;
 use crate::experiment::Sample;
 use crate::paper::{self, Case, Method, Run};
-use crate::present::Envelope;
-use crate::render::chart::plot::{self, Panel, Size};
+use crate::present::{Envelope, Figure, TIME};
+use crate::render::chart::Size;
 use crate::report::{self, table};
 
 /// Where it goes unless stated. This folder is the program's own.
@@ -56,7 +56,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         written.push(json.map(|json| json.document(&run.summary)));
     }
     let title = "Fig. 03: identified parameters over time";
-    written.push(picture.map(|picture| picture.panels(title, 2, &panels(&runs))));
+    written.push(picture.map(|picture| picture.figures(title, 2, &figures(&runs))));
     files::commit(written)?;
 
     say!(
@@ -110,14 +110,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
 
 /// The eight panels of Fig. 03 in the paper's order: 1–2 proposed and 3–4 least squares without
 /// load, 5–6 and 7–8 with it; odd panels â, even panels b̂, each kind on one scale.
-fn panels(runs: &[Run; 4]) -> Vec<Panel> {
-    /// Room around the nominal value on the scales shared by the panels.
-    const SCALE_A: (f64, f64) = (-0.3, 1.0);
-    const SCALE_B: (f64, f64) = (0.0, 400.0);
+fn figures(runs: &[Run; 4]) -> Vec<Figure> {
+    /// Scales that the panels share, around the nominal values.
+    const SCALE_A: [f64; 2] = [-0.3, 1.0];
+    const SCALE_B: [f64; 2] = [0.0, 400.0];
 
-    let mut panels = Vec::new();
+    let mut figures = Vec::new();
     for run in runs {
-        let number = panels.len() + 1;
+        let number = figures.len() + 1;
         let method = match run.method {
             Method::Proposed => "proposed",
             Method::LeastSquares => "least squares",
@@ -126,25 +126,22 @@ fn panels(runs: &[Run; 4]) -> Vec<Panel> {
             Case::Balanced => "d = 0",
             Case::Unbalanced => "d ≠ 0",
         };
-        let panel = |number, axis: &str, nominal, range, value: fn(&Sample) -> f64| Panel {
-            title: format!("({number}) {method}, {case}"),
-            abscissa: plot::TIME.to_owned(),
-            logarithmic_abscissa: false,
-            axis: axis.to_owned(),
-            curves: vec![
-                run.trace
-                    .iter()
-                    .map(|s| (s.time, value(s)))
-                    .collect::<Envelope>()
-                    .curve(None),
-            ],
-            nominal: Some(("nominal".to_owned(), nominal)),
-            range: Some(range),
+        let figure = |number, axis: &str, nominal, range, value: fn(&Sample) -> f64| {
+            let points = run.trace.iter().map(|sample| (sample.time, value(sample)));
+            let trace = points.collect::<Envelope>().trace("estimate");
+            Figure::new(
+                &format!("({number}) {method}, {case}"),
+                TIME,
+                axis,
+                vec![trace],
+            )
+            .within(Some(range))
+            .with_level("nominal", nominal)
         };
-        panels.push(panel(number, "â [1/s]", paper::NOMINAL_A, SCALE_A, |s| {
+        figures.push(figure(number, "â [1/s]", paper::NOMINAL_A, SCALE_A, |s| {
             s.estimates.a
         }));
-        panels.push(panel(
+        figures.push(figure(
             number + 1,
             "b̂ [rad/s² per command unit]",
             paper::NOMINAL_B,
@@ -152,5 +149,5 @@ fn panels(runs: &[Run; 4]) -> Vec<Panel> {
             |s| s.estimates.b,
         ));
     }
-    panels
+    figures
 }

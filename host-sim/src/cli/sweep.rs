@@ -67,7 +67,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let document = || distribution::Document::new(law, arguments.seed, arguments.runs, &result);
     files::commit([
         csv.map(|csv| csv.table(|file| distribution::csv(file, &runs))),
-        picture.map(|picture| picture.panels("", 2, &distribution::panels(&result))),
+        picture.map(|picture| picture.figures("", 2, &distribution::figures(&result))),
         page.map(|page| {
             page.page(&page::sweep(&Swept {
                 title: &call::title("Sweep around", &arguments.scenario),

@@ -116,15 +116,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let tuned = Tuned::of(&result, &settings)
         .map_err(|error| Fault::Input(arguments.refusal(&error, settings.step)))?;
 
-    let panels = || promise::panels(&tuned).map_err(|error| Fault::Other(error.to_string()));
-    let drawn = picture.map(|picture| picture.panels("", 1, &panels()?));
+    let figures = || promise::figures(&tuned).map_err(|error| Fault::Other(error.to_string()));
+    let drawn = picture.map(|picture| picture.figures("", 1, &figures()?));
     let reported = page.map(|page| {
         let title = call::title("Tuning for", &arguments.result);
         page.page(&tuning(
             &title,
             &call::command(),
             &tuned,
-            &panels()?,
+            figures()?,
             warning,
         ))
     });

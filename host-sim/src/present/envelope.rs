@@ -1,14 +1,14 @@
-//! Curves of any length in bounded memory, as a picture needs them.
+//! Traces of any length in bounded memory, as a figure needs them.
 //!
-//! Of each stretch of a curve its lowest and its highest point are kept. More cannot be seen where a
+//! Of each stretch of a trace its lowest and its highest point are kept. More cannot be seen where a
 //! stretch is narrower than a pixel, and no peak is lost (U. Jugel, Z. Jerzak, G. Hackenbroich and V.
 //! Markl, "M4: A visualization-oriented time series data aggregation", Proceedings of the VLDB
 //! Endowment 7(10), 2014).
 
-use crate::render::chart::plot::Curve;
+use super::Trace;
 
-/// A curve that is gathered point by point. Up to [`Envelope::MOST`] points it is kept as it is;
-/// beyond, stretches that grow with its length are.
+/// A trace that is gathered point by point. Up to [`Envelope::MAX_STRETCHES`] points all are kept;
+/// beyond, the lowest and highest of stretches that grow with its length are.
 #[derive(Debug, Clone, Default)]
 pub struct Envelope {
     stretches: Vec<Stretch>,
@@ -32,7 +32,7 @@ struct Point {
 }
 
 impl Stretch {
-    /// With what comes next.
+    /// Joined with the next one.
     fn and(self, next: Self) -> Self {
         Self {
             lowest: if next.lowest.value < self.lowest.value {
@@ -48,7 +48,7 @@ impl Stretch {
         }
     }
 
-    /// What is drawn of it, in the curve's order.
+    /// The points that are drawn, in the trace's order.
     fn points(&self) -> impl Iterator<Item = Point> {
         let (first, second) = if self.lowest.place <= self.highest.place {
             (self.lowest, self.highest)
@@ -60,10 +60,10 @@ impl Stretch {
 }
 
 impl Envelope {
-    /// The most stretches that are kept: more than a panel has pixels across. An even number.
-    pub const MOST: usize = 1500;
+    /// Stretches that are kept at most: more than a figure has pixels across. An even number.
+    pub const MAX_STRETCHES: usize = 1500;
 
-    /// Takes in the next point, with half the width of its confidence band where it has one. What is
+    /// Takes in the next point, with half the width of its confidence band where it has one. A value that is
     /// not finite is left out.
     pub fn add(&mut self, place: f64, value: f64, half_width: Option<f64>) {
         if !value.is_finite() {
@@ -85,7 +85,7 @@ impl Envelope {
                 self.in_newest += 1;
             }
             _ => {
-                if self.stretches.len() == Self::MOST {
+                if self.stretches.len() == Self::MAX_STRETCHES {
                     self.double();
                 }
                 self.stretches.push(stretch);
@@ -94,7 +94,7 @@ impl Envelope {
         }
     }
 
-    /// Makes one stretch of every two.
+    /// Joins every two stretches.
     fn double(&mut self) {
         self.stretches = self
             .stretches
@@ -104,14 +104,13 @@ impl Envelope {
         self.doublings += 1;
     }
 
-    /// Whether there is no point.
+    /// True without a point.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.stretches.is_empty()
     }
 
-    /// The lowest and the highest value once this part of the curve, from 0 to 1, is left out at its
-    /// beginning.
+    /// The lowest and the highest value after this part of the trace, from 0 to 1, at its beginning.
     #[must_use]
     pub fn range_after(&self, part: f64) -> Option<(f64, f64)> {
         let left_out = (part * self.stretches.len() as f64) as usize;
@@ -122,11 +121,11 @@ impl Envelope {
             .map(|all| (all.lowest.value, all.highest.value))
     }
 
-    /// The curve to be drawn. It has a band if a point has one, which is of no width where there is none yet.
+    /// The trace to be drawn. It has a band if a point has one, of no width where there is none yet.
     #[must_use]
-    pub fn curve(&self, name: Option<&str>) -> Curve {
+    pub fn trace(&self, name: &str) -> Trace {
         let mut points: Vec<Point> = self.stretches.iter().flat_map(Stretch::points).collect();
-        // The curve goes to its end.
+        // The trace reaches its end.
         let end = self.newest.filter(|newest| {
             let drawn = points.last().map(|last| last.place);
             drawn.is_some_and(|drawn| drawn < newest.place)
@@ -134,8 +133,8 @@ impl Envelope {
         points.extend(end);
         let has_band = points.iter().any(|point| point.half_width.is_some());
         let band = points.iter().map(|point| point.half_width.unwrap_or(0.0));
-        Curve {
-            name: name.map(str::to_owned),
+        Trace {
+            name: name.to_owned(),
             points: points.iter().map(|p| (p.place, p.value)).collect(),
             band: band.filter(|_| has_band).collect(),
         }
@@ -161,14 +160,14 @@ mod tests {
     }
 
     #[test]
-    fn a_short_curve_is_kept_as_it_is() {
-        let most = Envelope::MOST as u32;
-        let curve = points(most).collect::<Envelope>().curve(None);
-        assert_eq!(curve.points, points(most).collect::<Vec<_>>());
+    fn a_short_trace_is_kept_as_it_is() {
+        let most = Envelope::MAX_STRETCHES as u32;
+        let trace = points(most).collect::<Envelope>().trace("");
+        assert_eq!(trace.points, points(most).collect::<Vec<_>>());
     }
 
     #[test]
-    fn a_long_curve_stays_small_and_keeps_every_peak_the_order_and_the_end() {
+    fn a_long_trace_stays_small_and_keeps_every_peak_the_order_and_the_end() {
         for count in [1501, 3001, 1_000_003] {
             for peak in [0, 1, 777, count / 2, count - 2, count - 1] {
                 let envelope: Envelope = points(count)
@@ -177,12 +176,12 @@ mod tests {
                         (place, if here { 9.0 } else { value })
                     })
                     .collect();
-                let curve = envelope.curve(None);
-                assert!(curve.points.len() <= 2 * Envelope::MOST + 1);
-                assert!(curve.points.len() >= Envelope::MOST / 2);
-                assert!(curve.points.contains(&(f64::from(peak), 9.0)));
-                assert!(curve.points.is_sorted_by(|x, y| x.0 < y.0));
-                let end = curve.points.last().map(|end| end.0);
+                let trace = envelope.trace("");
+                assert!(trace.points.len() <= 2 * Envelope::MAX_STRETCHES + 1);
+                assert!(trace.points.len() >= Envelope::MAX_STRETCHES / 2);
+                assert!(trace.points.contains(&(f64::from(peak), 9.0)));
+                assert!(trace.points.is_sorted_by(|x, y| x.0 < y.0));
+                let end = trace.points.last().map(|end| end.0);
                 assert_eq!(end, Some(f64::from(count - 1)));
             }
         }
@@ -203,13 +202,13 @@ mod tests {
         for (place, value) in points(10_000) {
             envelope.add(place, value, Some(2.0 * value));
         }
-        let curve = envelope.curve(None);
-        assert_eq!(curve.band.len(), curve.points.len());
+        let trace = envelope.trace("");
+        assert_eq!(trace.band.len(), trace.points.len());
         let belongs = |((_, value), half): (&(f64, f64), &f64)| (half - 2.0 * value).abs() < 1e-12;
-        assert!(curve.points.iter().zip(&curve.band).all(belongs));
+        assert!(trace.points.iter().zip(&trace.band).all(belongs));
         envelope.add(10_000.0, 0.0, None);
-        assert_eq!(envelope.curve(None).band.last(), Some(&0.0));
+        assert_eq!(envelope.trace("").band.last(), Some(&0.0));
         let bare: Envelope = points(10).collect();
-        assert!(bare.curve(None).band.is_empty());
+        assert!(bare.trace("").band.is_empty());
     }
 }

@@ -1,211 +1,225 @@
-use crate::render::chart::plot::Panel;
-use crate::render::chart::timeline::Timeline;
+//! Figures of a result, each described once: pictures draw this description, pages embed the drawing, and the
+//! script of a page reads the description as JSON.
 
-/// A plot: traces over one abscissa. Plots of one abscissa are zoomed together.
-#[derive(Debug, Clone, PartialEq)]
+use serde::Serialize;
+
+/// The horizontal axis of a course in time.
+pub const TIME: &str = "time [s]";
+
+/// Traces over one horizontal axis. Figures of the same horizontal axis are zoomed together.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figure {
-    /// What it shows.
+    /// Title; may be empty.
     pub title: String,
-    /// Name and unit of the horizontal axis.
-    pub abscissa: String,
-    /// Name and unit of the vertical axis.
-    pub axis: String,
-    /// Whether the horizontal axis is logarithmic.
-    pub logarithmic_abscissa: bool,
-    /// The range of the vertical axis; none to fit the traces.
-    pub range: Option<(f64, f64)>,
-    /// What the bands of its traces are, where a reader is told.
-    pub band: Option<&'static str>,
+    /// The horizontal axis.
+    pub horizontal: Axis,
+    /// The vertical axis.
+    pub vertical: Axis,
     /// The traces, the first in front.
     pub traces: Vec<Trace>,
-    /// Stretches of the abscissa that have a name.
+    /// Constants to compare the traces with.
+    pub levels: Vec<Level>,
+    /// Named stretches of the horizontal axis.
     pub stretches: Vec<Stretch>,
 }
 
-/// A line of a plot.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Trace {
-    /// Its name.
+/// An axis.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Axis {
+    /// Name and unit, as `ε [rad]`.
     pub name: String,
-    /// How it is drawn.
-    pub stroke: Stroke,
+    /// Logarithmic, where all places are positive; else linear.
+    pub is_logarithmic: bool,
+    /// The range that is shown; none to fit the traces.
+    pub range: Option<[f64; 2]>,
+}
+
+/// A line.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Trace {
+    /// Name, with the meaning of its band.
+    pub name: String,
     /// Places in ascending order, and values.
     pub points: Vec<(f64, f64)>,
     /// Half-width of the confidence band at each point; empty for none.
     pub band: Vec<f64>,
 }
 
-/// How a trace is drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stroke {
-    /// In the colour of this number.
-    Colour(usize),
-    /// Dashed, as something to compare with.
-    Dashed,
+/// A constant.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Level {
+    /// Name.
+    pub name: String,
+    /// Value on the vertical axis.
+    pub value: f64,
 }
 
-/// A stretch of the abscissa.
-#[derive(Debug, Clone, PartialEq)]
+/// A stretch of the horizontal axis.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Stretch {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// From where to where.
+    /// Begin and end.
     pub extent: [f64; 2],
-    /// The number of its colour.
+    /// Number of its colour.
     pub colour: usize,
 }
 
-impl Stroke {
-    /// Colours that there are.
-    pub const COLOURS: usize = 4;
-}
-
-impl Stretch {
-    /// Colours that there are.
-    pub const COLOURS: usize = 8;
-}
-
 impl Figure {
-    /// The figure of a panel; where a curve has no name it has that of its axis.
+    /// Traces over linear axes that fit them.
     #[must_use]
-    pub fn of(panel: &Panel) -> Self {
-        let only = |axis: &str| axis.split(" [").next().unwrap_or(axis).to_owned();
-        let mut figure = Self {
-            title: panel.title.clone(),
-            abscissa: panel.abscissa.clone(),
-            axis: panel.axis.clone(),
-            logarithmic_abscissa: panel.logarithmic_abscissa,
-            range: panel.range,
-            band: None,
-            traces: panel
-                .curves
-                .iter()
-                .enumerate()
-                .map(|(place, curve)| Trace {
-                    name: curve.name.clone().unwrap_or_else(|| only(&panel.axis)),
-                    stroke: Stroke::Colour(place % Stroke::COLOURS),
-                    points: curve.points.clone(),
-                    band: if curve.band.len() == curve.points.len() {
-                        curve.band.clone()
-                    } else {
-                        Vec::new()
-                    },
-                })
-                .collect(),
-            stretches: Vec::new(),
-        };
-        if let Some((name, value)) = &panel.nominal {
-            figure.compare_with(name, *value);
-        }
-        figure
-    }
-
-    /// The figures of panels over stretches of time, then those below.
-    #[must_use]
-    pub fn of_timeline(timeline: &Timeline, titles: &[&str]) -> Vec<Self> {
-        let stretches: Vec<Stretch> = timeline
-            .stretches
-            .iter()
-            .map(|shade| Stretch {
-                name: shade.name.clone(),
-                extent: shade.time,
-                colour: shade.colour % Stretch::COLOURS,
-            })
-            .collect();
-        let tracks = timeline.tracks.iter().zip(titles).map(|(track, title)| {
-            let mut figure = Self::of(&track.panel);
-            figure.title = (*title).to_owned();
-            figure.abscissa = crate::render::chart::plot::TIME.to_owned();
-            figure.stretches.clone_from(&stretches);
-            for limit in &track.limits {
-                figure.compare_with(&timeline.limit, *limit);
-            }
-            figure
-        });
-        tracks.chain(timeline.below.iter().map(Self::of)).collect()
-    }
-
-    /// The figure of an estimate, which has a band of 95 % and shows how it comes to rest: where it began it may
-    /// have been so far off that nothing else would be seen.
-    #[must_use]
-    pub(crate) fn of_estimate(self) -> Self {
-        /// The part of its course that is not looked at, and the room around the rest.
-        const BEGINNING: f64 = 0.1;
-        const ROOM: f64 = 0.2;
-        /// The least that is shown, a part of the estimate.
-        const LEAST: f64 = 1e-3;
-        let (begin, end) = self.extent();
-        let from = begin + BEGINNING * (end - begin);
-        let points = self.traces.iter().flat_map(|trace| &trace.points);
-        let (low, high) = points.filter(|(place, _)| *place >= from).fold(
-            (f64::INFINITY, f64::NEG_INFINITY),
-            |(low, high), (_, value)| (low.min(*value), high.max(*value)),
-        );
-        let room = ROOM * (high - low).max(LEAST * high.abs());
-        let is_known = room > 0.0 && room.is_finite();
+    pub fn new(title: &str, horizontal: &str, vertical: &str, traces: Vec<Trace>) -> Self {
         Self {
-            range: if is_known {
-                Some((low - room, high + room))
-            } else {
-                self.range
-            },
-            band: Some("95 %"),
-            ..self
+            title: title.to_owned(),
+            horizontal: Axis::new(horizontal),
+            vertical: Axis::new(vertical),
+            traces,
+            levels: Vec::new(),
+            stretches: Vec::new(),
         }
     }
 
-    /// Adds a constant to compare with.
-    fn compare_with(&mut self, name: &str, value: f64) {
-        let (begin, end) = self.extent();
-        self.traces.push(Trace {
-            name: name.to_owned(),
-            stroke: Stroke::Dashed,
-            points: vec![(begin, value), (end, value)],
-            band: Vec::new(),
-        });
+    /// With this range of the vertical axis.
+    #[must_use]
+    pub fn within(mut self, range: Option<[f64; 2]>) -> Self {
+        self.vertical.range = range;
+        self
     }
 
-    /// From where to where its traces go along the abscissa.
+    /// With a constant to compare with.
+    #[must_use]
+    pub fn with_level(mut self, name: &str, value: f64) -> Self {
+        let name = name.to_owned();
+        self.levels.push(Level { name, value });
+        self
+    }
+
+    /// The first and the last place of its traces.
     #[must_use]
     pub fn extent(&self) -> (f64, f64) {
-        let mut places = self
-            .traces
-            .iter()
-            .flat_map(|trace| [trace.points.first(), trace.points.last()])
-            .flatten()
-            .map(|(place, _)| *place);
-        let first = places.next().unwrap_or(0.0);
-        places.fold((first, first), |(low, high), place| {
-            (low.min(place), high.max(place))
-        })
+        let ends = |trace: &Trace| [trace.points.first().copied(), trace.points.last().copied()];
+        let places = self.traces.iter().flat_map(ends).flatten();
+        range_of(places.map(|(place, _)| place)).unwrap_or((0.0, 0.0))
     }
 
-    /// What its vertical axis shows: the range that is stated, or else that of the traces with some
-    /// room.
+    /// The lowest and the highest value of its traces and levels; none where there is none.
     #[must_use]
-    pub fn shown(&self) -> (f64, f64) {
-        /// Room above and below, a part of the range.
-        const ROOM: f64 = 0.06;
-        if let Some(range) = self.range {
-            return range;
-        }
-        let values = self.traces.iter().flat_map(|trace| &trace.points);
-        let (low, high) = values
-            .map(|(_, value)| *value)
-            .filter(|value| value.is_finite())
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-                (low.min(value), high.max(value))
-            });
-        match (low, high) {
-            _ if low > high => (0.0, 1.0),
-            _ if high - low > 1e-12 * high.abs() => {
-                let room = ROOM * (high - low);
-                (low - room, high + room)
+    pub fn values(&self) -> Option<(f64, f64)> {
+        let points = self.traces.iter().flat_map(|trace| &trace.points);
+        let levels = self.levels.iter().map(|level| level.value);
+        range_of(points.map(|(_, value)| *value).chain(levels))
+    }
+
+    /// The same with numbers as short as they may be without a difference that can be seen.
+    #[must_use]
+    pub fn shortened(&self) -> Self {
+        let (begin, end) = self.extent();
+        let place = match self.horizontal.is_logarithmic {
+            true => Rounding::NONE,
+            false => Rounding::to_range(end - begin),
+        };
+        let shown = self.vertical.range.map(|[low, high]| (low, high));
+        let (low, high) = shown.or_else(|| self.values()).unwrap_or((0.0, 0.0));
+        let value = Rounding::to_range(high - low);
+        let mut short = self.clone();
+        for trace in &mut short.traces {
+            for point in &mut trace.points {
+                *point = (place.apply(point.0), value.apply(point.1));
             }
-            _ => (
-                low - 0.1 * low.abs().max(1.0),
-                high + 0.1 * high.abs().max(1.0),
-            ),
+            for half_width in &mut trace.band {
+                *half_width = value.apply(*half_width);
+            }
         }
+        short
+    }
+}
+
+impl Axis {
+    fn new(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            is_logarithmic: false,
+            range: None,
+        }
+    }
+}
+
+impl Trace {
+    /// A line without a band.
+    #[must_use]
+    pub fn new(name: &str, points: Vec<(f64, f64)>) -> Self {
+        Self {
+            name: name.to_owned(),
+            points,
+            band: Vec::new(),
+        }
+    }
+}
+
+/// The lowest and the highest finite value.
+fn range_of(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    values
+        .filter(|value| value.is_finite())
+        .map(|value| (value, value))
+        .reduce(|(low, high), (value, _)| (low.min(value), high.max(value)))
+}
+
+/// Decimal places that are kept.
+#[derive(Debug, Clone, Copy)]
+struct Rounding {
+    /// A power of ten; infinite where all are kept.
+    scale: f64,
+}
+
+impl Rounding {
+    const NONE: Self = Self {
+        scale: f64::INFINITY,
+    };
+
+    /// Enough to resolve a range far more finely than a zoomed figure has pixels.
+    fn to_range(range: f64) -> Self {
+        const RESOLVED_PARTS: f64 = 1e6;
+        if range > 0.0 && range.is_finite() {
+            Self {
+                scale: 10_f64.powf((RESOLVED_PARTS / range).log10().ceil()),
+            }
+        } else {
+            Self::NONE
+        }
+    }
+
+    fn apply(self, value: f64) -> f64 {
+        let scaled = value * self.scale;
+        if scaled.is_finite() {
+            scaled.round() / self.scale
+        } else {
+            value
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_undefined_ones_are_null() {
+        let mut trace = Trace::new("", vec![(0.0, 1.0 / 3.0), (60.0, 5000.0 / 3.0)]);
+        trace.band = vec![f64::INFINITY, 0.012_345_678_9];
+        let figure = Figure::new("", TIME, "", vec![trace]).within(Some([0.2, 0.3]));
+        let text = serde_json::to_string(&figure.shortened()).expect("JSON");
+        assert!(
+            text.contains(r#""points":[[0.0,0.3333333],[60.0,1666.6666667]]"#),
+            "{text}"
+        );
+        assert!(text.contains(r#""band":[null,0.0123457]"#), "{text}");
+    }
+
+    #[test]
+    fn a_range_counts_levels_and_leaves_undefined_values_out() {
+        let trace = Trace::new("", vec![(0.5, f64::NAN), (1.0, 3.0), (2.0, 1.0)]);
+        let figure = Figure::new("", TIME, "", vec![trace]).with_level("limit", 7.0);
+        assert_eq!(figure.values(), Some((1.0, 7.0)));
+        assert_eq!(figure.extent(), (0.5, 2.0));
     }
 }

@@ -7,10 +7,12 @@
 mod document;
 mod envelope;
 mod figure;
+mod heat_map;
 mod log;
 pub(crate) mod number;
 pub mod traces;
 
 pub use document::{Block, Column, Page, Progress, Section, Table, Tone, Verdict};
 pub use envelope::Envelope;
-pub use figure::{Figure, Stretch, Stroke, Trace};
+pub use figure::{Axis, Figure, Level, Stretch, TIME, Trace};
+pub use heat_map::{HeatCell, HeatMap, HeatMaps, Tint};

@@ -1,20 +1,19 @@
-//! The panels that show an experiment.
+//! The course of an experiment, gathered sample by sample, and its figures.
 
 use identifier_core::parameters::{Parameter, Unknown};
 
-use super::Envelope;
+use super::{Envelope, Figure, TIME};
 use crate::experiment::Sample;
-use crate::render::chart::plot::{self, Panel};
 use crate::result::Summary;
 
-/// Standard errors to each side of an estimate that its band shows.
-const BAND: f64 = 2.0;
+/// Half-width of an estimate's band, standard errors.
+const BAND_STANDARD_ERRORS: f64 = 2.0;
 
-/// The part of a run at its beginning in which an estimate may be so wild that nothing else would be
+/// The part of a run at its beginning in which an estimate may be so far off that nothing else would be
 /// seen beside it.
-const WILD: f64 = 0.01;
+const TRANSIENT_PART: f64 = 0.01;
 
-/// The estimates that have a panel, in their order.
+/// The estimates that have a figure, in their order.
 const ESTIMATES: [(Parameter, &str); 4] = [
     (Parameter::A, "Viscous friction over inertia"),
     (Parameter::B, "Gain over inertia"),
@@ -22,7 +21,7 @@ const ESTIMATES: [(Parameter, &str); 4] = [
     (Parameter::Load, "Load over inertia"),
 ];
 
-/// What the panels are drawn from, gathered sample by sample in bounded memory.
+/// The course of an experiment in bounded memory.
 #[derive(Debug, Clone, Default)]
 pub struct Traces {
     estimates: [Envelope; 4],
@@ -39,7 +38,7 @@ impl Traces {
         let time = sample.time;
         for (envelope, (parameter, _)) in self.estimates.iter_mut().zip(ESTIMATES) {
             let errors = sample.standard_errors.as_ref();
-            let half_width = errors.map(|errors| BAND * parameter.of(errors));
+            let half_width = errors.map(|errors| BAND_STANDARD_ERRORS * parameter.of(errors));
             envelope.add(time, parameter.of(&sample.estimates), half_width);
         }
         self.position.add(time, sample.position, None);
@@ -54,57 +53,49 @@ impl Traces {
 
 /// Estimates with their confidence bands, then position, output error and command.
 #[must_use]
-pub fn experiment(summary: &Summary, traces: &Traces) -> Vec<Panel> {
-    let mut panels: Vec<Panel> = ESTIMATES
+pub fn figures(summary: &Summary, traces: &Traces) -> Vec<Figure> {
+    let mut figures: Vec<Figure> = ESTIMATES
         .into_iter()
         .zip(&traces.estimates)
         .filter(|((parameter, _), _)| summary.estimate(*parameter).is_some())
         .map(|((parameter, title), envelope)| estimate(parameter, title, summary, envelope))
         .collect();
-    let mut position = signal("Position", "q [rad]", &traces.position);
-    position.curves[0].name = Some("measured".to_owned());
-    for (name, envelope) in [("reference", &traces.reference), ("model", &traces.model)] {
-        if !envelope.is_empty() {
-            position.curves.push(envelope.curve(Some(name)));
-        }
-    }
-    panels.push(position);
+    let position = [
+        ("measured", &traces.position),
+        ("reference", &traces.reference),
+        ("model", &traces.model),
+    ];
+    figures.push(signal("Position", "q [rad]", &position));
+    let error = [("output error", &traces.output_error)];
     if summary.output_error.is_some() {
-        panels.push(signal("Output error", "ε [rad]", &traces.output_error));
+        figures.push(signal("Output error", "ε [rad]", &error));
     }
-    panels.push(signal("Command", "u [command units]", &traces.command));
-    panels
+    let command = [("command", &traces.command)];
+    figures.push(signal("Command", "u [command units]", &command));
+    figures
 }
 
-fn estimate(parameter: Parameter, title: &str, summary: &Summary, envelope: &Envelope) -> Panel {
-    let mut curve = envelope.curve(None);
-    let banded = !curve.band.is_empty();
-    curve.name = Some(match banded {
-        true => format!("estimate ± {BAND} standard errors"),
-        false => "estimate".to_owned(),
-    });
-    let scale = summary
-        .estimate(parameter)
-        .map(|estimate| estimate.last)
-        .filter(|last| last.is_finite());
-    Panel {
-        title: title.to_owned(),
-        abscissa: plot::TIME.to_owned(),
-        logarithmic_abscissa: false,
-        axis: format!(
-            "{} [{}]",
-            symbol(parameter),
-            Unknown::from(parameter).unit()
-        ),
-        curves: vec![curve],
-        nominal: summary
-            .truth
-            .map(|truth| ("true".to_owned(), parameter.of(&truth))),
-        range: scale.and_then(|last| around(last, envelope)),
+fn estimate(parameter: Parameter, title: &str, summary: &Summary, envelope: &Envelope) -> Figure {
+    let mut trace = envelope.trace("estimate");
+    if !trace.band.is_empty() {
+        trace.name = format!("estimate ± {BAND_STANDARD_ERRORS} standard errors");
+    }
+    let axis = format!(
+        "{} [{}]",
+        symbol(parameter),
+        Unknown::from(parameter).unit()
+    );
+    let last = summary.estimate(parameter).map(|estimate| estimate.last);
+    let last = last.filter(|last| last.is_finite());
+    let figure = Figure::new(title, TIME, &axis, vec![trace])
+        .within(last.and_then(|last| around(last, envelope)));
+    match summary.truth {
+        Some(truth) => figure.with_level("true", parameter.of(&truth)),
+        None => figure,
     }
 }
 
-/// What an estimate is called in equations.
+/// Symbol of an estimate.
 fn symbol(parameter: Parameter) -> &'static str {
     match parameter {
         Parameter::A => "â",
@@ -114,22 +105,18 @@ fn symbol(parameter: Parameter) -> &'static str {
     }
 }
 
-/// A range that shows the estimate's course but not a start so wild that nothing else is seen.
-fn around(last: f64, envelope: &Envelope) -> Option<(f64, f64)> {
-    let (low, high) = envelope.range_after(WILD)?;
+/// A range that shows the estimate's course, but not a start so far off that nothing else is seen.
+fn around(last: f64, envelope: &Envelope) -> Option<[f64; 2]> {
+    let (low, high) = envelope.range_after(TRANSIENT_PART)?;
     let (low, high) = (low.min(last), high.max(last));
     let room = 0.15 * (high - low).max(0.02 * last.abs());
-    (room > 0.0).then_some((low - room, high + room))
+    (room > 0.0).then_some([low - room, high + room])
 }
 
-fn signal(title: &str, axis: &str, envelope: &Envelope) -> Panel {
-    Panel {
-        title: title.to_owned(),
-        abscissa: plot::TIME.to_owned(),
-        logarithmic_abscissa: false,
-        axis: axis.to_owned(),
-        curves: vec![envelope.curve(None)],
-        nominal: None,
-        range: None,
-    }
+fn signal(title: &str, axis: &str, envelopes: &[(&str, &Envelope)]) -> Figure {
+    let known = envelopes
+        .iter()
+        .filter(|(_, envelope)| !envelope.is_empty());
+    let traces = known.map(|(name, envelope)| envelope.trace(name));
+    Figure::new(title, TIME, axis, traces.collect())
 }

@@ -5,8 +5,8 @@ use serde::Serialize;
 
 use crate::analysis::Status;
 use crate::compare::{Compared, Comparison, MethodResult};
-use crate::render::chart::heat_map::{Cell, Grid, Grids, Tone};
-use crate::render::chart::scale::power_of_ten;
+use crate::present::{HeatCell, HeatMap, HeatMaps, Tint};
+use crate::render::chart::power_of_ten;
 use crate::render::terminal::table::Rows;
 use crate::result::Summary;
 
@@ -236,8 +236,8 @@ const SHOWN: [Shown; 4] = [
 
 /// The errors and the status of every method (rows) in every case (columns).
 #[must_use]
-pub fn grids(comparison: &Comparison) -> Grids {
-    let grid = |title: &str, cell: &dyn Fn(&MethodResult) -> Cell| Grid {
+pub fn heat_maps(comparison: &Comparison) -> HeatMaps {
+    let map = |title: &str, cell: &dyn Fn(&MethodResult) -> HeatCell| HeatMap {
         title: title.to_owned(),
         cells: (0..comparison.methods.len())
             .map(|row| {
@@ -246,15 +246,15 @@ pub fn grids(comparison: &Comparison) -> Grids {
             })
             .collect(),
     };
-    let mut grids: Vec<Grid> = SHOWN
+    let mut maps: Vec<HeatMap> = SHOWN
         .iter()
-        .map(|shown| grid(shown.title, &|found| shown.cell(found)))
+        .map(|shown| map(shown.title, &|found| shown.cell(found)))
         .collect();
-    grids.push(grid("status", &status_cell));
-    Grids {
+    maps.push(map("status", &status_cell));
+    HeatMaps {
         rows: comparison.methods.iter().map(|method| method.name.to_owned()).collect(),
         columns: comparison.cases.iter().map(|case| case.case.name.to_owned()).collect(),
-        grids,
+        maps,
         key: "C converged; U unexplained; N no information; M moving; A aborted; R refused; – no estimate"
             .to_owned(),
     }
@@ -263,7 +263,7 @@ pub fn grids(comparison: &Comparison) -> Grids {
 const NO_ESTIMATE: &str = "–";
 
 impl Shown {
-    fn cell(&self, found: &MethodResult) -> Cell {
+    fn cell(&self, found: &MethodResult) -> HeatCell {
         let error = match found {
             MethodResult::Ran(summary) => error(summary, self.parameter).and_then(|error| {
                 let truth = summary.truth.map(|truth| self.parameter.of(&truth))?;
@@ -273,32 +273,32 @@ impl Shown {
         };
         let (least, most) = self.decades;
         match error {
-            Some(error) => Cell {
+            Some(error) => HeatCell {
                 text: short(error),
-                tone: Tone::Graded((error.log10() - least) / (most - least)),
+                tint: Tint::Graded((error.log10() - least) / (most - least)),
             },
-            None => Cell {
+            None => HeatCell {
                 text: NO_ESTIMATE.to_owned(),
-                tone: Tone::Bare,
+                tint: Tint::Bare,
             },
         }
     }
 }
 
-fn status_cell(found: &MethodResult) -> Cell {
-    let (letter, tone) = match found {
+fn status_cell(found: &MethodResult) -> HeatCell {
+    let (letter, tint) = match found {
         MethodResult::Ran(summary) => match summary.status() {
-            Status::Converged => ("C", Tone::Good),
-            Status::Unexplained => ("U", Tone::Doubtful),
-            Status::NoInformation => ("N", Tone::Doubtful),
-            Status::Moving => ("M", Tone::Doubtful),
-            Status::Aborted => ("A", Tone::Bare),
+            Status::Converged => ("C", Tint::Good),
+            Status::Unexplained => ("U", Tint::Doubtful),
+            Status::NoInformation => ("N", Tint::Doubtful),
+            Status::Moving => ("M", Tint::Doubtful),
+            Status::Aborted => ("A", Tint::Bare),
         },
-        MethodResult::Refused(_) => ("R", Tone::Bare),
+        MethodResult::Refused(_) => ("R", Tint::Bare),
     };
-    Cell {
+    HeatCell {
         text: letter.to_owned(),
-        tone,
+        tint,
     }
 }
 

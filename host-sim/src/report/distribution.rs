@@ -4,8 +4,7 @@ use std::io::Write;
 
 use serde::Serialize;
 
-use crate::present::Envelope;
-use crate::render::chart::plot::Panel;
+use crate::present::{Envelope, Figure};
 use crate::render::terminal::table::Rows;
 use crate::sweep::{Distribution, Run, Spread};
 
@@ -29,32 +28,28 @@ pub fn table(distribution: &Distribution, width: u16) -> String {
     table.within(width)
 }
 
-/// Which share of the servos is no worse, one panel for each quantity.
+/// The share of servos that are no worse, a figure for each quantity.
 #[must_use]
-pub fn panels(distribution: &Distribution) -> Vec<Panel> {
-    distribution.spreads.iter().map(panel).collect()
+pub fn figures(distribution: &Distribution) -> Vec<Figure> {
+    distribution.spreads.iter().map(figure).collect()
 }
 
-fn panel(spread: &Spread) -> Panel {
+fn figure(spread: &Spread) -> Figure {
     let share = |place: usize| 100.0 * (place + 1) as f64 / spread.sorted.len() as f64;
-    Panel {
-        title: String::new(),
-        logarithmic_abscissa: true,
-        abscissa: format!("{} [{}]", spread.name, spread.unit),
-        axis: format!("share of {} servos that are no worse [%]", spread.count),
-        curves: vec![
-            spread
-                .sorted
-                .iter()
-                .enumerate()
-                .filter(|(_, value)| **value > 0.0)
-                .map(|(place, &value)| (value, share(place)))
-                .collect::<Envelope>()
-                .curve(None),
-        ],
-        nominal: None,
-        range: Some((0.0, 100.0)),
-    }
+    let values = spread.sorted.iter().enumerate();
+    let points = values.filter(|(_, value)| **value > 0.0);
+    let trace = points
+        .map(|(place, &value)| (value, share(place)))
+        .collect::<Envelope>()
+        .trace("share");
+    let mut figure = Figure::new(
+        spread.name,
+        &format!("{} [{}]", spread.name, spread.unit),
+        &format!("share of {} servos that are no worse [%]", spread.count),
+        vec![trace],
+    );
+    figure.horizontal.is_logarithmic = true;
+    figure.within(Some([0.0, 100.0]))
 }
 
 /// Writes the runs, one row a servo, SI; what a run does not have is left empty.

@@ -5,8 +5,7 @@ use std::io::Write;
 use serde::Serialize;
 
 use crate::drift::{Compared, Difference, Differences, FORMATS, Signals};
-use crate::present::Envelope;
-use crate::render::chart::plot::{self, Panel};
+use crate::present::{Envelope, Figure, TIME};
 use crate::render::terminal::table::Rows;
 use crate::scenario::Arithmetic;
 
@@ -99,22 +98,13 @@ impl Traces {
 
 /// The differences from double precision over time.
 #[must_use]
-pub fn panels(traces: &Traces) -> Vec<Panel> {
-    SHOWN
-        .iter()
-        .zip(&traces.differences)
-        .map(|((title, axis, _), envelopes)| Panel {
-            title: format!("{title}, less f64"),
-            abscissa: plot::TIME.to_owned(),
-            axis: (*axis).to_owned(),
-            logarithmic_abscissa: false,
-            curves: HELD
-                .iter()
-                .zip(envelopes)
-                .map(|((format, _), envelope)| envelope.curve(Some(format.name())))
-                .collect(),
-            nominal: None,
-            range: None,
+pub fn figures(traces: &Traces) -> Vec<Figure> {
+    let signals = SHOWN.iter().zip(&traces.differences);
+    signals
+        .map(|((title, axis, _), envelopes)| {
+            let formats = HELD.iter().zip(envelopes);
+            let traces = formats.map(|((format, _), envelope)| envelope.trace(format.name()));
+            Figure::new(&format!("{title}, less f64"), TIME, axis, traces.collect())
         })
         .collect()
 }

@@ -1,29 +1,83 @@
-//! Lines, areas and words on a sheet. Lengths are points, 1/72 inch, from the upper left corner.
+//! Lines, areas and text on a canvas, written as SVG or, from the same paths, as PNG. Lengths are points, 1/72
+//! inch, from the upper left corner.
 
 use std::fmt::Write as _;
 
-use kuva::backend::png::PngBackend;
-use kuva::backend::svg::SvgBackend;
-use kuva::render::render::{PathData, Primitive, Scene, TextAnchor};
+use super::{font, raster};
 
-use super::plot::{Format, PlotError};
-
-/// Pixels of a PNG to a point: 216 to an inch.
-const PIXELS: f32 = 3.0;
-
-/// Points of a letter.
+/// Font size, points.
 pub(super) const LETTER: u32 = 8;
-/// Points of a letter at a tick and in a legend.
+/// Font size at ticks and in legends, points.
 pub(super) const SMALL: u32 = 7;
-/// Points of a letter where there is little room.
+/// Font size where there is little room, points.
 pub(super) const TINY: u32 = 6;
 
-pub(super) const BLACK: &str = "#000000";
-pub(super) const WHITE: &str = "#FFFFFF";
-/// Lines behind curves.
-pub(super) const GRID: &str = "#E4E4E4";
+/// A colour by its use, so that a page can choose it for light and dark.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Colour {
+    /// Text, axes and levels.
+    Ink,
+    /// Ground.
+    Paper,
+    /// Lines behind traces.
+    Grid,
+    /// The trace of this number.
+    Trace(usize),
+    /// The stretch of this number.
+    Stretch(usize),
+    /// A value.
+    Value([u8; 3]),
+}
 
-/// Which point of a text a place is.
+/// Colours of traces. (Okabe and Ito, "Color universal design", 2008: told apart by colour-blind readers too.)
+pub(in crate::render) const TRACES: [[u8; 3]; 4] =
+    [[0, 114, 178], [230, 159, 0], [0, 158, 115], [204, 121, 167]];
+
+/// Colours of stretches. (Paul Tol, "Colour schemes", 2021, light: told apart by colour-blind readers, and under
+/// lines.)
+pub(in crate::render) const STRETCHES: [[u8; 3]; 8] = [
+    [221, 221, 221],
+    [238, 136, 102],
+    [153, 221, 255],
+    [238, 221, 136],
+    [187, 204, 51],
+    [119, 170, 221],
+    [255, 170, 187],
+    [68, 187, 153],
+];
+
+impl Colour {
+    /// Its parts in print, and on a page without colours of its own.
+    pub(super) fn rgb(self) -> [u8; 3] {
+        match self {
+            Self::Ink => [0; 3],
+            Self::Paper => [255; 3],
+            Self::Grid => [228; 3],
+            Self::Trace(number) => TRACES[number % TRACES.len()],
+            Self::Stretch(number) => STRETCHES[number % STRETCHES.len()],
+            Self::Value(rgb) => rgb,
+        }
+    }
+
+    /// Its name in a style sheet.
+    fn variable(self) -> String {
+        match self {
+            Self::Ink => "var(--ink)".to_owned(),
+            Self::Paper => "var(--paper)".to_owned(),
+            Self::Grid => "var(--grid)".to_owned(),
+            Self::Trace(number) => format!("var(--trace-{})", number % TRACES.len()),
+            Self::Stretch(number) => format!("var(--stretch-{})", number % STRETCHES.len()),
+            Self::Value(_) => self.hexadecimal(),
+        }
+    }
+
+    fn hexadecimal(self) -> String {
+        let [red, green, blue] = self.rgb();
+        format!("#{red:02x}{green:02x}{blue:02x}")
+    }
+}
+
+/// Alignment of a text at its place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Align {
     Left,
@@ -31,17 +85,17 @@ pub(super) enum Align {
     Right,
 }
 
-/// A line's look.
+/// Style of a line.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stroke {
-    pub(super) colour: &'static str,
+    pub(super) colour: Colour,
     pub(super) width: f64,
-    /// How long a dash is, and the gap behind it, points; only of straight lines.
-    pub(super) dashes: Option<(f64, f64)>,
+    /// Length of a dash and of the gap behind it, points.
+    pub(super) dashes: Option<[f32; 2]>,
 }
 
 impl Stroke {
-    pub(super) const fn solid(colour: &'static str, width: f64) -> Self {
+    pub(super) const fn solid(colour: Colour, width: f64) -> Self {
         Self {
             colour,
             width,
@@ -50,7 +104,7 @@ impl Stroke {
     }
 }
 
-/// A part of the sheet.
+/// A part of the canvas.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Frame {
     pub(super) left: f64,
@@ -69,226 +123,289 @@ impl Frame {
     }
 }
 
-/// A sheet.
+/// Something that was drawn; paths are those of SVG.
 #[derive(Debug)]
-pub(super) struct Sheet {
-    scene: Scene,
-    clips: usize,
-}
-
-impl Sheet {
-    pub(super) fn new(width: f64, height: f64) -> Self {
-        let mut scene = Scene::new(width, height);
-        scene.font_family = Some(FONTS.to_owned());
-        Self { scene, clips: 0 }
-    }
-
-    /// Words on a base line. A circumflex on a tall letter stands above it: the font's own would cross it.
-    pub(super) fn words(
-        &mut self,
-        (x, y): (f64, f64),
-        words: &str,
+pub(super) enum Shape {
+    Area {
+        path: String,
+        colour: Colour,
+        opacity: f64,
+    },
+    Line {
+        path: String,
+        stroke: Stroke,
+    },
+    Text {
+        at: (f64, f64),
+        text: String,
         size: u32,
         align: Align,
-        colour: &str,
+        colour: Colour,
+    },
+    /// Shapes that are cut at a frame.
+    Cut(Frame, Vec<Shape>),
+}
+
+/// A drawing of a width and a height.
+#[derive(Debug)]
+pub struct Canvas {
+    pub(super) width: f64,
+    pub(super) height: f64,
+    pub(super) shapes: Vec<Shape>,
+}
+
+impl Canvas {
+    pub(super) fn new(width: f64, height: f64) -> Self {
+        Self {
+            width,
+            height,
+            shapes: Vec::new(),
+        }
+    }
+
+    /// Text on a base line. A circumflex on a tall letter stands above it: the font's own would cross it.
+    pub(super) fn text(
+        &mut self,
+        (x, y): (f64, f64),
+        text: &str,
+        size: u32,
+        align: Align,
+        colour: Colour,
     ) {
-        /// How far above the base line of its letter a circumflex of its own stands, and half its width, in
-        /// letters' sizes.
+        /// Distance of such a circumflex above its usual place, and half its width, in font sizes.
         const RAISED: f64 = 0.22;
-        const HALF: f64 = 0.25;
-        let left = match align {
-            Align::Left => x,
-            Align::Middle => x - 0.5 * width(words, size),
-            Align::Right => x - width(words, size),
-        };
+        const HALF_WIDTH: f64 = 0.25;
+        let left = x - font::width(text, size) * align.part();
         let mut plain = String::new();
-        for letter in words.chars() {
-            if letter == CIRCUMFLEX && plain.ends_with(['b', 'd']) {
-                let behind = width(&plain, size);
-                let wide = behind - width(&plain[..plain.len() - 1], size);
-                let to_middle = behind - 0.5 * wide - HALF * f64::from(size);
+        for letter in text.chars() {
+            if letter == font::CIRCUMFLEX && plain.ends_with(['b', 'd']) {
+                let behind = font::width(&plain, size);
+                let letter = behind - font::width(&plain[..plain.len() - 1], size);
+                let to_middle = behind - 0.5 * letter - HALF_WIDTH * f64::from(size);
                 let at = (left + to_middle, y - RAISED * f64::from(size));
-                self.text(at, "ˆ".to_owned(), size, colour);
+                self.plain_text(at, "ˆ".to_owned(), size, Align::Left, colour);
             } else {
                 plain.push(letter);
             }
         }
-        self.text((left, y), plain, size, colour);
+        self.plain_text((x, y), plain, size, align, colour);
     }
 
-    fn text(&mut self, (x, y): (f64, f64), content: String, size: u32, colour: &str) {
-        self.scene.add(Primitive::Text {
-            x,
-            y,
-            content,
+    fn plain_text(
+        &mut self,
+        at: (f64, f64),
+        text: String,
+        size: u32,
+        align: Align,
+        colour: Colour,
+    ) {
+        self.shapes.push(Shape::Text {
+            at,
+            text,
             size,
-            anchor: TextAnchor::Start,
-            rotate: None,
-            bold: false,
-            color: Some(colour.into()),
+            align,
+            colour,
         });
     }
 
     pub(super) fn line(&mut self, from: (f64, f64), to: (f64, f64), stroke: Stroke) {
-        let Some((dash, gap)) = stroke.dashes else {
-            return self.dash(from, to, stroke);
-        };
-        // Drawn one by one: as pixels, the library's are of another length.
-        let (x, y) = (to.0 - from.0, to.1 - from.1);
-        let length = x.hypot(y);
-        let at = |way: f64| {
-            let part = (way / length).min(1.0);
-            (from.0 + part * x, from.1 + part * y)
-        };
-        let mut begin = 0.0;
-        while begin < length {
-            self.dash(at(begin), at(begin + dash), stroke);
-            begin += dash + gap;
-        }
+        self.curve([from, to], stroke);
     }
 
-    fn dash(&mut self, from: (f64, f64), to: (f64, f64), stroke: Stroke) {
-        self.scene.add(Primitive::Line {
-            x1: from.0,
-            y1: from.1,
-            x2: to.0,
-            y2: to.1,
-            stroke: stroke.colour.into(),
-            stroke_width: stroke.width,
-            stroke_dasharray: None,
+    pub(super) fn curve(&mut self, points: impl IntoIterator<Item = (f64, f64)>, stroke: Stroke) {
+        let path = path(points);
+        self.shapes.push(Shape::Line { path, stroke });
+    }
+
+    /// The area that a line around it encloses.
+    pub(super) fn area(
+        &mut self,
+        outline: impl IntoIterator<Item = (f64, f64)>,
+        colour: Colour,
+        opacity: f64,
+    ) {
+        self.shapes.push(Shape::Area {
+            path: path(outline) + "Z",
+            colour,
+            opacity,
         });
     }
 
-    pub(super) fn curve(&mut self, points: Vec<(f64, f64)>, stroke: Stroke) {
-        self.scene.add(Primitive::PolyLine {
-            points,
-            stroke: stroke.colour.into(),
-            stroke_width: stroke.width,
-            stroke_dasharray: None,
-        });
+    pub(super) fn rectangle(&mut self, frame: Frame, colour: Colour, opacity: f64) {
+        let (left, right) = (frame.left, frame.right());
+        let (top, bottom) = (frame.top, frame.bottom());
+        let outline = [(left, top), (right, top), (right, bottom), (left, bottom)];
+        self.area(outline, colour, opacity);
     }
 
-    /// What a line around it encloses.
-    pub(super) fn area(&mut self, outline: &[(f64, f64)], colour: &str, opacity: f64) {
-        let mut path = String::new();
-        for (place, (x, y)) in outline.iter().enumerate() {
-            let step = if place == 0 { 'M' } else { 'L' };
-            // Writing into a text cannot fail.
-            let _ = write!(path, "{step}{x:.2},{y:.2}");
-        }
-        path.push('Z');
-        self.scene.add(Primitive::Path(Box::new(PathData {
-            d: path,
-            fill: Some(colour.into()),
-            stroke: kuva::render::color::Color::None,
-            stroke_width: 0.0,
-            opacity: Some(opacity),
-            stroke_dasharray: None,
-        })));
-    }
-
-    pub(super) fn rectangle(&mut self, frame: Frame, colour: &str, opacity: f64) {
-        self.scene.add(Primitive::Rect {
-            x: frame.left,
-            y: frame.top,
-            width: frame.width,
-            height: frame.height,
-            fill: colour.into(),
-            stroke: None,
-            stroke_width: None,
-            opacity: Some(opacity),
-        });
-    }
-
-    /// Draws what is seen inside a frame alone.
+    /// Draws shapes that are cut at a frame.
     pub(super) fn inside(&mut self, frame: Frame, draw: impl FnOnce(&mut Self)) {
-        self.clips += 1;
-        let id = format!("frame{}", self.clips);
-        let Frame {
-            left: x,
-            top: y,
-            width,
-            height,
-        } = frame;
-        // A PNG is clipped by the primitive, an SVG by this definition.
-        self.scene.defs.push(format!(
-            r#"<clipPath id="{id}"><rect x="{x:.2}" y="{y:.2}" width="{width:.2}" height="{height:.2}"/></clipPath>"#
-        ));
-        self.scene.add(Primitive::ClipStart {
-            x,
-            y,
-            width,
-            height,
-            id,
-        });
+        let outside = std::mem::take(&mut self.shapes);
         draw(self);
-        self.scene.add(Primitive::ClipEnd);
+        let inside = std::mem::replace(&mut self.shapes, outside);
+        self.shapes.push(Shape::Cut(frame, inside));
     }
 
-    /// The bytes of its file.
-    pub(super) fn bytes(&self, format: Format) -> Result<Vec<u8>, PlotError> {
-        match format {
-            Format::Png => PngBackend::new()
-                .with_scale(PIXELS)
-                .render_scene(&self.scene)
-                .map_err(PlotError::Drawing),
-            Format::Svg => Ok(self.svg().into_bytes()),
+    /// The bytes of a file of SVG, as large as it is meant: what has no unit would be a pixel, 1/96 inch.
+    #[must_use]
+    pub fn svg(&self) -> String {
+        let (width, height) = (self.width, self.height);
+        let body = Writer::new("frame", Colour::hexadecimal).written(&self.shapes);
+        format!(
+            r##"<svg xmlns="http://www.w3.org/2000/svg" width="{width}pt" height="{height}pt" viewBox="0 0 {width} {height}" font-family="{FONTS}"><rect width="100%" height="100%" fill="#ffffff"/>{body}</svg>
+"##,
+            FONTS = font::FAMILIES
+        )
+    }
+
+    /// The same to stand in a page, which has the colours and the font in its style sheet; `name` is unlike those
+    /// of the other drawings.
+    #[must_use]
+    pub fn embedded_svg(&self, name: &str, title: &str) -> String {
+        let (width, height) = (self.width, self.height);
+        let body = Writer::new(name, Colour::variable).written(&self.shapes);
+        let title = escaped(title);
+        format!(
+            r#"<svg class="drawing" viewBox="0 0 {width} {height}" role="img" aria-label="{title}">{body}</svg>"#
+        )
+    }
+
+    /// The bytes of a file of PNG.
+    #[must_use]
+    pub fn png(&self) -> Vec<u8> {
+        raster::png(self)
+    }
+}
+
+impl Align {
+    /// The part of a text that is to the left of its place.
+    pub(super) fn part(self) -> f64 {
+        match self {
+            Self::Left => 0.0,
+            Self::Middle => 0.5,
+            Self::Right => 1.0,
+        }
+    }
+}
+
+/// Shapes as SVG.
+struct Writer<'a> {
+    /// Begin of the names of frames.
+    name: &'a str,
+    colour: fn(Colour) -> String,
+    cuts: usize,
+    text: String,
+}
+
+impl<'a> Writer<'a> {
+    fn new(name: &'a str, colour: fn(Colour) -> String) -> Self {
+        Self {
+            name,
+            colour,
+            cuts: 0,
+            text: String::new(),
         }
     }
 
-    /// The drawing, as large as it is meant: what has no unit is a pixel, 1/96 inch.
-    fn svg(&self) -> String {
-        let (width, height) = (self.scene.width, self.scene.height);
-        let drawing = SvgBackend::new().render_scene(&self.scene);
-        let in_pixels = format!(r#"width="{width}" height="{height}""#);
-        let in_points =
-            format!(r#"width="{width}pt" height="{height}pt" viewBox="0 0 {width} {height}""#);
-        drawing.replacen(&in_pixels, &in_points, 1)
+    fn written(mut self, shapes: &[Shape]) -> String {
+        self.shapes(shapes);
+        self.text
+    }
+
+    fn add(&mut self, part: std::fmt::Arguments<'_>) {
+        // Writing into memory cannot fail.
+        let _ = self.text.write_fmt(part);
+    }
+
+    fn shapes(&mut self, shapes: &[Shape]) {
+        for shape in shapes {
+            self.shape(shape);
+        }
+    }
+
+    fn shape(&mut self, shape: &Shape) {
+        match shape {
+            Shape::Area {
+                path,
+                colour,
+                opacity,
+            } => {
+                let colour = (self.colour)(*colour);
+                self.add(format_args!(r#"<path d="{path}" fill="{colour}""#));
+                if *opacity < 1.0 {
+                    self.add(format_args!(r#" fill-opacity="{opacity}""#));
+                }
+                self.add(format_args!("/>"));
+            }
+            Shape::Line { path, stroke } => {
+                let (colour, width) = ((self.colour)(stroke.colour), stroke.width);
+                self.add(format_args!(
+                    r#"<path d="{path}" fill="none" stroke="{colour}" stroke-width="{width}" stroke-linejoin="round""#
+                ));
+                if let Some([dash, gap]) = stroke.dashes {
+                    self.add(format_args!(r#" stroke-dasharray="{dash} {gap}""#));
+                }
+                self.add(format_args!("/>"));
+            }
+            Shape::Text {
+                at: (x, y),
+                text,
+                size,
+                align,
+                colour,
+            } => {
+                let anchor = match align {
+                    Align::Left => "",
+                    Align::Middle => r#" text-anchor="middle""#,
+                    Align::Right => r#" text-anchor="end""#,
+                };
+                let (colour, text) = ((self.colour)(*colour), escaped(text));
+                self.add(format_args!(
+                    r#"<text x="{x:.2}" y="{y:.2}" font-size="{size}" fill="{colour}"{anchor}>{text}</text>"#
+                ));
+            }
+            Shape::Cut(frame, shapes) => {
+                let Frame {
+                    left,
+                    top,
+                    width,
+                    height,
+                } = frame;
+                self.cuts += 1;
+                let name = format!("{}{}", self.name, self.cuts);
+                self.add(format_args!(
+                    r##"<clipPath id="{name}"><rect x="{left:.2}" y="{top:.2}" width="{width:.2}" height="{height:.2}"/></clipPath><g clip-path="url(#{name})">"##
+                ));
+                self.shapes(shapes);
+                self.add(format_args!("</g>"));
+            }
+        }
     }
 }
 
-/// The font that widths are of, and one with such widths where that is not installed.
-const FONTS: &str = "DejaVu Sans, Verdana, sans-serif";
-
-/// A circumflex on the letter before.
-const CIRCUMFLEX: char = '\u{302}';
-
-/// Advances of the letters from space to tilde of DejaVu Sans, which kuva brings, thousandths of their size.
-const ADVANCES: [u16; 95] = [
-    318, 401, 460, 838, 636, 950, 780, 275, 390, 390, 500, 838, 318, 361, 318, 337, 636, 636, 636,
-    636, 636, 636, 636, 636, 636, 636, 337, 337, 838, 838, 838, 531, 1000, 684, 686, 698, 770, 632,
-    575, 775, 752, 295, 295, 656, 557, 863, 748, 787, 603, 787, 695, 635, 611, 732, 684, 989, 685,
-    611, 685, 390, 337, 390, 838, 500, 500, 613, 635, 550, 635, 615, 352, 635, 634, 278, 278, 579,
-    278, 974, 634, 612, 635, 635, 411, 521, 392, 634, 592, 818, 592, 592, 525, 636, 337, 636, 838,
-];
-
-/// How wide words are, points.
-pub(super) fn width(words: &str, size: u32) -> f64 {
-    let thousandths: f64 = words.chars().map(advance).sum();
-    thousandths * f64::from(size) / 1000.0
+fn path(points: impl IntoIterator<Item = (f64, f64)>) -> String {
+    let mut path = String::new();
+    for (place, (x, y)) in points.into_iter().enumerate() {
+        let step = if place == 0 { 'M' } else { 'L' };
+        // Writing into memory cannot fail.
+        let _ = write!(path, "{step}{x:.2} {y:.2}");
+    }
+    path
 }
 
-fn advance(letter: char) -> f64 {
-    let place = (letter as usize).wrapping_sub(' ' as usize);
-    match (ADVANCES.get(place), letter) {
-        (Some(&advance), _) => f64::from(advance),
-        (None, '\u{300}'..='\u{36f}') => 0.0,
-        (None, '²' | '³' | '¹' | '⁰'..='⁹') => 401.0,
-        (None, '⁻' | 'ĉ' | 'ε' | '–') => 530.0,
-        (None, '±' | '−' | '×' | '≠' | '≤' | 'ω') => 838.0,
-        (None, '·') => 318.0,
-        _ => 613.0,
-    }
+fn escaped(text: &str) -> String {
+    let text = text.replace('&', "&amp;").replace('<', "&lt;");
+    text.replace('"', "&quot;")
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Align, BLACK, Frame, Sheet, Stroke, width};
+    use super::*;
 
     #[test]
-    fn a_drawing_says_how_large_it_is_in_which_letters_and_where_it_is_cut() {
-        let mut sheet = Sheet::new(252.0, 100.5);
-        sheet.words((4.0, 12.0), "q̇ [rad/s]", 8, Align::Left, BLACK);
+    fn a_drawing_states_its_size_its_font_and_where_it_is_cut() {
+        let mut canvas = Canvas::new(252.0, 100.5);
+        canvas.text((4.0, 12.0), "q̇ [rad/s] <&", 8, Align::Left, Colour::Ink);
         let frame = Frame {
             left: 10.0,
             top: 20.0,
@@ -296,30 +413,29 @@ mod tests {
             height: 60.0,
         };
         for _ in 0..2 {
-            let points = vec![(0.0, 0.0), (250.0, 100.0)];
-            sheet.inside(frame, |sheet| {
-                sheet.curve(points, Stroke::solid(BLACK, 1.0))
+            let points = [(0.0, 0.0), (250.0, 100.0)];
+            canvas.inside(frame, |canvas| {
+                canvas.curve(points, Stroke::solid(Colour::Trace(0), 1.0));
             });
         }
-        let drawing = sheet.svg();
+        let drawing = canvas.svg();
         assert!(drawing.contains(r#"width="252pt" height="100.5pt" viewBox="0 0 252 100.5""#));
         assert!(
             drawing.contains(r#"font-family="DejaVu Sans, "#),
             "{drawing}"
         );
-        let cuts: Vec<_> = drawing.split("url(#").skip(1).collect();
-        assert_eq!(cuts.len(), 2, "{drawing}");
-        for cut in cuts {
-            let (name, _) = cut.split_once(')').expect("a reference");
-            let defined = format!(r#"<clipPath id="{name}"><rect x="10.00" y="20.00""#);
-            assert_eq!(drawing.matches(&defined).count(), 1, "{drawing}");
+        assert!(drawing.contains("q̇ [rad/s] &lt;&amp;"), "{drawing}");
+        let embedded = canvas.embedded_svg("figure3-", "a title");
+        assert!(embedded.contains("var(--trace-0)"), "{embedded}");
+        for drawing in [&drawing, &embedded] {
+            let cuts: Vec<_> = drawing.split("url(#").skip(1).collect();
+            assert_eq!(cuts.len(), 2, "{drawing}");
+            for cut in cuts {
+                let (name, _) = cut.split_once(')').expect("a reference");
+                let defined = format!(r#"<clipPath id="{name}"><rect x="10.00" y="20.00""#);
+                assert_eq!(drawing.matches(&defined).count(), 1, "{drawing}");
+            }
+            assert!(drawing.len() < 2000, "{} bytes", drawing.len());
         }
-        assert!(drawing.len() < 2000, "{} bytes", drawing.len());
-    }
-
-    #[test]
-    fn a_mark_above_a_letter_takes_no_room() {
-        assert!((width("b\u{302}", 8) - width("b", 8)).abs() < 1e-12);
-        assert!(width("command", 8) > width("limit", 8));
     }
 }

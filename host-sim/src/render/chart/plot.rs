@@ -1,224 +1,286 @@
-//! Pictures as a paper has them: panels of curves, in the width of a column or a page, as PNG or SVG.
+//! A figure in its frame: grid, stretches, traces and axes.
 
-use std::path::Path;
+use super::canvas::{Align, Canvas, Colour, Frame, SMALL, Stroke};
+use super::scale::Scale;
+use crate::present::{Figure, Trace};
 
-use super::axes::{Axes, LEFT, Row};
-use super::canvas::{Align, BLACK, LETTER, Sheet};
-use super::legend::{self, Entry};
+/// Room of what is written to the left of the frame, to its right and below it, points.
+pub(super) const LEFT: f64 = 30.0;
+pub(super) const RIGHT: f64 = 9.0;
+pub(super) const BELOW: f64 = 27.0;
 
-/// The horizontal axis of what happens over time.
-pub const TIME: &str = "time [s]";
+/// A constant to compare with.
+pub(super) const LEVEL: Stroke = Stroke {
+    colour: Colour::Ink,
+    width: 0.8,
+    dashes: Some([3.0, 2.0]),
+};
+const AXIS: Stroke = Stroke::solid(Colour::Ink, 0.6);
+const GRID: Stroke = Stroke::solid(Colour::Grid, 0.5);
 
-/// One panel: curves, perhaps with a line to compare them to.
-#[derive(Debug, Clone)]
-pub struct Panel {
-    /// Its title.
-    pub title: String,
-    /// Name and unit of the horizontal axis.
-    pub abscissa: String,
-    /// Name and unit of the vertical axis.
-    pub axis: String,
-    /// Whether the horizontal axis is logarithmic.
-    pub logarithmic_abscissa: bool,
-    /// The curves, the first in front.
-    pub curves: Vec<Curve>,
-    /// A constant to compare with: its name and value.
-    pub nominal: Option<(String, f64)>,
-    /// The range of the vertical axis; none to fit the curves, up to ticks.
-    pub range: Option<(f64, f64)>,
+/// Opacity of bands and stretches.
+pub(super) const BAND_OPACITY: f64 = 0.25;
+pub(super) const STRETCH_OPACITY: f64 = 0.35;
+
+/// Widths of traces in their order, points: one that lies under the first is seen beside it.
+const WIDTHS: [f64; 4] = [0.7, 1.4, 2.2, 0.7];
+
+/// Length of a tick.
+const TICK: f64 = 2.5;
+
+pub(super) fn trace_stroke(place: usize) -> Stroke {
+    Stroke::solid(Colour::Trace(place), WIDTHS[place % WIDTHS.len()])
 }
 
-/// A line.
-#[derive(Debug, Clone)]
-pub struct Curve {
-    /// Its name in the legend, with the level of its band; none where the panel has only this one.
-    pub name: Option<String>,
-    /// Places, from zero up, and values, every one of which is drawn: of a long curve an
-    /// [`Envelope`](crate::present::Envelope).
-    pub points: Vec<(f64, f64)>,
-    /// Half-width of the confidence band at each point; empty for none.
-    pub band: Vec<f64>,
-}
-
-/// Why there is no picture.
+/// A figure with its scales.
 #[derive(Debug)]
-pub enum PlotError {
-    /// The name ends neither in .png nor in .svg.
-    Format,
-    /// The picture could not be drawn.
-    Drawing(String),
+pub(super) struct Plot<'a> {
+    figure: &'a Figure,
+    frame: Frame,
+    horizontal: Scale,
+    vertical: Scale,
 }
 
-impl std::fmt::Display for PlotError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Format => f.write_str("a picture's name must end in .png or .svg"),
-            Self::Drawing(error) => write!(f, "the picture could not be drawn: {error}"),
+impl<'a> Plot<'a> {
+    pub(super) fn new(figure: &'a Figure, frame: Frame) -> Self {
+        Self {
+            figure,
+            frame,
+            horizontal: horizontal(figure, frame.width),
+            vertical: vertical(figure),
         }
     }
-}
 
-impl std::error::Error for PlotError {}
-
-/// What a picture is written as.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
-    /// Pixels.
-    Png,
-    /// Lines.
-    Svg,
-}
-
-impl Format {
-    /// The format that a file's name ends in.
-    ///
-    /// # Errors
-    /// [`PlotError::Format`] unless it ends in .png or .svg.
-    pub fn of(path: &Path) -> Result<Self, PlotError> {
-        match path.extension().and_then(|end| end.to_str()) {
-            Some("png") => Ok(Self::Png),
-            Some("svg") => Ok(Self::Svg),
-            _ => Err(PlotError::Format),
+    /// Title and vertical axis in one line.
+    pub(super) fn heading(&self) -> String {
+        let axis = self.vertical.named(&self.figure.vertical.name);
+        match self.figure.title.as_str() {
+            "" => axis,
+            title => format!("{title}: {axis}"),
         }
     }
-}
 
-/// How wide a picture is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
-pub enum Size {
-    /// A column of a paper of two, 3.5 inches.
-    Column,
-    /// A page of such a paper, 7.16 inches.
-    #[default]
-    Page,
-}
-
-impl Size {
-    /// Its width, points of 1/72 inch.
-    #[must_use]
-    pub(super) const fn width(self) -> f64 {
-        match self {
-            Self::Column => 252.0,
-            Self::Page => 516.0,
+    /// The power of ten of the figures at the vertical axis, to be written above it where no heading has it.
+    pub(super) fn draw_power(&self, canvas: &mut Canvas) {
+        if let Some(power) = self.vertical.power() {
+            let at = (self.frame.left, self.frame.top - 3.0);
+            canvas.text(at, &format!("× {power}"), SMALL, Align::Left, Colour::Ink);
         }
     }
-}
 
-/// Height of the curves of a panel, points.
-const HEIGHT: f64 = 82.0;
-/// Room between panels side by side, and around the picture.
-const BETWEEN: f64 = 10.0;
-pub(super) const MARGIN: f64 = 4.0;
-/// Height of a title.
-const TITLE: f64 = 16.0;
+    /// Draws it; `is_lowest` where no figure below has the same horizontal axis.
+    pub(super) fn draw(&self, canvas: &mut Canvas, is_lowest: bool) {
+        self.ground(canvas);
+        canvas.inside(self.frame, |canvas| self.traces(canvas));
+        self.axes(canvas, is_lowest);
+    }
 
-/// Draws panels, row by row, as one picture: the bytes of its file. A column has them one below the other.
-/// The last of an odd number is as wide as two.
-///
-/// # Errors
-/// [`PlotError::Drawing`].
-pub fn panels(
-    format: Format,
-    size: Size,
-    title: &str,
-    columns: usize,
-    panels: &[Panel],
-) -> Result<Vec<u8>, PlotError> {
-    let columns = match size {
-        Size::Column => 1,
-        Size::Page => columns,
-    };
-    let axes: Vec<Axes<'_>> = panels
-        .iter()
-        .map(|panel| Axes::plain(panel, HEIGHT))
-        .collect();
-    let rows: Vec<&[Axes<'_>]> = axes.chunks(columns).collect();
-    let heading = Heading {
-        title,
-        legend: shared(&axes),
-    };
-    sheet(size, &heading, &rows).bytes(format)
-}
+    fn x(&self, place: f64) -> f64 {
+        self.frame.left + self.horizontal.part(place) * self.frame.width
+    }
 
-/// What stands above all panels.
-#[derive(Debug)]
-pub(super) struct Heading<'a> {
-    pub(super) title: &'a str,
-    /// The legend of all panels; empty where each has its own.
-    pub(super) legend: Vec<Entry>,
-}
+    /// Values far outside are drawn a little outside.
+    fn y(&self, value: f64) -> f64 {
+        self.frame.bottom() - self.vertical.part(value).clamp(-1.0, 2.0) * self.frame.height
+    }
 
-/// The legend of all panels, where those that have one have the same.
-fn shared(axes: &[Axes<'_>]) -> Vec<Entry> {
-    let legends = axes.iter().map(Axes::legend);
-    let legends: Vec<_> = legends.filter(|legend| !legend.is_empty()).collect();
-    let words = |legend: &[Entry]| {
-        legend
+    fn ground(&self, canvas: &mut Canvas) {
+        let frame = self.frame;
+        for stretch in &self.figure.stretches {
+            let inside = |place| self.x(place).clamp(frame.left, frame.right());
+            let [left, right] = stretch.extent.map(inside);
+            let part = Frame {
+                left,
+                width: right - left,
+                ..frame
+            };
+            canvas.rectangle(part, Colour::Stretch(stretch.colour), STRETCH_OPACITY);
+        }
+        for (part, _) in self.vertical.ticks() {
+            let y = frame.bottom() - part * frame.height;
+            canvas.line((frame.left, y), (frame.right(), y), GRID);
+        }
+        for (part, _) in self.horizontal.ticks() {
+            let x = frame.left + part * frame.width;
+            canvas.line((x, frame.top), (x, frame.bottom()), GRID);
+        }
+    }
+
+    fn traces(&self, canvas: &mut Canvas) {
+        for (place, trace) in self.figure.traces.iter().enumerate().rev() {
+            let stroke = trace_stroke(place);
+            let points = self.thinned(trace);
+            let edge = |sign: f64| {
+                move |point: &Point| {
+                    (
+                        self.x(point.place),
+                        self.y(point.value + sign * point.half_width),
+                    )
+                }
+            };
+            if points.iter().any(|point| point.half_width > 0.0) {
+                let upper = points.iter().map(edge(1.0));
+                let lower = points.iter().rev().map(edge(-1.0));
+                canvas.area(upper.chain(lower), stroke.colour, BAND_OPACITY);
+            }
+            canvas.curve(points.iter().map(edge(0.0)), stroke);
+        }
+        for level in self
+            .figure
+            .levels
             .iter()
-            .map(|entry| entry.words.clone())
-            .collect::<Vec<_>>()
-    };
-    match legends.split_first() {
-        Some((first, others)) if !others.is_empty() => {
-            let is_same = |other: &Vec<Entry>| words(other) == words(first);
-            match others.iter().all(is_same) {
-                true => first.clone(),
-                false => Vec::new(),
+            .filter(|level| level.value.is_finite())
+        {
+            let y = self.y(level.value);
+            canvas.line((self.frame.left, y), (self.frame.right(), y), LEVEL);
+        }
+    }
+
+    /// The lowest and the highest point of each column, in their order: more would not be seen.
+    fn thinned(&self, trace: &Trace) -> Vec<Point> {
+        /// Columns to a point: each is narrower than the thinnest line.
+        const COLUMNS_PER_POINT: f64 = 2.0;
+        let bands = trace.band.iter().copied().chain(std::iter::repeat(0.0));
+        let points = trace.points.iter().zip(bands);
+        let points: Vec<Point> = points
+            .filter(|((place, value), _)| place.is_finite() && value.is_finite())
+            .map(|(&(place, value), half_width)| Point {
+                place,
+                value,
+                half_width: if half_width.is_finite() {
+                    half_width
+                } else {
+                    0.0
+                },
+            })
+            .collect();
+        let column = |point: &Point| (self.x(point.place) * COLUMNS_PER_POINT).floor() as i64;
+        points
+            .chunk_by(|one, next| column(one) == column(next))
+            .flat_map(|chunk| {
+                let order =
+                    |one: &usize, other: &usize| chunk[*one].value.total_cmp(&chunk[*other].value);
+                let lowest = (0..chunk.len()).min_by(order);
+                let highest = (0..chunk.len()).max_by(order);
+                // In their order in the trace: a step is two values at one place.
+                let mut ends: Vec<usize> = lowest.into_iter().chain(highest).collect();
+                ends.sort_unstable();
+                ends.dedup();
+                ends.into_iter().map(|end| chunk[end])
+            })
+            .collect()
+    }
+
+    fn axes(&self, canvas: &mut Canvas, is_lowest: bool) {
+        let Frame { left, top, .. } = self.frame;
+        let (right, bottom) = (self.frame.right(), self.frame.bottom());
+        canvas.curve([(left, top), (left, bottom), (right, bottom)], AXIS);
+        for (part, text) in self.vertical.ticks() {
+            let y = bottom - part * self.frame.height;
+            canvas.line((left - TICK, y), (left, y), AXIS);
+            let at = (left - TICK - 2.0, y + 2.5);
+            canvas.text(at, &text, SMALL, Align::Right, Colour::Ink);
+        }
+        for (part, text) in self.horizontal.ticks() {
+            let x = left + part * self.frame.width;
+            canvas.line((x, bottom), (x, bottom + TICK), AXIS);
+            if is_lowest {
+                let at = (x, bottom + TICK + 7.5);
+                canvas.text(at, &text, SMALL, Align::Middle, Colour::Ink);
             }
         }
-        _ => Vec::new(),
+        if is_lowest {
+            let at = (0.5 * (left + right), bottom + 20.0);
+            let name = self.horizontal.named(&self.figure.horizontal.name);
+            canvas.text(at, &name, super::canvas::LETTER, Align::Middle, Colour::Ink);
+        }
     }
 }
 
-/// Rows of panels below a heading, their curves one below the other.
-pub(super) fn sheet(size: Size, heading: &Heading<'_>, rows: &[&[Axes<'_>]]) -> Sheet {
-    let room = size.width() - 2.0 * MARGIN;
-    let wide = |row: &[Axes<'_>]| (room + BETWEEN) / row.len() as f64 - BETWEEN;
-    let own = |axes: &Axes<'_>| match heading.legend.is_empty() {
-        true => axes.legend(),
-        false => Vec::new(),
-    };
-    let laid: Vec<Row> = rows
-        .iter()
-        .enumerate()
-        .map(|(place, row)| {
-            let room = wide(row) - LEFT;
-            let lines = row.iter().map(|axes| legend::lines(&own(axes), room));
-            let continued = rows.get(place + 1).is_some_and(|below| {
-                let mut pairs = below.iter().zip(*row);
-                below.len() == row.len() && pairs.all(|(below, above)| below.continues(above))
-            });
-            Row {
-                legend: lines.max().unwrap_or(0),
-                abscissa: !continued,
-            }
-        })
-        .collect();
-    let tall = |row: &[Axes<'_>]| row.iter().map(|axes| axes.height).fold(0.0, f64::max);
-    let title = if heading.title.is_empty() { 0.0 } else { TITLE };
-    let lines = legend::lines(&heading.legend, room - LEFT);
-    let above = MARGIN + title + lines as f64 * legend::LINE;
-    let below: f64 = rows
-        .iter()
-        .zip(&laid)
-        .map(|(row, laid)| laid.height(tall(row)))
-        .sum();
+/// A point with half the width of its band.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Point {
+    place: f64,
+    value: f64,
+    half_width: f64,
+}
 
-    let mut sheet = Sheet::new(size.width(), above + below + MARGIN);
-    if !heading.title.is_empty() {
-        let at = (MARGIN, MARGIN + 9.0);
-        sheet.words(at, heading.title, LETTER + 1, Align::Left, BLACK);
+/// True if two figures, one below the other, have the same horizontal axis.
+pub(super) fn have_one_axis(one: &Figure, other: &Figure) -> bool {
+    one.horizontal == other.horizontal && horizontal(one, 1.0) == horizontal(other, 1.0)
+}
+
+fn horizontal(figure: &Figure, width: f64) -> Scale {
+    /// Shortest length of a step, points.
+    const MIN_STEP: f64 = 32.0;
+    let (first, last) = figure.extent();
+    match figure.horizontal.is_logarithmic && first > 0.0 {
+        true => Scale::decades(first, last),
+        false => Scale::between(first.min(0.0), last, (width / MIN_STEP).max(1.0) as u32),
     }
-    let at = (MARGIN + LEFT, MARGIN + title);
-    legend::draw(&mut sheet, at, room - LEFT, &heading.legend);
-    let mut top = above;
-    for (row, laid) in rows.iter().zip(laid) {
-        let mut left = MARGIN;
-        for axes in *row {
-            axes.draw(&mut sheet, (left, top), wide(row), laid, &own(axes));
-            left += wide(row) + BETWEEN;
+}
+
+fn vertical(figure: &Figure) -> Scale {
+    const MAX_STEPS: u32 = 5;
+    let levels = figure.levels.iter().map(|level| level.value);
+    match (figure.vertical.range, figure.values()) {
+        (Some([low, high]), _) => {
+            let levels = levels.filter(|value| value.is_finite());
+            let (low, high) = levels.fold((low, high), |(low, high), value| {
+                (low.min(value), high.max(value))
+            });
+            Scale::between(low, high, MAX_STEPS)
         }
-        top += laid.height(tall(row));
+        (None, Some((low, high))) => Scale::around(low, high, MAX_STEPS),
+        (None, None) => Scale::around(0.0, 1.0, MAX_STEPS),
     }
-    sheet
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn drawn(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+        let trace = Trace::new("", points.to_vec());
+        let figure = Figure::new("", "", "", vec![trace.clone()]);
+        let frame = Frame {
+            left: 0.0,
+            top: 0.0,
+            width: 100.0,
+            height: 10.0,
+        };
+        let points = Plot::new(&figure, frame).thinned(&trace).into_iter();
+        points.map(|point| (point.place, point.value)).collect()
+    }
+
+    #[test]
+    fn a_step_stands_upright_whichever_way_it_goes() {
+        let up = [(0.0, 0.0), (0.5, 0.0), (0.5, 1.0), (1.0, 1.0)];
+        assert_eq!(drawn(&up), up);
+        let down = [(0.0, 1.0), (0.5, 1.0), (0.5, 0.0), (1.0, 0.0)];
+        assert_eq!(drawn(&down), down);
+    }
+
+    #[test]
+    fn a_trace_too_dense_to_be_seen_is_drawn_by_its_extremes() {
+        let dense: Vec<(f64, f64)> = (0..100_000)
+            .map(|step| {
+                let place = f64::from(step) * 1e-5;
+                (place, (1e4 * place).sin())
+            })
+            .collect();
+        let drawn = drawn(&dense);
+        assert!(drawn.len() <= 2 * 201, "{}", drawn.len());
+        assert!(drawn.is_sorted_by(|one, next| one.0 <= next.0));
+        let highest = drawn
+            .iter()
+            .fold(0.0, |most: f64, &(_, value)| most.max(value));
+        assert!(highest > 0.999, "{highest}");
+    }
+
+    #[test]
+    fn undefined_values_are_left_out() {
+        let points = [(0.0, f64::NAN), (0.5, 1.0), (1.0, f64::INFINITY)];
+        assert_eq!(drawn(&points), [(0.5, 1.0)]);
+    }
 }

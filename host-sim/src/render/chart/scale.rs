@@ -1,20 +1,20 @@
-//! Axes: where ticks stand, and what is written at them.
+//! Scales of axes: places of ticks and their text.
 
-/// How values become places along an axis.
+/// Places of values along an axis.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Scale {
+pub(super) struct Scale {
     low: f64,
     high: f64,
     is_logarithmic: bool,
     ticks: Vec<f64>,
-    /// Digits behind the point of a linear axis, once divided by ten to the `exponent`.
+    /// Digits behind the point of a linear axis, after division by ten to the `exponent`.
     digits: usize,
     exponent: i32,
 }
 
 impl Scale {
     /// At least from `low` to `high`, which are moved outwards to ticks; at most so many steps, nearly.
-    pub(crate) fn around(low: f64, high: f64, steps: u32) -> Self {
+    pub(super) fn around(low: f64, high: f64, steps: u32) -> Self {
         let (low, high) = apart(low, high);
         let step = nice((high - low) / f64::from(steps));
         // A value beside a tick is on it.
@@ -25,8 +25,8 @@ impl Scale {
     }
 
     /// From `low` to `high`, moved to a tick that is near.
-    pub(crate) fn between(low: f64, high: f64, steps: u32) -> Self {
-        /// How much of a step is added so that the axis ends in a tick.
+    pub(super) fn between(low: f64, high: f64, steps: u32) -> Self {
+        /// Part of a step by which an axis is lengthened to end in a tick.
         const NEAR: f64 = 0.12;
         let (low, high) = apart(low, high);
         let step = nice((high - low) / f64::from(steps));
@@ -42,12 +42,11 @@ impl Scale {
     }
 
     /// Whole decades around positive values.
-    pub(crate) fn decades(low: f64, high: f64) -> Self {
+    pub(super) fn decades(low: f64, high: f64) -> Self {
         let first = low.log10().floor();
         let last = high.log10().ceil().max(first + 1.0);
-        /// The most ticks.
-        const MOST: f64 = 6.0;
-        let every = ((last - first) / MOST).ceil().max(1.0);
+        const MAX_STEPS: f64 = 6.0;
+        let every = ((last - first) / MAX_STEPS).ceil().max(1.0);
         let last = first + ((last - first) / every).ceil() * every;
         let count = ((last - first) / every).round() as i32;
         Self {
@@ -64,7 +63,7 @@ impl Scale {
         let first = (low / step - 1e-6).ceil() as i64;
         let last = (high / step + 1e-6).floor() as i64;
         let largest = low.abs().max(high.abs());
-        // As engineers have it: thousands.
+        // As engineers write them: powers of a thousand.
         let power = (largest.log10() + 1e-9).floor() as i32;
         let exponent = if (-2..=4).contains(&power) {
             0
@@ -83,7 +82,7 @@ impl Scale {
     }
 
     /// Where a value lies: 0 at the beginning, 1 at the end.
-    pub(crate) fn part(&self, value: f64) -> f64 {
+    pub(super) fn part(&self, value: f64) -> f64 {
         let value = if self.is_logarithmic {
             value.log10()
         } else {
@@ -92,8 +91,8 @@ impl Scale {
         (value - self.low) / (self.high - self.low)
     }
 
-    /// The ticks: where each lies, and what is written there.
-    pub(crate) fn ticks(&self) -> impl Iterator<Item = (f64, String)> {
+    /// The place of each tick, as [`part`](Self::part), and its text.
+    pub(super) fn ticks(&self) -> impl Iterator<Item = (f64, String)> {
         self.ticks.iter().map(|&tick| {
             let part = (tick - self.low) / (self.high - self.low);
             let text = if self.is_logarithmic {
@@ -108,16 +107,17 @@ impl Scale {
         })
     }
 
-    /// An axis's name, `ε [rad]`, with the power of ten that its figures are to be taken times:
-    /// `ε [10⁻³ rad]`.
-    pub(crate) fn named(&self, axis: &str) -> String {
-        if self.exponent == 0 {
-            return axis.to_owned();
-        }
-        let power = power_of_ten(self.exponent);
-        match axis.rsplit_once('[') {
-            Some((name, unit)) => format!("{name}[{power} {unit}"),
-            None => format!("{axis} [{power}]"),
+    /// The power of ten of its figures; none where they are the values.
+    pub(super) fn power(&self) -> Option<String> {
+        (self.exponent != 0).then(|| power_of_ten(self.exponent))
+    }
+
+    /// An axis's name, `ε [rad]`, with the power of ten of its figures: `ε [10⁻³ rad]`.
+    pub(super) fn named(&self, axis: &str) -> String {
+        match (self.power(), axis.rsplit_once('[')) {
+            (None, _) => axis.to_owned(),
+            (Some(power), Some((name, unit))) => format!("{name}[{power} {unit}"),
+            (Some(power), None) => format!("{axis} [{power}]"),
         }
     }
 }
@@ -138,7 +138,7 @@ pub(crate) fn power_of_ten(power: i32) -> String {
 
 /// Two ends that differ.
 fn apart(low: f64, high: f64) -> (f64, f64) {
-    /// Of what they are, and where they are nothing.
+    /// Relative, and at zero.
     const ROOM: (f64, f64) = (0.05, 1e-3);
     if high - low > 1e-9 * low.abs().max(high.abs()) {
         (low, high)

@@ -14,12 +14,29 @@
   const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const shown = (value) => (value == null ? "" : String(Number(value.toPrecision(6))).replace("-", "−"));
 
-  // On a logarithmic abscissa a place is the power of ten.
-  const placed = (figure) => {
-    if (!figure.logarithmic_abscissa) return figure;
-    const traces = figure.traces.map((trace) => ({ ...trace, places: trace.places.map(Math.log10) }));
-    return { ...figure, traces };
-  };
+  const TRACE_COLOURS = 4;
+  const STRETCH_COLOURS = 8;
+
+  // The lines of a figure, its traces and then its levels; on a logarithmic axis a place is the power of ten.
+  function plotted({ horizontal, vertical, traces, levels, stretches }) {
+    const place = horizontal.is_logarithmic ? Math.log10 : (at) => at;
+    const lines = traces.map(({ points, band }, number) => ({
+      colour: number % TRACE_COLOURS,
+      places: points.map(([at]) => place(at)),
+      values: points.map(([, value]) => value),
+      band: band.length ? band : null,
+    }));
+    const places = lines.flatMap((line) => [line.places[0], line.places.at(-1)]).filter((at) => at != null);
+    const ends = places.length ? [Math.min(...places), Math.max(...places)] : [];
+    const constants = levels.map(({ value }) => ({ places: ends, values: ends.map(() => value) }));
+    return {
+      abscissa: horizontal.name,
+      logarithmic_abscissa: horizontal.is_logarithmic,
+      range: vertical.range,
+      traces: [...lines, ...constants],
+      stretches,
+    };
+  }
   const valueAt = (figure, place) => (figure.logarithmic_abscissa ? 10 ** place : place);
 
   // Where values of one, two or five times a power of ten stand, or the powers alone, or any where none of
@@ -37,7 +54,7 @@
     return [0.1, 0.5, 0.9].map((part) => from + part * (to - from));
   }
 
-  let figures = JSON.parse(document.getElementById("figures").textContent).map(placed);
+  let figures = JSON.parse(document.getElementById("figures").textContent).map(plotted);
   let plots = [];
 
   // What is shown of each abscissa, and what there is.
@@ -231,7 +248,7 @@
     for (const { extent, colour } of figure.stretches) {
       const [from, to] = extent.map((at) =>
         Math.min(Math.max(chart.valToPos(at, "x", true), bbox.left), bbox.left + bbox.width));
-      ctx.fillStyle = style(`--stretch-${colour}`);
+      ctx.fillStyle = style(`--stretch-${colour % STRETCH_COLOURS}`);
       ctx.fillRect(from, bbox.top, to - from, bbox.height);
     }
     ctx.restore();
@@ -300,8 +317,9 @@
   // Other data of the same plots, as a run goes on; where there are others, the page is loaded again.
   window.renew = (next) => {
     const shape = (figure) => figure.traces.map(({ band }) => (band ? 3 : 1)).join();
-    if (next.map(shape).join(";") !== figures.map(shape).join(";")) return location.reload();
-    figures = next.map(placed);
+    const coming = next.map(plotted);
+    if (coming.map(shape).join(";") !== figures.map(shape).join(";")) return location.reload();
+    figures = coming;
     measure();
     plots.forEach(({ chart }, number) => chart.setData(table(figures[number])));
   };

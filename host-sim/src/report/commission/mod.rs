@@ -6,7 +6,7 @@ mod rows;
 mod words;
 
 pub use document::Document;
-pub use picture::{Traces, picture};
+pub use picture::{Traces, figures};
 pub use rows::RowWriter;
 pub(crate) use words::why;
 pub use words::{gain_rows, gains, largest_motion, phases, promise, promise_rows, servo, verdict};

@@ -1,17 +1,15 @@
-//! The picture of a commissioning: its phases shaded, the limits drawn, and the step of the trial beside
+//! Figures of a commissioning: its phases shaded, the limits drawn, and the step of the trial beside
 //! the promised one.
 
 use identifier_core::commission::{Limits, Phase};
 
 use crate::commission::{Outcome, Sample, StepResponse};
-use crate::present::Envelope;
-use crate::render::chart::plot::{self, Curve, Panel};
-use crate::render::chart::timeline::{Shade, Timeline, Track};
+use crate::present::{Envelope, Figure, Stretch, TIME, Trace};
 
-/// Room that a panel leaves beyond its limits, a part of their distance.
+/// Room beyond the limits, a part of their distance.
 const ROOM: f64 = 0.08;
 
-/// What the picture is drawn from, gathered sample by sample in bounded memory.
+/// The course of a commissioning in bounded memory.
 #[derive(Debug, Clone, Default)]
 pub struct Traces {
     position: Envelope,
@@ -60,47 +58,51 @@ impl Step {
     }
 }
 
-/// The picture; `promised` is the step that the identified servo would do, where there are gains.
+/// The figures; `promised` is the step that the identified servo would do, where there are gains.
 #[must_use]
-pub fn picture(
+pub fn figures(
     limits: &Limits,
     outcome: &Outcome,
     traces: &Traces,
     promised: Option<&StepResponse>,
-) -> Timeline {
-    let mut position = track("q [rad]", &traces.position, &limits.travel);
-    position.panel.curves = vec![
-        traces.position.curve(Some("servo")),
-        traces.reference.curve(Some("reference")),
+) -> Vec<Figure> {
+    let phases = outcome.course.phases.iter().map(|stretch| {
+        let duration = stretch.end - stretch.begin;
+        let name = stretch.phase.name();
+        Stretch {
+            name: match stretch.phase.is_end() {
+                true => name.to_owned(),
+                false => format!("{name}, {duration:.3} s"),
+            },
+            extent: [stretch.begin, stretch.end],
+            colour: colour(stretch.phase),
+        }
+    });
+    let phases: Vec<Stretch> = phases.collect();
+    let position = vec![
+        traces.position.trace("servo"),
+        traces.reference.trace("reference"),
     ];
-    let speed = track("q̇ [rad/s]", &traces.speed, &[-limits.speed, limits.speed]);
-    let command = track("u [command units]", &traces.command, &limits.command);
-    Timeline {
-        stretches: outcome
-            .course
-            .phases
-            .iter()
-            .map(|stretch| {
-                let lasting = stretch.end - stretch.begin;
-                let name = stretch.phase.name();
-                Shade {
-                    name: match stretch.phase.is_end() {
-                        true => name.to_owned(),
-                        false => format!("{name}, {lasting:.3} s"),
-                    },
-                    time: [stretch.begin, stretch.end],
-                    colour: colour(stretch.phase),
-                }
-            })
-            .collect(),
-        tracks: vec![position, speed, command],
-        limit: "limit".to_owned(),
-        below: promised
+    let speed = vec![traces.speed.trace("speed")];
+    let command = vec![traces.command.trace("command")];
+    let speeds = [-limits.speed, limits.speed];
+    let mut figures = vec![
+        limited("Position", "q [rad]", position, &limits.travel, &phases),
+        limited("Speed", "q̇ [rad/s]", speed, &speeds, &phases),
+        limited(
+            "Command",
+            "u [command units]",
+            command,
+            &limits.command,
+            &phases,
+        ),
+    ];
+    figures.extend(
+        promised
             .zip(outcome.tuning)
-            .map(|(promised, tuning)| trial(&traces.step, tuning.promise.settling_time, promised))
-            .into_iter()
-            .collect(),
-    }
+            .map(|(promised, tuning)| trial(&traces.step, tuning.promise.settling_time, promised)),
+    );
+    figures
 }
 
 /// The three ends share a colour; one of them is there.
@@ -113,54 +115,49 @@ fn colour(phase: Phase) -> usize {
         .saturating_sub(1)
 }
 
-fn track(axis: &str, envelope: &Envelope, limits: &[f64]) -> Track {
+/// A figure with the limits of its traces.
+fn limited(
+    title: &str,
+    axis: &str,
+    traces: Vec<Trace>,
+    limits: &[f64],
+    phases: &[Stretch],
+) -> Figure {
     let lowest = limits.iter().copied().fold(0.0, f64::min);
     let highest = limits.iter().copied().fold(0.0, f64::max);
     let room = ROOM * (highest - lowest);
-    Track {
-        panel: Panel {
-            title: String::new(),
-            abscissa: plot::TIME.to_owned(),
-            axis: axis.to_owned(),
-            logarithmic_abscissa: false,
-            curves: vec![envelope.curve(None)],
-            nominal: None,
-            range: Some((lowest - room, highest + room)),
-        },
-        limits: limits.to_vec(),
-    }
+    let mut figure =
+        Figure::new(title, TIME, axis, traces).within(Some([lowest - room, highest + room]));
+    figure.stretches = phases.to_vec();
+    let with_limit = |figure: Figure, limit: &f64| figure.with_level("limit", *limit);
+    limits.iter().fold(figure, with_limit)
 }
 
-/// The step of the trial until the servo is disturbed, beside the promised one with what may be added to its
-/// overshoot.
-fn trial(step: &Step, settling_time: f64, promised: &StepResponse) -> Panel {
+/// The step of the trial until the servo is disturbed, beside the promised one with the tolerance of its overshoot.
+fn trial(step: &Step, settling_time: f64, promised: &StepResponse) -> Figure {
     /// Settling times that are shown: the disturbance comes later.
     const SHOWN: f64 = 1.5;
-    /// What may be added to the overshoot, a part of the step.
-    const ADDED: f64 = 0.03;
-    let shown = |(time, _): &(f64, f64)| *time <= SHOWN * settling_time;
-    let mut servo = step.servo.curve(Some("servo"));
-    servo.points.retain(shown);
-    let points: Vec<_> = promised.points().filter(shown).collect();
-    let band = vec![ADDED * promised.step().abs(); points.len()];
+    /// Tolerance of the overshoot, a part of the step.
+    const TOLERANCE: f64 = 0.03;
+    let is_shown = |(time, _): &(f64, f64)| *time <= SHOWN * settling_time;
+    let mut servo = step.servo.trace("servo");
+    servo.points.retain(is_shown);
+    let points: Vec<_> = promised.points().filter(is_shown).collect();
     let end = points.last().map_or(0.0, |(time, _)| *time);
     let reference = vec![(0.0, 0.0), (0.0, promised.step()), (end, promised.step())];
-    let curve = |name: &str, points, band| Curve {
-        name: Some(name.to_owned()),
-        points,
-        band,
-    };
-    Panel {
-        title: "Step of the trial".to_owned(),
-        abscissa: "time since the step [s]".to_owned(),
-        axis: "q [rad]".to_owned(),
-        logarithmic_abscissa: false,
-        curves: vec![
-            servo,
-            curve("reference", reference, Vec::new()),
-            curve("promised ± 3 % of the step", points, band),
-        ],
-        nominal: None,
-        range: None,
-    }
+    let traces = vec![
+        servo,
+        Trace::new("reference", reference),
+        Trace {
+            name: "promised ± 3 % of the step".to_owned(),
+            band: vec![TOLERANCE * promised.step().abs(); points.len()],
+            points,
+        },
+    ];
+    Figure::new(
+        "Step of the trial",
+        "time since the step [s]",
+        "q [rad]",
+        traces,
+    )
 }

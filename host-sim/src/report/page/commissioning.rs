@@ -4,7 +4,7 @@ use identifier_core::commission::{HoldingGains, IdentifiedServo, Limits, Phase};
 use identifier_core::tuning::Tuning;
 
 use super::unknowns::{COMMISSIONED, described};
-use super::{Block, Column, Figure, Page, Section, Table, Tone, Verdict};
+use super::{Block, Column, Page, Section, Table, Tone, Verdict};
 use crate::commission::{Outcome, StepResponse};
 use crate::present::number::{
     SIDES, figure, fixed, per_cent, plain, sentence, signed, with_interval,
@@ -36,8 +36,7 @@ pub struct Commissioned<'a> {
 #[must_use]
 pub fn commissioning(of: &Commissioned<'_>) -> Page {
     let promised = StepResponse::promised(of.scenario, of.outcome);
-    let picture = report::picture(of.limits, of.outcome, of.traces, promised.as_ref());
-    let figures = Figure::of_timeline(&picture, &["Position", "Speed", "Command"]);
+    let figures = report::figures(of.limits, of.outcome, of.traces, promised.as_ref());
     let sections = [
         Section::full("What was found", found(of)),
         Section::full("Over time", vec![Block::Figures(figures)]),

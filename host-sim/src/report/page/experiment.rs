@@ -4,7 +4,7 @@ use identifier_core::parameters::{Parameter, Unknown};
 
 use super::remedies::remedies;
 use super::unknowns::described;
-use super::{Block, Column, Figure, Page, Section, Table, Tone, Verdict, gains};
+use super::{Block, Column, Page, Section, Table, Tone, Verdict, gains};
 use crate::analysis::{Residual, Status};
 use crate::present::number::{
     SIDES, figure, fixed, per_cent, plain, sentence, signed, with_interval,
@@ -33,19 +33,10 @@ pub struct Experiment<'a> {
 /// The page of an experiment.
 #[must_use]
 pub fn experiment(of: &Experiment<'_>) -> Page {
-    let estimates = of.summary.estimates.count();
-    let panels = traces::experiment(of.summary, of.traces);
-    let figures = panels.iter().enumerate().map(|(place, panel)| {
-        let figure = Figure::of(panel);
-        if place < estimates {
-            figure.of_estimate()
-        } else {
-            figure
-        }
-    });
+    let figures = traces::figures(of.summary, of.traces);
     let sections = [
         Section::full("What was found", found(of)),
-        Section::full("Over time", vec![Block::Figures(figures.collect())]),
+        Section::full("Over time", vec![Block::Figures(figures)]),
         Section::full("How sure it is", how_sure(of)),
         Section::full("What it rests on", rests_on(of)),
         Section::full("What to do next", next(of)),

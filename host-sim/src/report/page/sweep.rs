@@ -1,6 +1,6 @@
 //! The page of a sweep.
 
-use super::{Block, Column, Figure, Page, Section, Table, Tone, Verdict};
+use super::{Block, Column, Page, Section, Table, Tone, Verdict};
 use crate::present::number::{SIDES, figure, fixed, plain};
 use crate::report::distribution;
 use crate::scenario::Scenario;
@@ -24,18 +24,10 @@ pub struct Swept<'a> {
 /// The page of a sweep.
 #[must_use]
 pub fn sweep(of: &Swept<'_>) -> Page {
-    let panels = distribution::panels(of.distribution);
-    let spreads = &of.distribution.spreads;
-    let figures = panels.iter().zip(spreads).map(|(panel, spread)| Figure {
-        title: spread.name.to_owned(),
-        ..Figure::of(panel)
-    });
+    let figures = distribution::figures(of.distribution);
     let sections = [
         Section::full("What was found", found(of.distribution)),
-        Section::full(
-            "How it is distributed",
-            vec![Block::Figures(figures.collect())],
-        ),
+        Section::full("How it is distributed", vec![Block::Figures(figures)]),
         Section::full("How sure it is", how_sure(of.distribution)),
         Section::full("What it rests on", rests_on(of)),
         Section::full("What to do next", next(of.distribution)),

@@ -2,17 +2,16 @@
 
 use super::{Block, Figure, Page, Section, Tone, Verdict, gains};
 use crate::present::number::{figure, plain, sentence};
-use crate::render::chart::plot::Panel;
 use crate::tune::Tuned;
 
-/// The page of a tuning: `panels` are what its promise looks like, `doubt` what speaks against the result that it
+/// The page of a tuning: `figures` are what its promise looks like, `doubt` what speaks against the result that it
 /// is for.
 #[must_use]
 pub fn tuning(
     title: &str,
     command: &str,
     tuned: &Tuned,
-    panels: &[Panel],
+    figures: Vec<Figure>,
     doubt: Option<&String>,
 ) -> Page {
     let promise = &tuned.tuning.promise;
@@ -48,7 +47,6 @@ pub fn tuning(
     ];
     let facts =
         facts.map(|(name, value, unit)| (name.to_owned(), format!("{} {unit}", plain(value))));
-    let figures = panels.iter().map(Figure::of).collect();
     let sections = [
         Section::full("What was found", gains::of(tuned)),
         Section::full("What it looks like", vec![Block::Figures(figures)]),

@@ -7,5 +7,5 @@ mod words;
 pub use document::{
     ConditionsDocument, Document, FeedForwardDocument, PromiseDocument, ServoDocument,
 };
-pub use picture::panels;
+pub use picture::figures;
 pub use words::{controller, feed_forward, remarks, rows, table};

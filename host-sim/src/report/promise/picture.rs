@@ -1,17 +1,17 @@
 use identifier_core::tuning::{PredictedSample, Tuner, TuningError};
 
-use crate::render::chart::plot::{self, Curve, Panel};
+use crate::present::{Figure, TIME, Trace};
 use crate::tune::Tuned;
 
 /// The predicted step, its command, and the sensitivity with its limit.
 ///
 /// # Errors
-/// None for what was tuned.
-pub fn panels(tuned: &Tuned) -> Result<Vec<Panel>, TuningError> {
-    /// How long the step is shown, in 1/ω.
+/// None for a tuned servo.
+pub fn figures(tuned: &Tuned) -> Result<Vec<Figure>, TuningError> {
+    /// Time that is shown, in 1/ω.
     const SHOWN: f64 = 12.0;
-    /// What a panel shows, in what its dashed line stands at: room for the curve and its names.
-    const ROOM: f64 = 2.0;
+    /// Range of an axis, in values of its level.
+    const RANGE: f64 = 2.0;
     let Tuned {
         settings, tuning, ..
     } = tuned;
@@ -21,52 +21,31 @@ pub fn panels(tuned: &Tuned) -> Result<Vec<Panel>, TuningError> {
         .step(tuning)?
         .take_while(|sample| sample.time <= until)
         .collect();
-    let curve = |points: Vec<(f64, f64)>, name: Option<&str>| Curve {
-        name: name.map(str::to_owned),
-        points,
-        band: Vec::new(),
+    let course = |name: &str, value: fn(&PredictedSample) -> f64| {
+        let points = samples.iter().map(|sample| (sample.time, value(sample)));
+        vec![Trace::new(name, points.collect())]
     };
-    let of_step = |value: fn(&PredictedSample) -> f64| {
-        let points = samples.iter();
-        vec![curve(
-            points.map(|sample| (sample.time, value(sample))).collect(),
-            None,
-        )]
-    };
-    let panel = |title: &str, axis: &str, curves| Panel {
-        title: title.to_owned(),
-        abscissa: plot::TIME.to_owned(),
-        axis: axis.to_owned(),
-        logarithmic_abscissa: false,
-        curves,
-        nominal: None,
-        range: None,
-    };
-    let mut position = panel(
-        "Predicted step",
-        "q [rad]",
-        of_step(|sample| sample.position),
-    );
-    position.nominal = Some(("reference".to_owned(), settings.step));
-    position.range = Some((0.0, ROOM * settings.step));
-    let command = panel(
-        "Command beyond what holds the load",
-        "u [command units]",
-        of_step(|sample| sample.command),
-    );
-    let mut sensitivity = panel(
-        "Sensitivity",
-        "|S|",
-        sensitivities(&tuner, tuned)
-            .into_iter()
-            .zip(["identified", "worst that it may be"])
-            .map(|(points, name)| curve(points, Some(name)))
-            .collect(),
-    );
-    sensitivity.abscissa = "frequency over ω".to_owned();
-    sensitivity.nominal = Some(("allowed".to_owned(), settings.max_sensitivity));
-    sensitivity.range = Some((0.0, ROOM * settings.max_sensitivity));
-    Ok(vec![position, command, sensitivity])
+    let position = course("position", |sample| sample.position);
+    let command = course("command", |sample| sample.command);
+    let [identified, worst] = sensitivities(&tuner, tuned);
+    let sensitivity = vec![
+        Trace::new("identified", identified),
+        Trace::new("worst that it may be", worst),
+    ];
+    Ok(vec![
+        Figure::new("Predicted step", TIME, "q [rad]", position)
+            .within(Some([0.0, RANGE * settings.step]))
+            .with_level("reference", settings.step),
+        Figure::new(
+            "Command beyond what holds the load",
+            TIME,
+            "u [command units]",
+            command,
+        ),
+        Figure::new("Sensitivity", "frequency over ω", "|S|", sensitivity)
+            .within(Some([0.0, RANGE * settings.max_sensitivity]))
+            .with_level("allowed", settings.max_sensitivity),
+    ])
 }
 
 /// |S| of the identified servo and of the worst, over the frequency in ω.

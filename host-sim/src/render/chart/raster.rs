@@ -1,0 +1,226 @@
+//! A canvas as pixels.
+
+use std::io::Write;
+
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
+use zeno::{Join, Mask, PathData, Style, Transform};
+
+use super::canvas::{Canvas, Colour, Frame, Shape, Stroke};
+use super::font;
+
+/// Pixels to a point: 216 to an inch.
+const SCALE: f64 = 3.0;
+
+/// The bytes of a file of PNG. (ISO/IEC 15948:2004.)
+pub(super) fn png(canvas: &Canvas) -> Vec<u8> {
+    let mut pixels = Pixels::new(canvas);
+    pixels.shapes(&canvas.shapes);
+    pixels.png()
+}
+
+/// Colours of pixels, row by row.
+struct Pixels {
+    width: usize,
+    height: usize,
+    rgb: Vec<[u8; 3]>,
+    /// The first and the last column and row to be drawn in, the last excluded.
+    columns: [i32; 2],
+    rows: [i32; 2],
+}
+
+impl Pixels {
+    fn new(canvas: &Canvas) -> Self {
+        let [width, height] = [canvas.width, canvas.height].map(|length| (SCALE * length).round());
+        Self {
+            width: width as usize,
+            height: height as usize,
+            rgb: vec![Colour::Paper.rgb(); (width * height) as usize],
+            columns: [0, width as i32],
+            rows: [0, height as i32],
+        }
+    }
+
+    fn shapes(&mut self, shapes: &[Shape]) {
+        for shape in shapes {
+            match shape {
+                Shape::Area {
+                    path,
+                    colour,
+                    opacity,
+                } => self.path(path.as_str(), Style::default(), *colour, *opacity),
+                Shape::Line { path, stroke } => self.line(path, *stroke),
+                Shape::Text {
+                    at: (x, y),
+                    text,
+                    size,
+                    align,
+                    colour,
+                } => {
+                    let left = x - align.part() * font::width(text, *size);
+                    let outlines = font::outlines((left, *y), text, *size, SCALE);
+                    self.blend(&Mask::new(outlines.as_slice()), *colour, 1.0);
+                }
+                Shape::Cut(frame, shapes) => self.cut(*frame, shapes),
+            }
+        }
+    }
+
+    fn line(&mut self, path: &str, stroke: Stroke) {
+        let mut style = zeno::Stroke::new(stroke.width as f32);
+        style.join(Join::Round);
+        if let Some(dashes) = &stroke.dashes {
+            style.dash(dashes, 0.0);
+        }
+        self.path(path, style.into(), stroke.colour, 1.0);
+    }
+
+    fn cut(&mut self, frame: Frame, shapes: &[Shape]) {
+        let before = (self.columns, self.rows);
+        let pixel = |length: f64| (SCALE * length).round() as i32;
+        self.columns = [pixel(frame.left), pixel(frame.right())];
+        self.rows = [pixel(frame.top), pixel(frame.bottom())];
+        self.shapes(shapes);
+        (self.columns, self.rows) = before;
+    }
+
+    fn path(&mut self, path: &str, style: Style<'_>, colour: Colour, opacity: f64) {
+        let scale = SCALE as f32;
+        let mut mask = Mask::new(path);
+        mask.style(style)
+            .transform(Some(Transform::scale(scale, scale)));
+        self.blend(&mask, colour, opacity);
+    }
+
+    fn blend(&mut self, mask: &Mask<'_, '_, impl PathData>, colour: Colour, opacity: f64) {
+        let (coverage, place) = mask.render();
+        let colour = colour.rgb();
+        for (row, line) in (place.top..).zip(coverage.chunks(place.width.max(1) as usize)) {
+            if !(self.rows[0]..self.rows[1]).contains(&row) {
+                continue;
+            }
+            for (column, &covered) in (place.left..).zip(line) {
+                if covered == 0 || !(self.columns[0]..self.columns[1]).contains(&column) {
+                    continue;
+                }
+                let part = opacity * f64::from(covered) / 255.0;
+                let pixel = &mut self.rgb[row as usize * self.width + column as usize];
+                for (below, above) in pixel.iter_mut().zip(colour) {
+                    let (old, new) = (f64::from(*below), f64::from(above));
+                    *below = (old + part * (new - old)).round() as u8;
+                }
+            }
+        }
+    }
+
+    fn png(&self) -> Vec<u8> {
+        const SIGNATURE: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
+        const EIGHT_BITS_RGB: [u8; 5] = [8, 2, 0, 0, 0];
+        const METRES_PER_POINT: f64 = 0.0254 / 72.0;
+        let size = [self.width, self.height].map(|length| (length as u32).to_be_bytes());
+        let per_metre = ((SCALE / METRES_PER_POINT).round() as u32).to_be_bytes();
+        let mut file = SIGNATURE.to_vec();
+        chunk(
+            &mut file,
+            *b"IHDR",
+            &[size.as_flattened(), &EIGHT_BITS_RGB].concat(),
+        );
+        chunk(
+            &mut file,
+            *b"pHYs",
+            &[[per_metre; 2].as_flattened(), &[1]].concat(),
+        );
+        chunk(&mut file, *b"IDAT", &self.compressed());
+        chunk(&mut file, *b"IEND", &[]);
+        file
+    }
+
+    /// Each row as its differences from the row above.
+    fn compressed(&self) -> Vec<u8> {
+        const UP: u8 = 2;
+        let mut above = vec![[0; 3]; self.width];
+        let mut rows = Vec::with_capacity(self.height * (3 * self.width + 1));
+        for row in self.rgb.chunks(self.width) {
+            rows.push(UP);
+            let parts = row.as_flattened().iter().zip(above.as_flattened());
+            rows.extend(parts.map(|(part, above)| part.wrapping_sub(*above)));
+            above.copy_from_slice(row);
+        }
+        let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
+        // Writing into memory cannot fail.
+        let _ = encoder.write_all(&rows);
+        encoder.finish().unwrap_or_default()
+    }
+}
+
+fn chunk(file: &mut Vec<u8>, kind: [u8; 4], data: &[u8]) {
+    let content = [&kind, data].concat();
+    file.extend((data.len() as u32).to_be_bytes());
+    file.extend(&content);
+    file.extend(crc32fast::hash(&content).to_be_bytes());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn canvas() -> Canvas {
+        Canvas::new(40.0, 20.0)
+    }
+
+    fn drawn(canvas: &Canvas) -> Pixels {
+        let mut pixels = Pixels::new(canvas);
+        pixels.shapes(&canvas.shapes);
+        pixels
+    }
+
+    #[test]
+    fn lines_dashes_and_cuts_are_where_svg_has_them() {
+        let mut canvas = canvas();
+        let frame = Frame {
+            left: 10.0,
+            top: 0.0,
+            width: 20.0,
+            height: 20.0,
+        };
+        let dashed = Stroke {
+            colour: Colour::Ink,
+            width: 2.0,
+            dashes: Some([5.0, 5.0]),
+        };
+        canvas.inside(frame, |canvas| {
+            canvas.line((0.0, 10.0), (40.0, 10.0), dashed)
+        });
+        let pixels = drawn(&canvas);
+        let at = |x: usize, y: usize| pixels.rgb[3 * y * pixels.width + 3 * x];
+        let (black, white) = ([0; 3], [255; 3]);
+        assert_eq!([at(12, 10), at(17, 10), at(22, 10)], [black, white, black]);
+        assert_eq!([at(2, 10), at(32, 10), at(12, 12)], [white; 3], "outside");
+    }
+
+    #[test]
+    fn an_area_lets_through_what_lies_below() {
+        let mut canvas = canvas();
+        let frame = Frame {
+            left: 0.0,
+            top: 0.0,
+            width: 40.0,
+            height: 20.0,
+        };
+        canvas.rectangle(frame, Colour::Ink, 0.2);
+        assert_eq!(drawn(&canvas).rgb[500], [204; 3]);
+    }
+
+    #[test]
+    fn a_file_has_its_size_and_resolution() {
+        let file = canvas().png();
+        assert!(file.starts_with(b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR\0\0\0\x78\0\0\0\x3c\x08\x02"));
+        let per_metre = 8504_u32.to_be_bytes();
+        let resolution = [&b"pHYs"[..], &per_metre, &per_metre, &[1]].concat();
+        assert!(
+            file.windows(resolution.len())
+                .any(|part| part == resolution)
+        );
+        assert!(file.ends_with(b"\0\0\0\0IEND\xae\x42\x60\x82"));
+    }
+}

@@ -1,0 +1,156 @@
+//! The blocks of a page.
+
+use maud::{Markup, PreEscaped, html};
+
+use crate::present::{Block, Figure, Stretch, Table, Tone, Verdict};
+use crate::render::chart;
+
+/// A block; `name` is unlike those of the other blocks of a page.
+pub(super) fn block(block: &Block, name: &str) -> Markup {
+    match block {
+        Block::Text(text) => html! { p { (text) } },
+        Block::Warning(text) => html! { p { strong { "Warning: " } (text) } },
+        Block::List(items) => html! { ul { @for item in items { li { (item) } } } },
+        Block::Facts(facts) => html! {
+            dl { @for (name, text) in facts { div { dt { (name) } dd { (text) } } } }
+        },
+        Block::Table(table) => self::table(table),
+        Block::Code { caption, text } => html! {
+            figure.code { figcaption { (caption) } pre tabindex="0" { code { (text) } } }
+        },
+        Block::Figures(figures) => html! {
+            (toolbar())
+            noscript { p { "Without scripts the plots are drawings: they neither zoom nor switch traces." } }
+            (stretches(figures))
+            div.figures {
+                @for (place, figure) in figures.iter().enumerate() {
+                    (plot(figure, &format!("{name}-{place}-")))
+                }
+            }
+        },
+    }
+}
+
+pub(super) fn verdict(verdict: &Verdict) -> Markup {
+    let tone = match verdict.tone {
+        Tone::Good => "good",
+        Tone::Doubtful => "doubtful",
+        Tone::Failed => "failed",
+        Tone::Underway => "underway",
+    };
+    html! {
+        div.verdict.(tone) {
+            p.status { (verdict.status) }
+            p.headline { (verdict.headline) }
+            p { (verdict.detail) }
+        }
+    }
+}
+
+fn table(table: &Table) -> Markup {
+    let class = |place: usize| table.columns.get(place).filter(|column| column.is_figures);
+    let class = |place: usize| class(place).map(|_| "figures");
+    html! {
+        div.table tabindex="0" role="region" aria-label=(table.caption) {
+            table {
+                caption { (table.caption) }
+                thead { tr {
+                    @for (place, column) in table.columns.iter().enumerate() {
+                        th scope="col" class=[class(place)] { (column.name) }
+                    }
+                } }
+                tbody { @for (number, row) in table.rows.iter().enumerate() { tr {
+                    @for (place, cell) in row.iter().enumerate() {
+                        @if place == 0 { th scope="row" { (cell) } }
+                        @else {
+                            td class=[class(place)] data-level=[level(table, number, place)] { (cell) }
+                        }
+                    }
+                } } }
+            }
+        }
+    }
+}
+
+fn level(table: &Table, row: usize, place: usize) -> Option<u8> {
+    table.levels.get(row)?.get(place).copied()
+}
+
+/// Buttons that zoom every plot; hidden where there is no script.
+fn toolbar() -> Markup {
+    html! {
+        div.toolbar role="toolbar" aria-label="Zoom of the plots" hidden {
+            button type="button" data-zoom="in" { "Zoom in" }
+            button type="button" data-zoom="out" { "Zoom out" }
+            button type="button" data-zoom="left" aria-label="To the left" { "←" }
+            button type="button" data-zoom="right" aria-label="To the right" { "→" }
+            button type="button" data-zoom="reset" { "Reset" }
+            span.hint {
+                "Drag across a plot, or pinch it, to zoom; a double click shows all again. A plot that has the focus \
+                 takes the keys + − ← → 0, and with Shift ← → moves what is shown. Names switch their traces."
+            }
+        }
+    }
+}
+
+fn plot(figure: &Figure, name: &str) -> Markup {
+    html! {
+        figure.plot {
+            figcaption {
+                span.title { (figure.title) }
+                span.axis { (figure.vertical.name) }
+                output.place aria-live="off" {}
+            }
+            div.canvas { (PreEscaped(chart::embedded(figure).embedded_svg(name, &figure.title))) }
+            ul.legend {
+                @for (name, class, lines) in lines_by_name(figure) {
+                    li { button type="button" data-traces=(lines) aria-pressed="true" class=(class) {
+                        span.sample aria-hidden="true" {}
+                        (name)
+                        output aria-live="off" {}
+                    } }
+                }
+            }
+        }
+    }
+}
+
+/// The names of traces and levels with their classes and their places among the lines of the plot: two limits are
+/// one.
+fn lines_by_name(figure: &Figure) -> Vec<(&str, String, String)> {
+    let traces = figure.traces.iter().enumerate();
+    let traces = traces.map(|(place, trace)| {
+        let colour = place % chart::TRACE_COLOURS;
+        (trace.name.as_str(), format!("trace-{colour}"))
+    });
+    let levels = figure.levels.iter();
+    let levels = levels.map(|level| (level.name.as_str(), "trace-dashed".to_owned()));
+    let mut lines: Vec<(&str, String, String)> = Vec::new();
+    for (place, (name, class)) in traces.chain(levels).enumerate() {
+        match lines.iter_mut().find(|(known, ..)| *known == name) {
+            Some((.., places)) => *places += &format!(" {place}"),
+            None => lines.push((name, class, place.to_string())),
+        }
+    }
+    lines
+}
+
+/// Meaning of the shades.
+fn stretches(figures: &[Figure]) -> Markup {
+    let mut stretches: Vec<&Stretch> = Vec::new();
+    for stretch in figures.iter().flat_map(|figure| &figure.stretches) {
+        if stretches.iter().all(|known| known.name != stretch.name) {
+            stretches.push(stretch);
+        }
+    }
+    let class = |stretch: &Stretch| format!("stretch-{}", stretch.colour % chart::STRETCH_COLOURS);
+    html! {
+        @if !stretches.is_empty() {
+            ul.legend {
+                @for stretch in stretches {
+                    li.key { span.sample.(class(stretch)) aria-hidden="true" {} (stretch.name) }
+                }
+            }
+        }
+    }
+}
