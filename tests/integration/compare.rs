@@ -2,9 +2,9 @@
 
 use host_sim::analysis::Status;
 use host_sim::compare::{self, MethodResult, with_law};
-use host_sim::report::comparison;
-use host_sim::result::Summary;
+use host_sim::result::{ComparisonResult, Summary};
 use host_sim::scenario::{Law, Scenario};
+use host_sim::{present, render};
 use identifier_core::parameters::Parameter;
 use integration_tests::{controller, in_parallel, parse, run, servo};
 
@@ -19,15 +19,16 @@ const WIDTH: u16 = 200;
 #[test]
 fn the_comparison_is_as_reviewed() {
     let compared = compare::compare(&parse(BENCH), &|| ()).expect("it has a servo");
-    let mut text = comparison::methods(&compared, WIDTH);
-    for case in &compared.cases {
-        text.push_str(&format!("\n\n{}: {}\n", case.case.name, case.case.detail));
-        text.push_str(&comparison::case(case, &compared, WIDTH));
-    }
+    let result = ComparisonResult::new(&compared);
+    let duration = parse(BENCH).duration;
+    let page = present::comparison("", "", &compared, &result, duration);
+    let text = render::terminal::brief(&page, WIDTH);
     let text = anstream::adapter::strip_str(&text).to_string();
+    // What the columns mean stands in the page's own words.
+    let (text, _) = text.split_once("\nErrors: ").expect("the tables end");
     insta::assert_snapshot!(text);
     assert!(
-        PAGE.contains(&text),
+        PAGE.contains(text),
         "docs/comparison.md shows another table"
     );
 }

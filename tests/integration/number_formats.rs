@@ -1,7 +1,6 @@
 //! Three number formats, one answer: the same experiments in f64, f32 and fixed point.
 
 use host_sim::drift::{self, Compared, Differences};
-use host_sim::report::drift as report;
 use host_sim::result::Summary;
 use host_sim::scenario::{Arithmetic, Reference, Scenario};
 use identifier_core::excitation::Excitation;
@@ -276,7 +275,8 @@ fn the_pid_alone_has_the_signal_to_noise_of_the_documentation() {
         let found = differences.of(format);
         let decibel = |name: &str| {
             let signal = found.iter().find(|signal| signal.name == name);
-            report::signal_to_noise(signal.expect("a signal of that name"))
+            let signal = signal.expect("a signal of that name");
+            signal.signal_to_noise().expect("a difference")
         };
         println!(
             "{}: velocity {:.0} dB, command {:.0} dB",

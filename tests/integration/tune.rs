@@ -4,7 +4,7 @@
 use std::fmt::Write;
 
 use host_sim::experiment::Sample;
-use host_sim::report::promise;
+use host_sim::present;
 use host_sim::scenario::Scenario;
 use host_sim::simulate;
 use host_sim::tune::{Conditions, IdentifiedResult, NoGains, Tuned};
@@ -126,7 +126,7 @@ impl Axis {
     /// Steps there and back with the gains as they are printed, on the servo itself: rise time, s, and
     /// overshoot of each.
     fn steps(&self, tuned: &Tuned) -> Vec<(f64, f64)> {
-        let controller = promise::controller(&tuned.tuning, self.sample_time);
+        let controller = present::controller(&tuned.tuning, self.sample_time);
         let hold = (30.0 / tuned.tuning.bandwidth / self.sample_time).ceil() * self.sample_time;
         let step = tuned.settings.step;
         let excitation = format!("kind = \"steps\"\nlevels = [0.0, {step:?}]\nhold = {hold:.6}");

@@ -1,8 +1,7 @@
 //! What came out of an experiment, gathered sample by sample.
 
-use identifier_core::parameters::{Parameter, ServoParameters};
+use identifier_core::parameters::{Parameter, ServoParameters, Unknown};
 
-use identifier_core::parameters::Unknown;
 use identifier_core::verdict::{Motion, Status, Verdict};
 
 use super::batch::{Batch, Effort, Judged};

@@ -9,11 +9,14 @@ use super::progress::Progress;
 use super::rerun;
 use super::standard_output::say;
 use super::streamed::Streamed;
+use super::terminal::width;
 use crate::commission::{Commissioning, Sample, StepResponse};
 use crate::log::mcap::commissioning as messages;
-use crate::report::commission::{self as report, Document, RowWriter};
-use crate::report::page::{Commissioned, commissioning};
+use crate::present::{self, Commissioned};
+use crate::render::terminal;
+use crate::report::commission::{self as report, RowWriter};
 use crate::rerun::{Kept, Origin, OriginAlone, ScenarioText, Task, WithOrigin};
+use crate::result::CommissioningResult;
 use crate::scenario::Purpose;
 
 #[derive(Debug, clap::Args)]
@@ -56,15 +59,15 @@ pub(super) fn experiment(
     let mcap = files.output(outputs.mcap.as_deref())?;
     let mut mcap = mcap.map(|mcap| Streamed::begin(mcap, begin));
     let plot = files.picture(&outputs.drawing)?;
-    let page = files.output(outputs.report.as_deref())?;
+    let html = files.output(outputs.report.as_deref())?;
     let live = outputs.live.begin()?;
-    let is_shown = plot.is_some() || page.is_some() || live.is_some();
+    let is_shown = plot.is_some() || html.is_some() || live.is_some();
     let mut traces = is_shown.then(report::Traces::default);
     let silent = files.own_standard_output();
 
     let largest = machine.largest_motion();
     if !silent {
-        say!("{}", report::largest_motion(&largest))?;
+        say!("{}", present::largest_motion(&largest))?;
     }
     let limits = machine.settings().limits;
     let before = machine.gains_before().copied();
@@ -90,20 +93,18 @@ pub(super) fn experiment(
     let outcome = machine.run(&mut observe).map_err(of_scenario)?;
     drop(progress);
 
-    let document = Document::new(&scenario, &limits, &largest, before.as_ref(), &outcome);
-    let reported = traces.as_ref().map(|traces| {
-        commissioning(&Commissioned {
-            title: &title,
-            command: &call::command(),
-            scenario: &scenario,
-            limits: &limits,
-            before: before.as_ref(),
-            outcome: &outcome,
-            traces,
-        })
+    let result = CommissioningResult::new(&scenario, &limits, &largest, before.as_ref(), &outcome);
+    let page = present::commissioning(&Commissioned {
+        title: &title,
+        command: &call::command(),
+        scenario: &scenario,
+        limits: &limits,
+        before: before.as_ref(),
+        outcome: &outcome,
+        traces: traces.as_ref(),
     });
     let told = WithOrigin {
-        result: &document,
+        result: &result,
         origin: &origin,
     };
     files::commit([
@@ -111,7 +112,7 @@ pub(super) fn experiment(
         description.map(|description| description.document(&OriginAlone::of(&origin))),
         mcap.map(|mcap| {
             mcap.finish(|mut mcap| {
-                mcap.about("result", Origin::entry(&document)?)?;
+                mcap.about("result", Origin::entry(&result)?)?;
                 mcap.finish()
             })
         }),
@@ -120,34 +121,27 @@ pub(super) fn experiment(
             let figures = report::figures(&limits, &outcome, traces, promised.as_ref());
             plot.figures("", 1, &figures)
         }),
-        page.zip(reported.as_ref())
-            .map(|(page, reported)| page.page(reported)),
+        html.map(|html| html.page(&page)),
         json.map(|json| json.document(&told)),
     ])?;
-    let verdict = report::verdict(before.is_some(), &outcome);
     if !silent {
-        say!("{}", report::phases(&outcome))?;
-        if let Some(servo) = outcome.servo() {
-            say!("{}", report::servo(&scenario, servo))?;
-        }
-        if let Some(tuning) = &outcome.tuning {
-            say!("{}", report::gains(before.as_ref(), tuning))?;
-        }
-        if let (Some(servo), Some(tuning)) = (outcome.servo(), &outcome.tuning) {
-            say!("{}", report::promise(servo, tuning, outcome.trial.as_ref()))?;
-        }
+        say!("{}", terminal::brief(&page, width()))?;
     }
     if let Some(kept) = kept {
-        rerun::compare(kept, &document, silent)?;
+        rerun::compare(kept, &result, silent)?;
     }
-    if let (Some(live), Some(reported)) = (live, &reported) {
-        live.into_live().stay(reported);
+    if let Some(live) = live {
+        live.into_live().stay(&page);
     }
     if !outcome.is_applied() {
-        return Err(Fault::Other(verdict));
+        let verdict = &page.verdict;
+        return Err(Fault::Other(format!(
+            "{}: {}",
+            verdict.status, verdict.detail
+        )));
     }
     if !silent {
-        say!("{verdict}")?;
+        say!("{}", terminal::verdict(&page))?;
     }
     Ok(())
 }

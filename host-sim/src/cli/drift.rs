@@ -2,6 +2,7 @@ use std::path::PathBuf;
 
 use identifier_core::excitation::Excitation;
 
+use super::call;
 use super::drawing::Drawing;
 use super::fault::Fault;
 use super::files::{self, Files};
@@ -9,7 +10,10 @@ use super::progress::Progress;
 use super::standard_output::say;
 use super::terminal;
 use crate::drift::{self, Differences};
+use crate::present;
+use crate::render;
 use crate::report::drift as report;
+use crate::result::DriftResult;
 use crate::scenario::{Arithmetic, Purpose, Reference, Scenario};
 
 /// The most samples that are kept for the trace.
@@ -84,20 +88,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     .map_err(|error| input(error.to_string()))?;
     drop(progress);
 
-    let document = || report::Document::new(&differences, place, units.sample_time());
+    let result = DriftResult::new(&differences, place, units.sample_time());
     files::commit([
         csv.map(|csv| csv.table(|file| report::csv(file, &trace))),
         picture.map(|picture| picture.figures("", 2, &report::figures(&traces))),
-        json.map(|json| json.document(&document())),
+        json.map(|json| json.document(&result)),
     ])?;
     if !files.own_standard_output() {
-        say!("{}", report::table(&differences, terminal::width()))?;
-        say!(
-            "Differences from f64 on the same {place} measurements: mean and root mean square over \
-             the last quarter, the largest\nover the whole run."
-        )?;
+        let title = call::title("Number formats on", &arguments.scenario);
+        let page = present::drift(&title, &call::command(), &result);
+        say!("{}", render::terminal::brief(&page, terminal::width()))?;
     }
-    if differences.all_finite() {
+    if result.all_finite {
         Ok(())
     } else {
         Err(Fault::Other("a value was infinite or no number".to_owned()))

@@ -3,8 +3,8 @@ use identifier_core::commission::{HoldingGains, Limits};
 use super::call;
 use super::live::Live;
 use crate::commission::{Course, Outcome, Sample};
+use crate::present::{Commissioned, commissioning};
 use crate::report::commission::Traces;
-use crate::report::page::{Commissioned, commissioning};
 use crate::scenario::Scenario;
 
 /// Shows a commissioning while it goes on: its report, as far as it has come.
@@ -57,7 +57,7 @@ impl<'a> LiveCommission<'a> {
             limits: &self.limits,
             before: self.before.as_ref(),
             outcome: &outcome,
-            traces,
+            traces: Some(traces),
         });
         let clock = format!(
             "running: {} since {:.2} s",

@@ -3,7 +3,7 @@ use super::live::Live;
 use crate::analysis::Summariser;
 use crate::experiment::Outcome;
 use crate::present::traces::Traces;
-use crate::report::page::{self, Experiment};
+use crate::present::{self, Experiment};
 use crate::scenario::Scenario;
 
 /// Shows a run or a replay while it goes on: its report, as far as it has come.
@@ -40,12 +40,12 @@ impl LiveExperiment {
             ..Outcome::default()
         };
         let summary = summariser.clone().finish(&self.scenario, outcome);
-        let page = page::experiment(&Experiment {
+        let page = present::experiment(&Experiment {
             title: &self.title,
             command: &call::command(),
             scenario: &self.scenario,
             summary: &summary,
-            traces,
+            traces: Some(traces),
         });
         let clock = format!("running: {done:.1} of {:.1} s", self.duration);
         self.live.show(&page.so_far(clock));

@@ -11,15 +11,14 @@ use super::live_experiment::LiveExperiment;
 use super::recording::{Messages, Recorded, Recording, Rows};
 use super::rerun;
 use super::standard_output::say;
-use super::terminal;
+use super::terminal::width;
 use crate::analysis::Status;
 use crate::experiment::Outcome;
 use crate::log::mcap::trace;
 use crate::present::traces::{self, Traces};
-use crate::render::terminal::style;
+use crate::present::{self, Experiment};
+use crate::render::terminal;
 use crate::report::csv::TraceWriter;
-use crate::report::page::{self, Experiment};
-use crate::report::{residual, table, terms};
 use crate::rerun::{Kept, Origin, OriginAlone, WithOrigin};
 use crate::result::ReplayNotes;
 use crate::scenario::Scenario;
@@ -139,14 +138,12 @@ impl Results {
         } = recording.finish(scenario, outcome);
         summary.replay = notes;
         let picture = self.plot.zip(traces.as_ref());
-        let page = traces.as_ref().map(|traces| {
-            page::experiment(&Experiment {
-                title: &self.title,
-                command: &call::command(),
-                scenario,
-                summary: &summary,
-                traces,
-            })
+        let page = present::experiment(&Experiment {
+            title: &self.title,
+            command: &call::command(),
+            scenario,
+            summary: &summary,
+            traces: traces.as_ref(),
         });
         let told = WithOrigin {
             result: &summary,
@@ -165,49 +162,18 @@ impl Results {
             picture.map(|(picture, traces)| {
                 picture.figures("", 2, &traces::figures(&summary, traces))
             }),
-            self.report
-                .zip(page.as_ref())
-                .map(|(report, page)| report.page(page)),
+            self.report.map(|report| report.page(&page)),
             self.json.map(|json| json.document(&told)),
         ])?;
         if !self.silent {
-            for log in &summary.replay.logs {
-                say!("{log}")?;
-            }
-            if let Some(agreement) = &summary.replay.agreement {
-                match agreement.holds {
-                    true => say!("{agreement}")?,
-                    false => say!("{} {agreement}", style::warning())?,
-                }
-            }
-            say!(
-                "{}",
-                table::estimates(&[(summary.law, &summary)], terminal::width())
-            )?;
-            let truth = summary.truth.map(|_| &scenario.effects);
-            let terms = terms::terms(&summary, truth, terminal::width());
-            if !terms.is_empty() {
-                say!("{terms}")?;
-            }
-            say!("{}: {}", style::status(summary.status()), summary.reason)?;
-            if let Some(residual) = &summary.residual {
-                say!(
-                    "{}",
-                    residual::Words {
-                        residual,
-                        cause: summary.cause.as_ref()
-                    }
-                )?;
-            }
-            for prediction in &summary.replay.predictions {
-                say!("{prediction}")?;
-            }
+            say!("{}", terminal::brief(&page, width()))?;
+            say!("{}", terminal::verdict(&page))?;
         }
         if let Some(kept) = &self.kept {
             rerun::compare(kept, &summary, self.silent)?;
         }
-        if let (Some(live), Some(page)) = (live, &page) {
-            live.stay(page);
+        if let Some(live) = live {
+            live.stay(&page);
         }
         match summary.status() {
             Status::Aborted => Err(Fault::Other(summary.reason)),

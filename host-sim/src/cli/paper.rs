@@ -1,5 +1,6 @@
 use std::path::{Path, PathBuf};
 
+use super::call;
 use super::drawing::Drawing;
 use super::fault::Fault;
 use super::files::{self, Files};
@@ -9,7 +10,7 @@ use crate::experiment::Sample;
 use crate::paper::{self, Case, Method, Run};
 use crate::present::{Envelope, Figure, TIME};
 use crate::render::chart::Size;
-use crate::report::{self, table};
+use crate::{present, render, report};
 
 /// Where it goes unless stated. This folder is the program's own.
 const FOLDER: &str = "results/paper";
@@ -59,47 +60,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     written.push(picture.map(|picture| picture.figures(title, 2, &figures(&runs))));
     files::commit(written)?;
 
-    say!(
-        "{}",
-        table::estimates(
-            &runs.each_ref().map(|run| (run.name(), &run.summary)),
-            terminal::width()
-        )
-    )?;
-    say!(
-        "Nominal: a = {} 1/s, b = {} rad/s² per command unit. Estimates: mean ± standard deviation \
-         over the\nlast quarter of {} s. Settled: from when on â stays within ±0.1 1/s and b̂ within \
-         2 % of nominal.\n",
-        paper::NOMINAL_A,
-        paper::NOMINAL_B,
-        paper::scenario(Method::Proposed, Case::Balanced).duration,
-    )?;
-    let [
-        proposed,
-        least_squares,
-        proposed_loaded,
-        least_squares_loaded,
-    ] = &runs;
-    say!(
-        "What the load of {} rad/s² does to the estimates:",
-        paper::UNBALANCE
-    )?;
-    for (name, without, with) in [
-        ("proposed", proposed, proposed_loaded),
-        ("least squares", least_squares, least_squares_loaded),
-    ] {
-        let (without, with) = (&without.summary, &with.summary);
-        say!(
-            "  {name:<14} b̂ moves by {:+.3} %, its standard deviation goes from {:.2} to {:.2}; that \
-             of â from {:.4} to {:.4}",
-            100.0 * (with.estimates.b.tail_mean / without.estimates.b.tail_mean - 1.0),
-            without.estimates.b.tail_std,
-            with.estimates.b.tail_std,
-            without.estimates.a.tail_std,
-            with.estimates.a.tail_std,
-        )?;
-    }
-
+    let page = present::paper("The paper's experiment", &call::command(), &runs);
+    say!("{}", render::terminal::brief(&page, terminal::width()))?;
     say!("\nPicture: {}", out.join(PICTURE).display())?;
     say!(
         "Traces and results: {}",

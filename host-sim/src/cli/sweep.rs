@@ -9,8 +9,10 @@ use super::interruption;
 use super::progress::Progress;
 use super::standard_output::say;
 use super::terminal;
+use crate::present;
+use crate::render;
 use crate::report::distribution;
-use crate::report::page::{self, Swept};
+use crate::result::SweepResult;
 use crate::scenario::{Purpose, Scenario};
 use crate::sweep::{self, Distribution};
 
@@ -41,7 +43,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         mut files,
         json,
         picture,
-        page,
+        page: html,
     } = arguments.documents.begin(&[&arguments.scenario])?;
     let csv = files.output(arguments.csv.as_deref())?;
     if let Some(threads) = arguments.threads {
@@ -62,34 +64,27 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         return Err(Fault::Other("stopped before a servo was done".to_owned()));
     }
 
-    let result = Distribution::of(&runs);
-    let law = scenario.identifier.law.name();
-    let document = || distribution::Document::new(law, arguments.seed, arguments.runs, &result);
+    let result = SweepResult {
+        law: scenario.identifier.law.name(),
+        seed: arguments.seed,
+        wanted: arguments.runs,
+        distribution: Distribution::of(&runs),
+    };
+    let page = present::sweep(
+        &call::title("Sweep around", &arguments.scenario),
+        &call::command(),
+        &scenario,
+        &result,
+    );
     files::commit([
         csv.map(|csv| csv.table(|file| distribution::csv(file, &runs))),
-        picture.map(|picture| picture.figures("", 2, &distribution::figures(&result))),
-        page.map(|page| {
-            page.page(&page::sweep(&Swept {
-                title: &call::title("Sweep around", &arguments.scenario),
-                command: &call::command(),
-                scenario: &scenario,
-                seed: arguments.seed,
-                distribution: &result,
-            }))
-        }),
-        json.map(|json| json.document(&document())),
+        picture.map(|picture| picture.figures("", 2, &distribution::figures(&result.distribution))),
+        html.map(|html| html.page(&page)),
+        json.map(|json| json.document(&result)),
     ])?;
     if !files.own_standard_output() {
-        say!("{}", distribution::table(&result, terminal::width()))?;
-        say!(
-            "{law}, {} servos: {} converged, {} unexplained, {} without information, {} moving, {} aborted",
-            result.runs,
-            result.converged,
-            result.unexplained,
-            result.no_information,
-            result.moving,
-            result.aborted
-        )?;
+        say!("{}", render::terminal::brief(&page, terminal::width()))?;
+        say!("{}", render::terminal::verdict(&page))?;
     }
     if stop.load(Ordering::Relaxed) && runs.len() < arguments.runs as usize {
         return Err(Fault::Other(format!(

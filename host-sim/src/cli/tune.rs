@@ -10,10 +10,12 @@ use super::documents::{Begun, Documents};
 use super::fault::Fault;
 use super::files;
 use super::standard_output::say;
+use super::terminal::width;
 use crate::nearest;
-use crate::render::terminal::style;
-use crate::report::page::tuning;
-use crate::report::promise::{self, Document, FeedForwardDocument};
+use crate::present;
+use crate::render;
+use crate::report::promise;
+use crate::result::TuningResult;
 use crate::scenario::{Purpose, Scenario};
 use crate::tune::{Conditions, IdentifiedResult, NoGains, Tuned};
 
@@ -93,7 +95,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         files,
         json,
         picture,
-        page,
+        page: html,
     } = arguments.documents.begin(&inputs)?;
 
     let of_result = |fault: &dyn std::fmt::Display| {
@@ -118,41 +120,25 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
 
     let figures = || promise::figures(&tuned).map_err(|error| Fault::Other(error.to_string()));
     let drawn = picture.map(|picture| picture.figures("", 1, &figures()?));
-    let reported = page.map(|page| {
-        let title = call::title("Tuning for", &arguments.result);
-        page.page(&tuning(
-            &title,
-            &call::command(),
-            &tuned,
-            figures()?,
-            warning,
-        ))
-    });
+    let mut warnings: Vec<String> = result.doubt.iter().cloned().collect();
+    if arguments.command_delay.is_none() && settings.command_delay == 0.0 && !result.has_delay {
+        let assumed = "no delay was identified or declared, so it is assumed to be zero: --command-delay states it";
+        warnings.push(assumed.to_owned());
+    }
+    let page = present::tuning(
+        &call::title("Tuning for", &arguments.result),
+        &call::command(),
+        &tuned,
+        figures()?,
+        &warnings,
+    );
     files::commit([
         drawn,
-        reported,
-        json.map(|json| json.document(&Document::new(&tuned))),
+        html.map(|html| html.page(&page)),
+        json.map(|json| json.document(&TuningResult::new(&tuned))),
     ])?;
     if !files.own_standard_output() {
-        if let Some(doubt) = warning {
-            say!("{} {doubt}", style::warning())?;
-        }
-        if arguments.command_delay.is_none() && settings.command_delay == 0.0 && !result.has_delay {
-            say!(
-                "{} no delay was identified or declared, so none is reckoned with: --command-delay states it",
-                style::warning()
-            )?;
-        }
-        say!(
-            "{}",
-            promise::controller(&tuned.tuning, settings.sample_time)
-        )?;
-        say!("{}", promise::table(&tuned.tuning))?;
-        say!("{}", promise::remarks(&tuned))?;
-        say!(
-            "{}",
-            promise::feed_forward(&FeedForwardDocument::new(&tuned))
-        )?;
+        say!("{}", render::terminal::brief(&page, width()))?;
     }
     Ok(())
 }

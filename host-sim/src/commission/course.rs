@@ -1,4 +1,5 @@
 use identifier_core::commission::Phase;
+use serde::{Serialize, Serializer};
 
 use super::Sample;
 
@@ -13,9 +14,10 @@ pub struct Course {
 }
 
 /// A phase, from when to when.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Stretch {
-    /// Which.
+    /// The phase.
+    #[serde(serialize_with = "name")]
     pub phase: Phase,
     /// Its first sample, s.
     pub begin: f64,
@@ -24,7 +26,7 @@ pub struct Stretch {
 }
 
 /// How far and how fast the servo went, and the commands that acted.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Excursion {
     /// Lowest and highest position, rad from where it stood.
     pub position: [f64; 2],
@@ -32,6 +34,10 @@ pub struct Excursion {
     pub speed: f64,
     /// Lowest and highest command, command units.
     pub command: [f64; 2],
+}
+
+fn name<S: Serializer>(phase: &Phase, serializer: S) -> Result<S::Ok, S::Error> {
+    phase.name().serialize(serializer)
 }
 
 impl Course {

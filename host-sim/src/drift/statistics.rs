@@ -1,19 +1,22 @@
+use serde::Serialize;
+
 use super::{Compared, Signals};
 use crate::scenario::Arithmetic;
 
 /// How far a signal of a format is from that of double precision.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Difference {
     /// The signal's name.
+    #[serde(rename = "signal")]
     pub name: &'static str,
     /// Its unit.
     pub unit: &'static str,
     /// Root mean square of the signal itself over the last quarter, in double precision.
     pub size: f64,
-    /// Root mean square of the difference over the last quarter.
-    pub rms: f64,
-    /// Its mean over the last quarter.
+    /// Mean of the difference over the last quarter.
     pub mean: f64,
+    /// Its root mean square over the last quarter.
+    pub rms: f64,
     /// Its largest magnitude over the whole run.
     pub max: f64,
 }
@@ -48,6 +51,15 @@ struct Sums {
     square: f64,
     sum: f64,
     max: f64,
+}
+
+impl Difference {
+    /// 20 log₁₀ of the signal's root mean square over that of the difference; none without either.
+    #[must_use]
+    pub fn signal_to_noise(&self) -> Option<f64> {
+        let has_both = self.rms > 0.0 && self.size > 0.0;
+        has_both.then(|| 20.0 * (self.size / self.rms).log10())
+    }
 }
 
 impl Differences {

@@ -1,20 +1,17 @@
-//! What a drive's commissioning came to, as JSON.
+//! The result of a drive's commissioning, as JSON.
 
-use std::collections::BTreeMap;
-
-use drive_link::Outcome;
+use drive_link::{NoGains, Outcome};
 use identifier_core::commission::{
-    CommissionSettings, HoldingGains, LargestMotion, StopReason, TrialResult,
+    CommissionSettings, HoldingGains, IdentifiedServo, LargestMotion, Limits, StopReason,
+    TrialResult,
 };
 use identifier_core::tuning::{Cap, Promise};
 use serde::Serialize;
 
-use crate::report::commission::document::{
-    GainsDocument, LimitsDocument, MotionDocument, NoGainsDocument, ReasonDocument, UnknownDocument,
-};
+use crate::result::{Gains, commissioning as keys};
 
-/// The result of a drive's commissioning: the keys of a simulated one's that a drive can tell, and whether
-/// it is kept.
+/// The result of a drive's commissioning: those keys of a simulated one's that a drive knows, and whether it was
+/// saved.
 #[derive(Debug, Clone, Serialize)]
 #[expect(
     missing_docs,
@@ -23,16 +20,20 @@ use crate::report::commission::document::{
 pub struct CommissionDocument {
     pub status: &'static str,
     pub code: u8,
-    pub reason: Option<ReasonDocument>,
-    pub no_gains: Option<NoGainsDocument>,
+    #[serde(serialize_with = "keys::reason")]
+    pub reason: Option<StopReason>,
+    #[serde(serialize_with = "keys::no_gains")]
+    pub no_gains: Option<NoGains>,
     pub kept: bool,
     pub sample_time: f64,
-    pub limits: LimitsDocument,
-    pub largest_motion: MotionDocument,
-    pub servo: Option<BTreeMap<&'static str, UnknownDocument>>,
+    pub limits: Limits,
+    #[serde(serialize_with = "keys::motion")]
+    pub largest_motion: LargestMotion,
+    #[serde(serialize_with = "keys::servo")]
+    pub servo: Option<IdentifiedServo>,
     pub unexplained: Option<f64>,
-    pub gains_before: Option<GainsDocument>,
-    pub gains: Option<GainsDocument>,
+    pub gains_before: Option<Gains>,
+    pub gains: Option<Gains>,
     pub bandwidth: Option<f64>,
     pub cap: Option<&'static str>,
     pub promise: Option<Promise>,
@@ -53,16 +54,16 @@ impl CommissionDocument {
         Self {
             status: outcome.commissioning.phase.name(),
             code: reason.map_or(0, StopReason::number),
-            reason: reason.map(ReasonDocument::of),
-            no_gains: outcome.no_gains.as_ref().map(NoGainsDocument::of),
+            reason,
+            no_gains: outcome.no_gains.clone(),
             kept: outcome.kept,
             sample_time: order.sample_time,
-            limits: LimitsDocument::of(&order.limits),
-            largest_motion: MotionDocument::of(largest),
-            servo: outcome.servo.as_ref().map(UnknownDocument::all_of),
+            limits: order.limits,
+            largest_motion: *largest,
+            servo: outcome.servo,
             unexplained: outcome.servo.map(|servo| servo.unexplained),
-            gains_before: before.map(GainsDocument::of_before),
-            gains: tuning.map(GainsDocument::of),
+            gains_before: before.map(Gains::holding),
+            gains: tuning.map(Gains::tuned),
             bandwidth: tuning.map(|tuning| tuning.bandwidth),
             cap: tuning.and_then(|tuning| tuning.cap).map(Cap::name),
             promise: tuning.map(|tuning| tuning.promise),

@@ -1,6 +1,7 @@
 //! A page before it is rendered: a verdict, then sections of text, tables and figures.
 
 use super::Figure;
+use crate::analysis::Status;
 
 /// A page.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,6 +85,16 @@ pub enum Tone {
     Failed,
     /// There is no result yet.
     Underway,
+}
+
+impl From<Status> for Tone {
+    fn from(status: Status) -> Self {
+        match status {
+            Status::Converged => Self::Good,
+            Status::Aborted => Self::Failed,
+            Status::Unexplained | Status::NoInformation | Status::Moving => Self::Doubtful,
+        }
+    }
 }
 
 /// A section under a heading.

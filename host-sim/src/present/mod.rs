@@ -4,15 +4,32 @@
 //! then the verdict as `status: detail`; tables lose their dispensable columns where a line is too short. A report
 //! shows all of it. A picture shows its figures.
 
+mod commissioning;
+mod comparison;
 mod document;
+mod drift;
 mod envelope;
+mod estimates;
+mod experiment;
 mod figure;
 mod heat_map;
 mod log;
 pub(crate) mod number;
+mod paper;
+mod remedies;
+mod sweep;
 pub mod traces;
+mod tuning;
 
+pub(crate) use commissioning::why;
+pub use commissioning::{Commissioned, commissioning, found_servo, largest_motion};
+pub use comparison::comparison;
 pub use document::{Block, Column, Page, Progress, Section, Table, Tone, Verdict};
+pub use drift::drift;
 pub use envelope::Envelope;
+pub use experiment::{Experiment, experiment};
 pub use figure::{Axis, Figure, Level, Stretch, TIME, Trace};
 pub use heat_map::{HeatCell, HeatMap, HeatMaps, Tint};
+pub use paper::paper;
+pub use sweep::sweep;
+pub use tuning::{controller, tuning};

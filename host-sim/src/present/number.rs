@@ -1,21 +1,49 @@
 //! Numbers as people read them: the one place that formats a value with its uncertainty.
 
 /// Digits behind the point that a table has room for.
-const MOST_PLACES: f64 = 9.0;
+const MAX_PLACES: f64 = 9.0;
 
-/// Standard errors to each side that a ± means: nineteen of twenty such intervals hold the truth.
+/// Standard errors to each side of an estimate that contain the true value in 95 % of cases.
 pub(crate) const SIDES: f64 = 2.0;
 
-/// A value and half the width of its interval, both with the digits that two of the latter take; of one
-/// that is not known, or exact, four digits of the value.
+/// A value ± its standard error, both with the digits that two of the latter take; without one the value alone,
+/// four digits of it. A dash where there is no value, or the standard error is infinite.
 #[must_use]
-pub(crate) fn with_interval(value: f64, half: Option<f64>) -> (String, String) {
-    match half.filter(|half| *half > 0.0 && half.is_finite()) {
-        Some(half) => {
-            let places = (1.0 - half.log10().floor()).clamp(0.0, MOST_PLACES) as usize;
-            (fixed(value, places), format!("± {}", fixed(half, places)))
+pub(crate) fn with_error(value: f64, std_error: Option<f64>) -> String {
+    match std_error {
+        _ if !value.is_finite() => DASH.to_owned(),
+        Some(error) if !error.is_finite() => DASH.to_owned(),
+        Some(error) if error > 0.0 => {
+            let places = (1.0 - error.log10().floor()).clamp(0.0, MAX_PLACES) as usize;
+            format!("{} ± {}", fixed(value, places), fixed(error, places))
         }
-        None => (figure(value), "not known".to_owned()),
+        _ => figure(value),
+    }
+}
+
+/// The part of a value within which it is known, in 95 % of cases.
+#[must_use]
+pub(crate) fn known_to(value: f64, std_error: Option<f64>) -> String {
+    match std_error.map(|error| SIDES * error) {
+        Some(half) if half < value.abs() => per_cent(half / value),
+        Some(half) if half.is_finite() => "may be zero".to_owned(),
+        _ => DASH.to_owned(),
+    }
+}
+
+/// Stands for what is not known.
+pub(crate) const DASH: &str = "–";
+
+/// Two digits that count.
+#[must_use]
+pub(crate) fn rough(value: f64) -> String {
+    let order = value.abs().log10().floor();
+    if value == 0.0 || !order.is_finite() {
+        figure(value)
+    } else if order < -5.0 {
+        power_of_ten(value)
+    } else {
+        fixed(value, (1.0 - order).clamp(0.0, MAX_PLACES) as usize)
     }
 }
 
@@ -32,7 +60,7 @@ pub(crate) fn figure(value: f64) -> String {
     if order < -5.0 {
         return power_of_ten(value);
     }
-    fixed(value, (3.0 - order).clamp(0.0, MOST_PLACES) as usize)
+    fixed(value, (3.0 - order).clamp(0.0, MAX_PLACES) as usize)
 }
 
 /// The same without zeros at its end.
@@ -126,14 +154,32 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_value_has_the_digits_that_its_interval_leaves() {
-        let shown = |value, half| with_interval(value, half);
-        let pair = |value: &str, half: &str| (value.to_owned(), half.to_owned());
-        assert_eq!(shown(257.694_12, Some(0.0123)), pair("257.694", "± 0.012"));
-        assert_eq!(shown(-0.004, Some(3.0)), pair("0.0", "± 3.0"));
-        assert_eq!(shown(-12.3, Some(40.0)), pair("−12", "± 40"));
-        assert_eq!(shown(0.217_44, None), pair("0.2174", "not known"));
-        assert_eq!(shown(1.0, Some(f64::INFINITY)), pair("1.000", "not known"));
+    fn a_value_has_the_digits_that_its_standard_error_leaves() {
+        assert_eq!(with_error(257.694_12, Some(0.0123)), "257.694 ± 0.012");
+        assert_eq!(with_error(-0.004, Some(3.0)), "0.0 ± 3.0");
+        assert_eq!(with_error(-12.3, Some(40.0)), "−12 ± 40");
+        assert_eq!(with_error(0.217_44, None), "0.2174");
+        assert_eq!(with_error(1.0, Some(f64::INFINITY)), "–");
+        assert_eq!(with_error(f64::NAN, Some(1.0)), "–");
+    }
+
+    #[test]
+    fn what_a_value_is_known_to_is_two_standard_errors() {
+        assert_eq!(known_to(200.0, Some(1.0)), "1.0 %");
+        assert_eq!(known_to(0.5, Some(0.3)), "may be zero");
+        assert_eq!(known_to(0.5, None), "–");
+    }
+
+    #[test]
+    fn rough_figures_have_two_digits_that_count() {
+        for (value, text) in [
+            (0.0, "0"),
+            (0.012_34, "0.012"),
+            (123.4, "123"),
+            (3e-7, "3.0·10⁻⁷"),
+        ] {
+            assert_eq!(rough(value), text);
+        }
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! What a result is shown as: text on a [`terminal`], a page of HTML ([`html`]), and pictures ([`chart`]).
+//! The forms in which a result is shown: text on a [`terminal`], a page of HTML ([`html`]), and pictures ([`chart`]).
 //!
 //! Each reads what [`present`](crate::present) puts together, and computes nothing of the result.
 

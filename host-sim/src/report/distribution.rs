@@ -1,34 +1,11 @@
-//! A sweep as a table, as JSON, as CSV and as a picture.
+//! A sweep as CSV and as a picture.
 
 use std::io::Write;
 
-use serde::Serialize;
-
 use crate::present::{Envelope, Figure};
-use crate::render::terminal::table::Rows;
 use crate::sweep::{Distribution, Run, Spread};
 
-/// The quantiles, as many as `width` characters have room for.
-#[must_use]
-pub fn table(distribution: &Distribution, width: u16) -> String {
-    let mut table = Rows::default().words("quantity").figures("servos");
-    for (quantile, rank) in [("5 %", 2), ("25 %", 1), ("50 %", 0), ("75 %", 1)] {
-        table = table.figures(quantile).dispensable(rank);
-    }
-    table = table.figures("95 %").figures("largest");
-    for spread in &distribution.spreads {
-        let mut row = vec![
-            format!("{} [{}]", spread.name, spread.unit),
-            spread.count.to_string(),
-        ];
-        let quantiles = spread.quantiles.named();
-        row.extend(quantiles.map(|(_, value)| format!("{value:.4}")));
-        table.row(row);
-    }
-    table.within(width)
-}
-
-/// The share of servos that are no worse, a figure for each quantity.
+/// Which share of the servos is no worse, one panel for each quantity.
 #[must_use]
 pub fn figures(distribution: &Distribution) -> Vec<Figure> {
     distribution.spreads.iter().map(figure).collect()
@@ -95,74 +72,4 @@ pub fn csv(out: impl Write, runs: &[Run]) -> Result<(), csv::Error> {
     }
     writer.flush()?;
     Ok(())
-}
-
-/// The distribution for a program.
-#[derive(Debug, Clone, Serialize)]
-#[expect(
-    missing_docs,
-    reason = "the fields are the keys of the result, documented in docs/command-line.md"
-)]
-pub struct Document {
-    pub law: &'static str,
-    pub seed: u32,
-    pub wanted: u32,
-    pub runs: usize,
-    pub converged: usize,
-    pub unexplained: usize,
-    pub no_information: usize,
-    pub moving: usize,
-    pub aborted: usize,
-    pub spreads: Vec<SpreadDocument>,
-}
-
-/// The quantiles of one quantity.
-#[derive(Debug, Clone, Serialize)]
-#[expect(
-    missing_docs,
-    reason = "the fields are the keys of the result, documented in docs/command-line.md"
-)]
-pub struct SpreadDocument {
-    pub quantity: &'static str,
-    pub unit: &'static str,
-    pub count: usize,
-    pub q05: f64,
-    pub q25: f64,
-    pub q50: f64,
-    pub q75: f64,
-    pub q95: f64,
-    pub max: f64,
-}
-
-impl Document {
-    /// The document of a sweep.
-    #[must_use]
-    pub fn new(law: &'static str, seed: u32, wanted: u32, distribution: &Distribution) -> Self {
-        Self {
-            law,
-            seed,
-            wanted,
-            runs: distribution.runs,
-            converged: distribution.converged,
-            unexplained: distribution.unexplained,
-            no_information: distribution.no_information,
-            moving: distribution.moving,
-            aborted: distribution.aborted,
-            spreads: distribution
-                .spreads
-                .iter()
-                .map(|spread| SpreadDocument {
-                    quantity: spread.name,
-                    unit: spread.unit,
-                    count: spread.count,
-                    q05: spread.quantiles.q05,
-                    q25: spread.quantiles.q25,
-                    q50: spread.quantiles.q50,
-                    q75: spread.quantiles.q75,
-                    q95: spread.quantiles.q95,
-                    max: spread.quantiles.max,
-                })
-                .collect(),
-        }
-    }
 }

@@ -1,57 +1,10 @@
-//! What number formats make of an experiment: as a table, as JSON, as CSV and as a picture.
+//! What number formats make of an experiment: as CSV and as a picture.
 
 use std::io::Write;
 
-use serde::Serialize;
-
-use crate::drift::{Compared, Difference, Differences, FORMATS, Signals};
+use crate::drift::{Compared, FORMATS, Signals};
 use crate::present::{Envelope, Figure, TIME};
-use crate::render::terminal::table::Rows;
 use crate::scenario::Arithmetic;
-
-/// One row a signal and format, as wide as `width` characters have room for.
-#[must_use]
-pub fn table(differences: &Differences, width: u16) -> String {
-    let mut table = Rows::default()
-        .words("signal")
-        .words("format")
-        .figures("rms in f64")
-        .dispensable(2)
-        .figures("mean off by")
-        .dispensable(1)
-        .figures("rms off by")
-        .figures("at most")
-        .figures("signal to noise")
-        .dispensable(0);
-    for format in [Arithmetic::F32, Arithmetic::Fixed] {
-        for difference in differences.of(format) {
-            table.row(vec![
-                format!("{} [{}]", difference.name, difference.unit),
-                format.name().to_owned(),
-                format!("{:.4e}", difference.size),
-                format!("{:+.1e}", difference.mean),
-                format!("{:.1e}", difference.rms),
-                format!("{:.1e}", difference.max),
-                decibel(&difference),
-            ]);
-        }
-    }
-    table.within(width)
-}
-
-fn decibel(difference: &Difference) -> String {
-    if difference.rms > 0.0 && difference.size > 0.0 {
-        format!("{:.0} dB", signal_to_noise(difference))
-    } else {
-        "–".to_owned()
-    }
-}
-
-/// 20 log₁₀ of the signal's root mean square over that of the difference.
-#[must_use]
-pub fn signal_to_noise(difference: &Difference) -> f64 {
-    20.0 * (difference.size / difference.rms).log10()
-}
 
 /// The signals that are shown, with name, unit and value.
 type Shown = (&'static str, &'static str, fn(&Signals) -> f64);
@@ -151,61 +104,4 @@ pub fn csv(out: impl Write, trace: &[Compared]) -> Result<(), csv::Error> {
     }
     writer.flush()?;
     Ok(())
-}
-
-/// The differences for a program.
-#[derive(Debug, Clone, Serialize)]
-#[expect(
-    missing_docs,
-    reason = "the fields are the keys of the result, documented in docs/command-line.md"
-)]
-pub struct Document {
-    pub samples: u64,
-    pub sample_time: f64,
-    pub all_finite: bool,
-    pub f32: Vec<DifferenceDocument>,
-    pub fixed: Vec<DifferenceDocument>,
-}
-
-/// The difference of one signal from double precision.
-#[derive(Debug, Clone, Serialize)]
-#[expect(
-    missing_docs,
-    reason = "the fields are the keys of the result, documented in docs/command-line.md"
-)]
-pub struct DifferenceDocument {
-    pub signal: &'static str,
-    pub unit: &'static str,
-    pub size: f64,
-    pub mean: f64,
-    pub rms: f64,
-    pub max: f64,
-}
-
-impl Document {
-    /// The document of a run.
-    #[must_use]
-    pub fn new(differences: &Differences, samples: u64, sample_time: f64) -> Self {
-        let of = |format| {
-            differences
-                .of(format)
-                .into_iter()
-                .map(|difference| DifferenceDocument {
-                    signal: difference.name,
-                    unit: difference.unit,
-                    size: difference.size,
-                    mean: difference.mean,
-                    rms: difference.rms,
-                    max: difference.max,
-                })
-                .collect()
-        };
-        Self {
-            samples,
-            sample_time,
-            all_finite: differences.all_finite(),
-            f32: of(Arithmetic::F32),
-            fixed: of(Arithmetic::Fixed),
-        }
-    }
 }

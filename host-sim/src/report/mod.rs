@@ -5,8 +5,4 @@ pub mod comparison;
 pub mod csv;
 pub mod distribution;
 pub mod drift;
-pub mod page;
 pub mod promise;
-pub mod residual;
-pub mod table;
-pub mod terms;

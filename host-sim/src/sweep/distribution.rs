@@ -1,10 +1,11 @@
 use identifier_core::parameters::Parameter;
+use serde::Serialize;
 
 use super::Run;
 use crate::analysis::Status;
 
 /// The distribution over a sweep.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Distribution {
     /// Servos that were run.
     pub runs: usize,
@@ -23,22 +24,25 @@ pub struct Distribution {
 }
 
 /// The distribution of one quantity.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Spread {
     /// Its name.
+    #[serde(rename = "quantity")]
     pub name: &'static str,
     /// Its unit.
     pub unit: &'static str,
     /// Servos that have a value.
     pub count: usize,
     /// The quantiles of these.
+    #[serde(flatten)]
     pub quantiles: Quantiles,
     /// The values in ascending order.
+    #[serde(skip)]
     pub sorted: Vec<f64>,
 }
 
 /// Quantiles.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "each is the quantile of that name, in percent")]
 pub struct Quantiles {
     pub q05: f64,

@@ -14,8 +14,10 @@ use crate::cli::fault::Fault;
 use crate::cli::files::{self, Files};
 use crate::cli::interruption;
 use crate::cli::standard_output::say;
+use crate::cli::terminal::width;
 use crate::drive::{Client, CommissionDocument};
-use crate::report::commission as report;
+use crate::present;
+use crate::render::terminal;
 use crate::scenario::Scenario;
 
 #[derive(Debug, clap::Args)]
@@ -54,7 +56,7 @@ impl Arguments {
         }
         let before = gains_before.as_ref();
         if !silent {
-            say!("{}", report::largest_motion(&largest_motion))?;
+            say!("{}", present::largest_motion(&largest_motion))?;
         }
 
         let every = LINE_INTERVAL / order.sample_time;
@@ -71,7 +73,7 @@ impl Arguments {
         let document = CommissionDocument::new(&order, &largest_motion, before, &outcome);
         files::commit([json.map(|json| json.document(&document))])?;
         if !silent {
-            show(&plan.scenario, before, &outcome)?;
+            show(before, &outcome)?;
         }
         let end = End {
             gains_before: before.is_some(),
@@ -142,23 +144,13 @@ fn print(line: &str) {
     let _ = writeln!(io::stderr(), "{line}");
 }
 
-fn show(
-    scenario: &Scenario,
-    before: Option<&HoldingGains>,
-    outcome: &Outcome,
-) -> Result<(), Fault> {
-    if let Some(servo) = &outcome.servo {
-        // The scenario's plant is no truth about this servo.
-        let mut unknown = scenario.clone();
-        unknown.plant = None;
-        say!("{}", report::servo(&unknown, servo))?;
-        if let Some(tuning) = &outcome.tuning {
-            say!("{}", report::gains(before, tuning))?;
-            let trial = outcome.trial.as_ref();
-            say!("{}", report::promise(servo, tuning, trial))?;
-        }
-    }
-    Ok(())
+fn show(before: Option<&HoldingGains>, outcome: &Outcome) -> Result<(), Fault> {
+    let Some(servo) = &outcome.servo else {
+        return Ok(());
+    };
+    let (tuning, trial) = (outcome.tuning.as_ref(), outcome.trial.as_ref());
+    let found = present::found_servo(servo, None, before, tuning, trial);
+    say!("{}", terminal::blocks(&found, width()))
 }
 
 /// How the drive stands after a commissioning.
@@ -213,7 +205,7 @@ fn judged(end: &End, outcome: &Outcome, silent: bool) -> Result<(), Fault> {
         return Ok(());
     }
     let why = match reason {
-        Some(reason) => report::why(reason, outcome.no_gains.as_ref()),
+        Some(reason) => present::why(reason, outcome.no_gains.as_ref()),
         None => "it did not end by itself".to_owned(),
     };
     Err(Fault::Other(format!("{}: {why} ({holds})", phase.name())))

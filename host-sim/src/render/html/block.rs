@@ -2,6 +2,7 @@
 
 use maud::{Markup, PreEscaped, html};
 
+use crate::present::number::sentence;
 use crate::present::{Block, Figure, Stretch, Table, Tone, Verdict};
 use crate::render::chart;
 
@@ -42,7 +43,7 @@ pub(super) fn verdict(verdict: &Verdict) -> Markup {
         div.verdict.(tone) {
             p.status { (verdict.status) }
             p.headline { (verdict.headline) }
-            p { (verdict.detail) }
+            p { (sentence(&verdict.detail)) }
         }
     }
 }
@@ -51,9 +52,9 @@ fn table(table: &Table) -> Markup {
     let class = |place: usize| table.columns.get(place).filter(|column| column.is_figures);
     let class = |place: usize| class(place).map(|_| "figures");
     html! {
-        div.table tabindex="0" role="region" aria-label=(table.caption) {
+        div.table tabindex="0" role="region" aria-label=[named(&table.caption)] {
             table {
-                caption { (table.caption) }
+                @if let Some(caption) = named(&table.caption) { caption { (caption) } }
                 thead { tr {
                     @for (place, column) in table.columns.iter().enumerate() {
                         th scope="col" class=[class(place)] { (column.name) }
@@ -70,6 +71,11 @@ fn table(table: &Table) -> Markup {
             }
         }
     }
+}
+
+/// A caption, where there is one: the heading of the section names the only table.
+fn named(caption: &str) -> Option<&str> {
+    (!caption.is_empty()).then_some(caption)
 }
 
 fn level(table: &Table, row: usize, place: usize) -> Option<u8> {

@@ -3,6 +3,7 @@
 use anstyle::{AnsiColor, Style};
 
 use crate::analysis::Status;
+use crate::present::Tone;
 
 /// Of what failed.
 pub const FAULT: Style = AnsiColor::Red.on_default().bold();
@@ -19,15 +20,15 @@ const STATUSES: [Status; 5] = [
     Status::Aborted,
 ];
 
-/// The name of a status.
+/// The name of a status, in the colour of its tone.
 #[must_use]
-pub fn status(status: Status) -> String {
-    let style = match status {
-        Status::Converged => GOOD,
-        Status::Aborted => FAULT,
-        _ => WARNING,
+pub fn status(name: &str, tone: Tone) -> String {
+    let style = match tone {
+        Tone::Good => GOOD,
+        Tone::Failed => FAULT,
+        Tone::Doubtful | Tone::Underway => WARNING,
     };
-    format!("{style}{}{style:#}", status.name())
+    format!("{style}{name}{style:#}")
 }
 
 /// The word that goes before what is not as it should be.
@@ -40,7 +41,7 @@ pub fn warning() -> String {
 pub(crate) fn row(line: &str) -> String {
     let known = STATUSES.into_iter().find_map(|known| {
         let before = line.strip_suffix(known.name())?;
-        Some(format!("{before}{}", status(known)))
+        Some(format!("{before}{}", status(known.name(), known.into())))
     });
     known.unwrap_or_else(|| line.to_owned())
 }

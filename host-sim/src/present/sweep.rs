@@ -1,38 +1,25 @@
-//! The page of a sweep.
+//! A sweep over random servos.
 
+use super::number::{SIDES, figure, fixed, plain};
 use super::{Block, Column, Page, Section, Table, Tone, Verdict};
-use crate::present::number::{SIDES, figure, fixed, plain};
 use crate::report::distribution;
+use crate::result::SweepResult;
 use crate::scenario::Scenario;
 use crate::sweep::Distribution;
 
-/// What there is to be said of a sweep.
-#[derive(Debug, Clone, Copy)]
-pub struct Swept<'a> {
-    /// What was done, to what.
-    pub title: &'a str,
-    /// The call.
-    pub command: &'a str,
-    /// The scenario that servos were drawn for.
-    pub scenario: &'a Scenario,
-    /// What they were drawn from.
-    pub seed: u32,
-    /// How it came out.
-    pub distribution: &'a Distribution,
-}
-
-/// The page of a sweep.
+/// The page of a sweep around a scenario.
 #[must_use]
-pub fn sweep(of: &Swept<'_>) -> Page {
-    let figures = distribution::figures(of.distribution);
+pub fn sweep(title: &str, command: &str, scenario: &Scenario, result: &SweepResult) -> Page {
+    let distribution = &result.distribution;
+    let figures = distribution::figures(distribution);
     let sections = [
-        Section::full("What was found", found(of.distribution)),
+        Section::brief("What was found", found(distribution)),
         Section::full("How it is distributed", vec![Block::Figures(figures)]),
-        Section::full("How sure it is", how_sure(of.distribution)),
-        Section::full("What it rests on", rests_on(of)),
-        Section::full("What to do next", next(of.distribution)),
+        Section::full("How sure it is", how_sure(distribution)),
+        Section::full("What it rests on", rests_on(scenario, result)),
+        Section::full("What to do next", next(distribution)),
     ];
-    Page::new(of.title, of.command, verdict(of.distribution), sections)
+    Page::new(title, command, verdict(distribution), sections)
 }
 
 fn verdict(distribution: &Distribution) -> Verdict {
@@ -71,10 +58,16 @@ fn verdict(distribution: &Distribution) -> Verdict {
 }
 
 fn found(distribution: &Distribution) -> Vec<Block> {
-    let columns = ["5 %", "25 %", "50 %", "75 %", "95 %", "largest"];
-    let columns = [Column::words("quantity"), Column::figures("servos")]
-        .into_iter()
-        .chain(columns.map(Column::figures));
+    let columns = vec![
+        Column::words("quantity"),
+        Column::figures("servos"),
+        Column::figures("5 %").dispensable(2),
+        Column::figures("25 %").dispensable(1),
+        Column::figures("50 %").dispensable(0),
+        Column::figures("75 %").dispensable(1),
+        Column::figures("95 %"),
+        Column::figures("largest"),
+    ];
     let rows = distribution.spreads.iter().map(|spread| {
         let mut row = vec![
             format!("{} [{}]", spread.name, spread.unit),
@@ -96,12 +89,12 @@ fn found(distribution: &Distribution) -> Vec<Block> {
     });
     vec![
         Block::Table(Table::new(
-            "No more than this in so many of the servos",
-            columns.collect(),
+            "Largest value in the best 5, 25, 50, 75, 95 and 100 % of the servos",
+            columns,
             rows.collect(),
         )),
         Block::Table(Table::new(
-            "How the runs ended",
+            "Ends of the runs",
             vec![
                 Column::words("status"),
                 Column::figures("servos"),
@@ -124,8 +117,7 @@ fn how_sure(distribution: &Distribution) -> Vec<Block> {
     ))]
 }
 
-fn rests_on(of: &Swept<'_>) -> Vec<Block> {
-    let scenario = of.scenario;
+fn rests_on(scenario: &Scenario, result: &SweepResult) -> Vec<Block> {
     let drawn = match scenario.stated.identifier.plant_box {
         Some(within) => format!(
             "a from {} to {} 1/s, b from {} to {} rad/s² per command unit, the plant_box",
@@ -139,7 +131,7 @@ fn rests_on(of: &Swept<'_>) -> Vec<Block> {
     let facts = [
         (
             "Servos",
-            format!("{}, from seed {}", of.distribution.runs, of.seed),
+            format!("{}, from seed {}", result.distribution.runs, result.seed),
         ),
         ("Drawn", drawn),
         (
@@ -150,7 +142,7 @@ fn rests_on(of: &Swept<'_>) -> Vec<Block> {
                 plain(1.0 / scenario.sample_time())
             ),
         ),
-        ("Method", scenario.identifier.law.name().to_owned()),
+        ("Method", result.law.to_owned()),
     ];
     vec![Block::Facts(
         facts.map(|(name, text)| (name.to_owned(), text)).into(),
@@ -171,9 +163,9 @@ fn next(distribution: &Distribution) -> Vec<Block> {
     }
     if distribution.no_information > 0 {
         steps.push(
-            "Where the motion said too little, a larger or livelier reference helps.".to_owned(),
+            "Where the motion contained too little information, a larger or livelier reference helps.".to_owned(),
         );
     }
-    steps.push("More --runs tell rare cases; another --seed draws other servos.".to_owned());
+    steps.push("More --runs show rarer cases; another --seed draws other servos.".to_owned());
     vec![Block::List(steps)]
 }

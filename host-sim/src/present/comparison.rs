@@ -1,29 +1,37 @@
-//! The page of a comparison.
+//! A comparison of methods.
 
+use super::estimates::{dash, settled};
+use super::number::{figure, fixed, per_cent, signed};
 use super::{Block, Column, Page, Section, Table, Tone, Verdict};
 use crate::compare::Comparison;
-use crate::present::number::{figure, fixed, per_cent, signed};
-use crate::report::comparison::{Document, MethodDocument};
+use crate::result::{CaseResult, ComparisonResult, MethodErrors};
 
-/// The page of a comparison; `document` is the same for a program.
+/// The page of a comparison.
 #[must_use]
-pub fn comparison(title: &str, command: &str, of: &Comparison, document: &Document) -> Page {
-    let ranked = ranked(of, document);
+pub fn comparison(
+    title: &str,
+    command: &str,
+    of: &Comparison,
+    result: &ComparisonResult,
+    duration: f64,
+) -> Page {
+    let ranked = ranked(of, result);
     let most = ranked.first().map_or(0, |best| best.converged);
     let best: Vec<&str> = ranked
         .iter()
         .filter(|standing| standing.converged == most)
         .map(|standing| standing.name)
         .collect();
-    let cases = document.cases.len();
+    let cases = result.cases.len();
     let sections = [
         Section::full(
             "What was found",
             vec![Block::Table(standings(&ranked, cases))],
         ),
-        Section::full("Every method in every case", every(of, document)),
+        Section::full("Every method in every case", every(of, result)),
+        Section::brief("The methods", vec![Block::Table(methods(of))]),
+        Section::brief("The cases", each_case(result, duration)),
         Section::full("How sure it is", vec![how_sure()]),
-        Section::full("What it rests on", rests_on(of)),
         Section::full("What to do next", next()),
     ];
     let verdict = Verdict {
@@ -57,20 +65,20 @@ struct Standing<'a> {
 }
 
 /// The methods, the best first.
-fn ranked<'a>(of: &'a Comparison, document: &Document) -> Vec<Standing<'a>> {
+fn ranked<'a>(of: &'a Comparison, result: &ComparisonResult) -> Vec<Standing<'a>> {
     let mut ranked: Vec<Standing<'_>> = of
         .methods
         .iter()
         .enumerate()
         .map(|(place, method)| {
-            let found = || cells(of, document, place);
+            let found = || cells(result, place);
             let worst = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
             Standing {
                 name: method.name,
-                converged: found().filter(|(of, _)| of.status == "converged").count(),
-                worst_b: worst(&mut found().filter_map(|(of, b)| Some(of.error_b?.abs() / b))),
-                worst_a: worst(&mut found().filter_map(|(of, _)| Some(of.error_a?.abs()))),
-                without: found().filter(|(of, _)| of.error_b.is_none()).count(),
+                converged: found().filter(|of| of.status == "converged").count(),
+                worst_b: worst(&mut found().filter_map(|of| Some(of.error_b?.abs() / of.true_b))),
+                worst_a: worst(&mut found().filter_map(|of| Some(of.error_a?.abs()))),
+                without: found().filter(|of| of.error_b.is_none()).count(),
                 operations: method.operations,
             }
         })
@@ -85,17 +93,10 @@ fn ranked<'a>(of: &'a Comparison, document: &Document) -> Vec<Standing<'a>> {
     ranked
 }
 
-/// What a method found in each case, with the true b of the case.
-fn cells<'a>(
-    of: &'a Comparison,
-    document: &'a Document,
-    method: usize,
-) -> impl Iterator<Item = (&'a MethodDocument, f64)> {
-    let cases = document.cases.iter().zip(&of.cases);
-    cases.filter_map(move |(told, compared)| {
-        let servo = compared.case.scenario.plant?;
-        Some((told.methods.get(method)?, servo.b))
-    })
+/// The errors of a method in each case.
+fn cells(result: &ComparisonResult, method: usize) -> impl Iterator<Item = &MethodErrors> {
+    let cases = result.cases.iter();
+    cases.filter_map(move |case| case.methods.get(method))
 }
 
 fn standings(ranked: &[Standing<'_>], cases: usize) -> Table {
@@ -132,12 +133,12 @@ fn standings(ranked: &[Standing<'_>], cases: usize) -> Table {
     )
 }
 
-fn every(of: &Comparison, document: &Document) -> Vec<Block> {
-    let of_b = |found: &MethodDocument, b: f64| {
-        let error = found.error_b? / b;
+fn every(of: &Comparison, result: &ComparisonResult) -> Vec<Block> {
+    let of_b = |found: &MethodErrors| {
+        let error = found.error_b? / found.true_b;
         Some((format!("{}\u{a0}%", signed(100.0 * error, 3)), error.abs()))
     };
-    let of_a = |found: &MethodDocument, _: f64| {
+    let of_a = |found: &MethodErrors| {
         let error = found.error_a?;
         Some((signed(error, 4), error.abs()))
     };
@@ -147,18 +148,18 @@ fn every(of: &Comparison, document: &Document) -> Vec<Block> {
              shade for each power of ten; a status stands where it is not “converged”."
                 .to_owned(),
         ),
-        Block::Table(grid("Relative error of b", of, document, &of_b)),
-        Block::Table(grid("Error of a [1/s]", of, document, &of_a)),
+        Block::Table(grid("Relative error of b", of, result, &of_b)),
+        Block::Table(grid("Error of a [1/s]", of, result, &of_a)),
     ]
 }
 
-/// What a cell says of an error, and its size.
-type Told<'a> = dyn Fn(&MethodDocument, f64) -> Option<(String, f64)> + 'a;
+/// The text of a cell, and the size of its error.
+type Told<'a> = dyn Fn(&MethodErrors) -> Option<(String, f64)> + 'a;
 
-fn grid(caption: &str, of: &Comparison, document: &Document, told: &Told<'_>) -> Table {
+fn grid(caption: &str, of: &Comparison, result: &ComparisonResult, told: &Told<'_>) -> Table {
     /// The size of an error that is worth a shade.
     const LEAST: f64 = 1e-4;
-    let columns = document.cases.iter().map(|case| Column::figures(case.case));
+    let columns = result.cases.iter().map(|case| Column::figures(case.case));
     let mut table = Table::new(
         caption,
         std::iter::once(Column::words("method"))
@@ -169,8 +170,8 @@ fn grid(caption: &str, of: &Comparison, document: &Document, told: &Told<'_>) ->
     for (place, method) in of.methods.iter().enumerate() {
         let mut row = vec![method.name.to_owned()];
         let mut levels = vec![0];
-        for (found, b) in cells(of, document, place) {
-            let told = told(found, b);
+        for found in cells(result, place) {
+            let told = told(found);
             let size = told.as_ref().map_or(f64::INFINITY, |(_, size)| *size);
             let text = match (told, found.status) {
                 (Some((text, _)), "converged") => text,
@@ -195,29 +196,80 @@ fn how_sure() -> Block {
     )
 }
 
-fn rests_on(of: &Comparison) -> Vec<Block> {
-    let cases = of.cases.iter().map(|compared| {
-        let case = &compared.case;
-        (case.name.to_owned(), case.detail.clone())
-    });
-    let methods = of.methods.iter().map(|method| {
+fn methods(of: &Comparison) -> Table {
+    let rows = of.methods.iter().map(|method| {
         vec![
             method.name.to_owned(),
             method.source.to_owned(),
             method.closing.to_owned(),
             method.prior.to_owned(),
+            method.operations.map_or_else(dash, |mean| fixed(mean, 0)),
         ]
     });
-    vec![
-        Block::Facts(cases.collect()),
-        Block::Table(Table::new(
-            "The methods",
-            ["method", "from", "loop", "known beforehand"]
-                .map(Column::words)
-                .into(),
-            methods.collect(),
-        )),
-    ]
+    let columns = vec![
+        Column::words("method"),
+        Column::words("from").dispensable(0),
+        Column::words("loop").dispensable(1),
+        Column::words("known beforehand").dispensable(2),
+        Column::figures("operations a sample"),
+    ];
+    Table::new("", columns, rows.collect())
+}
+
+fn each_case(result: &ComparisonResult, duration: f64) -> Vec<Block> {
+    let mut blocks = Vec::new();
+    for case in &result.cases {
+        blocks.push(Block::Table(errors(case)));
+        let refused = case.methods.iter().filter(|of| of.status == "refused");
+        blocks.extend(refused.map(|of| Block::Text(format!("{}: {}", of.law, of.reason))));
+    }
+    blocks.push(Block::Text(format!(
+        "Errors: mean over the last quarter of {duration} s less the truth. Settled: from when on â stays within \
+         ±0.1 1/s and b̂ within 2 %.\nOperations: additions, multiplications and comparisons of the law alone, in \
+         single precision with compensated sums."
+    )));
+    blocks
+}
+
+/// The errors of every method in one case.
+fn errors(case: &CaseResult) -> Table {
+    let columns = vec![
+        Column::words("method"),
+        Column::figures("â − a [1/s]"),
+        Column::figures("b̂/b − 1"),
+        Column::figures("ĉ − c [rad/s²]").dispensable(0),
+        Column::figures("d̂ − d [rad/s²]").dispensable(1),
+        Column::figures("settled a, b [s]").dispensable(2),
+        Column::words("status"),
+    ];
+    let error = |error: Option<f64>, places| error.map_or_else(dash, |error| signed(error, places));
+    let rows = case.methods.iter().map(|of| {
+        let settling = |time: Option<f64>, error: Option<f64>| match error {
+            Some(_) => settled(time),
+            None => dash(),
+        };
+        let b = of
+            .error_b
+            .map(|error| signed(100.0 * error / of.true_b, 3) + " %");
+        vec![
+            of.law.to_owned(),
+            error(of.error_a, 4),
+            b.unwrap_or_else(dash),
+            error(of.error_coulomb, 2),
+            error(of.error_load, 2),
+            match of.status {
+                "refused" => dash(),
+                _ => format!(
+                    "{}, {}",
+                    settling(of.settling_a, of.error_a),
+                    settling(of.settling_b, of.error_b)
+                ),
+            },
+            of.status.to_owned(),
+        ]
+    });
+    let caption = format!("{}: {}", case.case, case.detail);
+    Table::new(&caption, columns, rows.collect())
 }
 
 fn next() -> Vec<Block> {

@@ -1,0 +1,326 @@
+//! The page of a run or a replay.
+
+use identifier_core::parameters::{Parameter, Unknown};
+use virtual_servo::Effects;
+
+use super::estimates::{self, Estimated};
+use super::number::{figure, fixed, known_to, per_cent, plain, sentence};
+use super::remedies::remedies;
+use super::traces::{self, Traces};
+use super::tuning::advice;
+use super::{Block, Page, Section, Tone, Verdict};
+use crate::analysis::{Residual, Status};
+use crate::result::{OutputError, Summary};
+use crate::scenario::Scenario;
+use crate::tune::IdentifiedResult;
+
+/// The parameters in the order of a result.
+const PARAMETERS: [Parameter; 4] = [
+    Parameter::A,
+    Parameter::B,
+    Parameter::Coulomb,
+    Parameter::Load,
+];
+
+/// A run or a replay.
+#[derive(Debug, Clone, Copy)]
+pub struct Experiment<'a> {
+    /// The experiment and its object.
+    pub title: &'a str,
+    /// The command line.
+    pub command: &'a str,
+    /// The scenario.
+    pub scenario: &'a Scenario,
+    /// The result.
+    pub summary: &'a Summary,
+    /// Signals over time; none for a page whose brief form is enough.
+    pub traces: Option<&'a Traces>,
+}
+
+/// The page of an experiment.
+#[must_use]
+pub fn experiment(of: &Experiment<'_>) -> Page {
+    let rows = rows(of);
+    let mut sections = vec![
+        Section::brief("The logs", logs(of.summary)),
+        Section::brief("What was found", found(of.summary, &rows)),
+    ];
+    let steps = remedies(&of.summary.verdict.reason);
+    if let Some(traces) = of.traces {
+        let figures = traces::figures(of.summary, traces);
+        sections.extend([
+            Section::full("Over time", vec![Block::Figures(figures)]),
+            Section::full("How sure it is", how_sure(of.summary, &rows)),
+            Section::full("What it rests on", rests_on(of)),
+        ]);
+        if steps.is_empty() {
+            sections.push(Section::full("What to do next", gains(of)));
+        }
+    }
+    if !steps.is_empty() {
+        let why = "Gains for this result would be a guess, so none are given.";
+        let steps = vec![Block::List(steps), Block::Text(why.to_owned())];
+        sections.push(Section::brief("What to do next", steps));
+    }
+    Page::new(of.title, of.command, verdict(of.summary, &rows), sections)
+}
+
+fn verdict(summary: &Summary, rows: &[Estimated]) -> Verdict {
+    let known: Vec<String> = rows
+        .iter()
+        .filter(|row| row.is_sure())
+        .filter_map(|row| Some((row.unknown.name(), known_to(row.value?, row.std_error))))
+        .filter(|(_, part)| part.ends_with('%'))
+        .map(|(name, part)| format!("{name} to {part}"))
+        .collect();
+    let headline = match summary.status() {
+        Status::Converged if known.is_empty() => "The servo is known.".to_owned(),
+        Status::Converged => format!("The servo is known: {}.", known.join(", ")),
+        Status::Unexplained => {
+            "The estimates keep still, but the model lacks something that moves them.".to_owned()
+        }
+        Status::NoInformation => {
+            "The motion contains too little information on the servo.".to_owned()
+        }
+        Status::Moving => "The estimates still move.".to_owned(),
+        Status::Aborted => "It ended early: there is no result.".to_owned(),
+    };
+    Verdict {
+        tone: Tone::from(summary.status()),
+        status: summary.status().name().to_owned(),
+        headline,
+        detail: summary.reason.clone(),
+    }
+}
+
+/// The estimates, then the optional terms that have entered.
+fn rows(of: &Experiment<'_>) -> Vec<Estimated> {
+    let summary = of.summary;
+    let has_none = matches!(summary.status(), Status::NoInformation | Status::Aborted);
+    let parameters = PARAMETERS.into_iter().filter_map(|parameter| {
+        let estimate = summary.estimate(parameter)?;
+        // One that never left its first value was not found.
+        let is_known = estimate.value.is_finite()
+            && estimate.std_error.is_none_or(f64::is_finite)
+            && !(has_none && estimate.tail_std <= 0.0);
+        let settled = match parameter {
+            Parameter::A => Some(summary.settling_time.a),
+            Parameter::B => Some(summary.settling_time.b),
+            _ => None,
+        };
+        let mut row = Estimated::new(parameter.into(), estimate.value, estimate.std_error);
+        row.value = is_known.then_some(estimate.value);
+        row.is_at_bound = estimate.at_bound;
+        row.wander = is_known.then_some(estimate.tail_std);
+        row.truth = summary.truth.map(|truth| parameter.of(&truth));
+        row.settled = settled.filter(|_| summary.truth.is_some());
+        Some(row)
+    });
+    let truth = summary.truth.map(|_| &of.scenario.effects);
+    let sizes = summary.estimates.terms.iter().map(|term| Estimated {
+        truth: truth.map(|effects| self::truth(effects, term.unknown)),
+        since: Some(term.since),
+        ..Estimated::new(term.unknown, term.value, Some(term.std_error))
+    });
+    parameters.chain(sizes).collect()
+}
+
+/// The true size of an optional term, SI; zero for a parameter.
+fn truth(effects: &Effects, unknown: Unknown) -> f64 {
+    match unknown {
+        Unknown::Delay => effects.delay,
+        Unknown::Asymmetry => effects.asymmetry,
+        Unknown::LowSpeed => effects.low_speed_friction,
+        Unknown::GravitySine => effects.gravity[0],
+        Unknown::GravityCosine => effects.gravity[1],
+        Unknown::RippleSine => effects.ripple[0],
+        Unknown::RippleCosine => effects.ripple[1],
+        Unknown::DeadBand => effects.dead_band,
+        Unknown::A | Unknown::B | Unknown::Coulomb | Unknown::Load => 0.0,
+    }
+}
+
+fn logs(summary: &Summary) -> Vec<Block> {
+    let notes = &summary.replay;
+    let logs = notes.logs.iter().map(|log| Block::Text(log.to_string()));
+    let agreement = notes.agreement.map(|agreement| match agreement.holds {
+        true => Block::Text(sentence(&agreement.to_string())),
+        false => Block::Warning(agreement.to_string()),
+    });
+    logs.chain(agreement).collect()
+}
+
+fn found(summary: &Summary, rows: &[Estimated]) -> Vec<Block> {
+    let mut blocks = if rows.is_empty() {
+        vec![Block::Text("There are no estimates.".to_owned())]
+    } else {
+        vec![Block::Table(estimates::table(rows))]
+    };
+    let entered = summary.terms_entered.iter();
+    let without_size = entered.filter(|(term, _)| {
+        let mut sizes = rows.iter();
+        !sizes.any(|row| row.unknown.term() == Some(*term))
+    });
+    blocks.extend(without_size.map(|(term, since)| {
+        let since = fixed(*since, 2);
+        Block::Text(format!(
+            "The term {} is in the model since {since} s.",
+            term.name()
+        ))
+    }));
+    if let Some(residual) = &summary.residual {
+        blocks.push(Block::Text(left_over(residual, summary)));
+    }
+    let predictions = summary.replay.predictions.iter();
+    blocks.extend(predictions.map(|prediction| Block::Text(sentence(&prediction.to_string()))));
+    blocks
+}
+
+fn how_sure(summary: &Summary, rows: &[Estimated]) -> Vec<Block> {
+    let mut blocks = vec![Block::Text(
+        "The servo is q̈ = −a q̇ + b u + d − c sign q̇, with the optional terms that entered the model.".to_owned(),
+    )];
+    if rows.iter().any(Estimated::is_sure) {
+        blocks.push(Block::Text(
+            "± is the standard error: intervals of two contain the true value in 95 % of cases. It includes the \
+             encoder's rounding, chance, the colour of the remaining output error, and the distance that an estimate \
+             still had to go; it does not include effects that the model lacks. The wander is the standard deviation \
+             of an estimate over the last quarter of the run."
+                .to_owned(),
+        ));
+    }
+    if summary.truth.is_some() {
+        blocks.push(Block::Text(
+            "This servo is simulated, so its true values are known and shown beside the estimates. Neither estimates \
+             nor verdict use them."
+                .to_owned(),
+        ));
+    }
+    blocks
+}
+
+/// The remaining output error, beside that of the encoder.
+fn left_over(residual: &Residual, summary: &Summary) -> String {
+    let times = residual.rms / residual.resolution_rms;
+    let begin = format!(
+        "Remaining output error: {} rad rms, {} times that of the encoder's resolution, correlation from sample to \
+         sample {}: ",
+        figure(residual.rms),
+        fixed(times, 1),
+        fixed(residual.correlation, 2)
+    );
+    let end = if residual.is_the_encoders() {
+        "the model explains all that the encoder shows.".to_owned()
+    } else if let Some(finding) = &summary.cause {
+        format!(
+            "{} of {} {} explains {} of the rest.",
+            finding.cause.meaning(),
+            figure(finding.size),
+            finding.unit,
+            per_cent(finding.share)
+        )
+    } else if !residual.is_large() {
+        "that is no larger than the encoder's, and nothing stands out.".to_owned()
+    } else if residual.is_coloured() {
+        "the model lacks something, and nothing stands out.".to_owned()
+    } else {
+        "that is white, as noise of the sensor is, and nothing stands out.".to_owned()
+    };
+    begin + &end
+}
+
+fn rests_on(of: &Experiment<'_>) -> Vec<Block> {
+    let Experiment {
+        scenario, summary, ..
+    } = of;
+    let outcome = &summary.outcome;
+    let mut facts = Vec::new();
+    let mut fact = |name: &str, text: String| facts.push((name.to_owned(), text));
+    fact(
+        "Motion",
+        format!(
+            "{} samples, {} s at {} Hz",
+            outcome.samples,
+            plain(outcome.samples as f64 * summary.sample_time),
+            plain(1.0 / summary.sample_time)
+        ),
+    );
+    fact(
+        "Encoder",
+        match scenario.counts_per_rev {
+            Some(counts) => format!("{counts} counts a revolution"),
+            None => "ideal, without counts".to_owned(),
+        },
+    );
+    fact(
+        "Method",
+        format!("{}, computed in {}", summary.law, summary.arithmetic),
+    );
+    if let Some(OutputError { rms, max }) = summary.output_error {
+        fact(
+            "Output error",
+            format!("{} rad rms, {} rad at most", figure(rms), figure(max)),
+        );
+    }
+    fact(
+        "Stability",
+        match (outcome.certified, outcome.gain_margin) {
+            (true, Some(margin)) => format!(
+                "certified for the whole box of servos; the sampled loop keeps a gain margin of {}",
+                figure(margin)
+            ),
+            (true, None) => "certified for the whole box of servos".to_owned(),
+            (false, _) => "no box of servos was stated, so none is certified".to_owned(),
+        },
+    );
+    let events = &outcome.events;
+    for (count, name, meaning) in [
+        (
+            events.standing,
+            "Standstill",
+            "samples in which nothing was learnt",
+        ),
+        (
+            events.load_steps,
+            "Load steps",
+            "taken over by the observer",
+        ),
+        (
+            events.slowed,
+            "Guard",
+            "samples in which it shortened the law's step",
+        ),
+        (
+            events.restarted,
+            "Model",
+            "restarts after errors that were too large",
+        ),
+        (
+            events.not_following,
+            "Not following",
+            "samples in which the servo did not follow its command",
+        ),
+    ] {
+        if count > 0 {
+            fact(name, format!("{count} {meaning}"));
+        }
+    }
+    vec![Block::Facts(facts)]
+}
+
+fn gains(of: &Experiment<'_>) -> Vec<Block> {
+    let result = serde_json::to_value(of.summary).map_err(|error| error.to_string());
+    let result =
+        result.and_then(|value| IdentifiedResult::of(&value).map_err(|error| error.to_string()));
+    match result {
+        Ok(result) => {
+            let mut blocks = advice(&result, of.scenario);
+            blocks.push(Block::Text(
+                "Another response time, or less noise: the verb tune, with what --json wrote of this result."
+                    .to_owned(),
+            ));
+            blocks
+        }
+        Err(why) => vec![Block::Text(sentence(&format!("there are no gains: {why}")))],
+    }
+}

@@ -1,0 +1,112 @@
+//! The paper's experiment.
+
+use identifier_core::parameters::Parameter;
+
+use super::estimates::{dash, settled};
+use super::number::{rough, signed, with_error};
+use super::{Block, Column, Page, Section, Table, Tone, Verdict};
+use crate::paper::{self, Case, Method, Run};
+use crate::result::Summary;
+
+/// The page of the paper's experiment.
+#[must_use]
+pub fn paper(title: &str, command: &str, runs: &[Run; 4]) -> Page {
+    let duration = paper::scenario(Method::Proposed, Case::Balanced).duration;
+    let nominal = format!(
+        "Nominal: a = {} 1/s, b = {} rad/s² per command unit. ±: standard error; intervals of two contain the true\n\
+         value in 95 % of cases. Wander: standard deviation over the last quarter of {duration} s. Settled: from when\n\
+         on â stays within ±0.1 1/s and b̂ within 2 % of nominal.\n",
+        paper::NOMINAL_A,
+        paper::NOMINAL_B,
+    );
+    let blocks = vec![
+        Block::Table(estimates(runs)),
+        Block::Text(nominal),
+        Block::Text(under_load(runs)),
+    ];
+    let verdict = Verdict {
+        tone: Tone::Good,
+        status: "done".to_owned(),
+        headline: "The paper's experiment was repeated.".to_owned(),
+        detail: "four runs".to_owned(),
+    };
+    Page::new(
+        title,
+        command,
+        verdict,
+        [Section::brief("What was found", blocks)],
+    )
+}
+
+/// A row for each run.
+fn estimates(runs: &[Run; 4]) -> Table {
+    let columns = vec![
+        Column::words("experiment"),
+        Column::figures("â [1/s]"),
+        Column::figures("wander").dispensable(1),
+        Column::figures("â − a").dispensable(4),
+        Column::figures("b̂ [rad/s²/u]"),
+        Column::figures("wander").dispensable(1),
+        Column::figures("b̂/b − 1").dispensable(0),
+        Column::figures("d̂ [rad/s²]").dispensable(2),
+        Column::figures("settled a, b [s]").dispensable(3),
+        Column::words("status"),
+    ];
+    let row = |run: &Run| {
+        let summary = &run.summary;
+        let (a, b) = (&summary.estimates.a, &summary.estimates.b);
+        vec![
+            run.name().to_owned(),
+            estimate(summary, Parameter::A),
+            rough(a.tail_std),
+            signed(a.value - paper::NOMINAL_A, 4),
+            estimate(summary, Parameter::B),
+            rough(b.tail_std),
+            format!(
+                "{} %",
+                signed(100.0 * (b.value / paper::NOMINAL_B - 1.0), 3)
+            ),
+            estimate(summary, Parameter::Load),
+            format!(
+                "{}, {}",
+                settled(summary.settling_time.a),
+                settled(summary.settling_time.b)
+            ),
+            summary.status().name().to_owned(),
+        ]
+    };
+    Table::new("", columns, runs.iter().map(row).collect())
+}
+
+fn estimate(summary: &Summary, parameter: Parameter) -> String {
+    let estimate = summary.estimate(parameter);
+    estimate.map_or_else(dash, |estimate| {
+        with_error(estimate.value, estimate.std_error)
+    })
+}
+
+/// The effect of the load on either method.
+fn under_load(runs: &[Run; 4]) -> String {
+    let [
+        proposed,
+        least_squares,
+        proposed_loaded,
+        least_squares_loaded,
+    ] = runs;
+    let mut text = format!("Effect of the load of {} rad/s²:", paper::UNBALANCE);
+    for (name, without, with) in [
+        ("proposed", proposed, proposed_loaded),
+        ("least squares", least_squares, least_squares_loaded),
+    ] {
+        let (without, with) = (&without.summary.estimates, &with.summary.estimates);
+        text += &format!(
+            "\n  {name:<14} b̂ moves by {} %, its wander from {} to {}; that of â from {} to {}",
+            signed(100.0 * (with.b.value / without.b.value - 1.0), 3),
+            rough(without.b.tail_std),
+            rough(with.b.tail_std),
+            rough(without.a.tail_std),
+            rough(with.a.tail_std),
+        );
+    }
+    text
+}

@@ -1,0 +1,258 @@
+//! Gains for an identified servo, with their promise.
+
+use std::fmt::Write as _;
+
+use identifier_core::tuning::{Promise, Tuning};
+
+use super::number::{figure, plain, sentence};
+use super::{Block, Column, Figure, Page, Section, Table, Tone, Verdict};
+use crate::result::FeedForward;
+use crate::scenario::Scenario;
+use crate::tune::{Conditions, IdentifiedResult, NoGains, Tuned};
+
+/// The page of a tuning; `figures` show its promise, `warnings` the doubts about its input.
+#[must_use]
+pub fn tuning(
+    title: &str,
+    command: &str,
+    tuned: &Tuned,
+    figures: Vec<Figure>,
+    warnings: &[String],
+) -> Page {
+    let promise = &tuned.tuning.promise;
+    let verdict = Verdict {
+        tone: match warnings {
+            [] => Tone::Good,
+            _ => Tone::Doubtful,
+        },
+        status: "tuned".to_owned(),
+        headline: format!(
+            "A step will rise in {} ms and overshoot by {} % at most.",
+            figure(1e3 * promise.rise_time),
+            figure(100.0 * promise.overshoot)
+        ),
+        detail: match warnings {
+            [] => "It is the response of the identified servo in simulation.".to_owned(),
+            _ => "The promise is not certain: see the warning.".to_owned(),
+        },
+    };
+    let warnings = warnings.iter().cloned().map(Block::Warning);
+    let found = warnings.chain(gains(tuned)).collect();
+    let sections = [
+        Section::brief("What was found", found),
+        Section::full("What it looks like", vec![Block::Figures(figures)]),
+        Section::full("What it rests on", vec![conditions(tuned)]),
+    ];
+    Page::new(title, command, verdict, sections)
+}
+
+fn conditions(tuned: &Tuned) -> Block {
+    let parameters = &tuned.servo.parameters;
+    let settings = &tuned.settings;
+    let facts = [
+        ("a", parameters.a, "1/s"),
+        ("b", parameters.b, "rad/s² per command unit"),
+        ("c", parameters.coulomb, "rad/s²"),
+        ("d", parameters.load, "rad/s²"),
+        ("Delay", tuned.servo.delay + settings.command_delay, "s"),
+        ("Encoder", settings.resolution, "rad per count"),
+        ("Command", settings.command, "command units beyond the load"),
+        ("Sample time", settings.sample_time, "s"),
+        ("Sensitivity", settings.max_sensitivity, "at most"),
+    ];
+    let facts =
+        facts.map(|(name, value, unit)| (name.to_owned(), format!("{} {unit}", plain(value))));
+    Block::Facts(facts.into())
+}
+
+/// The gains that make a servo as stiff as possible, for the encoder and the limit of its scenario; or why there are
+/// none.
+#[must_use]
+pub(super) fn advice(result: &IdentifiedResult, scenario: &Scenario) -> Vec<Block> {
+    let none =
+        |error: &dyn std::fmt::Display| vec![Block::Text(format!("There are no gains: {error}."))];
+    let settings = match Conditions::STIFFEST.settings(result, Some(scenario)) {
+        Ok(settings) => settings,
+        Err(error) => return none(&error),
+    };
+    match Tuned::of(result, &settings) {
+        Ok(tuned) => {
+            let text = "Take these gains. Their promise is simulated on the identified servo, and at worst on those \
+                        that it may be as well.";
+            let mut blocks = vec![Block::Text(text.to_owned())];
+            blocks.extend(gains(&tuned));
+            blocks
+        }
+        Err(NoGains::Error(error)) => none(&error),
+        // The stiffest goal is never too fast.
+        Err(NoGains::TooFast { .. }) => Vec::new(),
+    }
+}
+
+/// Gains that were found: the controller, its promise, the feed-forward.
+fn gains(tuned: &Tuned) -> Vec<Block> {
+    let mut blocks = vec![
+        Block::Code {
+            caption: "Controller, as a scenario has it".to_owned(),
+            text: controller(&tuned.tuning, tuned.settings.sample_time),
+        },
+        Block::Table(promise(&tuned.tuning)),
+    ];
+    let remarks = remarks(tuned).into_iter();
+    blocks.extend(remarks.map(|remark| Block::Text(sentence(&remark))));
+    let feed_forward = feed_forward(&FeedForward::new(tuned));
+    blocks.push(Block::Text(sentence(&feed_forward)));
+    blocks
+}
+
+/// The controller as a scenario has it.
+#[must_use]
+pub fn controller(tuning: &Tuning, sample_time: f64) -> String {
+    format!(
+        "[controller]\n\
+         kp = {}\n\
+         kd = {}\n\
+         ki = {}\n\
+         sample_time = {sample_time:?}\n\
+         velocity_filter = {{ kind = \"low-pass\", cutoff = {} }}\n",
+        seven_digits(tuning.kp),
+        seven_digits(tuning.kd),
+        seven_digits(tuning.ki),
+        seven_digits(tuning.cutoff)
+    )
+}
+
+/// A gain as a scenario needs it, with seven digits.
+fn seven_digits(value: f64) -> String {
+    let rounded: f64 = format!("{value:.6e}").parse().unwrap_or(value);
+    format!("{rounded:?}")
+}
+
+/// A row for each figure of the promise.
+fn promise(tuning: &Tuning) -> Table {
+    let promise = &tuning.promise;
+    let [least, most] = promise.gain_margins;
+    let percent = |part: f64| figure(100.0 * part);
+    let rise = figure(1e3 * promise.rise_time);
+    let rise = if depends_on_friction(tuning, 1.02) {
+        let [quickest, slowest] =
+            [promise.quickest_rise_time, promise.slowest_rise_time].map(|time| figure(1e3 * time));
+        format!("{rise} ({quickest} to {slowest})")
+    } else {
+        rise
+    };
+    let longest = Promise::LONGEST / tuning.bandwidth;
+    let settling = if promise.settling_time < longest {
+        figure(1e3 * promise.settling_time)
+    } else {
+        format!("above {}", figure(1e3 * longest))
+    };
+    let rows = [
+        ("bandwidth", figure(tuning.bandwidth), "rad/s"),
+        ("step", figure(promise.step), "rad"),
+        ("rise time, 10 to 90 %", rise, "ms"),
+        ("overshoot, at most", percent(promise.overshoot), "%"),
+        ("settling time, 2 %", settling, "ms"),
+        ("largest sensitivity Ms", figure(promise.sensitivity), ""),
+        ("gain may fall to", figure(least), "times"),
+        ("gain may rise to", figure(most), "times"),
+        (
+            "command of the step",
+            percent(promise.command_share),
+            "% of what there is",
+        ),
+        (
+            "noise of the command",
+            figure(promise.noise),
+            "command units",
+        ),
+        (
+            "stiffness",
+            figure(1.0 / promise.compliance),
+            "rad/s² per rad",
+        ),
+    ];
+    let columns = vec![
+        Column::words("response"),
+        Column::figures("promised"),
+        Column::words("unit"),
+    ];
+    let rows = rows.map(|(name, promised, unit)| vec![name.to_owned(), promised, unit.to_owned()]);
+    Table::new("", columns, rows.into())
+}
+
+/// The reason why the loop is not faster, and the effect of friction on its rise time.
+fn remarks(tuned: &Tuned) -> Vec<String> {
+    /// The trial's own tolerance of a rise time.
+    const TOLERANCE: f64 = 1.15;
+    let mut remarks = vec![match tuned.tuning.cap {
+        Some(cap) => format!("the loop is as fast as {cap} allows"),
+        None => "the loop is as fast as was asked for".to_owned(),
+    }];
+    if depends_on_friction(&tuned.tuning, TOLERANCE) {
+        remarks.push(
+            "friction makes the rise time depend on the motion before, within the range in brackets: a larger step or \
+             a faster response depends less on it"
+                .to_owned(),
+        );
+    }
+    remarks
+}
+
+/// Whether a rise takes this many times as long where the integral pushes against it.
+fn depends_on_friction(tuning: &Tuning, times: f64) -> bool {
+    tuning.promise.slowest_rise_time > times * tuning.promise.quickest_rise_time
+}
+
+/// The feed-forward as a formula.
+#[must_use]
+pub(super) fn feed_forward(of: &FeedForward) -> String {
+    let FeedForward {
+        acceleration,
+        velocity,
+        sign,
+        constant,
+        gravity_sine,
+        gravity_cosine,
+        lead,
+    } = *of;
+    let mut formula = format!("u = {} q̈r", figure(acceleration));
+    for (coefficient, factor) in [
+        (velocity, " q̇r"),
+        (sign, " s(q̇r)"),
+        (constant, ""),
+        (gravity_sine, " sin qr"),
+        (gravity_cosine, " cos qr"),
+    ] {
+        if coefficient != 0.0 {
+            let sign = if coefficient < 0.0 { '−' } else { '+' };
+            // Nothing can fail that is written into memory.
+            let _ = write!(formula, " {sign} {}{factor}", figure(coefficient.abs()));
+        }
+    }
+    let held = if constant == 0.0 {
+        ""
+    } else {
+        "; leave the constant to the integral where it holds the load already"
+    };
+    format!(
+        "feed-forward: {formula}, of the reference {:.4} ms ahead{held}",
+        1e3 * lead
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::seven_digits;
+
+    #[test]
+    fn gains_of_a_scenario_have_seven_digits() {
+        for (value, shown) in [
+            (98.027_123_456, "98.02712"),
+            (2e-7, "2e-7"),
+            (4000.0, "4000.0"),
+        ] {
+            assert_eq!(seven_digits(value), shown);
+        }
+    }
+}

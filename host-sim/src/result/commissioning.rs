@@ -1,0 +1,261 @@
+//! The result of a commissioning.
+
+use std::collections::BTreeMap;
+
+use drive_link::NoGains;
+use identifier_core::commission::{
+    HoldingGains, IdentifiedServo, LargestMotion, Limits, StopReason, TrialResult,
+};
+use identifier_core::parameters::{ServoParameters, Unknown};
+use identifier_core::tuning::{Cap, Promise, Tuning};
+use serde::{Serialize, Serializer};
+
+use super::Gains;
+use crate::commission::{Excursion, Outcome, Stretch};
+use crate::scenario::Scenario;
+
+/// The result of a commissioning.
+#[derive(Debug, Clone, Serialize)]
+pub struct CommissioningResult {
+    /// Name of the phase that it ended in.
+    pub status: &'static str,
+    /// Number of the reason; 0 where the new gains hold, none for one that did not end.
+    pub code: Option<u8>,
+    /// Name of the phase in which the end was decided.
+    pub phase: Option<&'static str>,
+    /// The reason why there are no new gains.
+    #[serde(serialize_with = "reason")]
+    pub reason: Option<StopReason>,
+    /// The reason why no gains were found, with the value that would do.
+    #[serde(serialize_with = "no_gains")]
+    pub no_gains: Option<NoGains>,
+    /// The number format's name.
+    pub arithmetic: &'static str,
+    /// Sample time, s.
+    pub sample_time: f64,
+    /// Samples run.
+    pub samples: u64,
+    /// Time at which it ended, s.
+    pub duration: Option<f64>,
+    /// The phases, in their order.
+    pub phases: Vec<Stretch>,
+    /// Limits on the axis.
+    pub limits: Limits,
+    /// The largest motion before the servo is known.
+    #[serde(serialize_with = "motion")]
+    pub largest_motion: LargestMotion,
+    /// The motion that there was, in truth, and the commands that acted.
+    pub extremes: Excursion,
+    /// The identified servo.
+    #[serde(serialize_with = "servo")]
+    pub servo: Option<IdentifiedServo>,
+    /// Standard deviation of the position that the model leaves unexplained, rad.
+    pub unexplained: Option<f64>,
+    /// The true servo, with its delay.
+    #[serde(serialize_with = "truth")]
+    pub truth: Option<[f64; 5]>,
+    /// The gains before.
+    pub gains_before: Option<Gains>,
+    /// The new gains.
+    pub gains: Option<Gains>,
+    /// ω of the double pole, rad/s.
+    pub bandwidth: Option<f64>,
+    /// The reason why it is not faster.
+    pub cap: Option<&'static str>,
+    /// Promise of the new gains.
+    pub promise: Option<Promise>,
+    /// Measurements of the trial.
+    pub trial: Option<TrialResult>,
+}
+
+/// The identified unknowns, with their places in the covariance.
+pub const COMMISSIONED: [(Unknown, usize); 5] = [
+    (Unknown::A, IdentifiedServo::A),
+    (Unknown::B, IdentifiedServo::B),
+    (Unknown::Coulomb, IdentifiedServo::COULOMB),
+    (Unknown::Load, IdentifiedServo::LOAD),
+    (Unknown::Delay, IdentifiedServo::DELAY),
+];
+
+/// The values in the order of [`COMMISSIONED`].
+#[must_use]
+pub fn commissioned_values(parameters: &ServoParameters, delay: f64) -> [f64; 5] {
+    [
+        parameters.a,
+        parameters.b,
+        parameters.coulomb,
+        parameters.load,
+        delay,
+    ]
+}
+
+/// Those of a scenario's servo, where it stands at first. A slow current loop delays by its time constant.
+#[must_use]
+pub fn commissioned_truth(scenario: &Scenario) -> Option<[f64; 5]> {
+    let effects = &scenario.effects;
+    let delay = effects.delay + effects.current_loop;
+    let plant = scenario.plant.as_ref();
+    plant.map(|plant| commissioned_values(plant, delay))
+}
+
+impl CommissioningResult {
+    /// Of a commissioning that has run.
+    #[must_use]
+    pub fn new(
+        scenario: &Scenario,
+        limits: &Limits,
+        largest: &LargestMotion,
+        before: Option<&HoldingGains>,
+        outcome: &Outcome,
+    ) -> Self {
+        let end = outcome.end.as_ref();
+        let servo = outcome.servo();
+        let tuning = outcome.tuning.as_ref();
+        Self {
+            status: end.map_or("unfinished", |end| end.phase.name()),
+            code: end.map(|end| end.reason.map_or(0, StopReason::number)),
+            phase: end.map(|end| end.within.name()),
+            reason: outcome.reason(),
+            no_gains: outcome.no_gains.clone(),
+            arithmetic: scenario.identifier.arithmetic.name(),
+            sample_time: scenario.sample_time(),
+            samples: outcome.course.samples(),
+            duration: end.map(|end| end.time),
+            phases: outcome.course.phases.clone(),
+            limits: *limits,
+            largest_motion: *largest,
+            extremes: outcome.course.excursion,
+            servo: servo.copied(),
+            unexplained: servo.map(|servo| servo.unexplained),
+            truth: commissioned_truth(scenario),
+            gains_before: before.map(Gains::holding),
+            gains: tuning.map(Gains::tuned),
+            bandwidth: tuning.map(|tuning| tuning.bandwidth),
+            cap: tuning.and_then(|tuning| tuning.cap).map(Cap::name),
+            promise: tuning.map(|tuning| tuning.promise),
+            trial: outcome.trial,
+        }
+    }
+}
+
+impl Gains {
+    /// Gains that were tuned.
+    #[must_use]
+    pub fn tuned(tuning: &Tuning) -> Self {
+        Self {
+            kp: tuning.kp,
+            kd: tuning.kd,
+            ki: tuning.ki,
+            cutoff: tuning.cutoff,
+        }
+    }
+
+    /// Gains that hold a servo.
+    #[must_use]
+    pub fn holding(gains: &HoldingGains) -> Self {
+        Self {
+            kp: gains.controller.kp,
+            kd: gains.controller.kd,
+            ki: gains.controller.ki,
+            cutoff: gains.cutoff,
+        }
+    }
+}
+
+pub(crate) fn reason<S: Serializer>(
+    reason: &Option<StopReason>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Keys {
+        number: u8,
+        name: &'static str,
+        cause: &'static str,
+        remedy: &'static str,
+    }
+    let keys = reason.map(|reason| Keys {
+        number: reason.number(),
+        name: reason.name(),
+        cause: reason.cause(),
+        remedy: reason.remedy(),
+    });
+    keys.serialize(serializer)
+}
+
+pub(crate) fn no_gains<S: Serializer>(
+    no_gains: &Option<NoGains>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Keys {
+        message: String,
+        bandwidth: Option<f64>,
+        most: Option<f64>,
+        cap: Option<&'static str>,
+    }
+    let keys = no_gains.as_ref().map(|no_gains| {
+        let (bandwidth, most, cap) = match no_gains {
+            NoGains::TooFast {
+                bandwidth,
+                most,
+                cap,
+            } => (Some(*bandwidth), Some(*most), Some(cap.name())),
+            _ => (None, None, None),
+        };
+        Keys {
+            message: no_gains.to_string(),
+            bandwidth,
+            most,
+            cap,
+        }
+    });
+    keys.serialize(serializer)
+}
+
+pub(crate) fn motion<S: Serializer>(
+    motion: &LargestMotion,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Keys {
+        travel: [f64; 2],
+        speed: f64,
+    }
+    let keys = Keys {
+        travel: motion.travel,
+        speed: motion.speed,
+    };
+    keys.serialize(serializer)
+}
+
+pub(crate) fn servo<S: Serializer>(
+    servo: &Option<IdentifiedServo>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Keys {
+        value: f64,
+        std_error: f64,
+        unit: &'static str,
+    }
+    let unknowns = servo.as_ref().map(|servo| {
+        let values = commissioned_values(&servo.parameters, servo.delay);
+        let unknowns = COMMISSIONED.into_iter().zip(values);
+        let keys = unknowns.map(|((unknown, place), value)| {
+            let keys = Keys {
+                value,
+                std_error: servo.standard_error(place),
+                unit: unknown.unit(),
+            };
+            (unknown.name(), keys)
+        });
+        keys.collect::<BTreeMap<_, _>>()
+    });
+    unknowns.serialize(serializer)
+}
+
+fn truth<S: Serializer>(truth: &Option<[f64; 5]>, serializer: S) -> Result<S::Ok, S::Error> {
+    let names = COMMISSIONED.map(|(unknown, _)| unknown.name());
+    let truth = truth.map(|values| names.into_iter().zip(values).collect::<BTreeMap<_, _>>());
+    truth.serialize(serializer)
+}

@@ -1,0 +1,172 @@
+//! The result of a tuning.
+
+use identifier_core::commission::IdentifiedServo;
+use identifier_core::parameters::ServoParameters;
+use identifier_core::tuning::{Cap, Promise};
+use serde::Serialize;
+
+use crate::tune::Tuned;
+
+/// Gains, with their promise and their conditions.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TuningResult {
+    /// Sample time, s.
+    pub sample_time: f64,
+    /// Gains.
+    #[serde(flatten)]
+    pub gains: Gains,
+    /// ω of the double pole, rad/s.
+    pub bandwidth: f64,
+    /// The reason why it is not faster; none where it is as fast as was asked for.
+    pub cap: Option<&'static str>,
+    /// Promise of the loop, and its stiffness.
+    pub promise: StiffPromise,
+    /// Feed-forward.
+    pub feed_forward: FeedForward,
+    /// The servo that it is for.
+    pub servo: DelayedServo,
+    /// Conditions.
+    pub conditions: TuningConditions,
+}
+
+/// A PID and the cut-off of its velocity estimate, SI.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Gains {
+    /// Proportional gain, command units per rad.
+    pub kp: f64,
+    /// Derivative gain, command units per rad/s.
+    pub kd: f64,
+    /// Integral gain, command units per rad s.
+    pub ki: f64,
+    /// Cut-off, rad/s.
+    pub cutoff: f64,
+}
+
+/// A promise with the stiffness that follows from its compliance.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct StiffPromise {
+    /// The promise.
+    #[serde(flatten)]
+    pub promise: Promise,
+    /// Load per distance that it moves the servo at most, rad/s² per rad.
+    pub stiffness: f64,
+}
+
+/// Coefficients of the reference's motion in the command, command units per SI unit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct FeedForward {
+    /// Of the acceleration.
+    pub acceleration: f64,
+    /// Of the velocity.
+    pub velocity: f64,
+    /// Of the velocity's sign.
+    pub sign: f64,
+    /// Constant.
+    pub constant: f64,
+    /// Of sin q.
+    pub gravity_sine: f64,
+    /// Of cos q.
+    pub gravity_cosine: f64,
+    /// Time by which the reference is taken ahead, s.
+    pub lead: f64,
+}
+
+/// A servo with its delay.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct DelayedServo {
+    /// Its parameters.
+    #[serde(flatten)]
+    pub parameters: ServoParameters,
+    /// From a command to its acceleration besides the hold's, s.
+    pub delay: f64,
+}
+
+/// Conditions of a tuning.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct TuningConditions {
+    /// Position of a count, rad.
+    pub resolution: f64,
+    /// The largest command, command units; infinite (null) for none.
+    pub command: f64,
+    /// Delay beyond what was identified, s.
+    pub command_delay: f64,
+    /// The largest sensitivity.
+    pub most_sensitivity: f64,
+    /// The largest part of the command that noise may make up.
+    pub most_noise: f64,
+    /// The lowest resonance that is known, rad/s.
+    pub resonance: Option<f64>,
+}
+
+impl TuningResult {
+    /// Of a tuning.
+    #[must_use]
+    pub fn new(tuned: &Tuned) -> Self {
+        let Tuned {
+            servo,
+            settings,
+            tuning,
+            ..
+        } = tuned;
+        Self {
+            sample_time: settings.sample_time,
+            gains: Gains::tuned(tuning),
+            bandwidth: tuning.bandwidth,
+            cap: tuning.cap.map(Cap::name),
+            promise: StiffPromise {
+                promise: tuning.promise,
+                stiffness: 1.0 / tuning.promise.compliance,
+            },
+            feed_forward: FeedForward::new(tuned),
+            servo: DelayedServo {
+                parameters: servo.parameters,
+                delay: servo.delay,
+            },
+            conditions: TuningConditions {
+                resolution: settings.resolution,
+                command: settings.command,
+                command_delay: settings.command_delay,
+                most_sensitivity: settings.max_sensitivity,
+                most_noise: settings.max_noise,
+                resonance: settings.resonance,
+            },
+        }
+    }
+}
+
+impl FeedForward {
+    /// Of a tuning.
+    #[must_use]
+    pub fn new(tuned: &Tuned) -> Self {
+        let settings = &tuned.settings;
+        Self::of_servo(
+            &tuned.servo,
+            tuned.gravity,
+            tuned.tuning.kd,
+            settings.command_delay + settings.sample_time / 2.0,
+        )
+    }
+
+    /// Of a servo with `gravity`, rad/s², under a derivative gain, command units per rad/s; `late` is the delay
+    /// that was not identified, with that of the hold, s.
+    #[must_use]
+    pub fn of_servo(
+        servo: &IdentifiedServo,
+        [sine, cosine]: [f64; 2],
+        derivative: f64,
+        late: f64,
+    ) -> Self {
+        let parameters = servo.parameters;
+        let b = parameters.b;
+        Self {
+            acceleration: 1.0 / b,
+            velocity: parameters.a / b + derivative,
+            sign: parameters.coulomb / b,
+            // Without a zero's sign.
+            constant: 0.0 - parameters.load / b,
+            gravity_sine: 0.0 - sine / b,
+            gravity_cosine: 0.0 - cosine / b,
+            lead: servo.delay + late,
+        }
+    }
+}
