@@ -63,10 +63,10 @@ impl fmt::Display for Range {
             Self::HalfRadian => f.write_str("a number above 0 and at most 0.5/sample_time"),
             Self::Duration => f.write_str("a time of 1 to 1e10 control samples"),
             Self::Delay => {
-                let (longest, most) = (Effects::LONGEST_DELAY, Effects::MOST_DELAYED);
+                let (longest, max_samples) = (Effects::LONGEST_DELAY, Effects::MAX_DELAYED_SAMPLES);
                 write!(
                     f,
-                    "a number from 0 to {longest}, at most {most} control samples"
+                    "a number from 0 to {longest}, at most {max_samples} control samples"
                 )
             }
             Self::FaultSize => {

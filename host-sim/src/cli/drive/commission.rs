@@ -18,7 +18,6 @@ use crate::cli::terminal::width;
 use crate::drive::{Client, CommissionDocument};
 use crate::present;
 use crate::render::terminal;
-use crate::scenario::Scenario;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {

@@ -13,7 +13,7 @@ use crate::cli::fault::Fault;
 use crate::monitor::{
     Action, AtEnd, Dialogue, Link, LinkError, LinkEvent, Motion, Note, Shown, State,
 };
-use crate::report::commission::largest_motion;
+use crate::present::largest_motion;
 
 /// Time between two drawings of the screen.
 const REDRAW: Duration = Duration::from_millis(50);
