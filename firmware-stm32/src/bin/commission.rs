@@ -104,7 +104,7 @@ fn commission(instructions: &Instructions) -> Result<Phase, CommissionError> {
             tally.print(name(phase), bytes);
         }
     }
-    slices.say("commission-slice", size_of::<CommissionSolver<f32>>());
+    slices.print("commission-slice", size_of::<CommissionSolver<f32>>());
     Ok(phase)
 }
 
