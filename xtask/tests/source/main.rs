@@ -1,0 +1,4 @@
+//! What the source itself must keep to.
+
+mod modules;
+mod rust;
