@@ -63,7 +63,7 @@ fn simulated_sample(criterion: &mut Criterion, arithmetic: Arithmetic) {
                 let samples = left.min(60_000);
                 let mut run = scenario.clone();
                 run.duration = samples as f64 * sample_time;
-                let simulation = Simulation::of(&run).expect("valid");
+                let simulation = Simulation::build(&run).expect("valid");
                 let start = Instant::now();
                 let mut last = 0.0;
                 simulation.run(&mut |sample| last = sample.estimates.b);

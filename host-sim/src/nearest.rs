@@ -1,22 +1,22 @@
-//! What somebody may have meant: the name that is nearest to one that is unknown.
+//! Suggestions for a misspelt name: the nearest known one.
 
 use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-/// The name that is most like a word, if it is like it.
+/// The name that is most like a word, if one is alike.
 pub fn name<'n>(word: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
-    /// Likeness from which on it is worth asking.
-    const ALIKE: f64 = 0.6;
+    /// The smallest likeness of a suggestion.
+    const MIN_LIKENESS: f64 = 0.6;
     let likeness = |name: &str| strsim::normalized_damerau_levenshtein(word, name);
     let best = names.max_by(|a, b| likeness(a).total_cmp(&likeness(b)))?;
-    (likeness(best) >= ALIKE).then_some(best)
+    (likeness(best) >= MIN_LIKENESS).then_some(best)
 }
 
 /// Why a file cannot be read, and which file may have been meant.
 #[must_use]
 pub fn unreadable(path: &Path, error: &io::Error) -> String {
-    let told = error.to_string();
+    let text = error.to_string();
     match error.kind() {
         ErrorKind::NotFound => {
             let near = file(path);
@@ -25,7 +25,7 @@ pub fn unreadable(path: &Path, error: &io::Error) -> String {
         }
         ErrorKind::PermissionDenied => "it is not permitted".to_owned(),
         // Without the number that the system has for it.
-        _ => told.split(" (os error").next().unwrap_or(&told).to_owned(),
+        _ => text.split(" (os error").next().unwrap_or(&text).to_owned(),
     }
 }
 

@@ -48,7 +48,7 @@ pub struct Run {
     pub method: Method,
     /// Its case.
     pub case: Case,
-    /// What came out.
+    /// The result.
     pub summary: Summary,
     /// Every sample.
     pub trace: Vec<Sample>,

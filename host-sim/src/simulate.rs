@@ -1,8 +1,8 @@
 //! Simulated experiments: a loop closed around a simulated servo, sample by sample.
 //!
-//! Whatever runs a loop on a simulated servo does it on the test rig, which alone goes from sample to
-//! sample: reference → sensor → loop → observer → servo. [`Simulation::of`] builds loop and rig from a
-//! scenario; what can be wrong with it is found then.
+//! Every loop on a simulated servo runs on the test rig, the only code that steps from sample to sample:
+//! reference → sensor → loop → observer → servo. [`Simulation::build`] builds loop and rig from a
+//! scenario; faults of the scenario are found then.
 
 mod build;
 mod checked;
@@ -61,7 +61,7 @@ impl Simulation {
 /// # Errors
 /// The key that something cannot be built from; nothing has been observed then.
 pub fn run(scenario: &Scenario, observe: &mut dyn FnMut(&Sample)) -> Result<Outcome, Fault> {
-    Ok(Simulation::of(scenario)?.run(observe))
+    Ok(Simulation::build(scenario)?.run(observe))
 }
 
 #[cfg(test)]
@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_built_names_its_key_and_runs_no_sample() {
+    fn a_part_that_cannot_be_built_names_its_key_and_runs_no_sample() {
         let refused = |change: &dyn Fn(&mut Scenario)| {
             let mut scenario = paper();
             change(&mut scenario);
@@ -109,20 +109,20 @@ mod tests {
         let mut scenario = paper();
         scenario.identifier.set_law(Law::ClosedLoopArx);
         scenario.stated.cutoff = -1.0;
-        let fault = Simulation::of(&scenario).expect_err("no filter has this cut-off");
+        let fault = Simulation::build(&scenario).expect_err("no filter has this cut-off");
         assert_eq!(fault.key, "controller.velocity_filter.cutoff");
         scenario.velocity = Velocity::Difference;
-        Simulation::of(&scenario).expect("a difference has none");
+        Simulation::build(&scenario).expect("a difference has none");
     }
 
     #[test]
-    fn a_servo_that_outruns_its_encoder_ends_the_run_and_says_when() {
+    fn a_servo_that_outruns_its_encoder_ends_the_run_with_the_time() {
         let mut scenario = paper();
         let servo = scenario.plant.as_mut().expect("a run has a plant");
         servo.b *= 1e6;
         let mut last = 0.0;
         let outcome = run(&scenario, &mut |sample| last = sample.time).expect("it can be built");
-        let abort = outcome.abort.expect("it cannot go on");
+        let abort = outcome.abort.expect("it stops");
         assert_eq!(outcome.samples, (abort.time * 1e3).round() as u64);
         assert!((abort.time - last - scenario.sample_time()).abs() < 1e-9);
     }

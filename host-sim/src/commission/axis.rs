@@ -33,7 +33,7 @@ impl Axis {
         let (time, seed) = (units.sample_time(), scenario.noise_seed());
         let parameters = scenario.servo()?;
         let servo = Servo::at_rest(&parameters, &scenario.effects, time, seed)
-            .map_err(|error| Fault::of_effect(&error))?;
+            .map_err(|error| Fault::in_effect(&error))?;
         let errors = SensorErrors::new(&scenario.sensor, time, seed)
             .map_err(|error| Fault::new(format!("encoder.{}", error.parameter), error))?;
         let faults = Faults::new(&scenario.faults, time, units.position_unit())

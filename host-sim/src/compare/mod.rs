@@ -147,7 +147,7 @@ pub fn compare(base: &Scenario, done: &(dyn Fn() + Sync)) -> Result<Comparison, 
 }
 
 fn run(scenario: &Scenario) -> MethodResult {
-    let simulation = match Simulation::of(scenario) {
+    let simulation = match Simulation::build(scenario) {
         Ok(simulation) => simulation,
         Err(refusal) => return MethodResult::Refused(refusal.to_string()),
     };

@@ -44,7 +44,7 @@ pub fn run(
     let start = (f64::from(turns) * TAU / unit).round() as i64 as i32;
     let mut formats = SideBySide::new(scenario, start)?;
     let mut number = 0;
-    let mut rig = Rig::of::<f64>(scenario)?.counting_from(start);
+    let mut rig = Rig::build::<f64>(scenario)?.counting_from(start);
     rig.samples = samples;
     rig.reference = Box::new(move || {
         let wanted = reference(number) / unit;

@@ -1,5 +1,6 @@
 use identifier_core::error::{OutOfRange, StepError};
 use identifier_core::linalg::NormalEquations;
+use identifier_core::number::Number;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::units::Units;
 use rivals::{Filtered, StateVariableFilter};
@@ -12,6 +13,8 @@ use super::{DynIdentifier, Innovation, NO_ESTIMATE};
 /// 2002).
 pub(crate) struct BatchLeastSquares {
     units: Units,
+    /// To the number format of the loop.
+    rounded: fn(f64) -> f64,
     filter: StateVariableFilter<f64>,
     command: f64,
     motion: Filtered<f64>,
@@ -24,9 +27,10 @@ impl BatchLeastSquares {
     ///
     /// # Errors
     /// The cut-off must be below what the sample time allows.
-    pub(crate) fn new(units: &Units, cutoff: f64) -> Result<Self, OutOfRange> {
+    pub(crate) fn new<N: Number>(units: &Units, cutoff: f64) -> Result<Self, OutOfRange> {
         Ok(Self {
             units: *units,
+            rounded: |value| N::from_f64(value).to_f64(),
             filter: StateVariableFilter::new(units, cutoff)?,
             command: 0.0,
             motion: Filtered::AT_REST,
@@ -38,6 +42,7 @@ impl BatchLeastSquares {
 
 impl DynIdentifier for BatchLeastSquares {
     fn update(&mut self, increment: f64, command: f64) -> Result<Innovation, StepError> {
+        let (increment, command) = ((self.rounded)(increment), (self.rounded)(command));
         self.filter.process(&mut self.motion, increment);
         self.filter.process(&mut self.drive, self.command);
         self.equations

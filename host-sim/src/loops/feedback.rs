@@ -13,13 +13,13 @@ pub(super) struct Feedback<N> {
     position: N,
 }
 
-/// What a measurement says of the servo, position units.
+/// The motion that a measurement shows, position units.
 pub(super) struct Motion<N> {
-    /// How far the servo is from where it is wanted.
+    /// Reference less position.
     pub(super) error: N,
-    /// How far it has moved since the last sample.
+    /// Motion since the last sample.
     pub(super) increment: N,
-    /// How far it is from where it started.
+    /// Position from the start.
     pub(super) position: f64,
 }
 
@@ -67,7 +67,7 @@ mod tests {
     use super::{Feedback, Measurement};
 
     #[test]
-    fn a_counter_that_wraps_is_a_servo_that_moves_on() {
+    fn a_counter_that_wraps_does_not_break_the_motion() {
         let start = i32::MAX - 1;
         let mut feedback = Feedback::<f64>::starting_at(start);
         for moved in 1..5_i32 {

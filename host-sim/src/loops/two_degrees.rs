@@ -33,7 +33,7 @@ pub(crate) struct TwoDegreesLoop {
     controller: Controller,
     limit: [f64; 2],
     known: ServoParameters,
-    /// Whether what is known is what the last stage found.
+    /// True if the last stage found a servo.
     found: bool,
     fit: Fit,
     /// Samples of a stage, and those that this one has had.
@@ -42,7 +42,7 @@ pub(crate) struct TwoDegreesLoop {
 }
 
 impl TwoDegreesLoop {
-    /// For a run of so many samples, from what is known of b beforehand. The limit and the bandwidth
+    /// For a run of `samples` samples, from prior knowledge of b. The limit and the bandwidth
     /// are the declared controller's; the least squares look at signals below `cutoff`, rad/s.
     ///
     /// # Errors

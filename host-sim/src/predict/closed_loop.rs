@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::{FrozenServo, Observation, Play, Squares, State};
 
-/// What a closed-loop simulation is off the recording by, relative: ‖recorded − simulated‖/‖recorded‖.
+/// Relative deviation of a closed-loop simulation from the recording: ‖recorded − simulated‖/‖recorded‖.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ClosedLoop {
     /// Samples that it covers: all but those in which each stretch settles.
@@ -21,8 +21,8 @@ pub struct ClosedLoop {
 
 /// Lets a servo follow the recorded reference under the declared controller.
 ///
-/// **The start is taken from the first samples** of each stretch: there the controller hears what was
-/// recorded, until its velocity estimate has settled and, where it has an integral, until a recorded
+/// **The start is taken from the first samples** of each stretch: there the controller follows the
+/// recording, until its velocity estimate has settled and, where it has an integral, until a recorded
 /// command within the limit has shown what that holds. The loop forgets its start, so nothing is
 /// fitted.
 ///
@@ -66,7 +66,7 @@ struct Stretch<V: VelocityEstimate<f64>> {
     last: f64,
     filtered: V::State,
     control: ControlState<f64, V::State>,
-    heard: u64,
+    samples: u64,
     /// The simulated servo, which is the recorded one until it runs.
     state: State,
     runs: bool,
@@ -75,10 +75,10 @@ struct Stretch<V: VelocityEstimate<f64>> {
 
 impl<V: VelocityEstimate<f64>> Simulation<V> {
     fn new(servo: &FrozenServo, settings: &Settings) -> Result<Self, SettingsError> {
-        /// What a velocity estimate without a pole looks at.
-        const SEEN: f64 = 3.0;
-        /// Time constants after which a low-pass shows all of a step but 0.03 %.
-        const SETTLED: f64 = 8.0;
+        /// Samples of a velocity estimate without a pole.
+        const MIN_SAMPLES: f64 = 3.0;
+        /// Time constants after which a low-pass has settled to 0.03 % of a step.
+        const TIME_CONSTANTS: f64 = 8.0;
         let (given, units) = (settings.own_controller()?, settings.units()?);
         let velocity = settings.velocity::<f64, V>()?;
         let pole = velocity.transfer().pole.clamp(0.0, 0.999_9);
@@ -94,7 +94,7 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
             unit: units.position_unit(),
             limit: given.limit,
             integral_gain: given.ki * units.rate() / units.position(),
-            settling: (SEEN + SETTLED * constant) as u64,
+            settling: (MIN_SAMPLES + TIME_CONSTANTS * constant) as u64,
             stretch: None,
             position: Squares::default(),
             speed: Squares::default(),
@@ -112,11 +112,11 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
         self.is_lost = self.follow(sample).is_none();
     }
 
-    /// None where it cannot go on.
+    /// None where the loop leaves every bound or a reference is missing.
     fn follow(&mut self, sample: &Observation) -> Option<()> {
         let reference = sample.reference?;
-        /// A limit that passed through single precision or a few decimals is still the limit.
-        const WITHIN: f64 = 0.999_99;
+        /// Share of the limit that counts as the limit, after rounding to single precision or a few decimals.
+        const LIMIT_SHARE: f64 = 0.999_99;
         let unit = self.unit;
         self.commanded &= sample.command.is_some();
         let (servo, controller) = (&self.servo, &self.controller);
@@ -125,7 +125,7 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
             last: sample.position,
             filtered: V::State::default(),
             control: ControlState::default(),
-            heard: 0,
+            samples: 0,
             state: servo.start(sample.position, 0.0, sample.command.unwrap_or(0.0)),
             runs: false,
             // What it holds when a log begins without the command is taken to be nothing.
@@ -138,7 +138,7 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
         let moved = (sample.position - stretch.last) / unit;
         let recorded = self.velocity.process(&mut stretch.filtered, moved);
         stretch.last = sample.position;
-        stretch.heard += 1;
+        stretch.samples += 1;
         let before = stretch.control;
         let (position, increment) = if stretch.runs {
             (stretch.state.position, stretch.state.moved / unit)
@@ -161,10 +161,10 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
             servo.advance(&mut stretch.state, command);
             return Some(());
         }
-        let settled = stretch.heard >= self.settling;
+        let settled = stretch.samples >= self.settling;
         if let (true, false, Some(command)) = (settled, stretch.knows_integral, sample.command) {
             let own = command - sample.injection;
-            let [low, high] = self.limit.map(|limit| WITHIN * limit);
+            let [low, high] = self.limit.map(|limit| LIMIT_SHARE * limit);
             if own > low && own < high {
                 let rest = own - controller.pid.linear(step.error, step.velocity);
                 stretch.control = before.with_integral(rest / self.integral_gain);

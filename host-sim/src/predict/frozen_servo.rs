@@ -18,7 +18,7 @@ type Inputs = <AllUnknowns as IdentifiableSet<12>>::Inputs<f64>;
 /// A servo whose parameters do not change: the model of the identifiers with every term, without
 /// anything that corrects it.
 ///
-/// What the model learns to contain is in the core's own step, and so is here too.
+/// Every term of the core's own step is here too.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrozenServo {
     units: Units,
@@ -38,7 +38,7 @@ pub struct State {
     pub position: f64,
     /// Velocity, rad a sample.
     pub velocity: f64,
-    /// How far it has moved in the last sample, rad.
+    /// Motion in the last sample, rad.
     pub moved: f64,
     inputs: Inputs,
     amplifier: AmplifierState<f64, 4>,

@@ -2,7 +2,7 @@
 //!
 //! [`open_loop`] is driven by the recorded command and nothing corrects it: the hardest test, as an
 //! error of the acceleration adds up twice. [`closed_loop`] follows the recorded reference under the
-//! declared controller: what a user of the loop would see. Both run in double precision with the core's
+//! declared controller: the view of a user of the loop. Both run in double precision with the core's
 //! own exact step ([`FrozenServo`]), and both see the samples as often as they need them, one at a time.
 
 mod closed_loop;
@@ -25,16 +25,16 @@ pub struct Observation {
     pub position: f64,
     /// The whole command that acted from here to the next sample, where it was recorded.
     pub command: Option<f64>,
-    /// What was added to the declared controller's command behind its limit.
+    /// The signal added to the declared controller's command behind its limit.
     pub injection: f64,
-    /// Whether nothing is known of what came directly before: a simulation starts anew.
+    /// True where the motion directly before is unknown: a simulation starts anew.
     pub begins: bool,
 }
 
 /// Samples that can be played from the first as often as is needed: they are shown to what is given.
 pub type Play<'a, E> = &'a dyn Fn(&mut dyn FnMut(&Observation)) -> Result<(), E>;
 
-/// Squares of an error and of what it is relative to.
+/// Squares of an error and of its reference quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Squares {
     error: f64,

@@ -1,7 +1,7 @@
 use super::start::{Motion, StartFit};
 use super::{FrozenServo, Observation, Play, Squares};
 
-/// What an open-loop simulation is off the recorded positions by.
+/// Deviation of an open-loop simulation from the recorded positions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OpenLoop {
     /// Samples that it covers.
@@ -18,7 +18,7 @@ pub struct OpenLoop {
 ///
 /// **The start is fitted**: position and velocity at the first sample of each stretch are those from
 /// which the simulation comes nearest to all of it, as is usual for published results. The first
-/// samples alone do not tell the velocity to what an encoder rounds away, and what they leave would add
+/// samples alone do not determine the velocity below the rounding of an encoder, and the error would add
 /// up to more than the model's own error. Nothing else is fitted.
 ///
 /// None where samples have no command, or the simulation leaves every bound.
@@ -139,8 +139,8 @@ mod tests {
         coulomb: 10.0,
     };
 
-    /// What the simulator's servo does under a command of several tones, from sample 700 on, which finds
-    /// it in motion, in two stretches; positions as of so many counts a turn.
+    /// The motion of the simulator's servo under a command of several tones, from sample 700 on, in two
+    /// stretches; positions are rounded to counts.
     fn recorded(counts: f64) -> Vec<Observation> {
         let mut plant = Plant::at_rest(&SERVO, 1e-3);
         let count = std::f64::consts::TAU / counts;

@@ -18,7 +18,7 @@ pub(super) struct StartFit {
     best: Option<(Motion, Equations)>,
     trial: Motion,
     damping: f64,
-    /// How far beside the trial the derivatives are taken, rad and rad a sample.
+    /// Step of the numerical derivatives, rad and rad per sample.
     beside: Motion,
     run: Option<Run>,
 }

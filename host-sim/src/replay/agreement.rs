@@ -4,10 +4,10 @@ use std::fmt;
 
 use serde::Serialize;
 
-/// How well the declared controller reproduces the recorded command.
+/// Agreement of the declared controller with the recorded command.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Agreement {
-    /// Whether the declared controller counts as the one that ran.
+    /// True if the declared controller counts as the one that ran.
     pub holds: bool,
     /// Root mean square of the difference relative to the command's; of a command of zero the difference itself.
     pub relative: f64,

@@ -113,7 +113,7 @@ impl<V: VelocityEstimate<f64>> Declared<V> {
         Some(rest / self.integral_gain)
     }
 
-    /// How well it reproduced the recorded command, where there is one.
+    /// Its agreement with the recorded command, where there is one.
     pub(super) fn agreement(&self) -> Option<Agreement> {
         self.comparison.finish()
     }

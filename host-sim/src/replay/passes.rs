@@ -17,12 +17,12 @@ use crate::scenario::dispatch::with_velocity;
 use crate::scenario::{Closing, Fault, Scenario, Velocity};
 use crate::simulate::identifier;
 
-/// What a replay found.
+/// The result of a replay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Replayed {
-    /// What is known of the run.
+    /// The outcome of the run.
     pub outcome: Outcome,
-    /// How well the declared controller reproduces the recorded command, where there are both.
+    /// Agreement of the declared controller with the recorded command, where there are both.
     pub agreement: Option<Agreement>,
     /// The estimates at the end, SI.
     pub estimates: ServoParameters,
@@ -33,9 +33,9 @@ pub struct Replayed {
 pub enum ReplayError {
     /// The scenario does not suit the log; nothing has been observed then.
     Scenario {
-        /// The key of the scenario that it is best mended at.
+        /// The key of the scenario that remedies it.
         key: String,
-        /// What is wrong, and what is allowed.
+        /// The fault, and what is allowed.
         fault: String,
     },
     /// The log is no longer what it was when it was judged.
@@ -84,7 +84,7 @@ pub fn fitted(mut scenario: Scenario, logs: &(impl AsRef<[Log]> + ?Sized)) -> Sc
     let learnt = stretches.map(|stretch| stretch.samples - settling(&scenario, stretch));
     let most = learnt.max().unwrap_or(0) as f64 * scenario.sample_time();
     let stated = &mut scenario.stated;
-    if (SHORTEST_START..USUAL_START).contains(&most) {
+    if (MIN_START_TIME..DEFAULT_START_TIME).contains(&most) {
         stated.identifier.start_time.get_or_insert(most);
     }
     scenario
@@ -93,33 +93,34 @@ pub fn fitted(mut scenario: Scenario, logs: &(impl AsRef<[Log]> + ?Sized)) -> Sc
 /// The samples of a stretch in which nothing is learnt yet: none if the servo stands at first, for then
 /// all is known of its motion; otherwise those in which the velocity estimate settles.
 pub(super) fn settling(scenario: &Scenario, stretch: &Stretch) -> u64 {
-    /// What a velocity estimate without a pole looks at, and the first row, of which no motion is
-    /// known.
-    const SEEN: u64 = 3;
-    /// Time constants after which a low-pass shows all of a step but 0.03 %.
-    const SETTLED: f64 = 8.0;
-    /// The most that is given away: this part of the stretch.
-    const MOST: u64 = 10;
+    /// Samples of a velocity estimate without a pole, and the first row, whose motion is unknown.
+    const MIN_SAMPLES: u64 = 3;
+    /// Time constants after which a low-pass has settled to 0.03 % of a step.
+    const TIME_CONSTANTS: f64 = 8.0;
+    /// At most this fraction of a stretch, one over, is spent on settling.
+    const SETTLING_DIVISOR: u64 = 10;
     let stated = &scenario.stated;
     if stretch.begins_at_rest(stated.resolution) {
         return 0;
     }
     let needed = match scenario.velocity {
-        Velocity::LowPass => SEEN + (SETTLED / (stated.cutoff * stated.sample_time)) as u64,
-        Velocity::Difference | Velocity::AveragedDifference => SEEN,
+        Velocity::LowPass => {
+            MIN_SAMPLES + (TIME_CONSTANTS / (stated.cutoff * stated.sample_time)) as u64
+        }
+        Velocity::Difference | Velocity::AveragedDifference => MIN_SAMPLES,
     };
     needed
-        .min((stretch.samples / MOST).max(SEEN))
+        .min((stretch.samples / SETTLING_DIVISOR).max(MIN_SAMPLES))
         .min(stretch.samples - 1)
 }
 
-/// The time over which the core's first fits look where nobody says, and the least that it takes, s.
-const USUAL_START: f64 = 1.0;
-const SHORTEST_START: f64 = 1e-4;
+/// The default time of the core's first fits, and the shortest that it takes, s.
+const DEFAULT_START_TIME: f64 = 1.0;
+const MIN_START_TIME: f64 = 1e-4;
 
 /// Runs `passes` passes over logs of one servo, one after the other, with a scenario that is [`fitted`]
-/// to them, and shows every sample to `observe`, with the number of its pass from 0. Its time goes on
-/// from log to log and from pass to pass, and does not count what is left out. Behind a break the model
+/// to them, and shows every sample to `observe`, with the number of its pass from 0. Its time continues
+/// from log to log and from pass to pass, without the ranges that are left out. Behind a break the model
 /// joins the motion that it finds, and the estimates are kept.
 ///
 /// # Errors
@@ -255,7 +256,7 @@ impl Passes<'_> {
     }
 }
 
-/// What the core builds identifier and controller from: for a run's own log what it was for the run.
+/// The settings of identifier and controller: for a run's own log those of the run.
 fn settings(scenario: &Scenario, log: &Log) -> Result<Settings, Fault> {
     let settings = if scenario.is_own_log() {
         scenario.settings_for(Some(&scenario.reference::<f64>()?))
@@ -266,7 +267,7 @@ fn settings(scenario: &Scenario, log: &Log) -> Result<Settings, Fault> {
     settings.map_err(|error| scenario.fault(&error))
 }
 
-/// Whether the declared controller is the one whose command the log has, or would have.
+/// True if the declared controller is the one whose command the log has, or would have.
 fn ran(scenario: &Scenario, settings: &Settings, command_recorded: bool) -> bool {
     let closes_its_own = matches!(
         scenario.identifier.law.closing(),

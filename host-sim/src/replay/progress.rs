@@ -11,23 +11,23 @@ use crate::log::Row;
 use crate::loops::DynIdentifier;
 use crate::scenario::Scenario;
 
-/// What goes on from stretch to stretch.
+/// State that lasts from stretch to stretch.
 pub(super) struct Progress<V: VelocityEstimate<f64>> {
     pub(super) identifier: Box<dyn DynIdentifier>,
     pub(super) declared: Option<Declared<V>>,
     pub(super) filter: V,
     /// A position unit, rad.
     pub(super) unit: f64,
-    /// After so much travel, rad, an angle is the same again.
+    /// Travel of a revolution, rad.
     pub(super) revolution: f64,
     pub(super) outcome: Outcome,
-    /// How long everything before this stretch was, s.
+    /// Time before this stretch, s.
     pub(super) time: f64,
-    /// Whether the identifier has scaled anything yet.
+    /// True once the identifier has had a sample.
     pub(super) begun: bool,
 }
 
-/// What is known on the way through a stretch.
+/// State within a stretch.
 pub(super) struct InStretch<V: VelocityEstimate<f64>> {
     scaler: RowScaler,
     /// When it began, s, of the log.
@@ -54,7 +54,7 @@ impl<V: VelocityEstimate<f64>> InStretch<V> {
 }
 
 impl<V: VelocityEstimate<f64>> Progress<V> {
-    /// A stretch begins; `anew` says whether the declared controller does, too.
+    /// Begins a stretch, and with `anew` the declared controller, too.
     pub(super) fn begin(&mut self, anew: bool) {
         if let Some(declared) = self.declared.as_mut().filter(|_| anew) {
             declared.begin();

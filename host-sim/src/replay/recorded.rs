@@ -12,7 +12,7 @@ pub(super) struct RecordedReference<'a> {
 }
 
 impl<'a> RecordedReference<'a> {
-    /// That of a log in so many position units per rad, where it has one.
+    /// The reference of a log, if it has one, in position units, `per_unit` of them per rad.
     pub(super) fn new(log: &'a Log, per_unit: f64) -> Option<Self> {
         let references = log.references();
         (!references.is_empty()).then_some(Self {

@@ -32,7 +32,7 @@ pub(super) fn complete(
         .map_err(|error| Fault::new("run.duration", error))?;
     if let Some(servo) = &scenario.plant {
         let effects = scenario.effects.check(servo, sample_time);
-        effects.map_err(|error| Fault::of_effect(&error))?;
+        effects.map_err(|error| Fault::in_effect(&error))?;
     }
     let law = scenario.identifier.law;
     if scenario.identifier.arithmetic == Arithmetic::Fixed && !law.is_gradient() {

@@ -1,11 +1,11 @@
-//! What a scenario states of a commissioning, and what the core makes of it.
+//! The keys of a commissioning, and the core's settings from them.
 
 use identifier_core::commission::{CommissionError, CommissionSettings, HoldingGains, Limits};
 use identifier_core::tuning::Goal;
 
 use super::{Fault, Key, Scenario, Velocity};
 
-/// What a commissioning may do and is asked for, SI; none for what follows from something else.
+/// The limits and the goal of a commissioning, SI; none for a value that is derived.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[expect(
     missing_docs,
@@ -20,7 +20,7 @@ pub struct CommissionOrder {
     pub response_time: Option<f64>,
     pub bandwidth: Option<f64>,
     pub stiffest: Option<bool>,
-    pub most_sensitivity: f64,
+    pub max_sensitivity: f64,
     pub trial_step: Option<f64>,
     pub most_gain: Option<f64>,
     pub command_delay: Option<f64>,
@@ -31,9 +31,9 @@ pub struct CommissionOrder {
 
 impl CommissionOrder {
     pub(super) const DURATION: f64 = 1.0;
-    pub(super) const MOST_SENSITIVITY: f64 = 1.6;
+    pub(super) const MAX_SENSITIVITY: f64 = 1.6;
 
-    /// Of which nothing is stated yet, behind an amplifier with a limit, if it has one.
+    /// Without stated values, behind an amplifier with a limit, if it has one.
     pub(super) fn behind(amplifier: Option<[f64; 2]>) -> Self {
         let limited = amplifier.filter(|limit| limit.iter().all(|end| end.is_finite()));
         Self {
@@ -45,7 +45,7 @@ impl CommissionOrder {
             response_time: None,
             bandwidth: None,
             stiffest: None,
-            most_sensitivity: Self::MOST_SENSITIVITY,
+            max_sensitivity: Self::MAX_SENSITIVITY,
             trial_step: None,
             most_gain: None,
             command_delay: None,
@@ -72,7 +72,7 @@ impl CommissionOrder {
         }
     }
 
-    /// Whether there is travel where the servo may move, and none where it may not.
+    /// Checks that there is travel where the servo may move, and none where it may not.
     fn check_ways(&self) -> Result<(), Fault> {
         let [low, high] = self.travel;
         match (self.one_way, low < 0.0 && high > 0.0) {
@@ -93,7 +93,7 @@ impl CommissionOrder {
         }
     }
 
-    /// What is asked of the gains.
+    /// The goal of the tuning.
     fn goal(&self) -> Result<Goal, Fault> {
         match (self.response_time, self.bandwidth, self.stiffest) {
             (Some(time), None, None | Some(false)) => Ok(Goal::ResponseTime(time)),
@@ -116,7 +116,7 @@ impl CommissionOrder {
 }
 
 impl Scenario {
-    /// What the core is told of a commissioning.
+    /// The core's settings of a commissioning.
     ///
     /// # Errors
     /// The key that is missing or contradicts another.
@@ -144,7 +144,7 @@ impl Scenario {
                 .most_gain
                 .or(plant_box.map(|plant_box| plant_box.b[1])),
             goal: order.goal()?,
-            max_sensitivity: order.most_sensitivity,
+            max_sensitivity: order.max_sensitivity,
             trial_step: order.trial_step,
         })
     }
@@ -166,7 +166,7 @@ impl Scenario {
         }))
     }
 
-    /// What a commissioning is refused for, at the key that it is best mended at.
+    /// The refusal of a commissioning, at the key that remedies it.
     pub(crate) fn fault_of_commission(&self, error: &CommissionError) -> Fault {
         let asked = self.commission.and_then(|order| order.response_time);
         match (error, asked) {

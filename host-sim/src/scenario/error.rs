@@ -11,9 +11,9 @@ pub struct ScenarioError {
     pub line: Option<usize>,
     /// The path of the key.
     pub key: Option<String>,
-    /// What is wrong.
+    /// The fault.
     pub fault: String,
-    /// What is allowed and what to do, line by line; may be empty.
+    /// The allowed values and the remedy, line by line; may be empty.
     pub advice: String,
 }
 
@@ -63,7 +63,7 @@ impl Fault {
     }
 
     /// An effect that the servo of a scenario cannot have, at its key.
-    pub(crate) fn of_effect(error: &EffectError) -> Self {
+    pub(crate) fn in_effect(error: &EffectError) -> Self {
         Self::new(format!("plant.{}", error.parameter()), error)
     }
 
@@ -90,13 +90,13 @@ impl Fault {
 /// A piece of the user's text as a message may show it: short, and without control characters.
 pub(super) fn shown(text: &str) -> String {
     /// Characters that are shown.
-    const MOST: usize = 40;
+    const MAX_CHARACTERS: usize = 40;
     let mut shown: String = text
         .chars()
-        .take(MOST)
+        .take(MAX_CHARACTERS)
         .map(|c| if c.is_control() { '\u{fffd}' } else { c })
         .collect();
-    if text.chars().nth(MOST).is_some() {
+    if text.chars().nth(MAX_CHARACTERS).is_some() {
         shown.push('…');
     }
     shown

@@ -310,7 +310,7 @@ keys! {
     "goal: the magnitude of the loop's double pole";
 "commission.stiffest": Flag(|s, v| order(s).stiffest = Some(v)), Derived("true without response_time and bandwidth"), "",
     "goal: as stiff as this servo bears";
-"commission.max_sensitivity": Number(ABOVE_ONE, |s, v| order(s).most_sensitivity = v), Value(CommissionOrder::MOST_SENSITIVITY), "",
+"commission.max_sensitivity": Number(ABOVE_ONE, |s, v| order(s).max_sensitivity = v), Value(CommissionOrder::MAX_SENSITIVITY), "",
     "the largest sensitivity that the loop may have, its smallest distance from instability being 1/max_sensitivity";
 "commission.trial_step": Number(POSITIVE, |s, v| order(s).trial_step = Some(v)), Derived("half of the travel that there is"), "rad",
     "the step of the reference in the trial";
@@ -507,7 +507,7 @@ fn order(s: &mut Scenario) -> &mut CommissionOrder {
 
 fn log(s: &mut Scenario) -> &mut LogSettings {
     s.log
-        .get_or_insert_with(|| LogSettings::of_position(Column::Number(1)))
+        .get_or_insert_with(|| LogSettings::with_position(Column::Number(1)))
 }
 
 fn choose(s: &mut Scenario, parameters: Vec<Parameter>) -> Result<(), String> {

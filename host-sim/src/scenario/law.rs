@@ -49,12 +49,7 @@ pub enum Closing {
 const AB: &[Parameter] = &[Parameter::A, Parameter::B];
 const ABC: &[Parameter] = &[Parameter::A, Parameter::B, Parameter::Coulomb];
 const ABD: &[Parameter] = &[Parameter::A, Parameter::B, Parameter::Load];
-const ALL: &[Parameter] = &[
-    Parameter::A,
-    Parameter::B,
-    Parameter::Coulomb,
-    Parameter::Load,
-];
+const ALL: &[Parameter] = &Parameter::ALL;
 
 #[rustfmt::skip]
 const GRADIENT: &[&str] = &["gamma", "mu", "bounds", "plant_box", "correction", "bandwidth", "max_speed"];

@@ -1,4 +1,4 @@
-//! What a scenario says of a log: its columns, their units, and what is left out.
+//! The keys of a log: columns, units, and ranges that are left out.
 
 use std::fmt;
 
@@ -20,7 +20,7 @@ pub struct LogSettings {
     pub command: Option<Column>,
     /// A known signal that was added to the declared controller's command behind its limit.
     pub injection: Option<Column>,
-    /// Whether a position of zero is the same angle in every recording.
+    /// True if a position of zero is the same angle in every recording.
     pub absolute: bool,
     /// The longest gap, in missing samples, that may be bridged by straight lines.
     pub bridge: u32,
@@ -89,13 +89,13 @@ impl LogSettings {
             time: Some(Column::named(Self::OWN_TIME)),
             reference: Some(Column::named(Self::OWN_REFERENCE)),
             command: Some(Column::named(Self::OWN_COMMAND)),
-            ..Self::of_position(Column::named(Self::OWN_POSITION))
+            ..Self::with_position(Column::named(Self::OWN_POSITION))
         }
     }
 
     /// Those of a log of which only the position's column is stated.
     #[must_use]
-    pub fn of_position(position: Column) -> Self {
+    pub fn with_position(position: Column) -> Self {
         Self {
             time: None,
             reference: None,
@@ -177,7 +177,7 @@ impl Scenario {
     }
 }
 
-/// What a log's columns, units and ranges must be together.
+/// Checks that columns, units and ranges of a log go together.
 pub(super) fn check(scenario: &Scenario) -> Result<(), Fault> {
     let log = scenario.log_columns();
     if !log.has_sample_time() && scenario.log_sample_time().is_none() {

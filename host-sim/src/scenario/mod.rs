@@ -52,22 +52,21 @@ pub(crate) const CHECKED: &str = "the scenario was checked when it was read";
 pub struct Scenario {
     /// The true servo, where it is known; a run needs it.
     pub plant: Option<ServoParameters>,
-    /// What the true servo has beside these parameters.
+    /// The effects of the true servo beside these parameters.
     pub effects: Effects,
     /// Encoder counts per revolution; none for an ideal sensor.
     pub counts_per_rev: Option<f64>,
     /// The errors of the position sensor.
     pub sensor: SensorEffects,
-    /// What goes wrong while the servo runs.
+    /// The faults injected while the servo runs.
     pub faults: Vec<InjectedFault>,
-    /// What the core is told of loop and identifier, as far as the file states it;
-    /// [`Scenario::settings`] is the whole. A replay may have no controller.
+    /// The settings of loop and identifier that the file states; [`Scenario::settings`] is the whole. A replay may have no controller.
     pub stated: Settings,
     /// The velocity estimate; the cut-off of a low-pass is in `stated`.
     pub velocity: Velocity,
     /// The reference.
     pub excitation: ExcitationSettings,
-    /// What is identified, how, and in which numbers.
+    /// Law, parameters and number format of the identification.
     pub identifier: Identification,
     /// Length of the run, s.
     pub duration: f64,
@@ -76,13 +75,13 @@ pub struct Scenario {
     pub seed: Option<u32>,
     /// The columns of a log to replay, as far as the file states them: see [`Scenario::log_columns`].
     pub log: Option<LogSettings>,
-    /// What the cases of a comparison are made of.
+    /// The cases of a comparison.
     pub compare: CompareSettings,
-    /// What a commissioning may do and is asked for; a commissioning needs it.
+    /// The limits and the goal of a commissioning; a commissioning needs them.
     pub commission: Option<CommissionOrder>,
 }
 
-/// What the cases of a comparison are made of, SI; none for what follows from the servo.
+/// The cases of a comparison, SI; none for a value derived from the servo.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CompareSettings {
     /// The load, rad/s².
@@ -95,7 +94,7 @@ pub struct CompareSettings {
     pub limit: Option<f64>,
 }
 
-/// What a scenario is read for.
+/// The purpose that a scenario is read for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Purpose {
     /// A simulated run: it needs a plant.
@@ -153,7 +152,7 @@ pub enum ExcitationSettings {
     None,
 }
 
-/// What is identified, how, and in which numbers.
+/// Law, parameters and number format of the identification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identification {
     /// The law.
@@ -210,8 +209,8 @@ impl Scenario {
         self.stated.resolution = std::f64::consts::TAU / counts_per_rev;
     }
 
-    /// Whether a log that is replayed with it is that of a run of its own: it states the true servo
-    /// and no columns. What a run takes for granted then holds for the log too.
+    /// True if a log that is replayed with it is that of its own run: it states the true servo
+    /// and no columns. The defaults of a run then hold for the log too.
     #[must_use]
     pub fn is_own_log(&self) -> bool {
         self.plant.is_some() && self.log.is_none()
@@ -288,7 +287,7 @@ impl Scenario {
         }
     }
 
-    /// Reads a scenario from a text; `name` stands for the file in errors. What `build` finds is told by
+    /// Reads a scenario from a text; `name` stands for the file in errors. A fault that `build` finds is located by
     /// its place in the text, too.
     ///
     /// # Errors

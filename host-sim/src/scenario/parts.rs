@@ -1,4 +1,4 @@
-//! What the core is told of a scenario, and whether it takes it.
+//! The core's settings of a scenario, and the keys of their refusals.
 
 use identifier_core::control::Controller;
 use identifier_core::error::Allowed;
@@ -29,7 +29,7 @@ impl Scenario {
         self
     }
 
-    /// What the core builds loop and identifier from in a run: see [`Scenario::settings_for`].
+    /// The settings of loop and identifier in a run: see [`Scenario::settings_for`].
     ///
     /// # Errors
     /// If the reference is not allowed, or no Γ can be chosen.
@@ -38,8 +38,8 @@ impl Scenario {
         self.settings_for(Some(&reference))
     }
 
-    /// What the core builds loop and identifier from: what the file states, what is not to be
-    /// estimated as known, and for the gradient laws a Γ chosen from box and reference where none is
+    /// The settings of loop and identifier: those of the file, with parameters that are not estimated as
+    /// known, and for the gradient laws a Γ chosen from box and reference where none is
     /// stated.
     ///
     /// # Errors
@@ -61,20 +61,20 @@ impl Scenario {
             let gamma = self.automatic_gamma(&settings, reference)?;
             settings.identifier.gamma = Some(gamma);
             if self.identifier.arithmetic == Arithmetic::Fixed {
-                with_words!(self => slowed_to_words(&mut settings));
+                with_words!(self => slow_to_fixed_range(&mut settings));
             }
         }
         Ok(settings)
     }
 
-    /// Γ over all four parameters; of what the model has not got, a one that nobody looks at.
+    /// Γ over all four parameters; one for a parameter that the model does not have.
     fn automatic_gamma(
         &self,
         settings: &Settings,
         reference: &impl Excitation<f64>,
     ) -> Result<[[f64; 4]; 4], SettingsError> {
         /// Time for which the reference is played, s.
-        const PLAYED: f64 = 10.0;
+        const PLAYED_TIME: f64 = 10.0;
 
         let units = settings.units()?;
         let gains = settings.correction_gains()?;
@@ -83,9 +83,9 @@ impl Scenario {
             units,
             plant_box: assumed_box(settings)?,
             kd: gains.kd(),
-            samples: (PLAYED / units.sample_time()).min(MAX_PLAYED as f64) as u32,
+            samples: (PLAYED_TIME / units.sample_time()).min(MAX_PLAYED as f64) as u32,
         };
-        // A loop that somebody else closes is taken to be like the correction's.
+        // A loop that another controller closes is taken to be like the correction's.
         let in_loop = Settings {
             controller: settings.controller.or(Some(like_the_correction)),
             ..*settings
@@ -94,7 +94,7 @@ impl Scenario {
     }
 
     /// The scenario with Γ stated where it would be chosen: it follows from the box and the
-    /// reference, so many servos of one box can share it. Where none can be chosen it stays as it is.
+    /// reference, and the servos of one box can share it. Where none can be chosen it stays as it is.
     #[must_use]
     pub fn with_gamma_chosen(mut self) -> Self {
         if let Ok(settings) = self.settings() {
@@ -187,7 +187,7 @@ impl Scenario {
     }
 }
 
-/// Words have to know what friction and load stay within. Where nobody says it, a box does: a command
+/// Fixed point needs bounds of friction and load. Where none are stated, the box gives them: a command
 /// of the limit, or of an error of one, makes no larger acceleration of any servo in it.
 fn bound_by_the_box(settings: &mut Settings) {
     let (Some(within), Some(controller)) = (settings.identifier.plant_box, settings.controller)
@@ -237,9 +237,9 @@ fn assumed_box(settings: &Settings) -> Result<PlantBox, SettingsError> {
     )?)
 }
 
-/// Takes a Γ that was chosen down to what words hold, all of it by one factor: then it adapts more
-/// slowly. What else words refuse is refused where the identifier is built.
-fn slowed_to_words<V, S, const P: usize>(settings: &mut Settings)
+/// Reduces a chosen Γ to the range of fixed point, by one factor: it adapts more slowly. Other refusals of
+/// fixed point come from building the identifier.
+fn slow_to_fixed_range<V, S, const P: usize>(settings: &mut Settings)
 where
     V: FixedVelocity,
     S: ParameterSet<P>,

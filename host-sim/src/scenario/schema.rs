@@ -122,7 +122,7 @@ mod tests {
         Value::Object(table.iter().map(entry).collect())
     }
 
-    /// Whether a value is valid by those words of draft 2020-12 that the schema is made of.
+    /// Validates a value by the words of draft 2020-12 that the schema is made of.
     fn valid(schema: &Value, value: &Value) -> bool {
         let Value::Object(words) = schema else {
             return *schema == true;

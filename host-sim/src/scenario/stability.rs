@@ -1,4 +1,4 @@
-//! Whether the loop around the true servo is stable.
+//! Stability of the loop around the true servo.
 
 use identifier_core::Settings;
 use identifier_core::interval::Interval;
@@ -11,7 +11,7 @@ use super::dispatch::with_velocity;
 use super::{Closing, Scenario};
 
 impl Scenario {
-    /// What is wrong with a loop that cannot hold its servo; none where it can, or where another than
+    /// Why a loop cannot hold its servo; none where it can, or where another than
     /// a PID closes it. A simulated encoder never fails, so this is why a run leaves every range.
     #[must_use]
     pub fn unstable_loop(&self) -> Option<SampledLoopError> {

@@ -44,18 +44,18 @@ const TERM_WINDOW_BLOCKS: usize = 2048;
 const MAX_DELAYED: usize = 128;
 
 impl Simulation {
-    /// What a scenario describes.
+    /// Builds the experiment of a scenario.
     ///
     /// # Errors
     /// The key that something cannot be built from.
-    pub fn of(scenario: &Scenario) -> Result<Self, Fault> {
+    pub fn build(scenario: &Scenario) -> Result<Self, Fault> {
         let reference = scenario.reference::<f64>()?;
         let settings = scenario
             .settings_for(Some(&reference))
             .map_err(|error| scenario.fault(&error))?;
         if is_fixed_point(scenario) {
             return Ok(Self {
-                rig: Rig::of::<f64>(scenario)?.counting_from(0),
+                rig: Rig::build::<f64>(scenario)?.counting_from(0),
                 closed: closed_by_pid(scenario, &settings, 0)?,
             });
         }
@@ -74,8 +74,8 @@ fn is_fixed_point(scenario: &Scenario) -> bool {
 }
 
 impl Rig<'_> {
-    /// That of a scenario, its signals those that a loop in this number format takes.
-    pub(crate) fn of<N: Number>(scenario: &Scenario) -> Result<Self, Fault> {
+    /// The rig of a scenario, its signals in the number format of the loop.
+    pub(crate) fn build<N: Number>(scenario: &Scenario) -> Result<Self, Fault> {
         let reference = scenario.reference::<N>()?;
         let units = scenario.checked_units()?;
         let (time, seed) = (units.sample_time(), scenario.noise_seed());
@@ -95,7 +95,7 @@ impl Rig<'_> {
             },
             sensor_errors: errors
                 .map_err(|error| Fault::new(format!("encoder.{}", error.parameter), error))?,
-            servo: servo.map_err(|error| Fault::of_effect(&error))?,
+            servo: servo.map_err(|error| Fault::in_effect(&error))?,
             faults: (!scenario.faults.is_empty()).then_some(faults),
         })
     }
@@ -130,11 +130,11 @@ impl Method {
     ) -> Result<Simulation, Fault> {
         Ok(match self {
             Self::Identifier(identifier) => Simulation {
-                rig: Rig::of::<N>(scenario)?,
+                rig: Rig::build::<N>(scenario)?,
                 closed: pid_loop::<N>(scenario, settings, identifier, 0)?,
             },
             Self::Relay(method) => {
-                let mut rig = Rig::of::<N>(scenario)?;
+                let mut rig = Rig::build::<N>(scenario)?;
                 if !method.follows() {
                     rig.reference = Box::new(|| 0.0);
                 }
@@ -144,7 +144,7 @@ impl Method {
                 }
             }
             Self::Own(closed) => Simulation {
-                rig: Rig::of::<f64>(scenario)?,
+                rig: Rig::build::<f64>(scenario)?,
                 closed,
             },
         })
@@ -364,9 +364,10 @@ fn rival<N: Number>(scenario: &Scenario, law: Law) -> Result<Method, OutOfRange>
     Ok(match law {
         Law::MechanicalLeastSquares => direct::<N, _>(MechanicalLeastSquares::new(units, &config)?),
         Law::MultiStepLeastSquares => direct::<N, _>(scenario.multi_step()?),
-        Law::ProportionalLeastSquares => {
-            Method::Identifier(Box::new(BatchLeastSquares::new(units, own.filter_cutoff)?))
-        }
+        Law::ProportionalLeastSquares => Method::Identifier(Box::new(BatchLeastSquares::new::<N>(
+            units,
+            own.filter_cutoff,
+        )?)),
         Law::RelayLeastSquares => {
             // The paper's relay has no delay.
             let relay = scenario.relay::<N>(own.relay, 0.0)?;

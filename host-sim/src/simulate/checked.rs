@@ -1,5 +1,5 @@
-//! Scenarios that can be run: whatever they describe is built once when they are read, so that nothing
-//! can fail after output has begun.
+//! Scenarios that can be run: every part is built once when they are read, so that nothing can fail after
+//! output has begun.
 
 use std::path::Path;
 
@@ -28,17 +28,17 @@ impl Scenario {
         Self::read(name, text, purpose, build)
     }
 
-    /// Whether every part can be built, as is checked when a file is read.
+    /// Checks that every part can be built, as when a file is read.
     ///
     /// # Errors
-    /// What cannot be built, and why.
+    /// The part that cannot be built, and why.
     pub fn buildable(&self) -> Result<(), String> {
         build(self).map_err(|fault| fault.to_string())
     }
 }
 
 fn build(scenario: &Scenario) -> Result<(), Fault> {
-    Simulation::of(scenario).map(drop)
+    Simulation::build(scenario).map(drop)
 }
 
 fn commissionable(scenario: &Scenario) -> Result<(), Fault> {

@@ -7,7 +7,7 @@ use super::sensor::Sensor;
 use crate::experiment::{Outcome, Sample};
 use crate::loops::{Measurement, SimLoop};
 
-/// What a loop is closed around.
+/// The servo that a loop is closed around.
 pub(crate) struct Rig<'a> {
     pub(super) sample_time: f64,
     /// Rad.
@@ -18,25 +18,25 @@ pub(crate) struct Rig<'a> {
     pub(super) sensor: Sensor,
     pub(super) sensor_errors: SensorErrors,
     pub(super) servo: Servo,
-    /// What goes wrong, if anything does.
+    /// The injected faults, if there are any.
     pub(super) faults: Option<Faults>,
 }
 
-/// What is seen of the servo in a sample.
+/// The readings of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Update {
-    /// What the sensor shows; none if it gives no valid reading.
+    /// The sensor's reading; none if it is not valid.
     pub(crate) measured: Option<Measurement>,
-    /// How far that is from where the servo started, position units; NaN without a reading.
+    /// Its distance from the start of the servo, position units; NaN without a reading.
     pub(crate) position: f64,
-    /// Whether a sample is late, a limit switch open, the amplifier at fault.
+    /// A late sample, an open limit switch, a fault of the amplifier.
     pub(crate) condition: Condition,
 }
 
 /// A run of a loop on the rig.
 #[derive(Debug)]
 pub(crate) struct Run<E> {
-    /// What is known of it.
+    /// Its outcome.
     pub(crate) outcome: Outcome,
     /// When and why it ended before its time, if it did.
     pub(crate) stopped: Option<(f64, Stop<E>)>,
@@ -47,12 +47,12 @@ pub(crate) struct Run<E> {
 pub(crate) enum Stop<E> {
     /// The sensor gave no valid reading.
     NoReading,
-    /// The loop could not go on.
+    /// The loop stopped.
     Loop(E),
 }
 
 impl Rig<'_> {
-    /// Begins a sample: what is seen in it.
+    /// Begins a sample with its readings.
     pub(crate) fn sense(&mut self) -> Update {
         let condition = match &mut self.faults {
             Some(faults) => faults.begin_sample(&mut self.servo),

@@ -1,4 +1,4 @@
-//! What measures the simulated servo.
+//! The position sensor of the simulated servo.
 
 use identifier_core::number::Number;
 use virtual_servo::Encoder;
@@ -9,7 +9,7 @@ use crate::loops::Measurement;
 pub(super) enum Sensor {
     Encoder {
         encoder: Encoder,
-        /// What its counter shows where the servo starts.
+        /// The count at the start of the servo.
         start: i32,
     },
     Ideal {
@@ -21,7 +21,7 @@ pub(super) enum Sensor {
 }
 
 impl Sensor {
-    /// An encoder of so many counts per revolution whose counter shows `start` where the servo starts.
+    /// An encoder whose counter shows `start` where the servo starts.
     pub(super) fn encoder(counts_per_rev: f64, start: i32) -> Self {
         Self::Encoder {
             encoder: Encoder::new(counts_per_rev),
@@ -29,7 +29,7 @@ impl Sensor {
         }
     }
 
-    /// An ideal one for a loop in a number format, in so many position units per rad.
+    /// An ideal sensor for a loop in a number format.
     pub(super) fn ideal<N: Number>(per_rad: f64) -> Self {
         Self::Ideal {
             per_rad,
@@ -37,8 +37,8 @@ impl Sensor {
         }
     }
 
-    /// Measures a position, rad: what is seen of it, and how far that is from where the servo
-    /// started, position units.
+    /// Measures a position, rad: the reading, and its distance from the start of the servo, position
+    /// units.
     pub(super) fn read(&self, position: f64) -> (Measurement, f64) {
         match self {
             Self::Encoder { encoder, start } => {
@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_counter_wraps_and_what_is_recorded_does_not() {
+    fn a_counter_wraps_and_the_recorded_position_does_not() {
         let sensor = Sensor::encoder(std::f64::consts::TAU, i32::MAX);
         assert_eq!(sensor.read(0.5), (Measurement::Count(i32::MAX), 0.0));
         assert_eq!(sensor.read(1.5), (Measurement::Count(i32::MIN), 1.0));
@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn an_ideal_sensor_shows_what_the_loop_can_hold() {
+    fn an_ideal_sensor_rounds_to_the_number_format_of_the_loop() {
         let third = 1.0 / 3.0;
         let exact = Sensor::ideal::<f64>(1.0);
         assert_eq!(exact.read(third), (Measurement::Position(third), third));

@@ -33,12 +33,12 @@ impl Dialect {
             let fault = "this is text in UTF-16: save the log in UTF-8".to_owned();
             return Err(LogError::in_file(path, fault));
         }
-        Ok(Self::of_text(&beginning))
+        Ok(Self::in_text(&beginning))
     }
 
     /// The first separator that divides the heading and every examined row alike; otherwise the one
     /// that the heading has most of.
-    fn of_text(beginning: &[u8]) -> Self {
+    fn in_text(beginning: &[u8]) -> Self {
         /// Rows that are examined.
         const ROWS: usize = 20;
         let mut rows: Vec<_> = beginning
@@ -112,7 +112,7 @@ mod tests {
             ("", b','),
         ] {
             assert_eq!(
-                Dialect::of_text(text.as_bytes()).separator,
+                Dialect::in_text(text.as_bytes()).separator,
                 separator,
                 "{text}"
             );

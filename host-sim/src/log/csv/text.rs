@@ -52,10 +52,10 @@ pub(super) fn open(path: &Path) -> Result<(Text, Allowance), LogError> {
     } else {
         Box::new(file)
     };
-    Ok(of_bytes(bytes))
+    Ok(from_bytes(bytes))
 }
 
-fn of_bytes(bytes: Box<dyn Read>) -> (Text, Allowance) {
+fn from_bytes(bytes: Box<dyn Read>) -> (Text, Allowance) {
     let allowance = Allowance(Rc::new(Cell::new(MAX_ROW)));
     let bounded = Bounded {
         inner: bytes,
@@ -95,7 +95,7 @@ impl<R: Read> Read for Bounded<R> {
 pub(super) struct Uncommented<R> {
     inner: R,
     at: At,
-    /// Whether the last byte was a carriage return, whose line feed is still to come.
+    /// True if the last byte was a carriage return, whose line feed is still to come.
     returned: bool,
 }
 
@@ -200,7 +200,7 @@ mod tests {
 
     /// A text as it is read in pieces of at most `piece` bytes.
     fn read(text: &[u8], piece: usize) -> String {
-        let (mut reader, _) = of_bytes(Box::new(io::Cursor::new(text.to_vec())));
+        let (mut reader, _) = from_bytes(Box::new(io::Cursor::new(text.to_vec())));
         let mut buffer = vec![0; piece];
         let mut all = Vec::new();
         loop {

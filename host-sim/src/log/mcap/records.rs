@@ -10,7 +10,7 @@ use mcap::McapError;
 use mcap::records::{ChunkHeader, Record as Parsed, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
-/// The longest record, packed and unpacked, bytes, whatever a file says of itself.
+/// The longest record, packed and unpacked, bytes, whatever the file states.
 const MAX_RECORD: usize = 1 << 28;
 
 /// Bytes before a record: its kind and its length.
@@ -25,7 +25,7 @@ pub enum McapRecord<'a> {
         id: u16,
         /// Its name.
         topic: String,
-        /// How its messages are written.
+        /// The encoding of its messages.
         encoding: String,
     },
     /// A message of a channel.
