@@ -76,7 +76,7 @@ fn what_is_not_known_is_a_dash() {
     let output = servo_id(&["run", &file.display().to_string()]);
     let told = String::from_utf8_lossy(&output.stdout);
     let row = told.lines().nth(2).expect("a row");
-    assert!(row.contains("no-information"), "{told}");
+    assert!(told.contains("\nno-information: "), "{told}");
     assert!(!row.contains('±') && row.matches('–').count() >= 3, "{row}");
 }
 

@@ -134,7 +134,7 @@ fn what_is_not_applied_is_exit_status_one_with_the_reason_in_words_and_numbers()
         said.contains(reason.cause()) && said.contains(reason.remedy()),
         "{said}"
     );
-    assert!(said.contains("the servo is let go"), "{said}");
+    assert!(said.contains("the servo is disabled"), "{said}");
 }
 
 #[test]

@@ -127,10 +127,9 @@ pub(crate) fn fixed(value: f64, places: usize) -> String {
 #[must_use]
 pub(crate) fn signed(value: f64, places: usize) -> String {
     let text = fixed(value, places);
-    if value > 0.0 {
-        format!("+{text}")
-    } else {
-        text
+    match text.strip_prefix('−') {
+        Some(_) => text,
+        None => format!("+{text}"),
     }
 }
 

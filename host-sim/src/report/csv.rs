@@ -4,26 +4,9 @@ use std::fmt::Write as _;
 use std::io::{self, Write};
 
 use crate::experiment::Sample;
-use crate::scenario::LogSettings;
+use crate::log::mcap::trace;
 
-/// Names and units of the columns. The first four are what a replay looks for.
-const COLUMNS: [&str; 13] = [
-    LogSettings::OWN_TIME,
-    LogSettings::OWN_REFERENCE,
-    LogSettings::OWN_POSITION,
-    LogSettings::OWN_COMMAND,
-    "output_error_rad",
-    "a_per_s",
-    "b_rad_per_s2_per_command",
-    "coulomb_rad_per_s2",
-    "load_rad_per_s2",
-    "a_std_error",
-    "b_std_error",
-    "coulomb_std_error",
-    "load_std_error",
-];
-
-/// Writes a trace row by row.
+/// Writes a trace row by row; its columns are the fields of an MCAP trace.
 #[derive(Debug)]
 pub struct TraceWriter<W: Write> {
     rows: csv::Writer<W>,
@@ -37,7 +20,8 @@ impl<W: Write> TraceWriter<W> {
     /// Whatever the writer answers.
     pub fn new(out: W) -> Result<Self, csv::Error> {
         let mut rows = csv::Writer::from_writer(out);
-        rows.write_record(COLUMNS)?;
+        let fields = trace::SERVO.fields.iter().chain(trace::ESTIMATES.fields);
+        rows.write_record(fields.map(|(name, _)| name))?;
         Ok(Self {
             rows,
             field: String::new(),

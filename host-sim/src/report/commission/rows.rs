@@ -1,21 +1,10 @@
 use std::io::{self, Write};
 
 use crate::commission::Sample;
-use crate::scenario::LogSettings;
+use crate::log::mcap::commissioning;
 
-/// Names and units of the columns; time, position and command are what a replay looks for.
-const COLUMNS: [&str; 7] = [
-    LogSettings::OWN_TIME,
-    LogSettings::OWN_REFERENCE,
-    LogSettings::OWN_POSITION,
-    LogSettings::OWN_COMMAND,
-    "phase",
-    "true_position_rad",
-    "true_velocity_rad_per_s",
-];
-
-/// Writes the samples of a commissioning row by row, SI. A servo that is let go has a command of zero; a
-/// reading that the encoder did not give is left empty.
+/// Writes the samples of a commissioning row by row, SI; its columns are the fields of the MCAP file. A
+/// disabled servo has a command of zero; a reading that the encoder did not give is left empty.
 #[derive(Debug)]
 pub struct RowWriter<W: Write>(csv::Writer<W>);
 
@@ -26,7 +15,7 @@ impl<W: Write> RowWriter<W> {
     /// Whatever the writer answers.
     pub fn new(out: W) -> Result<Self, csv::Error> {
         let mut rows = csv::Writer::from_writer(out);
-        rows.write_record(COLUMNS)?;
+        rows.write_record(commissioning::SERVO.fields.iter().map(|(name, _)| name))?;
         Ok(Self(rows))
     }
 
