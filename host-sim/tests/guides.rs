@@ -1,8 +1,10 @@
 //! Every command that README, guides and the pages of the verbs show is run as it is printed, in a folder
-//! of its own.
+//! of its own, and every output that they show is compared with what the commands print.
 
 #![cfg(target_os = "linux")]
 
+#[path = "support/pages.rs"]
+mod pages;
 #[path = "support/simulated_drive.rs"]
 #[expect(dead_code, reason = "its shaft is free here")]
 mod simulated_drive;
@@ -16,6 +18,7 @@ use std::process::{Command, Stdio};
 use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings};
 use identifier_core::ControllerSettings;
 use identifier_core::parameters::ServoParameters;
+use pages::{assert_block_is_printed, root};
 use simulated_drive::SimulatedDrive;
 use support::{folder, standard_error};
 
@@ -66,21 +69,20 @@ const READERS: [(&str, &str); 6] = [
     ),
 ];
 
-fn root() -> PathBuf {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    root.canonicalize().expect("the project's root")
-}
-
-/// The blocks of commands of a page, as they are printed.
-fn blocks(page: &Path) -> Vec<String> {
+/// The blocks of one language of a page, as they are printed; those without a language are output.
+fn blocks(page: &Path, language: &str) -> Vec<String> {
     let text = fs::read_to_string(page).expect("a page");
     let mut blocks = Vec::new();
     let mut block: Option<String> = None;
-    for line in text.lines() {
-        match (line, &mut block) {
-            ("```sh", None) => block = Some(String::new()),
-            ("```", Some(_)) => blocks.extend(block.take()),
-            (line, Some(block)) => *block += &format!("{line}\n"),
+    let mut is_wanted = false;
+    for line in text.lines().map(str::trim_start) {
+        match (line.strip_prefix("```"), &mut block) {
+            (Some(label), None) => {
+                block = Some(String::new());
+                is_wanted = label == language;
+            }
+            (Some(_), Some(_)) => blocks.extend(block.take().filter(|_| is_wanted)),
+            (None, Some(block)) => *block += &format!("{line}\n"),
             _ => {}
         }
     }
@@ -121,7 +123,8 @@ fn reader(name: &str) -> PathBuf {
     folder
 }
 
-fn shell(folder: &Path, commands: &str) -> Result<(), String> {
+/// Runs commands; what they print, or why they fail.
+fn shell(folder: &Path, commands: &str) -> Result<String, String> {
     let path = std::env::var("PATH").unwrap_or_default();
     let output = Command::new("bash")
         .args(["-euc", commands])
@@ -131,7 +134,7 @@ fn shell(folder: &Path, commands: &str) -> Result<(), String> {
         .output()
         .expect("bash is there");
     match output.status.success() {
-        true => Ok(()),
+        true => Ok(String::from_utf8_lossy(&output.stdout).into_owned()),
         false => Err(standard_error(&output)),
     }
 }
@@ -169,33 +172,34 @@ fn drive() -> SimulatedDrive {
     drive
 }
 
+/// The commands of this page of `docs` are run.
+fn is_run(page: &Path) -> bool {
+    let name = page.file_name().unwrap_or_default().to_string_lossy();
+    name.starts_with("guide-")
+        || [
+            "command-line.md",
+            "commissioning.md",
+            "tuning.md",
+            "terms.md",
+        ]
+        .contains(&&*name)
+}
+
 #[test]
 fn every_command_of_readme_and_guides_works_as_it_is_printed() {
-    let root = root();
-    let guides = fs::read_dir(root.join("docs")).expect("a folder");
+    let guides = fs::read_dir(root().join("docs")).expect("a folder");
     let mut pages: Vec<PathBuf> = guides
         .map(|entry| entry.expect("an entry").path())
-        .filter(|path| {
-            let name = path.file_name().unwrap_or_default().to_string_lossy();
-            name.starts_with("guide-")
-        })
+        .filter(|page| is_run(page))
         .collect();
-    pages.extend(
-        [
-            "README.md",
-            "docs/command-line.md",
-            "docs/commissioning.md",
-            "docs/tuning.md",
-            "docs/terms.md",
-        ]
-        .map(|page| root.join(page)),
-    );
-    let (mut run, mut shown, mut failed) = (0, Vec::new(), Vec::new());
+    pages.push(root().join("README.md"));
+    let (mut run, mut compared, mut shown, mut failed) = (0, 0, Vec::new(), Vec::new());
     for page in &pages {
         let name = page.file_stem().unwrap_or_default().to_string_lossy();
         let folder = reader(&name);
         let drive = drive();
-        for block in blocks(page) {
+        let mut printed = String::new();
+        for block in blocks(page, "sh") {
             // A longer link timeout: this machine may be busy.
             let commands = runnable(&block, &mut shown)
                 .replace("/dev/ttyUSB0", &drive.port)
@@ -216,17 +220,45 @@ fn every_command_of_readme_and_guides_works_as_it_is_printed() {
                 }
             }
             run += commands.lines().count();
-            if let Err(why) = shell(&folder, &commands) {
-                failed.push(format!("{}:\n{commands}{why}", page.display()));
+            match shell(&folder, &commands) {
+                Ok(output) => printed += &output,
+                Err(why) => failed.push(format!("{}:\n{commands}{why}", page.display())),
             }
+        }
+        for output in blocks(page, "") {
+            let words = output.split_inclusive(' ').next().expect("it has a word");
+            assert_block_is_printed(page, words, &printed);
+            compared += 1;
         }
     }
     assert!(failed.is_empty(), "{}", failed.join("\n"));
-    assert!(run > 60, "{run} lines");
+    assert!(run > 60 && compared > 0, "{run} lines, {compared} outputs");
     for (begin, why) in ELSEWHERE {
         assert!(
             shown.contains(&begin),
             "no page shows {begin}, which is left out: {why}"
         );
+    }
+}
+
+/// Pages whose output other tests compare.
+const COMPARED_ELSEWHERE: [&str; 1] = ["comparison.md"];
+
+#[test]
+fn no_page_shows_output_that_no_test_compares() {
+    let docs = fs::read_dir(root().join("docs")).expect("a folder");
+    let docs = docs.map(|entry| entry.expect("an entry").path());
+    let firmware = root().join("firmware-stm32/README.md");
+    for page in docs.chain([firmware]) {
+        let name = page
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        let is_compared = is_run(&page) || COMPARED_ELSEWHERE.contains(&name.as_str());
+        if name.ends_with(".md") && !is_compared {
+            let shown = blocks(&page, "");
+            assert!(shown.is_empty(), "{name}: {}", shown.join("\n"));
+        }
     }
 }

@@ -6,16 +6,16 @@ use super::files::{self, Files, io_error};
 use super::live_commission::LiveCommission;
 use super::output::Outputs;
 use super::progress::Progress;
-use super::rerun;
+use super::reproduce;
 use super::standard_output::say;
 use super::streamed::Streamed;
 use super::terminal::width;
 use crate::commission::{Commissioning, Sample, StepResponse};
 use crate::log::mcap::commissioning as messages;
 use crate::present::{self, Commissioned};
+use crate::provenance::{Kept, Origin, OriginAlone, ScenarioText, Task, WithOrigin};
 use crate::render::terminal;
 use crate::report::commission::{self as report, RowWriter};
-use crate::rerun::{Kept, Origin, OriginAlone, ScenarioText, Task, WithOrigin};
 use crate::result::CommissioningResult;
 use crate::scenario::Purpose;
 
@@ -128,7 +128,7 @@ pub(super) fn experiment(
         say!("{}", terminal::brief(&page, width()))?;
     }
     if let Some(kept) = kept {
-        rerun::compare(kept, &result, silent)?;
+        reproduce::compare(kept, &result, silent)?;
     }
     if let Some(live) = live {
         live.into_live().stay(&page);

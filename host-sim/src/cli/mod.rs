@@ -25,7 +25,7 @@ mod place;
 mod progress;
 mod recording;
 mod replay;
-mod rerun;
+mod reproduce;
 mod run;
 mod standard_output;
 mod streamed;
@@ -69,8 +69,9 @@ enum Verb {
     Check(check::Arguments),
     /// Identify from a recorded log with a declared controller.
     Replay(replay::Arguments),
-    /// Repeat what a result is from, and say whether it comes out the same.
-    Rerun(rerun::Arguments),
+    /// Reproduce a result from its provenance and compare the two, to the last bit.
+    #[command(alias = "rerun")]
+    Reproduce(reproduce::Arguments),
     /// Commission the simulated drive: probe, identify, verify, tune, try, then apply or roll back.
     Commission(commission::Arguments),
     /// Run every method on the same servo, in cases that each violate one assumption.
@@ -156,7 +157,7 @@ impl Arguments {
             Verb::Init(arguments) => init::run(&arguments),
             Verb::Check(arguments) => check::run(&arguments),
             Verb::Replay(arguments) => replay::run(&arguments),
-            Verb::Rerun(arguments) => rerun::run(&arguments),
+            Verb::Reproduce(arguments) => reproduce::run(&arguments),
             Verb::Commission(arguments) => commission::run(&arguments),
             Verb::Compare(arguments) => compare::run(&arguments),
             Verb::Drift(arguments) => drift::run(&arguments),

@@ -9,7 +9,7 @@ use super::files::{self, Files, Output, Picture, io_error};
 use super::live::{Live, LiveOptions};
 use super::live_experiment::LiveExperiment;
 use super::recording::{Messages, Recorded, Recording, Rows};
-use super::rerun;
+use super::reproduce;
 use super::standard_output::say;
 use super::terminal::width;
 use crate::analysis::Status;
@@ -17,9 +17,9 @@ use crate::experiment::Outcome;
 use crate::log::mcap::trace;
 use crate::present::traces::{self, Traces};
 use crate::present::{self, Experiment};
+use crate::provenance::{Kept, Origin, OriginAlone, WithOrigin};
 use crate::render::terminal;
 use crate::report::csv::TraceWriter;
-use crate::rerun::{Kept, Origin, OriginAlone, WithOrigin};
 use crate::result::ReplayNotes;
 use crate::scenario::Scenario;
 
@@ -170,7 +170,7 @@ impl Results {
             say!("{}", terminal::verdict(&page))?;
         }
         if let Some(kept) = &self.kept {
-            rerun::compare(kept, &summary, self.silent)?;
+            reproduce::compare(kept, &summary, self.silent)?;
         }
         if let Some(live) = live {
             live.stay(&page);

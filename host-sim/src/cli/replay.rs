@@ -5,8 +5,8 @@ use super::fault::Fault;
 use super::output::Outputs;
 use crate::log::Log;
 use crate::predict;
+use crate::provenance::{Kept, LogFile, Origin, ScenarioText, Task};
 use crate::replay::{self, ReplayError};
-use crate::rerun::{Kept, LogFile, Origin, ScenarioText, Task};
 use crate::result::{LogReading, Prediction, ReplayNotes};
 use crate::scenario::{Purpose, Scenario};
 

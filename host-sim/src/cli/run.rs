@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 use super::call;
 use super::fault::Fault;
 use super::output::Outputs;
-use crate::rerun::{Kept, Origin, ScenarioText, Task};
+use crate::provenance::{Kept, Origin, ScenarioText, Task};
 use crate::result::ReplayNotes;
 use crate::scenario::Purpose;
 use crate::simulate;

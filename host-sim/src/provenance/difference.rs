@@ -1,9 +1,8 @@
-//! Where two results differ.
+//! Differences between two results.
 
 use serde_json::Value;
 
-/// Where two results differ, key by key, in the order of their keys. The names of files are no part of
-/// them.
+/// Differences between two results, key by key, in the order of their keys. The names of log files do not count.
 pub(super) fn differences(one: &Value, other: &Value) -> Vec<String> {
     let mut found = Vec::new();
     collect("", one, other, &mut found);

@@ -1,4 +1,4 @@
-//! A result that was kept, read again.
+//! A kept result, read back.
 
 use std::fmt;
 use std::fs::File;
@@ -12,18 +12,18 @@ use super::difference::differences;
 use super::{LogFile, Origin};
 use crate::log::mcap::{Damage, McapRecord, Records, is_mcap};
 
-/// A result that was kept.
+/// A kept result.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Kept {
     /// The file it was read from.
     pub file: PathBuf,
-    /// Where it is from.
+    /// Its origin.
     pub origin: Origin,
-    /// What it says, if the file holds it.
+    /// The result itself, if the file holds it.
     pub result: Option<Value>,
 }
 
-/// Why a result cannot be had again.
+/// Why a result cannot be reproduced.
 #[derive(Debug)]
 pub enum KeptError {
     /// The file cannot be read.
@@ -32,11 +32,11 @@ pub enum KeptError {
     Damaged(Damage),
     /// It is neither JSON nor MCAP.
     NoResult,
-    /// It does not say where it is from.
+    /// It has no origin.
     NoOrigin,
-    /// A log is not there.
+    /// A log is missing.
     NoLog(PathBuf),
-    /// A log is another than it was.
+    /// A log has changed.
     OtherLog(PathBuf),
 }
 
@@ -50,19 +50,19 @@ impl fmt::Display for KeptError {
                  the -metadata.json beside a CSV trace",
             ),
             Self::NoOrigin => f.write_str(
-                "the file does not say where it is from: only what run, replay and commission write can \
-                 be had again, from version 0.1.0 on",
+                "the file has no origin: only what run, replay and commission write can be reproduced, from \
+                 version 0.1.0 on",
             ),
             Self::NoLog(log) => write!(
                 f,
-                "the result is that of a log, {}, which is not there: bring it back to that place, or \
-                 beside the result",
+                "the result is that of a log, {}, which is missing: restore it there, or beside \
+                 the result",
                 log.display()
             ),
             Self::OtherLog(log) => write!(
                 f,
-                "{} is not the log that the result is from: its SHA-256 is another; replay it by itself, \
-                 or bring the first one back",
+                "{} is not the log of the result: its SHA-256 differs; replay it by itself, or restore the \
+                 first one",
                 log.display()
             ),
         }
@@ -72,13 +72,13 @@ impl fmt::Display for KeptError {
 impl std::error::Error for KeptError {}
 
 impl Kept {
-    /// The most bytes of a result in JSON.
-    const LONGEST: u64 = 1 << 26;
+    /// Largest result in JSON, bytes.
+    const MAX_SIZE: u64 = 1 << 26;
 
     /// Reads a result.
     ///
     /// # Errors
-    /// Why it cannot be had again.
+    /// Why it cannot be reproduced.
     pub fn read(file: &Path) -> Result<Self, KeptError> {
         if is_mcap(file) {
             Self::of_mcap(file)
@@ -90,7 +90,7 @@ impl Kept {
     fn of_json(file: &Path) -> Result<Self, KeptError> {
         let mut bytes = Vec::new();
         File::open(file)
-            .and_then(|opened| opened.take(Self::LONGEST).read_to_end(&mut bytes))
+            .and_then(|opened| opened.take(Self::MAX_SIZE).read_to_end(&mut bytes))
             .map_err(KeptError::Unreadable)?;
         let Ok(Value::Object(mut result)) = serde_json::from_slice(&bytes) else {
             return Err(KeptError::NoResult);
@@ -130,10 +130,10 @@ impl Kept {
         })
     }
 
-    /// A log that the result is from: where it was, or beside the result.
+    /// A log of the result: at its former place, or beside the result.
     ///
     /// # Errors
-    /// If it is not there, or another.
+    /// If it is missing, or has changed.
     pub fn log(&self, kept: &LogFile) -> Result<PathBuf, KeptError> {
         let beside = self.file.parent().unwrap_or(Path::new(""));
         let mut places = [
@@ -156,7 +156,7 @@ impl Kept {
         Err(KeptError::OtherLog(first))
     }
 
-    /// Where another result differs from this one, key by key; nothing if this one's is not known.
+    /// The differences of another result from this one, key by key; `None` if this one is not known.
     ///
     /// # Errors
     /// If the other cannot be written as JSON.

@@ -1,4 +1,4 @@
-//! A result is had again from itself, to the last bit, or it is said why not.
+//! A result is reproduced from itself, to the last bit, or refused with the reason.
 
 mod support;
 
@@ -34,7 +34,7 @@ fn read(file: &Path) -> Value {
     serde_json::from_slice(&std::fs::read(file).expect("a result")).expect("JSON")
 }
 
-/// A run with all that it can be had again from; its scenario is gone.
+/// A run that can be reproduced; its scenario is gone.
 fn ran(test: &str) -> (PathBuf, [PathBuf; 3]) {
     let folder = folder(test);
     let scenario = folder.join("servo.toml");
@@ -64,7 +64,7 @@ fn a_run_is_had_again_from_json_from_mcap_and_from_beside_a_trace() {
     assert_eq!(origin["scenario"]["text"], SCENARIO);
     assert_eq!(origin["command"][1], "run");
     for kept in [&json, &mcap] {
-        let answer = done(&["rerun", &text(kept)]);
+        let answer = done(&["reproduce", &text(kept)]);
         assert!(
             said(&answer).contains("the same result as in"),
             "{}",
@@ -75,7 +75,7 @@ fn a_run_is_had_again_from_json_from_mcap_and_from_beside_a_trace() {
     let (again, trace) = (folder.join("again.json"), folder.join("again.csv"));
     let beside = folder.join("r.csv-metadata.json");
     let outputs = ["--json", &text(&again), "--csv", &text(&trace)];
-    let answer = done(&[&["rerun", &text(&beside)][..], &outputs].concat());
+    let answer = done(&[&["reproduce", &text(&beside)][..], &outputs].concat());
     assert!(
         said(&answer).contains("no result to compare with"),
         "{}",
@@ -91,10 +91,10 @@ fn a_run_is_had_again_from_json_from_mcap_and_from_beside_a_trace() {
         result
     };
     assert_eq!(without(&json), without(&again));
-    // What is had again says where it is from, too.
-    done(&["rerun", &text(&again)]);
+    // A reproduced result has its origin, too.
+    done(&["reproduce", &text(&again)]);
     // A result is read, and so is not written over.
-    let answer = servo_id(&["rerun", &text(&json), "--json", &text(&json), "--force"]);
+    let answer = servo_id(&["reproduce", &text(&json), "--json", &text(&json), "--force"]);
     assert_eq!(answer.status.code(), Some(2));
     assert!(
         standard_error(&answer).contains("this file is read"),
@@ -109,7 +109,7 @@ fn another_version_and_another_result_are_told() {
     result["origin"]["version"] = json!("0.0.9 (0123456789ab)");
     let other = folder.join("other.json");
     std::fs::write(&other, result.to_string()).expect("written");
-    let answer = done(&["rerun", &text(&other)]);
+    let answer = done(&["reproduce", &text(&other)]);
     let warning = standard_error(&answer);
     assert!(
         warning.contains("was written by version 0.0.9 (0123456789ab)"),
@@ -122,7 +122,7 @@ fn another_version_and_another_result_are_told() {
         .expect("a number");
     result["estimates"]["b"]["final"] = json!(b.next_up());
     std::fs::write(&other, result.to_string()).expect("written");
-    let answer = servo_id(&["rerun", &text(&other)]);
+    let answer = servo_id(&["reproduce", &text(&other)]);
     assert_eq!(answer.status.code(), Some(1));
     let told = format!("estimates.b.final: {} before, {b} now", b.next_up());
     assert!(standard_error(&answer).contains(&told), "{answer:?}");
@@ -130,17 +130,11 @@ fn another_version_and_another_result_are_told() {
     for (bytes, expected) in [
         ("no result", "this is no result"),
         ("[1]", "this is no result"),
-        (
-            "{\"status\": \"converged\"}",
-            "does not say where it is from",
-        ),
-        (
-            "{\"origin\": {\"version\": 1}}",
-            "does not say where it is from",
-        ),
+        ("{\"status\": \"converged\"}", "has no origin"),
+        ("{\"origin\": {\"version\": 1}}", "has no origin"),
     ] {
         std::fs::write(&other, bytes).expect("written");
-        let answer = servo_id(&["rerun", &text(&other)]);
+        let answer = servo_id(&["reproduce", &text(&other)]);
         assert_eq!(answer.status.code(), Some(2));
         assert!(standard_error(&answer).contains(expected), "{answer:?}");
     }
@@ -170,7 +164,7 @@ fn a_replay_is_had_again_from_the_same_log_and_from_no_other() {
     ];
     done(&[&arguments[..], &outputs].concat());
     for kept in [&json, &mcap] {
-        assert!(said(&done(&["rerun", kept])).contains("the same result as in"));
+        assert!(said(&done(&["reproduce", kept])).contains("the same result as in"));
     }
     // A log that has moved with its result.
     let elsewhere = folder.join("elsewhere");
@@ -179,20 +173,20 @@ fn a_replay_is_had_again_from_the_same_log_and_from_no_other() {
     std::fs::copy(&csv, &moved).expect("copied");
     std::fs::copy(&json, &kept).expect("copied");
     std::fs::remove_file(&csv).expect("it was there");
-    assert!(said(&done(&["rerun", &text(&kept)])).contains("the same result as in"));
+    assert!(said(&done(&["reproduce", &text(&kept)])).contains("the same result as in"));
 
-    let answer = servo_id(&["rerun", &json]);
+    let answer = servo_id(&["reproduce", &json]);
     assert_eq!(answer.status.code(), Some(2));
     assert!(
-        standard_error(&answer).contains("which is not there"),
+        standard_error(&answer).contains("which is missing"),
         "{answer:?}"
     );
     let changed = std::fs::read_to_string(&moved).expect("a log");
     std::fs::write(&moved, changed.replacen(",0,", ",0.0,", 1) + "\n").expect("written");
-    let answer = servo_id(&["rerun", &text(&kept)]);
+    let answer = servo_id(&["reproduce", &text(&kept)]);
     assert_eq!(answer.status.code(), Some(2));
     assert!(
-        standard_error(&answer).contains("is not the log that the result is from"),
+        standard_error(&answer).contains("is not the log of the result"),
         "{answer:?}"
     );
 }
@@ -213,7 +207,7 @@ fn a_commissioning_is_had_again() {
         &csv,
     ]);
     for kept in [&json, &mcap] {
-        let answer = done(&["rerun", kept]);
+        let answer = done(&["reproduce", kept]);
         assert!(
             said(&answer).contains("the same result as in"),
             "{}",

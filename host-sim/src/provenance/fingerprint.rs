@@ -1,4 +1,4 @@
-//! What tells one file from another: the SHA-256 of all it holds.
+//! The fingerprint of a file: the SHA-256 of its content.
 
 use std::fmt::Write as _;
 use std::fs::File;

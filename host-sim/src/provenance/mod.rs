@@ -1,7 +1,7 @@
-//! What a result keeps of where it is from, so that it can be had again.
+//! Provenance of a result, so that it can be reproduced.
 //!
 //! [`Origin`] goes into every JSON result, MCAP file and the description beside a CSV trace; [`Kept`] is read
-//! back from one of them, and says whether another run gave the same.
+//! back from one of them, and compared with the result of another run.
 
 mod difference;
 mod fingerprint;

@@ -1,4 +1,4 @@
-//! Where a result is from.
+//! The origin of a result.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -9,23 +9,23 @@ use serde::{Deserialize, Serialize};
 use super::fingerprint;
 use crate::scenario::{Purpose, Scenario, ScenarioError, fetch};
 
-/// Where a result is from: all that it takes to have it again.
+/// The origin of a result: all that it takes to reproduce it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Origin {
     /// The version of the program.
     pub version: String,
     /// The command line.
     pub command: Vec<String>,
-    /// What was done.
+    /// The experiment.
     #[serde(flatten)]
     pub task: Task,
     /// The scenario, whole.
     pub scenario: ScenarioText,
-    /// The seed of what is random in servo and sensor.
+    /// The seed of the random effects in servo and sensor.
     pub seed: u32,
 }
 
-/// What was done.
+/// The experiment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "verb", rename_all = "kebab-case")]
 pub enum Task {
@@ -49,7 +49,7 @@ pub enum Task {
 pub struct ScenarioText {
     /// The file.
     pub file: String,
-    /// What it holds.
+    /// Its text.
     pub text: String,
 }
 
@@ -58,21 +58,21 @@ pub struct ScenarioText {
 pub struct LogFile {
     /// The file.
     pub file: PathBuf,
-    /// The SHA-256 of what it holds.
+    /// The SHA-256 of its content.
     pub sha256: String,
 }
 
-/// A result with where it is from.
+/// A result with its origin.
 #[derive(Debug, Serialize)]
 pub struct WithOrigin<'a, D> {
     /// The result.
     #[serde(flatten)]
     pub result: &'a D,
-    /// Where it is from.
+    /// Its origin.
     pub origin: &'a Origin,
 }
 
-/// What stands beside a trace that cannot say where it is from.
+/// The description beside a trace that cannot hold its origin.
 #[derive(Debug, Serialize)]
 pub struct OriginAlone<'a> {
     origin: &'a Origin,
@@ -87,7 +87,7 @@ impl<'a> OriginAlone<'a> {
 }
 
 impl Origin {
-    /// Of what this program does now.
+    /// Of the present call.
     #[must_use]
     pub fn of(task: Task, text: &ScenarioText, scenario: &Scenario) -> Self {
         Self {
@@ -142,7 +142,7 @@ impl ScenarioText {
         })
     }
 
-    /// What it describes.
+    /// The scenario of the text.
     ///
     /// # Errors
     /// File, line, key and what is allowed there.

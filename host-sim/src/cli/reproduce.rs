@@ -6,12 +6,12 @@ use super::fault::Fault;
 use super::output::Outputs;
 use super::standard_output::say;
 use super::{commission, replay, run};
-use crate::rerun::{Kept, KeptError, LogFile, Task};
+use crate::provenance::{Kept, KeptError, LogFile, Task};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// What `run`, `replay` or `commission` wrote with --json or --mcap, or the -metadata.json beside a CSV
-    /// trace.
+    /// A result that `run`, `replay` or `commission` wrote with --json or --mcap, or the -metadata.json beside a
+    /// CSV trace.
     result: PathBuf,
     #[command(flatten)]
     outputs: Outputs,
@@ -52,10 +52,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     }
 }
 
-/// Says whether a result is the same as one that was kept.
+/// Compares a result with a kept one.
 ///
 /// # Errors
-/// Where it is not.
+/// If they differ.
 pub(super) fn compare(kept: &Kept, result: &impl Serialize, silent: bool) -> Result<(), Fault> {
     /// Differences that are shown.
     const SHOWN: usize = 10;
