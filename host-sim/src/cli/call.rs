@@ -1,4 +1,4 @@
-//! The call of the program, as reports tell it.
+//! The call of the program, for reports.
 
 use std::env;
 use std::iter;
@@ -6,13 +6,13 @@ use std::path::Path;
 
 use crate::program;
 
-/// What was done, to what file.
+/// The title of a report: the action and its file.
 pub(super) fn title(done: &str, file: &Path) -> String {
     let name = file.file_name().unwrap_or(file.as_os_str());
     format!("{done} {}", name.display())
 }
 
-/// The call as it may be typed again.
+/// The call as it can be repeated in a shell.
 pub(super) fn command() -> String {
     let words = env::args_os().skip(1);
     let words = words.map(|word| quoted(&word.to_string_lossy()));

@@ -10,10 +10,10 @@ use crate::scenario::{Purpose, Scenario};
 pub(super) struct Arguments {
     /// The scenario, a TOML file with a [plant].
     scenario: PathBuf,
-    /// Write what is told as JSON to this file; `-` is standard output.
+    /// Write the analysis as JSON to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Replace a file that is there already.
+    /// Replace an existing file.
     #[arg(long)]
     force: bool,
 }

@@ -21,7 +21,7 @@ use crate::scenario::Purpose;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The scenario, a TOML file with [commission]; a [controller] is one that runs already.
+    /// The scenario, a TOML file with [commission]; a [controller] is the one in use.
     scenario: PathBuf,
     #[command(flatten)]
     outputs: Outputs,

@@ -9,7 +9,7 @@ use crate::program;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The shell that is to complete verbs, options and files.
+    /// The shell.
     shell: Shell,
 }
 

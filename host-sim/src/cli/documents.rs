@@ -1,4 +1,4 @@
-//! What is written of a result that has no trace.
+//! The outputs of a result without a trace.
 
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ pub(super) struct Documents {
     /// Write a report, one HTML page with everything in it, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
-    /// Replace files that are there already.
+    /// Replace existing files.
     #[arg(long)]
     force: bool,
 }

@@ -23,7 +23,7 @@ const KEPT: u64 = 100_000;
 pub(super) struct Arguments {
     /// The scenario, a TOML file with the gradient law; its arithmetic does not matter.
     scenario: PathBuf,
-    /// Turns that the servo is away from where its encoder counted zero.
+    /// Turns of the servo from the zero of its counter at the start.
     #[arg(long, value_name = "N", default_value_t = 0)]
     turns: u32,
     /// Write the differences as JSON to this file; `-` is standard output.
@@ -35,7 +35,7 @@ pub(super) struct Arguments {
     csv: Option<PathBuf>,
     #[command(flatten)]
     drawing: Drawing,
-    /// Replace files that are there already.
+    /// Replace existing files.
     #[arg(long)]
     force: bool,
 }

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use crate::scenario::ScenarioError;
 
-/// Why a verb did not do what it was asked.
+/// Why a verb failed.
 #[derive(Debug)]
 pub(super) enum Fault {
     /// The user's input is wrong: exit status 2.

@@ -1,4 +1,4 @@
-//! The files of one call: what it reads, what it writes, and that none is hurt.
+//! The files of one call: inputs that are protected, and outputs that appear complete or not at all.
 
 use std::fs::{self, Metadata};
 use std::io::{self, Write};
@@ -17,7 +17,7 @@ use crate::render::html;
 /// The files of one call. Every output is claimed before any work is done.
 #[derive(Debug)]
 pub(super) struct Files {
-    /// Whether files that are there already may be replaced.
+    /// Existing files may be replaced.
     force: bool,
     inputs: Vec<Identity>,
     outputs: Vec<(Identity, PathBuf)>,
@@ -31,7 +31,7 @@ pub(super) struct Output {
     file: PendingFile,
 }
 
-/// A picture to be.
+/// A picture that is requested.
 #[derive(Debug)]
 pub(super) struct Picture {
     format: Format,
@@ -39,7 +39,7 @@ pub(super) struct Picture {
     output: Output,
 }
 
-/// What makes two names one file.
+/// The identity of a file under all of its names.
 #[derive(Debug, PartialEq, Eq)]
 enum Identity {
     #[cfg(unix)]
@@ -65,7 +65,7 @@ impl Files {
         }
     }
 
-    /// Begins an output, if one is asked for; `-` is standard output.
+    /// Begins an output, if one is requested; `-` is standard output.
     ///
     /// # Errors
     /// Bad input, if it is also read or written, is there already and may not be replaced, or cannot be
@@ -74,7 +74,7 @@ impl Files {
         name.map(|name| self.begin(name)).transpose()
     }
 
-    /// Begins a picture, if one is asked for. Its name says the format; on standard output it is SVG.
+    /// Begins a picture, if one is requested. Its name ends with the format; on standard output it is SVG.
     ///
     /// # Errors
     /// As [`output`](Self::output), and if the name ends in no known format.
@@ -125,7 +125,7 @@ impl Files {
         })
     }
 
-    /// Keeps a place for one output, or says why it cannot be one.
+    /// Reserves a place for one output, or returns why it cannot be one.
     fn claim(&mut self, name: &Path, place: &Place) -> Result<(), String> {
         match place {
             Place::StandardOutput if self.standard_output => {
@@ -157,14 +157,13 @@ impl Files {
         }
     }
 
-    /// Whether standard output belongs to a result, and nothing else may be said there.
+    /// Standard output holds a result, so that nothing else may be printed there.
     pub(super) fn own_standard_output(&self) -> bool {
         self.standard_output
     }
 }
 
-/// Ends results that were written: they are there under their names now, and none is if one could not
-/// be written.
+/// Commits results under their names; none, if one of them could not be written.
 pub(super) fn commit(
     written: impl IntoIterator<Item = Option<Result<Output, Fault>>>,
 ) -> Result<(), Fault> {
@@ -173,7 +172,7 @@ pub(super) fn commit(
 }
 
 impl Output {
-    /// Its name as it was asked for.
+    /// Its requested name.
     pub(super) fn name(&self) -> &Path {
         &self.name
     }
@@ -209,20 +208,20 @@ impl Output {
             .map_err(|error| self.unwritable(&error))
     }
 
-    /// Ends the file, which is there under its name now.
+    /// Completes the file under its name.
     pub(super) fn commit(self) -> Result<(), Fault> {
         let Self { name, file } = self;
         file.commit()
             .map_err(|error| Fault::unwritable(name.display(), &error))
     }
 
-    /// What is said where not all could be written.
+    /// The fault of an output that could not be written completely.
     pub(super) fn unwritable(&self, error: &io::Error) -> Fault {
         Fault::unwritable(self.name.display(), error)
     }
 }
 
-/// What went wrong with a table, as the system said it.
+/// The system's error of a table.
 pub(super) fn io_error(error: csv::Error) -> io::Error {
     let told = error.to_string();
     match error.into_kind() {

@@ -10,9 +10,9 @@ use crate::init::{Chosen, DataSheet, Drive, scenario};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The scenario to write; `-`, or none, is standard output.
+    /// The scenario to write; `-`, the default, is standard output.
     file: Option<PathBuf>,
-    /// What the command is: the current of an amplifier with a current loop, or the voltage at the motor.
+    /// Quantity of the command: the current of an amplifier with a current loop, or the voltage at the motor.
     #[arg(long, value_enum)]
     drive: Option<Command>,
     /// Torque constant of the motor, N m/A (the back-EMF constant in V s/rad is the same number).
@@ -21,16 +21,16 @@ pub(super) struct Arguments {
     /// Inertia of the rotor, kg m²; 1 g cm² is 1e-7.
     #[arg(long, value_name = "J")]
     rotor_inertia: Option<f64>,
-    /// Inertia of the load behind the gear, kg m²; 0 unless stated.
+    /// Inertia of the load behind the gear, kg m²; 0 by default.
     #[arg(long, value_name = "J")]
     load_inertia: Option<f64>,
-    /// Turns of the motor for one of the load; 1 unless stated.
+    /// Turns of the motor per turn of the load; 1 by default.
     #[arg(long, value_name = "N")]
     gear: Option<f64>,
-    /// Counts of the encoder for a turn of the motor, after quadrature.
+    /// Counts of the encoder per turn of the motor, after quadrature.
     #[arg(long, value_name = "N")]
     counts: Option<f64>,
-    /// The largest current, A (driven by current).
+    /// Largest current, A (driven by current).
     #[arg(long, value_name = "A")]
     peak_current: Option<f64>,
     /// The supply's voltage, V (driven by voltage).
@@ -39,21 +39,21 @@ pub(super) struct Arguments {
     /// Resistance of the winding, ohm (driven by voltage).
     #[arg(long, value_name = "OHM")]
     resistance: Option<f64>,
-    /// Viscous friction, N m s/rad; 0 unless stated.
+    /// Viscous friction, N m s/rad; 0 by default.
     #[arg(long, value_name = "B")]
     viscous: Option<f64>,
-    /// Coulomb friction, N m; 0 unless stated.
+    /// Coulomb friction, N m; 0 by default.
     #[arg(long, value_name = "TORQUE")]
     coulomb: Option<f64>,
-    /// Sample time of the loop, s; 0.001 unless stated.
+    /// Sample time of the loop, s; 0.001 by default.
     #[arg(long, value_name = "T")]
     sample_time: Option<f64>,
-    /// Replace a file that is there already.
+    /// Replace an existing file.
     #[arg(long)]
     force: bool,
 }
 
-/// What the command is.
+/// The quantity of the command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Command {
     Current,

@@ -10,7 +10,7 @@ use crate::scenario::schema::schema;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// A table, `controller`, or a key, `controller.kp`; all of them if none is named.
+    /// A table, as `controller`, or a key, as `controller.kp`; all keys by default.
     #[arg(value_name = "TABLE|KEY")]
     of: Option<String>,
     /// Print a JSON schema (draft 2020-12) of a scenario instead, for editors.

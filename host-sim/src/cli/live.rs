@@ -1,4 +1,4 @@
-//! `--live`: the report of a run while it goes on, for browsers of this machine.
+//! `--live`: the report of a run while it lasts, for browsers of this machine.
 
 use std::io::{self, ErrorKind, Write as _};
 use std::sync::atomic::Ordering;
@@ -11,14 +11,14 @@ use crate::live::{Server, Update};
 use crate::present::{Page, Progress};
 use crate::render::html;
 
-/// How often the page is made anew.
+/// Time between two versions of the page.
 const PERIOD: Duration = Duration::from_millis(400);
 
-/// Whether and where a run is shown while it goes on.
+/// The options of a live report.
 #[derive(Debug, clap::Args)]
 pub(super) struct LiveOptions {
-    /// Show the report in browsers of this machine while the run goes on, in real time, and afterwards until
-    /// Ctrl-C. The address is told on standard error; without a port it is any free one.
+    /// Show the report in browsers of this machine during the run, in real time, and afterwards until Ctrl-C.
+    /// Standard error shows the address; without a port any free one is taken.
     #[arg(
         long,
         value_name = "PORT",
@@ -27,7 +27,7 @@ pub(super) struct LiveOptions {
         default_missing_value = "0"
     )]
     live: Option<u16>,
-    /// With --live: so many times as fast as real time; inf for as fast as it goes.
+    /// With --live: speed relative to real time; inf for no limit.
     #[arg(
         long,
         value_name = "X",
@@ -52,7 +52,7 @@ fn pace(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A run that is shown while it goes on.
+/// A run whose report is shown live.
 #[derive(Debug)]
 pub(super) struct Live {
     server: Server,
@@ -62,16 +62,16 @@ pub(super) struct Live {
 }
 
 impl LiveOptions {
-    /// Begins to serve, if it is asked for, and tells where.
+    /// Begins to serve, if requested, and prints the address.
     ///
     /// # Errors
-    /// If the port cannot be had.
+    /// If the port is not available.
     pub(super) fn begin(&self) -> Result<Option<Live>, Fault> {
         let Some(port) = self.live else {
             return Ok(None);
         };
         let server = Server::start(port).map_err(|error| unavailable(port, &error))?;
-        // Where nobody can be told, it is served all the same.
+        // It is served even if standard error is closed.
         let _ = writeln!(
             io::stderr(),
             "live: http://{}/ shows the run while it goes on (Ctrl-C ends it)",
@@ -99,9 +99,9 @@ fn unavailable(port: u16, error: &io::Error) -> Fault {
 }
 
 impl Live {
-    /// Waits until so much of the motion, s, is due. Whether the page is to be made anew.
+    /// Waits until the time of the motion, s, is due; returns whether the page is due, too.
     pub(super) fn keep_pace(&mut self, motion: f64) -> bool {
-        /// Sleeping for less is of no use.
+        /// Shorter sleeps are not exact.
         const SHORTEST: Duration = Duration::from_millis(3);
         let due = Duration::try_from_secs_f64(motion / self.pace).unwrap_or(Duration::ZERO);
         let ahead = due.saturating_sub(self.begun.elapsed());
@@ -120,7 +120,7 @@ impl Live {
         self.put(page, Progress::Underway);
     }
 
-    /// Shows the page as it is in the end, until somebody has seen enough.
+    /// Shows the final page until an interruption.
     pub(super) fn stay(&self, page: &Page) {
         const LOOK: Duration = Duration::from_millis(50);
         self.put(page, Progress::Over);

@@ -9,7 +9,7 @@ use crate::nearest;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The verb whose page is wanted, `drive status` too; that of the program if none is named.
+    /// The verb, also `drive status`; by default the page is that of the program.
     #[arg(value_name = "VERB")]
     verb: Vec<String>,
 }

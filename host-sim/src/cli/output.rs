@@ -1,4 +1,4 @@
-//! What is written of one experiment.
+//! The outputs of one experiment.
 
 use std::path::{Path, PathBuf};
 
@@ -29,11 +29,11 @@ pub(super) struct Outputs {
     /// Write the result as JSON to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     pub(super) json: Option<PathBuf>,
-    /// Write the trace, one row a sample, to this file; `-` is standard output.
+    /// Write the trace, one row per sample, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     pub(super) csv: Option<PathBuf>,
-    /// Write the trace, with where it is from, to this MCAP file, which Foxglove and PlotJuggler show; `-` is
-    /// standard output.
+    /// Write the trace and its provenance to this MCAP file, for Foxglove and PlotJuggler; `-` is standard
+    /// output.
     #[arg(long, value_name = "FILE")]
     pub(super) mcap: Option<PathBuf>,
     #[command(flatten)]
@@ -43,7 +43,7 @@ pub(super) struct Outputs {
     pub(super) report: Option<PathBuf>,
     #[command(flatten)]
     pub(super) live: LiveOptions,
-    /// Replace files that are there already.
+    /// Replace existing files.
     #[arg(long)]
     pub(super) force: bool,
 }

@@ -1,4 +1,4 @@
-//! A file that is there when it is whole, and not before.
+//! A file that appears when it is complete, and not before.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Write};

@@ -20,14 +20,14 @@ const PICTURE: &str = "figure-03.png";
 
 #[derive(Debug, Default, clap::Args)]
 pub(super) struct Arguments {
-    /// The folder for picture, traces and results; results/paper unless stated, where those of an
-    /// earlier run are replaced.
+    /// The folder for picture, traces and results; by default results/paper, where those of an earlier run are
+    /// replaced.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// How wide the picture is, in a paper of two columns.
+    /// Width of the picture, in a paper of two columns.
     #[arg(long, value_enum, default_value_t)]
     size: Size,
-    /// Replace files that are there already, in a folder of your own too.
+    /// Replace existing files, in a folder of your own too.
     #[arg(long)]
     force: bool,
 }

@@ -1,4 +1,4 @@
-//! How far a verb is and how long it still takes, on standard error where that is a terminal.
+//! Progress of a verb and the time left, on standard error where that is a terminal.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -7,8 +7,8 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::standard_output;
 
-/// Nothing is shown of what is done within this time.
-const AT_ONCE: Duration = Duration::from_secs(2);
+/// Time until progress is shown.
+const SHOWN_AFTER: Duration = Duration::from_secs(2);
 
 /// A line that shows how much is done. It goes when it is dropped.
 #[derive(Debug)]
@@ -62,7 +62,7 @@ impl Progress {
         if !done.is_multiple_of(self.together) {
             return;
         }
-        if self.begun.elapsed() > AT_ONCE && !self.shown.swap(true, Ordering::Relaxed) {
+        if self.begun.elapsed() > SHOWN_AFTER && !self.shown.swap(true, Ordering::Relaxed) {
             self.bar.set_draw_target(ProgressDrawTarget::stderr());
         }
         self.bar.set_position(done);

@@ -1,4 +1,4 @@
-//! What is kept of an experiment while it runs: never more than a bounded part, however long it takes.
+//! The bounded record of an experiment while it runs.
 
 use super::files::{Output, io_error};
 use super::live::Live;

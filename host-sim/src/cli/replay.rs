@@ -12,16 +12,15 @@ use crate::scenario::{Purpose, Scenario};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The log, a file, .csv, .csv.gz or .mcap: what `run` wrote, or what a drive recorded. Of several,
-    /// all of one servo, each goes on from the estimates of the one before.
+    /// The log, a file, .csv, .csv.gz or .mcap, written by `run` or recorded by a drive. Of several logs, all of
+    /// one servo, each starts from the estimates of the one before.
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// The scenario of the run that wrote the log; for any other log one with [log]: identifier, the
     /// log's columns, and the controller that ran where the log has no command.
     #[arg(long, value_name = "SCENARIO.toml")]
     scenario: PathBuf,
-    /// Another log of the servo: nothing is learnt from it, and the estimates must predict it.
-    /// May be given again.
+    /// A further log of the servo that the estimates must predict; it does not enter them. May be repeated.
     #[arg(long, value_name = "LOG")]
     predict: Vec<PathBuf>,
     /// Passes over the logs, each from the estimates of the one before.

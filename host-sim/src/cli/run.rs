@@ -10,7 +10,7 @@ use crate::simulate;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The scenario, a TOML file (its keys are at the end of `--help`).
+    /// The scenario, a TOML file; `--help` ends with its keys.
     scenario: PathBuf,
     #[command(flatten)]
     outputs: Outputs,

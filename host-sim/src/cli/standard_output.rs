@@ -1,4 +1,4 @@
-//! What is said to whoever runs the program.
+//! Standard output.
 
 use std::fmt;
 use std::io::{self, ErrorKind, Write};
@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::fault::Fault;
 
-/// `println!` that tells where nothing could be said: to be followed by `?`.
+/// `println!` that returns a fault where standard output cannot be written.
 macro_rules! say {
     ($($text:tt)*) => {
         $crate::cli::standard_output::line(format_args!($($text)*))
@@ -14,20 +14,20 @@ macro_rules! say {
 }
 pub(super) use say;
 
-/// Whether nothing is to be said.
+/// Only errors and requested results are printed.
 static QUIET: AtomicBool = AtomicBool::new(false);
 
-/// From now on nothing is said.
+/// From now on, only errors and requested results are printed.
 pub(super) fn be_quiet() {
     QUIET.store(true, Ordering::Relaxed);
 }
 
-/// Whether nothing is said.
+/// Only errors and requested results are printed.
 pub(super) fn is_quiet() -> bool {
     QUIET.load(Ordering::Relaxed)
 }
 
-/// Writes a line, with its colours where they are shown; none where nothing is to be said.
+/// Prints a line, with colours where they are supported; nothing with `--quiet`.
 pub(super) fn line(text: fmt::Arguments<'_>) -> Result<(), Fault> {
     if is_quiet() {
         return Ok(());
@@ -35,13 +35,13 @@ pub(super) fn line(text: fmt::Arguments<'_>) -> Result<(), Fault> {
     result(text)
 }
 
-/// Writes what was asked for in so many words, however quiet it is to be.
+/// Prints a requested result, also with `--quiet`.
 pub(super) fn result(text: fmt::Arguments<'_>) -> Result<(), Fault> {
     // In one piece, and not piece by piece as the text is made.
     written(anstream::stdout().write_all(format!("{text}\n").as_bytes()))
 }
 
-/// Writes what waits.
+/// Flushes standard output.
 pub(super) fn flush() -> Result<(), Fault> {
     written(io::stdout().flush())
 }

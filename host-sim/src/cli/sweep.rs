@@ -20,16 +20,16 @@ use crate::sweep::{self, Distribution};
 pub(super) struct Arguments {
     /// The scenario, a TOML file; servos are drawn from its plant_box.
     scenario: PathBuf,
-    /// Servos to be run.
+    /// Number of servos.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     runs: u32,
-    /// What the servos and references follow from.
+    /// Seed of the servos and references.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u32,
-    /// Threads; all cores unless stated. The result is the same for any number.
+    /// Threads; all cores by default. The result is the same for any number.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
-    /// Write every servo with what was found to this file, one row a servo; `-` is standard
+    /// Write every servo with its result to this file, one row per servo; `-` is standard
     /// output.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,

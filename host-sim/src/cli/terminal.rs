@@ -1,18 +1,18 @@
-//! How much room there is.
+//! The width of the terminal.
 
 use terminal_size::{Width, terminal_size_of};
 
 /// Characters to a line where there is no terminal.
 const ELSEWHERE: u16 = 100;
 
-/// Less than this no table fits into.
-const LEAST: u16 = 20;
+/// Narrowest width of a table.
+const MIN_WIDTH: u16 = 20;
 
 /// Characters to a line: what COLUMNS says, what the terminal has, or 100.
 pub(super) fn width() -> u16 {
     let said = std::env::var("COLUMNS").ok();
     let said = said.and_then(|columns| columns.trim().parse().ok());
-    let is_wide_enough = |width: &u16| *width >= LEAST;
+    let is_wide_enough = |width: &u16| *width >= MIN_WIDTH;
     said.filter(is_wide_enough)
         .or_else(|| terminal_size_of(std::io::stdout()).map(|(Width(width), _)| width))
         .filter(is_wide_enough)

@@ -21,21 +21,21 @@ use crate::tune::{Conditions, IdentifiedResult, NoGains, Tuned};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The result, what `run` or `replay` wrote with --json.
+    /// The result that `run` or `replay` wrote with --json.
     result: PathBuf,
-    /// What is asked for: the time from 10 to 90 % of a step, s.
+    /// Goal: time from 10 to 90 % of a step, s.
     #[arg(long, value_name = "S", group = "goal", allow_negative_numbers = true)]
     response_time: Option<f64>,
-    /// What is asked for: ω of the loop's double pole, rad/s.
+    /// Goal: ω of the loop's double pole, rad/s.
     #[arg(long, value_name = "W", group = "goal", allow_negative_numbers = true)]
     bandwidth: Option<f64>,
-    /// What is asked for: as stiff as the servo bears (unless one of the others is asked for).
+    /// Goal: as stiff as the servo allows (the default).
     #[arg(long, group = "goal")]
     stiffest: bool,
     /// The scenario of the result: encoder, limit and declared delay are taken from it.
     #[arg(long, value_name = "SCENARIO.toml")]
     scenario: Option<PathBuf>,
-    /// Sample time of the loop, s; the result's unless stated.
+    /// Sample time of the loop, s; the result's by default.
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     sample_time: Option<f64>,
     /// Counts of the encoder per revolution; 0 for an ideal sensor.
@@ -57,26 +57,25 @@ pub(super) struct Arguments {
     /// The largest command, command units; inf for none.
     #[arg(long, value_name = "U", allow_negative_numbers = true)]
     limit: Option<f64>,
-    /// Delay from the encoder's reading to the output that was not identified, s; the scenario's, or
-    /// none.
+    /// Delay from encoder reading to output that was not identified, s; the scenario's, or none, by default.
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     command_delay: Option<f64>,
-    /// Cut-off of the velocity estimate, rad/s; chosen with the gains unless stated.
+    /// Cut-off of the velocity estimate, rad/s; chosen with the gains by default.
     #[arg(long, value_name = "W", allow_negative_numbers = true)]
     cutoff: Option<f64>,
-    /// The largest sensitivity Ms; 1.6 unless stated.
+    /// Largest sensitivity Ms; 1.6 by default.
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     max_sensitivity: Option<f64>,
-    /// The largest part of the command that the encoder's rounding may make up; 0.03 unless stated.
+    /// Largest share of the encoder's rounding in the command, as a fraction of the limit; 0.03 by default.
     #[arg(long, value_name = "PART", allow_negative_numbers = true)]
     max_noise: Option<f64>,
-    /// The lowest resonance that is known, rad/s.
+    /// Lowest known resonance, rad/s.
     #[arg(long, value_name = "W", allow_negative_numbers = true)]
     resonance: Option<f64>,
-    /// The step that is promised, rad; 0.1 unless stated, but 10 counts at least.
+    /// Step of the predicted response, rad; 0.1 by default, at least 10 counts.
     #[arg(long, value_name = "RAD", allow_negative_numbers = true)]
     step: Option<f64>,
-    /// Tune even for a result that has not converged: nothing vouches for what is promised then.
+    /// Tune even for a result that has not converged; the predicted response is then uncertain.
     #[arg(long)]
     accept_unconverged: bool,
     #[command(flatten)]

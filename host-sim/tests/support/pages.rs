@@ -30,7 +30,7 @@ pub(crate) fn assert_block_is_printed(page: &Path, begin: &str, output: &str) {
         return;
     }
     if std::env::var_os("BLESS_PAGES").is_some() && !printed.is_empty() {
-        lines.splice(block, printed);
+        drop(lines.splice(block, printed));
         fs::write(page, lines.join("\n") + "\n").expect("the page is written");
         return;
     }
