@@ -161,7 +161,11 @@ fn the_first_power_on_of_the_manual_works_step_by_step() {
     }
     drive.with(|around| around.hand = Hand::Holds(0.21));
     let (status, said, why) = Person::ends(start);
-    assert!(said.contains("position 0.1"), "it counts upwards: {said}");
+    // 159 counts of 10 000.
+    assert!(
+        said.contains("position 0.0999"),
+        "it counts upwards: {said}"
+    );
     assert_eq!(status, Some(1));
     assert!(why.contains("fault 22:"), "not {why}");
     assert_eq!(drive.with(|around| around.held), None);

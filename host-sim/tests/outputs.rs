@@ -225,12 +225,12 @@ fn a_dash_is_standard_output_and_alone_there() {
         ("run scenario.toml --json -", "{", "}\n"),
         ("run scenario.toml --json /dev/stdout", "{", "}\n"),
         ("run scenario.toml --csv -", "time_s,", "\n"),
-        ("run scenario.toml --plot -", "<svg", "</svg>"),
-        ("compare scenario.toml --plot -", "<svg", "</svg>"),
+        ("run scenario.toml --plot -", "<svg", "</svg>\n"),
+        ("compare scenario.toml --plot -", "<svg", "</svg>\n"),
         ("drift scenario.toml --csv -", "time_s,", "\n"),
-        ("drift scenario.toml --plot -", "<svg", "</svg>"),
+        ("drift scenario.toml --plot -", "<svg", "</svg>\n"),
         ("sweep scenario.toml --runs 2 --csv -", "run,", "\n"),
-        ("sweep scenario.toml --runs 2 --plot -", "<svg", "</svg>"),
+        ("sweep scenario.toml --runs 2 --plot -", "<svg", "</svg>\n"),
     ] {
         let output = call(&folder, words);
         assert_done(&output);

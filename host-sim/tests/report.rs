@@ -34,6 +34,8 @@ fn assert_self_contained(page: &str) {
     assert!(page.starts_with("<!DOCTYPE html>") && page.ends_with("</html>"));
     assert!(page.len() < MOST, "{} bytes", page.len());
     assert!(page.contains("default-src 'none'"));
+    // A drawing refers to its own clips.
+    let page = page.replace("url(#", "");
     for reference in ["src=", "@import", "url(", "href=\"http", "<base", "<form"] {
         assert!(!page.contains(reference), "{reference}");
     }

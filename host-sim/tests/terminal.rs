@@ -111,7 +111,7 @@ fn a_terminal_shows_colours_unless_they_are_not_wanted() {
             "scenario.toml",
         ];
         let mut terminal = Terminal::start(&words, &folder, 100, 40);
-        terminal.shows("residual:");
+        terminal.shows("Remaining output error:");
         assert_eq!(terminal.is_coloured(), is_coloured, "{setting}");
         terminal.ends();
     }

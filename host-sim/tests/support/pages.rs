@@ -10,20 +10,22 @@ pub(crate) fn root() -> PathBuf {
     root.canonicalize().expect("the project's root")
 }
 
-/// Asserts that the block of a page whose first line begins with `begin` is printed as it stands there: as the lines of
-/// `output` from the one that begins so.
+/// Asserts that the block of a page whose first line begins with `begin`, behind any space, is printed as it stands
+/// there: as the lines of `output` from the one that begins so.
 pub(crate) fn assert_block_is_printed(page: &Path, begin: &str, output: &str) {
     let text = fs::read_to_string(page).expect("a page");
     let mut lines: Vec<&str> = text.lines().collect();
     let first = (1..lines.len())
-        .find(|&line| lines[line - 1].starts_with("```") && lines[line].starts_with(begin))
+        .find(|&line| {
+            lines[line - 1].starts_with("```") && lines[line].trim_start().starts_with(begin)
+        })
         .unwrap_or_else(|| panic!("{}: no block {begin:?}", page.display()));
     let length = lines[first..].iter().position(|line| *line == "```");
     let block = first..first + length.expect("the block ends");
     let printed: Vec<&str> = output
         .lines()
         .map(str::trim_end)
-        .skip_while(|line| !line.starts_with(begin))
+        .skip_while(|line| !line.trim_start().starts_with(begin))
         .take(block.len())
         .collect();
     if lines[block.clone()] == printed {

@@ -25,6 +25,10 @@ type Recursion = GaussNewtonRecursion<f32, AbCoulombLoad, 4, BLOCKS>;
 pub(crate) struct ClosedLoop(Laws);
 
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "one is kept, in a static place, and any law may be ordered next"
+)]
 enum Laws {
     Gradient(With<Gradient>),
     GradientWithFriction(With<GradientWithFriction>),

@@ -20,7 +20,7 @@ pub(super) fn within(table: &Table, width: u16) -> String {
         let fits = longest.unwrap_or(0) <= usize::from(width);
         match leaving.pop().filter(|_| !fits) {
             Some(place) => left_out.push(place),
-            None => return finished(table, &lines, &mut left_out),
+            None => return finished(table, &lines, &mut left_out, usize::from(width)),
         }
     }
 }
@@ -53,15 +53,20 @@ fn lines(table: &Table, left_out: &[usize]) -> Vec<String> {
     lines
 }
 
-fn finished(table: &Table, lines: &[String], left_out: &mut [usize]) -> String {
+fn finished(table: &Table, lines: &[String], left_out: &mut [usize], width: usize) -> String {
     let mut text: Vec<String> = lines.iter().map(|line| style::row(line)).collect();
-    if !left_out.is_empty() {
-        left_out.sort_unstable();
-        let names = left_out
-            .iter()
-            .map(|&place| table.columns[place].name.as_str());
-        let names: Vec<_> = names.collect();
-        text.push(format!(" (no room for: {})", names.join("; ")));
+    left_out.sort_unstable();
+    if let Some((last, others)) = left_out.split_last() {
+        let name = |&place: &usize| table.columns[place].name.as_str();
+        let others = others.iter().map(|place| format!("{};", name(place)));
+        let mut line = " (no room for:".to_owned();
+        for name in others.chain([format!("{})", name(last))]) {
+            if measured(&line) + 1 + measured(&name) > width {
+                text.push(std::mem::replace(&mut line, " ".to_owned()));
+            }
+            line += &format!(" {name}");
+        }
+        text.push(line);
     }
     text.join("\n")
 }
