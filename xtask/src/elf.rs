@@ -60,9 +60,9 @@ impl Elf {
                     // The lowest bit of an address says Thumb.
                     .map(|symbol| (symbol.address() & !1, symbol))
             };
-            let starts: BTreeMap<u64, &str> = symbols()
+            let found: BTreeMap<u64, (u64, &str)> = symbols()
                 .filter(|(_, symbol)| symbol.kind() == SymbolKind::Text && symbol.size() > 0)
-                .map(|(address, symbol)| (address, symbol.name().unwrap_or("?")))
+                .map(|(address, symbol)| (address, (symbol.size(), symbol.name().unwrap_or("?"))))
                 .collect();
             // Mapping symbols: $t begins code, $d data in between.
             let is_code: BTreeMap<u64, bool> = symbols()
@@ -72,9 +72,9 @@ impl Elf {
                     _ => None,
                 })
                 .collect();
-            let end = section.address() + section.size();
-            let ends = starts.keys().skip(1).copied().chain([end]);
-            for ((&start, &name), end) in starts.iter().zip(ends) {
+            for (start, (size, name)) in found {
+                // The bytes between two functions are filled with what would decode as a jump.
+                let end = start + size;
                 if fits(name) {
                     let code = section.data().map_err(|error| self.fault(&error))?;
                     let bytes = code.get((start - section.address()) as usize..);

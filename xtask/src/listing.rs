@@ -123,7 +123,9 @@ impl Listing {
         if reach.functions.insert(function.name.clone()) {
             reach.loops += function.loops;
             if function.divisions > 0 || divides(&function.name) {
-                reach.divisions.push(function.name.clone());
+                let callers = above.iter().map(|at| self.functions[at].name.as_str());
+                let path: Vec<_> = callers.chain([function.name.as_str()]).collect();
+                reach.divisions.push(path.join(" → "));
             }
         }
         above.push(at);
