@@ -230,7 +230,7 @@ mod tests {
         let whole = listing.under("sample").expect("there");
         assert_eq!(
             (whole.stack, whole.divisions),
-            (12, vec!["root".to_owned()])
+            (12, vec!["sample → law → root".to_owned()])
         );
         assert!(listing.under("nothing").is_err());
         listing.functions.insert(0x30, function("root", &[0x10]));
