@@ -5,7 +5,7 @@ mod support;
 
 use std::fs;
 
-use identifier_core::commission::StopReason;
+use identifier_core::commission::Reason;
 use serde_json::Value;
 use support::{folder, servo_id, standard_error};
 
@@ -123,7 +123,7 @@ fn what_is_not_applied_is_exit_status_one_with_the_reason_in_words_and_numbers()
     let (status, said, result) = commission("locked", &text);
     assert_eq!(status, Some(1), "{said}");
     let result = result.expect("it is written");
-    let reason = StopReason::DoesNotMove;
+    let reason = Reason::DoesNotMove;
     assert_eq!(result["status"], "aborted");
     assert_eq!(result["code"], reason.number());
     assert_eq!(result["phase"], "wiggle");

@@ -17,7 +17,6 @@ pub struct OutOfRange {
 /// The range of a configuration value. Every range excludes NaN and the infinities.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
 pub enum Allowed {
     /// Any finite number.
     Finite,

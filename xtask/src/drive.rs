@@ -126,7 +126,7 @@ fn operate(drive: &mut Client) -> Result<(), Box<dyn Error>> {
     drive.ask(Command::Configure(tight))?;
     drive.ask(Command::Start)?;
     let fault = drive.next(struck)?;
-    expect("the fault of a silent host", fault, Fault::LinkSilent)?;
+    expect("the fault of a silent host", fault, Fault::LinkLost)?;
     expect(
         "the state then",
         drive.status()?.state,

@@ -1,7 +1,7 @@
 use core::fmt;
 
 use identifier_core::ControllerSettings;
-use identifier_core::commission::{IdentifiedServo, Phase, StopReason, TrialResult};
+use identifier_core::commission::{IdentifiedServo, Phase, Reason, TrialResult};
 use identifier_core::tuning::Tuning;
 use serde::{Deserialize, Serialize};
 
@@ -31,7 +31,7 @@ pub struct Commissioning {
     /// Where it stands.
     pub phase: Phase,
     /// Why it ended without new gains, if it did.
-    pub reason: Option<StopReason>,
+    pub reason: Option<Reason>,
 }
 
 /// What the last commissioning came to.

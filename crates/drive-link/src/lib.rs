@@ -10,7 +10,6 @@
 #![deny(missing_docs)]
 
 mod commissioning;
-mod fault;
 mod frame;
 mod line;
 mod message;
@@ -18,8 +17,8 @@ mod no_gains;
 mod settings;
 
 pub use commissioning::{Commissioning, Gains, Origin, Outcome, Progress};
-pub use fault::Fault;
 pub use frame::{FrameError, LONGEST_FRAME, LONGEST_MESSAGE, Receiver, StopListener, frame};
+pub use identifier_core::reason::Reason;
 pub use line::Line;
 pub use message::{
     Command, Ended, Estimates, Kept, Noticed, PROTOCOL, Refusal, Report, Request, Snapshot, State,
@@ -29,3 +28,6 @@ pub use no_gains::NoGains;
 pub use settings::{
     Dither, Format, Law, LoopSettings, Name, NotAllowed, Protection, Settings, Why,
 };
+
+/// A [`Reason`] for which a drive disables its stage until it is cleared.
+pub type Fault = Reason;

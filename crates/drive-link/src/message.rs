@@ -4,8 +4,8 @@ use identifier_core::commission::CommissionSettings;
 use identifier_core::parameters::{PerParameter, ServoParameters};
 use serde::{Deserialize, Serialize};
 
+use crate::Fault;
 use crate::commissioning::{Commissioning, Gains, Outcome, Progress};
-use crate::fault::Fault;
 use crate::settings::{NotAllowed, Settings};
 
 /// The version of these messages: a host and a drive of different versions do not talk.

@@ -39,7 +39,7 @@ impl From<&TuningError> for NoGains {
                 cap,
             },
             TuningError::DoesNotArrive => Self::DoesNotArrive,
-            _ => Self::NotKnown,
+            TuningError::NotKnown => Self::NotKnown,
         }
     }
 }

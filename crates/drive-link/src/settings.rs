@@ -2,7 +2,9 @@ use core::fmt;
 
 use identifier_core::ControllerSettings;
 use identifier_core::error::{Allowed, OutOfRange};
+use identifier_core::linalg::MatrixError;
 use identifier_core::parameters::Parameter;
+use identifier_core::settings::GainError;
 use identifier_core::settings::{BoxSettings, IdentifierSettings, RangeSettings};
 use serde::{Deserialize, Serialize};
 
@@ -309,12 +311,27 @@ pub enum Why {
         /// What was given.
         given: f64,
     },
+    /// The matrix is not symmetric positive definite.
+    Matrix(MatrixError),
+    /// It was not given, and none follows from the other settings.
+    NoGamma(GainError),
     /// It has no default, and was not given.
     NotGiven,
     /// This firmware does not have it.
     NotHere,
     /// The firmware is built for this arithmetic only.
     BuiltFor(Format),
+}
+
+impl NotAllowed {
+    /// Of a setting, by its name.
+    #[must_use]
+    pub fn new(name: &str, why: Why) -> Self {
+        Self {
+            name: Name::try_from(name).unwrap_or_default(),
+            why,
+        }
+    }
 }
 
 impl From<&OutOfRange> for NotAllowed {
@@ -324,16 +341,18 @@ impl From<&OutOfRange> for NotAllowed {
             Allowed::Below(high) | Allowed::AtMost(high) => (f64::NEG_INFINITY, high),
             Allowed::Between(low, high) | Allowed::Within(low, high) => (low, high),
             Allowed::PositiveUpTo(high) => (0.0, high),
-            _ => (f64::NEG_INFINITY, f64::INFINITY),
+            Allowed::Finite => (f64::NEG_INFINITY, f64::INFINITY),
+            Allowed::MultipleOf(period) => {
+                let given = error.value;
+                return Self::new(error.parameter, Why::NotWhole { given, period });
+            }
         };
-        Self {
-            name: Name::try_from(error.parameter).unwrap_or_default(),
-            why: Why::OutOfRange {
-                given: error.value,
-                least,
-                most,
-            },
-        }
+        let why = Why::OutOfRange {
+            given: error.value,
+            least,
+            most,
+        };
+        Self::new(error.parameter, why)
     }
 }
 
@@ -373,6 +392,8 @@ impl fmt::Display for NotAllowed {
                 "with {name} = {given} the sampled loop is unstable for some servo of the box: sample \
                  faster, raise the cut-off, lower the gains, or shrink the box"
             ),
+            Why::Matrix(error) => write!(f, "{name}: {error}"),
+            Why::NoGamma(error) => error.fmt(f),
             Why::NotGiven => write!(f, "{name} has to be given here"),
             Why::NotHere => write!(
                 f,

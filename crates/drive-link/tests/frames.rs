@@ -7,7 +7,7 @@ use drive_link::{
 };
 use identifier_core::ControllerSettings;
 use identifier_core::commission::{
-    CommissionSettings, IdentifiedServo, Limits, Phase, StopReason, TrialResult,
+    CommissionSettings, IdentifiedServo, Limits, Phase, Reason, TrialResult,
 };
 use identifier_core::parameters::{PerParameter, ServoParameters};
 use identifier_core::settings::{BoxSettings, IdentifierSettings, RangeSettings, TermSettings};
@@ -146,7 +146,7 @@ fn what_a_commissioning_says_fits_a_message() {
     let outcome = Outcome {
         commissioning: Commissioning {
             phase: Phase::RolledBack,
-            reason: Some(StopReason::AmplifierFault),
+            reason: Some(Reason::AmplifierFault),
         },
         servo: Some(IdentifiedServo {
             parameters: SERVO,

@@ -3,7 +3,7 @@
 use drive_link::{self, Fault, NoGains, NotAllowed, Outcome, Protection};
 use identifier_core::commission::{
     CommissionInputs, CommissionIsr, CommissionSettings, CommissionState, Decision, HoldingGains,
-    Phase, RecordEvent, StopReason,
+    Phase, RecordEvent, Reason,
 };
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::units::Units;
@@ -27,7 +27,7 @@ pub(crate) struct Commissioning {
     rest: Rest,
     background_patience: u32,
     /// The drive's reason to end it, and its fault, if it is one.
-    stop: Option<StopReason>,
+    stop: Option<Reason>,
     fault: Option<Fault>,
     /// The servo is disabled, whatever else might hold it.
     disabled: bool,
@@ -138,12 +138,12 @@ impl Commissioning {
     }
 
     /// Ends it, under the gains before if there are any.
-    pub(crate) fn end(&mut self, reason: StopReason) {
+    pub(crate) fn end(&mut self, reason: Reason) {
         self.stop = self.stop.or(Some(reason));
     }
 
     /// Ends it and disables the servo at once.
-    pub(crate) fn abort(&mut self, reason: StopReason) {
+    pub(crate) fn abort(&mut self, reason: Reason) {
         self.end(reason);
         self.disabled = true;
     }
@@ -151,18 +151,13 @@ impl Commissioning {
     /// Ends it for a fault, before it begins or in the middle.
     pub(crate) fn abort_with_fault(&mut self, fault: Fault) {
         self.fault = self.fault.or(Some(fault));
-        self.abort(match fault {
-            Fault::LimitSwitch | Fault::LimitSwitchesStuck => StopReason::LimitSwitch,
-            Fault::EncoderFailed => StopReason::EncoderLost,
-            Fault::ActuatorFailed => StopReason::ActuatorDead,
-            _ => StopReason::AmplifierFault,
-        });
+        self.abort(fault);
     }
 
     /// The fault that it ended by, if it was one of the drive's.
     pub(crate) fn fault(&self) -> Option<Fault> {
-        let lost = self.state.reason() == Some(StopReason::EncoderLost);
-        self.fault.or(lost.then_some(Fault::EncoderFailed))
+        let lost = self.state.reason() == Some(Reason::EncoderLost);
+        self.fault.or(lost.then_some(Fault::EncoderLost))
     }
 
     /// The last sample as it is reported.
@@ -208,8 +203,8 @@ impl Commissioning {
             self.abort_with_fault(fault);
         }
         if self.deadline.check().is_some() {
-            self.fault = self.fault.or(Some(Fault::LinkSilent));
-            self.end(StopReason::LinkLost);
+            self.fault = self.fault.or(Some(Fault::LinkLost));
+            self.end(Fault::LinkLost);
         }
         let count = sensor.count().ok();
         let inputs = CommissionInputs {
@@ -234,7 +229,7 @@ impl Commissioning {
         let (has_room, decision) = exchange(step.finding);
         if !has_room {
             // A record with a hole is none: the background is too slow.
-            self.end(StopReason::Overrun);
+            self.end(Reason::Overrun);
         }
         if let Some(decision) = decision {
             self.commission.accept(&mut self.state, &decision);

@@ -96,7 +96,10 @@ pub(crate) fn not_allowed(error: SettingsError) -> NotAllowed {
         ),
         SettingsError::Estimate(error) => out_of_range("bounds.b", error.b, (0.0, error.stable)),
         SettingsError::NotGiven { setting } => refusal(setting, Why::NotGiven),
-        _ => out_of_range("gamma", f64::NAN, (0.0, f64::INFINITY)),
+        SettingsError::Gamma(error) => refusal("gamma", Why::Matrix(error)),
+        SettingsError::NoGamma(error) => refusal("gamma", Why::NoGamma(error)),
+        SettingsError::NoSuchTerm { term } => refusal(term.name(), Why::NotHere),
+        SettingsError::NoAmplifier { setting } => refusal(setting, Why::NotHere),
     }
 }
 
@@ -124,7 +127,6 @@ pub(crate) fn not_commissioned(error: &CommissionError) -> NotAllowed {
         CommissionError::TooFast { bandwidth, most } => {
             out_of_range("bandwidth", bandwidth, (0.0, most))
         }
-        _ => refusal("commission", Why::NotHere),
     }
 }
 
@@ -181,8 +183,31 @@ pub(crate) fn check_whole_periods(sample_time: f64, period: f64) -> Result<(), N
 
 /// A setting that is refused as a message.
 pub(crate) fn refusal(name: &str, why: Why) -> NotAllowed {
-    NotAllowed {
-        name: Name::try_from(name).unwrap_or_default(),
-        why,
+    NotAllowed::new(name, why)
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use std::string::ToString;
+
+    use identifier_core::linalg::MatrixError;
+    use identifier_core::settings::GainError;
+
+    use super::*;
+
+    #[test]
+    fn a_refusal_of_the_core_says_on_the_line_what_it_says_in_the_core() {
+        for error in [
+            SettingsError::Gamma(MatrixError::NotPositiveDefinite {
+                row: 1,
+                pivot: -2.0,
+            }),
+            SettingsError::NoGamma(GainError::AtRest),
+            SettingsError::NotGiven { setting: "bounds" },
+        ] {
+            assert_eq!(not_allowed(error).to_string(), error.to_string());
+        }
     }
 }

@@ -118,7 +118,7 @@ impl Deadline {
         let passed = if self.run_left == Some(0) {
             Some(Ended::Over)
         } else if self.max_silence.is_some_and(|max| self.silence >= max) {
-            Some(Ended::Faulted(Fault::LinkSilent))
+            Some(Ended::Faulted(Fault::LinkLost))
         } else {
             None
         };
@@ -236,7 +236,7 @@ mod tests {
         let mut ending = ending(0.0, 0.3);
         assert_eq!(until(&mut ending, |k| 9 * k as i32), (300, Course::Rests));
         let end = until(&mut ending, |k| 9 * k as i32);
-        let silent = Ended::Faulted(Fault::LinkSilent);
+        let silent = Ended::Faulted(Fault::LinkLost);
         assert_eq!(end, (50, Course::Ended(silent)));
     }
 

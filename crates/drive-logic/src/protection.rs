@@ -209,7 +209,7 @@ impl Protection {
         }
         let gone = count.wrapping_sub(self.started_at);
         if !is_within(gone, self.travel) {
-            return Err(Fault::TravelExceeded);
+            return Err(Fault::TravelLeft);
         }
         self.speed.check(count)?;
         self.stall.check(sample, count)
@@ -274,7 +274,7 @@ impl SpeedWatch {
     #[inline]
     fn check(&mut self, count: i32) -> Result<(), Fault> {
         if !is_within(count.wrapping_sub(self.from), self.max_counts) {
-            return Err(Fault::Overspeed);
+            return Err(Fault::SpeedExceeded);
         }
         self.left -= 1;
         if self.left == 0 {

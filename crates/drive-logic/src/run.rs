@@ -262,7 +262,7 @@ impl StepMonitor for RunMonitor<'_> {
 
 fn fault_of<S, A>(error: &ControlStepError<S, A>) -> Fault {
     match error {
-        ControlStepError::Sensor(_) => Fault::EncoderFailed,
+        ControlStepError::Sensor(_) => Fault::EncoderLost,
         ControlStepError::Actuator(_) => Fault::ActuatorFailed,
         _ => Fault::OutOfReach,
     }

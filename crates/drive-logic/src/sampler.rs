@@ -1,7 +1,7 @@
 //! The interrupt's half: one call per sample, and nothing in it waits.
 
 use drive_link::{Ended, Fault};
-use identifier_core::commission::StopReason;
+use identifier_core::commission::Reason;
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::identifier::Update;
@@ -169,7 +169,7 @@ impl<'a> Sampler<'a> {
         if mode_changes != self.mode_changes {
             self.mode_changes = mode_changes;
             if let Some(Mode::Commissioning(commissioning)) = &mut self.mode {
-                commissioning.end(StopReason::ModeChanged);
+                commissioning.end(Reason::ModeChanged);
             }
         }
         let stops = self.channel.stops();
@@ -177,7 +177,7 @@ impl<'a> Sampler<'a> {
             self.stops = stops;
             if let Some(Mode::Commissioning(commissioning)) = &mut self.mode {
                 // It ends with this sample.
-                commissioning.abort(StopReason::Stopped);
+                commissioning.abort(Reason::Stopped);
                 let _ = actuator.release();
             } else {
                 self.end_run(Ended::Stopped, actuator);
@@ -199,7 +199,7 @@ impl<'a> Sampler<'a> {
     /// A stop has overtaken an order.
     fn refuse_overtaken(&mut self, order: Order) {
         match order {
-            Order::Begin(mode) | Order::Replace(mode) => self.refuse(mode, StopReason::Stopped),
+            Order::Begin(mode) | Order::Replace(mode) => self.refuse(mode, Reason::Stopped),
             Order::Watch(interval) => self.report_timer = ReportTimer::every(interval),
             Order::Target(_) | Order::Clear => {}
         }
@@ -268,7 +268,7 @@ impl<'a> Sampler<'a> {
             _ => None,
         };
         let Some(handover) = handover else {
-            return self.refuse(mode, StopReason::ModeChanged);
+            return self.refuse(mode, Reason::ModeChanged);
         };
         match &mut mode {
             Mode::Run(run) => run.take_over(&handover),
@@ -296,10 +296,10 @@ impl<'a> Sampler<'a> {
     }
 
     /// Returns a mode that cannot begin: for the fault that holds, or else for this reason.
-    fn refuse(&mut self, mut mode: Mode, reason: StopReason) {
+    fn refuse(&mut self, mut mode: Mode, reason: Reason) {
         if let Mode::Commissioning(commissioning) = &mut mode {
             match self.fault {
-                Some(fault) if reason != StopReason::Stopped => {
+                Some(fault) if reason != Reason::Stopped => {
                     commissioning.abort_with_fault(fault);
                 }
                 _ => commissioning.end(reason),
@@ -310,7 +310,7 @@ impl<'a> Sampler<'a> {
 
     fn clear(&mut self, lines: Lines) {
         // These need a reset, which tests again.
-        let stays = matches!(self.fault, Some(Fault::ClockNotStable | Fault::WrongAnswer));
+        let stays = self.fault.is_some_and(Fault::needs_reset);
         if !stays && self.fault.is_some() {
             self.fault = lines.before_motion().err();
         }
@@ -386,7 +386,7 @@ impl<'a> Sampler<'a> {
 /// The count at which the servo rests, unless a fault keeps it from being moved.
 fn rest_count<S: PositionSensor>(lines: Lines, sensor: &mut S) -> Result<i32, Fault> {
     lines.before_motion()?;
-    sensor.count().map_err(|_| Fault::EncoderFailed)
+    sensor.count().map_err(|_| Fault::EncoderLost)
 }
 
 /// Reports a sample, if there is room for it. Not inlined, to be seen in the machine code.

@@ -26,11 +26,11 @@ type Filter = LowPass<f32>;
 /// holds every bit of the estimates against what they are elsewhere.
 ///
 /// # Errors
-/// [`Fault::WrongAnswer`].
+/// [`Fault::SelfTestFailed`].
 pub fn self_test() -> Result<(), Fault> {
     match answer() {
         Ok(ANSWER) => Ok(()),
-        _ => Err(Fault::WrongAnswer),
+        _ => Err(Fault::SelfTestFailed),
     }
 }
 

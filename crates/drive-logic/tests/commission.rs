@@ -6,8 +6,8 @@ mod support;
 
 use drive_link::{Command, Commissioning, Fault, Origin, Outcome, Refusal, Report, State};
 use drive_logic::Channel;
-use identifier_core::commission::{Phase, StopReason};
-use support::commission::{ORDER, SERVO, outcome, over, ready};
+use identifier_core::commission::{Phase, Reason};
+use support::commission::{ORDER, SERVO, outcome, over, ready, until};
 use support::drive::Drive;
 use support::{Bench, Flash, settings};
 
@@ -100,12 +100,50 @@ fn an_axis_at_its_switch_is_not_moved() {
     assert_eq!(bench.held.get(), None);
     let aborted = Commissioning {
         phase: Phase::Aborted,
-        reason: Some(StopReason::LimitSwitch),
+        reason: Some(Reason::LimitSwitchesStuck),
     };
     assert_eq!(outcome(&mut drive).commissioning, aborted);
     let stuck = State::Faulted(Fault::LimitSwitchesStuck);
     assert_eq!(drive.supervisor.state(), stuck);
     assert_eq!(drive.shown(), settings());
+}
+
+#[test]
+fn each_fault_of_the_drive_ends_a_commissioning_as_itself() {
+    type Harm = fn(&Drive<'_>);
+    let harms: [(Fault, Harm); 5] = [
+        (Fault::AmplifierFault, |drive| {
+            drive.lines(|lines| lines.amplifier = false);
+        }),
+        (Fault::LimitSwitch, |drive| {
+            drive.lines(|lines| lines.high_switch = false);
+        }),
+        (Fault::EncoderLost, |drive| {
+            drive.bench.sensor_works.set(false);
+        }),
+        (Fault::ActuatorFailed, |drive| {
+            drive.bench.stage_works.set(false);
+        }),
+        // Nothing more is asked of the drive.
+        (Fault::LinkLost, |_| {}),
+    ];
+    for (fault, harm) in harms {
+        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        boot!(drive, &bench, &flash);
+        let mut listening = settings();
+        listening.protection.link_timeout = 0.01;
+        drive.done(Command::Configure(listening));
+        drive.done(Command::Commission(ORDER));
+        until(&mut drive, Phase::Probing);
+        harm(&drive);
+        over(&mut drive);
+        let ended = Commissioning {
+            phase: Phase::Aborted,
+            reason: Some(fault),
+        };
+        assert_eq!(outcome(&mut drive).commissioning, ended);
+        assert_eq!(drive.supervisor.state(), State::Faulted(fault));
+    }
 }
 
 #[test]
@@ -118,7 +156,7 @@ fn a_stop_that_overtakes_it_lets_nothing_begin() {
     assert_eq!(bench.held.get(), None);
     let stopped = Commissioning {
         phase: Phase::Aborted,
-        reason: Some(StopReason::Stopped),
+        reason: Some(Reason::Stopped),
     };
     assert_eq!(outcome(&mut drive).commissioning, stopped);
     drive.done(Command::Start);
@@ -188,7 +226,7 @@ fn wherever_the_power_goes_before_the_end_the_gains_before_hold_and_it_is_told_o
     };
     let lost = Commissioning {
         phase: Phase::Aborted,
-        reason: Some(StopReason::PowerLost),
+        reason: Some(Reason::PowerLost),
     };
     let mut told = 0;
     for cut in 0..steps.1 {
@@ -235,7 +273,7 @@ fn what_was_never_ended_is_told_with_its_number_after_the_power_came_back() {
         trial,
         kept,
     } = outcome(&mut drive);
-    let number = commissioning.reason.map(StopReason::number);
+    let number = commissioning.reason.map(Reason::number);
     assert_eq!((commissioning.phase, number), (Phase::Aborted, Some(173)));
     assert_eq!((servo, tuning, trial, kept), (None, None, None, false));
     assert_eq!(no_gains, None);

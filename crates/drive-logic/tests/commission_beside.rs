@@ -8,7 +8,7 @@ use drive_link::{
     Command, Commissioning, Ended, Fault, Law, Origin, Refusal, Report, Settings, State,
 };
 use drive_logic::Channel;
-use identifier_core::commission::{Phase, StopReason};
+use identifier_core::commission::{Phase, Reason};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::IdentifierSettings;
 use support::commission::{ORDER, PHASES, SERVO, link_falls_silent, outcome, over, until};
@@ -218,19 +218,19 @@ const HARMS: [Harm; 8] = [
     ),
     (
         |drive| drive.lines(|lines| lines.high_switch = false),
-        174,
+        11,
         State::Faulted(Fault::LimitSwitch),
     ),
     (
         |drive| drive.lines(|lines| lines.amplifier = false),
-        175,
+        10,
         State::Faulted(Fault::AmplifierFault),
     ),
-    (|drive| drive.bench.late.set(true), 159, State::Released),
+    (|drive| drive.bench.late.set(true), 30, State::Released),
     (
         |drive| drive.bench.sensor_works.set(false),
-        151,
-        State::Faulted(Fault::EncoderFailed),
+        20,
+        State::Faulted(Fault::EncoderLost),
     ),
     (
         |drive| drive.bench.plant.borrow_mut().position += 4.0,
@@ -256,7 +256,7 @@ fn whatever_comes_in_whatever_phase_the_loop_goes_on_or_the_servo_is_let_go() {
             }
             over(&mut drive);
             let came_to = outcome(&mut drive);
-            let reason = came_to.commissioning.reason.map(StopReason::number);
+            let reason = came_to.commissioning.reason.map(Reason::number);
             assert_eq!(reason, Some(number), "{case}");
             let wanted = if phase == Phase::Trial {
                 Phase::RolledBack
@@ -344,7 +344,7 @@ fn a_run_that_has_ended_meanwhile_is_not_begun_again() {
     assert_eq!(bench.held.get(), None);
     let ended = Commissioning {
         phase: Phase::Aborted,
-        reason: Some(StopReason::ModeChanged),
+        reason: Some(Reason::ModeChanged),
     };
     assert_eq!(outcome(&mut drive).commissioning, ended);
     assert_eq!(drive.supervisor.state(), State::Released);
@@ -361,7 +361,7 @@ fn a_stop_that_overtakes_it_stops_the_loop_and_lets_nothing_begin() {
     over(&mut drive);
     assert_eq!(bench.held.get(), None);
     let reason = outcome(&mut drive).commissioning.reason;
-    assert_eq!(reason, Some(StopReason::Stopped));
+    assert_eq!(reason, Some(Reason::Stopped));
     drive.done(Command::Start);
 }
 

@@ -6,7 +6,7 @@ mod support;
 
 use drive_link::{Command, Commissioning, Fault, Origin, Progress, Refusal, Report, State};
 use drive_logic::Channel;
-use identifier_core::commission::{Phase, StopReason};
+use identifier_core::commission::{Phase, Reason};
 use support::commission::{ORDER, PHASES, SERVO, link_falls_silent, outcome, over, ready, until};
 use support::drive::{Drive, snapshots};
 use support::{Bench, Flash, settings};
@@ -132,19 +132,19 @@ const HARMS: [Harm; 7] = [
     ),
     (
         |drive| drive.lines(|lines| lines.high_switch = false),
-        174,
+        11,
         Some(Fault::LimitSwitch),
     ),
     (
         |drive| drive.lines(|lines| lines.amplifier = false),
-        175,
+        10,
         Some(Fault::AmplifierFault),
     ),
-    (|drive| drive.bench.late.set(true), 159, None),
+    (|drive| drive.bench.late.set(true), 30, None),
     (
         |drive| drive.bench.sensor_works.set(false),
-        151,
-        Some(Fault::EncoderFailed),
+        20,
+        Some(Fault::EncoderLost),
     ),
 ];
 
@@ -161,7 +161,7 @@ fn whatever_comes_in_whatever_phase_the_gains_before_hold_and_the_reason_is_told
                 over(&mut drive);
                 let case = format!("{number} in {phase:?}");
                 let came_to = outcome(&mut drive);
-                let reason = came_to.commissioning.reason.map(StopReason::number);
+                let reason = came_to.commissioning.reason.map(Reason::number);
                 assert_eq!(reason, Some(number), "{case}");
                 let wanted = if phase == Phase::Trial {
                     Phase::RolledBack
@@ -254,7 +254,7 @@ fn wherever_the_power_goes_all_of_the_old_or_all_of_the_new_holds() {
         let number = status
             .commissioning
             .and_then(|stands| stands.reason)
-            .map(StopReason::number);
+            .map(Reason::number);
         if shown == new {
             assert_eq!(origin, Some(Origin::Commissioned), "cut after {cut}");
             assert_eq!(status.commissioning, Some(APPLIED), "cut after {cut}");

@@ -192,7 +192,7 @@ fn every_harm_has_its_fault_and_lets_the_servo_go() {
         (Fault::LimitSwitch, |drive| {
             drive.lines(|lines| lines.high_switch = false)
         }),
-        (Fault::EncoderFailed, |drive| {
+        (Fault::EncoderLost, |drive| {
             drive.bench.sensor_works.set(false)
         }),
         (Fault::ActuatorFailed, |drive| {
@@ -285,7 +285,7 @@ fn a_faulted_drive_takes_settings_that_mend_the_fault() {
 
 #[test]
 fn a_chip_that_computes_wrongly_cannot_be_cleared() {
-    for fault in [Fault::WrongAnswer, Fault::ClockNotStable] {
+    for fault in [Fault::SelfTestFailed, Fault::ClockNotStable] {
         let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
         boot!(drive, &bench, &flash, Err(fault));
         drive.pass(1);

@@ -390,7 +390,7 @@ fn a_line_that_is_cut_anywhere_ends_the_run_in_time() {
         line.pass(0.01);
         assert_eq!(
             line.drive.supervisor.state(),
-            State::Faulted(Fault::LinkSilent)
+            State::Faulted(Fault::LinkLost)
         );
     }
 }

@@ -61,11 +61,11 @@ fn nothing_moves_before_somebody_said_what_the_servo_is() {
 #[test]
 fn what_the_boot_found_wrong_is_known_before_the_first_sample() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash, Err(Fault::WrongAnswer));
-    assert_eq!(drive.status().state, State::Faulted(Fault::WrongAnswer));
+    boot!(drive, &bench, &flash, Err(Fault::SelfTestFailed));
+    assert_eq!(drive.status().state, State::Faulted(Fault::SelfTestFailed));
     assert_eq!(
         drive.refusal(Command::Start),
-        Refusal::Faulted(Fault::WrongAnswer)
+        Refusal::Faulted(Fault::SelfTestFailed)
     );
 }
 
@@ -144,11 +144,8 @@ fn a_host_that_falls_silent_ends_the_run_at_rest_within_the_stated_time() {
         assert!(samples >= 300, "{samples}");
         assert!(bench.plant.borrow().velocity.abs() < 0.1, "at rest");
         drive.pass(3);
-        assert_eq!(drive.supervisor.state(), State::Faulted(Fault::LinkSilent));
-        assert_eq!(
-            drive.status().ended,
-            Some(Ended::Faulted(Fault::LinkSilent))
-        );
+        assert_eq!(drive.supervisor.state(), State::Faulted(Fault::LinkLost));
+        assert_eq!(drive.status().ended, Some(Ended::Faulted(Fault::LinkLost)));
     }
 }
 
@@ -209,12 +206,9 @@ fn travel_and_speed_are_watched_in_every_sample() {
     drive.pass(1);
     bench.plant.borrow_mut().position = 1.01;
     drive.pass(2);
-    assert_eq!(
-        drive.supervisor.state(),
-        State::Faulted(Fault::TravelExceeded)
-    );
+    assert_eq!(drive.supervisor.state(), State::Faulted(Fault::TravelLeft));
 
-    for (speed, fault) in [(9.0, None), (11.0, Some(Fault::Overspeed))] {
+    for (speed, fault) in [(9.0, None), (11.0, Some(Fault::SpeedExceeded))] {
         let mut wanted = still();
         wanted.protection.speed = 10.0;
         running!(drive, bench, &SERVO, wanted);

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use identifier_core::commission::{CommissionInputs, StopReason};
+use identifier_core::commission::{CommissionInputs, Reason};
 use virtual_servo::faults::Faults;
 use virtual_servo::{Encoder, SensorErrors, Servo};
 
@@ -78,10 +78,8 @@ impl Axis {
         let (position, velocity) = (self.servo.position(), self.servo.velocity());
         let seen = self.errors.seen(position, velocity) + self.beyond;
         let shown = self.faults.seen(seen);
-        let open = condition.limit_switch.then_some(StopReason::LimitSwitch);
-        let fault = condition
-            .amplifier_fault
-            .then_some(StopReason::AmplifierFault);
+        let open = condition.limit_switch.then_some(Reason::LimitSwitch);
+        let fault = condition.amplifier_fault.then_some(Reason::AmplifierFault);
         CommissionInputs {
             count: shown.map(|shown| self.encoder.read(shown) as i32),
             late: condition.late,

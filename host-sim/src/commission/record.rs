@@ -1,5 +1,5 @@
 use drive_link::NoGains;
-use identifier_core::commission::{IdentifiedServo, Phase, StopReason, TrialResult};
+use identifier_core::commission::{IdentifiedServo, Phase, Reason, TrialResult};
 use identifier_core::tuning::Tuning;
 
 use super::Course;
@@ -31,7 +31,7 @@ pub struct End {
     /// The phase in which that was decided.
     pub within: Phase,
     /// Why there are no new gains, if there are none.
-    pub reason: Option<StopReason>,
+    pub reason: Option<Reason>,
     /// When, s.
     pub time: f64,
 }
@@ -77,7 +77,7 @@ impl Outcome {
 
     /// Why they do not.
     #[must_use]
-    pub fn reason(&self) -> Option<StopReason> {
+    pub fn reason(&self) -> Option<Reason> {
         self.end.and_then(|end| end.reason)
     }
 }

@@ -2,7 +2,7 @@
 
 use drive_link::{NoGains, Outcome};
 use identifier_core::commission::{
-    CommissionSettings, HoldingGains, IdentifiedServo, LargestMotion, Limits, StopReason,
+    CommissionSettings, HoldingGains, IdentifiedServo, LargestMotion, Limits, Reason,
     TrialResult,
 };
 use identifier_core::tuning::{Cap, Promise};
@@ -21,7 +21,7 @@ pub struct CommissionDocument {
     pub status: &'static str,
     pub code: u8,
     #[serde(serialize_with = "keys::reason")]
-    pub reason: Option<StopReason>,
+    pub reason: Option<Reason>,
     #[serde(serialize_with = "keys::no_gains")]
     pub no_gains: Option<NoGains>,
     pub kept: bool,
@@ -53,7 +53,7 @@ impl CommissionDocument {
         let tuning = outcome.tuning.as_ref();
         Self {
             status: outcome.commissioning.phase.name(),
-            code: reason.map_or(0, StopReason::number),
+            code: reason.map_or(0, Reason::number),
             reason,
             no_gains: outcome.no_gains.clone(),
             kept: outcome.kept,

@@ -2,7 +2,7 @@
 
 use drive_link::NoGains;
 use identifier_core::commission::{
-    HoldingGains, IdentifiedServo, LargestMotion, Limits, Phase, StopReason, TrialResult,
+    HoldingGains, IdentifiedServo, LargestMotion, Limits, Phase, Reason, TrialResult,
 };
 use identifier_core::tuning::Tuning;
 
@@ -126,7 +126,7 @@ fn detail(before: bool, outcome: &Outcome) -> String {
 }
 
 /// A reason, with the figure that would do where there is one.
-pub(crate) fn why(reason: StopReason, no_gains: Option<&NoGains>) -> String {
+pub(crate) fn why(reason: Reason, no_gains: Option<&NoGains>) -> String {
     match no_gains {
         Some(no_gains) => format!("{reason}: {no_gains}"),
         None => reason.to_string(),

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use drive_link::NoGains;
 use identifier_core::commission::{
-    HoldingGains, IdentifiedServo, LargestMotion, Limits, StopReason, TrialResult,
+    HoldingGains, IdentifiedServo, LargestMotion, Limits, Reason, TrialResult,
 };
 use identifier_core::parameters::{ServoParameters, Unknown};
 use identifier_core::tuning::{Cap, Promise, Tuning};
@@ -25,7 +25,7 @@ pub struct CommissioningResult {
     pub phase: Option<&'static str>,
     /// The reason why there are no new gains.
     #[serde(serialize_with = "reason")]
-    pub reason: Option<StopReason>,
+    pub reason: Option<Reason>,
     /// The reason why no gains were found, with the value that would do.
     #[serde(serialize_with = "no_gains")]
     pub no_gains: Option<NoGains>,
@@ -113,7 +113,7 @@ impl CommissioningResult {
         let tuning = outcome.tuning.as_ref();
         Self {
             status: end.map_or("unfinished", |end| end.phase.name()),
-            code: end.map(|end| end.reason.map_or(0, StopReason::number)),
+            code: end.map(|end| end.reason.map_or(0, Reason::number)),
             phase: end.map(|end| end.within.name()),
             reason: outcome.reason(),
             no_gains: outcome.no_gains.clone(),
@@ -163,7 +163,7 @@ impl Gains {
 }
 
 pub(crate) fn reason<S: Serializer>(
-    reason: &Option<StopReason>,
+    reason: &Option<Reason>,
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
     #[derive(Serialize)]

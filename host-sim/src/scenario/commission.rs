@@ -201,7 +201,6 @@ impl Scenario {
                 };
                 Fault::new(key, error)
             }
-            (_, _) => Fault::new("commission", error),
         }
     }
 }

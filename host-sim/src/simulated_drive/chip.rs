@@ -1,7 +1,7 @@
 //! The simulated servo behind encoder, output stage and lines of a chip.
 
 use drive_logic::{Chip, Lines};
-use identifier_core::commission::{CommissionInputs, StopReason};
+use identifier_core::commission::{CommissionInputs, Reason};
 use identifier_core::drive::{Actuator, PositionSensor};
 
 use super::SimulatedPins;
@@ -14,7 +14,7 @@ pub(super) struct SimulatedChip {
     step: f64,
     reading: Reading,
     output: Held,
-    stop: Option<StopReason>,
+    stop: Option<Reason>,
     late: bool,
 }
 
@@ -66,8 +66,8 @@ impl Chip for SimulatedChip {
 
     fn lines(&self) -> Lines {
         Lines {
-            amplifier: self.stop != Some(StopReason::AmplifierFault),
-            low_switch: self.stop != Some(StopReason::LimitSwitch),
+            amplifier: self.stop != Some(Reason::AmplifierFault),
+            low_switch: self.stop != Some(Reason::LimitSwitch),
             high_switch: true,
         }
     }

@@ -5,7 +5,6 @@ use crate::error::{Allowed, OutOfRange};
 /// Why a commissioning is refused before anything moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
 pub enum CommissionError {
     /// A setting is out of its range; `needed` is the nearest that would do.
     OutOfRange {

@@ -4,7 +4,7 @@ use super::holding::Holding;
 use super::state::{Activity, CommissionState, Next};
 use super::{
     CommissionError, CommissionSettings, Decision, LargestMotion, MotionRecorder, Phase, Probing,
-    ProbingProgress, ProbingState, RecordEvent, RoughModel, StopReason,
+    ProbingProgress, ProbingState, Reason, RecordEvent, RoughModel,
 };
 use crate::control::ControlSample;
 use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
@@ -46,7 +46,7 @@ pub struct CommissionInputs {
     /// Whether the sample before ended too late.
     pub late: bool,
     /// What somebody else wants it to end for.
-    pub stop: Option<StopReason>,
+    pub stop: Option<Reason>,
 }
 
 /// What it does in a sample.
@@ -227,7 +227,7 @@ impl<N: Number> CommissionIsr<N> {
             }
             Decision::NoGains(error) => {
                 state.tuning_error = Some(*error);
-                Next::End(StopReason::NoGains)
+                Next::End(Reason::NoGains)
             }
             Decision::Suspects(effect) => {
                 state.suspect = *effect;
@@ -242,7 +242,7 @@ impl<N: Number> CommissionIsr<N> {
         state: &mut CommissionState<N>,
         seen: &CommissionInputs,
         increment: Option<N>,
-    ) -> Result<(), StopReason> {
+    ) -> Result<(), Reason> {
         if let Some(reason) = seen.stop {
             return Err(reason);
         }
@@ -258,7 +258,7 @@ impl<N: Number> CommissionIsr<N> {
     }
 
     /// What the activity of a sample commands; none to let the servo go.
-    fn act(&self, state: &mut CommissionState<N>, increment: N) -> Result<Option<N>, StopReason> {
+    fn act(&self, state: &mut CommissionState<N>, increment: N) -> Result<Option<N>, Reason> {
         state.passed = state.passed.saturating_add(1);
         let position = state.position;
         match state.activity {
@@ -291,12 +291,12 @@ impl<N: Number> CommissionIsr<N> {
             Activity::Holding(mut holding) => {
                 let command = holding.process(position, increment);
                 state.activity = Activity::Holding(holding);
-                let command = command.ok_or(StopReason::TravelLeft)?;
+                let command = command.ok_or(Reason::TravelLeft)?;
                 if state.phase.is_end() {
                     return Ok(Some(command));
                 }
                 if state.passed > self.patience {
-                    return Err(StopReason::NeverAtRest);
+                    return Err(Reason::NeverAtRest);
                 }
                 self.go_on(state, &holding, command).map(Some)
             }
@@ -309,7 +309,7 @@ impl<N: Number> CommissionIsr<N> {
                     state.trial = Some(trial.result(&self.units));
                     state.activity = Activity::Holding(holding);
                 }
-                command.map(Some).ok_or(StopReason::TravelLeft)
+                command.map(Some).ok_or(Reason::TravelLeft)
             }
         }
     }
@@ -320,7 +320,7 @@ impl<N: Number> CommissionIsr<N> {
         state: &mut CommissionState<N>,
         holding: &Holding<N>,
         command: N,
-    ) -> Result<N, StopReason> {
+    ) -> Result<N, Reason> {
         if state.phase == Phase::ReleasedCheck {
             if holding.is_at_rest() {
                 return self.begin_wiggle(state, Some(command));
@@ -359,11 +359,7 @@ impl<N: Number> CommissionIsr<N> {
         Ok(command)
     }
 
-    fn begin_wiggle(
-        &self,
-        state: &mut CommissionState<N>,
-        held: Option<N>,
-    ) -> Result<N, StopReason> {
+    fn begin_wiggle(&self, state: &mut CommissionState<N>, held: Option<N>) -> Result<N, Reason> {
         state.phase = Phase::Probing;
         state.begin_record();
         self.begin(state, self.wiggle.start(held))
@@ -381,9 +377,9 @@ impl<N: Number> CommissionIsr<N> {
         state.begin_record();
     }
 
-    fn begin_motion(&self, state: &mut CommissionState<N>) -> Result<N, StopReason> {
+    fn begin_motion(&self, state: &mut CommissionState<N>) -> Result<N, Reason> {
         let Some(known) = &state.identified else {
-            return Err(StopReason::TooLittleEvidence);
+            return Err(Reason::TooLittleEvidence);
         };
         let [second, third] = Self::PARTS;
         let part = if state.phase == Phase::Refine {
@@ -403,7 +399,7 @@ impl<N: Number> CommissionIsr<N> {
         &self,
         state: &mut CommissionState<N>,
         mut wiggle: ProbingState<N>,
-    ) -> Result<N, StopReason> {
+    ) -> Result<N, Reason> {
         state.passed = 0;
         let step = self.wiggle.process(&mut wiggle, N::ZERO);
         state.activity = Activity::Wiggling(wiggle);
@@ -414,9 +410,9 @@ impl<N: Number> CommissionIsr<N> {
     }
 
     /// Holds the servo by what the study has told of it, and watches it by that too.
-    fn hold_known(&self, state: &mut CommissionState<N>, command: N) -> Result<(), StopReason> {
+    fn hold_known(&self, state: &mut CommissionState<N>, command: N) -> Result<(), Reason> {
         let Some(known) = &state.identified else {
-            return Err(StopReason::TooLittleEvidence);
+            return Err(Reason::TooLittleEvidence);
         };
         if let Some(known) = &known.known {
             self.plausibility.know(&mut state.watch, known);
@@ -432,13 +428,13 @@ impl<N: Number> CommissionIsr<N> {
         servo: &RoughModel<N>,
         delay: N,
         command: N,
-    ) -> Result<(), StopReason> {
+    ) -> Result<(), Reason> {
         if state.phase == Phase::Probing {
             state.phase = Phase::Fit;
         }
         state.passed = 0;
         let controller = self.careful.around(servo, delay);
-        let controller = controller.ok_or(StopReason::TooLittleEvidence)?;
+        let controller = controller.ok_or(Reason::TooLittleEvidence)?;
         let mut holding = self.held_by(controller, state.position, state.velocity_now, command);
         if !self.settings.limits.one_way {
             holding.send(N::ZERO);
@@ -447,13 +443,9 @@ impl<N: Number> CommissionIsr<N> {
         Ok(())
     }
 
-    fn begin_trial(
-        &self,
-        state: &mut CommissionState<N>,
-        held: &Holding<N>,
-    ) -> Result<(), StopReason> {
+    fn begin_trial(&self, state: &mut CommissionState<N>, held: &Holding<N>) -> Result<(), Reason> {
         let Some(candidate) = &state.candidate else {
-            return Err(StopReason::NoGains);
+            return Err(Reason::NoGains);
         };
         let last = held.resting();
         let mut holding = self.held_after(candidate.controller, held.reference(), &last);
@@ -480,19 +472,19 @@ impl<N: Number> CommissionIsr<N> {
     }
 
     /// Ends it: the gains before hold again where they can, or the servo is let go.
-    fn end(&self, state: &mut CommissionState<N>, reason: StopReason) {
+    fn end(&self, state: &mut CommissionState<N>, reason: Reason) {
         state.phase = match state.phase {
             Phase::Trial | Phase::Applied | Phase::RolledBack => Phase::RolledBack,
             _ => Phase::Aborted,
         };
-        let effect = state.suspect.filter(|effect| effect.may_show_as(reason));
+        let effect = state.suspect.filter(|effect| effect.may_appear_as(reason));
         state.reason = Some(effect.unwrap_or(reason));
         state.drop_record();
         if let Activity::OnTrial(_, trial) = &state.activity {
             state.trial = Some(trial.result(&self.units));
         }
         state.activity = match self.before {
-            Some(before) if !reason.lets_go() => {
+            Some(before) if !reason.disables_stage() => {
                 let command = state.held;
                 let mut holding = self.held_by(before, state.position, state.velocity_now, command);
                 holding.send(N::ZERO);

@@ -1,4 +1,4 @@
-use super::{Candidate, Identified, IdentifiedServo, MotionBlock, Phase, StopReason};
+use super::{Candidate, Identified, IdentifiedServo, MotionBlock, Phase, Reason};
 use crate::number::Number;
 use crate::tuning::TuningError;
 
@@ -30,9 +30,9 @@ pub enum Decision<N: Number> {
     NoGains(TuningError),
     /// An effect that the model lacks of the servo: what goes wrong from now on may come of it; none if what
     /// was suspected before is explained. Another answer follows.
-    Suspects(Option<StopReason>),
+    Suspects(Option<Reason>),
     /// It cannot go on.
-    Failed(StopReason),
+    Failed(Reason),
 }
 
 impl<N: Number> Decision<N> {

@@ -80,7 +80,7 @@ mod synchronous;
 mod trial;
 
 pub use crate::parameters::IdentifiedServo;
-pub use crate::stop_reason::StopReason;
+pub use crate::reason::Reason;
 pub use candidate::Candidate;
 pub use error::CommissionError;
 pub use fit::{

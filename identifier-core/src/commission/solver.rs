@@ -1,7 +1,7 @@
 use super::{
     Candidate, CommissionError, CommissionSettings, Decision, Diagnosis, EffectSearch, Identified,
-    IdentifiedServo, MotionRecord, Phase, Prediction, PredictionPass, RecordEvent, ServoFit,
-    ServoFitter, StopReason,
+    IdentifiedServo, MotionRecord, Phase, Prediction, PredictionPass, Reason, RecordEvent,
+    ServoFit, ServoFitter,
 };
 use crate::number::Number;
 use crate::tuning::{Goal, Tuner, TunerState, Tuning, TuningError, TuningSettings};
@@ -59,7 +59,7 @@ enum Then {
     /// Gains are looked for.
     Tune,
     /// It has failed for this.
-    Fail(StopReason),
+    Fail(Reason),
 }
 
 impl<N: Number, const W: usize> CommissionSolver<N, W> {
@@ -146,9 +146,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             RecordEvent::Ended => {
                 let record = &self.record;
                 self.work = match (self.motion, &self.servo) {
-                    _ if !record.is_complete() => {
-                        Work::Then(Then::Fail(StopReason::TooLittleEvidence))
-                    }
+                    _ if !record.is_complete() => Work::Then(Then::Fail(Reason::TooLittleEvidence)),
                     (Phase::Verify, Some(servo)) => {
                         Work::PredictionPass(self.fitter.begin_prediction(servo))
                     }
@@ -232,7 +230,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// Judges how a motion that nothing was fitted to was predicted.
     fn judge(&mut self, prediction: &Prediction) -> Option<Decision<N>> {
         let then = match self.motion {
-            _ if is_refuted(prediction) => Then::Fail(StopReason::NotPredicted),
+            _ if is_refuted(prediction) => Then::Fail(Reason::NotPredicted),
             Phase::Refine => Then::Again,
             _ => Then::Tune,
         };
@@ -276,7 +274,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             Then::Again => {
                 self.refined += 1;
                 if self.refined >= Self::MOST_REFINED {
-                    return self.fail(StopReason::TooLittleEvidence);
+                    return self.fail(Reason::TooLittleEvidence);
                 }
                 self.tell(Decision::Uncertain)
             }
@@ -298,7 +296,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         servo.standard_error(IdentifiedServo::B) <= Self::KNOWN_GAIN * servo.parameters.b
     }
 
-    fn fail(&mut self, reason: StopReason) -> Option<Decision<N>> {
+    fn fail(&mut self, reason: Reason) -> Option<Decision<N>> {
         self.work = Work::Nothing;
         Some(Decision::Failed(reason))
     }
@@ -349,7 +347,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         let servo = self.servo?;
         Some(match Candidate::of(&tuning, &servo, &self.settings) {
             Ok(candidate) => Decision::Tuned(candidate),
-            Err(_) => Decision::Failed(StopReason::NoGains),
+            Err(_) => Decision::Failed(Reason::NoGains),
         })
     }
 

@@ -2,7 +2,7 @@ use super::holding::Holding;
 use super::trial::{Trial, TrialResult};
 use super::{
     Candidate, Identified, IdentifiedServo, MotionBlock, MotionRecorder, Phase, ProbingState,
-    RecordEvent, StopReason,
+    Reason, RecordEvent,
 };
 use crate::control::ControlSample;
 use crate::measurement::velocity::LowPassState;
@@ -33,9 +33,9 @@ pub struct CommissionState<N: Number> {
     pub(super) candidate: Option<Candidate<N>>,
     pub(super) tuning_error: Option<TuningError>,
     pub(super) trial: Option<TrialResult>,
-    pub(super) reason: Option<StopReason>,
+    pub(super) reason: Option<Reason>,
     /// The effect that the servo may have.
-    pub(super) suspect: Option<StopReason>,
+    pub(super) suspect: Option<Reason>,
 }
 
 /// What moves or holds the servo.
@@ -80,7 +80,7 @@ pub(super) enum Next {
     /// The trial once it is at rest.
     Trial,
     /// The end.
-    End(StopReason),
+    End(Reason),
 }
 
 /// What of a record was told to the study.
@@ -134,7 +134,7 @@ impl<N: Number> CommissionState<N> {
 
     /// Why it ended without new gains, if it did.
     #[must_use]
-    pub fn reason(&self) -> Option<StopReason> {
+    pub fn reason(&self) -> Option<Reason> {
         self.reason
     }
 

@@ -1,6 +1,6 @@
 use super::{
     CommissionError, CommissionInputs, CommissionIsr, CommissionSettings, CommissionSolver,
-    CommissionState, HoldingGains, IdentifiedServo, Phase, StopReason, TrialResult,
+    CommissionState, HoldingGains, IdentifiedServo, Phase, Reason, TrialResult,
 };
 use crate::number::Number;
 use crate::tuning::Tuning;
@@ -28,7 +28,7 @@ pub struct CommissionReading {
     /// Where it stands.
     pub phase: Phase,
     /// Why it ended without new gains, if it did.
-    pub reason: Option<StopReason>,
+    pub reason: Option<Reason>,
     /// The servo, if the study has come to know it better in this sample.
     pub servo: Option<IdentifiedServo>,
     /// The gains, if they were found and not told before.

@@ -1,4 +1,4 @@
-use super::StopReason;
+use super::Reason;
 use super::holding::Holding;
 use crate::number::Number;
 use crate::parameters::ServoParameters;
@@ -148,11 +148,11 @@ impl<N: Number> Trial<N> {
         &mut self,
         holding: &mut Holding<N>,
         position: N,
-    ) -> Result<bool, StopReason> {
+    ) -> Result<bool, Reason> {
         self.passed = self.passed.saturating_add(1);
         let settled = self.passed >= self.promised.over && holding.is_at_rest();
         if !settled && self.passed > self.promised.most {
-            return Err(StopReason::NeverAtRest);
+            return Err(Reason::NeverAtRest);
         }
         match self.stage {
             Stage::Settling => {
@@ -169,7 +169,7 @@ impl<N: Number> Trial<N> {
             Stage::Stepping => {
                 self.measure.take(self.direction * (position - self.from));
                 if self.measure.is_beyond(self.promised.highest) {
-                    return Err(StopReason::OvershootExceeded);
+                    return Err(Reason::OvershootExceeded);
                 }
                 if settled {
                     self.judge_rise()?;
@@ -183,7 +183,7 @@ impl<N: Number> Trial<N> {
                     self.excursion = away;
                 }
                 if self.excursion > self.promised.excursion {
-                    return Err(StopReason::DisturbanceExceeded);
+                    return Err(Reason::DisturbanceExceeded);
                 }
                 if settled && self.stage == Stage::Recovering {
                     return Ok(true);
@@ -202,11 +202,11 @@ impl<N: Number> Trial<N> {
         self.passed = 0;
     }
 
-    fn judge_rise(&self) -> Result<(), StopReason> {
+    fn judge_rise(&self) -> Result<(), Reason> {
         let [least, most] = self.promised.rise;
         match self.measure.rise() {
             Some(rise) if rise >= least && rise <= most => Ok(()),
-            _ => Err(StopReason::ResponseTimeMissed),
+            _ => Err(Reason::ResponseTimeMissed),
         }
     }
 
@@ -266,7 +266,7 @@ mod tests {
     fn tried(
         step: f64,
         position: impl Fn(f64, f64, bool) -> f64,
-    ) -> (Result<bool, StopReason>, TrialResult) {
+    ) -> (Result<bool, Reason>, TrialResult) {
         let units = Units::new(1e-3, core::f64::consts::TAU / 20_000.0).expect("valid");
         let gains = HoldingGains {
             controller: ControllerSettings {
@@ -336,7 +336,7 @@ mod tests {
     fn what_is_slower_or_faster_than_promised_is_refused() {
         for factor in [1.3, 0.75] {
             let (done, _) = tried(STEP, first_order(factor * TIME_CONSTANT));
-            assert_eq!(done, Err(StopReason::ResponseTimeMissed));
+            assert_eq!(done, Err(Reason::ResponseTimeMissed));
         }
     }
 
@@ -346,16 +346,16 @@ mod tests {
         let (overshoots, _) = tried(STEP, |time, reference, disturbed| {
             plain(time, reference, disturbed) * (1.0 + 6.0 * time * libm::exp(-time / 0.05))
         });
-        assert_eq!(overshoots, Err(StopReason::OvershootExceeded));
+        assert_eq!(overshoots, Err(Reason::OvershootExceeded));
         let (gives_way, _) = tried(STEP, |time, reference, disturbed| {
             let since = (time - 1.0) / 0.02;
             let moved = 2.5 * COMPLIANCE * B * 0.5 * since * libm::exp(1.0 - since);
             plain(time, reference, disturbed) + if disturbed { moved } else { 0.0 }
         });
-        assert_eq!(gives_way, Err(StopReason::DisturbanceExceeded));
+        assert_eq!(gives_way, Err(Reason::DisturbanceExceeded));
         let (never_rests, _) = tried(STEP, |time, reference, disturbed| {
             plain(time, reference, disturbed) + 0.001 * libm::sin(time / 0.01)
         });
-        assert_eq!(never_rests, Err(StopReason::NeverAtRest));
+        assert_eq!(never_rests, Err(Reason::NeverAtRest));
     }
 }

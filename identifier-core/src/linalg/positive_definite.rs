@@ -7,6 +7,7 @@ pub struct PositiveDefinite<const P: usize>([[f64; P]; P]);
 /// Why a matrix is not symmetric positive definite.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum MatrixError {
     /// An entry is NaN or infinite.

@@ -2,7 +2,7 @@
 
 use super::PlausibilitySettings;
 use crate::number::Number;
-use crate::stop_reason::StopReason;
+use crate::reason::Reason;
 use crate::units::Units;
 
 /// What position, speed and time stay within.
@@ -65,14 +65,14 @@ impl<N: Number> Bounds<N> {
         libm::log(LEFT) / libm::log1p(-self.forgetting.to_f64().min(0.999))
     }
 
-    pub(super) fn time(&self, state: &mut BoundsState<N>, late: bool) -> Result<(), StopReason> {
+    pub(super) fn time(&self, state: &mut BoundsState<N>, late: bool) -> Result<(), Reason> {
         if !late {
             state.late = state.late.saturating_sub(1);
             return Ok(());
         }
         state.late += Self::LATE;
         if state.late >= Self::LATE * Self::TOO_LATE {
-            return Err(StopReason::Overrun);
+            return Err(Reason::Overrun);
         }
         Ok(())
     }
@@ -82,14 +82,14 @@ impl<N: Number> Bounds<N> {
         state: &mut BoundsState<N>,
         increment: N,
         position: N,
-    ) -> Result<(), StopReason> {
+    ) -> Result<(), Reason> {
         let [low, high] = self.travel;
         if position < low || position > high {
-            return Err(StopReason::TravelLeft);
+            return Err(Reason::TravelLeft);
         }
         state.speed += self.forgetting * (increment - state.speed);
         if state.speed.magnitude() > self.speed {
-            return Err(StopReason::SpeedExceeded);
+            return Err(Reason::SpeedExceeded);
         }
         Ok(())
     }

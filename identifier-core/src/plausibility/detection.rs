@@ -1,4 +1,4 @@
-use crate::stop_reason::StopReason;
+use crate::reason::Reason;
 
 /// Within how many samples a fault is found, from the sample in which it begins to show.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,16 +25,16 @@ pub struct Detection {
 impl Detection {
     /// Within how many samples a reason is found; none for one that is not plausibility's to find.
     #[must_use]
-    pub fn samples(&self, reason: StopReason) -> Option<u32> {
+    pub fn samples(&self, reason: Reason) -> Option<u32> {
         Some(match reason {
-            StopReason::Overrun => self.overrun,
-            StopReason::EncoderLost => self.encoder_lost,
-            StopReason::EncoderJumped | StopReason::TravelLeft => 1,
-            StopReason::SpeedExceeded => self.speed,
+            Reason::Overrun => self.overrun,
+            Reason::EncoderLost => self.encoder_lost,
+            Reason::EncoderJumped | Reason::TravelLeft => 1,
+            Reason::SpeedExceeded => self.speed,
             // A servo whose actuator dies comes to rest first.
-            StopReason::EncoderStuck | StopReason::ActuatorDead => self.standing + self.response,
-            StopReason::ActuatorWeak | StopReason::Reversed => self.response,
-            StopReason::Oscillating => self.swings * self.longest_swing,
+            Reason::EncoderStuck | Reason::ActuatorDead => self.standing + self.response,
+            Reason::ActuatorWeak | Reason::Reversed => self.response,
+            Reason::Oscillating => self.swings * self.longest_swing,
             _ => return None,
         })
     }

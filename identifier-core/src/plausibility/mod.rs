@@ -1,7 +1,7 @@
 //! Plausibility: whether what the encoder shows can be what the command does.
 //!
 //! [`Plausibility::process`] is called once a sample, in the interrupt, with what was measured and what
-//! acted. It names a [`StopReason`](crate::stop_reason::StopReason) within a stated number of samples after a fault has begun to show:
+//! acted. It names a [`Reason`](crate::reason::Reason) within a stated number of samples after a fault has begun to show:
 //! [`Plausibility::detection_times`]. It has no gains and gives no command; what to do is its caller's.
 //!
 //! | what is wrong | seen by | needs the servo to be known |

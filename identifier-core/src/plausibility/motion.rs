@@ -4,7 +4,7 @@ use super::PlausibilitySettings;
 use super::blocks::Block;
 use super::model::{MODEL_ERROR, Model};
 use crate::number::Number;
-use crate::stop_reason::StopReason;
+use crate::reason::Reason;
 use crate::units::Units;
 
 /// When a servo cannot have stopped, and when it cannot stand.
@@ -187,7 +187,7 @@ impl<N: Number> Motion<N> {
         increment: N,
         command: N,
         under: Under<N>,
-    ) -> Result<(), StopReason> {
+    ) -> Result<(), Reason> {
         if state.able.gain > N::ZERO {
             Self::stops(state, increment, command)?;
         }
@@ -197,13 +197,13 @@ impl<N: Number> Motion<N> {
     /// Whether the servo can have stopped as soon as the encoder, sample by sample: where a sample has
     /// many counts.
     #[inline]
-    fn stops(state: &mut MotionState<N>, increment: N, command: N) -> Result<(), StopReason> {
+    fn stops(state: &mut MotionState<N>, increment: N, command: N) -> Result<(), Reason> {
         if increment == N::ZERO {
             state.glide = state.glide - state.braking(command);
             if state.glide > N::ZERO {
                 state.passed += state.glide;
                 if state.passed > N::from_count(Self::MISSED) {
-                    return Err(StopReason::EncoderStuck);
+                    return Err(Reason::EncoderStuck);
                 }
             }
         } else {
@@ -222,7 +222,7 @@ impl<N: Number> Motion<N> {
 
     /// The same over blocks, where a sample has few, and whether the servo can have changed its speed so
     /// soon at all.
-    pub(super) fn jolts(state: &mut MotionState<N>, block: &Block<N>) -> Result<(), StopReason> {
+    pub(super) fn jolts(state: &mut MotionState<N>, block: &Block<N>) -> Result<(), Reason> {
         let [now, _, before] = block.counts;
         let possible = N::from_f64(2.0) * block.area * state.braking(block.largest);
         let missed = N::from_count(Self::MISSED);
@@ -236,11 +236,11 @@ impl<N: Number> Motion<N> {
         let half = N::from_f64(0.5);
         // The block in which the encoder fails tells only a part of it: it waits for the next.
         if now == N::ZERO {
-            Err(StopReason::EncoderStuck)
+            Err(Reason::EncoderStuck)
         } else if size > past + missed + possible {
-            Err(StopReason::EncoderJumped)
+            Err(Reason::EncoderJumped)
         } else if now * before < N::ZERO && size > half * past {
-            Err(StopReason::Reversed)
+            Err(Reason::Reversed)
         } else {
             Ok(())
         }
@@ -254,7 +254,7 @@ impl<N: Number> Motion<N> {
         increment: N,
         command: N,
         under: Under<N>,
-    ) -> Result<(), StopReason> {
+    ) -> Result<(), Reason> {
         state.command += self.smoothing * (command - state.command);
         state.away += increment;
         if state.away.magnitude() > N::from_count(Self::SLIP) {
@@ -302,9 +302,9 @@ impl<N: Number> Motion<N> {
         if state.pushed < state.able.patience {
             Ok(())
         } else if state.abrupt {
-            Err(StopReason::EncoderStuck)
+            Err(Reason::EncoderStuck)
         } else {
-            Err(StopReason::ActuatorDead)
+            Err(Reason::ActuatorDead)
         }
     }
 }

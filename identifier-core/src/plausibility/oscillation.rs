@@ -7,7 +7,7 @@
 
 use super::PlausibilitySettings;
 use crate::number::Number;
-use crate::stop_reason::StopReason;
+use crate::reason::Reason;
 use crate::units::Units;
 
 /// What a swing is.
@@ -77,7 +77,7 @@ impl<N: Number> Oscillation<N> {
         setpoint: Option<N>,
         position: N,
         command: N,
-    ) -> Result<(), StopReason> {
+    ) -> Result<(), Reason> {
         let Some(setpoint) = setpoint else {
             state.swings = 0;
             state.age = 0;
@@ -106,7 +106,7 @@ impl<N: Number> Oscillation<N> {
             state.peak = size;
             state.command = [command; 2];
             if state.swings >= Self::SWINGS {
-                return Err(StopReason::Oscillating);
+                return Err(Reason::Oscillating);
             }
             return Ok(());
         }

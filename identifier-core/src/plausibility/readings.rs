@@ -3,7 +3,7 @@
 use super::PlausibilitySettings;
 use super::model::Model;
 use crate::number::Number;
-use crate::stop_reason::StopReason;
+use crate::reason::Reason;
 use crate::units::Units;
 
 /// What readings stay within.
@@ -75,12 +75,12 @@ impl<N: Number> Readings<N> {
         &self,
         state: &mut ReadingsState<N>,
         increment: Option<N>,
-    ) -> Result<(), StopReason> {
+    ) -> Result<(), Reason> {
         let Some(increment) = increment else {
             state.last = None;
             state.missing = state.missing.saturating_add(1);
             return if state.missing >= self.lost_after {
-                Err(StopReason::EncoderLost)
+                Err(Reason::EncoderLost)
             } else {
                 Ok(())
             };
@@ -98,9 +98,9 @@ impl<N: Number> Readings<N> {
         if possible && (near(last) || increment == N::ZERO) {
             Ok(())
         } else if possible && mirrored {
-            Err(StopReason::Reversed)
+            Err(Reason::Reversed)
         } else {
-            Err(StopReason::EncoderJumped)
+            Err(Reason::EncoderJumped)
         }
     }
 }

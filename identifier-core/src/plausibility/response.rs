@@ -20,7 +20,7 @@ use super::blocks::{Block, Blocks, BlocksState, larger};
 use super::model::{MODEL_ERROR, Model};
 use super::parts::Part;
 use crate::number::Number;
-use crate::stop_reason::StopReason;
+use crate::reason::Reason;
 
 /// The comparison over blocks of one length.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,7 +46,7 @@ pub(super) struct ResponseState<N> {
     idle: i32,
     /// The level: running blocks against the command, and what the last of all speaks for.
     level: i32,
-    suspicion: Option<StopReason>,
+    suspicion: Option<Reason>,
 }
 
 /// What is known of the servo's response, in the number format of the loop.
@@ -141,7 +141,7 @@ impl<N: Number> Response<N> {
         part: &Part<N>,
         known: Option<&Known<N>>,
         relay: bool,
-    ) -> Result<Option<Block<N>>, StopReason> {
+    ) -> Result<Option<Block<N>>, Reason> {
         let Some(block) = self.blocks.take(&mut state.blocks, part) else {
             return Ok(None);
         };
@@ -158,7 +158,7 @@ impl<N: Number> Response<N> {
         block: &Block<N>,
         known: &Known<N>,
         relay: bool,
-    ) -> Result<(), StopReason> {
+    ) -> Result<(), Reason> {
         let [counts, before, first] = block.counts;
         let viscous = known.x * block.half;
         let braked = viscous * (counts + before)
@@ -177,7 +177,7 @@ impl<N: Number> Response<N> {
         let change = block.change + viscous * (counts - first);
         let (cause, least) = (known.gain * block.cause, known.gain * self.least);
         if change * cause < N::ZERO && cause.magnitude() >= larger(faint, least) {
-            state.suspicion = Some(StopReason::Reversed);
+            state.suspicion = Some(Reason::Reversed);
         }
         state.compare(change, cause, least, enough)?;
         let telling = N::from_count(Self::TELLING);
@@ -185,26 +185,22 @@ impl<N: Number> Response<N> {
     }
 
     /// Whether the servo gains speed against a command.
-    fn gains_against(&self, block: &Block<N>, least: N) -> Option<StopReason> {
+    fn gains_against(&self, block: &Block<N>, least: N) -> Option<Reason> {
         let [counts, ..] = block.counts;
         let direction = sign_of(counts);
         let gains = block.moved * direction >= N::from_count(Self::VISIBLE);
         let against = -(block.weighed * direction) >= least;
-        (gains && against).then_some(StopReason::Reversed)
+        (gains && against).then_some(Reason::Reversed)
     }
 
-    fn judge_signs(
-        &self,
-        state: &mut ResponseState<N>,
-        block: &Block<N>,
-    ) -> Result<(), StopReason> {
+    fn judge_signs(&self, state: &mut ResponseState<N>, block: &Block<N>) -> Result<(), Reason> {
         state.suspicion = self.gains_against(block, self.held);
         if !block.one_way {
             return Ok(());
         }
         state.compare_signs(block.change, block.cause, self.least)?;
         if state.against > 0 {
-            state.suspicion = Some(StopReason::Reversed);
+            state.suspicion = Some(Reason::Reversed);
         }
         state.count_level(self.gains_against(block, self.strong))
     }
@@ -212,7 +208,7 @@ impl<N: Number> Response<N> {
 
 impl<N: Number> ResponseState<N> {
     /// The change that was measured with that which the command must make, counts.
-    fn compare(&mut self, change: N, cause: N, least: N, enough: i32) -> Result<(), StopReason> {
+    fn compare(&mut self, change: N, cause: N, least: N, enough: i32) -> Result<(), Reason> {
         let size = cause.magnitude();
         if size < N::from_count(Response::<N>::FAINT) || size < least {
             self.idle += 1;
@@ -244,16 +240,16 @@ impl<N: Number> ResponseState<N> {
         }
         let share = |share: f64| N::from_f64(share) * self.square;
         Err(if self.product < share(Response::<N>::REVERSED) {
-            StopReason::Reversed
+            Reason::Reversed
         } else if self.product < share(Response::<N>::DEAD) {
-            StopReason::ActuatorDead
+            Reason::ActuatorDead
         } else {
-            StopReason::ActuatorWeak
+            Reason::ActuatorWeak
         })
     }
 
     /// The same for a servo that is not known: only the sign is.
-    fn compare_signs(&mut self, change: N, cause: N, least: N) -> Result<(), StopReason> {
+    fn compare_signs(&mut self, change: N, cause: N, least: N) -> Result<(), Reason> {
         let visible = N::from_count(Response::<N>::VISIBLE);
         if cause.magnitude() < least || change.magnitude() < visible {
             return Ok(());
@@ -266,11 +262,11 @@ impl<N: Number> ResponseState<N> {
         if self.against < Response::<N>::ENOUGH {
             return Ok(());
         }
-        Err(StopReason::Reversed)
+        Err(Reason::Reversed)
     }
 
     /// Takes in what the level of a block speaks for.
-    fn count_level(&mut self, contradiction: Option<StopReason>) -> Result<(), StopReason> {
+    fn count_level(&mut self, contradiction: Option<Reason>) -> Result<(), Reason> {
         let Some(reason) = contradiction else {
             self.level = 0;
             return Ok(());
@@ -283,7 +279,7 @@ impl<N: Number> ResponseState<N> {
     }
 
     /// What the last block speaks for, too little to be certain.
-    pub(super) fn suspicion(&self) -> Option<StopReason> {
+    pub(super) fn suspicion(&self) -> Option<Reason> {
         self.suspicion
     }
 
@@ -298,15 +294,15 @@ impl<N: Number> ResponseState<N> {
 
 /// What acts of a command by the motion, and what should, counts, with a step of the load in its favour: what
 /// is wrong, if they contradict each other.
-fn contradiction<N: Number>(acts: N, force: N, favour: N) -> Option<StopReason> {
+fn contradiction<N: Number>(acts: N, force: N, favour: N) -> Option<Reason> {
     let size = force.magnitude();
     let along = acts * sign_of(force);
     let share = |share: f64| N::from_f64(share) * size;
     (along + favour < share(Response::<N>::WEAK)).then(|| {
         if along < share(Response::<N>::REVERSED) {
-            StopReason::Reversed
+            Reason::Reversed
         } else {
-            StopReason::ActuatorDead
+            Reason::ActuatorDead
         }
     })
 }

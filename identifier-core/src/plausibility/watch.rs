@@ -8,7 +8,7 @@ use super::response::{Known, Response, ResponseState};
 use super::{Detection, Observation, PlausibilitySettings};
 use crate::error::OutOfRange;
 use crate::number::Number;
-use crate::stop_reason::StopReason;
+use crate::reason::Reason;
 
 /// What a servo and its encoder must keep to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -116,7 +116,7 @@ impl<N: Number> Plausibility<N> {
         &self,
         state: &mut PlausibilityState<N>,
         seen: &Observation<N>,
-    ) -> Result<(), StopReason> {
+    ) -> Result<(), Reason> {
         if !state.begun {
             state.begun = true;
             state.commands = [seen.command; LONGEST_DELAY];
@@ -163,7 +163,7 @@ impl<N: Number> Plausibility<N> {
         of: usize,
         part: &Part<N>,
         relay: bool,
-    ) -> Result<(), StopReason> {
+    ) -> Result<(), Reason> {
         let (Some(response), Some(past)) = (self.response.get(of), state.response.get_mut(of))
         else {
             return Ok(());
@@ -203,11 +203,12 @@ impl<N: Number> PlausibilityState<N> {
     }
 
     /// Why a limit may have been left: a loop that pushes the wrong way, before one that does not push.
-    fn suspicion(&self) -> Option<StopReason> {
+    fn suspicion(&self) -> Option<Reason> {
         let [shorter, longer] = self.response.each_ref().map(ResponseState::suspicion);
         match (shorter, longer) {
-            (reversed @ Some(StopReason::Reversed), _)
-            | (_, reversed @ Some(StopReason::Reversed)) => reversed,
+            (reversed @ Some(Reason::Reversed), _) | (_, reversed @ Some(Reason::Reversed)) => {
+                reversed
+            }
             _ => shorter.or(longer),
         }
     }

@@ -13,6 +13,7 @@ use crate::units::Units;
 /// Why no Γ can be chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum GainError {
     /// The reference leaves a servo of the box at rest.

@@ -10,7 +10,6 @@ use crate::stability::sampled_loop::{EstimateError, SampledLoopError};
 /// Why a part cannot be built from its settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
 pub enum SettingsError {
     /// A value outside its range.
     Range(OutOfRange),

@@ -34,7 +34,6 @@ pub struct Certificate {
 /// The inequality that fails, and what would satisfy it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
 pub enum CertificateError {
     /// μ is not a positive finite number.
     MuNotPositive {

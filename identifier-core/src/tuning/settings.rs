@@ -103,7 +103,6 @@ impl TuningSettings {
 /// Why there are no gains.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
 pub enum TuningError {
     /// A setting out of its range, by name.
     OutOfRange(OutOfRange),

@@ -1,7 +1,7 @@
 //! Every fault in every phase: it ends the commissioning, the number says what it is, and what held before
 //! is in force again.
 
-use identifier_core::commission::{Phase, StopReason};
+use identifier_core::commission::{Phase, Reason};
 use identifier_core::parameters::ServoParameters;
 use virtual_servo::faults::FaultKind;
 
@@ -34,8 +34,8 @@ fn servos() -> [(&'static str, Bench); 3] {
 /// The reasons that a fault may be told by in a phase, and the time that it takes at most, s, or samples. What
 /// stands still looks dead whether encoder or actuator is. Of a servo that is not known yet, a loop that runs
 /// away may be over a limit before it is known why, and one that coasts or stands shows little.
-fn allowed(kind: FaultKind, phase: Phase) -> (&'static [StopReason], f64, u64) {
-    use StopReason::{
+fn allowed(kind: FaultKind, phase: Phase) -> (&'static [Reason], f64, u64) {
+    use Reason::{
         ActuatorDead, ActuatorWeak, AmplifierFault, DoesNotMove, EncoderJumped, EncoderLost,
         LimitSwitch, Overrun, OvershootExceeded, Reversed, SpeedExceeded, TravelLeft,
     };
@@ -77,7 +77,7 @@ const FAULTS: [(FaultKind, f64); 10] = [
 
 /// The number of the reason, and the samples until it ended.
 fn told(course: &Course, samples: Option<u64>) -> String {
-    let number = course.state.reason().map(StopReason::number);
+    let number = course.state.reason().map(Reason::number);
     let number = number.map_or("-".to_owned(), |number| number.to_string());
     let samples = samples.map_or("never".to_owned(), |samples| samples.to_string());
     format!("{number} after {samples}")
@@ -110,7 +110,7 @@ fn every_fault_in_every_phase_ends_it_and_what_held_before_is_in_force() {
                     }
                     continue;
                 };
-                let safe = if bench.before.is_some() && !reason.lets_go() {
+                let safe = if bench.before.is_some() && !reason.disables_stage() {
                     course.after.iter().all(Option::is_some)
                 } else {
                     course.after.iter().all(Option::is_none)

@@ -1,7 +1,7 @@
 use crate::probing_support::{Unknown, unknown_servos};
 use identifier_core::commission::{
-    Diagnosis, FitSettings, IdentifiedServo, MotionRecord, MotionRecorder, Prediction, ServoFitter,
-    StopReason,
+    Diagnosis, FitSettings, IdentifiedServo, MotionRecord, MotionRecorder, Prediction, Reason,
+    ServoFitter,
 };
 use identifier_core::parameters::ServoParameters;
 use virtual_servo::{Effects, Plant};
@@ -30,7 +30,7 @@ fn fitted<const W: usize>(
     unknown: &Unknown,
     motion: &MotionRecord<f32, W>,
     prior: Option<&IdentifiedServo>,
-) -> Result<IdentifiedServo, StopReason> {
+) -> Result<IdentifiedServo, Reason> {
     let fitter = ServoFitter::new(&settings(unknown));
     let mut fit = fitter.begin(motion, prior);
     loop {
@@ -215,16 +215,16 @@ fn an_estimate_that_is_as_large_as_it_may_be_is_none() {
         coulomb: 30.0,
         load: 0.0,
     };
-    fn of<const W: usize>(unknown: &Unknown, late: usize) -> Result<(), StopReason> {
+    fn of<const W: usize>(unknown: &Unknown, late: usize) -> Result<(), Reason> {
         let motion = recorded::<W>(unknown, &shaken(unknown, late));
         fitted(unknown, &motion, None).map(|_| ())
     }
     assert_eq!(of::<256>(&unknown, 1), Ok(()));
-    assert_eq!(of::<256>(&unknown, 26), Err(StopReason::EstimateAtBound));
+    assert_eq!(of::<256>(&unknown, 26), Err(Reason::EstimateAtBound));
     // Pieces of the record in which more than half of a velocity dies down.
     unknown.parameters.a = 60.0;
     assert_eq!(of::<256>(&unknown, 1), Ok(()));
-    assert_eq!(of::<16>(&unknown, 1), Err(StopReason::EstimateAtBound));
+    assert_eq!(of::<16>(&unknown, 1), Err(Reason::EstimateAtBound));
 }
 
 #[test]
@@ -289,7 +289,7 @@ fn what_the_model_lacks_is_named() {
                 dead_band: 0.5,
                 ..none
             },
-            StopReason::LacksDeadBand,
+            Reason::LacksDeadBand,
         ),
         (
             Effects {
@@ -297,14 +297,14 @@ fn what_the_model_lacks_is_named() {
                 low_speed_velocity: 0.5,
                 ..none
             },
-            StopReason::LacksLowSpeedFriction,
+            Reason::LacksLowSpeedFriction,
         ),
         (
             Effects {
                 gravity: [200.0, 0.0],
                 ..none
             },
-            StopReason::LacksGravity,
+            Reason::LacksGravity,
         ),
         (
             Effects {
@@ -312,7 +312,7 @@ fn what_the_model_lacks_is_named() {
                 inertia_ratio: 0.5,
                 ..none
             },
-            StopReason::LacksResonance,
+            Reason::LacksResonance,
         ),
         (
             Effects {
@@ -320,7 +320,7 @@ fn what_the_model_lacks_is_named() {
                 ripple_order: 12,
                 ..none
             },
-            StopReason::LacksRipple,
+            Reason::LacksRipple,
         ),
     ] {
         let unknown = ordinary(effects);
@@ -329,7 +329,7 @@ fn what_the_model_lacks_is_named() {
         let diagnosis = diagnosis.unwrap_or_else(|| panic!("{reason:?}: nothing is found"));
         assert_eq!(diagnosis.reason, reason, "{diagnosis:?}");
         assert!(diagnosis.share > 0.9, "{diagnosis:?}");
-        if reason == StopReason::LacksDeadBand {
+        if reason == Reason::LacksDeadBand {
             let off = diagnosis.dead_band - effects.dead_band;
             assert!(off.abs() < 0.02, "{diagnosis:?}");
         }

@@ -1,6 +1,4 @@
-use identifier_core::commission::{
-    CommissionError, CommissionIsr, HoldingGains, Phase, StopReason,
-};
+use identifier_core::commission::{CommissionError, CommissionIsr, HoldingGains, Phase, Reason};
 use identifier_core::settings::ControllerSettings;
 use identifier_core::tuning::Goal;
 
@@ -63,7 +61,7 @@ fn a_sound_servo_is_predicted_wherever_between_two_counts_friction_holds_it() {
 }
 
 /// Stops a commissioning in each phase, some samples after it began.
-fn stopped_in_each_phase(bench: &Bench, reason: StopReason) {
+fn stopped_in_each_phase(bench: &Bench, reason: Reason) {
     for phase in &Phase::ALL[1..8] {
         let mut left = 5;
         let course = bench.commission(&mut |now| {
@@ -79,7 +77,7 @@ fn stopped_in_each_phase(bench: &Bench, reason: StopReason) {
         assert_eq!(course.state.reason(), Some(reason));
         let held = course.after.iter().all(Option::is_some);
         let released = course.after.iter().all(Option::is_none);
-        if bench.before.is_some() && !reason.lets_go() {
+        if bench.before.is_some() && !reason.disables_stage() {
             assert!(held, "the gains before hold again, in {phase:?}");
             assert!(course.last.abs() < 0.02, "{phase:?} {}", course.last);
         } else {
@@ -90,7 +88,7 @@ fn stopped_in_each_phase(bench: &Bench, reason: StopReason) {
 
 #[test]
 fn whenever_it_is_stopped_what_held_before_holds_again_from_that_sample_on() {
-    for reason in [StopReason::ModeChanged, StopReason::Stopped] {
+    for reason in [Reason::ModeChanged, Reason::Stopped] {
         stopped_in_each_phase(&beside_a_controller(), reason);
         stopped_in_each_phase(&ordinary(), reason);
     }
@@ -103,7 +101,7 @@ fn the_gains_before_go_on_with_the_command_that_held_the_load() {
     let mut left = 5;
     let course = bench.commission(&mut |now| {
         left -= i32::from(now == Phase::Tune);
-        (left == 0).then_some(StopReason::ModeChanged)
+        (left == 0).then_some(Reason::ModeChanged)
     });
     assert_eq!(course.state.phase(), Phase::Aborted);
     let [Some(first), ..] = course.after[..] else {
@@ -119,10 +117,10 @@ fn an_answer_that_comes_after_the_end_changes_nothing() {
     let course = ordinary().commission(&mut |phase| {
         let now = phase == Phase::Tune && !stopped;
         stopped |= now;
-        now.then_some(StopReason::LinkLost)
+        now.then_some(Reason::LinkLost)
     });
     assert_eq!(course.state.phase(), Phase::Aborted);
-    assert_eq!(course.state.reason(), Some(StopReason::LinkLost));
+    assert_eq!(course.state.reason(), Some(Reason::LinkLost));
     assert_eq!(course.state.trial(), None);
 }
 

@@ -1,7 +1,5 @@
 use crate::probing_support::{Unknown, Wiggled, unknown_servos};
-use identifier_core::commission::{
-    CommissionError, Probing, ProbingProgress, RoughModel, StopReason,
-};
+use identifier_core::commission::{CommissionError, Probing, ProbingProgress, Reason, RoughModel};
 use identifier_core::parameters::ServoParameters;
 
 #[test]
@@ -24,7 +22,7 @@ fn travel_and_speed_are_kept_by_every_unknown_servo_and_nearly_all_end_with_evid
                 assert!(evidence.is_some_and(|time| time <= 1.0));
             }
             // It says so; only a coarse encoder may need more than a second.
-            ProbingProgress::Failed(StopReason::TooLittleEvidence) => {
+            ProbingProgress::Failed(Reason::TooLittleEvidence) => {
                 assert!(unknown.counts < 4096.0, "{unknown:?}");
             }
             _ => panic!("{progress:?}: {unknown:?}"),
@@ -133,10 +131,7 @@ fn a_servo_that_does_not_move_is_said_to_be_one() {
     jammed.parameters.load = 0.0;
     jammed.parameters.coulomb = 1.1 * jammed.parameters.b * Unknown::COMMAND;
     let moved = jammed.wiggle();
-    assert_eq!(
-        moved.progress,
-        ProbingProgress::Failed(StopReason::DoesNotMove)
-    );
+    assert_eq!(moved.progress, ProbingProgress::Failed(Reason::DoesNotMove));
 }
 
 /// How the first motion ends of a servo of plain friction whose velocity a ratchet holds.
@@ -183,7 +178,7 @@ fn a_servo_that_moves_one_way_and_not_the_other_is_said_to_be_one() {
         Some(ProbingProgress::AtRest)
     );
     let forwards = moved_with(|velocity| velocity.max(0.0));
-    assert_eq!(forwards, failed(StopReason::OneDirectionOnly));
+    assert_eq!(forwards, failed(Reason::OneDirectionOnly));
     // It sticks for good once it has come to rest.
     let moved = std::cell::Cell::new(false);
     let stuck = std::cell::Cell::new(false);
@@ -192,7 +187,7 @@ fn a_servo_that_moves_one_way_and_not_the_other_is_said_to_be_one() {
         moved.set(moved.get() || velocity > 0.0);
         if stuck.get() { 0.0 } else { velocity }
     });
-    assert_eq!(sticks, failed(StopReason::DoesNotMove));
+    assert_eq!(sticks, failed(Reason::DoesNotMove));
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! A servo with its encoder, and a commissioning of it.
 
 use identifier_core::commission::{
-    CommissionInputs, CommissionSettings, CommissionState, HoldingGains, Limits, Phase, StopReason,
+    CommissionInputs, CommissionSettings, CommissionState, HoldingGains, Limits, Phase, Reason,
     SynchronousCommission,
 };
 use identifier_core::parameters::ServoParameters;
@@ -94,10 +94,7 @@ pub(crate) fn ordinary() -> Bench {
 
 impl Bench {
     /// Commissions it; `disturb` may end it in any sample.
-    pub(crate) fn commission(
-        &self,
-        disturb: &mut dyn FnMut(Phase) -> Option<StopReason>,
-    ) -> Course {
+    pub(crate) fn commission(&self, disturb: &mut dyn FnMut(Phase) -> Option<Reason>) -> Course {
         self.run(&[], disturb)
     }
 
@@ -113,7 +110,7 @@ impl Bench {
     fn run(
         &self,
         faults: &[InjectedFault],
-        disturb: &mut dyn FnMut(Phase) -> Option<StopReason>,
+        disturb: &mut dyn FnMut(Phase) -> Option<Reason>,
     ) -> Course {
         /// The longest that it may take, and for how long it is watched after its end, s.
         const LONGEST: f64 = 120.0;
@@ -138,8 +135,8 @@ impl Bench {
             let seen = faults.seen(servo.position());
             let count = seen.map(|at| encoder.read(at + self.offset * resolution) as i32);
             let line = match () {
-                () if condition.limit_switch => Some(StopReason::LimitSwitch),
-                () if condition.amplifier_fault => Some(StopReason::AmplifierFault),
+                () if condition.limit_switch => Some(Reason::LimitSwitch),
+                () if condition.amplifier_fault => Some(Reason::AmplifierFault),
                 () => None,
             };
             let phase = phases.last().map_or(Phase::Idle, |last| last.0);

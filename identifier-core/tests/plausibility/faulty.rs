@@ -1,6 +1,6 @@
 //! Every fault, on three servos and at five rates.
 
-use identifier_core::commission::StopReason;
+use identifier_core::commission::Reason;
 use identifier_core::parameters::ServoParameters;
 use virtual_servo::faults::{FaultKind, InjectedFault};
 
@@ -10,7 +10,7 @@ use FaultKind::{
     ActuatorDead as Dead, ActuatorReversed, ActuatorWeak as Weak, EncoderJump, EncoderReversed,
     EncoderStuck as Stuck,
 };
-use StopReason::{
+use Reason::{
     ActuatorDead, ActuatorWeak, EncoderJumped, EncoderStuck, Reversed, SpeedExceeded, TravelLeft,
 };
 
@@ -79,14 +79,7 @@ const NOTHING: Knowledge = Knowledge::Nothing;
 
 /// A fault, what is known of the servo, what moves it; the reasons by which it may be found, in how many of
 /// the fifteen runs it may be hidden, and within which time it is found in the others, ms.
-type Case = (
-    FaultKind,
-    Knowledge,
-    Drive,
-    &'static [StopReason],
-    usize,
-    u32,
-);
+type Case = (FaultKind, Knowledge, Drive, &'static [Reason], usize, u32);
 
 #[rustfmt::skip]
 const CASES: [Case; 36] = [
@@ -155,7 +148,7 @@ fn row_of(
     kind: FaultKind,
     knowledge: Knowledge,
     drive: Drive,
-    reasons: &[StopReason],
+    reasons: &[Reason],
     may_hide: usize,
     longest: u32,
 ) -> String {

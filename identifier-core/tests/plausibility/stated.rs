@@ -1,6 +1,6 @@
 //! What needs no servo: found in the stated sample, and not in the one before.
 
-use identifier_core::commission::{IdentifiedServo, StopReason};
+use identifier_core::commission::{IdentifiedServo, Reason};
 use identifier_core::number::Number;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::plausibility::{
@@ -37,7 +37,7 @@ const REST: Observation<f64> = Observation {
 fn found(
     settings: &PlausibilitySettings,
     seen: impl Fn(u32) -> Observation<f64>,
-) -> (Option<(StopReason, u32)>, Detection) {
+) -> (Option<(Reason, u32)>, Detection) {
     let watch = Plausibility::<f64>::new(settings).expect("allowed");
     let mut state = watch.start();
     let stated = watch.detection_times(&state);
@@ -58,7 +58,7 @@ fn an_encoder_without_a_reading_is_lost_after_the_stated_samples() {
             ..REST
         };
         let (seen, stated) = found(&settings, |_| lost);
-        assert_eq!(seen, Some((StopReason::EncoderLost, stated.encoder_lost)));
+        assert_eq!(seen, Some((Reason::EncoderLost, stated.encoder_lost)));
         assert_eq!(stated.encoder_lost, (rate * 1e-3).round().max(2.0) as u32);
         let every = stated.encoder_lost;
         let (seen, _) = found(&settings, |k| if k % every == 0 { REST } else { lost });
@@ -71,10 +71,10 @@ fn samples_that_are_late_running_or_mostly_are_an_overrun() {
     let settings = settings(1e3);
     let late = |late| Observation { late, ..REST };
     let (seen, stated) = found(&settings, |_| late(true));
-    assert_eq!(seen, Some((StopReason::Overrun, stated.overrun)));
+    assert_eq!(seen, Some((Reason::Overrun, stated.overrun)));
     assert_eq!(stated.overrun, 3);
     let (seen, _) = found(&settings, |k| late(k % 2 == 0));
-    assert_eq!(seen, Some((StopReason::Overrun, 7)), "every other one");
+    assert_eq!(seen, Some((Reason::Overrun, 7)), "every other one");
     let (seen, _) = found(&settings, |k| late(k % 5 == 0));
     assert_eq!(seen, None, "every fifth one");
 }
@@ -89,7 +89,7 @@ fn travel_ends_a_count_beyond_where_it_was_given() {
         (-502.0, false),
     ] {
         let (seen, _) = found(&settings, |_| Observation { position, ..REST });
-        let expected = (!within).then_some((StopReason::TravelLeft, 1));
+        let expected = (!within).then_some((Reason::TravelLeft, 1));
         assert_eq!(seen, expected, "{position}");
     }
 }
@@ -121,7 +121,7 @@ fn a_speed_is_found_in_its_time_beyond_the_limit_and_never_at_it() {
                 let fast = sign * (1.25 * 30.0 + 3.0 * resolution / 2e-3);
                 let (seen, stated) = found(&settings, |k| at_speed(fast, &settings, k));
                 let (reason, sample) = seen.expect("it is too fast");
-                assert_eq!(reason, StopReason::SpeedExceeded);
+                assert_eq!(reason, Reason::SpeedExceeded);
                 assert!(sample <= stated.speed, "{sample} {stated:?}");
             }
         }
@@ -147,7 +147,7 @@ fn a_jump_is_found_in_its_sample_and_a_smaller_one_is_motion() {
                     ..REST
                 };
                 let seen = watch.process(&mut state, &jumps);
-                assert_eq!(seen, Err(StopReason::EncoderJumped), "{rate} {jump}");
+                assert_eq!(seen, Err(Reason::EncoderJumped), "{rate} {jump}");
             }
             let mut state = state;
             watch.process(&mut state, &REST).expect("it rests");
@@ -157,7 +157,7 @@ fn a_jump_is_found_in_its_sample_and_a_smaller_one_is_motion() {
             };
             assert_ne!(
                 watch.process(&mut state, &moves),
-                Err(StopReason::EncoderJumped)
+                Err(Reason::EncoderJumped)
             );
         }
     }
@@ -202,7 +202,7 @@ fn six_swings_that_do_not_decay_are_an_oscillation() {
     for growth in [0.9, 1.0, 1.2] {
         let (seen, _) = found(&settings, |k| swinging(40.0, growth, 3.0, k));
         let (reason, sample) = seen.expect("it oscillates");
-        assert_eq!(reason, StopReason::Oscillating);
+        assert_eq!(reason, Reason::Oscillating);
         // The swing in which it begins is not a whole one.
         assert!(sample <= (stated.swings + 1) * 20 + 10, "{sample}");
     }
@@ -326,13 +326,13 @@ fn the_page_says_what_is_stated() {
     }
     let watch = Plausibility::<f32>::new(&settings(1e3)).expect("allowed");
     let stated = watch.detection_times(&watch.start());
-    assert_eq!(of(&stated, StopReason::Reversed), stated.response);
+    assert_eq!(of(&stated, Reason::Reversed), stated.response);
     assert_eq!(
-        of(&stated, StopReason::ActuatorDead),
+        of(&stated, Reason::ActuatorDead),
         stated.response + stated.standing
     );
-    assert_eq!(of(&stated, StopReason::TravelLeft), 1);
-    assert_eq!(stated.samples(StopReason::NoGains), None);
+    assert_eq!(of(&stated, Reason::TravelLeft), 1);
+    assert_eq!(stated.samples(Reason::NoGains), None);
 }
 
 /// One that a twentieth of the command moves at once.
@@ -346,7 +346,7 @@ const STRONG: IdentifiedServo = IdentifiedServo {
 
 /// What is found of a known servo that glides at 16 rad/s until its encoder fails after half a second, and
 /// how many samples after that.
-fn gliding(rate: f64, fails: impl Fn(f64) -> f64) -> Option<(StopReason, u32)> {
+fn gliding(rate: f64, fails: impl Fn(f64) -> f64) -> Option<(Reason, u32)> {
     let settings = settings(rate);
     let settings = PlausibilitySettings {
         travel: [f64::NEG_INFINITY, f64::INFINITY],
@@ -393,10 +393,7 @@ fn an_encoder_that_stops_or_turns_in_motion_is_found_in_a_sample_or_three_blocks
         } else {
             (7.5e-3 * rate).max(18.0) as u32
         };
-        for (expected, turn) in [
-            (StopReason::EncoderStuck, 0.0),
-            (StopReason::Reversed, -1.0),
-        ] {
+        for (expected, turn) in [(Reason::EncoderStuck, 0.0), (Reason::Reversed, -1.0)] {
             let (reason, samples) = gliding(rate, |increment| turn * increment).expect("it fails");
             assert_eq!(reason, expected, "{rate}");
             assert!(samples <= within, "{rate} {expected:?}: {samples}");

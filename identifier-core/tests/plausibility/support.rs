@@ -1,6 +1,6 @@
 //! A servo in motion, watched.
 
-use identifier_core::commission::{IdentifiedServo, StopReason};
+use identifier_core::commission::{IdentifiedServo, Reason};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::plausibility::{
     Detection, KnownServo, Observation, Plausibility, PlausibilitySettings, PlausibilityState,
@@ -117,7 +117,7 @@ pub(crate) struct Run<'f> {
 }
 
 /// What was found, in the sample of which number.
-pub(crate) type Found = Option<(StopReason, u64)>;
+pub(crate) type Found = Option<(Reason, u64)>;
 
 impl<'f> Run<'f> {
     pub(crate) fn new(

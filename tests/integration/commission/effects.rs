@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use identifier_core::commission::StopReason;
+use identifier_core::commission::Reason;
 use integration_tests::in_parallel;
 
 use super::campaign::factor;
@@ -29,7 +29,7 @@ struct Effect {
     name: &'static str,
     size: &'static str,
     plant: String,
-    named: &'static [StopReason],
+    named: &'static [Reason],
 }
 
 fn effects(kind: &Kind) -> Vec<Effect> {
@@ -53,13 +53,13 @@ fn effects(kind: &Kind) -> Vec<Effect> {
     let dead_band = |part: f64| format!("dead_band = {:?}", part * kind.limit);
     let ripple = |part: f64| format!("ripple = [{:?}, 0.0]\nripple_order = 12", part * push);
     let both = |one: String, other: String| format!("{one}\n{other}");
-    type Reasons = &'static [StopReason];
-    const RESONANCE: Reasons = &[StopReason::LacksResonance];
-    const BACKLASH: Reasons = &[StopReason::LacksBacklash];
-    const LOW_SPEED: Reasons = &[StopReason::LacksLowSpeedFriction];
-    const GRAVITY: Reasons = &[StopReason::LacksGravity];
-    const DEAD_BAND: Reasons = &[StopReason::LacksDeadBand];
-    const RIPPLE: Reasons = &[StopReason::LacksRipple];
+    type Reasons = &'static [Reason];
+    const RESONANCE: Reasons = &[Reason::LacksResonance];
+    const BACKLASH: Reasons = &[Reason::LacksBacklash];
+    const LOW_SPEED: Reasons = &[Reason::LacksLowSpeedFriction];
+    const GRAVITY: Reasons = &[Reason::LacksGravity];
+    const DEAD_BAND: Reasons = &[Reason::LacksDeadBand];
+    const RIPPLE: Reasons = &[Reason::LacksRipple];
     let effect = |name, size, plant, named| Effect {
         name,
         size,
@@ -105,19 +105,19 @@ fn effects(kind: &Kind) -> Vec<Effect> {
             "backlash, dead band",
             "10 counts, 2 %",
             both(backlash(10.0), dead_band(0.02)),
-            &[StopReason::LacksBacklash, StopReason::LacksDeadBand],
+            &[Reason::LacksBacklash, Reason::LacksDeadBand],
         ),
         effect(
             "low-speed, gravity",
             "1 of c, 5 %",
             both(low_speed(1.0), gravity(0.05)),
-            &[StopReason::LacksLowSpeedFriction, StopReason::LacksGravity],
+            &[Reason::LacksLowSpeedFriction, Reason::LacksGravity],
         ),
         effect(
             "cogging, resonance",
             "2 %, 250 rad/s",
             both(ripple(0.02), resonance(250.0)),
-            &[StopReason::LacksRipple, StopReason::LacksResonance],
+            &[Reason::LacksRipple, Reason::LacksResonance],
         ),
     ]
 }
@@ -132,12 +132,12 @@ struct Row {
 }
 
 impl Row {
-    fn add(&mut self, judged: &Judged, named: &[StopReason]) {
+    fn add(&mut self, judged: &Judged, named: &[Reason]) {
         match (&judged.kept, judged.outcome.reason()) {
             (Some(kept), _) if kept.is_kept() => self.kept += 1,
             (Some(_), _) => self.broken += 1,
             (None, Some(reason)) if named.contains(&reason) => self.named += 1,
-            (None, reason) => self.others.push(reason.map_or("no end", StopReason::name)),
+            (None, reason) => self.others.push(reason.map_or("no end", Reason::name)),
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use identifier_core::commission::StopReason;
+use identifier_core::commission::Reason;
 
 use super::judged::{Judged, OVERSHOOT, RISE};
 
@@ -63,7 +63,7 @@ pub(super) fn table(tallies: &BTreeMap<String, Tally>) -> String {
             .reasons
             .iter()
             .map(|(number, times)| {
-                let name = StopReason::of_number(*number).map_or("?", StopReason::name);
+                let name = Reason::from_number(*number).map_or("?", Reason::name);
                 format!("{times} × {name}")
             })
             .collect();

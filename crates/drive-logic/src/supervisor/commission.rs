@@ -7,7 +7,7 @@ use drive_link::{
     Settings, State,
 };
 use embedded_storage::nor_flash::NorFlash;
-use identifier_core::commission::{CommissionSettings, HoldingGains, Phase, StopReason};
+use identifier_core::commission::{CommissionSettings, HoldingGains, Phase, Reason};
 
 use super::Supervisor;
 use super::record::{Commissioned, Record};
@@ -116,7 +116,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
         if is_applied && self.apply(&outcome).is_err() {
             outcome.commissioning = LastCommissioning {
                 phase: Phase::RolledBack,
-                reason: Some(StopReason::NoGains),
+                reason: Some(Reason::NoGains),
             };
         }
         self.save_pending |= outcome.commissioning.phase == Phase::Applied;
@@ -202,7 +202,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
             return Some(Outcome {
                 commissioning: LastCommissioning {
                     phase: Phase::Aborted,
-                    reason: Some(StopReason::PowerLost),
+                    reason: Some(Reason::PowerLost),
                 },
                 servo: None,
                 tuning: None,

@@ -1,7 +1,7 @@
 //! Orders to commission, and what they come to.
 
 use drive_link::{Command, Fault, Outcome, Report, State};
-use identifier_core::commission::{CommissionSettings, Limits, Phase, StopReason};
+use identifier_core::commission::{CommissionSettings, Limits, Phase, Reason};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::Goal;
 
@@ -64,10 +64,10 @@ pub(crate) fn over(drive: &mut Drive<'_>) -> Vec<Report> {
 pub(crate) fn link_falls_silent(drive: &mut Drive<'_>, bench: &Bench, phase: Phase) {
     over(drive);
     assert_eq!(bench.held.get(), None, "{phase:?}");
-    let silent = State::Faulted(Fault::LinkSilent);
+    let silent = State::Faulted(Fault::LinkLost);
     assert_eq!(drive.supervisor.state(), silent, "{phase:?}");
     let reason = outcome(drive).commissioning.reason;
-    assert_eq!(reason, Some(StopReason::LinkLost), "{phase:?}");
+    assert_eq!(reason, Some(Reason::LinkLost), "{phase:?}");
 }
 
 /// What the last commissioning came to.

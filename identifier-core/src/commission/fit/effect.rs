@@ -1,4 +1,4 @@
-use super::super::StopReason;
+use super::super::Reason;
 use super::scales::Scales;
 use core::f64::consts::TAU;
 
@@ -48,15 +48,15 @@ impl Effect {
     ];
 
     /// The reason that names it; none for nothing.
-    pub(super) const fn reason(self) -> Option<StopReason> {
+    pub(super) const fn reason(self) -> Option<Reason> {
         Some(match self {
             Self::None => return None,
-            Self::DeadBand => StopReason::LacksDeadBand,
-            Self::Gravity => StopReason::LacksGravity,
-            Self::Backlash => StopReason::LacksBacklash,
-            Self::LowSpeedFriction => StopReason::LacksLowSpeedFriction,
-            Self::Resonance => StopReason::LacksResonance,
-            Self::Ripple => StopReason::LacksRipple,
+            Self::DeadBand => Reason::LacksDeadBand,
+            Self::Gravity => Reason::LacksGravity,
+            Self::Backlash => Reason::LacksBacklash,
+            Self::LowSpeedFriction => Reason::LacksLowSpeedFriction,
+            Self::Resonance => Reason::LacksResonance,
+            Self::Ripple => Reason::LacksRipple,
         })
     }
 

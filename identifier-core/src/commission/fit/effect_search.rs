@@ -1,4 +1,4 @@
-use super::super::StopReason;
+use super::super::Reason;
 use super::comparison::{Comparison, sizes_of};
 use super::effect::{Effect, SIZES, Sizes};
 use super::motion::MotionRecord;
@@ -14,7 +14,7 @@ use crate::number::Number;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Diagnosis {
     /// The reason that names it.
-    pub reason: StopReason,
+    pub reason: Reason,
     /// The part of the squared errors that it explains, the servo's own parameters being fitted with it and
     /// without it; 0 to 1.
     pub share: f64,
@@ -47,7 +47,7 @@ pub struct EffectSearch<N> {
     /// The squared errors that are left without an effect.
     without: f64,
     /// The reason that names the best effect, and what it leaves; the same of a dead band.
-    found: Option<(StopReason, f64)>,
+    found: Option<(Reason, f64)>,
     dead_band: (f64, f64),
 }
 

@@ -1,5 +1,5 @@
 use super::super::regression::Regression;
-use super::super::{IdentifiedServo, StopReason};
+use super::super::{IdentifiedServo, Reason};
 use super::motion::MotionRecord;
 use super::prior::Prior;
 use super::servo_fit::ServoFit;
@@ -99,7 +99,7 @@ impl<N: Number> ServoFitter<N> {
         &self,
         fit: &mut ServoFit<N>,
         motion: &MotionRecord<N, W>,
-    ) -> Option<Result<IdentifiedServo, StopReason>> {
+    ) -> Option<Result<IdentifiedServo, Reason>> {
         if !fit.is_over() {
             fit.go_on(&self.step, motion);
             return None;
@@ -178,14 +178,14 @@ impl<N: Number> ServoFitter<N> {
         &self,
         fit: &ServoFit<N>,
         motion: &MotionRecord<N, W>,
-    ) -> Result<IdentifiedServo, StopReason> {
+    ) -> Result<IdentifiedServo, Reason> {
         /// The largest relative standard error of b with which there is a servo at all.
         const UNCERTAIN: f64 = 0.2;
         /// The largest correlation from piece to piece that can be told from one.
         const MOST_CORRELATED: f64 = 0.95;
-        let best = fit.best().ok_or(StopReason::TooLittleEvidence)?;
+        let best = fit.best().ok_or(Reason::TooLittleEvidence)?;
         if fit.is_at_upper_bound(best) {
-            return Err(StopReason::EstimateAtBound);
+            return Err(Reason::EstimateAtBound);
         }
         let scale = self.scale();
         let pieces = motion.len().saturating_sub(UNKNOWNS).max(1) as f64;
@@ -219,7 +219,7 @@ impl<N: Number> ServoFitter<N> {
                 .all(|entry| entry.is_finite());
         let uncertain = servo.standard_error(B) > UNCERTAIN * servo.parameters.b;
         if !finite || servo.parameters.b <= 0.0 || uncertain {
-            return Err(StopReason::TooLittleEvidence);
+            return Err(Reason::TooLittleEvidence);
         }
         Ok(servo)
     }

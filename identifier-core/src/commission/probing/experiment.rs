@@ -1,6 +1,6 @@
 use super::super::regression::Regression;
 use super::super::rough_model::RoughModel;
-use super::super::{CommissionError, StopReason};
+use super::super::{CommissionError, Reason};
 use super::observer::Observer;
 use super::plan::{COMMANDS, Plan};
 use super::state::{ProbingState, Stage};
@@ -36,7 +36,7 @@ pub enum ProbingProgress {
     /// It has ended with evidence, and the servo is held at rest.
     AtRest,
     /// It has ended without; the servo is at rest, or cannot be brought to rest.
-    Failed(StopReason),
+    Failed(Reason),
 }
 
 impl<N: Number> Probing<N> {
@@ -196,15 +196,15 @@ impl<N: Number> Probing<N> {
     }
 
     /// What was given and is no longer kept.
-    fn left(&self, state: &ProbingState<N>) -> Option<StopReason> {
+    fn left(&self, state: &ProbingState<N>) -> Option<Reason> {
         let [low, high] = self.plan.travel;
         if state.position < low || state.position > high {
-            Some(StopReason::TravelLeft)
+            Some(Reason::TravelLeft)
         } else if state.samples > self.plan.longest && state.ending.is_none() {
             Some(if state.servo.is_known() {
-                StopReason::TooLittleEvidence
+                Reason::TooLittleEvidence
             } else {
-                StopReason::TimeOver
+                Reason::TimeOver
             })
         } else {
             None
@@ -214,7 +214,7 @@ impl<N: Number> Probing<N> {
     fn progress(&self, state: &ProbingState<N>) -> ProbingProgress {
         let quiet = state.stage == Stage::Hold && state.still >= self.plan.quiet;
         match state.ending {
-            Some(Err(reason @ StopReason::TravelLeft)) => ProbingProgress::Failed(reason),
+            Some(Err(reason @ Reason::TravelLeft)) => ProbingProgress::Failed(reason),
             Some(Ok(())) if quiet => ProbingProgress::AtRest,
             Some(Err(reason)) if quiet => ProbingProgress::Failed(reason),
             _ => ProbingProgress::Going,

@@ -1,7 +1,7 @@
 use super::super::rough_model::RoughModel;
 use super::experiment::Probing;
 use super::state::{Fall, FirstCount, ProbingState, Stage};
-use crate::commission::StopReason;
+use crate::commission::Reason;
 use crate::number::Number;
 
 /// The shortest fall, counts, that tells something.
@@ -93,7 +93,7 @@ impl<N: Number> Probing<N> {
         let command = state.held + state.direction * state.ramp;
         if command > most || command < least {
             if state.still > 4 * plan.standing && state.ending.is_none() {
-                state.ending = Some(Err(StopReason::DoesNotMove));
+                state.ending = Some(Err(Reason::DoesNotMove));
                 state.held_at = state.position;
                 state.enter(Stage::Hold);
             }
@@ -231,7 +231,7 @@ impl<N: Number> Probing<N> {
         state.aim(state.way);
         self.choose_swing(state);
         if plan.one_way.is_some_and(|way| way != state.way) {
-            state.ending = Some(Err(StopReason::DoesNotStand));
+            state.ending = Some(Err(Reason::DoesNotStand));
             state.enter(Stage::Stop);
             return self.stop(state);
         }

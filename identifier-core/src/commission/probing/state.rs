@@ -2,14 +2,14 @@ use super::super::regression::Gathered;
 use super::super::rough_model::RoughModel;
 use super::observer::Observed;
 use super::plan::{COMMANDS, Plan};
-use crate::commission::StopReason;
+use crate::commission::Reason;
 use crate::number::Number;
 
 /// A wiggle under way. Counts and samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProbingState<N> {
     pub(super) stage: Stage,
-    pub(super) ending: Option<Result<(), StopReason>>,
+    pub(super) ending: Option<Result<(), Reason>>,
     pub(super) samples: u32,
     pub(super) position: N,
     /// The command from which the ramp began.

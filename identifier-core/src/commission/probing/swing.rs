@@ -1,6 +1,6 @@
 use super::experiment::Probing;
 use super::state::{ProbingState, Stage};
-use crate::commission::StopReason;
+use crate::commission::Reason;
 use crate::number::Number;
 
 impl<N: Number> Probing<N> {
@@ -106,9 +106,9 @@ impl<N: Number> Probing<N> {
             return command;
         };
         state.ending = Some(Err(if blocked == direction {
-            StopReason::OneDirectionOnly
+            Reason::OneDirectionOnly
         } else {
-            StopReason::DoesNotMove
+            Reason::DoesNotMove
         }));
         state.held_at = state.position;
         state.enter(Stage::Hold);
@@ -160,7 +160,7 @@ impl<N: Number> Probing<N> {
             let left = self.plan.half_room() - way * (state.position - self.plan.middle());
             let used_up = left < N::from_f64(0.2) * self.plan.half_room();
             if used_up && state.evidence.is_none() {
-                state.ending = Some(Err(StopReason::TooLittleEvidence));
+                state.ending = Some(Err(Reason::TooLittleEvidence));
             } else if state.evidence.is_some() {
                 state.ending = Some(Ok(()));
             }

@@ -1,0 +1,302 @@
+//! The one catalogue of what makes a drive or a commissioning stop: number, name, cause and remedy of each
+//! reason, the same in core, drive, results and documentation.
+
+use core::fmt;
+
+/// Defines [`Reason`] and its rows from one table: variant, number and name, cause, remedy.
+macro_rules! catalogue {
+    ($($reason:ident = $number:literal, $name:literal: $cause:literal, $remedy:literal;)+) => {
+        /// Why a drive disabled its stage, or a commissioning ended without new gains.
+        ///
+        /// Numbers below 100 are faults of the drive and its axis: a drive that finds one disables its stage
+        /// until the fault is cleared. From 100 on they are outcomes of a commissioning.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+        #[non_exhaustive]
+        pub enum Reason {
+            $(#[doc = concat!($cause, " (", $number, ").")] $reason,)+
+        }
+
+        impl Reason {
+            /// All, by number.
+            pub const ALL: &[Self] = &[$(Self::$reason),+];
+
+            /// Number, name, cause and remedy.
+            const fn row(self) -> (u8, &'static str, &'static str, &'static str) {
+                match self {
+                    $(Self::$reason => ($number, $name, $cause, $remedy),)+
+                }
+            }
+        }
+    };
+}
+
+catalogue! {
+    ClockNotStable = 1, "clock-not-stable":
+        "the crystal or the PLL did not become ready",
+        "check the crystal and the board file's frequency, then reset";
+    SelfTestFailed = 2, "self-test-failed":
+        "the self-test's known computation gave another result",
+        "flash the firmware again; if it returns, replace the chip";
+    ResetByWatchdog = 3, "reset-by-watchdog":
+        "the watchdog reset the drive: a sample did not end in time",
+        "lower the sample rate and start again";
+    AmplifierFault = 10, "amplifier-fault":
+        "the amplifier reports a fault or too large a current",
+        "check wiring and current limit of the amplifier";
+    LimitSwitch = 11, "limit-switch":
+        "a limit switch opened in motion",
+        "move the axis off the switch by hand, or allow less travel";
+    LimitSwitchesStuck = 12, "limit-switches-stuck":
+        "a limit switch is open before motion begins",
+        "free the switch or mend its wire (closed is healthy)";
+    EncoderLost = 20, "encoder-lost":
+        "the encoder gave no valid reading",
+        "check the encoder's supply, wires and magnet";
+    EncoderSilent = 21, "encoder-silent":
+        "the servo is driven and the encoder counts nothing",
+        "connect the encoder, free the axis, or allow a larger breakaway";
+    FollowingError = 22, "following-error":
+        "the position is too far from the reference",
+        "check the encoder's direction and the gains, or allow a larger error";
+    TravelLeft = 23, "travel-left":
+        "the servo left the travel that it may use",
+        "move the axis back, allow more travel, or check what pushes the servo";
+    SpeedExceeded = 24, "speed-exceeded":
+        "the servo was faster than it may be",
+        "check gains, load and encoder, or allow more speed";
+    Overrun = 30, "overrun":
+        "several successive samples took longer than the sample time",
+        "lower the sample rate, or choose a cheaper law";
+    ActuatorFailed = 31, "actuator-failed":
+        "the output stage took no command",
+        "check the output stage's wires";
+    OutOfReach = 32, "out-of-reach":
+        "the position jumped beyond what the number format counts",
+        "check the encoder for disturbances";
+    LinkLost = 40, "link-lost":
+        "the host was silent for too long",
+        "check the line and the host";
+    DoesNotStand = 100, "does-not-stand":
+        "the servo moved on its own before the probing motion, faster than it can be caught within the travel",
+        "hold it by a brake or by gains that work, or allow more travel";
+    DoesNotMove = 101, "does-not-move":
+        "the servo did not move under the largest command",
+        "free the axis, check encoder and amplifier, or allow a larger command";
+    OneDirectionOnly = 102, "one-direction-only":
+        "the servo moved one way and not the other",
+        "free the axis, or declare that it may only move one way";
+    TooLittleEvidence = 110, "too-little-evidence":
+        "the motion within the limits does not determine the servo well enough",
+        "allow more travel, speed or duration, or use a finer encoder";
+    EstimateAtBound = 111, "estimate-at-bound":
+        "an estimate stands at a bound, so it is no result",
+        "widen the bounds";
+    NotPredicted = 120, "not-predicted":
+        "the identified model does not predict a motion that it was not fitted to; no single effect stands out",
+        "record a log and replay it with further terms";
+    LacksResonance = 121, "lacks-resonance":
+        "the servo does not follow as one mass: it resonates",
+        "stiffen the coupling, or ask for a slower response";
+    LacksBacklash = 122, "lacks-backlash":
+        "the servo has play at its reversals",
+        "remove the play, or measure the position behind it";
+    LacksLowSpeedFriction = 123, "lacks-low-speed-friction":
+        "friction is higher near standstill than the model has it",
+        "lubricate, or ask for a slower response";
+    LacksGravity = 124, "lacks-gravity":
+        "the load changes with the angle",
+        "balance the axis, or commission it within less travel";
+    LacksDeadBand = 125, "lacks-dead-band":
+        "small commands do not act",
+        "compensate the amplifier's dead band";
+    LacksRipple = 126, "lacks-ripple":
+        "the load ripples with the angle, as cogging does",
+        "ask for a slower response, or allow more travel";
+    NoGains = 130, "no-gains":
+        "no gains keep the margins at what was asked for",
+        "ask for a slower response: the figure that would do is stated";
+    ResponseTimeMissed = 140, "response-time-missed":
+        "the rise time on the machine is not the promised one",
+        "check for play, a changed load, or a limit of the current";
+    OvershootExceeded = 141, "overshoot-exceeded":
+        "the overshoot on the machine is larger than promised",
+        "ask for a slower response";
+    DisturbanceExceeded = 142, "disturbance-exceeded":
+        "a disturbance moved the servo further than promised",
+        "ask for a slower response, or check for play";
+    NeverAtRest = 143, "never-at-rest":
+        "the servo did not come to rest under the new gains",
+        "ask for a slower response, or check for play and stiction";
+    EncoderStuck = 150, "encoder-stuck":
+        "the encoder stood still in motion",
+        "check the encoder's coupling and wires";
+    EncoderJumped = 152, "encoder-jumped":
+        "the position jumped further than the servo can go in a sample",
+        "check the encoder's shield and wires";
+    Reversed = 153, "reversed":
+        "the servo moved against the command: encoder or actuator is reversed",
+        "exchange two phases of the motor or the encoder's tracks";
+    ActuatorDead = 154, "actuator-dead":
+        "the command moves nothing: the actuator is dead, or the encoder does not show the motion",
+        "check the amplifier, its supply and its enable line, and then the encoder";
+    ActuatorWeak = 155, "actuator-weak":
+        "the command acts less than it did or than was declared",
+        "check the supply and the current limit of the amplifier";
+    Oscillating = 156, "oscillating":
+        "the loop oscillates",
+        "ask for a slower response";
+    TimeOver = 160, "time-over":
+        "the duration was over before there was enough evidence",
+        "allow more time, travel or speed";
+    Stopped = 170, "stopped":
+        "it was stopped by command",
+        "order it again";
+    ModeChanged = 171, "mode-changed":
+        "another mode was commanded",
+        "order it again";
+    PowerLost = 173, "power-lost":
+        "the power was lost before it ended",
+        "order it again";
+}
+
+impl Reason {
+    /// The first number that is no fault of the drive.
+    const FIRST_OUTCOME: u8 = 100;
+
+    /// Its number, the same in core, drive, results and documentation, in every version.
+    #[must_use]
+    pub const fn number(self) -> u8 {
+        self.row().0
+    }
+
+    /// Its name in results.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        self.row().1
+    }
+
+    /// The event behind it.
+    #[must_use]
+    pub const fn cause(self) -> &'static str {
+        self.row().2
+    }
+
+    /// The way to mend it.
+    #[must_use]
+    pub const fn remedy(self) -> &'static str {
+        self.row().3
+    }
+
+    /// The reason of a number.
+    #[must_use]
+    pub fn from_number(number: u8) -> Option<Self> {
+        let mut all = Self::ALL.iter().copied();
+        all.find(|reason| reason.number() == number)
+    }
+
+    /// True for a fault of the drive or its axis, false for an outcome of a commissioning.
+    #[must_use]
+    pub const fn is_fault(self) -> bool {
+        self.number() < Self::FIRST_OUTCOME
+    }
+
+    /// True for a fault that only a reset clears, because it is tested at boot alone.
+    #[must_use]
+    pub const fn needs_reset(self) -> bool {
+        matches!(self, Self::ClockNotStable | Self::SelfTestFailed)
+    }
+
+    /// True if a commissioning disables the stage for it instead of holding the servo with the gains from
+    /// before: no gains help where encoder or actuator cannot be relied on, or where a stop demands it.
+    #[must_use]
+    pub const fn disables_stage(self) -> bool {
+        let held_by_gains = matches!(
+            self,
+            Self::FollowingError | Self::TravelLeft | Self::SpeedExceeded | Self::LinkLost
+        );
+        let unreliable = matches!(
+            self,
+            Self::EncoderStuck
+                | Self::EncoderJumped
+                | Self::Reversed
+                | Self::ActuatorDead
+                | Self::Stopped
+                | Self::PowerLost
+        );
+        unreliable || (self.is_fault() && !held_by_gains)
+    }
+
+    /// True if an effect that the model lacks, as this reason names it, may appear as another reason.
+    #[must_use]
+    pub const fn may_appear_as(self, other: Self) -> bool {
+        let any_effect = matches!(
+            other,
+            Self::TooLittleEvidence
+                | Self::NotPredicted
+                | Self::ResponseTimeMissed
+                | Self::OvershootExceeded
+                | Self::DisturbanceExceeded
+                | Self::NeverAtRest
+                | Self::ActuatorWeak
+                | Self::Oscillating
+                | Self::TravelLeft
+                | Self::SpeedExceeded
+        );
+        // A mass behind a spring or a play moves against the command for a moment.
+        let against = matches!(self, Self::LacksResonance | Self::LacksBacklash)
+            && matches!(other, Self::Reversed);
+        any_effect || against
+    }
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (number, _, cause, remedy) = self.row();
+        let kind = if self.is_fault() { "fault" } else { "reason" };
+        write!(f, "{kind} {number}: {cause}; {remedy}")
+    }
+}
+
+impl core::error::Error for Reason {}
+
+#[cfg(test)]
+mod tests {
+    use super::Reason;
+
+    #[test]
+    fn every_reason_has_a_number_and_a_name_of_its_own_in_order() {
+        for pair in Reason::ALL.windows(2) {
+            assert!(pair[0].number() < pair[1].number(), "{pair:?}");
+        }
+        for (i, reason) in Reason::ALL.iter().enumerate() {
+            assert_eq!(Reason::from_number(reason.number()), Some(*reason));
+            for other in &Reason::ALL[i + 1..] {
+                assert_ne!(reason.name(), other.name());
+                assert_ne!(reason.cause(), other.cause());
+            }
+        }
+        assert_eq!(Reason::from_number(0), None);
+    }
+
+    #[test]
+    fn an_effect_hides_no_fault_and_no_stop() {
+        let plain = [
+            Reason::EncoderLost,
+            Reason::EncoderStuck,
+            Reason::EncoderJumped,
+            Reason::ActuatorDead,
+            Reason::Overrun,
+            Reason::Stopped,
+            Reason::LimitSwitch,
+            Reason::AmplifierFault,
+        ];
+        for effect in Reason::ALL {
+            assert!(!plain.iter().any(|&other| effect.may_appear_as(other)));
+            let moves = matches!(effect, Reason::LacksResonance | Reason::LacksBacklash);
+            assert_eq!(effect.may_appear_as(Reason::Reversed), moves);
+        }
+        assert!(Reason::LacksGravity.may_appear_as(Reason::NotPredicted));
+    }
+}
