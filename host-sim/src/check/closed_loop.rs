@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use identifier_core::control::Gains;
 use identifier_core::measurement::velocity::{Transfer, VelocityEstimate};
+use identifier_core::number::Complex;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::SettingsError;
 use identifier_core::stability::sampled_loop;
@@ -42,56 +43,6 @@ pub(super) struct Response {
     current_loop: f64,
 }
 
-/// A complex number.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Complex {
-    re: f64,
-    im: f64,
-}
-
-impl Complex {
-    const ONE: Self = Self { re: 1.0, im: 0.0 };
-
-    fn at_angle(angle: f64) -> Self {
-        let (im, re) = angle.sin_cos();
-        Self { re, im }
-    }
-
-    fn plus(self, other: Self) -> Self {
-        Self {
-            re: self.re + other.re,
-            im: self.im + other.im,
-        }
-    }
-
-    fn times(self, other: Self) -> Self {
-        Self {
-            re: self.re * other.re - self.im * other.im,
-            im: self.re * other.im + self.im * other.re,
-        }
-    }
-
-    fn scaled(self, by: f64) -> Self {
-        Self {
-            re: by * self.re,
-            im: by * self.im,
-        }
-    }
-
-    fn over(self, other: Self) -> Self {
-        let power = other.re * other.re + other.im * other.im;
-        let conjugate = Self {
-            re: other.re,
-            im: -other.im,
-        };
-        self.times(conjugate).scaled(1.0 / power)
-    }
-
-    fn size(self) -> f64 {
-        self.re.hypot(self.im)
-    }
-}
-
 impl Response {
     /// The loop of a scenario's controller around a servo; none where another than a PID closes it.
     pub(super) fn of(scenario: &Scenario, servo: &ServoParameters) -> Option<Self> {
@@ -116,8 +67,8 @@ impl Response {
     /// L at a frequency, rad/s: the servo held over a sample times the controller.
     fn at(&self, frequency: f64) -> Complex {
         let time = self.sample_time;
-        let z = Complex::at_angle(frequency * time);
-        let delta = z.plus(Complex { re: -1.0, im: 0.0 });
+        let z = at_angle(frequency * time);
+        let delta = z - Complex::ONE;
         let x = self.a * time;
         // (1 − e^(−x))/x and (x − 1 + e^(−x))/x², also for a servo without friction.
         let h1 = if x > 0.0 { -(-x).exp_m1() / x } else { 1.0 };
@@ -126,25 +77,19 @@ impl Response {
         } else {
             0.5 - x / 6.0
         };
-        let zero = Complex::ONE.scaled(h1).plus(delta.scaled(h2));
-        let pole = delta.plus(Complex::ONE.scaled(x * h1));
-        let servo = zero.over(delta.times(pole)).scaled(self.b * time * time);
+        let zero = delta.scaled(h2) + h1;
+        let pole = delta + x * h1;
+        let servo = (zero / (delta * pole)).scaled(self.b * time * time);
         let [constant, slope] = self.velocity.numerator;
-        let filter = Complex::ONE
-            .scaled(constant)
-            .plus(z.scaled(slope))
-            .times(delta);
-        let filter = filter.over(z.times(z.plus(Complex::ONE.scaled(-self.velocity.pole))));
-        let controller = Complex::ONE
-            .scaled(self.gains.kp())
-            .plus(Complex::ONE.over(delta).scaled(self.gains.ki() * time))
-            .plus(filter.scaled(self.gains.kd() / time));
-        let late = Complex::at_angle(-frequency * self.delay);
+        let filter = (z.scaled(slope) + constant) * delta / (z * (z + -self.velocity.pole));
+        let controller = (Complex::ONE / delta).scaled(self.gains.ki() * time)
+            + self.gains.kp()
+            + filter.scaled(self.gains.kd() / time);
         let lag = Complex {
             re: 1.0,
             im: frequency * self.current_loop,
         };
-        servo.times(controller).times(late).over(lag)
+        servo * controller * at_angle(-frequency * self.delay) / lag
     }
 
     /// By how much a step of the position moves the command in its first sample.
@@ -178,7 +123,7 @@ impl Response {
             let below = f64::from(points - point) / f64::from(A_DECADE);
             let frequency = most * 10_f64.powf(-below);
             let gain = self.at(frequency);
-            let distance = gain.plus(Complex::ONE).size();
+            let distance = magnitude(gain + 1.0);
             let least = found.modulus_margin.get_or_insert(distance);
             *least = least.min(distance);
             if let Some((before, was)) = last {
@@ -189,12 +134,12 @@ impl Response {
                         before * (frequency / before).powf(part)
                     })
                 };
-                let follows = |gain: Complex| gain.over(gain.plus(Complex::ONE)).size();
+                let follows = |gain: Complex| magnitude(gain / (gain + 1.0));
                 let level = 0.5_f64.sqrt();
                 if let Some(at) = crossing(follows(was), follows(gain), level) {
                     found.bandwidth = Some(at);
                 }
-                if let Some(at) = crossing(was.size(), gain.size(), 1.0) {
+                if let Some(at) = crossing(magnitude(was), magnitude(gain), 1.0) {
                     let there = self.at(at);
                     let phase = there.im.atan2(there.re).to_degrees();
                     found.crossover = Some(at);
@@ -222,6 +167,15 @@ impl ClosedLoop {
             *rise = Some(rise.map_or(factor, |known| known.min(factor)));
         }
     }
+}
+
+fn at_angle(angle: f64) -> Complex {
+    let (im, re) = angle.sin_cos();
+    Complex { re, im }
+}
+
+fn magnitude(value: Complex) -> f64 {
+    value.re.hypot(value.im)
 }
 
 fn transfer<V: VelocityEstimate<f64>>(scenario: &Scenario) -> Result<Transfer, SettingsError> {

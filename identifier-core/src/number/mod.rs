@@ -1,7 +1,9 @@
 //! The numbers a loop may be computed in, and the sums that must not lose small increments.
 
+mod complex;
 mod running_sum;
 
+pub use complex::Complex;
 pub use running_sum::{Compensated, RunningSum};
 
 use core::fmt::Debug;

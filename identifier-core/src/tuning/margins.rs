@@ -11,10 +11,10 @@
 //! its distance from −1. The walk begins where D has not moved by half of what it is at z = 1, and ends
 //! where |L| is so small that it encircles nothing any more.
 
-use super::complex::Complex;
 use super::sampled_response::SampledResponse;
+use crate::number::Complex;
 
-/// What a loop bears.
+/// Margins of a loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Margins {
     /// Mₛ, the largest |1/(1 + L)|.
@@ -33,7 +33,7 @@ impl Margins {
         gain: [0.0, Self::MOST_GAIN],
     };
 
-    /// What two loops both bear.
+    /// The margins that two loops both have.
     pub(super) fn both(self, other: Self) -> Self {
         Self {
             sensitivity: self.sensitivity.max(other.sensitivity),
@@ -59,7 +59,7 @@ pub(super) struct Walk {
     falling: bool,
 }
 
-/// What is kept of the points before.
+/// The memory of the points before.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Last {
     gain: Complex,
@@ -67,7 +67,7 @@ struct Last {
     distances: [f64; 2],
 }
 
-/// How a walk goes on.
+/// Continuation of a walk.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Progress {
     /// There are more points.
@@ -110,8 +110,8 @@ impl Walk {
         }
         let distances = match self.last {
             None => {
-                let moved =
-                    (point.open + point.forward).scaled(1.0 / self.response.at_rest()) + -1.0;
+                let moved = (point.open + point.forward).scaled(1.0 / self.response.at_rest())
+                    - Complex::ONE;
                 if moved.power() > 0.25 {
                     return Progress::Breaks;
                 }
@@ -119,7 +119,7 @@ impl Walk {
                 [distance, distance]
             }
             Some(last) => {
-                let step = gain + last.gain.scaled(-1.0);
+                let step = gain - last.gain;
                 let [before, here] = last.distances;
                 if step.power() > 0.5625 * here.min(distance) {
                     return Progress::Breaks;

@@ -1,9 +1,9 @@
 //! Gains from what was identified, and what they promise.
 //!
-//! A bandwidth gives the gains by pole placement. Whether they are allowed is told by noise and
+//! A bandwidth gives the gains by pole placement. They are allowed or refused by noise and
 //! largest command in closed form, and by the exact frequency response of the sampled loop with all its delay,
 //! for the identified servo and the corners of its confidence ellipsoid. The largest allowed
-//! bandwidth is found by bisection. What the gains promise is what the same sampled loop does in simulation.
+//! bandwidth is found by bisection. The promise of the gains is the simulated behaviour of the same sampled loop.
 //!
 //! ```text
 //! goal ─► placement ─► margins of every possible servo ─► prediction ─► tuning
@@ -12,7 +12,6 @@
 //! ```
 
 mod closed_loop;
-mod complex;
 mod goal;
 mod margins;
 mod placement;

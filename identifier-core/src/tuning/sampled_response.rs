@@ -12,10 +12,10 @@
 //! Frequencies are taken along Tustin's z = (1 + jν)/(1 − jν), ν = tan(ωT/2), so that no point needs a
 //! transcendental function, and δ = 2jν/(1 − jν) keeps all its digits where z is near one.
 
-use super::complex::Complex;
 use super::placement::Design;
 use super::possible_servos::PossibleServo;
 use crate::model::ZeroOrderHoldStep;
+use crate::number::Complex;
 
 /// The loop of a design around a servo, opened at the command.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,9 +24,9 @@ pub(super) struct SampledResponse {
     /// x h₁.
     decay: f64,
     h1: f64,
-    /// What a command adds to position and velocity in its first sample.
+    /// Position and velocity that a command adds in its first sample.
     newer: [f64; 2],
-    /// What it adds in the sample after that.
+    /// Position and velocity that it adds in the sample after that.
     older: [f64; 2],
     filter: f64,
     /// The controller's gains times b T²: k_p, k_d/T g, k_i T.
@@ -103,7 +103,7 @@ impl SampledResponse {
 impl Point {
     /// L.
     pub(super) fn gain(&self) -> Complex {
-        (self.forward * self.open.conjugate()).scaled(1.0 / self.open.power())
+        self.forward / self.open
     }
 }
 

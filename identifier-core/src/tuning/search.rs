@@ -6,7 +6,7 @@ use super::possible_servos::PossibleServos;
 use super::sampled_response::SampledResponse;
 use super::{Cap, TuningSettings};
 
-/// What a bandwidth is judged by.
+/// Criteria of a bandwidth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Judge {
     placement: Placement,
@@ -25,7 +25,7 @@ pub(super) struct Case {
     margins: Margins,
 }
 
-/// What a bandwidth turned out to be.
+/// Judgement of a bandwidth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Verdict {
     /// These gains keep everything, with these margins at worst.

@@ -1,16 +1,21 @@
-use core::ops::{Add, Mul};
+use core::ops::{Add, Div, Mul, Sub};
 
-/// A complex number, as far as a frequency response needs one.
+/// A complex number, for frequency responses.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Complex {
-    pub(super) re: f64,
-    pub(super) im: f64,
+pub struct Complex {
+    /// Real part.
+    pub re: f64,
+    /// Imaginary part.
+    pub im: f64,
 }
 
 impl Complex {
-    pub(super) const ONE: Self = Self { re: 1.0, im: 0.0 };
+    /// 1.
+    pub const ONE: Self = Self { re: 1.0, im: 0.0 };
 
-    pub(super) fn conjugate(self) -> Self {
+    /// The conjugate.
+    #[must_use]
+    pub fn conjugate(self) -> Self {
         Self {
             im: -self.im,
             ..self
@@ -18,18 +23,23 @@ impl Complex {
     }
 
     /// |z|².
-    pub(super) fn power(self) -> f64 {
+    #[must_use]
+    pub fn power(self) -> f64 {
         self.re * self.re + self.im * self.im
     }
 
-    pub(super) fn scaled(self, factor: f64) -> Self {
+    /// The product with a real number.
+    #[must_use]
+    pub fn scaled(self, factor: f64) -> Self {
         Self {
             re: factor * self.re,
             im: factor * self.im,
         }
     }
 
-    pub(super) fn raised(self, exponent: u32) -> Self {
+    /// The power with a whole exponent.
+    #[must_use]
+    pub fn raised(self, exponent: u32) -> Self {
         let (mut result, mut square, mut left) = (Self::ONE, self, exponent);
         while left > 0 {
             if left % 2 == 1 {
@@ -49,6 +59,25 @@ impl Mul for Complex {
         Self {
             re: self.re * other.re - self.im * other.im,
             im: self.re * other.im + self.im * other.re,
+        }
+    }
+}
+
+impl Div for Complex {
+    type Output = Self;
+
+    fn div(self, other: Self) -> Self {
+        (self * other.conjugate()).scaled(1.0 / other.power())
+    }
+}
+
+impl Sub for Complex {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        Self {
+            re: self.re - other.re,
+            im: self.im - other.im,
         }
     }
 }
@@ -84,10 +113,11 @@ mod tests {
         let z = Complex { re: 0.8, im: -0.6 };
         let mut product = Complex::ONE;
         for exponent in 0..40 {
-            let off = z.raised(exponent) + product.scaled(-1.0);
+            let off = z.raised(exponent) - product;
             assert!(off.power() < 1e-28, "{exponent}");
             product = product * z;
         }
         assert!(((z * z.conjugate()).re - z.power()).abs() < 1e-15);
+        assert!((z * z / z - z).power() < 1e-30);
     }
 }
