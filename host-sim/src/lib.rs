@@ -59,5 +59,6 @@ pub mod simulate;
 pub mod simulated_drive;
 pub mod sweep;
 pub mod tune;
+pub mod verdict;
 
 pub use program::VERSION;

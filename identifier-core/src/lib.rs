@@ -25,7 +25,6 @@ pub mod settings;
 pub mod stability;
 pub mod tuning;
 pub mod units;
-pub mod verdict;
 
 use identifier::{DiagonalGradientIdentifier, ServoLoop};
 use measurement::velocity::LowPass;

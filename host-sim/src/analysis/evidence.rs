@@ -1,8 +1,8 @@
 //! The evidence for the estimates of a run, as the core's verdict asks for it.
 
+use crate::verdict::{Evidence, Lack, Motion, Residual, UnknownEvidence, Verdict};
 use identifier_core::parameters::{Parameter, Unknown};
 use identifier_core::stability::sampled_loop::AMPLE_GAIN_MARGIN;
-use identifier_core::verdict::{Evidence, Lack, Motion, Residual, UnknownEvidence, Verdict};
 
 use super::batch::{Batch, Finding, Residual as Left};
 use super::estimate::Tracked;
@@ -39,7 +39,7 @@ pub(super) fn of(known: &Known<'_>) -> Evidence {
         parameters,
         batch,
     } = *known;
-    let mut evidence = Evidence::of(motion);
+    let mut evidence = Evidence::from_motion(motion);
     evidence.aborted = outcome.abort.is_some();
     let b = parameters
         .iter()
@@ -62,10 +62,10 @@ pub(super) fn of(known: &Known<'_>) -> Evidence {
         let course = tracked.estimate(|_| tolerance);
         of.movement = course.tail_std.max(course.to_go);
         of.at_bound = course.at_bound;
-        evidence.tell(unknown, of);
+        evidence.add(unknown, of);
     }
     for TermEstimate { unknown, value, .. } in &outcome.terms {
-        evidence.tell(*unknown, begin(*unknown, *value));
+        evidence.add(*unknown, begin(*unknown, *value));
     }
     if let Some(batch) = batch {
         let Left {

@@ -7,7 +7,7 @@ mod statistics;
 mod stretch;
 mod summary;
 
+pub use crate::verdict::Status;
 pub use batch::{Finding, Residual};
-pub use identifier_core::verdict::Status;
 pub use statistics::Statistics;
 pub use summary::Summariser;

@@ -2,7 +2,7 @@
 
 use identifier_core::parameters::{Parameter, ServoParameters, Unknown};
 
-use identifier_core::verdict::{Motion, Status, Verdict};
+use crate::verdict::{Motion, Status, Verdict};
 
 use super::batch::{Batch, Effort, Judged};
 use super::estimate::{SETTLED_A, SETTLED_B, Tracked};

@@ -1,7 +1,7 @@
 //! The motion of a run, before anything is identified from it.
 
+use crate::verdict::MIN_TRAVEL_COUNTS;
 use identifier_core::parameters::{Parameter, Unknown};
-use identifier_core::verdict::LEAST_TRAVEL;
 
 use super::document::Known;
 use super::information::Information;
@@ -62,7 +62,7 @@ impl Rehearsal {
             limit: scenario.controller().limit,
             last: None,
             travel: 0.0,
-            least_travel: LEAST_TRAVEL * resolution,
+            least_travel: MIN_TRAVEL_COUNTS * resolution,
             velocity: 0.0,
             samples: 0.0,
             position: [0.0; 2],

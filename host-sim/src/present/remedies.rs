@@ -1,19 +1,19 @@
 //! What to do about a verdict that keeps estimates from being relied on.
 
-use identifier_core::verdict::Reason;
+use crate::verdict::VerdictReason;
 
 /// Steps in the order in which they are worth trying; none where nothing is to be done.
 #[must_use]
-pub(super) fn remedies(reason: &Reason) -> Vec<String> {
+pub(super) fn remedies(reason: &VerdictReason) -> Vec<String> {
     let leave_out = |unknown: &str| {
         format!("Where it does not matter, leave {unknown} out of identifier.parameters.")
     };
     match *reason {
-        Reason::Explained => Vec::new(),
-        Reason::EndedEarly => vec![
+        VerdictReason::Explained => Vec::new(),
+        VerdictReason::EndedEarly => vec![
             "See to the cause that is named above: nothing later can be relied on.".to_owned(),
         ],
-        Reason::NoEstimate { unknown } => vec![
+        VerdictReason::NoEstimate { unknown } => vec![
             "Let the servo move with turns for some seconds, so that the method gets going.".to_owned(),
             format!(
                 "If it still finds no {}, take another method: identifier.law = \"gauss-newton\" needs no \
@@ -21,37 +21,37 @@ pub(super) fn remedies(reason: &Reason) -> Vec<String> {
                 unknown.name()
             ),
         ],
-        Reason::TooShort { .. } => {
+        VerdictReason::TooShort { .. } => {
             vec!["Run longer: run.duration, or a longer log.".to_owned()]
         }
-        Reason::NoMotion { .. } => vec![
+        VerdictReason::NoMotion { .. } => vec![
             "Move the servo further, with turns: a larger reference, or one that changes more often."
                 .to_owned(),
             "Check that the encoder counts: a cable, or a wrong log.units, looks the same.".to_owned(),
         ],
-        Reason::NotExcited { unknown, .. } => vec![
+        VerdictReason::NotExcited { unknown, .. } => vec![
             format!(
                 "Excite what shows {}: move further, faster, with more turns, or longer.",
                 unknown.name()
             ),
             leave_out(unknown.name()),
         ],
-        Reason::AtBound { unknown, .. } => vec![
+        VerdictReason::AtBound { unknown, .. } => vec![
             format!("Widen identifier.bounds or the plant_box of {}.", unknown.name()),
             "If it then goes where no servo can be, the model lacks something: see the residual.".to_owned(),
         ],
-        Reason::StillMoving { .. } => vec![
+        VerdictReason::StillMoving { .. } => vec![
             "Run longer: run.duration, or more --passes over a log.".to_owned(),
             "If it never comes to rest, the servo itself changes: identifier.memory lets the estimates follow."
                 .to_owned(),
         ],
-        Reason::Lacks {
+        VerdictReason::Lacks {
             cause: Some(cause), ..
         } => vec![
             format!("The model lacks {}: {}.", cause.meaning(), cause.remedy()),
             "Then run again: what is hidden behind the largest effect shows up next.".to_owned(),
         ],
-        Reason::Lacks { cause: None, .. } => vec![
+        VerdictReason::Lacks { cause: None, .. } => vec![
             "Nothing stands out, so several effects act at once: let those that your servo has be estimated, with \
              identifier.terms."
                 .to_owned(),
@@ -59,11 +59,11 @@ pub(super) fn remedies(reason: &Reason) -> Vec<String> {
              amplifier.dead_band."
                 .to_owned(),
         ],
-        Reason::Elsewhere { unknown, .. } => vec![
+        VerdictReason::Elsewhere { unknown, .. } => vec![
             format!("Run longer, until {} has arrived.", unknown.name()),
             "If it does not, the model lacks something: see the residual.".to_owned(),
         ],
-        Reason::NotPredicted { .. } => vec![
+        VerdictReason::NotPredicted { .. } => vec![
             "Learn from motions like those that are to be predicted: speeds, loads, angles.".to_owned(),
             "Let effects that grow with them be estimated, with identifier.terms.".to_owned(),
         ],
@@ -73,13 +73,13 @@ pub(super) fn remedies(reason: &Reason) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::verdict::Cause;
     use identifier_core::parameters::Unknown;
-    use identifier_core::verdict::Cause;
 
     #[test]
     fn only_a_good_verdict_asks_for_nothing() {
-        assert!(remedies(&Reason::Explained).is_empty());
-        let lacks = Reason::Lacks {
+        assert!(remedies(&VerdictReason::Explained).is_empty());
+        let lacks = VerdictReason::Lacks {
             cause: Some(Cause::DeadBand),
             share: 0.5,
             unknown: Unknown::A,

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use crate::verdict::{Status, Verdict};
 use identifier_core::parameters::{Parameter, ServoParameters, Term, Unknown};
-use identifier_core::verdict::{Status, Verdict};
 use serde::{Serialize, Serializer};
 
 use super::{LogReading, Prediction};

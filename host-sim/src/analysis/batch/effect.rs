@@ -1,10 +1,10 @@
 //! What may move a servo: the model's own unknowns, and what it may lack. Each is an acceleration, or an
 //! offset of the measured position, per unit of its size.
 
+use crate::verdict::Cause;
 use identifier_core::model::{Acting, ModelStep};
 use identifier_core::parameters::Unknown;
 use identifier_core::units::Units;
-use identifier_core::verdict::Cause;
 
 /// An effect of a size to be found.
 #[derive(Debug, Clone, Copy, PartialEq)]

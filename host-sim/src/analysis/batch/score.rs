@@ -3,8 +3,8 @@
 
 use std::collections::BTreeMap;
 
+use crate::verdict::Cause;
 use identifier_core::parameters::Unknown;
-use identifier_core::verdict::Cause;
 use serde::{Serialize, Serializer};
 
 use super::effect::Effect;

@@ -17,7 +17,7 @@ pub struct ProbingSettings {
 
 impl ProbingSettings {
     /// The least travel to either side, or in all for a servo that may only move one way, counts.
-    pub const LEAST_TRAVEL: [f64; 2] = [16.0, 100.0];
+    pub const MIN_TRAVEL_COUNTS: [f64; 2] = [16.0, 100.0];
 
     /// The least speed, counts per second.
     pub const LEAST_SPEED: f64 = 200.0;
@@ -28,7 +28,7 @@ impl ProbingSettings {
         let limits = &self.limits;
         limits.check()?;
         let [low, high] = limits.travel;
-        let [either, in_all] = Self::LEAST_TRAVEL;
+        let [either, in_all] = Self::MIN_TRAVEL_COUNTS;
         let (travel, counts) = if limits.one_way {
             (high - low, in_all)
         } else {

@@ -1,11 +1,11 @@
-use core::fmt;
+use std::fmt;
 
-use super::{Evidence, Lack, Reason, Residual, UnknownEvidence};
-use crate::parameters::Unknown;
+use identifier_core::parameters::Unknown;
 
-/// What may be made of estimates.
+use super::{Evidence, Lack, Residual, UnknownEvidence, VerdictReason};
+
+/// How far estimates may be relied on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Status {
     /// Every estimate is known, keeps still, and nothing that would move it is left in the data.
     Converged,
@@ -38,8 +38,8 @@ impl Status {
 pub struct Verdict {
     /// The status.
     pub status: Status,
-    /// What led to it.
-    pub reason: Reason,
+    /// The evidence that led to it.
+    pub reason: VerdictReason,
 }
 
 /// How far an unknown may be off: a part of itself, or of what it acts beside.
@@ -100,17 +100,17 @@ const CHANCE: f64 = 3.0;
 const NEAR: f64 = 5.0;
 
 /// Samples without which there is no telling.
-const FEWEST_SAMPLES: u64 = 100;
+const MIN_SAMPLES: u64 = 100;
 
 /// Encoder counts that must have been travelled, forth and back, before anything can be known.
-pub const LEAST_TRAVEL: f64 = 20.0;
+pub const MIN_TRAVEL_COUNTS: f64 = 20.0;
 
 /// An output error so many times the encoder's, and so correlated, has a cause, named or not.
 const BEYOND_ENCODER: f64 = 1.5;
 
 /// An output error so many times the encoder's is large, and so much of it is most of it.
 const FAR_BEYOND_ENCODER: f64 = 3.0;
-const MOST: f64 = 0.5;
+const MOST_OF_ERROR: f64 = 0.5;
 
 /// An estimate nearer to zero than this part of its scale is at no bound: friction is never negative.
 const AT_ZERO: f64 = 0.002;
@@ -133,7 +133,7 @@ impl Verdict {
             .or_else(|| not_excited(evidence))
             .or_else(|| moving(evidence))
             .or_else(|| unexplained(evidence))
-            .unwrap_or((Status::Converged, Reason::Explained));
+            .unwrap_or((Status::Converged, VerdictReason::Explained));
         Self { status, reason }
     }
 }
@@ -152,32 +152,32 @@ impl fmt::Display for Verdict {
     }
 }
 
-fn aborted(evidence: &Evidence) -> Option<(Status, Reason)> {
+fn aborted(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     evidence
         .aborted
-        .then_some((Status::Aborted, Reason::EndedEarly))
+        .then_some((Status::Aborted, VerdictReason::EndedEarly))
 }
 
-fn without_estimate(evidence: &Evidence) -> Option<(Status, Reason)> {
+fn without_estimate(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     let motion = &evidence.motion;
-    let reason = if motion.samples < FEWEST_SAMPLES {
-        Reason::TooShort {
+    let reason = if motion.samples < MIN_SAMPLES {
+        VerdictReason::TooShort {
             samples: motion.samples,
-            needed: FEWEST_SAMPLES,
+            needed: MIN_SAMPLES,
         }
-    } else if motion.counts_travelled.is_nan() || motion.counts_travelled < LEAST_TRAVEL {
-        Reason::NoMotion {
+    } else if motion.counts_travelled.is_nan() || motion.counts_travelled < MIN_TRAVEL_COUNTS {
+        VerdictReason::NoMotion {
             counts: motion.counts_travelled,
-            needed: LEAST_TRAVEL,
+            needed: MIN_TRAVEL_COUNTS,
         }
     } else {
         first(evidence, |unknown, of| {
             if !of.estimate.is_finite() {
-                return Some(Reason::NoEstimate { unknown });
+                return Some(VerdictReason::NoEstimate { unknown });
             }
             if of.at_bound && of.estimate.abs() > AT_ZERO * of.scale {
                 let estimate = of.estimate;
-                return Some(Reason::AtBound { unknown, estimate });
+                return Some(VerdictReason::AtBound { unknown, estimate });
             }
             None
         })?
@@ -185,11 +185,11 @@ fn without_estimate(evidence: &Evidence) -> Option<(Status, Reason)> {
     Some((Status::NoInformation, reason))
 }
 
-fn not_excited(evidence: &Evidence) -> Option<(Status, Reason)> {
+fn not_excited(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     let reason = first(evidence, |unknown, of| {
         let limit = KNOWN.of(unknown, of);
         let std_error = of.std_error.filter(|error| !within(*error, limit))?;
-        Some(Reason::NotExcited {
+        Some(VerdictReason::NotExcited {
             unknown,
             std_error,
             limit,
@@ -199,7 +199,7 @@ fn not_excited(evidence: &Evidence) -> Option<(Status, Reason)> {
 }
 
 /// What has a name, and moves an estimate that is where the data say, is the reason why it moves too.
-fn named(evidence: &Evidence) -> Option<(Status, Reason)> {
+fn named(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     let lack = evidence.lack.filter(|lack| lack.cause.is_some())?;
     let near = |(unknown, of): (Unknown, &UnknownEvidence)| {
         let limit = NEAR * THERE.of(unknown, of);
@@ -210,11 +210,11 @@ fn named(evidence: &Evidence) -> Option<(Status, Reason)> {
     there.then_some((Status::Unexplained, reason))
 }
 
-fn moving(evidence: &Evidence) -> Option<(Status, Reason)> {
+fn moving(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     let reason = first(evidence, |unknown, of| {
         let limit = STILL.of(unknown, of);
         let movement = of.movement;
-        (!within(movement, limit)).then_some(Reason::StillMoving {
+        (!within(movement, limit)).then_some(VerdictReason::StillMoving {
             unknown,
             movement,
             limit,
@@ -223,7 +223,7 @@ fn moving(evidence: &Evidence) -> Option<(Status, Reason)> {
     Some((Status::Moving, reason))
 }
 
-fn unexplained(evidence: &Evidence) -> Option<(Status, Reason)> {
+fn unexplained(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     let lack = evidence.lack.as_ref();
     let reason = lack
         .and_then(|lack| lacking(evidence, lack))
@@ -234,12 +234,13 @@ fn unexplained(evidence: &Evidence) -> Option<(Status, Reason)> {
 
 /// What the model lacks moves an estimate; of what explains most of a large rest it is not asked how
 /// far, as the first step towards it may be short of the way.
-fn lacking(evidence: &Evidence, lack: &Lack) -> Option<Reason> {
+fn lacking(evidence: &Evidence, lack: &Lack) -> Option<VerdictReason> {
     let large = |residual: Residual| residual.beyond_encoder > FAR_BEYOND_ENCODER;
-    let plain = lack.cause.is_some() && lack.share > MOST && evidence.residual.is_some_and(large);
+    let plain =
+        lack.cause.is_some() && lack.share > MOST_OF_ERROR && evidence.residual.is_some_and(large);
     first(evidence, |unknown, of| {
         let shift = lack.shift(unknown);
-        (plain || !within(shift, UNMOVED.of(unknown, of))).then_some(Reason::Lacks {
+        (plain || !within(shift, UNMOVED.of(unknown, of))).then_some(VerdictReason::Lacks {
             cause: lack.cause,
             share: lack.share,
             unknown,
@@ -249,12 +250,12 @@ fn lacking(evidence: &Evidence, lack: &Lack) -> Option<Reason> {
 }
 
 /// The data would have an estimate elsewhere, beyond chance.
-fn elsewhere(evidence: &Evidence) -> Option<Reason> {
+fn elsewhere(evidence: &Evidence) -> Option<VerdictReason> {
     first(evidence, |unknown, of| {
         let pull = of.pull?;
         let chance = CHANCE * of.std_error.unwrap_or(0.0);
         let limit = THERE.of(unknown, of).max(chance);
-        (!within(pull, limit)).then_some(Reason::Elsewhere {
+        (!within(pull, limit)).then_some(VerdictReason::Elsewhere {
             unknown,
             pull,
             limit,
@@ -262,25 +263,25 @@ fn elsewhere(evidence: &Evidence) -> Option<Reason> {
     })
 }
 
-fn unpredicted(evidence: &Evidence) -> Option<Reason> {
+fn unpredicted(evidence: &Evidence) -> Option<VerdictReason> {
     let error = evidence.prediction?;
     let beyond = evidence
         .residual
         .is_none_or(|residual| residual.beyond_encoder > BEYOND_ENCODER);
     let limit = if beyond { PREDICTED } else { ADDED_UP };
-    (!within(error, limit)).then_some(Reason::NotPredicted { error, limit })
+    (!within(error, limit)).then_some(VerdictReason::NotPredicted { error, limit })
 }
 
 fn first(
     evidence: &Evidence,
-    objection: impl Fn(Unknown, &UnknownEvidence) -> Option<Reason>,
-) -> Option<Reason> {
+    objection: impl Fn(Unknown, &UnknownEvidence) -> Option<VerdictReason>,
+) -> Option<VerdictReason> {
     evidence
         .unknowns()
         .find_map(|(unknown, of)| objection(unknown, of))
 }
 
-/// What is not a number is not within anything.
+/// NaN is within no limit.
 fn within(value: f64, limit: f64) -> bool {
     value.abs() <= limit
 }

@@ -1,14 +1,14 @@
-use core::fmt;
+use std::fmt;
+
+use identifier_core::parameters::Unknown;
 
 use super::Cause;
-use crate::parameters::Unknown;
 
 /// Why a verdict is what it is: the unknown that it concerns, the figure, and what would have been
 /// accepted, in the unknown's unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Reason {
-    /// Nothing speaks against the estimates.
+pub enum VerdictReason {
+    /// No objection to the estimates.
     Explained,
     /// The run ended early.
     EndedEarly,
@@ -21,14 +21,14 @@ pub enum Reason {
     TooShort {
         /// Samples that there are.
         samples: u64,
-        /// Samples without which there is no telling.
+        /// Samples that are needed.
         needed: u64,
     },
     /// The servo hardly moved.
     NoMotion {
         /// Encoder counts travelled.
         counts: f64,
-        /// Counts without which there is no telling.
+        /// Counts that are needed.
         needed: f64,
     },
     /// The motion hardly depends on an unknown, so that its estimate means little.
@@ -85,13 +85,13 @@ pub enum Reason {
     },
 }
 
-impl Reason {
+impl VerdictReason {
     /// Its number in results, the same in every version: 0 is converged; from 10 aborted, from 20 no
     /// information, from 30 moving, from 40 unexplained.
     ///
     /// | code | reason |
     /// |---|---|
-    /// | 0 | nothing speaks against the estimates |
+    /// | 0 | no objection to the estimates |
     /// | 10 | the run ended early |
     /// | 20 | there is no estimate |
     /// | 21 | too few samples |
@@ -136,7 +136,7 @@ impl Reason {
     }
 }
 
-impl fmt::Display for Reason {
+impl fmt::Display for VerdictReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Explained => f.write_str(
@@ -146,7 +146,7 @@ impl fmt::Display for Reason {
             Self::NoEstimate { unknown } => write!(f, "no estimate of {}", unknown.name()),
             Self::TooShort { samples, needed } => write!(
                 f,
-                "{samples} samples say too little: {needed} are the least, and seconds are better"
+                "{samples} samples are too few: at least {needed} are needed, and seconds are better"
             ),
             Self::NoMotion { counts, needed } => write!(
                 f,

@@ -1,8 +1,9 @@
-use super::Cause;
-use crate::parameters::Unknown;
+use identifier_core::parameters::Unknown;
 
-/// What is known of an identification besides its estimates, SI. What nobody looked at is none, and is
-/// then not held against it.
+use super::Cause;
+
+/// The evidence for an identification besides its estimates, SI. Evidence that was not gathered is none, and
+/// is not held against it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evidence {
     /// The motion that it rests on.
@@ -11,7 +12,7 @@ pub struct Evidence {
     pub aborted: bool,
     /// The output error of the model with the estimates.
     pub residual: Option<Residual>,
-    /// What the model lacks, if something does.
+    /// The effect that the model lacks, if any.
     pub lack: Option<Lack>,
     /// Error of the predicted position over data that the estimates have not seen, relative to the
     /// position's deviation.
@@ -43,12 +44,12 @@ pub struct UnknownEvidence {
     pub movement: f64,
     /// How far the data would move it from where it ended, if they were asked once more.
     pub pull: Option<f64>,
-    /// Whether it stands at a bound.
+    /// True if it stands at a bound.
     pub at_bound: bool,
 }
 
 impl UnknownEvidence {
-    /// An estimate that nothing speaks against; `scale` as in [`UnknownEvidence::scale`].
+    /// An estimate without objections; `scale` as in [`UnknownEvidence::scale`].
     #[must_use]
     pub const fn at(scale: f64) -> Self {
         Self {
@@ -79,7 +80,7 @@ pub struct Residual {
     pub correlation: f64,
 }
 
-/// What a model lacks, and what it does to the estimates.
+/// An effect that a model lacks, and its influence on the estimates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lack {
     /// The effect that stands out; none where several could be it.
@@ -114,7 +115,7 @@ impl Lack {
 impl Evidence {
     /// Nothing known but the motion.
     #[must_use]
-    pub const fn of(motion: Motion) -> Self {
+    pub const fn from_motion(motion: Motion) -> Self {
         Self {
             motion,
             aborted: false,
@@ -126,7 +127,7 @@ impl Evidence {
     }
 
     /// Adds what is known of an unknown that is estimated.
-    pub fn tell(&mut self, unknown: Unknown, evidence: UnknownEvidence) {
+    pub fn add(&mut self, unknown: Unknown, evidence: UnknownEvidence) {
         self.unknowns[unknown as usize] = Some(evidence);
     }
 
@@ -135,7 +136,7 @@ impl Evidence {
         let rest = Unknown::ALL
             .into_iter()
             .filter(|&other| other != Unknown::B);
-        core::iter::once(Unknown::B)
+        std::iter::once(Unknown::B)
             .chain(rest)
             .filter_map(|unknown| Some((unknown, self.unknowns[unknown as usize].as_ref()?)))
     }

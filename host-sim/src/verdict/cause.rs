@@ -1,8 +1,7 @@
-use core::fmt;
+use std::fmt;
 
-/// What a model may lack: an effect of the servo that it does not have.
+/// An effect of the servo that the model lacks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Cause {
     /// A delay between command and acceleration, or a current loop, which looks the same.
     Delay,
@@ -59,7 +58,7 @@ impl Cause {
         }
     }
 
-    /// What it is, in words.
+    /// A description.
     #[must_use]
     pub const fn meaning(self) -> &'static str {
         match self {
@@ -81,7 +80,7 @@ impl Cause {
         }
     }
 
-    /// What to do about it.
+    /// The remedy.
     #[must_use]
     pub const fn remedy(self) -> &'static str {
         match self {

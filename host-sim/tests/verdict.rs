@@ -1,9 +1,9 @@
 //! The verdict: what each kind of evidence leads to, whatever else is there.
 
-use identifier_core::parameters::Unknown;
-use identifier_core::verdict::{
-    Cause, Evidence, Lack, Motion, Reason, Residual, Status, UnknownEvidence, Verdict,
+use host_sim::verdict::{
+    Cause, Evidence, Lack, Motion, Residual, Status, UnknownEvidence, Verdict, VerdictReason,
 };
+use identifier_core::parameters::Unknown;
 
 const MOTION: Motion = Motion {
     samples: 60_000,
@@ -12,14 +12,14 @@ const MOTION: Motion = Motion {
 
 /// A servo of which everything is known.
 fn known() -> Evidence {
-    let mut evidence = Evidence::of(MOTION);
+    let mut evidence = Evidence::from_motion(MOTION);
     for (unknown, estimate, scale, std_error) in [
         (Unknown::A, 0.22, 50.0, 3e-3),
         (Unknown::B, 257.7, 257.7, 0.01),
         (Unknown::Coulomb, 10.0, 500.0, 0.02),
         (Unknown::Load, 0.0, 500.0, 0.02),
     ] {
-        evidence.tell(
+        evidence.add(
             unknown,
             UnknownEvidence {
                 estimate,
@@ -41,7 +41,7 @@ fn with(unknown: Unknown, change: impl Fn(&mut UnknownEvidence)) -> Evidence {
         .map(|(_, of)| of)
         .expect("it is estimated");
     change(&mut of);
-    evidence.tell(unknown, of);
+    evidence.add(unknown, of);
     evidence
 }
 
@@ -159,8 +159,8 @@ fn a_name_stands_before_movement_but_not_before_a_way_to_go() {
 #[test]
 fn every_reason_says_what_and_what_to_do() {
     let unknown = Unknown::B;
-    let said = |reason: Reason| reason.to_string();
-    let not_excited = said(Reason::NotExcited {
+    let said = |reason: VerdictReason| reason.to_string();
+    let not_excited = said(VerdictReason::NotExcited {
         unknown,
         std_error: 12.345,
         limit: 3.8655,
@@ -173,7 +173,7 @@ fn every_reason_says_what_and_what_to_do() {
         not_excited.contains("3.865 ") || not_excited.contains("3.866 "),
         "{not_excited}"
     );
-    let lacks = said(Reason::Lacks {
+    let lacks = said(VerdictReason::Lacks {
         cause: Some(Cause::Delay),
         share: 0.93,
         unknown,

@@ -1,20 +1,21 @@
-//! Whether estimates may be relied on, by the evidence for them, and if not, why not and what to do.
+//! The verdict on estimates: whether they may be relied on, by the evidence for them; otherwise the reason and a
+//! remedy.
 //!
 //! The truth plays no part in it: a drive does not know it either. Nor does the initial guess: the
 //! same evidence leads to the same verdict wherever the estimates began.
 //!
 //! ```
+//! use host_sim::verdict::{Evidence, Motion, Status, UnknownEvidence, Verdict};
 //! use identifier_core::parameters::Unknown;
-//! use identifier_core::verdict::{Evidence, Motion, Status, UnknownEvidence, Verdict};
 //!
 //! let motion = Motion { samples: 60_000, counts_travelled: 4e5 };
-//! let mut evidence = Evidence::of(motion);
+//! let mut evidence = Evidence::from_motion(motion);
 //! let gain = UnknownEvidence { estimate: 257.7, std_error: Some(0.01), ..UnknownEvidence::at(257.7) };
-//! evidence.tell(Unknown::B, gain);
+//! evidence.add(Unknown::B, gain);
 //! assert_eq!(Verdict::on(&evidence).status, Status::Converged);
 //!
 //! // Nothing that moved b was in the data.
-//! evidence.tell(Unknown::B, UnknownEvidence { std_error: Some(40.0), ..gain });
+//! evidence.add(Unknown::B, UnknownEvidence { std_error: Some(40.0), ..gain });
 //! assert_eq!(Verdict::on(&evidence).status, Status::NoInformation);
 //! ```
 
@@ -25,5 +26,5 @@ mod rules;
 
 pub use cause::Cause;
 pub use evidence::{Evidence, Lack, Motion, Residual, UnknownEvidence};
-pub use reason::Reason;
-pub use rules::{LEAST_TRAVEL, Status, Verdict};
+pub use reason::VerdictReason;
+pub use rules::{MIN_TRAVEL_COUNTS, Status, Verdict};
