@@ -19,12 +19,12 @@ pub mod measurement;
 pub mod model;
 pub mod number;
 pub mod parameters;
-pub mod plausibility;
 pub mod reason;
 pub mod settings;
 pub mod stability;
 pub mod tuning;
 pub mod units;
+pub mod watch;
 
 use identifier::{DiagonalGradientIdentifier, ServoLoop};
 use measurement::velocity::LowPass;

@@ -3,7 +3,7 @@
 use drive_link::{self, Fault, NoGains, NotAllowed, Outcome, Protection};
 use identifier_core::commission::{
     CommissionInputs, CommissionIsr, CommissionSettings, CommissionState, Decision, HoldingGains,
-    Phase, RecordEvent, Reason,
+    Phase, Reason, RecordEvent,
 };
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::units::Units;

@@ -20,7 +20,7 @@ pub(super) struct Holding<N: Number> {
     rest: RestWatch<N>,
 }
 
-/// Whether a servo stays within a few counts of a place.
+/// True if a servo stays within a few counts of a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct RestWatch<N> {
     at: N,
@@ -66,7 +66,7 @@ impl<N: Number> Holding<N> {
         }
     }
 
-    /// Counts it as at rest only after so many samples.
+    /// Sets the samples after which it counts as at rest.
     pub(super) fn rest_for(&mut self, samples: u32) {
         self.rest.needed = samples;
     }
@@ -115,12 +115,12 @@ impl<N: Number> Holding<N> {
         Some(command)
     }
 
-    /// Whether the servo has arrived and stands.
+    /// True if the servo has arrived and stands.
     pub(super) fn is_at_rest(&self) -> bool {
         self.reference == self.target && self.rest.still >= self.rest.needed
     }
 
-    /// What a controller that takes over from a rest goes on from: the mean command, and no velocity. An
+    /// The sample from which a controller takes over at rest: the mean command, and no velocity. An
     /// edge of a coarse encoder makes much of both in a single sample.
     pub(super) fn resting(&self) -> ControlSample<N> {
         ControlSample {

@@ -9,10 +9,10 @@ use super::{
 use crate::control::ControlSample;
 use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
 use crate::number::Number;
-use crate::plausibility::{Observation, Plausibility};
 use crate::units::Units;
+use crate::watch::{Observation, ServoWatch};
 
-/// The interrupt's half of a commissioning: it moves the servo and watches over it, and waits for nobody.
+/// The interrupt's half of a commissioning: it moves the servo, watches over it and never waits.
 ///
 /// A sample is [`CommissionIsr::process`]; the caller hands its [`RecordEvent`] to the
 /// [`CommissionSolver`](super::CommissionSolver), has that do [`CommissionIsr::slices`] slices of work, and hands its
@@ -22,15 +22,15 @@ pub struct CommissionIsr<N: Number> {
     settings: CommissionSettings,
     units: Units,
     pub(super) wiggle: Probing<N>,
-    pub(super) plausibility: Plausibility<N>,
-    /// What tells the velocity to gains that take over.
+    pub(super) watch: ServoWatch<N>,
+    /// The velocity estimate for gains that take over.
     velocity: LowPass<N>,
     before: Option<Loop<N>>,
     careful: ConservativePid<N>,
     limit: [N; 2],
     /// Counts a sample, at which the servo is brought to a place.
     pace: N,
-    /// Samples of the released check, of a rest, and that the study may take.
+    /// Samples of the released check, of a rest, and that the solver may take.
     released: u32,
     rest: u32,
     patience: u32,
@@ -38,42 +38,42 @@ pub struct CommissionIsr<N: Number> {
     lead: u32,
 }
 
-/// What a commissioning sees in a sample.
+/// Inputs of a commissioning in a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CommissionInputs {
     /// The encoder's count, which wraps at 32 bits; none if it gave no valid reading.
     pub count: Option<i32>,
-    /// Whether the sample before ended too late.
+    /// True if the sample before ended too late.
     pub late: bool,
-    /// What somebody else wants it to end for.
+    /// A reason for which the caller ends it.
     pub stop: Option<Reason>,
 }
 
-/// What it does in a sample.
+/// Outputs of a commissioning in a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CommissionStep<N> {
-    /// The command that is to act until the next; none: let the servo go.
+    /// The command that is to act until the next; none: disable the stage.
     pub command: Option<N>,
     /// Where the commissioning stands.
     pub phase: Phase,
-    /// What the study is to be told.
+    /// The event for the solver.
     pub finding: Option<RecordEvent<N>>,
 }
 
 impl<N: Number> CommissionIsr<N> {
-    /// For how long a servo that is let go must stand, s.
+    /// Time for which a released servo must stand, s.
     pub const RELEASED: f64 = 0.02;
 
-    /// The counts that such a servo may move.
+    /// Counts that such a servo may move.
     pub const STANDS_WITHIN: f64 = 3.0;
 
-    /// For how long a servo must be still to be at rest, s, and samples.
+    /// Time for which a servo must be still to be at rest, s, and samples.
     pub const REST: (f64, f64) = (0.02, 8.0);
 
-    /// What is recorded of the rest before a motion, s, and samples: as long as a command may be late.
+    /// Recorded rest before a motion, s, and samples: as long as a command may be late.
     pub const LEAD: (f64, f64) = (2e-3, 4.0);
 
-    /// The longest that the study may take, or a servo may need to come to rest, s.
+    /// The longest that the solver may take, or a servo may need to come to rest, s.
     pub const PATIENCE: f64 = 30.0;
 
     /// The part of the largest speed at which a servo is brought to a place.
@@ -82,7 +82,7 @@ impl<N: Number> CommissionIsr<N> {
     /// The cut-off of the velocity estimate that gains take over with, ω T.
     const CUTOFF: f64 = 0.2;
 
-    /// What is reckoned for a slice of the study, s. On a Cortex-M4F at 168 MHz it takes a fifth of that on
+    /// Time assumed for a slice of the solver, s. On a Cortex-M4F at 168 MHz it takes a fifth of that on
     /// the average and nearly all of it at most, beside the interrupt; a few that end a fit or a prediction
     /// take longer (`commission-slice` in the firmware's budget).
     const SLICE: f64 = 1e-4;
@@ -93,10 +93,10 @@ impl<N: Number> CommissionIsr<N> {
     /// The delay of a servo of which none is known yet, samples.
     const UNKNOWN_DELAY: f64 = 2.0;
 
-    /// For an axis that stands let go, or is held by the gains before.
+    /// For an axis that is released, or is held by the gains before.
     ///
     /// # Errors
-    /// What contradicts itself, or cannot be within the limits, with the figure that would do.
+    /// The setting that is contradictory or impossible within the limits, with the value that would do.
     pub fn new(
         settings: &CommissionSettings,
         before: Option<&HoldingGains>,
@@ -111,7 +111,7 @@ impl<N: Number> CommissionIsr<N> {
         Ok(Self {
             settings: *settings,
             wiggle: Probing::new(&settings.wiggle())?,
-            plausibility: Plausibility::new(&settings.plausibility())?,
+            watch: ServoWatch::new(&settings.watch())?,
             velocity: LowPass::new(&units, Self::CUTOFF / settings.sample_time)?,
             before: before.map(|gains| gains.build(&units)).transpose()?,
             careful: ConservativePid::new(&units, limits),
@@ -132,7 +132,7 @@ impl<N: Number> CommissionIsr<N> {
         self.wiggle.largest_motion()
     }
 
-    /// The slices of work that the study does in each sample.
+    /// The slices of work that the solver does in each sample.
     #[must_use]
     pub fn slices(&self) -> u32 {
         ((self.settings.sample_time / Self::SLICE) as u32).clamp(1, 32)
@@ -147,17 +147,11 @@ impl<N: Number> CommissionIsr<N> {
             None => Activity::Free,
         };
         let recorder = MotionRecorder::new(&self.settings.fit());
-        CommissionState::begun(
-            count,
-            command,
-            activity,
-            self.plausibility.start(),
-            recorder,
-        )
+        CommissionState::begun(count, command, activity, self.watch.start(), recorder)
     }
 
     /// Begins beside a controller that has run until a count, with the gains before: `last` is that
-    /// one's last sample. Its command goes on without a bump, its integral is carried over, and its
+    /// one's last sample. Its command continues without a bump, its integral is carried over, and its
     /// reference goes to where the servo is. For a state of [`CommissionIsr::start`] that has run no sample
     /// yet, where there is no time to build a new one.
     pub fn take_over(&self, state: &mut CommissionState<N>, count: i32, last: &ControlSample<N>) {
@@ -175,8 +169,8 @@ impl<N: Number> CommissionIsr<N> {
         state.activity = Activity::Holding(holding);
     }
 
-    /// One sample. After an end it goes on holding the servo, with the new gains or those before, or
-    /// keeps it let go.
+    /// One sample. After an end it continues to hold the servo, with the new gains or those before, or
+    /// keeps the stage disabled.
     pub fn process(
         &self,
         state: &mut CommissionState<N>,
@@ -209,7 +203,7 @@ impl<N: Number> CommissionIsr<N> {
         }
     }
 
-    /// Takes an answer of the study.
+    /// Takes an answer of the solver.
     pub fn accept(&self, state: &mut CommissionState<N>, answer: &Decision<N>) {
         if state.phase.is_end() {
             return;
@@ -254,10 +248,10 @@ impl<N: Number> CommissionIsr<N> {
             late: seen.late,
             must_move: state.activity.must_move(),
         };
-        self.plausibility.process(&mut state.watch, &observation)
+        self.watch.process(&mut state.watch, &observation)
     }
 
-    /// What the activity of a sample commands; none to let the servo go.
+    /// The command of the activity in a sample; none to disable the stage.
     fn act(&self, state: &mut CommissionState<N>, increment: N) -> Result<Option<N>, Reason> {
         state.passed = state.passed.saturating_add(1);
         let position = state.position;
@@ -314,7 +308,7 @@ impl<N: Number> CommissionIsr<N> {
         }
     }
 
-    /// What follows on a rest: the next motion once the study has answered, or the trial.
+    /// Continues after a rest: the next motion once the solver has decided, or the trial.
     fn go_on(
         &self,
         state: &mut CommissionState<N>,
@@ -409,13 +403,13 @@ impl<N: Number> CommissionIsr<N> {
         }
     }
 
-    /// Holds the servo by what the study has told of it, and watches it by that too.
+    /// Holds and watches the servo by the model that the solver identified.
     fn hold_known(&self, state: &mut CommissionState<N>, command: N) -> Result<(), Reason> {
         let Some(known) = &state.identified else {
             return Err(Reason::TooLittleEvidence);
         };
         if let Some(known) = &known.known {
-            self.plausibility.know(&mut state.watch, known);
+            self.watch.know(&mut state.watch, known);
         }
         let (servo, delay) = (known.crude, known.delay);
         self.hold(state, &servo, delay, command)
@@ -471,7 +465,7 @@ impl<N: Number> CommissionIsr<N> {
         Holding::take_over(controller, self.limit, position, last, self.pace, self.rest)
     }
 
-    /// Ends it: the gains before hold again where they can, or the servo is let go.
+    /// Ends it: the gains before hold again where they can, or the stage is disabled.
     fn end(&self, state: &mut CommissionState<N>, reason: Reason) {
         state.phase = match state.phase {
             Phase::Trial | Phase::Applied | Phase::RolledBack => Phase::RolledBack,

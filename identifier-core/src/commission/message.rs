@@ -1,8 +1,13 @@
-use super::{Candidate, Identified, IdentifiedServo, MotionBlock, Phase, Reason};
+use super::gains::{HoldingGains, Loop};
+use super::trial::Trial;
+use super::{CommissionSettings, IdentifiedServo, MotionBlock, Phase, Reason, RoughModel};
+use crate::error::OutOfRange;
 use crate::number::Number;
-use crate::tuning::TuningError;
+use crate::tuning::{Tuning, TuningError};
+use crate::units::Units;
+use crate::watch::KnownServo;
 
-/// What the interrupt's half tells the study.
+/// An event of the record, from the interrupt to the solver.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum RecordEvent<N> {
     /// A motion of this phase begins: [`Phase::Probing`], [`Phase::Refine`] or [`Phase::Verify`].
@@ -13,7 +18,7 @@ pub enum RecordEvent<N> {
     Ended,
 }
 
-/// What the study answers, once for each motion that has ended, and once more when it has tuned.
+/// A decision of the solver: one for each motion that has ended, and one more when it has tuned.
 ///
 /// All that the interrupt's half needs is prepared in it: no sample converts from SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,12 +41,91 @@ pub enum Decision<N: Number> {
 }
 
 impl<N: Number> Decision<N> {
-    /// The servo, where the answer tells of one.
+    /// The servo, where the decision carries one.
     #[must_use]
     pub fn servo(&self) -> Option<&IdentifiedServo> {
         match self {
             Self::Identified(known) | Self::Uncertain(known) => Some(&known.servo),
             _ => None,
         }
+    }
+}
+
+/// An identified servo, SI, and its model in machine units for the interrupt.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Identified<N> {
+    /// The servo, SI.
+    pub servo: IdentifiedServo,
+    pub(super) crude: RoughModel<N>,
+    /// Samples from a command to its acceleration.
+    pub(super) delay: N,
+    /// For the watch over it.
+    pub(super) known: Option<KnownServo<N>>,
+}
+
+impl<N: Number> Identified<N> {
+    pub(super) fn new(servo: &IdentifiedServo, settings: &CommissionSettings) -> Self {
+        let CommissionSettings {
+            sample_time,
+            resolution,
+            ..
+        } = *settings;
+        Self {
+            servo: *servo,
+            crude: RoughModel::of(&servo.parameters, sample_time, resolution),
+            delay: N::from_f64(servo.delay / sample_time),
+            known: KnownServo::of(&settings.watch(), servo),
+        }
+    }
+}
+
+/// Gains that are to be tried, and their trial in machine units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Candidate<N: Number> {
+    /// The gains and their promise, SI.
+    pub tuning: Tuning,
+    pub(super) controller: Loop<N>,
+    pub(super) trial: Trial<N>,
+    /// Samples for which the servo must be still to have come to rest under them.
+    pub(super) rest: u32,
+}
+
+impl<N: Number> Candidate<N> {
+    /// The part of what is left of the travel that a disturbance may move the servo.
+    const MAX_ROOM_SHARE: f64 = 0.2;
+
+    /// The part of the command that disturbs the servo in the trial.
+    const DISTURBANCE_SHARE: f64 = 0.1;
+
+    /// # Errors
+    /// A gain that no controller has.
+    pub(super) fn new(
+        tuning: &Tuning,
+        servo: &IdentifiedServo,
+        settings: &CommissionSettings,
+    ) -> Result<Self, OutOfRange> {
+        let units = Units::new(settings.sample_time, settings.resolution)?;
+        let limits = &settings.limits;
+        let promise = &tuning.promise;
+        let [low, high] = limits.travel;
+        let step = if high < -low {
+            -promise.step
+        } else {
+            promise.step
+        };
+        let [least, most] = limits.command;
+        // Back towards where the servo came from, and no further than the travel has room for.
+        let left = high.max(-low) - promise.step;
+        let bearable = Self::MAX_ROOM_SHARE * left / (promise.compliance * servo.parameters.b);
+        let disturbance = (Self::DISTURBANCE_SHARE * most.min(-least)).min(bearable);
+        let disturbance = libm::copysign(disturbance, -step);
+        // A servo that hunts about its friction is still for a while too.
+        let settling = Trial::<N>::settling(tuning);
+        Ok(Self {
+            tuning: *tuning,
+            controller: HoldingGains::tuned(tuning, limits).build(&units)?,
+            trial: Trial::of(tuning, &units, step, disturbance, &servo.parameters),
+            rest: (0.5 * settling / settings.sample_time) as u32,
+        })
     }
 }

@@ -47,7 +47,7 @@
 //!         stop: None,
 //!     });
 //!     phase = done.phase;
-//!     // The servo, which nobody knows.
+//!     // The unknown servo.
 //!     let acceleration = 257.7 * done.command.unwrap_or(0.0);
 //!     position += velocity * 1e-3 + acceleration * 0.5e-6;
 //!     velocity += acceleration * 1e-3;
@@ -60,13 +60,11 @@
 //! assert!((rise / 0.03 - 1.0).abs() < 0.15, "{rise}");
 //! ```
 
-mod candidate;
 mod conservative_pid;
 mod error;
 mod fit;
 mod gains;
 mod holding;
-mod identified;
 mod isr;
 mod message;
 mod phase;
@@ -81,16 +79,14 @@ mod trial;
 
 pub use crate::parameters::IdentifiedServo;
 pub use crate::reason::Reason;
-pub use candidate::Candidate;
 pub use error::CommissionError;
 pub use fit::{
     Diagnosis, EffectSearch, FitSettings, MotionBlock, MotionRecord, MotionRecorder, Prediction,
     PredictionPass, ServoFit, ServoFitter,
 };
 pub use gains::HoldingGains;
-pub use identified::Identified;
 pub use isr::{CommissionInputs, CommissionIsr, CommissionStep};
-pub use message::{Decision, RecordEvent};
+pub use message::{Candidate, Decision, Identified, RecordEvent};
 pub use phase::Phase;
 pub use probing::{
     LargestMotion, Probing, ProbingProgress, ProbingSettings, ProbingState, ProbingStep,

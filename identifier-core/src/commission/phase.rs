@@ -5,17 +5,17 @@
 pub enum Phase {
     /// Not begun.
     Idle,
-    /// The servo is let go, or held by the gains before, and must stay where it is.
+    /// The stage is disabled, or the gains before hold the servo, which must stay where it is.
     ReleasedCheck,
     /// A relay about the holding command, within the limits.
     Probing,
-    /// The servo is held while the study fits.
+    /// The servo is held while the solver fits.
     Fit,
-    /// A second motion, from which the study learns more.
+    /// A second motion, from which the solver learns more.
     Refine,
     /// A third motion, which the frozen model must predict.
     Verify,
-    /// The servo is held while the study tunes.
+    /// The servo is held while the solver tunes.
     Tune,
     /// The new gains hold, and a step and a disturbance are measured against the promise.
     Trial,
@@ -23,7 +23,7 @@ pub enum Phase {
     Applied,
     /// The new gains failed; those before hold again.
     RolledBack,
-    /// Ended before there were new gains; those before hold, or the servo is let go.
+    /// Ended before there were new gains; those before hold, or the stage is disabled.
     Aborted,
 }
 
@@ -61,7 +61,7 @@ impl Phase {
         }
     }
 
-    /// Whether it is an end: nothing follows but another commissioning.
+    /// True if it is an end: nothing follows but another commissioning.
     #[must_use]
     pub const fn is_end(self) -> bool {
         matches!(self, Self::Applied | Self::RolledBack | Self::Aborted)

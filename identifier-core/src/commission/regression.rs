@@ -48,7 +48,7 @@ impl<N: Number> Gathered<N> {
         due: 0,
     };
 
-    /// What is known before: a row as a measurement of standard deviation one rounding.
+    /// Prior knowledge: a row as a measurement of standard deviation one rounding.
     pub(crate) fn expect(&mut self, row: &[N; ROW], value: N) {
         self.equations.add(row, value);
     }
@@ -119,7 +119,7 @@ impl<N: Number> Regression<N> {
         }
     }
 
-    /// Whether there is an equation in every sample.
+    /// True if there is an equation in every sample.
     pub(crate) fn is_dense(&self) -> bool {
         self.stride == 1
     }

@@ -1,7 +1,7 @@
 use crate::number::Number;
 use crate::parameters::ServoParameters;
 
-/// What the wiggle has found of the servo on its way: enough to brake it, not more. Counts and samples.
+/// The model that a probing motion builds on its way: enough to brake the servo, not more. Counts and samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RoughModel<N> {
     /// b, counts per sample² and command unit; zero while nothing is known.
@@ -25,7 +25,7 @@ impl<N: Number> RoughModel<N> {
         viscous: N::ZERO,
     };
 
-    /// What is known in SI, for a sample time (s) and a resolution (rad).
+    /// From SI parameters, for a sample time (s) and a resolution (rad).
     #[must_use]
     pub fn of(parameters: &ServoParameters, time: f64, resolution: f64) -> Self {
         let acceleration = time * time / resolution;
@@ -40,13 +40,13 @@ impl<N: Number> RoughModel<N> {
         }
     }
 
-    /// Whether anything is known.
+    /// True if anything is known.
     #[must_use]
     pub fn is_known(&self) -> bool {
         self.gain > N::ZERO
     }
 
-    /// Whether its gain is at most five times another, and at least a fifth.
+    /// True if its gain is at most five times another, and at least a fifth.
     pub(crate) fn is_like(&self, gain: N) -> bool {
         let five = N::from_f64(5.0);
         self.gain < five * gain && gain < five * self.gain

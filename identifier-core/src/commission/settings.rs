@@ -1,9 +1,9 @@
 use super::{CommissionError, FitSettings, ProbingSettings};
 use crate::error::Allowed;
-use crate::plausibility::PlausibilitySettings;
 use crate::tuning::{Goal, Tuner, TuningSettings};
+use crate::watch::WatchSettings;
 
-/// What a commissioning may do with the axis, SI. For a linear axis read m for rad.
+/// Limits of a commissioning, SI. For a linear axis read m for rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Limits {
@@ -16,11 +16,11 @@ pub struct Limits {
     pub command: [f64; 2],
     /// The longest time that a motion may take, s.
     pub duration: f64,
-    /// Whether the servo may only move one way, the one in which there is travel.
+    /// True if the servo may only move one way, the one in which there is travel.
     pub one_way: bool,
 }
 
-/// What a commissioning is told, SI.
+/// Settings of a commissioning, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CommissionSettings {
@@ -28,7 +28,7 @@ pub struct CommissionSettings {
     pub sample_time: f64,
     /// Position of a count, rad.
     pub resolution: f64,
-    /// What it may do with the axis.
+    /// Limits of the axis.
     pub limits: Limits,
     /// From the reading of the encoder to the change of the output, s, as far as it is known; what is
     /// not known is identified.
@@ -36,7 +36,7 @@ pub struct CommissionSettings {
     /// The largest b that the servo may have, rad/s² per command unit, if that is known: the motion
     /// before anything is known is then planned for it.
     pub max_gain: Option<f64>,
-    /// What is asked of the gains.
+    /// The goal of the gains.
     pub goal: Goal,
     /// The largest sensitivity Mₛ, above 1.
     pub max_sensitivity: f64,
@@ -49,9 +49,9 @@ impl CommissionSettings {
     /// is hardly stable.
     pub const SENSITIVITIES: (f64, f64) = (1.1, 4.0);
 
-    /// What the watch over the servo needs to know.
-    pub(super) fn plausibility(&self) -> PlausibilitySettings {
-        PlausibilitySettings {
+    /// Settings of the watch.
+    pub(super) fn watch(&self) -> WatchSettings {
+        WatchSettings {
             sample_time: self.sample_time,
             resolution: self.resolution,
             travel: self.limits.travel,
@@ -60,7 +60,7 @@ impl CommissionSettings {
         }
     }
 
-    /// What the motions need to know.
+    /// Settings of the motions.
     pub(super) fn wiggle(&self) -> ProbingSettings {
         ProbingSettings {
             sample_time: self.sample_time,
@@ -71,7 +71,7 @@ impl CommissionSettings {
         }
     }
 
-    /// What fits need to know.
+    /// Settings of the fits.
     pub(super) fn fit(&self) -> FitSettings {
         let [least, most] = self.limits.command;
         FitSettings {

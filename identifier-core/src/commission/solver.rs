@@ -16,16 +16,16 @@ pub struct CommissionSolver<N: Number, const W: usize = 256> {
     fitter: ServoFitter<N>,
     record: MotionRecord<N, W>,
     servo: Option<IdentifiedServo>,
-    /// How many second motions did not tell enough.
+    /// Number of second motions that were not informative enough.
     refined: u32,
     /// The step that gains are looked for with, rad.
     step: f64,
-    /// What the model lacks of the servo, as far as a motion told.
+    /// The effect that the model lacks, as far as the motions show it.
     suspect: Option<Diagnosis>,
     work: Work<N>,
 }
 
-/// What is under way.
+/// The work under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[expect(
     clippy::large_enum_variant,
@@ -35,22 +35,22 @@ enum Work<N: Number> {
     Nothing,
     Fitting(ServoFit<N>),
     PredictionPass(PredictionPass<N>),
-    /// What the model lacks is looked for, before what comes next.
+    /// The search for the lacking effect, before the next step.
     EffectSearch(EffectSearch<N>, Then),
     Then(Then),
     Tuning {
         tuner: Tuner,
         state: TunerState,
-        /// Whether the step was already chosen for the bandwidth that was found.
+        /// True if the step was already chosen for the bandwidth that was found.
         fitted: bool,
     },
     NotTuned(TuningError),
 }
 
-/// What comes next once a motion is explained as well as it can be.
+/// The next step once a motion is explained as well as it can be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Then {
-    /// The servo is told.
+    /// The servo is passed on.
     Tell,
     /// Its own motion is to be predicted, as it is not known well enough.
     Predict,
@@ -79,23 +79,23 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// The part of the command that it may ask for.
     const OF_COMMAND: f64 = 0.5;
 
-    /// The least counts of a step that tell an overshoot and a rise.
+    /// Minimum counts of a step that resolve an overshoot and a rise.
     const SEEN: f64 = 40.0;
 
     /// How much larger the next step is where friction holds the servo through one.
     const GROWTH: f64 = 4.0;
 
-    /// What is left unexplained of the position where the model lacks something, counts.
+    /// Unexplained position where the model lacks something, counts.
     const UNEXPLAINED: f64 = 1.0;
 
-    /// What is left of it where the model lacks nothing, counts: twice the encoder's rounding.
+    /// Unexplained position where the model lacks nothing, counts: twice the encoder's rounding.
     const EXPLAINED: f64 = 0.6;
 
     /// The part of what is unexplained that an effect explains which is named for it.
     const NAMED: f64 = 0.8;
 
     /// The largest dead band, over what the gains answer the step with: while the integral passes from one
-    /// side of it to the other, the loop goes on by about so much of the step.
+    /// side of it to the other, the loop overshoots by about this part of the step.
     const MOST_DEAD_BAND: f64 = 0.02;
 
     /// How often the second motion is done before there is too little evidence.
@@ -288,10 +288,10 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
 
     fn tell(&self, answer: impl Fn(Identified<N>) -> Decision<N>) -> Option<Decision<N>> {
         let servo = self.servo.as_ref()?;
-        Some(answer(Identified::of(servo, &self.settings)))
+        Some(answer(Identified::new(servo, &self.settings)))
     }
 
-    /// Whether two motions have told enough of a servo to tune for it.
+    /// True if two motions determine a servo well enough to tune for it.
     fn is_known(&self, servo: &IdentifiedServo) -> bool {
         servo.standard_error(IdentifiedServo::B) <= Self::KNOWN_GAIN * servo.parameters.b
     }
@@ -345,7 +345,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             return self.fail(suspect.reason);
         }
         let servo = self.servo?;
-        Some(match Candidate::of(&tuning, &servo, &self.settings) {
+        Some(match Candidate::new(&tuning, &servo, &self.settings) {
             Ok(candidate) => Decision::Tuned(candidate),
             Err(_) => Decision::Failed(Reason::NoGains),
         })
@@ -396,7 +396,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     }
 }
 
-/// Whether a servo that was identified is not the one that moved.
+/// True if a servo that was identified is not the one that moved.
 fn is_refuted(prediction: &Prediction) -> bool {
     /// The part of the motion's range that a model may lack: what it is tuned for bears more.
     const SHARE: f64 = 0.005;

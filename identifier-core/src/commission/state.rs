@@ -7,8 +7,8 @@ use super::{
 use crate::control::ControlSample;
 use crate::measurement::velocity::LowPassState;
 use crate::number::Number;
-use crate::plausibility::PlausibilityState;
 use crate::tuning::{Tuning, TuningError};
+use crate::watch::ServoWatchState;
 
 /// A commissioning under way. Positions in counts from where it began.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,7 +24,7 @@ pub struct CommissionState<N: Number> {
     /// The command that acts, and the one that held the servo before anything was done.
     pub(super) command: N,
     pub(super) held: N,
-    pub(super) watch: PlausibilityState<N>,
+    pub(super) watch: ServoWatchState<N>,
     recorder: MotionRecorder<N>,
     block: Option<MotionBlock<N>>,
     recording: Recording,
@@ -38,7 +38,7 @@ pub struct CommissionState<N: Number> {
     pub(super) suspect: Option<Reason>,
 }
 
-/// What moves or holds the servo.
+/// The activity that moves or holds the servo.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Activity<N: Number> {
     Free,
@@ -58,22 +58,22 @@ impl<N: Number> Activity<N> {
 }
 
 impl<N: Number> Activity<N> {
-    /// Whether the command that acts must move the servo.
+    /// True if the command that acts must move the servo.
     pub(super) fn must_move(&self) -> bool {
         matches!(self, Self::Wiggling(wiggle) if wiggle.is_swinging())
     }
 }
 
-/// What follows while the servo is held, as the study answers.
+/// The next step while the servo is held, by the solver's decision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Next {
-    /// Nothing before the study answers.
+    /// Nothing before the solver answers.
     Decision,
     /// Gains for what is known now hold it; then the next motion, the second `again` or not.
     Hold { again: bool },
     /// The next motion once it is at rest.
     MotionRecord { again: bool },
-    /// The next motion after so many samples of its record.
+    /// The next motion after this many samples of its record.
     Lead(u32),
     /// Gains are looked for.
     Tune,
@@ -83,14 +83,14 @@ pub(super) enum Next {
     End(Reason),
 }
 
-/// What of a record was told to the study.
+/// Progress of a record on its way to the solver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Recording {
     None,
     /// It begins in this sample.
     Begins,
     Going,
-    /// Its end is to be told.
+    /// Its end is to be reported.
     Ends,
 }
 
@@ -99,7 +99,7 @@ impl<N: Number> CommissionState<N> {
         count: i32,
         command: N,
         activity: Activity<N>,
-        watch: PlausibilityState<N>,
+        watch: ServoWatchState<N>,
         recorder: MotionRecorder<N>,
     ) -> Self {
         Self {
@@ -162,7 +162,7 @@ impl<N: Number> CommissionState<N> {
         self.tuning_error.as_ref()
     }
 
-    /// What was measured in the trial, as far as it went.
+    /// The measurements of the trial, as far as it went.
     #[must_use]
     pub fn trial(&self) -> Option<&TrialResult> {
         self.trial.as_ref()
@@ -173,7 +173,7 @@ impl<N: Number> CommissionState<N> {
         self.count = count;
     }
 
-    /// The last sample of the controller that holds the servo, for one that goes on from there; none where
+    /// The last sample of the controller that holds the servo, for one that takes over from there; none where
     /// none acts.
     #[must_use]
     pub fn last_sample(&self) -> Option<ControlSample<N>> {
@@ -215,7 +215,7 @@ impl<N: Number> CommissionState<N> {
         }
     }
 
-    /// What the study is to be told in this sample.
+    /// The event for the solver in this sample.
     pub(super) fn finding(&mut self) -> Option<RecordEvent<N>> {
         match self.recording {
             Recording::None => None,

@@ -15,27 +15,27 @@ pub struct SynchronousCommission<N: Number, const W: usize = 256> {
     study: CommissionSolver<N, W>,
     held: Option<N>,
     state: Option<CommissionState<N>>,
-    /// Whether the gains were told.
+    /// True if the gains were reported.
     is_tuned: bool,
 }
 
-/// What a commissioning did in a sample.
+/// Result of a sample of a commissioning.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CommissionReading {
-    /// The command that acts until the next sample, command units; none: the servo is let go.
+    /// The command that acts until the next sample, command units; none: the stage is disabled.
     pub command: Option<f64>,
     /// Where it stands.
     pub phase: Phase,
     /// Why it ended without new gains, if it did.
     pub reason: Option<Reason>,
-    /// The servo, if the study has come to know it better in this sample.
+    /// The servo, if the solver has come to know it better in this sample.
     pub servo: Option<IdentifiedServo>,
-    /// The gains, if they were found and not told before.
+    /// The gains, if they were found and not reported before.
     pub tuning: Option<Tuning>,
     /// Where a controller wants the servo, counts from where it began; none where none acts.
     pub setpoint: Option<f64>,
-    /// What the trial has measured, once the commissioning has ended.
+    /// The measurements of the trial, once the commissioning has ended.
     pub trial: Option<TrialResult>,
 }
 

@@ -25,7 +25,7 @@ pub(super) struct Trial<N> {
     excursion: N,
 }
 
-/// What is promised, samples and counts, tolerances included.
+/// The promise, in samples and counts, tolerances included.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Promised<N> {
     rise: [f64; 2],
@@ -45,7 +45,7 @@ enum Stage {
     Recovering,
 }
 
-/// What was measured in a trial, SI.
+/// Measurements of a trial, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TrialResult {
@@ -65,7 +65,7 @@ impl<N: Number> Trial<N> {
     /// The part by which the rise time may differ from the promise.
     pub(super) const RISE: f64 = 0.15;
 
-    /// What may be added to the overshoot, as a part of the step.
+    /// Tolerance of the overshoot, as a part of the step.
     pub(super) const OVERSHOOT: f64 = 0.03;
 
     /// The factor by which a disturbance may move the servo further than promised.
@@ -210,7 +210,7 @@ impl<N: Number> Trial<N> {
         }
     }
 
-    /// What was measured so far.
+    /// The measurements so far.
     pub(super) fn result(&self, units: &Units) -> TrialResult {
         TrialResult {
             step: self.step.to_f64() * units.position_unit(),
@@ -236,7 +236,7 @@ mod tests {
     /// Rad per rad/s².
     const COMPLIANCE: f64 = 1e-4;
 
-    /// What a system of first order promises: a rise of τ ln 9, no overshoot.
+    /// The promise of a first-order system: a rise of τ ln 9, no overshoot.
     fn promised() -> Tuning {
         Tuning {
             kp: 1.0,

@@ -1,7 +1,7 @@
 //! The loop of a design, sample by sample: the controller that will run, the exact servo with friction and
 //! delay, the encoder.
 //!
-//! What holds the load is left out on both sides: a command stands for what goes beyond it.
+//! The holding command is left out on both sides: a command stands for what goes beyond it.
 
 use super::placement::Design;
 use super::possible_servos::PossibleServo;
@@ -12,7 +12,7 @@ use crate::measurement::velocity::{LowPass, LowPassState};
 use crate::model::{FrictionStep, Response, ZeroOrderHoldStep};
 use crate::units::Units;
 
-/// What a loop is put to.
+/// The test signal of a loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Trial {
     /// The step of the reference in the first sample, rad.
@@ -56,7 +56,7 @@ struct Part {
     response: Response<f64>,
 }
 
-/// What is seen in a sample.
+/// A sample of the predicted loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Seen {
     /// As the encoder shows it, rad.

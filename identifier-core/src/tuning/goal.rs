@@ -1,6 +1,6 @@
 use core::fmt;
 
-/// What is asked of a loop: one knob.
+/// The goal of a tuning: one knob.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -13,7 +13,7 @@ pub enum Goal {
     Stiffest,
 }
 
-/// What keeps a loop from being faster.
+/// The limit that keeps a loop from being faster.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

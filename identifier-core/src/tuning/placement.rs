@@ -1,4 +1,4 @@
-//! Gains from a bandwidth, by pole placement, and what of it can be told without the loop's response.
+//! Gains from a bandwidth, by pole placement, and the conditions that need no frequency response.
 //!
 //! The characteristic polynomial of the loop in continuous time is
 //! s³ + (a + b k_d) s² + b k_p s + b k_i. A double pole at −ω and a real pole at −p ask for
@@ -24,7 +24,7 @@ pub(super) struct Design {
     pub(super) kd: f64,
     pub(super) ki: f64,
     pub(super) cutoff: f64,
-    /// Whether the cut-off is lower than it would be without the encoder's noise.
+    /// True if the cut-off is lower than it would be without the encoder's noise.
     pub(super) smoothed: bool,
     /// Standard deviation of the command from the encoder's rounding, command units.
     pub(super) noise: f64,
@@ -114,7 +114,7 @@ impl Placement {
         design
     }
 
-    /// What forbids a design, if anything does that is seen without the loop's response.
+    /// The cap that forbids a design, as far as no frequency response is needed.
     pub(super) fn forbids(&self, design: &Design) -> Option<Cap> {
         let TuningSettings {
             sample_time,

@@ -106,7 +106,7 @@ impl PossibleServo {
 /// The lower Cholesky factor of the covariance of [a, b, τ]; what is known without error has zeros. None if
 /// it is no covariance.
 fn cholesky(covariance: &[[f64; 5]; 5]) -> Option<[[f64; 3]; 3]> {
-    /// What rounding may leave of a variance that is zero, relative to its sum.
+    /// Rounding error of a variance that is zero, relative to its sum.
     const ROUNDING: f64 = 1e-9;
     const PLACES: [usize; 3] = [
         IdentifiedServo::A,

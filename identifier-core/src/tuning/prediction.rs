@@ -1,4 +1,4 @@
-//! What a design will do: its step with the identified servo, how far a load moves it, and how far the
+//! Behaviour of a design: its step with the identified servo, how far a load moves it, and how far the
 //! servos that it may be as well overshoot.
 
 use super::closed_loop::{ClosedLoop, Trial};
@@ -7,7 +7,7 @@ use super::placement::Design;
 use super::possible_servos::PossibleServos;
 use super::{Promise, StepMeasure, TuningError, TuningSettings};
 
-/// What a prediction needs to know.
+/// Inputs of a prediction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Scene {
     pub(super) servos: PossibleServos,
@@ -24,12 +24,12 @@ pub(super) struct Prediction {
     measure: StepMeasure<f64>,
     /// The farthest from where it was, rad.
     farthest: f64,
-    /// Whether what is being predicted has been seen.
+    /// True if the predicted quantity has been reached.
     seen: bool,
     promise: Promise,
 }
 
-/// What is being predicted.
+/// The predicted quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Stage {
     /// The step of the identified servo.
@@ -169,7 +169,7 @@ impl Prediction {
         None
     }
 
-    /// Whether what is being predicted has been seen.
+    /// True if the predicted quantity has been reached.
     fn ends(&self, position: f64) -> bool {
         /// The part of the way back from the farthest position after which that was the farthest.
         const BACK: f64 = 0.25;

@@ -14,13 +14,13 @@ pub struct Tuning {
     pub cutoff: f64,
     /// ω of the double pole, rad/s.
     pub bandwidth: f64,
-    /// What keeps it from being faster; none where it is as fast as was asked for.
+    /// The cap that keeps it from being faster; none where it is as fast as was asked for.
     pub cap: Option<Cap>,
-    /// What it promises.
+    /// Its promise.
     pub promise: Promise,
 }
 
-/// What a loop will do, for the identified servo, and at worst for those that it may be as well.
+/// Predicted behaviour of a loop, for the identified servo and the worst within its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Promise {

@@ -6,7 +6,7 @@ use super::prediction::{Scene, samples};
 use super::search::Judge;
 use super::{StepMeasure, TuningError};
 
-/// A search for a bandwidth, by predicted steps. Whether it keeps anything is not asked here.
+/// A search for a bandwidth, by predicted steps. Margins are not checked here.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ByTime {
     /// The rise time that is asked for, s.

@@ -4,7 +4,7 @@ use super::{Cap, Goal};
 use crate::error::{Allowed, OutOfRange};
 use crate::units::Units;
 
-/// What a loop is tuned for, SI.
+/// Settings of a tuning, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TuningSettings {
     /// Sample time, s.
@@ -17,7 +17,7 @@ pub struct TuningSettings {
     pub command: f64,
     /// From the reading of the encoder to the change of the output, s, beyond what was identified.
     pub command_delay: f64,
-    /// What is asked for.
+    /// The goal.
     pub goal: Goal,
     /// The largest sensitivity Mₛ.
     pub max_sensitivity: f64,
@@ -106,13 +106,13 @@ impl TuningSettings {
 pub enum TuningError {
     /// A setting out of its range, by name.
     OutOfRange(OutOfRange),
-    /// What was asked for is more than the servo bears.
+    /// The goal is beyond the margins of the servo.
     TooFast {
         /// The bandwidth asked for, rad/s.
         bandwidth: f64,
         /// The largest that would do, rad/s.
         most: f64,
-        /// What keeps it there.
+        /// The cap that keeps it there.
         cap: Cap,
     },
     /// Nothing was identified well enough to tune for: b may be zero, or no loop keeps the margins for all

@@ -93,7 +93,7 @@ impl<N: Number> StepMeasure<N> {
         (self.peak.to_f64() / self.step.to_f64() - 1.0).max(0.0)
     }
 
-    /// Whether it was ever beyond a position.
+    /// True if it was ever beyond a position.
     #[must_use]
     pub fn is_beyond(&self, position: N) -> bool {
         self.peak > position

@@ -81,7 +81,7 @@ impl<N: Number> Comparison<N> {
         false
     }
 
-    /// What would be left of the sum of squared errors if all went with the unknowns as it begins to.
+    /// Sum of squared errors predicted for the minimum of the linearisation.
     pub(super) fn promises(&self) -> f64 {
         let explained = self.equations.explained_by(&[true; ALL]);
         (self.equations.cost() - explained).to_f64()

@@ -2,7 +2,7 @@ use super::super::Reason;
 use super::scales::Scales;
 use core::f64::consts::TAU;
 
-/// What a servo may have beside a, b, c, d and a delay. Its sizes are fitted, in counts, samples and
+/// An effect of a servo beside a, b, c, d and a delay. Its sizes are fitted, in counts, samples and
 /// command units.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Effect {
@@ -125,7 +125,7 @@ impl Effect {
         }
     }
 
-    /// Whether there is as much of it as to be what it is called. With hardly any mass behind the spring, all
+    /// True if there is as much of it as to be what it is called. With hardly any mass behind the spring, all
     /// that a fit gains is that the servo need not stand at first.
     pub(super) fn is_material(self, sizes: &Sizes) -> bool {
         const RATIO: f64 = 0.03;

@@ -2,7 +2,7 @@ use super::effect::{Effect, SIZES};
 use super::{ALL, UNKNOWNS};
 use crate::number::Number;
 
-/// What an effect of some sizes does in a model. Counts, samples and command units.
+/// An effect of given sizes in a model. Counts, samples and command units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct EffectModel<N> {
     effect: Effect,
@@ -11,7 +11,7 @@ pub(super) struct EffectModel<N> {
     resolution: N,
 }
 
-/// What it remembers: the place in the play, or swing and its rate.
+/// State of an effect: the place in the play, or deflection and its rate.
 pub(super) type Memory<N> = [N; 2];
 
 impl<N: Number> EffectModel<N> {
@@ -27,7 +27,7 @@ impl<N: Number> EffectModel<N> {
         }
     }
 
-    /// What is left of a command.
+    /// Part of a command that acts.
     pub(super) fn command(&self, command: N) -> N {
         if self.effect != Effect::DeadBand {
             return command;
@@ -62,7 +62,7 @@ impl<N: Number> EffectModel<N> {
         self.sizes[0] * bell * bell
     }
 
-    /// What it remembers at the beginning.
+    /// Its initial state.
     pub(super) fn memory(&self) -> Memory<N> {
         match self.effect {
             Effect::Backlash => {

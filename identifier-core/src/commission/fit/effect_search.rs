@@ -1,10 +1,12 @@
-use super::super::Reason;
+use super::super::{IdentifiedServo, Reason};
 use super::comparison::{Comparison, sizes_of};
 use super::effect::{Effect, SIZES, Sizes};
 use super::motion::MotionRecord;
 use super::pass::next_trial;
 use super::scales::Scales;
-use super::{ALL, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
+use super::servo_fit::ServoFit;
+use super::servo_fitter::ServoFitter;
+use super::{ALL, B, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
 use crate::fit::levenberg_marquardt::judge;
 use crate::linalg::NormalEquations;
 use crate::model::FrictionStep;
@@ -25,7 +27,7 @@ pub struct Diagnosis {
 /// A search for it under way: the model is fitted to the record anew, with each of the effects in turn.
 ///
 /// An effect whose size does not go evenly into the motion, as a frequency, is looked for from many first
-/// sizes: a pass from each tells how much it promises, and the fit goes on from the most promising.
+/// sizes: a pass from each predicts its gain, and the fit continues from the most promising.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EffectSearch<N> {
     resolution: N,
@@ -66,7 +68,7 @@ impl<N: Number> EffectSearch<N> {
     const ENOUGH: f64 = 1e-3;
     /// A motion is explained if the variance of the errors is below this many times the encoder's.
     const EXPLAINED: f64 = 1.5;
-    /// A dead band that explains this part of the errors, and leaves no more than so many times what the best
+    /// A dead band that explains this part of the errors, and leaves no more than this many times what the best
     /// effect leaves, may be there too.
     const DEAD_BAND: f64 = 0.8;
     const ALIKE: f64 = 3.0;
@@ -82,7 +84,7 @@ impl<N: Number> EffectSearch<N> {
         resolution: f64,
         motion: &MotionRecord<N, W>,
     ) -> Self {
-        let scales = Scales::of(motion, own[super::B]);
+        let scales = Scales::of(motion, own[B]);
         Self {
             resolution: N::from_f64(resolution),
             own_bounds: *bounds,
@@ -123,7 +125,7 @@ impl<N: Number> EffectSearch<N> {
         None
     }
 
-    /// Whether the first size is still to be chosen.
+    /// True if the first size is still to be chosen.
     fn is_choosing(&self, effect: Effect) -> bool {
         self.start < effect.starts() && effect.starts() > 1
     }
@@ -214,7 +216,7 @@ impl<N: Number> EffectSearch<N> {
         judged.was_little || self.passes >= Self::PASSES || self.best.is_none()
     }
 
-    /// Takes in what a fit with an effect has come to, and goes on to the next.
+    /// Takes the result of a fit with an effect, and continues with the next.
     fn conclude(&mut self, effect: Effect, pieces: usize) {
         let mut explained = false;
         if let Some(best) = self.best.take() {
@@ -269,4 +271,47 @@ fn joined<N: Number>(own: &[N; UNKNOWNS], sizes: &Sizes) -> [N; ALL] {
         None => own[i],
         Some(size) => N::from_f64(sizes[size]),
     })
+}
+
+impl<N: Number> ServoFitter<N> {
+    /// Begins to look for what the model of a servo lacks of a motion.
+    #[must_use]
+    pub fn begin_diagnosis<const W: usize>(
+        &self,
+        servo: &IdentifiedServo,
+        motion: &MotionRecord<N, W>,
+    ) -> EffectSearch<N> {
+        self.diagnosing(&self.unknowns(servo), motion)
+    }
+
+    /// The same where a fit has not come to a servo; none where it had nothing to begin with.
+    #[must_use]
+    pub fn begin_diagnosis_of<const W: usize>(
+        &self,
+        fit: &ServoFit<N>,
+        motion: &MotionRecord<N, W>,
+    ) -> Option<EffectSearch<N>> {
+        // Where the fit went to may be far away.
+        let first = fit.first();
+        (first[B] > N::ZERO).then(|| self.diagnosing(first, motion))
+    }
+
+    /// Continues by a piece of the record, or by the work between two passes. Returns once it has ended,
+    /// with nothing if no effect explains anything.
+    pub fn diagnose<const W: usize>(
+        &self,
+        diagnosing: &mut EffectSearch<N>,
+        motion: &MotionRecord<N, W>,
+    ) -> Option<Option<Diagnosis>> {
+        diagnosing.goes_on(&self.step, motion)
+    }
+
+    fn diagnosing<const W: usize>(
+        &self,
+        own: &[N; UNKNOWNS],
+        motion: &MotionRecord<N, W>,
+    ) -> EffectSearch<N> {
+        let bounds = self.bounds(motion, self.speed_at_first(motion, true));
+        EffectSearch::new(own, &bounds, self.resolution(), motion)
+    }
 }

@@ -5,9 +5,9 @@ use crate::number::Number;
 /// Where a delayed command is in the record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Inputs<N> {
-    /// What acts now: a piece of the record, or before it the command with which it begins.
+    /// The acting input: a piece of the record, or before it the command with which it begins.
     piece: Piece<N>,
-    /// Samples for which it goes on.
+    /// Samples for which it still acts.
     left: N,
     next: usize,
 }
@@ -23,7 +23,7 @@ pub(super) struct Acting<N> {
     pub(super) lead: N,
     /// By how much it falls in a sample.
     pub(super) falls: N,
-    /// What acted before less what follows, where it ends.
+    /// Step of the command at its end: before less after.
     pub(super) step: N,
 }
 
@@ -43,7 +43,7 @@ impl<N: Number> Inputs<N> {
         }
     }
 
-    /// What acts next, for at most a time.
+    /// The next acting input, for at most a time.
     pub(super) fn take<const W: usize>(
         &mut self,
         motion: &MotionRecord<N, W>,
@@ -80,7 +80,7 @@ impl<N: Number> Inputs<N> {
         }
     }
 
-    /// Goes on to the next piece; what acted less what follows. The last goes on for ever.
+    /// Continues with the next piece; returns the command before less the one after. The last acts for ever.
     fn follow<const W: usize>(&mut self, motion: &MotionRecord<N, W>) -> N {
         let end = |piece: &Piece<N>| N::from_f64(6.0) * piece.lead;
         let Some(&piece) = motion.get(self.next) else {

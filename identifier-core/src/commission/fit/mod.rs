@@ -3,12 +3,11 @@
 //! The interrupt's [`MotionRecorder`] condenses samples to [`MotionBlock`]s, which end where the command
 //! changes, so that a short record drives a model as exactly as the samples would, delayed by any part of
 //! a sample; the background collects them in a [`MotionRecord`]. A [`ServoFitter`] fits a, b, c, d and the delay
-//! to it, tells how well a servo that is known predicts it, and looks for what a model lacks that does not.
+//! to it, measures how well a known servo predicts it, and looks for the effect that a failing model lacks.
 
 mod affected;
 mod block;
 mod comparison;
-mod diagnoser;
 mod effect;
 mod effect_model;
 mod effect_search;
@@ -18,7 +17,6 @@ mod motion;
 mod pass;
 mod placing;
 mod prediction;
-mod predictor;
 mod prior;
 mod recorder;
 mod scales;
@@ -33,7 +31,7 @@ pub use recorder::MotionRecorder;
 pub use servo_fit::ServoFit;
 pub use servo_fitter::{FitSettings, ServoFitter};
 
-/// What is fitted, in the order of [`IdentifiedServo`](super::IdentifiedServo)'s covariance, then position
+/// The fitted unknowns, in the order of [`IdentifiedServo`](super::IdentifiedServo)'s covariance, then position
 /// and velocity with which the record begins.
 const UNKNOWNS: usize = 7;
 const A: usize = super::IdentifiedServo::A;

@@ -83,7 +83,7 @@ impl<N: Number, const W: usize> MotionRecord<N, W> {
         self.count = kept;
     }
 
-    /// Whether no block was missing.
+    /// True if no block was missing.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         self.complete
@@ -94,7 +94,7 @@ impl<N: Number, const W: usize> MotionRecord<N, W> {
         self.count
     }
 
-    /// The mean speed over the first samples, at least so many; zero where it is within rounding.
+    /// The mean speed over at least this many first samples; zero where it is within rounding.
     pub(crate) fn speed_at_first(&self, samples: N) -> N {
         /// Counts that a servo at rest may show.
         const ROUNDING: f64 = 1.5;
@@ -113,7 +113,7 @@ impl<N: Number, const W: usize> MotionRecord<N, W> {
         }
     }
 
-    /// The pieces that take at least so many samples, or all.
+    /// The pieces that span at least this many samples, or all.
     pub(crate) fn pieces_in(&self, samples: N) -> usize {
         let mut time = N::ZERO;
         for (piece, taken) in self.pieces.iter().zip(1..=self.count) {

@@ -45,12 +45,12 @@ impl<N: Number> Placing<N> {
         }
     }
 
-    /// Whether the best has been found: a pass with it is the last.
+    /// True if the best has been found: a pass with it is the last.
     pub(super) fn is_done(&self) -> bool {
         self.explained || self.passes == Self::STARTS.len() * Self::PASSES
     }
 
-    /// Judges a pass with this position and velocity over so many pieces; returns those of the next.
+    /// Judges a pass with this position and velocity over a number of pieces; returns those of the next.
     pub(super) fn next(&mut self, pass: &Pass<N>, pieces: usize, place: [N; 2]) -> [N; 2] {
         let [position, velocity] = place;
         let left = pass.left_by_position();

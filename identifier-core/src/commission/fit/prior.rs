@@ -9,7 +9,7 @@ pub(super) fn at_first(velocity: f64) -> [(usize, f64); 2] {
     [(POSITION, 1.0), (VELOCITY, libm::sqrt(ROUNDING) / velocity)]
 }
 
-/// What is known before a fit: rows of equations for errors of the encoder's rounding.
+/// Knowledge before a fit: rows of equations for errors of the encoder's rounding.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Prior<N> {
     rows: [[N; UNKNOWNS]; UNKNOWNS],
@@ -33,7 +33,7 @@ impl<N: Number> Prior<N> {
         prior
     }
 
-    /// And a servo that is known, per unit of which there are so many of a piece: with twice its standard
+    /// And a servo that is known, in the units of a piece: with twice its standard
     /// errors, as a servo may change.
     pub(super) fn knowing(mut self, servo: &IdentifiedServo, scale: &[f64; 5]) -> Self {
         const CAUTION: f64 = 2.0;
@@ -49,7 +49,7 @@ impl<N: Number> Prior<N> {
         self
     }
 
-    /// What it adds to the equations of a pass at these unknowns.
+    /// Its contribution to the equations of a pass at these unknowns.
     pub(super) fn add_to(
         &self,
         equations: &mut NormalEquations<N, UNKNOWNS>,
@@ -65,9 +65,9 @@ impl<N: Number> Prior<N> {
     }
 }
 
-/// G⁻¹ of a covariance G Gᵀ, lower triangular. What has no variance gets no weight.
+/// G⁻¹ of a covariance G Gᵀ, lower triangular. A value without variance gets no weight.
 fn inverse_factor(covariance: &[[f64; 5]; 5]) -> [[f64; 5]; 5] {
-    /// Of a variance, what is left of it where others tell the rest.
+    /// The part of a variance below which it is explained by the others.
     const LEAST: f64 = 1e-9;
     let mut factor = [[0.0; 5]; 5];
     let mut inverse = [[0.0; 5]; 5];

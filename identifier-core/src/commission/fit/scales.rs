@@ -2,7 +2,7 @@ use super::motion::MotionRecord;
 use super::{A, B, COULOMB, DELAY, LOAD, POSITION, UNKNOWNS, VELOCITY};
 use crate::number::Number;
 
-/// What moves in a record, about: sizes and small changes are chosen by it. Counts, samples and command
+/// Typical magnitudes of a record: sizes and small changes are chosen by them. Counts, samples and command
 /// units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Scales {

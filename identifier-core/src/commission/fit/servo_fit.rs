@@ -28,7 +28,7 @@ pub struct ServoFit<N> {
     starts: u32,
     first: [N; UNKNOWNS],
     this: Option<Best<N>>,
-    /// Whether the servo has moved in the linear pass.
+    /// True if the servo has moved in the linear pass.
     moved: bool,
     over: bool,
 }
@@ -74,7 +74,7 @@ impl<N: Number> ServoFit<N> {
         Self::at(prior, bounds, stage, [N::ZERO; UNKNOWNS])
     }
 
-    /// With so many pieces first.
+    /// Starts with this many pieces.
     pub(super) fn few_first(mut self, pieces: usize) -> Self {
         self.few = pieces;
         self.taken = match self.stage {
@@ -127,7 +127,7 @@ impl<N: Number> ServoFit<N> {
         &self.first
     }
 
-    /// Whether there is no more to do.
+    /// True if there is no more to do.
     pub(super) fn is_over(&self) -> bool {
         self.over
     }
@@ -141,7 +141,7 @@ impl<N: Number> ServoFit<N> {
         self.over = self.ends(step, motion);
     }
 
-    /// Whether one of the unknowns that explain the motion best is as large as it may be.
+    /// True if one of the unknowns that explain the motion best is as large as it may be.
     pub(super) fn is_at_upper_bound(&self, best: &Best<N>) -> bool {
         let [_, high] = &self.bounds;
         [A, DELAY].into_iter().any(|i| best.unknowns[i] >= high[i])

@@ -8,7 +8,7 @@ use crate::model::{FrictionStep, ZeroOrderHoldStep};
 use crate::number::Number;
 use crate::parameters::ServoParameters;
 
-/// What a fitter is made from, SI.
+/// Settings of a fitter, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FitSettings {
     /// Sample time, s.
@@ -108,7 +108,7 @@ impl<N: Number> ServoFitter<N> {
     }
 
     /// The standard deviation of the speed with which a record begins, counts per sample: of a servo that
-    /// stood, or of one that careful gains hold, which hunts by a count. What is let go may begin to move.
+    /// stood, or of one that conservative gains hold, which hunts by a count. A released servo may begin to move.
     pub(super) fn speed_at_first<const W: usize>(
         &self,
         motion: &MotionRecord<N, W>,
@@ -181,7 +181,7 @@ impl<N: Number> ServoFitter<N> {
     ) -> Result<IdentifiedServo, Reason> {
         /// The largest relative standard error of b with which there is a servo at all.
         const UNCERTAIN: f64 = 0.2;
-        /// The largest correlation from piece to piece that can be told from one.
+        /// The largest correlation from piece to piece that can be distinguished from one.
         const MOST_CORRELATED: f64 = 0.95;
         let best = fit.best().ok_or(Reason::TooLittleEvidence)?;
         if fit.is_at_upper_bound(best) {

@@ -10,7 +10,7 @@ use crate::number::Number;
 /// Counts that a servo that moves cannot have missed.
 const MISSED: f64 = 2.5;
 
-/// The wiggle, in the sample interrupt: it takes the encoder's increment and gives a command.
+/// The probing motion, in the sample interrupt: it takes the encoder's increment and gives a command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Probing<N> {
     pub(super) plan: Plan<N>,
@@ -19,7 +19,7 @@ pub struct Probing<N> {
     settings: ProbingSettings,
 }
 
-/// What a wiggle does in a sample.
+/// Outputs of a probing motion in a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProbingStep<N> {
     /// The command until the next sample.
@@ -28,7 +28,7 @@ pub struct ProbingStep<N> {
     pub progress: ProbingProgress,
 }
 
-/// Where a wiggle stands.
+/// Where a probing motion stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ProbingProgress {
     /// It moves the servo.
@@ -61,7 +61,7 @@ impl<N: Number> Probing<N> {
         })
     }
 
-    /// What the first motion can reach at most.
+    /// Bounds of the first motion.
     #[must_use]
     pub fn largest_motion(&self) -> LargestMotion {
         let limits = &self.settings.limits;
@@ -149,7 +149,7 @@ impl<N: Number> Probing<N> {
         }
     }
 
-    /// What is learnt from a sample.
+    /// Learns from a sample.
     fn learn(&self, state: &mut ProbingState<N>, increment: N, acted: N) {
         let plan = &self.plan;
         let servo = state.servo;
@@ -195,7 +195,7 @@ impl<N: Number> Probing<N> {
         }
     }
 
-    /// What was given and is no longer kept.
+    /// The limit that is exceeded, if any.
     fn left(&self, state: &ProbingState<N>) -> Option<Reason> {
         let [low, high] = self.plan.travel;
         if state.position < low || state.position > high {

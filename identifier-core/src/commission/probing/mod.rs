@@ -4,7 +4,7 @@
 //! **Ramp.** From the command that holds it, or none, the command grows: exponentially at first, then by at
 //! most 2 % of the limit a millisecond, until the encoder has moved by a few counts. A command that grows
 //! evenly moves a servo as the cube of time since it broke away, q = b u̇ t³/6; where it was at the first
-//! count and where it is now give b, and d − c with it. A servo that its load moves as it is let go is
+//! count and where it is now give b, and d − c with it. A servo that its load moves as it is released is
 //! caught first: the command grows against the motion, the faster the sooner travel or speed would be used
 //! up; where it turns, w t + b ∫u = 0 and w t²/2 + b ∬u = q give b and w = d ∓ c.
 //!
@@ -21,7 +21,7 @@
 //!
 //! On an axis that may only move one way the pushes follow each other in that direction, the servo is
 //! braked to a fifth of the speed between them, and at the end gently to rest, where friction holds it; d and
-//! c cannot then be told apart.
+//! c cannot then be distinguished.
 //!
 //! A fifth of the travel and a quarter of the speed are kept in reserve.
 

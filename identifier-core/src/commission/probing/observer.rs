@@ -11,7 +11,7 @@ pub(super) struct Observer<N> {
     gains: [N; 3],
 }
 
-/// What it knows, counts and samples.
+/// State of the observer, counts and samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Observed<N> {
     error: N,

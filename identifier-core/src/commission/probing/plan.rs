@@ -4,13 +4,13 @@ use crate::number::Number;
 /// Commands that may be under way.
 pub(super) const COMMANDS: usize = 16;
 
-/// What is planned before anything moves, counts and samples.
+/// The plan before anything moves, counts and samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Plan<N> {
-    /// What was given, and counts that rounding adds.
+    /// The travel that is allowed, and counts that rounding adds.
     pub(super) travel: [N; 2],
     pub(super) command: [N; 2],
-    /// What is used of it.
+    /// The part of it that is used.
     pub(super) usable: [N; 2],
     pub(super) usable_speed: N,
     /// From a decision to where it can act at the latest.
@@ -30,7 +30,7 @@ pub(super) struct Plan<N> {
     pub(super) swing: N,
     /// Speed over acceleration for such a swing.
     pub(super) swing_speed: N,
-    /// The shortest swing that tells enough, counts.
+    /// The shortest informative half-cycle, counts.
     pub(super) least_swing: N,
     /// Samples without an edge after which a servo that should be slow stands.
     pub(super) standing: u32,
@@ -47,7 +47,7 @@ pub(super) struct Plan<N> {
     pub(super) hold: [N; 2],
     /// Viscous friction that is usual, 1/sample.
     pub(super) usual_viscous: N,
-    /// What the crude model is off, counts.
+    /// Error of the rough model, counts.
     pub(super) off: N,
     /// Samples after which braking should show.
     pub(super) reaction: u32,

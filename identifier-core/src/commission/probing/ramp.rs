@@ -4,10 +4,10 @@ use super::state::{Fall, FirstCount, ProbingState, Stage};
 use crate::commission::Reason;
 use crate::number::Number;
 
-/// The shortest fall, counts, that tells something.
+/// The shortest informative fall, counts.
 const LEAST_FALL: f64 = 3.0;
 
-/// What is known first of a servo: b, and its acceleration without a command in one direction.
+/// The first knowledge of a servo: b, and its acceleration without a command in one direction.
 struct Guess<N> {
     gain: N,
     without: N,
@@ -143,7 +143,7 @@ impl<N: Number> Probing<N> {
         N::from_f64(4.0) * growth * plan.first_step * plan.per_growth + growth * state.ramp
     }
 
-    /// Whether enough samples have passed since the first count to tell when the servo began to move, or so
+    /// True if enough samples have passed since the first count to tell when the servo began to move, or so
     /// much travel that there is no waiting.
     fn is_timed(&self, state: &ProbingState<N>, moved: N) -> bool {
         /// Samples.

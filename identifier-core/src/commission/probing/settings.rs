@@ -1,13 +1,13 @@
 use super::super::{CommissionError, Limits};
 
-/// What a wiggle is made from, SI.
+/// Settings of a probing motion, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProbingSettings {
     /// Sample time, s.
     pub sample_time: f64,
     /// Position of a count, rad.
     pub resolution: f64,
-    /// What it may do with the axis.
+    /// Limits of the axis.
     pub limits: Limits,
     /// The largest b that the servo may have, rad/s² per command unit, if that is known.
     pub max_gain: Option<f64>,

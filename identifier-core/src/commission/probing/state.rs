@@ -20,20 +20,20 @@ pub struct ProbingState<N> {
     pub(super) extreme: N,
     /// The direction of the last count.
     pub(super) way: N,
-    /// Whether the encoder shows that it stands.
+    /// True if the encoder shows that it stands.
     pub(super) stands: bool,
     /// How far the ramp is from where it began.
     pub(super) ramp: N,
     /// Where it last stood.
     pub(super) origin: N,
-    /// What moved it since, and how far that went.
+    /// Commands and displacement since then.
     pub(super) fall: Fall<N>,
     /// Where and when the first count was passed.
     pub(super) first_count: Option<FirstCount<N>>,
     pub(super) servo: RoughModel<N>,
     /// b as it was first known.
     pub(super) guessed: N,
-    /// What the command can do with that.
+    /// The acceleration that the command limit gives with it.
     pub(super) guessed_limit: N,
     pub(super) observed: Observed<N>,
     pub(super) gathered: Gathered<N>,
@@ -41,9 +41,9 @@ pub struct ProbingState<N> {
     pub(super) newest: usize,
     /// Samples since the encoder last moved.
     pub(super) still: u32,
-    /// What is pushed beyond what should do.
+    /// Command added beyond the predicted one.
     pub(super) extra: N,
-    /// Whether the servo was known before the motion.
+    /// True if the servo was known before the motion.
     pub(super) known_before: bool,
     /// Acceleration and amplitude of the present swing.
     pub(super) acceleration: N,
@@ -54,14 +54,14 @@ pub struct ProbingState<N> {
     pub(super) blocked: Option<N>,
     /// Reversals at the low and at the high end.
     pub(super) reversals: [u32; 2],
-    /// Whether the servo is known anew since evidence was judged.
+    /// True if the servo is known anew since evidence was judged.
     pub(super) is_new: bool,
     pub(super) evidence: Option<u32>,
     pub(super) held_at: N,
     pub(super) stage_since: u32,
 }
 
-/// What is done now.
+/// Stages of the probing motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Stage {
     /// The command grows until the servo moves.
@@ -199,7 +199,7 @@ impl<N: Number> ProbingState<N> {
         self.evidence
     }
 
-    /// Whether it accelerates or brakes a servo whose friction is known.
+    /// True if it accelerates or brakes a servo whose friction is known.
     pub(in crate::commission) fn is_swinging(&self) -> bool {
         self.servo.is_known() && matches!(self.stage, Stage::Push | Stage::Brake)
     }
@@ -215,7 +215,7 @@ impl<N: Number> ProbingState<N> {
         N::from_f64(0.02) * self.guessed_limit
     }
 
-    /// Whether a servo that is braked has come to its furthest place: it comes back, or stands.
+    /// True if a servo that is braked has come to its furthest place: it comes back, or stands.
     pub(super) fn has_turned(&self) -> bool {
         self.stands || self.direction * (self.position - self.extreme) < N::ZERO
     }
@@ -231,7 +231,7 @@ impl<N: Number> ProbingState<N> {
         self.commands[self.newest] = command;
     }
 
-    /// The command that was given so many samples before the last.
+    /// The command that was given a number of samples before the last.
     pub(super) fn given(&self, before: usize) -> N {
         let length = self.commands.len();
         self.commands[(self.newest + length - before) % length]

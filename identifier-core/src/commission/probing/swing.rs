@@ -126,7 +126,7 @@ impl<N: Number> Probing<N> {
         self.braking(state, state.direction)
     }
 
-    /// Whether a servo that may not turn is slow enough for the next push.
+    /// True if a servo that may not turn is slow enough for the next push.
     fn is_slow(&self, state: &ProbingState<N>) -> bool {
         let slow = N::from_f64(0.2) * state.acceleration * self.plan.swing_speed;
         state.direction * state.observed.velocity < slow
@@ -194,7 +194,7 @@ impl<N: Number> Probing<N> {
         state.enter(Stage::Push);
     }
 
-    /// Whether the servo is known well enough: it has turned twice at either end, and the acceleration of a
+    /// True if the servo is known well enough: it has turned twice at either end, and the acceleration of a
     /// swing is predicted well in both directions.
     pub(super) fn has_evidence(&self, state: &ProbingState<N>) -> bool {
         /// The largest standard error of an acceleration, over it.
@@ -205,7 +205,7 @@ impl<N: Number> Probing<N> {
             return false;
         }
         if state.known_before && state.samples >= self.plan.later {
-            // Whether it told enough is judged by the fit, or it is there to be predicted.
+            // True if it told enough is judged by the fit, or it is there to be predicted.
             return true;
         }
         let speed = state.acceleration * self.plan.swing_speed * N::from_f64(0.5);

@@ -1,12 +1,12 @@
-//! Whether a reading of the encoder can be one.
+//! Detection of readings that the encoder cannot have.
 
-use super::PlausibilitySettings;
-use super::model::Model;
+use super::WatchSettings;
+use super::known_servo::Model;
 use crate::number::Number;
 use crate::reason::Reason;
 use crate::units::Units;
 
-/// What readings stay within.
+/// Bounds of readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Readings<N> {
     /// Counts that no sample may have.
@@ -26,20 +26,20 @@ pub(super) struct ReadingsState<N> {
 
 impl<N: Number> Readings<N> {
     /// The longest time without a reading, s.
-    const LONGEST_GAP: f64 = 1e-3;
+    const MAX_GAP: f64 = 1e-3;
     /// The fewest samples without a reading that are too many.
-    const FEWEST: f64 = 2.0;
+    const MIN_MISSING: f64 = 2.0;
     /// How far beyond the speed that is allowed a reading must be to be none.
-    const BEYOND: f64 = 2.0;
+    const SPEED_MARGIN: f64 = 2.0;
     /// Counts that rounding and noise may add.
     const ROUNDING: f64 = 4.0;
 
-    pub(super) fn new(settings: &PlausibilitySettings, units: &Units) -> Self {
-        let farthest = Self::BEYOND * settings.speed * units.velocity() + Self::ROUNDING;
-        let samples = libm::round(Self::LONGEST_GAP / units.sample_time());
+    pub(super) fn new(settings: &WatchSettings, units: &Units) -> Self {
+        let farthest = Self::SPEED_MARGIN * settings.speed * units.velocity() + Self::ROUNDING;
+        let samples = libm::round(Self::MAX_GAP / units.sample_time());
         Self {
             farthest: N::from_f64(farthest.min(N::REACH.to_f64())),
-            lost_after: samples.max(Self::FEWEST) as i32,
+            lost_after: samples.max(Self::MIN_MISSING) as i32,
         }
     }
 
@@ -55,7 +55,7 @@ impl<N: Number> Readings<N> {
     pub(super) fn change_of(model: &Model) -> N {
         /// Standard deviations that noise stays within.
         const DEVIATIONS: f64 = 8.0;
-        let change = Self::BEYOND * model.most_acceleration
+        let change = Self::SPEED_MARGIN * model.most_acceleration
             + Self::ROUNDING
             + DEVIATIONS * model.unexplained;
         N::from_f64(change)
@@ -67,8 +67,8 @@ impl<N: Number> Readings<N> {
 
     /// The smallest jump that is seen for certain, counts.
     pub(super) fn smallest_jump(&self, state: &ReadingsState<N>) -> f64 {
-        let by_speed = self.farthest.to_f64() * (1.0 + 1.0 / Self::BEYOND);
-        by_speed.min(state.change.to_f64() * (1.0 + 1.0 / Self::BEYOND))
+        let by_speed = self.farthest.to_f64() * (1.0 + 1.0 / Self::SPEED_MARGIN);
+        by_speed.min(state.change.to_f64() * (1.0 + 1.0 / Self::SPEED_MARGIN))
     }
 
     pub(super) fn process(

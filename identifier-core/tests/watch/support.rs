@@ -2,8 +2,8 @@
 
 use identifier_core::commission::{IdentifiedServo, Reason};
 use identifier_core::parameters::ServoParameters;
-use identifier_core::plausibility::{
-    Detection, KnownServo, Observation, Plausibility, PlausibilitySettings, PlausibilityState,
+use identifier_core::watch::{
+    DetectionTimes, KnownServo, Observation, ServoWatch, ServoWatchState, WatchSettings,
 };
 use std::f64::consts::TAU;
 use virtual_servo::faults::{Faults, InjectedFault};
@@ -76,8 +76,8 @@ impl Axis {
         }
     }
 
-    pub(crate) fn settings(&self) -> PlausibilitySettings {
-        PlausibilitySettings {
+    pub(crate) fn settings(&self) -> WatchSettings {
+        WatchSettings {
             sample_time: self.sample_time,
             resolution: self.units(),
             travel: [f64::NEG_INFINITY, f64::INFINITY],
@@ -108,7 +108,7 @@ pub(crate) struct Run<'f> {
     pub(crate) axis: Axis,
     pub(crate) drive: Drive,
     pub(crate) knowledge: Knowledge,
-    pub(crate) settings: PlausibilitySettings,
+    pub(crate) settings: WatchSettings,
     pub(crate) faults: &'f [InjectedFault],
     /// S.
     pub(crate) duration: f64,
@@ -137,12 +137,12 @@ impl<'f> Run<'f> {
         }
     }
 
-    pub(crate) fn detection(&self) -> Detection {
-        let watch = Plausibility::<f32>::new(&self.settings).expect("allowed");
+    pub(crate) fn detection(&self) -> DetectionTimes {
+        let watch = ServoWatch::<f32>::new(&self.settings).expect("allowed");
         watch.detection_times(&self.begin(&watch))
     }
 
-    fn begin(&self, watch: &Plausibility<f32>) -> PlausibilityState<f32> {
+    fn begin(&self, watch: &ServoWatch<f32>) -> ServoWatchState<f32> {
         let mut state = watch.start();
         if let Knowledge::Model(factors) = self.knowledge {
             let servo = self.axis.identified(factors);
@@ -159,7 +159,7 @@ impl<'f> Run<'f> {
             counts_per_rev,
             ..
         } = self.axis;
-        let watch = Plausibility::<f32>::new(&self.settings).expect("allowed");
+        let watch = ServoWatch::<f32>::new(&self.settings).expect("allowed");
         let mut state = self.begin(&watch);
         let effects = Effects {
             delay: self.axis.delay * sample_time,

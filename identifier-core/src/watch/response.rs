@@ -1,4 +1,4 @@
-//! Whether the motion is what the command makes.
+//! Comparison of the motion with the command's effect.
 //!
 //! Two questions are put to each [`Block`] in which the servo moves one way.
 //!
@@ -13,12 +13,12 @@
 //! Of a servo that is not known, b > 0 alone is: its motion must not change against the command's change,
 //! and it must not gain speed against a command that no load explains.
 //!
-//! A loop that runs away may leave its limits before that is certain. What the level of the last block alone
-//! speaks for then tells why.
+//! A loop that runs away may leave its limits before that is certain. The level of the last block alone
+//! then names the reason.
 
+use super::blocks::Part;
 use super::blocks::{Block, Blocks, BlocksState, larger};
-use super::model::{MODEL_ERROR, Model};
-use super::parts::Part;
+use super::known_servo::{MODEL_ERROR, Model};
 use crate::number::Number;
 use crate::reason::Reason;
 
@@ -26,7 +26,7 @@ use crate::reason::Reason;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Response<N> {
     blocks: Blocks<N>,
-    /// The change of W that tells something, and the W that no load explains.
+    /// The change of W that is informative, and the W that no load explains.
     least: N,
     strong: N,
     /// The W that no load explains which was there before.
@@ -49,14 +49,14 @@ pub(super) struct ResponseState<N> {
     suspicion: Option<Reason>,
 }
 
-/// What is known of the servo's response, in the number format of the loop.
+/// The known response of the servo, in the number format of the loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Known<N> {
     gain: N,
     x: N,
     coulomb: N,
     load: N,
-    /// What speaks for the command whatever the motion: a step of the load, and the model's error.
+    /// Allowance in favour of the command: a step of the load, and the model's error.
     favour: N,
 }
 
@@ -75,48 +75,48 @@ impl<N: Number> Known<N> {
 }
 
 impl<N: Number> Response<N> {
-    /// Blocks against the command that are a fault, and those at their beginning that do not tell which.
-    const ENOUGH: i32 = 5;
-    const UNCLEAR: i32 = 2;
-    /// The same for a relay, with which nobody steps the load, and for the level.
-    const FEW: i32 = 3;
+    /// Blocks against the command that are a fault, and those at their beginning that do not show which.
+    const BLOCKS_OF_FAULT: i32 = 5;
+    const UNCLEAR_BLOCKS: i32 = 2;
+    /// The same for a relay, during which no load steps, and for the level.
+    const BLOCKS_OF_FAULT_UNDER_RELAY: i32 = 3;
     /// Blocks within which a fault is found, if each is telling.
-    pub(super) const BLOCKS: i32 = Self::ENOUGH + 3;
+    pub(super) const BLOCKS: i32 = Self::BLOCKS_OF_FAULT + 3;
     /// Blocks without evidence after which older evidence is forgotten.
-    const IDLE: i32 = 16;
-    /// A block is evidence if its command changes the motion by so many counts,
-    const FAINT: i32 = 6;
-    /// and it speaks for the command on its own from so many on.
-    pub(super) const TELLING: i32 = 14;
+    const MAX_IDLE_BLOCKS: i32 = 16;
+    /// A block is evidence if its command changes the motion by this many counts,
+    const MIN_EFFECT: i32 = 6;
+    /// and it speaks for the command on its own from this many on.
+    pub(super) const CERTAIN_EFFECT: i32 = 14;
     /// Evidence, counts squared: the encoder's rounding makes up 1.3 counts of a block's change, so the
     /// share is known to 0.04.
-    const EVIDENCE: i32 = 1000;
-    /// The same of a servo that is not known: by so many counts its motion must have changed.
-    const VISIBLE: i32 = 8;
+    const MIN_EVIDENCE: i32 = 1000;
+    /// The same of a servo that is not known: minimum change of its motion, counts.
+    const MIN_CHANGE: i32 = 8;
     /// A command that acts by a smaller share contradicts.
-    const WEAK: f64 = 0.65;
+    const MIN_SHARE: f64 = 0.65;
     /// A dead actuator's share, at most, and a reversed one's.
-    const DEAD: f64 = 0.2;
-    const REVERSED: f64 = -0.4;
-    /// One block weighs no more than so many times what its command explains.
-    const CREDIT: f64 = 2.5;
+    const MAX_DEAD_SHARE: f64 = 0.2;
+    const MAX_REVERSED_SHARE: f64 = -0.4;
+    /// One block weighs no more than this many times what its command explains.
+    const MAX_WEIGHT: f64 = 2.5;
 
-    /// Over blocks of so many parts of so many samples each, for commands up to a limit.
+    /// Over blocks of `parts` parts of `part` samples each, for commands up to a limit.
     pub(super) fn new(parts: i32, part: i32, limit: f64) -> Self {
-        /// The change of the command that tells something, as a share of the limit: of a smaller one what is
+        /// The smallest informative change of the command, as a share of the limit: of a smaller one what is
         /// not known of delay and friction makes up too much.
-        const LEAST: f64 = 0.05;
+        const MIN_COMMAND_CHANGE: f64 = 0.05;
         /// The command that neither a load nor a step of it explains: either is 30 %.
-        const STRONG: f64 = 0.7;
+        const BEYOND_LOAD_STEP: f64 = 0.7;
         /// The command that a load does not explain, if it does not step.
-        const HELD: f64 = 0.35;
+        const BEYOND_LOAD: f64 = 0.35;
         let length = f64::from(parts) * f64::from(part);
         let area = length * length;
         Self {
             blocks: Blocks::new(parts, part),
-            least: N::from_f64(LEAST * limit * area),
-            strong: N::from_f64(STRONG * limit * area),
-            held: N::from_f64(HELD * limit * area),
+            least: N::from_f64(MIN_COMMAND_CHANGE * limit * area),
+            strong: N::from_f64(BEYOND_LOAD_STEP * limit * area),
+            held: N::from_f64(BEYOND_LOAD * limit * area),
         }
     }
 
@@ -167,28 +167,32 @@ impl<N: Number> Response<N> {
         let acts = block.moved + braked;
         let force = known.gain * block.weighed;
         let contradiction = contradiction(acts, force, favour);
-        let faint = N::from_count(Self::FAINT);
+        let faint = N::from_count(Self::MIN_EFFECT);
         let by_level = contradiction.filter(|_| force.magnitude() >= faint);
         state.suspicion = by_level.or(self.gains_against(block, self.strong));
         if !block.one_way {
             return Ok(());
         }
-        let enough = if relay { Self::FEW } else { Self::ENOUGH };
+        let enough = if relay {
+            Self::BLOCKS_OF_FAULT_UNDER_RELAY
+        } else {
+            Self::BLOCKS_OF_FAULT
+        };
         let change = block.change + viscous * (counts - first);
         let (cause, least) = (known.gain * block.cause, known.gain * self.least);
         if change * cause < N::ZERO && cause.magnitude() >= larger(faint, least) {
             state.suspicion = Some(Reason::Reversed);
         }
         state.compare(change, cause, least, enough)?;
-        let telling = N::from_count(Self::TELLING);
+        let telling = N::from_count(Self::CERTAIN_EFFECT);
         state.count_level(contradiction.filter(|_| force.magnitude() >= telling))
     }
 
-    /// Whether the servo gains speed against a command.
+    /// True if the servo gains speed against a command.
     fn gains_against(&self, block: &Block<N>, least: N) -> Option<Reason> {
         let [counts, ..] = block.counts;
         let direction = sign_of(counts);
-        let gains = block.moved * direction >= N::from_count(Self::VISIBLE);
+        let gains = block.moved * direction >= N::from_count(Self::MIN_CHANGE);
         let against = -(block.weighed * direction) >= least;
         (gains && against).then_some(Reason::Reversed)
     }
@@ -210,38 +214,40 @@ impl<N: Number> ResponseState<N> {
     /// The change that was measured with that which the command must make, counts.
     fn compare(&mut self, change: N, cause: N, least: N, enough: i32) -> Result<(), Reason> {
         let size = cause.magnitude();
-        if size < N::from_count(Response::<N>::FAINT) || size < least {
+        if size < N::from_count(Response::<N>::MIN_EFFECT) || size < least {
             self.idle += 1;
-            if self.idle >= Response::<N>::IDLE {
+            if self.idle >= Response::<N>::MAX_IDLE_BLOCKS {
                 self.acquit();
             }
             return Ok(());
         }
         self.idle = 0;
-        let credit = N::from_f64(Response::<N>::CREDIT) * size;
+        let credit = N::from_f64(Response::<N>::MAX_WEIGHT) * size;
         let product = change.limited(-credit, credit) * cause;
         let square = cause * cause;
         self.evidence += 1;
-        if product >= N::from_f64(Response::<N>::WEAK) * square {
+        if product >= N::from_f64(Response::<N>::MIN_SHARE) * square {
             let most = 4 * self.against >= 3 * self.evidence;
-            if size >= N::from_count(Response::<N>::TELLING) || !most {
+            if size >= N::from_count(Response::<N>::CERTAIN_EFFECT) || !most {
                 self.acquit();
             }
             return Ok(());
         }
         self.against += 1;
-        if self.against > Response::<N>::UNCLEAR || enough <= Response::<N>::FEW {
+        if self.against > Response::<N>::UNCLEAR_BLOCKS
+            || enough <= Response::<N>::BLOCKS_OF_FAULT_UNDER_RELAY
+        {
             self.product += product;
             self.square += square;
         }
-        let weighty = self.square >= N::from_count(Response::<N>::EVIDENCE);
+        let weighty = self.square >= N::from_count(Response::<N>::MIN_EVIDENCE);
         if self.against < enough || !weighty {
             return Ok(());
         }
         let share = |share: f64| N::from_f64(share) * self.square;
-        Err(if self.product < share(Response::<N>::REVERSED) {
+        Err(if self.product < share(Response::<N>::MAX_REVERSED_SHARE) {
             Reason::Reversed
-        } else if self.product < share(Response::<N>::DEAD) {
+        } else if self.product < share(Response::<N>::MAX_DEAD_SHARE) {
             Reason::ActuatorDead
         } else {
             Reason::ActuatorWeak
@@ -250,7 +256,7 @@ impl<N: Number> ResponseState<N> {
 
     /// The same for a servo that is not known: only the sign is.
     fn compare_signs(&mut self, change: N, cause: N, least: N) -> Result<(), Reason> {
-        let visible = N::from_count(Response::<N>::VISIBLE);
+        let visible = N::from_count(Response::<N>::MIN_CHANGE);
         if cause.magnitude() < least || change.magnitude() < visible {
             return Ok(());
         }
@@ -259,7 +265,7 @@ impl<N: Number> ResponseState<N> {
             return Ok(());
         }
         self.against += 1;
-        if self.against < Response::<N>::ENOUGH {
+        if self.against < Response::<N>::BLOCKS_OF_FAULT {
             return Ok(());
         }
         Err(Reason::Reversed)
@@ -272,13 +278,13 @@ impl<N: Number> ResponseState<N> {
             return Ok(());
         };
         self.level += 1;
-        if self.level < Response::<N>::FEW {
+        if self.level < Response::<N>::BLOCKS_OF_FAULT_UNDER_RELAY {
             return Ok(());
         }
         Err(reason)
     }
 
-    /// What the last block speaks for, too little to be certain.
+    /// The uncertain indication of the last block.
     pub(super) fn suspicion(&self) -> Option<Reason> {
         self.suspicion
     }
@@ -292,14 +298,14 @@ impl<N: Number> ResponseState<N> {
     }
 }
 
-/// What acts of a command by the motion, and what should, counts, with a step of the load in its favour: what
+/// The effect of a command in the motion and the expected one, counts, with a step of the load in its favour: what
 /// is wrong, if they contradict each other.
 fn contradiction<N: Number>(acts: N, force: N, favour: N) -> Option<Reason> {
     let size = force.magnitude();
     let along = acts * sign_of(force);
     let share = |share: f64| N::from_f64(share) * size;
-    (along + favour < share(Response::<N>::WEAK)).then(|| {
-        if along < share(Response::<N>::REVERSED) {
+    (along + favour < share(Response::<N>::MIN_SHARE)).then(|| {
+        if along < share(Response::<N>::MAX_REVERSED_SHARE) {
             Reason::Reversed
         } else {
             Reason::ActuatorDead

@@ -3,14 +3,12 @@
 use identifier_core::commission::{IdentifiedServo, Reason};
 use identifier_core::number::Number;
 use identifier_core::parameters::ServoParameters;
-use identifier_core::plausibility::{
-    Detection, KnownServo, Observation, Plausibility, PlausibilitySettings,
-};
+use identifier_core::watch::{DetectionTimes, KnownServo, Observation, ServoWatch, WatchSettings};
 
 const RATES: [f64; 5] = [250.0, 1e3, 4e3, 10e3, 20e3];
 
-fn settings(rate: f64) -> PlausibilitySettings {
-    PlausibilitySettings {
+fn settings(rate: f64) -> WatchSettings {
+    WatchSettings {
         sample_time: 1.0 / rate,
         resolution: 1e-3,
         travel: [-0.5, 2.0],
@@ -19,7 +17,7 @@ fn settings(rate: f64) -> PlausibilitySettings {
     }
 }
 
-fn prepared<N: Number>(settings: &PlausibilitySettings, servo: &IdentifiedServo) -> KnownServo<N> {
+fn prepared<N: Number>(settings: &WatchSettings, servo: &IdentifiedServo) -> KnownServo<N> {
     KnownServo::of(settings, servo).expect("it has a gain")
 }
 
@@ -35,10 +33,10 @@ const REST: Observation<f64> = Observation {
 
 /// What is found of a sequence of samples that repeats from its beginning, and in which of them, from 1.
 fn found(
-    settings: &PlausibilitySettings,
+    settings: &WatchSettings,
     seen: impl Fn(u32) -> Observation<f64>,
-) -> (Option<(Reason, u32)>, Detection) {
-    let watch = Plausibility::<f64>::new(settings).expect("allowed");
+) -> (Option<(Reason, u32)>, DetectionTimes) {
+    let watch = ServoWatch::<f64>::new(settings).expect("allowed");
     let mut state = watch.start();
     let stated = watch.detection_times(&state);
     let samples = (2.0 / settings.sample_time) as u32;
@@ -95,7 +93,7 @@ fn travel_ends_a_count_beyond_where_it_was_given() {
 }
 
 /// Counts of a servo at a speed, as they come.
-fn at_speed(speed: f64, settings: &PlausibilitySettings, sample: u32) -> Observation<f64> {
+fn at_speed(speed: f64, settings: &WatchSettings, sample: u32) -> Observation<f64> {
     let step = speed * settings.sample_time / settings.resolution;
     let count = |sample: u32| (f64::from(sample) * step + 0.37).floor();
     let increment = count(sample + 1) - count(sample);
@@ -110,7 +108,7 @@ fn at_speed(speed: f64, settings: &PlausibilitySettings, sample: u32) -> Observa
 fn a_speed_is_found_in_its_time_beyond_the_limit_and_never_at_it() {
     for rate in RATES {
         for resolution in [1e-2, 1e-3, 1e-5] {
-            let settings = PlausibilitySettings {
+            let settings = WatchSettings {
                 resolution,
                 ..settings(rate)
             };
@@ -132,7 +130,7 @@ fn a_speed_is_found_in_its_time_beyond_the_limit_and_never_at_it() {
 fn a_jump_is_found_in_its_sample_and_a_smaller_one_is_motion() {
     for rate in RATES {
         let settings = settings(rate);
-        let watch = Plausibility::<f64>::new(&settings).expect("allowed");
+        let watch = ServoWatch::<f64>::new(&settings).expect("allowed");
         let mut state = watch.start();
         for known in [false, true] {
             if known {
@@ -192,12 +190,12 @@ fn swinging(amplitude: f64, growth: f64, command: f64, sample: u32) -> Observati
 
 #[test]
 fn six_swings_that_do_not_decay_are_an_oscillation() {
-    let settings = PlausibilitySettings {
+    let settings = WatchSettings {
         travel: [f64::NEG_INFINITY, f64::INFINITY],
         speed: f64::INFINITY,
         ..settings(1e3)
     };
-    let watch = Plausibility::<f64>::new(&settings).expect("allowed");
+    let watch = ServoWatch::<f64>::new(&settings).expect("allowed");
     let stated = watch.detection_times(&watch.start());
     for growth in [0.9, 1.0, 1.2] {
         let (seen, _) = found(&settings, |k| swinging(40.0, growth, 3.0, k));
@@ -230,62 +228,62 @@ fn six_swings_that_do_not_decay_are_an_oscillation() {
 #[test]
 fn what_contradicts_itself_is_refused_by_name() {
     let sound = settings(1e3);
-    let refused = |settings: PlausibilitySettings| {
-        let refused = Plausibility::<f32>::new(&settings);
+    let refused = |settings: WatchSettings| {
+        let refused = ServoWatch::<f32>::new(&settings);
         refused.expect_err("it is refused").parameter
     };
     for (settings, name) in [
         (
-            PlausibilitySettings {
+            WatchSettings {
                 travel: [0.1, 1.0],
                 ..sound
             },
             "travel",
         ),
         (
-            PlausibilitySettings {
+            WatchSettings {
                 travel: [-1.0, -0.1],
                 ..sound
             },
             "travel",
         ),
         (
-            PlausibilitySettings {
+            WatchSettings {
                 travel: [f64::NAN, 1.0],
                 ..sound
             },
             "travel",
         ),
         (
-            PlausibilitySettings {
+            WatchSettings {
                 speed: 0.0,
                 ..sound
             },
             "speed",
         ),
         (
-            PlausibilitySettings {
+            WatchSettings {
                 speed: f64::NAN,
                 ..sound
             },
             "speed",
         ),
         (
-            PlausibilitySettings {
+            WatchSettings {
                 command: [0.0, 1.0],
                 ..sound
             },
             "command",
         ),
         (
-            PlausibilitySettings {
+            WatchSettings {
                 command: [-1.0, f64::INFINITY],
                 ..sound
             },
             "command",
         ),
         (
-            PlausibilitySettings {
+            WatchSettings {
                 sample_time: 0.0,
                 ..sound
             },
@@ -299,10 +297,10 @@ fn what_contradicts_itself_is_refused_by_name() {
 #[test]
 fn the_page_says_what_is_stated() {
     let page = include_str!("../../../docs/faults.md");
-    let row = |name: &str, known: bool, samples: fn(&Detection) -> u32| {
+    let row = |name: &str, known: bool, samples: fn(&DetectionTimes) -> u32| {
         let columns: Vec<_> = RATES
             .map(|rate| {
-                let watch = Plausibility::<f32>::new(&settings(rate)).expect("allowed");
+                let watch = ServoWatch::<f32>::new(&settings(rate)).expect("allowed");
                 let mut state = watch.start();
                 if known {
                     watch.know(&mut state, &prepared(&settings(rate), &STRONG));
@@ -312,7 +310,7 @@ fn the_page_says_what_is_stated() {
             .into();
         format!("| {name} | {} |", columns.join(" | "))
     };
-    let of = |detection: &Detection, reason| detection.samples(reason).expect("it is found");
+    let of = |detection: &DetectionTimes, reason| detection.samples(reason).expect("it is found");
     for row in [
         row("encoder lost", false, |stated| stated.encoder_lost),
         row("overrun", false, |stated| stated.overrun),
@@ -324,7 +322,7 @@ fn the_page_says_what_is_stated() {
     ] {
         assert!(page.contains(&row), "the page lacks: {row}");
     }
-    let watch = Plausibility::<f32>::new(&settings(1e3)).expect("allowed");
+    let watch = ServoWatch::<f32>::new(&settings(1e3)).expect("allowed");
     let stated = watch.detection_times(&watch.start());
     assert_eq!(of(&stated, Reason::Reversed), stated.response);
     assert_eq!(
@@ -348,11 +346,11 @@ const STRONG: IdentifiedServo = IdentifiedServo {
 /// how many samples after that.
 fn gliding(rate: f64, fails: impl Fn(f64) -> f64) -> Option<(Reason, u32)> {
     let settings = settings(rate);
-    let settings = PlausibilitySettings {
+    let settings = WatchSettings {
         travel: [f64::NEG_INFINITY, f64::INFINITY],
         ..settings
     };
-    let watch = Plausibility::<f64>::new(&settings).expect("allowed");
+    let watch = ServoWatch::<f64>::new(&settings).expect("allowed");
     let mut state = watch.start();
     watch.know(&mut state, &prepared(&settings, &SERVO));
     let ServoParameters {

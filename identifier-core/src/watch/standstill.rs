@@ -1,15 +1,15 @@
-//! Whether a servo that does not move can be at standstill.
+//! Detection of a standstill that is none: a stuck encoder, a dead actuator.
 
-use super::PlausibilitySettings;
+use super::WatchSettings;
 use super::blocks::Block;
-use super::model::{MODEL_ERROR, Model};
+use super::known_servo::{MODEL_ERROR, Model};
 use crate::number::Number;
 use crate::reason::Reason;
 use crate::units::Units;
 
 /// When a servo cannot have stopped, and when it cannot stand.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Motion<N> {
+pub(super) struct StandstillWatch<N> {
     /// Of the mean of the command, per sample.
     smoothing: N,
     /// Of the highest and the lowest command of a standstill.
@@ -21,14 +21,14 @@ pub(super) struct Motion<N> {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct MotionState<N> {
+pub(super) struct StandstillWatchState<N> {
     /// The increment before, counts.
     last: N,
     /// Since the last count: how fast the servo is at least, counts a sample,
     glide: N,
     /// and how far it has come at least, counts.
     passed: N,
-    /// Whether it came to standstill sooner than is likely.
+    /// True if it came to standstill sooner than is likely.
     abrupt: bool,
     /// Counts from where it came to standstill.
     away: N,
@@ -45,7 +45,7 @@ pub(super) struct MotionState<N> {
     able: Able<N>,
 }
 
-/// What a servo can do.
+/// Capabilities of a servo.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Able<N> {
     /// How fast it may become slower, counts a sample squared: by friction and load,
@@ -62,55 +62,55 @@ pub(super) struct Able<N> {
     patience: i32,
 }
 
-impl<N: Number> Motion<N> {
+impl<N: Number> StandstillWatch<N> {
     /// Counts that are missed before the encoder is said to be stuck.
-    const MISSED: i32 = 7;
+    const MISSED_COUNTS: i32 = 7;
     /// Counts of a servo at standstill.
-    const SLIP: i32 = 2;
+    const SLIP_COUNTS: i32 = 2;
     /// How much faster a servo may brake than it was ever seen to change its speed.
-    const UNKNOWN: f64 = 4.0;
+    const UNKNOWN_BRAKING: f64 = 4.0;
     /// The shares of the command's limit by which friction keeps no servo, with a step of the load and
     /// without: Coulomb friction of 20 % to either side, with a tenth to spare.
     const RANGES: [f64; 2] = [0.8, 0.5];
-    /// A setpoint that moves by so many counts asks the servo to move; what the command then does is no
+    /// A setpoint that moves by this many counts commands a motion; the command's change is then no
     /// answer to a load.
-    const ASKED: i32 = 20;
+    const SETPOINT_STEP: i32 = 20;
     /// How much faster it brakes than is likely: a share of what it can.
-    const LIKELY: f64 = 0.4;
+    const LIKELY_BRAKING: f64 = 0.4;
     /// Friction's range that Stribeck's may add to Coulomb's.
     const LOW_SPEED: f64 = 1.5;
     /// Memory of the command, s.
-    const SMOOTH: f64 = 5e-3;
+    const SMOOTHING_TIME: f64 = 5e-3;
     /// Memory of the range of the command, s: a load that changes more slowly is no fault.
-    const FADE: f64 = 1.0;
+    const FADING_TIME: f64 = 1.0;
     /// The time that a servo may stand where it must move, s: as long, for one that is not known,
-    const LONGEST: f64 = 0.1;
+    const MAX_PATIENCE: f64 = 0.1;
     /// and as long at least, for one that is.
-    const SHORTEST: f64 = 0.02;
+    const MIN_PATIENCE: f64 = 0.02;
 
-    pub(super) fn new(settings: &PlausibilitySettings, units: &Units) -> Self {
+    pub(super) fn new(settings: &WatchSettings, units: &Units) -> Self {
         let sample_time = units.sample_time();
         let over = |time: f64| N::from_f64(-libm::expm1(-sample_time / time));
         Self {
-            smoothing: over(Self::SMOOTH),
-            fading: over(Self::FADE),
+            smoothing: over(Self::SMOOTHING_TIME),
+            fading: over(Self::FADING_TIME),
             ranges: Self::RANGES.map(|share| N::from_f64(share * settings.limit())),
             patience: Self::longest_patience(sample_time),
         }
     }
 
     fn longest_patience(sample_time: f64) -> i32 {
-        Self::samples(Self::LONGEST, sample_time)
+        Self::samples(Self::MAX_PATIENCE, sample_time)
     }
 
     fn samples(time: f64, sample_time: f64) -> i32 {
         /// The fewest, so that a delay of the command has passed.
-        const FEWEST: f64 = 8.0;
-        (time / sample_time).clamp(FEWEST, 1e9) as i32
+        const MIN_SAMPLES: f64 = 8.0;
+        (time / sample_time).clamp(MIN_SAMPLES, 1e9) as i32
     }
 
-    pub(super) fn start(&self) -> MotionState<N> {
-        MotionState {
+    pub(super) fn start(&self) -> StandstillWatchState<N> {
+        StandstillWatchState {
             last: N::ZERO,
             glide: N::ZERO,
             passed: N::ZERO,
@@ -133,17 +133,13 @@ impl<N: Number> Motion<N> {
     }
 
     /// This command acts when it begins.
-    pub(super) fn begin(state: &mut MotionState<N>, command: N) {
+    pub(super) fn begin(state: &mut StandstillWatchState<N>, command: N) {
         state.command = command;
         state.range = [command; 2];
     }
 
-    /// What a servo that is known can do.
-    pub(super) fn able(
-        model: &Model,
-        settings: &PlausibilitySettings,
-        sample_time: f64,
-    ) -> Able<N> {
+    /// Capabilities of a known servo.
+    pub(super) fn able(model: &Model, settings: &WatchSettings, sample_time: f64) -> Able<N> {
         /// The share of the command's limit beyond breakaway that a command which must move the servo has.
         const PUSH: f64 = 0.05;
         // To either side of what holds it, and a step of the load.
@@ -152,8 +148,8 @@ impl<N: Number> Motion<N> {
         let reach = Self::LOW_SPEED * model.breakaway + load_step + PUSH * settings.limit();
         // Until it has moved by what counts as motion, under a push that is hardly more than friction.
         let push = PUSH * settings.limit() * model.gain;
-        let moves = libm::sqrt(2.0 * f64::from(Self::MISSED) / push);
-        let least = f64::from(Self::samples(Self::SHORTEST, sample_time));
+        let moves = libm::sqrt(2.0 * f64::from(Self::MISSED_COUNTS) / push);
+        let least = f64::from(Self::samples(Self::MIN_PATIENCE, sample_time));
         let most = f64::from(Self::longest_patience(sample_time));
         Able {
             braking: N::from_f64(MODEL_ERROR * model.braking),
@@ -165,14 +161,14 @@ impl<N: Number> Motion<N> {
         }
     }
 
-    pub(super) fn know(state: &mut MotionState<N>, able: &Able<N>) {
+    pub(super) fn know(state: &mut StandstillWatchState<N>, able: &Able<N>) {
         state.able = *able;
     }
 
     /// The servo was seen to change its speed by so much, counts a sample squared.
     #[inline]
-    pub(super) fn learn(state: &mut MotionState<N>, acceleration: N) {
-        let braking = N::from_f64(Self::UNKNOWN) * acceleration;
+    pub(super) fn learn(state: &mut StandstillWatchState<N>, acceleration: N) {
+        let braking = N::from_f64(Self::UNKNOWN_BRAKING) * acceleration;
         if state.able.gain == N::ZERO
             && (state.able.braking == N::REACH || braking > state.able.braking)
         {
@@ -183,7 +179,7 @@ impl<N: Number> Motion<N> {
     #[inline]
     pub(super) fn process(
         &self,
-        state: &mut MotionState<N>,
+        state: &mut StandstillWatchState<N>,
         increment: N,
         command: N,
         under: Under<N>,
@@ -194,15 +190,15 @@ impl<N: Number> Motion<N> {
         self.stands(state, increment, command, under)
     }
 
-    /// Whether the servo can have stopped as soon as the encoder, sample by sample: where a sample has
+    /// True if the servo can have stopped as soon as the encoder, sample by sample: where a sample has
     /// many counts.
     #[inline]
-    fn stops(state: &mut MotionState<N>, increment: N, command: N) -> Result<(), Reason> {
+    fn stops(state: &mut StandstillWatchState<N>, increment: N, command: N) -> Result<(), Reason> {
         if increment == N::ZERO {
             state.glide = state.glide - state.braking(command);
             if state.glide > N::ZERO {
                 state.passed += state.glide;
-                if state.passed > N::from_count(Self::MISSED) {
+                if state.passed > N::from_count(Self::MISSED_COUNTS) {
                     return Err(Reason::EncoderStuck);
                 }
             }
@@ -222,12 +218,15 @@ impl<N: Number> Motion<N> {
 
     /// The same over blocks, where a sample has few, and whether the servo can have changed its speed so
     /// soon at all.
-    pub(super) fn jolts(state: &mut MotionState<N>, block: &Block<N>) -> Result<(), Reason> {
+    pub(super) fn jolts(
+        state: &mut StandstillWatchState<N>,
+        block: &Block<N>,
+    ) -> Result<(), Reason> {
         let [now, _, before] = block.counts;
         let possible = N::from_f64(2.0) * block.area * state.braking(block.largest);
-        let missed = N::from_count(Self::MISSED);
+        let missed = N::from_count(Self::MISSED_COUNTS);
         let change = (now - before).magnitude() - missed;
-        let sudden = change > N::from_f64(Self::LIKELY) * possible;
+        let sudden = change > N::from_f64(Self::LIKELY_BRAKING) * possible;
         state.abrupt |= now == N::ZERO && sudden;
         if change <= possible || state.able.gain == N::ZERO {
             return Ok(());
@@ -246,18 +245,18 @@ impl<N: Number> Motion<N> {
         }
     }
 
-    /// Whether the servo can stand under this command.
+    /// True if the servo can stand under this command.
     #[inline]
     fn stands(
         &self,
-        state: &mut MotionState<N>,
+        state: &mut StandstillWatchState<N>,
         increment: N,
         command: N,
         under: Under<N>,
     ) -> Result<(), Reason> {
         state.command += self.smoothing * (command - state.command);
         state.away += increment;
-        if state.away.magnitude() > N::from_count(Self::SLIP) {
+        if state.away.magnitude() > N::from_count(Self::SLIP_COUNTS) {
             state.away = N::ZERO;
             state.still = 0;
             state.pushed = 0;
@@ -287,7 +286,7 @@ impl<N: Number> Motion<N> {
                 }
                 let [disturbed, undisturbed] = state.able.stands;
                 let moved = (setpoint - state.setpoint).magnitude();
-                let asked = moved > N::from_count(Self::ASKED);
+                let asked = moved > N::from_count(Self::SETPOINT_STEP);
                 let stands = if asked { undisturbed } else { disturbed };
                 state.command - *low > stands
                     || *high - state.command > stands
@@ -309,7 +308,7 @@ impl<N: Number> Motion<N> {
     }
 }
 
-impl<N: Number> MotionState<N> {
+impl<N: Number> StandstillWatchState<N> {
     /// Samples that the servo may stand where it must move.
     pub(super) fn patience(&self) -> i32 {
         self.able.patience
@@ -322,7 +321,7 @@ impl<N: Number> MotionState<N> {
     }
 }
 
-/// What a servo is under.
+/// The influence that a servo is under.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Under<N> {
     /// Let go, or a command that need not move it.

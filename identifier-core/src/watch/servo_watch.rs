@@ -1,21 +1,21 @@
+use super::blocks::{Part, Parts, PartsState};
 use super::bounds::{Bounds, BoundsState};
-use super::known_servo::{KnownServo, LONGEST_DELAY};
-use super::motion::{Motion, MotionState, Under};
+use super::known_servo::{KnownServo, MAX_DELAY_SAMPLES};
 use super::oscillation::{Oscillation, OscillationState};
-use super::parts::{Part, Parts, PartsState};
 use super::readings::{Readings, ReadingsState};
 use super::response::{Known, Response, ResponseState};
-use super::{Detection, Observation, PlausibilitySettings};
+use super::standstill::{StandstillWatch, StandstillWatchState, Under};
+use super::{DetectionTimes, Observation, WatchSettings};
 use crate::error::OutOfRange;
 use crate::number::Number;
 use crate::reason::Reason;
 
-/// What a servo and its encoder must keep to.
+/// Configuration of the watch over a servo and its encoder.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Plausibility<N> {
+pub struct ServoWatch<N> {
     bounds: Bounds<N>,
     readings: Readings<N>,
-    motion: Motion<N>,
+    motion: StandstillWatch<N>,
     oscillation: Oscillation<N>,
     parts: Parts,
     /// Samples of the longer blocks.
@@ -24,12 +24,12 @@ pub struct Plausibility<N> {
     response: [Response<N>; 2],
 }
 
-/// What they have done so far.
+/// State of the watch.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PlausibilityState<N> {
+pub struct ServoWatchState<N> {
     bounds: BoundsState<N>,
     readings: ReadingsState<N>,
-    motion: MotionState<N>,
+    motion: StandstillWatchState<N>,
     oscillation: OscillationState<N>,
     parts: PartsState<N>,
     /// A part that the longer blocks take in the next sample, for no sample to end both.
@@ -37,12 +37,12 @@ pub struct PlausibilityState<N> {
     response: [ResponseState<N>; 2],
     known: Option<Known<N>>,
     /// The last commands; the place of the newest, and how far back the one is that acts.
-    commands: [N; LONGEST_DELAY],
+    commands: [N; MAX_DELAY_SAMPLES],
     newest: usize,
     delay: usize,
     /// The part of a sample in which the one before it still acts.
     late: N,
-    /// Whether there was a sample.
+    /// True if there was a sample.
     begun: bool,
 }
 
@@ -50,38 +50,38 @@ pub struct PlausibilityState<N> {
 const SHORTER_BLOCKS: usize = 0;
 const LONGER_BLOCKS: usize = 1;
 
-impl<N: Number> Plausibility<N> {
+impl<N: Number> ServoWatch<N> {
     /// The share of the command limit by which a load may step without being a fault.
     pub const LOAD_STEP: f64 = 0.3;
     /// Length of the shorter blocks over which motion and command are compared, s,
-    const SHORTER: f64 = 2.5e-3;
+    const SHORT_BLOCK_TIME: f64 = 2.5e-3;
     /// and in samples at least, so that what is not known of a delay is a small part.
-    const FEWEST: f64 = 6.0;
+    const MIN_BLOCK_SAMPLES: f64 = 6.0;
     /// The longer blocks are longer by this.
-    const LONGER: i32 = 4;
+    const LONG_BLOCK_FACTOR: i32 = 4;
 
     /// # Errors
     /// The setting that is not allowed, by name.
-    pub fn new(settings: &PlausibilitySettings) -> Result<Self, OutOfRange> {
+    pub fn new(settings: &WatchSettings) -> Result<Self, OutOfRange> {
         let units = settings.check()?;
-        let samples = libm::round(Self::SHORTER / units.sample_time());
-        let shorter = samples.max(Self::FEWEST) as i32;
+        let samples = libm::round(Self::SHORT_BLOCK_TIME / units.sample_time());
+        let shorter = samples.max(Self::MIN_BLOCK_SAMPLES) as i32;
         Ok(Self {
             bounds: Bounds::new(settings, &units),
             readings: Readings::new(settings, &units),
-            motion: Motion::new(settings, &units),
+            motion: StandstillWatch::new(settings, &units),
             oscillation: Oscillation::new(settings, &units),
             parts: Parts::new(shorter),
-            longer: Self::LONGER * shorter,
-            response: [1, Self::LONGER]
+            longer: Self::LONG_BLOCK_FACTOR * shorter,
+            response: [1, Self::LONG_BLOCK_FACTOR]
                 .map(|parts| Response::new(parts, shorter, settings.limit())),
         })
     }
 
     /// Begins with a servo of which nothing is known.
     #[must_use]
-    pub fn start(&self) -> PlausibilityState<N> {
-        PlausibilityState {
+    pub fn start(&self) -> ServoWatchState<N> {
+        ServoWatchState {
             bounds: self.bounds.start(),
             readings: self.readings.start(),
             motion: self.motion.start(),
@@ -90,7 +90,7 @@ impl<N: Number> Plausibility<N> {
             part: None,
             response: [Response::<N>::start(); 2],
             known: None,
-            commands: [N::ZERO; LONGEST_DELAY],
+            commands: [N::ZERO; MAX_DELAY_SAMPLES],
             newest: 0,
             delay: 0,
             late: N::ZERO,
@@ -99,34 +99,34 @@ impl<N: Number> Plausibility<N> {
     }
 
     /// From now on the servo is known.
-    pub fn know(&self, state: &mut PlausibilityState<N>, servo: &KnownServo<N>) {
+    pub fn know(&self, state: &mut ServoWatchState<N>, servo: &KnownServo<N>) {
         Readings::know(&mut state.readings, servo.change);
-        Motion::know(&mut state.motion, &servo.able);
+        StandstillWatch::know(&mut state.motion, &servo.able);
         state.known = Some(servo.response);
         state.delay = servo.delay;
         state.late = servo.part;
-        state.compare_anew();
+        state.restart_comparison();
     }
 
     /// A sample.
     ///
     /// # Errors
-    /// What cannot be. The state has taken the sample nevertheless; a caller who goes on is told again.
+    /// The fault. The state has taken the sample nevertheless; the next sample reports it again.
     pub fn process(
         &self,
-        state: &mut PlausibilityState<N>,
+        state: &mut ServoWatchState<N>,
         seen: &Observation<N>,
     ) -> Result<(), Reason> {
         if !state.begun {
             state.begun = true;
-            state.commands = [seen.command; LONGEST_DELAY];
-            Motion::begin(&mut state.motion, seen.command);
+            state.commands = [seen.command; MAX_DELAY_SAMPLES];
+            StandstillWatch::begin(&mut state.motion, seen.command);
         }
         self.bounds.time(&mut state.bounds, seen.late)?;
         let command = state.acting(seen.command);
         self.readings.process(&mut state.readings, seen.increment)?;
         let Some(increment) = seen.increment else {
-            state.compare_anew();
+            state.restart_comparison();
             return Ok(());
         };
         self.bounds
@@ -159,7 +159,7 @@ impl<N: Number> Plausibility<N> {
     #[inline(never)]
     fn compare(
         &self,
-        state: &mut PlausibilityState<N>,
+        state: &mut ServoWatchState<N>,
         of: usize,
         part: &Part<N>,
         relay: bool,
@@ -172,18 +172,18 @@ impl<N: Number> Plausibility<N> {
             return Ok(());
         };
         if relay {
-            Motion::learn(&mut state.motion, block.acceleration.magnitude());
+            StandstillWatch::learn(&mut state.motion, block.acceleration.magnitude());
         }
         if relay || state.known.is_some() {
-            Motion::jolts(&mut state.motion, &block)?;
+            StandstillWatch::jolts(&mut state.motion, &block)?;
         }
         Ok(())
     }
 
     /// Within how many samples each fault is found, as the servo is known now.
-    pub fn detection_times(&self, state: &PlausibilityState<N>) -> Detection {
-        Detection {
-            overrun: Bounds::<N>::TOO_LATE,
+    pub fn detection_times(&self, state: &ServoWatchState<N>) -> DetectionTimes {
+        DetectionTimes {
+            overrun: Bounds::<N>::MAX_LATE_SAMPLES,
             encoder_lost: self.readings.lost_after as u32,
             smallest_jump: self.readings.smallest_jump(&state.readings),
             speed: libm::ceil(self.bounds.samples_until_too_fast()) as u32,
@@ -195,8 +195,8 @@ impl<N: Number> Plausibility<N> {
     }
 }
 
-impl<N: Number> PlausibilityState<N> {
-    fn compare_anew(&mut self) {
+impl<N: Number> ServoWatchState<N> {
+    fn restart_comparison(&mut self) {
         self.parts = PartsState::START;
         self.part = None;
         self.response = [Response::<N>::start(); 2];
@@ -213,15 +213,15 @@ impl<N: Number> PlausibilityState<N> {
         }
     }
 
-    /// What acts on the mean of a sample when this command is given.
+    /// The mean command that acts in a sample when this command is given.
     #[inline]
     fn acting(&mut self, command: N) -> N {
-        self.newest = (self.newest + 1) % LONGEST_DELAY;
+        self.newest = (self.newest + 1) % MAX_DELAY_SAMPLES;
         if let Some(place) = self.commands.get_mut(self.newest) {
             *place = command;
         }
         let given_before = |samples: usize| {
-            let place = (self.newest + LONGEST_DELAY - samples) % LONGEST_DELAY;
+            let place = (self.newest + MAX_DELAY_SAMPLES - samples) % MAX_DELAY_SAMPLES;
             self.commands.get(place).copied().unwrap_or(command)
         };
         let (now, before) = (given_before(self.delay), given_before(self.delay + 1));

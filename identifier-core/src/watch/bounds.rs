@@ -1,11 +1,11 @@
 //! Travel, speed and time.
 
-use super::PlausibilitySettings;
+use super::WatchSettings;
 use crate::number::Number;
 use crate::reason::Reason;
 use crate::units::Units;
 
-/// What position, speed and time stay within.
+/// Bounds of position, speed and time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Bounds<N> {
     /// Counts.
@@ -25,23 +25,23 @@ pub(super) struct BoundsState<N> {
 
 impl<N: Number> Bounds<N> {
     /// By so much a late sample raises its count, while one in time lowers it by one.
-    const LATE: u32 = 4;
+    const LATE_WEIGHT: u32 = 4;
     /// Late samples running that are too many.
-    pub(super) const TOO_LATE: u32 = 3;
+    pub(super) const MAX_LATE_SAMPLES: u32 = 3;
     /// The mean over this time, s, is the speed where the encoder resolves it,
-    const SOON: f64 = 2e-3;
+    const FINE_MEAN_TIME: f64 = 2e-3;
     /// and over this one where it does not.
-    const COARSE: f64 = 20e-3;
+    const COARSE_MEAN_TIME: f64 = 20e-3;
     /// The share of the speed that a count makes up where the encoder resolves it.
-    const RESOLVED: f64 = 0.05;
+    const RESOLVED_SHARE: f64 = 0.05;
 
-    pub(super) fn new(settings: &PlausibilitySettings, units: &Units) -> Self {
+    pub(super) fn new(settings: &WatchSettings, units: &Units) -> Self {
         let travel = settings.travel.map(|end| end * units.position());
         let speed = settings.speed * units.velocity();
         let over = |time: f64| -libm::expm1(-units.sample_time() / time);
-        let forgetting = (Self::RESOLVED * speed)
-            .min(over(Self::SOON))
-            .max(over(Self::COARSE));
+        let forgetting = (Self::RESOLVED_SHARE * speed)
+            .min(over(Self::FINE_MEAN_TIME))
+            .max(over(Self::COARSE_MEAN_TIME));
         // A count is passed up to one before it shows.
         Self {
             travel: [N::from_f64(travel[0] - 1.0), N::from_f64(travel[1] + 1.0)],
@@ -60,9 +60,9 @@ impl<N: Number> Bounds<N> {
     /// Samples until a speed of 1.25 of what is allowed, and three counts in the time of the mean beyond
     /// that, is seen.
     pub(super) fn samples_until_too_fast(&self) -> f64 {
-        /// What is left of a step of the speed in its mean when the rest is beyond the bound.
-        const LEFT: f64 = 0.2;
-        libm::log(LEFT) / libm::log1p(-self.forgetting.to_f64().min(0.999))
+        /// The part of a speed step that its mean still lacks when the rest is beyond the bound.
+        const REMAINDER: f64 = 0.2;
+        libm::log(REMAINDER) / libm::log1p(-self.forgetting.to_f64().min(0.999))
     }
 
     pub(super) fn time(&self, state: &mut BoundsState<N>, late: bool) -> Result<(), Reason> {
@@ -70,8 +70,8 @@ impl<N: Number> Bounds<N> {
             state.late = state.late.saturating_sub(1);
             return Ok(());
         }
-        state.late += Self::LATE;
-        if state.late >= Self::LATE * Self::TOO_LATE {
+        state.late += Self::LATE_WEIGHT;
+        if state.late >= Self::LATE_WEIGHT * Self::MAX_LATE_SAMPLES {
             return Err(Reason::Overrun);
         }
         Ok(())

@@ -1,16 +1,16 @@
-//! Whether a loop oscillates.
+//! Detection of an oscillating loop.
 //!
 //! The error of a loop that settles swings about zero and decays, and the command with it. Six swings
 //! running that do not decay, each with a good part of the command behind it, are an oscillation (after
 //! T. Hägglund, "A control-loop performance monitor", Control Engineering Practice 3, 1995). Swings that
 //! the setpoint makes are its own.
 
-use super::PlausibilitySettings;
+use super::WatchSettings;
 use crate::number::Number;
 use crate::reason::Reason;
 use crate::units::Units;
 
-/// What a swing is.
+/// Limits of a swing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Oscillation<N> {
     /// The command's range in it, at least, command units.
@@ -21,7 +21,7 @@ pub(super) struct Oscillation<N> {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct OscillationState<N> {
-    /// Whether the error is positive in this swing.
+    /// True if the error is positive in this swing.
     positive: bool,
     /// Samples that it lasts.
     age: i32,
@@ -40,20 +40,20 @@ impl<N: Number> Oscillation<N> {
     /// Swings running that are an oscillation.
     pub(super) const SWINGS: u32 = 6;
     /// The smallest, counts.
-    pub(super) const LEAST: i32 = 8;
+    pub(super) const MIN_PEAK: i32 = 8;
     /// Half of it: the error must pass this on the other side to begin a new swing.
-    const TURN: i32 = 4;
-    /// What a swing has at least of the one before.
-    const KEPT: f64 = 0.7;
+    const TURN_COUNTS: i32 = 4;
+    /// Minimum ratio of a swing to the one before.
+    const MIN_DECAY_RATIO: f64 = 0.7;
     /// The share of the command's limit that it moves through at least.
-    const COMMAND: f64 = 0.2;
+    const MIN_COMMAND_SHARE: f64 = 0.2;
     /// The longest, s.
-    const LONGEST: f64 = 0.5;
+    const MAX_SWING_TIME: f64 = 0.5;
 
-    pub(super) fn new(settings: &PlausibilitySettings, units: &Units) -> Self {
-        let longest = (Self::LONGEST / units.sample_time()).max(f64::from(Self::LEAST));
+    pub(super) fn new(settings: &WatchSettings, units: &Units) -> Self {
+        let longest = (Self::MAX_SWING_TIME / units.sample_time()).max(f64::from(Self::MIN_PEAK));
         Self {
-            command: N::from_f64(Self::COMMAND * settings.limit()),
+            command: N::from_f64(Self::MIN_COMMAND_SHARE * settings.limit()),
             longest: longest as i32,
         }
     }
@@ -87,15 +87,15 @@ impl<N: Number> Oscillation<N> {
         let size = error.magnitude();
         let positive = error > N::ZERO;
         let moved = (setpoint - state.setpoint).magnitude();
-        if moved > N::from_count(Self::LEAST) && moved > state.peak {
+        if moved > N::from_count(Self::MIN_PEAK) && moved > state.peak {
             state.setpoint = setpoint;
             state.swings = 0;
         }
         if state.age <= self.longest {
             state.age += 1;
         }
-        if positive != state.positive && size >= N::from_count(Self::TURN) {
-            state.swings = if self.is_one(state) {
+        if positive != state.positive && size >= N::from_count(Self::TURN_COUNTS) {
+            state.swings = if self.is_oscillation(state) {
                 state.swings + 1
             } else {
                 0
@@ -123,12 +123,12 @@ impl<N: Number> Oscillation<N> {
         Ok(())
     }
 
-    /// Whether the swing that has ended is one of an oscillation.
-    fn is_one(&self, state: &OscillationState<N>) -> bool {
+    /// True if the swing that has ended is one of an oscillation.
+    fn is_oscillation(&self, state: &OscillationState<N>) -> bool {
         let [low, high] = state.command;
         state.age <= self.longest
-            && state.peak >= N::from_count(Self::LEAST)
-            && state.peak >= N::from_f64(Self::KEPT) * state.before
+            && state.peak >= N::from_count(Self::MIN_PEAK)
+            && state.peak >= N::from_f64(Self::MIN_DECAY_RATIO) * state.before
             && high - low >= self.command
     }
 }

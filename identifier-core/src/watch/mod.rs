@@ -1,10 +1,10 @@
-//! Plausibility: whether what the encoder shows can be what the command does.
+//! The watch over a servo: fault detection from the encoder's counts and the command alone.
 //!
-//! [`Plausibility::process`] is called once a sample, in the interrupt, with what was measured and what
+//! [`ServoWatch::process`] is called once a sample, in the interrupt, with what was measured and what
 //! acted. It names a [`Reason`](crate::reason::Reason) within a stated number of samples after a fault has begun to show:
-//! [`Plausibility::detection_times`]. It has no gains and gives no command; what to do is its caller's.
+//! [`ServoWatch::detection_times`]. It has no gains and gives no command; the reaction is its caller's.
 //!
-//! | what is wrong | seen by | needs the servo to be known |
+//! | fault | evidence | needs the servo to be known |
 //! |---|---|---|
 //! | samples late | a count that late samples raise and others lower | no |
 //! | encoder lost | samples running without a reading | no |
@@ -20,24 +20,18 @@
 //! that must move it. That is called a dead actuator. A reversed encoder and a reversed actuator are the
 //! same to a loop, and have one reason.
 //!
-//! A load may step by [`Plausibility::LOAD_STEP`] of the command limit without being taken for a fault.
+//! A load may step by [`ServoWatch::LOAD_STEP`] of the command limit without being taken for a fault.
 
 mod blocks;
 mod bounds;
-mod detection;
 mod known_servo;
-mod model;
-mod motion;
-mod observation;
 mod oscillation;
-mod parts;
 mod readings;
 mod response;
+mod servo_watch;
 mod settings;
-mod watch;
+mod standstill;
 
-pub use detection::Detection;
 pub use known_servo::KnownServo;
-pub use observation::Observation;
-pub use settings::PlausibilitySettings;
-pub use watch::{Plausibility, PlausibilityState};
+pub use servo_watch::{ServoWatch, ServoWatchState};
+pub use settings::{DetectionTimes, Observation, WatchSettings};

@@ -1,10 +1,46 @@
-//! An identified servo in the units of the loop.
+//! A servo that was identified, in the units of the loop.
 
-use super::{Plausibility, PlausibilitySettings};
+use super::readings::Readings;
+use super::response::Known;
+use super::standstill::{Able, StandstillWatch};
+use super::{ServoWatch, WatchSettings};
+use crate::number::Number;
 use crate::parameters::IdentifiedServo;
 use crate::units::Units;
 
-/// What a servo may have more of a parameter than its model.
+/// The data of an identified servo that a watch needs, in the units of its loop: computed in f64, so
+/// prepared where there is time for that.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct KnownServo<N> {
+    /// By how many counts an increment may differ from the one before.
+    pub(super) change: N,
+    pub(super) able: Able<N>,
+    pub(super) response: Known<N>,
+    /// Whole samples from a command until it acts, and the part of a sample beyond them.
+    pub(super) delay: usize,
+    pub(super) part: N,
+}
+
+/// Samples that a command may take until it acts.
+pub(super) const MAX_DELAY_SAMPLES: usize = 16;
+
+impl<N: Number> KnownServo<N> {
+    /// Of an axis with these settings; none if they are not allowed, or the servo has no gain to speak of.
+    #[must_use]
+    pub fn of(settings: &WatchSettings, servo: &IdentifiedServo) -> Option<Self> {
+        let units = settings.check().ok()?;
+        let model = Model::of(servo, settings, &units, MAX_DELAY_SAMPLES - 2)?;
+        Some(Self {
+            change: Readings::change_of(&model),
+            able: StandstillWatch::able(&model, settings, units.sample_time()),
+            response: Known::new(&model),
+            delay: model.delay,
+            part: N::from_f64(model.part),
+        })
+    }
+}
+
+/// Largest ratio of a servo's parameter to its model's.
 pub(super) const MODEL_ERROR: f64 = 1.2;
 
 /// Position in counts, time in samples.
@@ -20,9 +56,9 @@ pub(super) struct Model {
     pub(super) load: f64,
     /// c over b, command units.
     pub(super) breakaway: f64,
-    /// What a load may step by, counts a sample squared.
+    /// Largest step of a load, counts a sample squared.
     pub(super) load_step: f64,
-    /// What friction and load may brake by, after such a step.
+    /// Largest braking by friction and load, after such a step.
     pub(super) braking: f64,
     /// The largest acceleration, after such a step.
     pub(super) most_acceleration: f64,
@@ -37,7 +73,7 @@ impl Model {
     /// None if the servo has no gain to speak of.
     pub(super) fn of(
         servo: &IdentifiedServo,
-        settings: &PlausibilitySettings,
+        settings: &WatchSettings,
         units: &Units,
         longest_delay: usize,
     ) -> Option<Self> {
@@ -49,7 +85,7 @@ impl Model {
             return None;
         }
         let [least, most] = settings.command;
-        let load_step = Plausibility::<f64>::LOAD_STEP * gain * settings.limit();
+        let load_step = ServoWatch::<f64>::LOAD_STEP * gain * settings.limit();
         let coulomb = parameters.coulomb.max(0.0) * acceleration;
         let load = parameters.load * acceleration;
         let braking = coulomb + load.abs() + load_step;

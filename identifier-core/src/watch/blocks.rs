@@ -1,12 +1,95 @@
-//! Motion and commands by blocks of M samples.
+//! StandstillWatch and commands by blocks of M samples, which are made of shorter parts.
 //!
 //! With D the counts of a block, A = D − D⁻ is the servo's mean acceleration over two blocks, counts. The
 //! same follows from the commands: over two blocks a command weighs as a triangle, W = ∑ w u, and
 //!
 //!   A = b W + M² (d − c sign v) − a M (D + D⁻)/2.
 
-use super::parts::Part;
 use crate::number::Number;
+
+/// Parts of one length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Parts {
+    /// Samples.
+    length: i32,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct PartsState<N> {
+    samples: i32,
+    /// Samples running without a count.
+    quiet: i32,
+    part: Part<N>,
+}
+
+/// Sums over a part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Part<N> {
+    pub(super) counts: N,
+    /// The sum of the commands, and the sum of its partial sums.
+    pub(super) sum: N,
+    pub(super) double_sum: N,
+    /// The largest command to either side.
+    pub(super) largest: N,
+    /// True if the servo has turned in it.
+    pub(super) turned: bool,
+    /// The most samples running without a count, those of the part before included.
+    pub(super) longest: i32,
+}
+
+impl<N: Number> Part<N> {
+    const EMPTY: Self = Self {
+        counts: N::ZERO,
+        sum: N::ZERO,
+        double_sum: N::ZERO,
+        largest: N::ZERO,
+        turned: false,
+        longest: 0,
+    };
+}
+
+impl<N: Number> PartsState<N> {
+    /// Nothing has been seen yet.
+    pub(super) const START: Self = Self {
+        samples: 0,
+        quiet: 0,
+        part: Part::EMPTY,
+    };
+}
+
+impl Parts {
+    pub(super) fn new(length: i32) -> Self {
+        Self { length }
+    }
+
+    /// A sample; at the end of a part, what has been seen in it.
+    #[inline]
+    pub(super) fn process<N: Number>(
+        &self,
+        state: &mut PartsState<N>,
+        increment: N,
+        command: N,
+    ) -> Option<Part<N>> {
+        let part = &mut state.part;
+        part.largest = larger(part.largest, command.magnitude());
+        if increment == N::ZERO {
+            state.quiet = state.quiet.saturating_add(1);
+            part.longest = part.longest.max(state.quiet);
+        } else {
+            state.quiet = 0;
+            part.turned |= increment * part.counts < N::ZERO;
+            part.counts += increment;
+        }
+        part.double_sum += part.sum + N::from_f64(0.5) * command;
+        part.sum += command;
+        state.samples += 1;
+        if state.samples < self.length {
+            return None;
+        }
+        state.samples = 0;
+        Some(core::mem::replace(&mut state.part, Part::EMPTY))
+    }
+}
 
 /// Blocks of one length.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,7 +121,7 @@ pub(super) struct BlocksState<N> {
     /// A⁻ and W⁻.
     acceleration: N,
     weighed: N,
-    /// Whether the servo has turned in this block.
+    /// True if the servo has turned in this block.
     turned: bool,
     /// The most samples running without a count in it.
     longest: i32,
@@ -47,7 +130,7 @@ pub(super) struct BlocksState<N> {
     one_way: i32,
 }
 
-/// What has been seen when a block has ended.
+/// Figures of a block that has ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Block<N> {
     /// Counts of this block, the one before, and the one before that.
@@ -64,7 +147,7 @@ pub(super) struct Block<N> {
     pub(super) cause: N,
     /// The largest command of the last two blocks, to either side.
     pub(super) largest: N,
-    /// Whether the servo has moved one way in all three, without a stop.
+    /// True if the servo has moved one way in all three, without a stop.
     pub(super) one_way: bool,
     /// M/2 and M².
     pub(super) half: N,
@@ -76,10 +159,10 @@ impl<N: Number> Blocks<N> {
     const BLOCKS: i32 = 3;
     /// A block in which the servo has moved no further than this may hold a turn, counts.
     const SLIP: i32 = 2;
-    /// A servo that has stood within a block has passed so many counts fewer than at its speed.
+    /// A servo that has stood within a block has passed this many counts fewer than at its speed.
     const STOOD: i32 = 3;
 
-    /// Of so many parts, each of so many samples.
+    /// Of `parts` parts, each of `part` samples.
     pub(super) fn new(parts: i32, part: i32) -> Self {
         let samples = f64::from(parts) * f64::from(part);
         Self {
@@ -168,7 +251,7 @@ impl<N: Number> Blocks<N> {
         block
     }
 
-    /// Whether the servo has turned or stood in the block that ends.
+    /// True if the servo has turned or stood in the block that ends.
     fn stops(&self, state: &BlocksState<N>) -> bool {
         let [before, _] = state.before;
         let size = state.counts.magnitude();

@@ -1,0 +1,105 @@
+use crate::error::{Allowed, OutOfRange};
+use crate::reason::Reason;
+use crate::units::Units;
+
+/// Limits of an axis, known before the servo is identified, SI. For a linear axis read m for rad.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WatchSettings {
+    /// Sample time, s.
+    pub sample_time: f64,
+    /// Position of a count, rad.
+    pub resolution: f64,
+    /// Lowest and highest position, rad from the start; infinite where there is no end.
+    pub travel: [f64; 2],
+    /// The largest speed, rad/s; infinite for none.
+    pub speed: f64,
+    /// Lowest and highest command, command units.
+    pub command: [f64; 2],
+}
+
+impl WatchSettings {
+    /// # Errors
+    /// The setting that is not allowed, by name.
+    pub(super) fn check(&self) -> Result<Units, OutOfRange> {
+        let units = Units::new(self.sample_time, self.resolution)?;
+        let [low, high] = self.travel;
+        if low != f64::NEG_INFINITY {
+            Allowed::AtMost(0.0).check("travel", low)?;
+        }
+        if high != f64::INFINITY {
+            Allowed::AtLeast(0.0).check("travel", high)?;
+        }
+        if self.speed != f64::INFINITY {
+            Allowed::Above(0.0).check("speed", self.speed)?;
+        }
+        let [least, most] = self.command;
+        Allowed::Below(0.0).check("command", least)?;
+        Allowed::Above(0.0).check("command", most)?;
+        Ok(units)
+    }
+
+    /// Half of the range of the command, command units.
+    pub(super) fn limit(&self) -> f64 {
+        let [least, most] = self.command;
+        (most - least) / 2.0
+    }
+}
+
+/// A sample as the watch sees it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Observation<N> {
+    /// Counts that the encoder has moved since its last valid reading; none if there is no valid one now.
+    pub increment: Option<N>,
+    /// The command that acted since the last sample, command units.
+    pub command: N,
+    /// Counts from the start; the last one known if there is no valid reading.
+    pub position: N,
+    /// Where a controller wants the servo, counts from the start; none while no controller acts: the
+    /// stage is disabled, or a ramp or a relay gives the command.
+    pub setpoint: Option<N>,
+    /// True if the sample before ended too late.
+    pub late: bool,
+    /// True if the command that acted must move the servo whatever its friction: that of a relay, once a
+    /// ramp has found where the servo breaks loose.
+    pub must_move: bool,
+}
+
+/// Samples from the one in which a fault begins to show until it is found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DetectionTimes {
+    /// Samples running that are late.
+    pub overrun: u32,
+    /// Samples running without a reading.
+    pub encoder_lost: u32,
+    /// Counts from which on a jump is found in the sample in which it happens.
+    pub smallest_jump: f64,
+    /// Samples with a speed of 1.25 times what is allowed, and three counts in the time that a speed is
+    /// the mean of.
+    pub speed: u32,
+    /// Samples at standstill under a command that must move the servo.
+    pub standing: u32,
+    /// Samples of motion in which the command changes enough.
+    pub response: u32,
+    /// Swings of an oscillation,
+    pub swings: u32,
+    /// none longer than this many samples.
+    pub longest_swing: u32,
+}
+
+impl DetectionTimes {
+    /// Samples within which a reason is found; none for one that the watch does not find.
+    #[must_use]
+    pub fn samples(&self, reason: Reason) -> Option<u32> {
+        Some(match reason {
+            Reason::Overrun => self.overrun,
+            Reason::EncoderLost => self.encoder_lost,
+            Reason::EncoderJumped | Reason::TravelLeft => 1,
+            Reason::SpeedExceeded => self.speed,
+            // A servo whose actuator dies comes to rest first.
+            Reason::EncoderStuck | Reason::ActuatorDead => self.standing + self.response,
+            Reason::ActuatorWeak | Reason::Reversed => self.response,
+            Reason::Oscillating => self.swings * self.longest_swing,
+            _ => return None,
+        })
+    }
+}
