@@ -18,16 +18,12 @@ mod settings;
 
 pub use commissioning::{Commissioning, Gains, Origin, Outcome, Progress};
 pub use frame::{FrameError, LONGEST_FRAME, LONGEST_MESSAGE, Receiver, StopListener, frame};
-pub use identifier_core::reason::Reason;
 pub use line::Line;
 pub use message::{
-    Command, Ended, Estimates, Kept, Noticed, PROTOCOL, Refusal, Report, Request, Snapshot, State,
-    Status,
+    Command, Ended, Estimates, Fault, Kept, Noticed, PROTOCOL, Refusal, Report, Request, Snapshot,
+    State, Status,
 };
 pub use no_gains::NoGains;
 pub use settings::{
     Dither, Format, Law, LoopSettings, Name, NotAllowed, Protection, Settings, Why,
 };
-
-/// A [`Reason`] for which a drive disables its stage until it is cleared.
-pub type Fault = Reason;

@@ -2,14 +2,17 @@ use core::fmt;
 
 use identifier_core::commission::CommissionSettings;
 use identifier_core::parameters::{PerParameter, ServoParameters};
+use identifier_core::reason::Reason;
 use serde::{Deserialize, Serialize};
 
-use crate::Fault;
 use crate::commissioning::{Commissioning, Gains, Outcome, Progress};
 use crate::settings::{NotAllowed, Settings};
 
 /// The version of these messages: a host and a drive of different versions do not talk.
-pub const PROTOCOL: u8 = 7;
+pub const PROTOCOL: u8 = 8;
+
+/// A [`Reason`] for which a drive disables its stage until it is cleared.
+pub type Fault = Reason;
 
 /// What the host says: a command, and the number that the answer will carry.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -258,7 +261,8 @@ impl fmt::Display for Refusal {
                  servo is at rest",
             ),
             Self::NeverCommissioned => f.write_str("it was never commissioned"),
-            Self::Faulted(fault) => fault.fmt(f),
+            Self::Faulted(fault) if fault.needs_reset() => fault.fmt(f),
+            Self::Faulted(fault) => write!(f, "{fault}, then clear"),
             Self::Setting(refused) => refused.fmt(f),
             Self::TooFar { most } => write!(
                 f,
