@@ -101,8 +101,7 @@ fn operate(drive: &mut Client) -> Result<(), Box<dyn Error>> {
         if !(250.0..266.0).contains(&b) {
             return Err(format!("{law}: b is {b} where the servo has 257.7").into());
         }
-        drive.ask(Command::Stop)?;
-        until(drive, State::Released)?;
+        drive.stop()?;
         let status = drive.status()?;
         expect("how it ended", status.ended, Some(Ended::Stopped))?;
         expect("late samples", status.overruns, 0)?;
@@ -180,8 +179,7 @@ fn commission(drive: &mut Client, closed_loop: &LoopSettings) -> Result<(), Box<
     }
     drive.ask(Command::Start)?;
     expect("a start", drive.status()?.state, State::Running)?;
-    drive.ask(Command::Stop)?;
-    until(drive, State::Released)?;
+    drive.stop()?;
     println!("commissioned: b {b:.1}, and the gains are kept");
     commission_beside(drive, &order)
 }
@@ -201,8 +199,7 @@ fn commission_beside(drive: &mut Client, order: &CommissionSettings) -> Result<(
         return Err(format!("the loop resumes with b = {b} where the servo has 257.7").into());
     }
     expect("late samples", drive.status()?.overruns, 0)?;
-    drive.ask(Command::Stop)?;
-    until(drive, State::Released)?;
+    drive.stop()?;
     expect("whether it is kept then", drive.outcome()?.kept, true)?;
     println!("commissioned beside a loop, which resumes with b {b:.1}");
     Ok(())

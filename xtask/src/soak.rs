@@ -55,7 +55,7 @@ fn run(drive: &mut Client, hours: f64) -> Result<(), Box<dyn Error>> {
             break;
         }
     }
-    drive.ask(Command::Stop)?;
+    drive.stop()?;
     drive.ask(Command::Watch(0))?;
     let status = drive.status()?;
     let b = last.map_or(0.0, |last| last.estimates.b);

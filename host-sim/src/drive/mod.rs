@@ -42,6 +42,8 @@ pub enum DriveError {
     Refused(Refusal),
     /// The drive does not report.
     Silent,
+    /// It reports that it still drives its servo after it has taken a stop.
+    NotStopped,
 }
 
 impl fmt::Display for DriveError {
@@ -52,6 +54,9 @@ impl fmt::Display for DriveError {
             Self::Silent => {
                 f.write_str("the drive is silent: is it switched on, and its line connected?")
             }
+            Self::NotStopped => f.write_str(
+                "the drive has taken the stop and still drives its servo: switch the motor's supply off",
+            ),
         }
     }
 }
@@ -121,6 +126,22 @@ impl Client {
     pub fn start(&mut self) -> Result<(), DriveError> {
         const PATIENCE: Duration = Duration::from_millis(200);
         self.begin(Command::Start, PATIENCE, State::Running)
+    }
+
+    /// Stops whatever the drive does, and returns when its servo is disabled: a stop is answered before the
+    /// sample that obeys it, and only after that are the estimates of the run complete.
+    ///
+    /// # Errors
+    /// If the line breaks, or the drive does not stop.
+    pub fn stop(&mut self) -> Result<(), DriveError> {
+        self.ask(Command::Stop)?;
+        let until = Instant::now() + MAX_REPORT_WAIT;
+        while matches!(self.status()?.state, State::Running | State::Commissioning) {
+            if Instant::now() > until {
+                return Err(DriveError::NotStopped);
+            }
+        }
+        Ok(())
     }
 
     /// Begins a commissioning, and never two. Before it begins, the drive's flash may have to be erased.

@@ -96,7 +96,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         Verb::Configure(configure) => configure.run(&mut client),
         Verb::Start(start) => start.run(&mut client),
         Verb::Target { radians } => client.ask(Command::Target(*radians)).map_err(fault),
-        Verb::Stop => client.ask(Command::Stop).map_err(fault),
+        Verb::Stop => client.stop().map_err(fault),
         Verb::Clear => client.ask(Command::Clear).map_err(fault),
         Verb::Save => client.ask(Command::Save).map_err(fault),
         Verb::Watch(watch) => watch.run(&mut client, table),

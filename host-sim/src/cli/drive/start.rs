@@ -52,7 +52,7 @@ impl Arguments {
             Some(Event::Fault(fault)) => Err(Fault::Other(fault.to_string())),
             Some(Event::Status(status)) if status.state == State::Released => Ok(Some(())),
             _ if self.time.is_some_and(is_over) => {
-                client.ask(Command::Stop).map_err(fault).map(Some)
+                client.stop().map_err(fault).map(Some)
             }
             Some(Event::Snapshot(snapshot)) => {
                 let line = say!("{}", snapshot_line(&snapshot));
