@@ -5,7 +5,7 @@ use core::hint::black_box;
 
 use identifier_core::Settings;
 use identifier_core::adaptation::IdentifiableSet;
-use identifier_core::excitation::{BandLimitedWhiteNoise, BandLimitedWhiteNoiseState, Excitation};
+use identifier_core::excitation::Excitation;
 use identifier_core::identifier::{
     FitBlocks, GaussNewtonFitted, GaussNewtonFitter, GaussNewtonFitterState, GaussNewtonRecursion,
     Identify, NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState,
@@ -13,6 +13,7 @@ use identifier_core::identifier::{
 use identifier_core::measurement::counter::Counter;
 use identifier_core::measurement::velocity::{LowPass, LowPassState};
 use identifier_core::settings::{FromSettings, SettingsError};
+use virtual_servo::excitation::{BandLimitedWhiteNoise, BandLimitedWhiteNoiseState};
 use virtual_servo::{Encoder, Plant};
 
 use crate::instructions::{Counter as Instructions, Tally};

@@ -1,9 +1,9 @@
 //! The paper's experiment, from the same file as the simulator's.
 
-use identifier_core::excitation::BandLimitedWhiteNoise;
 use identifier_core::parameters::{PerParameter, ServoParameters};
 use identifier_core::settings::{BoxSettings, IdentifierSettings, SettingsError, diagonal};
 use identifier_core::{ControllerSettings, Settings};
+use virtual_servo::excitation::BandLimitedWhiteNoise;
 use virtual_servo::{Encoder, Plant};
 
 include!(concat!(env!("OUT_DIR"), "/paper.rs"));

@@ -5,8 +5,8 @@ use host_sim::result::Summary;
 use host_sim::scenario::{Purpose, Scenario};
 use host_sim::simulate;
 use identifier_core::ControllerSettings;
-use identifier_core::excitation::NormalSource;
 use identifier_core::parameters::ServoParameters;
+use virtual_servo::excitation::NormalSource;
 
 /// A seeded stream of random numbers, the same on every machine.
 #[derive(Debug, Clone, Copy)]

@@ -13,6 +13,7 @@
 mod effects;
 mod encoder;
 mod equation;
+pub mod excitation;
 pub mod faults;
 mod friction;
 mod front_end;

@@ -1,6 +1,6 @@
 //! Random numbers, with a stream for each use.
 
-use identifier_core::excitation::NormalSource;
+use crate::excitation::NormalSource;
 
 /// The use of a stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,8 +2,8 @@
 
 use core::f64::consts::PI;
 
+use crate::excitation::NormalSource;
 use identifier_core::error::{Allowed, OutOfRange};
-use identifier_core::excitation::NormalSource;
 
 use crate::noise::{Stream, source};
 

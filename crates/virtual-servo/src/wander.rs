@@ -1,6 +1,6 @@
 //! A wandering load.
 
-use identifier_core::excitation::NormalSource;
+use crate::excitation::NormalSource;
 
 use crate::noise::{Stream, source};
 

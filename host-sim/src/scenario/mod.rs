@@ -37,10 +37,10 @@ pub use reference::{Reference, ReferenceState};
 pub use set::ModelSet;
 pub(crate) use source::fetch;
 
-use identifier_core::excitation::Tone;
 use identifier_core::parameters::{Parameter, ServoParameters};
 use identifier_core::units::Units;
 use identifier_core::{ControllerSettings, Settings};
+use virtual_servo::excitation::Tone;
 use virtual_servo::faults::InjectedFault;
 use virtual_servo::{Effects, SensorEffects};
 

@@ -1,12 +1,13 @@
 //! The reference signal, chosen at run time.
 
 use identifier_core::error::OutOfRange;
-use identifier_core::excitation::{
-    BandLimitedWhiteNoise, BandLimitedWhiteNoiseState, Chirp, ChirpState, Excitation, Multisine,
-    MultisineState, Prbs, PrbsState, Square, SquareState, Steps, StepsState,
-};
+use identifier_core::excitation::{Excitation, Prbs, PrbsState};
 use identifier_core::number::Number;
 use identifier_core::units::Units;
+use virtual_servo::excitation::{
+    BandLimitedWhiteNoise, BandLimitedWhiteNoiseState, Chirp, ChirpState, Multisine,
+    MultisineState, Square, SquareState, Steps, StepsState,
+};
 
 use super::ExcitationSettings;
 use super::kind::MAX_ENTRIES;

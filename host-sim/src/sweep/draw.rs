@@ -1,6 +1,6 @@
-use identifier_core::excitation::NormalSource;
 use identifier_core::parameters::ServoParameters;
 use virtual_servo::distinct_seed;
+use virtual_servo::excitation::NormalSource;
 
 use crate::scenario::{ExcitationSettings, Scenario};
 

@@ -19,15 +19,13 @@
 //! unless others are stated, and the same filter, sum and hold, but neither limit nor anti-windup: it is
 //! added to the command that acted, which is limited already.
 
-mod feed_forward;
 mod gains;
 mod limit;
 mod pid;
 
-pub use feed_forward::{FeedForward, FeedForwardSettings, ReferenceMotion};
 pub use gains::Gains;
 pub use limit::CommandLimit;
-pub use pid::{Command, Pid};
+pub use pid::Pid;
 
 use crate::error::StepError;
 use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};

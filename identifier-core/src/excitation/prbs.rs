@@ -1,4 +1,4 @@
-use super::{Excitation, Hold, whole_steps};
+use super::{Excitation, Hold};
 use crate::error::{Allowed, OutOfRange};
 use crate::number::Number;
 use crate::units::Units;
@@ -41,7 +41,7 @@ impl<N: Number> Prbs<N> {
         Allowed::Within(f64::from(fewest), f64::from(most)).check("order", f64::from(order))?;
         Ok(Self {
             amplitude: N::from_f64(amplitude * units.position()),
-            hold: whole_steps("hold", hold, units.sample_time())?,
+            hold: Hold::steps("hold", hold, units.sample_time())?,
             taps: TAPS[(order - fewest) as usize],
         })
     }

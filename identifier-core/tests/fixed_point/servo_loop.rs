@@ -4,7 +4,7 @@
 use fixed::types::I16F16;
 use identifier_core::GradientLoop;
 use identifier_core::error::{Allowed, StepError};
-use identifier_core::excitation::{BandLimitedWhiteNoise, Excitation};
+use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::{
     FixedAveragedDifference, FixedController, FixedGradientIdentifier, FixedLowPass,
     FixedServoLoop, FixedVelocity, Word, split_setpoint,
@@ -18,6 +18,7 @@ use identifier_core::settings::{
     BoxSettings, ControllerSettings, RangeSettings, Settings, SettingsError, diagonal,
 };
 use proptest::prelude::*;
+use virtual_servo::excitation::BandLimitedWhiteNoise;
 use virtual_servo::{Encoder, Plant};
 
 /// A true servo with an encoder whose counter has 32 bits and starts anywhere.

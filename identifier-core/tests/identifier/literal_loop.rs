@@ -3,10 +3,11 @@
 
 use crate::support::Draw;
 use identifier_core::GradientLoop;
-use identifier_core::excitation::{BandLimitedWhiteNoise, Excitation};
+use identifier_core::excitation::Excitation;
 use identifier_core::identifier::Identify;
 use identifier_core::parameters::{Ab, ServoParameters};
 use identifier_core::settings::{BoxSettings, ControllerSettings, Settings};
+use virtual_servo::excitation::BandLimitedWhiteNoise;
 use virtual_servo::{Encoder, Plant};
 
 /// The paper's equations, sampled: every quantity in SI and double precision.

@@ -1,12 +1,13 @@
 //! Single precision far from home: high rates, many turns, counters that wrap.
 
-use identifier_core::excitation::{BandLimitedWhiteNoise, Excitation};
+use identifier_core::excitation::Excitation;
 use identifier_core::identifier::Identify;
 use identifier_core::measurement::counter::Counter;
 use identifier_core::number::Number;
 use identifier_core::parameters::{Ab, ServoParameters};
 use identifier_core::settings::BoxSettings;
 use identifier_core::{ControllerSettings, GradientLoop, Settings};
+use virtual_servo::excitation::BandLimitedWhiteNoise;
 use virtual_servo::{Encoder, Plant};
 
 const COUNTS_PER_REV: f64 = 10_000.0;

@@ -1,8 +1,8 @@
 //! Random servos, the controllers of somebody else's firmware, and the loop that runs them.
 
 use core::f64::consts::{PI, TAU};
-use identifier_core::excitation::NormalSource;
 use identifier_core::parameters::ServoParameters;
+use virtual_servo::excitation::NormalSource;
 use virtual_servo::{Encoder, Plant};
 
 /// A source of random draws.

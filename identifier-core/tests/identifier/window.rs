@@ -2,11 +2,12 @@
 //! own first fit has found.
 
 use identifier_core::control::{ControlState, Controller};
-use identifier_core::excitation::{BandLimitedWhiteNoise, BandLimitedWhiteNoiseState, Excitation};
+use identifier_core::excitation::Excitation;
 use identifier_core::identifier::{GaussNewtonIdentifier, Identify, WindowIdentifier};
 use identifier_core::measurement::velocity::{LowPass, LowPassState};
 use identifier_core::parameters::{AbLoad, ServoParameters};
 use identifier_core::{ControllerSettings, Settings};
+use virtual_servo::excitation::{BandLimitedWhiteNoise, BandLimitedWhiteNoiseState};
 use virtual_servo::{Encoder, Plant};
 
 const COUNTS: f64 = 10_000.0;

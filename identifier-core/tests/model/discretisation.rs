@@ -2,7 +2,7 @@
 //! the matched one, and the core beside an independent statement of its equations.
 
 use identifier_core::control::{ControlState, Controller};
-use identifier_core::excitation::{BandLimitedWhiteNoise, Excitation};
+use identifier_core::excitation::Excitation;
 use identifier_core::identifier::{GradientIdentifier, Identify};
 use identifier_core::measurement::velocity::LowPass;
 use identifier_core::parameters::{Ab, ServoParameters};
@@ -10,6 +10,7 @@ use identifier_core::settings::{BoxSettings, diagonal};
 use identifier_core::units::Units;
 use identifier_core::{ControllerSettings, Settings};
 use virtual_servo::Plant;
+use virtual_servo::excitation::BandLimitedWhiteNoise;
 
 const A: f64 = 0.2174;
 const B: f64 = 257.7;

@@ -2,7 +2,6 @@
 //! on the sampled loop is what happens when it runs.
 
 use identifier_core::control::{ControlState, Controller, Gains};
-use identifier_core::excitation::NormalSource;
 use identifier_core::interval::Interval;
 use identifier_core::measurement::velocity::{LowPass, VelocityEstimate};
 use identifier_core::parameters::{Ab, ServoParameters};
@@ -10,6 +9,7 @@ use identifier_core::settings::{BoxSettings, SettingsError, diagonal};
 use identifier_core::stability::{Certificate, CertificateError, PlantBox, sampled_loop};
 use identifier_core::{ControllerSettings, GradientLoop, Settings};
 use virtual_servo::Plant;
+use virtual_servo::excitation::NormalSource;
 
 /// A seeded stream of random numbers.
 struct Random(NormalSource);

@@ -40,7 +40,7 @@ fn power(signal: &[f64], frequency: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use identifier_core::excitation::NormalSource;
+    use virtual_servo::excitation::NormalSource;
 
     use super::frequency;
 

@@ -42,7 +42,7 @@ impl Whitening {
 
 #[cfg(test)]
 mod tests {
-    use identifier_core::excitation::NormalSource;
+    use virtual_servo::excitation::NormalSource;
 
     use super::*;
 

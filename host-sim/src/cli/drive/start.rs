@@ -51,9 +51,7 @@ impl Arguments {
         follow(client, |client, event| match event {
             Some(Event::Fault(fault)) => Err(Fault::Other(fault.to_string())),
             Some(Event::Status(status)) if status.state == State::Released => Ok(Some(())),
-            _ if self.time.is_some_and(is_over) => {
-                client.stop().map_err(fault).map(Some)
-            }
+            _ if self.time.is_some_and(is_over) => client.stop().map_err(fault).map(Some),
             Some(Event::Snapshot(snapshot)) => {
                 let line = say!("{}", snapshot_line(&snapshot));
                 printed = std::mem::replace(&mut printed, Ok(())).and(line);

@@ -1,8 +1,8 @@
 use super::oscillator::{Phase, SineSeries};
-use super::{Excitation, whole_steps};
-use crate::error::{Allowed, OutOfRange};
-use crate::number::Number;
-use crate::units::Units;
+use identifier_core::error::{Allowed, OutOfRange};
+use identifier_core::excitation::{Excitation, Hold};
+use identifier_core::number::Number;
+use identifier_core::units::Units;
 
 /// A sine whose frequency moves linearly from one value to another and then starts again, the
 /// phase running on without a jump.
@@ -41,7 +41,7 @@ impl<N: Number> Chirp<N> {
         Allowed::Above(0.0).check("amplitude", amplitude)?;
         Allowed::Between(0.0, nyquist).check("from", from)?;
         Allowed::Between(0.0, nyquist).check("to", to)?;
-        let samples = whole_steps("duration", duration, units.sample_time())?;
+        let samples = Hold::steps("duration", duration, units.sample_time())?;
         let turns = |frequency: f64| frequency * units.sample_time() / core::f64::consts::TAU;
         let first = Phase::from_turns(turns(from));
         let last = Phase::from_turns(turns(to));

@@ -1,8 +1,8 @@
-use super::Excitation;
 use super::oscillator::{Phase, SineSeries};
-use crate::error::{Allowed, OutOfRange};
-use crate::number::Number;
-use crate::units::Units;
+use identifier_core::error::{Allowed, OutOfRange};
+use identifier_core::excitation::Excitation;
+use identifier_core::number::Number;
+use identifier_core::units::Units;
 
 /// One tone of a [`Multisine`], SI.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,4 +1,4 @@
-use crate::number::Number;
+use identifier_core::number::Number;
 
 /// A turn cut into 2⁶⁴ parts: phases add without rounding and wrap by themselves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

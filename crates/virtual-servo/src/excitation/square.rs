@@ -1,7 +1,7 @@
-use super::{Excitation, Hold, whole_steps};
-use crate::error::{Allowed, OutOfRange};
-use crate::number::Number;
-use crate::units::Units;
+use identifier_core::error::{Allowed, OutOfRange};
+use identifier_core::excitation::{Excitation, Hold};
+use identifier_core::number::Number;
+use identifier_core::units::Units;
 
 /// A square wave between +amplitude and −amplitude, high first.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,7 +24,7 @@ impl<N: Number> Square<N> {
     /// `amplitude` must be above 0, `period` an even number of control samples.
     pub fn new(units: &Units, amplitude: f64, period: f64) -> Result<Self, OutOfRange> {
         Allowed::Above(0.0).check("amplitude", amplitude)?;
-        let half_period = whole_steps("period", period, 2.0 * units.sample_time())?;
+        let half_period = Hold::steps("period", period, 2.0 * units.sample_time())?;
         Ok(Self {
             amplitude: N::from_f64(amplitude * units.position()),
             half_period,

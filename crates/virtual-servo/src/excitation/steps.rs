@@ -1,7 +1,7 @@
-use super::{Excitation, Hold, whole_steps};
-use crate::error::{Allowed, OutOfRange};
-use crate::number::Number;
-use crate::units::Units;
+use identifier_core::error::{Allowed, OutOfRange};
+use identifier_core::excitation::{Excitation, Hold};
+use identifier_core::number::Number;
+use identifier_core::units::Units;
 
 /// A staircase: up to M levels in turn, each held for the same time, then from the first again.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,7 +29,7 @@ impl<N: Number, const M: usize> Steps<N, M> {
         let mut steps = Self {
             levels: [N::ZERO; M],
             used: levels.len(),
-            hold: whole_steps("hold", hold, units.sample_time())?,
+            hold: Hold::steps("hold", hold, units.sample_time())?,
         };
         for (slot, &level) in steps.levels.iter_mut().zip(levels) {
             *slot = N::from_f64(Allowed::Finite.check("levels", level)? * units.position());

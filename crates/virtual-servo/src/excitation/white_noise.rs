@@ -1,7 +1,7 @@
-use super::{Excitation, Hold, whole_steps};
-use crate::error::{Allowed, OutOfRange};
-use crate::number::Number;
-use crate::units::Units;
+use identifier_core::error::{Allowed, OutOfRange};
+use identifier_core::excitation::{Excitation, Hold};
+use identifier_core::number::Number;
+use identifier_core::units::Units;
 
 /// Simulink's Band-Limited White Noise, bit for bit: normal random numbers held for a sample time
 /// of their own, scaled by √(power/sample time).
@@ -31,7 +31,7 @@ impl BandLimitedWhiteNoise {
         Ok(Self {
             scale: libm::sqrt(power) / libm::sqrt(sample_time),
             per_unit: units.position_unit(),
-            hold: whole_steps("sample_time", sample_time, units.sample_time())?,
+            hold: Hold::steps("sample_time", sample_time, units.sample_time())?,
             seed,
         })
     }
