@@ -195,6 +195,18 @@ pub enum State {
     Faulted(Fault),
 }
 
+impl fmt::Display for State {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Released => f.write_str("released: the servo coasts"),
+            Self::Running => f.write_str("running: the loop is closed"),
+            Self::Commissioning => f.write_str("commissioning: it moves on its own"),
+            Self::Faulted(fault) if fault.needs_reset() => fault.fmt(f),
+            Self::Faulted(fault) => write!(f, "{fault}, then clear"),
+        }
+    }
+}
+
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -261,8 +273,7 @@ impl fmt::Display for Refusal {
                  servo is at rest",
             ),
             Self::NeverCommissioned => f.write_str("it was never commissioned"),
-            Self::Faulted(fault) if fault.needs_reset() => fault.fmt(f),
-            Self::Faulted(fault) => write!(f, "{fault}, then clear"),
+            Self::Faulted(fault) => State::Faulted(*fault).fmt(f),
             Self::Setting(refused) => refused.fmt(f),
             Self::TooFar { most } => write!(
                 f,

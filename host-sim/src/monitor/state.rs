@@ -214,7 +214,7 @@ impl State {
     pub fn reason(&self) -> String {
         let status = &self.status;
         match status.state {
-            Does::Faulted(fault) => fault.to_string(),
+            Does::Faulted(_) => self.status.state.to_string(),
             Does::Running => "the loop is closed, and the drive identifies".to_owned(),
             Does::Commissioning => match self.phase() {
                 Some(phase) => format!("commissioning: {}", phase.name()),

@@ -1,6 +1,6 @@
 //! A drive's state, estimates and settings in words.
 
-use drive_link::{Estimates, Settings, Snapshot, State, Status};
+use drive_link::{Estimates, Settings, Snapshot, Status};
 use identifier_core::parameters::ServoParameters;
 
 use crate::cli::fault::Fault;
@@ -47,12 +47,7 @@ pub(super) fn estimates_line(estimates: &Estimates) -> String {
 
 /// Prints state, estimates, history and settings.
 pub(super) fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
-    match status.state {
-        State::Released => say!("released: the servo coasts")?,
-        State::Running => say!("running: the loop is closed")?,
-        State::Commissioning => say!("commissioning: it moves on its own")?,
-        State::Faulted(fault) => say!("{fault}")?,
-    }
+    say!("{}", status.state)?;
     match &status.estimates {
         Some(estimates) => say!("knows: {}", estimates_line(estimates))?,
         None => say!("the servo is not identified yet")?,

@@ -55,8 +55,6 @@ pub enum LinkError {
     Drive(DriveError),
     /// The line works, and the drive is silent.
     Silent,
-    /// It did not release the servo when it was requested.
-    NotReleased,
     /// The thread of the line has ended by a defect of this program.
     Ended,
 }
@@ -70,9 +68,6 @@ impl fmt::Display for LinkError {
                 "the drive has been silent for {} s: is it switched on, and its line connected?",
                 MAX_SILENCE.as_secs()
             ),
-            Self::NotReleased => {
-                f.write_str("the drive was told to stop and still drives its servo")
-            }
             Self::Ended => f.write_str("the thread of the line has ended"),
         }
     }

@@ -18,9 +18,6 @@ pub(super) const MAX_SILENCE: Duration = Duration::from_secs(5);
 const REPEAT_AFTER: Duration = Duration::from_millis(200);
 const GIVE_UP_AFTER: Duration = Duration::from_secs(5);
 
-/// Longest time until the servo is released at the end.
-const MAX_RELEASE_TIME: Duration = Duration::from_secs(3);
-
 /// The conversation with a drive.
 pub(super) struct Talk {
     client: Client,
@@ -156,13 +153,7 @@ impl Talk {
         let ending = match at_end {
             AtEnd::Stop => {
                 // Whatever it does: nothing comes before a stop.
-                self.client.ask(Command::Stop)?;
-                let until = Instant::now() + MAX_RELEASE_TIME;
-                while is_driven(self.client.status()?.state) {
-                    if Instant::now() > until {
-                        return Err(LinkError::NotReleased);
-                    }
-                }
+                self.client.stop()?;
                 if self.drives {
                     Ending::Stopped
                 } else {
