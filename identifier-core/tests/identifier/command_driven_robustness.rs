@@ -226,24 +226,6 @@ fn errors_leave_the_state_untouched() {
     assert!(identifier.learn(&mut state, 101.0, 1.0).is_ok());
 }
 
-#[test]
-fn sizes() {
-    use core::mem::size_of;
-    type State<const W: usize> =
-        <GaussNewtonIdentifier<f32, AbCoulombLoad, 4, W> as Identify<f32>>::State;
-    println!(
-        "state with W = 64: {} bytes, 128: {}, 256: {}",
-        size_of::<State<64>>(),
-        size_of::<State<128>>(),
-        size_of::<State<256>>()
-    );
-    println!(
-        "recursion alone: {} bytes",
-        GaussNewtonIdentifier::<f32, AbCoulombLoad, 4>::RECURSION_BYTES
-    );
-    println!("identifier: {} bytes", size_of::<Identifier<f32>>());
-}
-
 /// Any sample: ordinary ones, huge ones, and what is no number.
 fn any_sample() -> impl Strategy<Value = (f32, f32)> {
     let increment = prop_oneof![

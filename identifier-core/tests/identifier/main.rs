@@ -7,7 +7,6 @@ mod gradient;
 mod halves;
 mod literal_loop;
 mod many_turns;
-mod measured_log;
 mod refusals;
 mod robustness;
 mod shown_estimates;

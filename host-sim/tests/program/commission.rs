@@ -1,0 +1,227 @@
+//! The contract of `servo-id commission`: what is said, what is written, and what is refused before
+//! anything moves.
+
+use std::fs;
+
+use crate::support::{folder, servo_id, standard_error};
+use identifier_core::commission::Reason;
+use serde_json::Value;
+
+const PAPER: &str = include_str!("../../scenarios/commission.toml");
+
+/// Commissions a text: exit status, what is said, and the result.
+fn commission(test: &str, text: &str) -> (Option<i32>, String, Option<Value>) {
+    let folder = folder(&format!("commission-{test}"));
+    let [scenario, json] = ["scenario.toml", "result.json"].map(|name| folder.join(name));
+    fs::write(&scenario, text).expect("the scenario is written");
+    let [path, result] = [&scenario, &json].map(|path| path.display().to_string());
+    let output = servo_id(&["commission", &path, "--json", &result]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned() + &standard_error(&output);
+    let result = fs::read_to_string(&json).ok();
+    let result = result.map(|text| serde_json::from_str(&text).expect("it is JSON"));
+    (output.status.code(), said, result)
+}
+
+/// The paper's servo with one line changed is refused before anything moves: at the key's line, and with
+/// the figure that would do.
+fn assert_refused(test: &str, (from, to): (&str, &str), key: &str, figure: &str) {
+    let text = PAPER.replace(from, to);
+    assert_ne!(text, PAPER, "{test}");
+    let (status, said, result) = commission(test, &text);
+    assert_eq!(status, Some(2), "{test}: {said}");
+    assert!(result.is_none(), "{test}: no partial output");
+    assert!(!said.contains("released-check"), "{test}: {said}");
+    let name = key.rsplit('.').next().expect("a key has a name");
+    let line = text.lines().position(|line| line.starts_with(name));
+    let table = text.lines().position(|line| line == "[commission]");
+    let line = 1 + line.or(table).expect("the key or its table is there");
+    assert!(
+        said.contains(&format!("scenario.toml:{line}: {key}: ")),
+        "{test}: {said}"
+    );
+    assert!(said.contains(figure), "{test}: {said}");
+}
+
+#[test]
+fn a_servo_of_which_nothing_is_known_ends_with_gains_and_says_how() {
+    let (status, said, result) = commission("paper", PAPER);
+    assert_eq!(status, Some(0), "{said}");
+    let result = result.expect("it is written");
+    assert_eq!(result["status"], "applied");
+    assert_eq!(result["code"], 0);
+    assert_eq!(result["reason"], Value::Null);
+    let b = result["servo"]["b"]["value"].as_f64().expect("a number");
+    assert!((b / 257.7 - 1.0).abs() < 0.01, "{b}");
+    let phases = result["phases"].as_array().expect("a list").iter();
+    let names: Vec<_> = phases
+        .map(|phase| phase["phase"].as_str().unwrap_or("?"))
+        .collect();
+    assert_eq!(
+        names,
+        [
+            "released-check",
+            "wiggle",
+            "fit",
+            "refine",
+            "verify",
+            "tune",
+            "trial",
+            "applied"
+        ]
+    );
+    let first = said
+        .find("it moves at most")
+        .expect("the largest motion is told");
+    assert!(
+        names
+            .iter()
+            .all(|name| said.find(name).is_some_and(|place| first < place)),
+        "{said}"
+    );
+    for gain in ["kp", "kd", "ki", "cutoff"] {
+        assert!(
+            result["gains"][gain].as_f64().expect("a number") > 0.0,
+            "{gain}"
+        );
+    }
+    let promised = result["promise"]["rise_time"].as_f64().expect("a number");
+    let measured = result["trial"]["rise_time"].as_f64().expect("a number");
+    assert!(
+        (measured / promised - 1.0).abs() < 0.15,
+        "{measured} of {promised}"
+    );
+}
+
+#[test]
+fn results_are_the_same_in_every_run_and_have_standard_output_to_themselves() {
+    let folder = folder("commission-streams");
+    let scenario = folder.join("scenario.toml");
+    fs::write(&scenario, PAPER).expect("the scenario is written");
+    let scenario = scenario.display().to_string();
+    for kind in ["--json", "--csv", "--plot"] {
+        let [one, other] = [(); 2].map(|()| servo_id(&["commission", &scenario, kind, "-"]));
+        assert_eq!(one.status.code(), Some(0), "{}", standard_error(&one));
+        assert_eq!(one.stdout, other.stdout, "{kind}");
+        let text = String::from_utf8(one.stdout).expect("text");
+        match kind {
+            "--json" => drop(serde_json::from_str::<Value>(&text).expect("JSON and nothing else")),
+            "--csv" => {
+                assert!(text.starts_with("time_s,reference_rad,position_rad,command,phase,"))
+            }
+            _ => assert!(text.starts_with("<svg")),
+        }
+    }
+}
+
+#[test]
+fn what_is_not_applied_is_exit_status_one_with_the_reason_in_words_and_numbers() {
+    // A locked axis: friction bears the largest command.
+    let text = PAPER.replace("coulomb = 0.0 ", "coulomb = 9000.0 ");
+    assert_ne!(text, PAPER);
+    let (status, said, result) = commission("locked", &text);
+    assert_eq!(status, Some(1), "{said}");
+    let result = result.expect("it is written");
+    let reason = Reason::DoesNotMove;
+    assert_eq!(result["status"], "aborted");
+    assert_eq!(result["code"], reason.number());
+    assert_eq!(result["phase"], "wiggle");
+    assert_eq!(result["reason"]["name"], reason.name());
+    assert_eq!(result["reason"]["remedy"], reason.remedy());
+    assert_eq!(result["gains"], Value::Null);
+    assert!(
+        said.contains(reason.cause()) && said.contains(reason.remedy()),
+        "{said}"
+    );
+    assert!(said.contains("the servo is disabled"), "{said}");
+}
+
+#[test]
+fn what_cannot_be_within_the_limits_is_refused_with_the_figure_that_would_do() {
+    let refused = assert_refused;
+    refused(
+        "travel",
+        ("travel = 0.5 ", "travel = 0.002 "),
+        "commission.travel",
+        "to either side",
+    );
+    refused(
+        "speed",
+        ("speed = 30.0 ", "speed = 0.05 "),
+        "commission.speed",
+        "allow 0.1",
+    );
+    refused(
+        "beside",
+        ("travel = 0.5 ", "travel = [0.1, 0.5] "),
+        "commission.travel",
+        "[low, high]",
+    );
+    refused(
+        "end",
+        ("travel = 0.5 ", "travel = [0.0, 0.5] "),
+        "commission.travel",
+        "one_way = true",
+    );
+    refused(
+        "ways",
+        ("speed =", "one_way = true\nspeed ="),
+        "commission.one_way",
+        "[-0.5, 0.5]",
+    );
+    refused(
+        "missing",
+        ("travel = 0.5 ", "# "),
+        "commission.travel",
+        "travel = 0.5 ",
+    );
+    refused(
+        "amplifier",
+        ("speed =", "command = 12.0\nspeed ="),
+        "commission.command",
+        "[-10, 10]",
+    );
+    refused(
+        "unlimited",
+        ("limit = 10.0", "# "),
+        "commission.command",
+        "amplifier.limit",
+    );
+    refused(
+        "goals",
+        ("speed =", "bandwidth = 20.0\nstiffest = true\nspeed ="),
+        "commission.bandwidth",
+        "state one of",
+    );
+    refused(
+        "step",
+        ("speed =", "trial_step = 3.0\nspeed ="),
+        "commission.trial_step",
+        "would do",
+    );
+    refused(
+        "sensitivity",
+        ("speed =", "max_sensitivity = 0.9\nspeed ="),
+        "commission.max_sensitivity",
+        "above 1",
+    );
+    refused(
+        "fixed",
+        (
+            "[commission]",
+            "[identifier]\narithmetic = \"fixed\"\n[commission]",
+        ),
+        "identifier.arithmetic",
+        "\"f64\"",
+    );
+}
+
+#[test]
+fn a_scenario_without_what_a_commissioning_may_do_is_refused_with_what_to_write() {
+    let run = include_str!("../../scenarios/paper.toml");
+    let (status, said, result) = commission("run", run);
+    assert_eq!(status, Some(2), "{said}");
+    assert!(
+        result.is_none() && said.contains("[commission]\n    travel = 0.5"),
+        "{said}"
+    );
+}

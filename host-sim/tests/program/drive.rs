@@ -1,0 +1,506 @@
+//! The first power-on of the firmware's manual, step by step, on a simulated axis with a hand on its
+//! shaft, and everything else that a person does to a drive from the command line.
+
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::support::simulated_drive::{Hand, SimulatedDrive};
+use crate::support::{folder, servo_id, standard_error};
+use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings};
+use host_sim::drive::Client;
+use host_sim::port::Port;
+use identifier_core::ControllerSettings;
+use identifier_core::parameters::ServoParameters;
+use identifier_core::settings::diagonal;
+
+const SERVO: ServoParameters = ServoParameters {
+    a: 0.2174,
+    b: 257.7,
+    coulomb: 5.0,
+    load: 0.0,
+};
+
+/// What a drive shows before anybody has told it anything.
+fn example() -> Settings {
+    let mut core = identifier_core::Settings {
+        cutoff: 500.0,
+        controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
+        ..identifier_core::Settings::new(1e-3, 10_000.0)
+    };
+    core.identifier.gamma = Some(diagonal([20.0, 3000.0, 100.0, 0.0]));
+    core.identifier.initial.b = Some(150.0);
+    Settings {
+        closed_loop: LoopSettings {
+            core,
+            law: Law::Gradient { friction: true },
+            format: Format::Single,
+        },
+        dither: Dither {
+            amplitude: 0.3,
+            hold: 0.05,
+        },
+        protection: Protection {
+            // This machine may be busy.
+            link_timeout: 20.0,
+            ..Protection::OF_A_BARE_MOTOR
+        },
+    }
+}
+
+/// A person at the drive's command line.
+struct Person {
+    drive: SimulatedDrive,
+    scenario: String,
+}
+
+impl Person {
+    fn before_a_drive(test: &str) -> Self {
+        let scenario = folder(test).join("my-servo.toml").display().to_string();
+        let person = Self {
+            drive: SimulatedDrive::start(SERVO, example()),
+            scenario,
+        };
+        person.write(10.0, "kind = \"none\"");
+        person
+    }
+
+    /// Writes the scenario.
+    fn write(&self, limit: f64, excitation: &str) {
+        let text = format!(
+            "[plant]\na = 0.2\nb = 250.0\n[encoder]\ncounts_per_rev = 10000\n\
+             [amplifier]\nlimit = {limit}\n\
+             [controller]\nkp = 9.0\nkd = 0.19\nki = 4.0\nsample_time = 0.001\n\
+             velocity_filter = {{ kind = \"low-pass\", cutoff = 500.0 }}\n\
+             [excitation]\n{excitation}\n\
+             [identifier]\nlaw = \"gauss-newton\"\n\
+             parameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n\
+             [run]\nduration = 10.0\n"
+        );
+        std::fs::write(&self.scenario, text).expect("the scenario is written");
+    }
+
+    fn arguments<'a>(&'a self, words: &'a str) -> Vec<&'a str> {
+        let mut arguments = vec!["drive", "--port", &self.drive.port];
+        arguments.extend(words.split_whitespace().map(|word| {
+            if word == "my-servo.toml" {
+                self.scenario.as_str()
+            } else {
+                word
+            }
+        }));
+        arguments
+    }
+
+    /// Types a command that must succeed, and reads what it says.
+    fn does(&self, words: &str) -> String {
+        let output = servo_id(&self.arguments(words));
+        assert!(
+            output.status.success(),
+            "{words}: {}",
+            standard_error(&output)
+        );
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    }
+
+    /// Types a command that must fail with this status, and reads why.
+    fn fails(&self, status: i32, words: &str) -> String {
+        let output = servo_id(&self.arguments(words));
+        assert_eq!(output.status.code(), Some(status), "{words}");
+        standard_error(&output)
+    }
+
+    /// Types a command that goes on.
+    fn begins(&self, words: &str) -> Child {
+        as_from_a_terminal()
+            .args(self.arguments(words))
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts")
+    }
+
+    /// Waits for what goes on: its status, what it said and why it failed.
+    fn ends(child: Child) -> (Option<i32>, String, String) {
+        let output = child.wait_with_output().expect("it ends");
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        (output.status.code(), said, standard_error(&output))
+    }
+}
+
+#[test]
+fn the_first_power_on_of_the_manual_works_step_by_step() {
+    let person = Person::before_a_drive("first_power_on");
+    let drive = &person.drive;
+
+    // 1. Who is there?
+    let said = person.does("status");
+    assert!(said.contains("released: the servo coasts"), "{said}");
+    assert!(said.contains("not configured: it does not start"), "{said}");
+    let refused = person.fails(1, "start");
+    assert!(refused.contains("configure it first"), "{refused}");
+
+    // 2. Say what the servo is, with tight protections.
+    // The manual's words, and a longer link timeout: this machine may be busy.
+    let tight = "configure my-servo.toml --following-error 0.2 --travel 0.5 --pace 0.5 --speed 20 \
+                 --link-timeout 20";
+    person.does(tight);
+    assert!(!person.does("status").contains("not configured"));
+
+    // 3. The encoder: no supply, a hand turns the axis by up to 0.1 rad, then beyond 0.2.
+    let start = person.begins("start");
+    drive.wait_until_driven();
+    drive.pass(0.5);
+    for position in [0.02, 0.05, 0.1] {
+        drive.with(|around| around.hand = Hand::Holds(position));
+        drive.pass(2.0);
+    }
+    drive.with(|around| around.hand = Hand::Holds(0.21));
+    let (status, said, why) = Person::ends(start);
+    // 159 counts of 10 000.
+    assert!(
+        said.contains("position 0.0999"),
+        "it counts upwards: {said}"
+    );
+    assert_eq!(status, Some(1));
+    assert!(why.contains("fault 22:"), "not {why}");
+    assert_eq!(drive.with(|around| around.held), None);
+    person.does("clear");
+    drive.with(|around| around.hand = Hand::Off);
+
+    // 4. A tenth of the command.
+    person.write(1.0, "kind = \"none\"");
+    person.does(tight);
+
+    // 5. Supply on, but with the motor's leads swapped: it runs away, by 0.2 rad and no further.
+    drive.with(|around| (around.supply, around.leads) = (true, -1.0));
+    let from = drive.with(|around| around.position);
+    let start = person.begins("start");
+    drive.wait_until_driven();
+    drive.pass(0.5);
+    // A touch is enough to make it run.
+    drive.with(|around| around.hand = Hand::Holds(from + 0.01));
+    drive.pass(0.05);
+    drive.with(|around| around.hand = Hand::Off);
+    let (status, _, why) = Person::ends(start);
+    assert_eq!(status, Some(1));
+    assert!(why.contains("fault 22:"), "not {why}");
+    person.does("clear");
+    drive.pass(3.0);
+
+    // Leads right: it holds its place against the hand.
+    drive.with(|around| around.leads = 1.0);
+    let from = drive.with(|around| around.position);
+    let start = person.begins("start --for 6");
+    drive.wait_until_driven();
+    drive.pass(1.0);
+    drive.with(|around| around.hand = Hand::Holds(from + 0.1));
+    drive.pass(1.0);
+    let pushes_back = drive.with(|around| around.held).expect("it is driven");
+    assert!(pushes_back < -0.5, "{pushes_back}");
+    drive.with(|around| around.hand = Hand::Off);
+    drive.pass(2.0);
+    let back = drive.with(|around| around.position);
+    assert!((back - from).abs() < 0.01, "{back} from {from}");
+    let (status, said, why) = Person::ends(start);
+    assert_eq!(status, Some(0), "{why}");
+    assert!(said.contains("the last run was stopped"), "{said}");
+
+    // 6. The whole command, and a dither: too large a one for the protections is refused.
+    person.write(10.0, "kind = \"prbs\"\namplitude = 0.1\nhold = 0.05");
+    let refused = person.fails(2, tight);
+    assert!(
+        refused.contains("following_error = 0.2 is too small beside the dither's amplitude"),
+        "{refused}"
+    );
+    person.write(10.0, "kind = \"prbs\"\namplitude = 0.05\nhold = 0.05");
+    person.does(tight);
+    let said = person.does("start --for 3");
+    let mut lines = said.lines();
+    let known = lines
+        .find(|line| line.starts_with("knows: "))
+        .expect("it says what it knows");
+    let b: f64 = known
+        .split("b ")
+        .nth(1)
+        .and_then(|rest| rest.split_whitespace().next())
+        .and_then(|number| number.parse().ok())
+        .expect("a number");
+    assert!((b / SERVO.b - 1.0).abs() < 0.05, "{known}");
+
+    // 7. Kept through a loss of power.
+    person.does("save");
+    drive.cycle_power();
+    let said = person.does("status");
+    assert!(said.contains("a record is kept"), "{said}");
+    assert!(said.contains(known.trim_start_matches("knows: ")), "{said}");
+}
+
+#[test]
+fn an_excitation_that_the_drive_does_not_know_is_refused_by_name() {
+    let person = Person::before_a_drive("unknown_excitation");
+    person.write(10.0, "kind = \"square\"\namplitude = 0.1\nperiod = 1.0");
+    let refused = person.fails(2, "configure my-servo.toml");
+    assert!(
+        refused.contains("excitation.kind: the drive has \"prbs\" and \"none\""),
+        "{refused}"
+    );
+    assert!(person.does("status").contains("not configured"));
+}
+
+#[test]
+fn a_program_that_is_killed_leaves_an_axis_that_comes_to_rest() {
+    let person = Person::before_a_drive("killed");
+    let drive = &person.drive;
+    drive.with(|around| around.supply = true);
+    person.write(10.0, "kind = \"prbs\"\namplitude = 0.05\nhold = 0.05");
+    person.does("configure my-servo.toml --link-timeout 4");
+    let mut start = person.begins("start");
+    drive.wait_until_driven();
+    // Alive as long as the program runs, several times the timeout.
+    drive.pass(10.0);
+    assert!(drive.with(|around| around.held).is_some());
+    start.kill().expect("it runs");
+    start.wait().expect("it has ended");
+    drive.pass(6.0);
+    assert_eq!(drive.with(|around| around.held), None);
+    let said = person.does("status");
+    assert!(said.contains("fault 40:"), "{said}");
+
+    // Leaving it alone takes a setting that says so.
+    let refused = person.fails(2, "start --leave");
+    assert!(refused.contains("--link-timeout 0"), "{refused}");
+    person.does("clear");
+    person.does("configure my-servo.toml --link-timeout 0 --duration 4");
+    person.does("start --leave");
+    drive.pass(2.0);
+    assert!(drive.with(|around| around.held).is_some());
+    drive.pass(4.0);
+    assert_eq!(drive.with(|around| around.held), None);
+    let said = person.does("status");
+    assert!(said.contains("ended when its time was over"), "{said}");
+}
+
+#[test]
+fn who_only_looks_on_keeps_a_run_alive_too() {
+    let person = Person::before_a_drive("looking_on");
+    let drive = &person.drive;
+    drive.with(|around| around.supply = true);
+    person.does("configure my-servo.toml --link-timeout 4");
+    let mut client = Client::new(Port::open(&drive.port).expect("it listens"));
+    client.ask(drive_link::Command::Start).expect("started");
+    client.keep_alive(4.0 / 2.0);
+    let none = client.next_within(Duration::from_secs(4), |_| None::<()>);
+    assert!(none.expect("the line is whole").is_none());
+    assert!(drive.with(|around| around.held).is_some());
+}
+
+/// The program, with no signal ignored: whatever runs these tests may ignore some.
+fn as_from_a_terminal() -> Command {
+    let program = env!("CARGO_BIN_EXE_servo-id");
+    if cfg!(target_os = "linux") {
+        let mut command = Command::new("env");
+        command.args(["--default-signal=INT,TERM,HUP", program]);
+        command
+    } else {
+        Command::new(program)
+    }
+}
+
+/// Waits until a recording has some rows.
+fn wait_for_rows(folder: &Path) {
+    /// Of some dozens of rows.
+    const SIZE: u64 = 4096;
+    let begin = Instant::now();
+    let has_rows = |entry: std::io::Result<std::fs::DirEntry>| {
+        let entry = entry.expect("an entry");
+        let name = entry.file_name().to_string_lossy().into_owned();
+        name.starts_with(".servo-id-") && entry.metadata().is_ok_and(|file| file.len() > SIZE)
+    };
+    while !std::fs::read_dir(folder).expect("a folder").any(has_rows) {
+        assert!(begin.elapsed() < Duration::from_secs(60), "no rows");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+#[test]
+fn a_recording_is_kept_however_it_ends() {
+    let person = Person::before_a_drive("recording");
+    let drive = &person.drive;
+    drive.with(|around| around.supply = true);
+    person.write(10.0, "kind = \"none\"");
+    person.does("configure my-servo.toml --link-timeout 0");
+    person.does("start --leave");
+    let folder = folder("recording_rows");
+    let file = folder.join("rows.csv");
+    let words = format!(
+        "watch --every 10 --reports 1000000 --csv {}",
+        file.display()
+    );
+    let recording = person.begins(&words);
+    wait_for_rows(&folder);
+    assert!(!file.exists(), "not before it is whole");
+    let script = format!("kill -INT {}", recording.id());
+    let sent = Command::new("sh").args(["-c", &script]).status();
+    assert!(sent.expect("a shell").success());
+    let (status, said, why) = Person::ends(recording);
+    assert_eq!((status, said.as_str()), (Some(1), ""), "{why}");
+    assert!(why.contains("of 1000000 reports"), "{why}");
+    let whole = |text: &str| text.lines().all(|row| row.split(',').count() == 9);
+    let first = std::fs::read_to_string(&file).expect("kept");
+    assert!(first.lines().count() > 10 && whole(&first), "{first}");
+
+    let refused = person.fails(2, &words);
+    assert!(refused.contains("--force"), "{refused}");
+
+    // The line breaks, here because the drive has ears for one and somebody else speaks.
+    let recording = person.begins(&format!("{words} --force"));
+    wait_for_rows(&folder);
+    person.does("stop");
+    let (status, _, why) = Person::ends(recording);
+    assert_eq!(status, Some(1));
+    assert!(why.contains("the other end has gone"), "{why}");
+    let second = std::fs::read_to_string(&file).expect("kept");
+    assert!(second != first && whole(&second), "{second}");
+
+    // Nothing was seen: what was seen before stays.
+    person.fails(1, &format!("{words} --force"));
+    assert_eq!(std::fs::read_to_string(&file).expect("kept"), second);
+    assert_eq!(std::fs::read_dir(&folder).expect("a folder").count(), 1);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_run_that_nobody_can_read_of_is_still_ended() {
+    let person = Person::before_a_drive("full_output");
+    let drive = &person.drive;
+    drive.with(|around| around.supply = true);
+    person.does("configure my-servo.toml --link-timeout 0");
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full");
+    let output = Command::new(env!("CARGO_BIN_EXE_servo-id"))
+        .args(person.arguments("start --for 1.5"))
+        .stdout(full.expect("there"))
+        .output()
+        .expect("the program starts");
+    assert_eq!(output.status.code(), Some(1));
+    let why = standard_error(&output);
+    assert!(why.contains("standard output cannot be written"), "{why}");
+    assert_eq!(drive.with(|around| around.held), None);
+    let said = person.does("status");
+    assert!(said.contains("the last run was stopped"), "{said}");
+}
+
+/// What a person adds to the scenario for a commissioning.
+const COMMISSION: &str = "[plant]\na = 0.2\nb = 250.0\n[encoder]\ncounts_per_rev = 10000\n\
+    [amplifier]\nlimit = 10.0\n\
+    [commission]\ntravel = 1.5\nspeed = 40.0\nsample_time = 0.001\nbandwidth = 40.0\n";
+
+#[test]
+fn a_drive_of_which_nothing_is_known_is_commissioned_from_the_command_line() {
+    let person = Person::before_a_drive("commission_drive");
+    std::fs::write(&person.scenario, COMMISSION).expect("the scenario is written");
+    person.drive.with(|around| around.supply = true);
+    let output = servo_id(&person.arguments("commission my-servo.toml"));
+    let progress = standard_error(&output);
+    assert!(output.status.success(), "{progress}");
+    let said = String::from_utf8_lossy(&output.stdout);
+    let first = said.lines().next().unwrap_or_default();
+    assert!(first.contains("moves at most from -1.5"), "{said}");
+    assert!(
+        said.contains("applied: the new gains hold, and are kept"),
+        "{said}"
+    );
+    for phase in ["wiggle", "fit", "refine", "verify", "tune", "trial"] {
+        assert!(progress.contains(phase), "{phase}: {progress}");
+    }
+    assert!(progress.contains("rad, command "), "{progress}");
+    let status = person.does("status");
+    assert!(status.contains("as commissioned"), "{status}");
+    assert!(status.contains("commissioning: applied"), "{status}");
+    // After the power was off, a start closes the loop with them.
+    person.drive.cycle_power();
+    assert!(person.does("status").contains("as commissioned"));
+    assert!(person.does("start --for 0.5").contains("knows: "));
+    // Again, and the result as JSON.
+    let again = person.does("commission my-servo.toml --json -");
+    let json: serde_json::Value = serde_json::from_str(&again).expect("JSON");
+    assert_eq!(
+        (&json["status"], &json["code"]),
+        (&"applied".into(), &0.into())
+    );
+    assert_eq!(json["kept"], true);
+    let b = json["servo"]["b"]["value"].as_f64().expect("a number");
+    assert!((b / SERVO.b - 1.0).abs() < 0.02, "{b}");
+}
+
+#[test]
+fn a_commissioning_that_is_refused_or_fails_says_why_and_what_would_do() {
+    let person = Person::before_a_drive("commission_fails");
+    let write = |text: &str| std::fs::write(&person.scenario, text).expect("it is written");
+    write(&COMMISSION.replace("travel = 1.5", "travel = 0.0001"));
+    let why = person.fails(2, "commission my-servo.toml");
+    assert!(why.contains("commission.travel"), "{why}");
+    assert!(person.drive.with(|around| around.held).is_none());
+    // Without the motor's supply nothing moves.
+    write(COMMISSION);
+    let why = person.fails(1, "commission my-servo.toml");
+    assert!(why.contains("reason 101:"), "{why}");
+    // More than the servo bears is told with what would do.
+    person.drive.with(|around| around.supply = true);
+    write(&COMMISSION.replace("bandwidth = 40.0", "bandwidth = 150.0"));
+    let why = person.fails(1, "commission my-servo.toml");
+    let would_do = "a bandwidth of 150.0 rad/s is more than the servo bears: the encoder's noise in the \
+                    command allows 1";
+    assert!(
+        why.contains("reason 130:") && why.contains(would_do),
+        "{why}"
+    );
+    let output = servo_id(&person.arguments("commission my-servo.toml --json -"));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let most = json["no_gains"]["most"].as_f64().expect("a figure");
+    assert!((100.0..150.0).contains(&most), "{most}");
+    assert_eq!(json["no_gains"]["cap"], "encoder-noise");
+    // Another sample time than that of the configured drive.
+    write(&COMMISSION.replace("sample_time = 0.001", "sample_time = 0.0005"));
+    let why = person.fails(2, "commission my-servo.toml");
+    assert!(why.contains("sample_time"), "{why}");
+}
+
+#[test]
+fn a_loop_that_runs_is_commissioned_and_goes_on() {
+    let person = Person::before_a_drive("commission_beside");
+    person.drive.with(|around| around.supply = true);
+    person.does("configure my-servo.toml --link-timeout 0 --travel 50 --speed 100");
+    person.does("start --leave");
+    std::fs::write(&person.scenario, COMMISSION).expect("the scenario is written");
+    let said = person.does("commission my-servo.toml");
+    let runs_on = "applied: the new gains hold, and are kept as soon as the servo is released; the loop keeps running";
+    assert!(said.contains(runs_on), "{said}");
+    let status = person.does("status");
+    assert!(status.starts_with("running"), "{status}");
+    assert!(status.contains("as commissioned"), "{status}");
+    person.does("stop");
+    person.drive.pass(0.1);
+    assert!(person.does("status").contains("released"));
+    person.drive.cycle_power();
+    assert!(person.does("status").contains("as commissioned"));
+}
+
+#[test]
+#[cfg(unix)]
+fn an_interruption_stops_a_commissioning() {
+    let person = Person::before_a_drive("commission_interrupted");
+    std::fs::write(&person.scenario, COMMISSION).expect("the scenario is written");
+    person.drive.with(|around| around.supply = true);
+    let begun = person.begins("commission my-servo.toml");
+    person.drive.wait_until_driven();
+    person.drive.pass(0.02);
+    let killed = Command::new("kill")
+        .args(["-INT", &begun.id().to_string()])
+        .status();
+    assert!(killed.is_ok_and(|status| status.success()));
+    let (status, _, why) = Person::ends(begun);
+    assert_eq!(status, Some(1), "{why}");
+    assert!(why.contains("reason 170:"), "{why}");
+    assert!(person.drive.with(|around| around.held).is_none());
+}

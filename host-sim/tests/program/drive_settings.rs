@@ -1,0 +1,100 @@
+//! What a drive is asked of a scenario, and what is refused before a drive is asked.
+
+use std::net::{Ipv4Addr, TcpListener};
+
+use crate::support::{folder, servo_id, standard_error};
+use host_sim::drive::loop_settings;
+use host_sim::scenario::{Fault, Purpose, Scenario};
+
+/// The settings for a scenario of this text.
+fn settings_of(test: &str, text: &str) -> Result<drive_link::LoopSettings, Fault> {
+    let path = folder(test).join("scenario.toml");
+    std::fs::write(&path, text).expect("the scenario is written");
+    loop_settings(&Scenario::load(&path, Purpose::Run).expect("a PC can"))
+}
+
+/// Of a and b alone, which is what the firmware has in fixed point: bounds of friction and load are not
+/// stated and have to be sent.
+#[test]
+fn bounds_that_follow_from_the_box_are_sent() {
+    let drift = include_str!("../../scenarios/drift.toml");
+    let lines = drift.lines().filter(|line| !line.starts_with("bounds = "));
+    let text: String = lines.flat_map(|line| [line, "\n"]).collect();
+    assert!(text.len() < drift.len(), "drift.toml states bounds");
+    let text = text.replace("[\"a\", \"b\", \"coulomb\"]", "[\"a\", \"b\"]");
+    let sent = settings_of("drive-settings-bounds", &text).expect("the firmware has it");
+    let bounds = &sent.core.identifier.bounds;
+    assert!(bounds.coulomb.is_some() && bounds.load.is_some());
+}
+
+/// What the drive would refuse, or worse, ignore.
+#[test]
+fn terms_and_declared_effects_of_the_amplifier_are_refused() {
+    for (key, asked) in [
+        ("identifier.terms", "terms = [\"delay\"]"),
+        ("identifier.required_terms", "required_terms = [\"delay\"]"),
+        ("amplifier.delay", "[amplifier]\ndelay = 1e-3"),
+        ("amplifier.dead_band", "[amplifier]\ndead_band = 0.1"),
+        ("amplifier.current_loop", "[amplifier]\ncurrent_loop = 1e-3"),
+    ] {
+        let text = format!(
+            "[plant]\na = 0.5\nb = 250.0\n[identifier]\nlaw = \"gauss-newton\"\n\
+             arithmetic = \"f32\"\nparameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n{asked}\n"
+        );
+        let fault = settings_of("drive-settings-terms", &text).expect_err(key);
+        assert!(fault.to_string().starts_with(key), "{fault}");
+    }
+}
+
+#[test]
+fn a_loop_that_the_firmware_lacks_is_refused() {
+    let paper = include_str!("../../scenarios/paper.toml");
+    for (from, to, key) in [
+        (
+            "kind = \"low-pass\", cutoff = 500.0",
+            "kind = \"difference\"",
+            "controller.velocity_filter",
+        ),
+        (
+            "counts_per_rev = 10000",
+            "counts_per_rev = 0",
+            "encoder.counts_per_rev",
+        ),
+        (
+            "arithmetic = \"f32\"",
+            "arithmetic = \"f64\"",
+            "identifier.arithmetic",
+        ),
+        ("law = \"gradient\"", "law = \"window\"", "identifier.law"),
+    ] {
+        let changed = paper.replace(from, to);
+        assert_ne!(changed, paper, "{from}");
+        let of_gradient = |line: &&str| {
+            let keys = ["gamma", "mu", "plant_box"];
+            to.contains("window") && keys.iter().any(|key| line.starts_with(key))
+        };
+        let lines = changed.lines().filter(|line| !of_gradient(line));
+        let text = lines.collect::<Vec<_>>().join("\n");
+        let fault = settings_of("drive-settings-loop", &text).expect_err(key);
+        assert!(fault.to_string().starts_with(key), "{fault}");
+    }
+}
+
+#[test]
+fn a_port_that_does_not_exist_is_bad_input_and_a_silent_one_is_not() {
+    for port in ["tcp:127.0.0.1:1", "/dev/no-such-port"] {
+        let output = servo_id(&["drive", "--port", port, "status"]);
+        let answer = standard_error(&output);
+        assert_eq!(output.status.code(), Some(2), "{answer}");
+        assert!(
+            answer.contains(port) && answer.contains("cannot be opened"),
+            "{answer}"
+        );
+    }
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port is free");
+    let silent = format!("tcp:{}", listener.local_addr().expect("it has an address"));
+    let output = servo_id(&["drive", "--port", &silent, "status"]);
+    let answer = standard_error(&output);
+    assert_eq!(output.status.code(), Some(1), "{answer}");
+    assert!(answer.contains("nobody answers"), "{answer}");
+}

@@ -1,0 +1,181 @@
+//! What real servos have, in a scenario: what is taken, what is refused, and who takes it.
+
+use std::sync::atomic::AtomicBool;
+
+use crate::support::readable::assert_readable;
+use host_sim::compare::Case;
+use host_sim::scenario::{Purpose, Scenario};
+use host_sim::{simulate, sweep};
+
+const SERVO: &str = "[plant]\na = 0.5\nb = 200.0\ncoulomb = 4.0\nload = 1.0\n";
+const SHORT: &str = "[run]\nduration = 1.0\n";
+
+/// A run of a second with these keys of the servo and tables behind it.
+fn scenario(keys: &str, tables: &str) -> Scenario {
+    let text = format!("{SERVO}{keys}\n{tables}\n{SHORT}");
+    Scenario::parse("s.toml", &text, Purpose::Run).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn positions(scenario: &Scenario) -> Vec<f64> {
+    let mut positions = Vec::new();
+    simulate::run(scenario, &mut |sample| positions.push(sample.position))
+        .expect("it can be built");
+    positions
+}
+
+/// Every effect by itself, as large as one sees it in a second.
+const EFFECTS: [(&str, &str); 17] = [
+    ("delay = 0.0024", ""),
+    ("current_loop = 0.002", ""),
+    ("asymmetry = 0.4", ""),
+    ("low_speed_friction = 3.0\nlow_speed_velocity = 0.2", ""),
+    ("gravity = [-20.0, 4.0]", ""),
+    ("ripple = [0.0, 5.0]\nripple_order = 24", ""),
+    ("dead_band = 0.02", ""),
+    ("resonance = 300.0\ninertia_ratio = 0.5", ""),
+    (
+        "resonance = 300.0\ninertia_ratio = 0.5\nresonance_damping = 0.3",
+        "",
+    ),
+    ("backlash = 0.01", ""),
+    ("gain_drift = 0.05", ""),
+    ("friction_drift = -0.1", ""),
+    ("hidden_limit = 0.1", ""),
+    ("load_wander = [5.0, 0.2]", ""),
+    ("", "[encoder]\nnoise = 0.002"),
+    ("", "[encoder]\neccentricity = 0.01"),
+    ("", "[encoder]\njitter = 0.2"),
+];
+
+#[test]
+fn a_run_takes_each_and_is_the_same_every_time() {
+    let without = positions(&scenario("", ""));
+    for (keys, tables) in EFFECTS {
+        let scenario = scenario(keys, tables);
+        let with = positions(&scenario);
+        assert_eq!(with, positions(&scenario), "{keys}{tables}");
+        assert_ne!(with, without, "{keys}{tables}");
+    }
+}
+
+#[test]
+fn an_effect_that_is_stated_as_none_is_none() {
+    let none = "delay = 0.0\ncurrent_loop = 0\nasymmetry = 0.0\nlow_speed_friction = 0.0\n\
+                gravity = [0.0, 0.0]\ndead_band = 0.0\nbacklash = 0.0\ngain_drift = 0.0\n\
+                friction_drift = 0.0\nload_wander = [0.0, 0.0]";
+    let sensor = "[encoder]\nnoise = 0.0\neccentricity = 0.0\njitter = 0.0";
+    assert_eq!(
+        positions(&scenario(none, sensor)),
+        positions(&scenario("", ""))
+    );
+}
+
+#[test]
+fn the_seed_of_the_run_is_that_of_load_and_sensor() {
+    let keys = "load_wander = [5.0, 0.2]";
+    let of_seed = |seed: &str| {
+        let text = format!(
+            "{SERVO}{keys}\n{SHORT}{seed}\n[excitation]\nkind = \"square\"\namplitude = 0.1\nperiod = 0.2\n"
+        );
+        let scenario = Scenario::parse("s.toml", &text, Purpose::Run).expect("valid");
+        positions(&scenario)
+    };
+    assert_eq!(of_seed(""), of_seed("seed = 1"));
+    assert_ne!(of_seed(""), of_seed("seed = 2"));
+}
+
+#[test]
+fn a_sweep_takes_them_on_every_servo_that_it_draws() {
+    let all: Vec<&str> = EFFECTS
+        .iter()
+        .map(|(keys, _)| *keys)
+        .filter(|keys| !keys.contains("resonance"))
+        .collect();
+    let base = scenario(&all.join("\n"), "[encoder]\njitter = 0.1");
+    let mut lowest = base.clone();
+    lowest.effects.asymmetry = 0.5;
+    lowest.effects.low_speed_friction = -4.0;
+    let going = AtomicBool::new(false);
+    for base in [base, lowest] {
+        let runs = sweep::sweep(&base, 20, 3, &going, &|| ()).expect("every servo can be built");
+        assert_eq!(runs.len(), 20);
+    }
+    let drawn = [0, 1].map(|index| sweep::draw(&scenario("delay = 0.002", ""), 3, index));
+    assert!(drawn.iter().all(|drawn| drawn.effects.delay > 0.0019));
+    assert_ne!(drawn[0].noise_seed(), drawn[1].noise_seed());
+}
+
+#[test]
+fn a_comparison_takes_them_and_leaves_low_speed_friction_out_where_there_is_none() {
+    let base = scenario(
+        "delay = 0.001\nlow_speed_friction = -3.0\nlow_speed_velocity = 0.2",
+        "",
+    );
+    for case in Case::all(&base).expect("a servo") {
+        let effects = case.scenario.effects;
+        assert!(effects.delay > 0.0, "{}", case.name);
+        let servo = case.scenario.plant.expect("a servo");
+        let left = effects.low_speed_friction;
+        assert!((left + 0.75 * servo.coulomb).abs() < 1e-12, "{}", case.name);
+        case.scenario.buildable().expect(case.name);
+    }
+}
+
+#[test]
+fn what_no_servo_can_have_is_refused_at_its_key_with_what_is_allowed() {
+    let control = "[controller]\nkp = 9.0\nkd = 0.19\nki = 4.0\nsample_time = 0.02\n\
+                   velocity_filter = { kind = \"difference\" }";
+    #[rustfmt::skip]
+    let refused = [
+        ("delay = -0.001", "", &["plant.delay: delay = -0.001", "from 0 to 0.1, at most 64 control samples"][..]),
+        ("delay = 0.07", "", &["plant.delay: delay = 0.07", "64"]),
+        ("delay = 0.11", control, &["plant.delay: delay = 0.11", "0.1"]),
+        ("current_loop = 2.0", "", &["plant.current_loop", "from 0 to 1"]),
+        ("current_loop = 1e-9", "", &["plant.current_loop: current_loop = 1e-9", "from 1e-6 to 1"]),
+        ("asymmetry = 0.6", "", &["plant.asymmetry: asymmetry = 0.6", "from -0.5 to 0.5"]),
+        ("low_speed_friction = 3.0", "", &["plant.low_speed_friction", "without low_speed_velocity"]),
+        ("low_speed_velocity = 3.0", "", &["plant.low_speed_velocity", "without low_speed_friction"]),
+        ("low_speed_friction = -4.5\nlow_speed_velocity = 1.0", "", &["low_speed_friction = -4.5", "-4"]),
+        ("low_speed_friction = 1.0\nlow_speed_velocity = 0.0", "", &["low_speed_velocity = 0 is not allowed", "above 0"]),
+        ("gravity = 9.81", "", &["plant.gravity: a number stands where a list of two numbers belongs"]),
+        ("gravity = [1.0]", "", &["plant.gravity: 1 numbers where two belong", "[.., ..]"]),
+        ("gravity = [1e7, 0.0]", "", &["plant.gravity", "1000000"]),
+        ("ripple = [1.0, 0.0]", "", &["plant.ripple", "without ripple_order"]),
+        ("ripple_order = 12", "", &["plant.ripple_order", "without ripple"]),
+        ("ripple = [1.0, 0.0]\nripple_order = 0", "", &["ripple_order = 0 is not allowed", "from 1 to 10000"]),
+        ("ripple = [1.0, 0.0]\nripple_order = 2.5", "", &["a number stands where a whole number belongs"]),
+        ("dead_band = -1", "", &["plant.dead_band"]),
+        ("resonance = 300.0", "", &["plant.resonance", "without inertia_ratio"]),
+        ("inertia_ratio = 0.5", "", &["plant.inertia_ratio", "without resonance"]),
+        ("resonance = 300.0\ninertia_ratio = 1.0", "", &["inertia_ratio = 1", "from 0.001 to 0.999"]),
+        ("resonance_damping = 0.1", "", &["plant.resonance_damping", "without resonance"]),
+        ("backlash = 0.1\nresonance = 300.0\ninertia_ratio = 0.5", "", &["plant.backlash", "state one of them"]),
+        ("gain_drift = 0.2", "", &["plant.gain_drift", "from -0.1 to 0.1"]),
+        ("hidden_limit = 0.0", "", &["plant.hidden_limit", "above 0"]),
+        ("load_wander = [3.0, 0.0]", "", &["plant.load_wander: load_wander = 0", "above 0"]),
+        ("load_wander = [-3.0, 1.0]", "", &["plant.load_wander: load_wander = -3"]),
+        ("", "[encoder]\nnoise = -1.0", &["encoder.noise"]),
+        ("", "[encoder]\neccentricity = 4.0", &["encoder.eccentricity"]),
+        ("", "[encoder]\njitter = 0.6", &["encoder.jitter", "from 0 to 0.5"]),
+    ];
+    for (keys, tables, says) in refused {
+        let text = format!("{SERVO}{keys}\n{tables}\n{SHORT}");
+        let error = Scenario::parse("s.toml", &text, Purpose::Run).expect_err(keys);
+        let answer = error.to_string();
+        assert_readable(&answer, &text);
+        for part in says {
+            assert!(answer.contains(part), "{part:?} is missing:\n{answer}");
+        }
+    }
+}
+
+#[test]
+fn a_drift_that_leaves_nothing_is_refused_with_the_time_that_is_left() {
+    let text = format!("{SERVO}gain_drift = -0.05\n[run]\nduration = 30.0\n");
+    let error = Scenario::parse("s.toml", &text, Purpose::Run).expect_err("no gain is left");
+    let answer = error.to_string();
+    assert!(
+        answer.contains("plant.gain_drift: no gain would be left after 20 s"),
+        "{answer}"
+    );
+}

@@ -1,0 +1,259 @@
+//! Every command that README, guides and the pages of the verbs show is run as it is printed, in a folder
+//! of its own, and every output that they show is compared with what the commands print.
+
+use std::fs;
+use std::os::unix::fs::{PermissionsExt, symlink};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use crate::support::pages::{assert_block_is_printed, root};
+use crate::support::simulated_drive::SimulatedDrive;
+use crate::support::{folder, standard_error};
+use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings};
+use identifier_core::ControllerSettings;
+use identifier_core::parameters::ServoParameters;
+
+/// What is not run here, each with the reason. One that no page shows any more is an error.
+const ELSEWHERE: [(&str, &str); 6] = [
+    ("cargo test", "checks everything: CI does"),
+    (
+        "cargo install",
+        "builds everything anew; what it installs is run here",
+    ),
+    (
+        "(cd firmware-stm32 && cargo run",
+        "flashes a board: CI builds it and boots it in an emulator",
+    ),
+    ("cargo xtask", "takes an emulator: CI does"),
+    (
+        "servo-id drive simulate",
+        "runs until it is interrupted: the tests of the monitor run it",
+    ),
+    (
+        "servo-id drive --port tcp:127.0.0.1:5760 monitor",
+        "takes a terminal: the tests of the monitor type into one",
+    ),
+];
+
+/// Files that a reader has: what they are called on a page, and what makes them.
+const READERS: [(&str, &str); 6] = [
+    ("axis.toml", "cp host-sim/scenarios/friction.toml axis.toml"),
+    (
+        "monday.csv",
+        "servo-id run axis.toml --quiet --csv monday.csv",
+    ),
+    (
+        "tuesday.csv",
+        "servo-id run axis.toml --quiet --csv tuesday.csv",
+    ),
+    (
+        "wednesday.csv",
+        "servo-id run axis.toml --quiet --csv wednesday.csv",
+    ),
+    (
+        "result.json",
+        "servo-id run axis.toml --quiet --json result.json",
+    ),
+    (
+        "my-servo.toml",
+        "cp host-sim/scenarios/drive.toml my-servo.toml",
+    ),
+];
+
+/// The blocks of one language of a page, as they are printed; those without a language are output.
+fn blocks(page: &Path, language: &str) -> Vec<String> {
+    let text = fs::read_to_string(page).expect("a page");
+    let mut blocks = Vec::new();
+    let mut block: Option<String> = None;
+    let mut is_wanted = false;
+    for line in text.lines().map(str::trim_start) {
+        match (line.strip_prefix("```"), &mut block) {
+            (Some(label), None) => {
+                block = Some(String::new());
+                is_wanted = label == language;
+            }
+            (Some(_), Some(_)) => blocks.extend(block.take().filter(|_| is_wanted)),
+            (None, Some(block)) => *block += &format!("{line}\n"),
+            _ => {}
+        }
+    }
+    blocks
+}
+
+/// The lines of a block that are run here; what is shown and not run is noted.
+fn runnable(block: &str, shown: &mut Vec<&str>) -> String {
+    let is_run = |line: &&str| {
+        let elsewhere = ELSEWHERE.iter().find(|(begin, _)| line.starts_with(begin));
+        shown.extend(elsewhere.map(|(begin, _)| begin));
+        elsewhere.is_none()
+    };
+    block
+        .lines()
+        .filter(is_run)
+        .map(|line| format!("{line}\n"))
+        .collect()
+}
+
+/// A folder in which the project's own lie, and where `cargo run` and `servo-id` are the programs of this build.
+fn reader(name: &str) -> PathBuf {
+    let folder = folder(&format!("guides-{name}"));
+    for own in ["host-sim", "docs", "firmware-stm32"] {
+        symlink(root().join(own), folder.join(own)).expect("a link");
+    }
+    let bin = folder.join("bin");
+    fs::create_dir(&bin).expect("a folder");
+    symlink(env!("CARGO_BIN_EXE_servo-id"), bin.join("servo-id")).expect("a link");
+    let cargo = format!(
+        "#!/bin/sh\ncase \"$*\" in\n'run --release') exec '{0}' ;;\n\
+         'run --release -- '*) shift 3; exec '{0}' \"$@\" ;;\nesac\n\
+         echo \"no test runs: cargo $*\" >&2; exit 97\n",
+        env!("CARGO_BIN_EXE_servo-id")
+    );
+    fs::write(bin.join("cargo"), cargo).expect("a script");
+    fs::set_permissions(bin.join("cargo"), fs::Permissions::from_mode(0o755)).expect("a script");
+    folder
+}
+
+/// Runs commands; what they print, or why they fail.
+fn shell(folder: &Path, commands: &str) -> Result<String, String> {
+    let path = std::env::var("PATH").unwrap_or_default();
+    let output = Command::new("bash")
+        .args(["-euc", commands])
+        .current_dir(folder)
+        .env("PATH", format!("{}:{path}", folder.join("bin").display()))
+        .stdin(Stdio::null())
+        .output()
+        .expect("bash is there");
+    match output.status.success() {
+        true => Ok(String::from_utf8_lossy(&output.stdout).into_owned()),
+        false => Err(standard_error(&output)),
+    }
+}
+
+/// What a drive shows before anybody has told it anything.
+fn drive() -> SimulatedDrive {
+    let servo = ServoParameters {
+        a: 0.2174,
+        b: 257.7,
+        coulomb: 5.0,
+        load: 0.0,
+    };
+    let mut core = identifier_core::Settings {
+        cutoff: 500.0,
+        controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
+        ..identifier_core::Settings::new(1e-3, 10_000.0)
+    };
+    core.identifier.initial.b = Some(150.0);
+    let drive = SimulatedDrive::start(
+        servo,
+        Settings {
+            closed_loop: LoopSettings {
+                core,
+                law: Law::GaussNewton,
+                format: Format::Single,
+            },
+            dither: Dither {
+                amplitude: 0.3,
+                hold: 0.05,
+            },
+            protection: Protection::OF_A_BARE_MOTOR,
+        },
+    );
+    drive.with(|around| around.supply = true);
+    drive
+}
+
+/// The commands of this page of `docs` are run.
+fn is_run(page: &Path) -> bool {
+    let name = page.file_name().unwrap_or_default().to_string_lossy();
+    name.starts_with("guide-")
+        || [
+            "command-line.md",
+            "commissioning.md",
+            "tuning.md",
+            "terms.md",
+        ]
+        .contains(&&*name)
+}
+
+#[test]
+fn every_command_of_readme_and_guides_works_as_it_is_printed() {
+    let guides = fs::read_dir(root().join("docs")).expect("a folder");
+    let mut pages: Vec<PathBuf> = guides
+        .map(|entry| entry.expect("an entry").path())
+        .filter(|page| is_run(page))
+        .collect();
+    pages.push(root().join("README.md"));
+    let (mut run, mut compared, mut shown, mut failed) = (0, 0, Vec::new(), Vec::new());
+    for page in &pages {
+        let name = page.file_stem().unwrap_or_default().to_string_lossy();
+        let folder = reader(&name);
+        let drive = drive();
+        let mut printed = String::new();
+        for block in blocks(page, "sh") {
+            // A longer link timeout: this machine may be busy.
+            let commands = runnable(&block, &mut shown)
+                .replace("/dev/ttyUSB0", &drive.port)
+                .replace(
+                    "configure my-servo.toml",
+                    "configure my-servo.toml --link-timeout 20",
+                );
+            // What a block does not write itself, it takes for granted.
+            for (file, make) in READERS {
+                if commands.contains(file)
+                    && !commands.contains(&format!("> {file}"))
+                    && !commands.contains(&format!("--json {file}"))
+                    && !folder.join(file).exists()
+                {
+                    let scenario =
+                        "test -e axis.toml || cp host-sim/scenarios/friction.toml axis.toml\n";
+                    shell(&folder, &format!("{scenario}{make}")).expect("what a reader has");
+                }
+            }
+            run += commands.lines().count();
+            match shell(&folder, &commands) {
+                Ok(output) => printed += &output,
+                Err(why) => failed.push(format!("{}:\n{commands}{why}", page.display())),
+            }
+        }
+        for output in blocks(page, "") {
+            let words = output
+                .trim_start()
+                .split_inclusive(' ')
+                .next()
+                .expect("it has a word");
+            assert_block_is_printed(page, words, &printed);
+            compared += 1;
+        }
+    }
+    assert!(failed.is_empty(), "{}", failed.join("\n"));
+    assert!(run > 60 && compared > 0, "{run} lines, {compared} outputs");
+    for (begin, why) in ELSEWHERE {
+        assert!(
+            shown.contains(&begin),
+            "no page shows {begin}, which is left out: {why}"
+        );
+    }
+}
+
+/// Pages whose output other tests compare.
+const COMPARED_ELSEWHERE: [&str; 1] = ["comparison.md"];
+
+#[test]
+fn no_page_shows_output_that_no_test_compares() {
+    let docs = fs::read_dir(root().join("docs")).expect("a folder");
+    let docs = docs.map(|entry| entry.expect("an entry").path());
+    let firmware = root().join("firmware-stm32/README.md");
+    for page in docs.chain([firmware]) {
+        let name = page
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        let is_compared = is_run(&page) || COMPARED_ELSEWHERE.contains(&name.as_str());
+        if name.ends_with(".md") && !is_compared {
+            let shown = blocks(&page, "");
+            assert!(shown.is_empty(), "{name}: {}", shown.join("\n"));
+        }
+    }
+}

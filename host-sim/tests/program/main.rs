@@ -1,0 +1,35 @@
+//! The program from outside: its verbs, files, terminal, pages, drives and logs. One binary, so that it is linked once
+//! and its longest tests share the cores.
+
+mod amplifier;
+mod command_line;
+mod commission;
+mod drive;
+mod drive_settings;
+mod effects;
+mod faults;
+#[cfg(target_os = "linux")]
+mod guides;
+mod init_and_check;
+mod log_dialects;
+mod mcap;
+#[cfg(target_os = "linux")]
+mod memory;
+#[cfg(unix)]
+mod monitor;
+mod monitor_view;
+#[cfg(target_os = "linux")]
+mod outputs;
+mod own_logs;
+mod predict;
+mod replay;
+mod report;
+mod report_in_browser;
+mod reproduce;
+mod scenario_fuzz;
+mod scenario_reader;
+mod support;
+#[cfg(target_os = "linux")]
+mod terminal;
+mod tune;
+mod verdict;

@@ -1,0 +1,274 @@
+//! Several logs of one servo: learnt from one after the other, and predicted where nothing was learnt.
+
+use std::path::{Path, PathBuf};
+
+use crate::support::{folder, servo_id, standard_error};
+use serde_json::Value;
+
+const PLANT: &str = "[plant]\na = 0.2174\nb = 257.7\nload = 20.0\ncoulomb = 10.0\n";
+const CONTROLLER: &str = "[controller]\nkp = 9.0\nkd = 0.19\nki = 4.0\n[amplifier]\nlimit = 10.0\n";
+const ALL: &str = "parameters = [\"a\", \"b\", \"coulomb\", \"load\"]";
+
+/// The log of a run with a noise of this seed.
+fn log(folder: &Path, seed: u32, sample_time: f64) -> PathBuf {
+    log_of(folder, seed, sample_time, "")
+}
+
+/// The same of a servo with effects.
+fn log_of(folder: &Path, seed: u32, sample_time: f64, effects: &str) -> PathBuf {
+    let scenario = folder.join(format!("run-{seed}.toml"));
+    let text = format!(
+        "{PLANT}{effects}{}[run]\nduration = 4.0\n[excitation]\nseed = {seed}\n",
+        CONTROLLER.replace(
+            "ki = 4.0",
+            &format!("ki = 4.0\nsample_time = {sample_time}")
+        )
+    );
+    std::fs::write(&scenario, text).expect("written");
+    let log = folder.join(format!("{seed}.csv"));
+    let [run, csv] = [&scenario, &log].map(|path| path.display().to_string());
+    let output = servo_id(&["run", &run, "--csv", &csv]);
+    assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
+    log
+}
+
+/// A scenario that knows nothing of the servo, with these parameters and tables.
+fn scenario(folder: &Path, parameters: &str, rest: &str) -> PathBuf {
+    let path = folder.join("replay.toml");
+    let text = format!(
+        "[encoder]\ncounts_per_rev = 10000\n[identifier]\nlaw = \"gauss-newton\"\n{parameters}\n\
+         {rest}[log]\ntime = \"time_s\"\nreference = \"reference_rad\"\nposition = \"position_rad\"\n\
+         angle = \"absolute\"\n         command = \"command\"\n"
+    );
+    std::fs::write(&path, text).expect("written");
+    path
+}
+
+fn replay(logs: &[&Path], predict: &[&Path], scenario: &Path) -> std::process::Output {
+    let text = |path: &Path| path.display().to_string();
+    let mut arguments = vec!["replay".to_owned()];
+    arguments.extend(logs.iter().map(|path| text(path)));
+    arguments.extend(["--scenario".to_owned(), text(scenario)]);
+    for path in predict {
+        arguments.extend(["--predict".to_owned(), text(path)]);
+    }
+    arguments.extend(["--json".to_owned(), "-".to_owned()]);
+    servo_id(&arguments.iter().map(String::as_str).collect::<Vec<_>>())
+}
+
+fn result(logs: &[&Path], predict: &[&Path], scenario: &Path) -> Value {
+    let output = replay(logs, predict, scenario);
+    let errors = standard_error(&output);
+    assert_eq!(output.status.code(), Some(0), "{errors}");
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value}"))
+}
+
+#[test]
+fn what_was_learnt_from_two_logs_predicts_a_third() {
+    let folder = folder("predict-third");
+    let [a, b, c] = [1, 2, 3].map(|seed| log(&folder, seed, 1e-3));
+    let whole = scenario(&folder, ALL, CONTROLLER);
+    let found = result(&[&a, &b], &[&c, &b], &whole);
+    assert_eq!(found["logs"].as_array().map(Vec::len), Some(3));
+    let of_b = number(&found["estimates"]["b"]["final"]);
+    assert!((of_b / 257.7 - 1.0).abs() < 1e-3, "{found}");
+    let [third, learnt] = [&found["predictions"][0], &found["predictions"][1]];
+    assert_eq!(third["learnt_from"], false);
+    assert_eq!(learnt["learnt_from"], true);
+    // What the encoder rounds away reaches the recorded command through the derivative.
+    let count = std::f64::consts::TAU / 10_000.0;
+    let open = &third["open_loop"];
+    assert_eq!(open["unit"], "rad");
+    assert!(number(&open["rms"]) < 2.0 * count, "{third}");
+    let closed = &third["closed_loop"];
+    let travel = number(&open["rms"]) / number(&open["relative"]);
+    assert!(number(&closed["position"]) * travel < count, "{third}");
+    assert!(number(&closed["velocity"]) < 0.03, "{third}");
+    assert!(number(&closed["command"]) < 0.03, "{third}");
+    // A model without friction predicts worse, in each respect.
+    let bare = scenario(&folder, "parameters = [\"a\", \"b\", \"load\"]", CONTROLLER);
+    let worse = result(&[&a, &b], &[&c], &bare);
+    let worse = &worse["predictions"][0];
+    assert!(
+        number(&worse["open_loop"]["rms"]) > 10.0 * number(&open["rms"]),
+        "{worse}"
+    );
+    for name in ["position", "velocity", "command"] {
+        let worse = number(&worse["closed_loop"][name]);
+        assert!(
+            worse > 1.2 * number(&closed[name]),
+            "{name}: {worse}, {closed}"
+        );
+    }
+}
+
+#[test]
+fn what_does_not_predict_another_log_is_not_converged() {
+    let folder = folder("predict-another");
+    let [a, b] = [1, 2].map(|seed| log(&folder, seed, 1e-3));
+    // The brake drags.
+    let c = log_of(
+        &folder,
+        3,
+        1e-3,
+        "low_speed_friction = 25.0\nlow_speed_velocity = 100.0\n",
+    );
+    let scenario = scenario(&folder, ALL, CONTROLLER);
+    let same = result(&[&a], &[&b], &scenario);
+    assert_eq!(same["status"], "converged", "{same}");
+    let other = result(&[&a], &[&b, &c], &scenario);
+    assert_eq!(other["status"], "unexplained", "{other}");
+    assert_eq!(other["code"], 43, "{other}");
+}
+
+#[test]
+fn a_declared_current_loop_acts_in_the_prediction_too() {
+    let folder = folder("predict-current-loop");
+    let [a, b] = [1, 2].map(|seed| log_of(&folder, seed, 1e-3, "current_loop = 0.002\n"));
+    let error = |amplifier: &str| {
+        let declared = CONTROLLER.replace("limit = 10.0", &format!("limit = 10.0{amplifier}"));
+        let found = result(&[&a], &[&b], &scenario(&folder, ALL, &declared));
+        number(&found["predictions"][0]["open_loop"]["rms"])
+    };
+    let (declared, hidden) = (error("\ncurrent_loop = 0.002"), error(""));
+    assert!(declared < 0.1 * hidden, "{declared} and {hidden}");
+}
+
+#[test]
+fn a_second_log_goes_on_where_the_first_ended() {
+    let folder = folder("predict-second");
+    let [a, b] = [1, 2].map(|seed| log(&folder, seed, 1e-3));
+    let scenario = scenario(&folder, ALL, CONTROLLER);
+    let [one, both] = [&[a.as_path()][..], &[&a, &b]].map(|logs| result(logs, &[], &scenario));
+    assert_eq!(one["samples"], 4000);
+    assert_eq!(both["samples"], 8000);
+    let error = |result: &Value| number(&result["estimates"]["a"]["std_error"]);
+    assert!(error(&both) < 0.9 * error(&one), "{one}\n{both}");
+    assert_eq!(both["agreement"]["holds"], true, "{both}");
+    for (name, truth, within) in [
+        ("b", 257.7, 0.1),
+        ("coulomb", 10.0, 0.05),
+        ("load", 20.0, 0.05),
+    ] {
+        let found = number(&both["estimates"][name]["final"]);
+        assert!((found - truth).abs() < within, "{name}: {found}");
+    }
+    assert_eq!(both["predictions"], Value::Array(Vec::new()));
+}
+
+#[test]
+fn without_a_controller_the_command_alone_predicts() {
+    let folder = folder("predict-open");
+    let [a, b] = [1, 2].map(|seed| log(&folder, seed, 1e-3));
+    let scenario = scenario(&folder, ALL, "");
+    let found = result(&[&a], &[&b], &scenario);
+    let prediction = &found["predictions"][0];
+    assert!(prediction["closed_loop"].is_null(), "{prediction}");
+    assert!(
+        number(&prediction["open_loop"]["relative"]) < 0.05,
+        "{prediction}"
+    );
+    let [log, other, path] = [&a, &b, &scenario].map(|path| path.display().to_string());
+    let output = servo_id(&["replay", &log, "--scenario", &path, "--predict", &other]);
+    let shown = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(shown.contains("2.csv: no closed loop"), "{shown}");
+    assert!(
+        shown.contains("open loop from a fitted start, position "),
+        "{shown}"
+    );
+}
+
+#[test]
+fn logs_of_different_rates_are_refused() {
+    let folder = folder("predict-rates");
+    let (a, b) = (log(&folder, 1, 1e-3), log(&folder, 2, 2e-3));
+    for (rest, says) in [
+        ("", "one sample time"),
+        (CONTROLLER, "controller.sample_time"),
+    ] {
+        let scenario = scenario(&folder, ALL, rest);
+        for (logs, predict) in [(&[&*a, &*b][..], &[][..]), (&[&*a][..], &[&*b][..])] {
+            let output = replay(logs, predict, &scenario);
+            let answer = standard_error(&output);
+            assert_eq!(output.status.code(), Some(2), "{answer}");
+            assert!(answer.contains("2.csv: its samples are "), "{answer}");
+            assert!(answer.contains(says), "{answer}");
+        }
+    }
+    let missing = folder.join("nowhere.csv");
+    let scenario = scenario(&folder, ALL, "");
+    let output = replay(&[&a], &[&missing], &scenario);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(standard_error(&output).contains("nowhere.csv: the log cannot be read"));
+}
+
+/// An angle is the log's own, wherever a log begins, a second log or what is behind a range left out.
+#[test]
+fn gravity_goes_with_the_angle_of_the_log() {
+    const TURNED: f64 = 1.0;
+    let folder = folder("predict-gravity");
+    let run = |name: &str, seed: u32, turned: f64, from: usize| {
+        let scenario = folder.join(format!("{name}.toml"));
+        let text = format!(
+            "[plant]\na = 0.5\nb = 250.0\ncoulomb = 5.0\ngravity = [-30.0, 12.0]\n{CONTROLLER}\
+             [run]\nduration = 12.0\n[excitation]\nseed = {seed}\npower = 0.2\nsample_time = 0.3\n"
+        );
+        std::fs::write(&scenario, text).expect("written");
+        let log = folder.join(format!("{name}.csv"));
+        let [run, csv] = [&scenario, &log].map(|path| path.display().to_string());
+        let output = servo_id(&["run", &run, "--csv", &csv]);
+        assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
+        let text = std::fs::read_to_string(&log).expect("written");
+        let mut rows = "time_s,reference_rad,position_rad,command\n".to_owned();
+        for line in text.lines().skip(1 + from) {
+            let fields: Vec<f64> = line
+                .split(',')
+                .take(4)
+                .map(|x| x.parse().expect("a number"))
+                .collect();
+            let [time, reference, position, command] = fields[..] else {
+                panic!("{line}")
+            };
+            rows += &format!(
+                "{time},{},{},{command}\n",
+                reference + turned,
+                position + turned
+            );
+        }
+        std::fs::write(&log, rows).expect("written");
+        log
+    };
+    // Where each begins is at another angle.
+    let (a, b) = (run("first", 1, TURNED, 0), run("second", 2, TURNED, 2317));
+    let c = run("third", 3, TURNED, 1234);
+    let parameters = "parameters = [\"a\", \"b\", \"coulomb\"]\nrequired_terms = [\"gravity\"]\narithmetic = \"f64\"";
+    let whole = scenario(&folder, parameters, CONTROLLER);
+    let found = result(&[&a, &b], &[&c], &whole);
+    let term = |name: &str| number(&found["estimates"][name]["final"]);
+    let (sine, cosine) = (TURNED.sin(), TURNED.cos());
+    let (by_sine, by_cosine) = (-30.0 * cosine + 12.0 * sine, 30.0 * sine + 12.0 * cosine);
+    assert!(
+        (term("gravity-sine") - by_sine).abs() < 0.3,
+        "{by_sine}: {found}"
+    );
+    assert!(
+        (term("gravity-cosine") - by_cosine).abs() < 0.3,
+        "{by_cosine}: {found}"
+    );
+    let open = &found["predictions"][0]["open_loop"];
+    assert!(number(&open["relative"]) < 0.02, "{open}");
+    // A counter that began anywhere does not know the angle.
+    let text = std::fs::read_to_string(&whole).expect("it was written");
+    std::fs::write(&whole, text.replace("angle = \"absolute\"", "")).expect("written");
+    let refused = replay(&[&a], &[], &whole);
+    assert_eq!(refused.status.code(), Some(2));
+    let why = standard_error(&refused);
+    assert!(
+        why.contains("log.angle") && why.contains("absolute"),
+        "{why}"
+    );
+}

@@ -1,0 +1,535 @@
+//! Replay from the command line: the committed log, and every way a log can be wrong.
+
+use std::io::{Read, Write};
+use std::process::Output;
+
+use crate::support::{folder, servo_id, standard_error};
+
+const LOG: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/logs/simulated-servo.csv.gz");
+const SCENARIO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/replay.toml");
+
+/// The lines of the committed log.
+fn lines() -> Vec<String> {
+    let file = std::fs::File::open(LOG).expect("the log is committed");
+    let mut text = String::new();
+    flate2::read::GzDecoder::new(file)
+        .read_to_string(&mut text)
+        .expect("the log is text");
+    text.lines().map(str::to_owned).collect()
+}
+
+fn replay_text(test: &str, text: &str, scenario: &str) -> Output {
+    let folder = folder(&format!("replay-{test}"));
+    let log = folder.join("log.csv");
+    std::fs::write(&log, text).expect("the log is written");
+    let path = folder.join("scenario.toml");
+    std::fs::write(&path, scenario).expect("the scenario is written");
+    let [log, path] = [log, path].map(|path| path.display().to_string());
+    servo_id(&["replay", &log, "--scenario", &path, "--json", "-"])
+}
+
+fn scenario() -> String {
+    std::fs::read_to_string(SCENARIO).expect("the scenario is committed")
+}
+
+/// The committed scenario with the gradient law, which needs a box.
+fn gradient() -> String {
+    scenario().replace(
+        "law = \"gauss-newton\"",
+        "law = \"gradient\"\nplant_box = { a = [0.0, 50.0], b = [110.0, 1000.0] }",
+    )
+}
+
+/// The same without the tables and lines that begin so.
+fn without(text: &str, tables: &[&str], keys: &[&str]) -> String {
+    let mut inside = false;
+    text.lines()
+        .filter(|line| {
+            if line.starts_with('[') {
+                inside = tables.contains(&line.trim());
+            }
+            !inside && !keys.iter().any(|key| line.starts_with(key))
+        })
+        .map(|line| format!("{line}\n"))
+        .collect()
+}
+
+/// What a wrong log is answered with: exit status 2 and no output.
+fn refusal(test: &str, change: impl FnOnce(&mut Vec<String>)) -> String {
+    let mut lines = lines();
+    change(&mut lines);
+    let output = replay_text(test, &(lines.join("\n") + "\n"), &scenario());
+    let answer = standard_error(&output);
+    assert_eq!(output.status.code(), Some(2), "{answer}");
+    assert!(output.stdout.is_empty(), "no partial output");
+    answer
+}
+
+/// A line with one of its fields changed.
+fn with_field(line: &str, index: usize, value: &str) -> String {
+    let mut fields: Vec<&str> = line.split(',').collect();
+    fields[index] = value;
+    fields.join(",")
+}
+
+fn result(output: &Output) -> serde_json::Value {
+    let errors = standard_error(output);
+    assert_eq!(output.status.code(), Some(0), "{errors}");
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
+/// A result without the name of its log and where it is from.
+fn unnamed(mut result: serde_json::Value) -> serde_json::Value {
+    let file = result["logs"][0]["file"].take();
+    assert!(file.is_string(), "{result}");
+    let origin = result["origin"].take();
+    assert!(origin.is_object(), "{result}");
+    result
+}
+
+#[test]
+fn the_committed_log_gives_the_servo_that_made_it() {
+    let result = result(&servo_id(&[
+        "replay",
+        LOG,
+        "--scenario",
+        SCENARIO,
+        "--json",
+        "-",
+    ]));
+    let found = |name: &str| result["estimates"][name]["final"].as_f64().expect("number");
+    assert!((found("a") - 0.2174).abs() < 0.03, "{result}");
+    assert!((found("b") / 257.7 - 1.0).abs() < 2e-3, "{result}");
+    assert!((found("coulomb") / 10.0 - 1.0).abs() < 0.03, "{result}");
+    assert!((found("load") / 20.0 - 1.0).abs() < 0.02, "{result}");
+    assert!(result["truth"].is_null() && result["settling_time"]["a"].is_null());
+    assert_eq!(result["status"], "converged");
+    assert!(result["estimates"]["b"]["std_error"].is_f64());
+}
+
+#[test]
+fn passes_go_on_from_each_other_and_pictures_are_drawn() {
+    let folder = folder("replay-passes");
+    let plot = folder.join("replay.svg").display().to_string();
+    let path = folder.join("scenario.toml");
+    std::fs::write(&path, gradient()).expect("the scenario is written");
+    let path = path.display().to_string();
+    let error_after = |passes: &str| {
+        let arguments = [
+            "replay",
+            LOG,
+            "--scenario",
+            &path,
+            "--passes",
+            passes,
+            "--json",
+            "-",
+            "--plot",
+            &plot,
+        ];
+        let result = result(&servo_id(&arguments));
+        let b = result["estimates"]["b"]["final"].as_f64().expect("number");
+        (b / 257.7 - 1.0).abs()
+    };
+    assert!(error_after("8") < 0.01);
+    assert!(std::fs::read(&plot).expect("drawn").starts_with(b"<svg"));
+    assert_eq!(
+        servo_id(&["replay", LOG, "--scenario", &path, "--passes", "0"])
+            .status
+            .code(),
+        Some(2)
+    );
+}
+
+#[test]
+fn plain_and_packed_logs_are_alike() {
+    let text = lines().join("\n") + "\n";
+    let plain = result(&replay_text("plain", &text, &gradient()));
+    let path = folder("replay-packed").join("scenario.toml");
+    std::fs::write(&path, gradient()).expect("the scenario is written");
+    let path = path.display().to_string();
+    let packed = result(&servo_id(&[
+        "replay",
+        LOG,
+        "--scenario",
+        &path,
+        "--json",
+        "-",
+    ]));
+    assert_eq!(unnamed(plain), unnamed(packed));
+}
+
+#[test]
+fn a_missing_column_is_answered_with_the_known_ones() {
+    let answer = refusal("column", |lines| {
+        lines[0] = "t,reference_rad,position_rad,command".into()
+    });
+    assert!(answer.contains("log.csv:1: column time_s"), "{answer}");
+    assert!(
+        answer.contains("t, reference_rad, position_rad, command"),
+        "{answer}"
+    );
+}
+
+#[test]
+fn text_and_nan_are_answered_with_line_and_column() {
+    for (test, value) in [
+        ("text", "fast"),
+        ("nan", "NaN"),
+        ("empty-field", ""),
+        ("inf", "inf"),
+    ] {
+        let answer = refusal(test, |lines| lines[41] = with_field(&lines[41], 2, value));
+        assert!(
+            answer.contains("log.csv:42: column position_rad"),
+            "{answer}"
+        );
+        assert!(answer.contains("any finite number"), "{answer}");
+    }
+}
+
+#[test]
+fn time_that_does_not_advance_evenly_is_answered_with_its_line() {
+    let answer = refusal("reversed", |lines| {
+        lines[100] = with_field(&lines[100], 0, "0.050")
+    });
+    assert!(
+        answer.contains("log.csv:101: column time_s: time goes from"),
+        "{answer}"
+    );
+    let answer = refusal("uneven", |lines| {
+        lines[100] = with_field(&lines[100], 0, "0.0983")
+    });
+    assert!(answer.contains("log.csv:101: column time_s"), "{answer}");
+    assert!(answer.contains("sample time, 0.001 s"), "{answer}");
+    let answer = refusal("stands", |lines| lines[100] = lines[99].clone());
+    assert!(answer.contains("log.csv:101: column time_s"), "{answer}");
+}
+
+#[test]
+fn gaps_are_bridged_only_when_the_user_says_so() {
+    let answer = refusal("gap", |lines| drop(lines.drain(500..503)));
+    assert!(answer.contains("3 samples are missing"), "{answer}");
+    assert!(answer.contains("bridge_gaps"), "{answer}");
+}
+
+#[test]
+fn a_bridged_gap_costs_next_to_nothing() {
+    let mut lines = lines();
+    lines.drain(500..503);
+    let text = lines.join("\n") + "\n";
+    let bridging = scenario() + "bridge_gaps = 3\n";
+    let result = result(&replay_text("bridged", &text, &bridging));
+    assert_eq!(result["samples"], 8000);
+    let b = result["estimates"]["b"]["final"].as_f64().expect("number");
+    assert!((b / 257.7 - 1.0).abs() < 0.01, "{result}");
+}
+
+#[test]
+fn a_log_without_samples_is_refused() {
+    for (test, keep) in [("nothing", 0), ("heading", 1), ("one-sample", 2)] {
+        let answer = refusal(test, |lines| lines.truncate(keep));
+        assert!(answer.contains("log.csv"), "{answer}");
+    }
+    let output = servo_id(&["replay", "no-such-log.csv", "--scenario", SCENARIO]);
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
+fn a_broken_archive_is_refused() {
+    let folder = folder("replay-archive");
+    let path = folder.join("log.csv.gz");
+    let mut file = std::fs::File::create(&path).expect("created");
+    file.write_all(b"not an archive").expect("written");
+    let output = servo_id(&[
+        "replay",
+        &path.display().to_string(),
+        "--scenario",
+        SCENARIO,
+    ]);
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
+fn another_controller_than_the_declared_one_is_told_and_does_no_harm() {
+    let text = lines().join("\n") + "\n";
+    let found = |result: &serde_json::Value| {
+        let b = result["estimates"]["b"]["final"].as_f64();
+        b.expect("number")
+    };
+    let right = result(&replay_text("right", &text, &gradient()));
+    assert_eq!(right["agreement"]["holds"], true);
+    assert!(right["agreement"]["relative"].as_f64().expect("number") < 0.01);
+    for (test, from, to) in [
+        ("gain", "kp = 9.0", "kp = 8.0"),
+        ("filter", "\"low-pass\", cutoff = 500.0", "\"difference\""),
+        ("limit", "limit = 10.0", "limit = 0.5"),
+    ] {
+        let wrong = result(&replay_text(test, &text, &gradient().replace(from, to)));
+        let agreement = &wrong["agreement"];
+        assert_eq!(agreement["holds"], false, "{test}: {wrong}");
+        assert!(agreement["relative"].as_f64().expect("number") > 0.05);
+        assert!(agreement["line"].as_u64().expect("a line") > 1);
+        // The model is driven by the command that acted.
+        assert!(
+            (found(&wrong) / found(&right) - 1.0).abs() < 0.01,
+            "{test}: {wrong}"
+        );
+    }
+    let folder = folder("replay-warning");
+    let path = folder.join("scenario.toml");
+    std::fs::write(&path, gradient().replace("kp = 9.0", "kp = 8.0")).expect("written");
+    let output = servo_id(&["replay", LOG, "--scenario", &path.display().to_string()]);
+    let shown = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(output.status.code(), Some(0));
+    assert!(
+        shown.contains("warning: the declared controller reproduces"),
+        "{shown}"
+    );
+    assert!(shown.contains("another controller ran"), "{shown}");
+    assert!(shown.contains("in line "), "{shown}");
+}
+
+/// The loop is somebody else's: the log has the command that acted, and that is enough.
+#[test]
+fn a_log_with_the_command_needs_neither_controller_nor_reference() {
+    let text = lines().join("\n") + "\n";
+    let told = "gamma = [1.0, 2000.0, 40.0, 40.0]\ncorrection = { kp = 4.0, kd = 0.1, ki = 2.0 }";
+    let alone = without(
+        &gradient(),
+        &["[controller]", "[amplifier]"],
+        &["reference"],
+    )
+    .replace("[log]", &format!("{told}\n[log]"));
+    let found = result(&replay_text("alone", &text, &alone));
+    let b = found["estimates"]["b"]["final"].as_f64().expect("number");
+    assert!((b / 257.7 - 1.0).abs() < 0.02, "{found}");
+    assert!(found["agreement"].is_null());
+    // The log's own.
+    assert!((found["sample_time"].as_f64().expect("number") - 1e-3).abs() < 1e-9);
+}
+
+#[test]
+fn a_log_without_the_command_is_driven_by_the_declared_controllers() {
+    let text = lines().join("\n") + "\n";
+    let computed = without(&gradient(), &[], &["command"]);
+    let b = |result: &serde_json::Value| {
+        let b = result["estimates"]["b"]["final"].as_f64();
+        b.expect("number")
+    };
+    let recorded = result(&replay_text("recorded", &text, &gradient()));
+    let computed = result(&replay_text("computed", &text, &computed));
+    assert!(computed["agreement"].is_null());
+    assert!(
+        (b(&computed) / b(&recorded) - 1.0).abs() < 1e-3,
+        "{computed}"
+    );
+}
+
+#[test]
+fn what_a_replay_cannot_do_without_is_asked_for_by_key() {
+    let text = lines().join("\n") + "\n";
+    let bare = without(&gradient(), &["[controller]"], &[]);
+    for (test, scenario, key) in [
+        (
+            "no-controller",
+            without(&bare, &[], &["command"]),
+            "controller",
+        ),
+        (
+            "no-correction",
+            without(&bare, &[], &["plant_box"]),
+            "identifier.correction",
+        ),
+        (
+            "no-gamma",
+            without(&gradient(), &[], &["reference"]),
+            "identifier.gamma",
+        ),
+        (
+            "nothing",
+            without(&gradient(), &[], &["reference", "command"]),
+            "log.command",
+        ),
+        (
+            "speed",
+            gradient().replace("[log]", "max_speed = 0.0\n[log]"),
+            "identifier.max_speed",
+        ),
+        (
+            "bandwidth",
+            gradient().replace("[log]", "bandwidth = 0.0\n[log]"),
+            "identifier.bandwidth",
+        ),
+    ] {
+        let output = replay_text(test, &text, &scenario);
+        let answer = standard_error(&output);
+        assert_eq!(output.status.code(), Some(2), "{test}: {answer}");
+        assert!(answer.contains(&format!(": {key}: ")), "{test}: {answer}");
+    }
+}
+
+#[test]
+fn a_scenario_without_a_servo_cannot_be_run() {
+    let output = servo_id(&["run", SCENARIO]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(standard_error(&output).contains(": plant: "));
+}
+
+/// A servo that is stated beside the columns of a log judges the estimates and changes none.
+#[test]
+fn a_known_servo_beside_the_columns_makes_the_log_no_run_of_its_own() {
+    let stated = lines().join("\n") + "\n";
+    let known = scenario() + "[plant]\na = 2.0\nb = 100.0\n";
+    let [unjudged, judged] = [("unjudged", scenario()), ("judged", known)]
+        .map(|(test, scenario)| result(&replay_text(test, &stated, &scenario)));
+    assert_eq!(unjudged["estimates"], judged["estimates"]);
+    assert!(unjudged["truth"].is_null());
+    assert_eq!(judged["truth"]["b"].as_f64(), Some(100.0));
+}
+
+/// Without [log] the columns are those of the tool's own traces.
+#[test]
+fn columns_that_nobody_states_are_the_tools_own() {
+    let stated = lines().join("\n") + "\n";
+    let unstated = without(&scenario(), &["[log]"], &[]);
+    assert_eq!(
+        unnamed(result(&replay_text("stated", &stated, &scenario()))),
+        unnamed(result(&replay_text("unstated", &stated, &unstated)))
+    );
+    let foreign = stated.replace("position_rad", "angle");
+    let output = replay_text("foreign", &foreign, &unstated);
+    let answer = standard_error(&output);
+    assert_eq!(output.status.code(), Some(2), "{answer}");
+    assert!(
+        answer.contains("log.csv:1: column position_rad"),
+        "{answer}"
+    );
+    assert!(answer.contains("[log] in the scenario says"), "{answer}");
+}
+
+#[test]
+fn rows_that_are_too_short_or_too_long_are_answered_with_their_line() {
+    let answer = refusal("short-row", |lines| lines[41] = "0.04,1.0".into());
+    assert!(answer.contains("log.csv:42: the row"), "{answer}");
+    assert!(
+        answer.contains("2 fields where the first row has 4"),
+        "{answer}"
+    );
+    let endless = |filler: &str| filler.repeat((1 << 21) / filler.len());
+    for (test, row) in [
+        ("endless-field", endless("1")),
+        ("endless-fields", endless("1,")),
+        ("open-quotation", format!("\"{}", endless("1\n"))),
+        ("blank-lines", endless("\n")),
+    ] {
+        let answer = refusal(test, |lines| lines[41] = row);
+        assert!(answer.contains("longer than 1048576 bytes"), "{answer}");
+        assert!(answer.len() < 400, "{answer}");
+    }
+    let answer = refusal("columns", |lines| lines[0] = "x,".repeat(1000));
+    assert!(
+        answer.contains("log.csv:1: the log has 1001 columns"),
+        "{answer}"
+    );
+}
+
+#[test]
+fn what_a_message_repeats_of_a_log_is_short_and_plain() {
+    let field = format!("\u{1b}[2J{}", "9e".repeat(5000));
+    let answer = refusal("long-field", |lines| {
+        lines[41] = with_field(&lines[41], 2, &field)
+    });
+    assert!(answer.len() < 400 && !answer.contains('\u{1b}'), "{answer}");
+    assert!(
+        answer.contains("log.csv:42: column position_rad"),
+        "{answer}"
+    );
+}
+
+/// A few packed bytes that unpack to a row without end.
+#[test]
+fn a_row_that_unpacks_without_end_is_refused() {
+    let path = folder("replay-bomb").join("log.csv.gz");
+    let file = std::fs::File::create(&path).expect("created");
+    let mut packed = flate2::write::GzEncoder::new(file, flate2::Compression::fast());
+    packed
+        .write_all(b"time_s,reference_rad,position_rad,command\n")
+        .expect("written");
+    for _ in 0..300 {
+        packed.write_all(&[b'1'; 1 << 20]).expect("written");
+    }
+    packed.finish().expect("written");
+    let output = servo_id(&[
+        "replay",
+        &path.display().to_string(),
+        "--scenario",
+        SCENARIO,
+    ]);
+    let answer = standard_error(&output);
+    assert_eq!(output.status.code(), Some(2), "{answer}");
+    assert!(
+        answer.contains("log.csv.gz:2: the row cannot be read"),
+        "{answer}"
+    );
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_log_through_a_pipe_is_refused() {
+    let output = servo_id(&["replay", "/dev/null", "--scenario", SCENARIO]);
+    let answer = standard_error(&output);
+    assert_eq!(output.status.code(), Some(2), "{answer}");
+    assert!(answer.contains("it must be a file"), "{answer}");
+}
+
+#[test]
+fn a_pass_over_a_short_log_does_not_run_into_the_next() {
+    // 300 samples: fewer than a first fit usually looks at.
+    let folder = folder("replay-short");
+    let path = folder.join("log.csv");
+    std::fs::write(&path, lines()[..301].join("\n") + "\n").expect("the log is written");
+    let path = path.display().to_string();
+    let arguments = [
+        "replay",
+        &path,
+        "--scenario",
+        SCENARIO,
+        "--passes",
+        "4",
+        "--json",
+        "-",
+    ];
+    let result = result(&servo_id(&arguments));
+    let b = result["estimates"]["b"]["final"].as_f64().expect("number");
+    assert!((b / 257.7 - 1.0).abs() < 0.02, "{result}");
+}
+
+#[test]
+fn direct_methods_take_a_log_and_methods_with_a_loop_of_their_own_refuse_it() {
+    let with = |law: &str, parameters: &str| {
+        scenario()
+            .replace("gauss-newton", law)
+            .replace("[\"a\", \"b\", \"coulomb\", \"load\"]", parameters)
+    };
+    let log = lines().join("\n") + "\n";
+    for (law, parameters) in [
+        ("closed-loop-arx", "[\"a\", \"b\"]"),
+        ("mechanical-least-squares", "[\"a\", \"b\", \"load\"]"),
+        ("proportional-least-squares", "[\"a\", \"b\"]"),
+    ] {
+        let result = result(&replay_text(law, &log, &with(law, parameters)));
+        let b = result["estimates"]["b"]["final"].as_f64().expect("number");
+        // The log's servo has friction, of which these know nothing.
+        assert!((b / 257.7 - 1.0).abs() < 0.1, "{law}: {result}");
+        assert!(result["output_error"].is_null() && result["residual"]["rms"].is_f64());
+    }
+    for law in ["relay-cycle", "two-degrees-of-freedom", "pd-gradient"] {
+        let parameters = "[\"a\", \"b\"]";
+        let output = replay_text(law, &log, &with(law, parameters));
+        let answer = standard_error(&output);
+        assert_eq!(output.status.code(), Some(2), "{answer}");
+        assert!(answer.contains("cannot take a log"), "{answer}");
+        assert!(answer.contains("\"closed-loop-arx\""), "{answer}");
+    }
+}

@@ -1,0 +1,233 @@
+//! The reports: whole, small, safe, and shown while a run goes on.
+
+use std::fs;
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::path::{Path, PathBuf};
+
+use crate::support::live::Shown;
+use crate::support::{folder, scenario, servo_id, standard_error};
+
+/// Calls the program, which must do what it is asked, with a report; the report.
+fn reported(folder: &Path, words: &[&str]) -> String {
+    let report = folder.join("report.html");
+    let mut words = words.to_vec();
+    let name = report.display().to_string();
+    words.extend(["--report", &name, "--force"]);
+    let output = servo_id(&words);
+    assert!(
+        output.status.success(),
+        "{words:?}: {}",
+        standard_error(&output)
+    );
+    fs::read_to_string(report).expect("the report is written")
+}
+
+/// A page is whole, is small, and asks nobody for anything.
+fn assert_self_contained(page: &str) {
+    /// Bytes of a report at most.
+    const MOST: usize = 2_000_000;
+    assert!(page.starts_with("<!DOCTYPE html>") && page.ends_with("</html>"));
+    assert!(page.len() < MOST, "{} bytes", page.len());
+    assert!(page.contains("default-src 'none'"));
+    // A drawing refers to its own clips.
+    let page = page.replace("url(#", "");
+    for reference in ["src=", "@import", "url(", "href=\"http", "<base", "<form"] {
+        assert!(!page.contains(reference), "{reference}");
+    }
+}
+
+#[test]
+fn every_verb_reports() {
+    let folder = folder("report-verbs");
+    let path = |name: &str| folder.join(name).display().to_string();
+    let log = Path::new(env!("CARGO_MANIFEST_DIR")).join("logs/simulated-servo.csv.gz");
+    let log = log.display().to_string();
+    let (result, csv) = (path("result.json"), path("rows.csv"));
+    for (words, says) in [
+        (
+            vec![
+                "run",
+                &scenario("friction.toml"),
+                "--json",
+                &result,
+                "--csv",
+                &csv,
+            ],
+            vec![
+                "Run of friction.toml",
+                "The servo is known",
+                "kp = ",
+                "Feed-forward",
+            ],
+        ),
+        (
+            vec!["replay", &log, "--scenario", &scenario("replay.toml")],
+            vec![
+                "Replay of simulated-servo.csv.gz",
+                "reproduces the recorded command",
+            ],
+        ),
+        (
+            vec!["commission", &scenario("commission.toml")],
+            vec![
+                "Commissioning of commission.toml",
+                "as measured",
+                "stretch-1",
+                "kp = ",
+            ],
+        ),
+        (
+            vec!["tune", &result, "--scenario", &scenario("friction.toml")],
+            vec![
+                "Tuning for result.json",
+                "A step will rise in",
+                "Sensitivity",
+            ],
+        ),
+        (
+            vec!["sweep", &scenario("sweep.toml"), "--runs", "3"],
+            vec!["Sweep around sweep.toml", "Of 3 random servos"],
+        ),
+    ] {
+        let page = reported(&folder, &words);
+        assert_self_contained(&page);
+        for part in says {
+            assert!(page.contains(part), "{words:?}: {part}");
+        }
+        assert!(page.contains("<svg class=\"drawing\""), "{words:?}");
+        assert!(page.contains("<noscript>"), "{words:?}");
+    }
+}
+
+#[test]
+fn a_comparison_is_reported() {
+    let folder = folder("report-compare");
+    let text = fs::read_to_string(scenario("compare.toml")).expect("the scenario");
+    let short = folder.join("short.toml");
+    let text = text.replace("duration = 60.0", "duration = 2.0");
+    fs::write(&short, text).expect("the scenario is written");
+    let page = reported(&folder, &["compare", &short.display().to_string()]);
+    assert_self_contained(&page);
+    for part in [
+        "Comparison on short.toml",
+        "12 methods, 6 cases",
+        "data-level=\"5\"",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+}
+
+#[test]
+fn what_users_write_is_text_and_nothing_else() {
+    let folder = folder("report-escape");
+    let evil = "<img src=x onerror=alert(1)>&\"'.toml";
+    let text = fs::read_to_string(scenario("friction.toml")).expect("the scenario");
+    let path = folder.join(evil);
+    fs::write(&path, text).expect("the scenario is written");
+    let page = reported(&folder, &["run", &path.display().to_string()]);
+    assert!(!page.contains("<img"), "a name became markup");
+    assert!(page.contains("&lt;img src=x onerror=alert(1)&gt;&amp;"));
+}
+
+#[test]
+fn a_result_that_is_none_says_what_to_do_and_gives_no_gains() {
+    let folder = folder("report-none");
+    let text = fs::read_to_string(scenario("friction.toml")).expect("the scenario");
+    let short = folder.join("short.toml");
+    fs::write(&short, text.replace("duration = 8.0", "duration = 0.3")).expect("it is written");
+    let page = reported(&folder, &["run", &short.display().to_string()]);
+    assert!(page.contains("no-information"));
+    assert!(page.contains("so none are given") && !page.contains("kp = "));
+}
+
+#[test]
+fn a_dash_is_standard_output() {
+    let output = servo_id(&["run", &scenario("friction.toml"), "--report", "-"]);
+    assert!(output.status.success(), "{}", standard_error(&output));
+    assert_self_contained(&String::from_utf8(output.stdout).expect("text"));
+}
+
+impl Shown {
+    /// What the server answers.
+    fn answer(&self, path: &str, host: &str) -> String {
+        let mut stream = TcpStream::connect(&self.address).expect("it listens");
+        let request = format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n");
+        stream.write_all(request.as_bytes()).expect("it reads");
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).expect("it answers");
+        answer
+    }
+}
+
+#[test]
+fn a_run_is_shown_until_somebody_has_seen_enough() {
+    let folder = folder("report-live");
+    let json: PathBuf = folder.join("result.json");
+    let name = json.display().to_string();
+    let friction = scenario("friction.toml");
+    let shown = Shown::start(&["run", &friction, "--live", "--pace", "10", "--json", &name]);
+    let own = shown.address.clone();
+    let begun = std::time::Instant::now();
+    let mut has_run = false;
+    loop {
+        let page = shown.answer("/", &own);
+        assert!(page.starts_with("HTTP/1.1 200 OK"), "{page:.200}");
+        if page.contains("The run is over; this page stays.") {
+            break;
+        }
+        assert!(
+            page.contains("running: ") && page.contains("connect-src 'self'"),
+            "{page:.600}"
+        );
+        has_run = true;
+        assert!(begun.elapsed().as_secs() < 60, "it never ends");
+    }
+    assert!(has_run, "nothing was shown before the end");
+    let change = |host: &str, path: &str| shown.answer(path, host);
+    assert!(change("example.org", "/").starts_with("HTTP/1.1 403"));
+    assert!(change(&own, "/elsewhere").starts_with("HTTP/1.1 404"));
+    assert!(json.exists(), "the result is there while the page stays");
+    assert_eq!(shown.interrupt(), Some(0));
+}
+
+#[test]
+fn an_interrupted_run_ends_with_nothing_written() {
+    let folder = folder("report-live-interrupted");
+    let json = folder.join("result.json");
+    let name = json.display().to_string();
+    let shown = Shown::start(&["run", &scenario("minimal.toml"), "--live", "--json", &name]);
+    assert_eq!(shown.interrupt(), Some(130));
+    assert_eq!(fs::read_dir(&folder).expect("the folder").count(), 0);
+}
+
+#[test]
+fn a_port_in_use_is_told_before_anything_is_done() {
+    let folder = folder("report-port");
+    let taken = TcpListener::bind("127.0.0.1:0").expect("a free port");
+    let port = taken.local_addr().expect("it has one").port();
+    let json = folder.join("result.json").display().to_string();
+    let live = format!("--live={port}");
+    for (verb, name) in [("run", "friction.toml"), ("commission", "commission.toml")] {
+        let output = servo_id(&[verb, &scenario(name), &live, "--json", &json]);
+        assert_eq!(output.status.code(), Some(1));
+        let told = standard_error(&output);
+        assert!(
+            told.contains(&format!("port {port} ")) && told.contains("another program uses it"),
+            "{told}"
+        );
+        assert_eq!(fs::read_dir(&folder).expect("the folder").count(), 0);
+    }
+}
+
+#[test]
+fn a_pace_is_above_zero() {
+    for pace in ["0", "-1", "nan", "soon"] {
+        let output = servo_id(&["run", &scenario("friction.toml"), "--live", "--pace", pace]);
+        assert_eq!(output.status.code(), Some(2), "{pace}");
+        assert!(
+            standard_error(&output).contains("a number above 0"),
+            "{pace}"
+        );
+    }
+}

@@ -1,0 +1,239 @@
+//! The reports as a browser shows them: plots, keys, colours, widths, print, and a run that goes on.
+
+use std::time::{Duration, Instant};
+
+use crate::support::browser::Browser;
+use crate::support::live::Shown;
+use crate::support::{folder, scenario, servo_id, standard_error};
+use serde_json::{Value, json};
+
+/// Keys by their WebDriver names.
+const RIGHT: &str = "\u{e014}";
+const TAB: &str = "\u{e004}";
+const ENTER: &str = "\u{e007}";
+
+/// The address of a report of a verb.
+fn report(test: &str, words: &[&str]) -> String {
+    let report = folder(test).join("report.html").display().to_string();
+    let mut words = words.to_vec();
+    words.extend(["--report", &report]);
+    let output = servo_id(&words);
+    assert!(output.status.success(), "{}", standard_error(&output));
+    format!("file://{report}")
+}
+
+/// Colours of the canvas of each plot that are seen at all.
+const COLOURS: &str = "
+    return plots.map(({ chart }) => {
+        const { width, height } = chart.ctx.canvas;
+        const copy = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
+        copy.drawImage(chart.ctx.canvas, 0, 0);
+        const { data } = copy.getImageData(0, 0, width, height);
+        const seen = new Set();
+        for (let i = 0; i < data.length; i += 4)
+            if (data[i + 3] > 200) seen.add(data.slice(i, i + 3).join());
+        return [...seen];
+    });";
+
+/// What is shown of the first plot's abscissa.
+const SHOWN: &str = "const { min, max } = plots[0].chart.scales.x; return max - min;";
+
+fn assert_silent(browser: &Browser, when: &str) {
+    let said = browser.console();
+    assert!(said.is_empty(), "{when}: {said:?}");
+}
+
+fn assert_drawn(browser: &Browser, plots: usize) {
+    let colours = browser.ask(COLOURS);
+    let colours = colours.as_array().expect("a list");
+    assert_eq!(colours.len(), plots);
+    for (place, seen) in colours.iter().enumerate() {
+        let count = seen.as_array().map_or(0, Vec::len);
+        assert!(count > 3, "plot {place} has {count} colours");
+    }
+}
+
+fn number(value: &Value) -> f64 {
+    value
+        .as_f64()
+        .unwrap_or_else(|| panic!("no number: {value}"))
+}
+
+#[test]
+fn a_report_is_drawn_and_answers_keys_and_pointer() {
+    let Some(browser) = Browser::start() else {
+        return;
+    };
+    browser.open(&report("browser-run", &["run", &scenario("friction.toml")]));
+    assert_silent(&browser, "at first");
+    assert_drawn(&browser, 7);
+    // The last value of the first trace of the second plot is b.
+    let b = browser
+        .ask("const { data } = plots[1].chart; return data.at(-1).findLast((v) => v != null);");
+    assert!((number(&b) - 257.7).abs() < 1.0, "{b}");
+
+    let whole = number(&browser.ask(SHOWN));
+    assert!((whole - 8.0).abs() < 0.01, "{whole}");
+    browser.ask("document.querySelector('.canvas').focus();");
+    browser.press(&[RIGHT, RIGHT]);
+    let value = browser.ask("return document.querySelector('.legend output').textContent;");
+    assert!(
+        value.as_str().is_some_and(|text| text.starts_with("0.2")),
+        "{value}"
+    );
+    browser.press(&["+"]);
+    assert!((number(&browser.ask(SHOWN)) - whole / 2.0).abs() < 0.01);
+    let others =
+        browser.ask("return plots.every(({ chart: { scales: { x } } }) => x.max - x.min < 5);");
+    assert_eq!(others, true, "all plots of one time are zoomed together");
+    browser.press(&["0"]);
+    assert!((number(&browser.ask(SHOWN)) - whole).abs() < 1e-9);
+
+    // From the plot the next stop is the name of its trace, which switches it.
+    browser.press(&[TAB, ENTER]);
+    let switched = browser.ask(
+        "return [document.activeElement.getAttribute('aria-pressed'), plots[0].chart.series.at(-1).show];",
+    );
+    assert_eq!(switched, json!(["false", false]));
+    browser.press(&[ENTER]);
+    let switched = browser.ask("return plots[0].chart.series.at(-1).show;");
+    assert_eq!(switched, true);
+    browser.ask("document.querySelector('[data-zoom=in]').focus();");
+    browser.press(&[ENTER]);
+    assert!((number(&browser.ask(SHOWN)) - whole / 2.0).abs() < 0.01);
+    browser.ask("document.querySelector('[data-zoom=reset]').click();");
+
+    browser.ask("document.querySelector('.canvas').scrollIntoView({ block: 'center' });");
+    let place = browser.ask(
+        "const { left, top, width, height } = plots[0].chart.over.getBoundingClientRect();
+         return [left, top, width, height].map(Math.round);",
+    );
+    let place: Vec<i64> = serde_json::from_value(place).expect("four numbers");
+    let at = |part: f64| {
+        [
+            place[0] + (part * place[2] as f64) as i64,
+            place[1] + place[3] / 2,
+        ]
+    };
+    browser.drag(at(0.25), at(0.5));
+    let zoomed = number(&browser.ask(SHOWN));
+    assert!((zoomed - whole / 4.0).abs() < 0.1, "{zoomed}");
+    assert_silent(&browser, "after keys and pointer");
+}
+
+#[test]
+fn a_report_fits_dark_light_phone_and_paper() {
+    let Some(browser) = Browser::start() else {
+        return;
+    };
+    browser.open(&report(
+        "browser-looks",
+        &["commission", &scenario("commission.toml")],
+    ));
+    assert_drawn(&browser, 4);
+    let paper = "return getComputedStyle(document.body).backgroundColor;";
+    let in_scheme = |scheme: &str| {
+        let features = json!([{ "name": "prefers-color-scheme", "value": scheme }]);
+        browser.emulate(
+            "setEmulatedMedia",
+            &json!({ "media": "", "features": features }),
+        );
+        assert_drawn(&browser, 4);
+        (browser.ask(paper), browser.ask(COLOURS))
+    };
+    let (light, dark) = (in_scheme("light"), in_scheme("dark"));
+    assert_eq!(light.0, "rgb(255, 255, 255)");
+    assert_ne!(light.0, dark.0);
+    assert_ne!(light.1, dark.1, "the plots are drawn in other colours");
+
+    let phone = json!({ "width": 390, "height": 844, "deviceScaleFactor": 2, "mobile": true });
+    browser.emulate("setDeviceMetricsOverride", &phone);
+    std::thread::sleep(Duration::from_millis(300));
+    let widths = browser.ask(
+        "return [document.documentElement.scrollWidth, ...plots.map(({ chart }) => chart.width)];",
+    );
+    let widths: Vec<f64> = serde_json::from_value(widths).expect("numbers");
+    assert!(widths.iter().all(|width| *width <= 390.0), "{widths:?}");
+    assert_drawn(&browser, 4);
+
+    browser.emulate("setEmulatedMedia", &json!({ "media": "print" }));
+    let printed = browser.ask(
+        "const shown = (part) => getComputedStyle(document.querySelector(part)).display;
+         return [shown('.drawing'), shown('.uplot'), shown('.toolbar')];",
+    );
+    assert_eq!(printed, json!(["block", "none", "none"]));
+    assert_silent(&browser, "in any look");
+}
+
+#[test]
+fn shares_over_a_logarithmic_abscissa_are_drawn_and_zoomed() {
+    let Some(browser) = Browser::start() else {
+        return;
+    };
+    let sweep = ["sweep", &scenario("sweep.toml"), "--runs", "60"];
+    browser.open(&report("browser-sweep", &sweep));
+    assert_silent(&browser, "at first");
+    assert_drawn(&browser, 5);
+    let ticks = "return plots.map(({ chart }) => chart.axes[0]._values.map(Number));";
+    let ticks = |browser: &Browser| -> Vec<Vec<f64>> {
+        serde_json::from_value(browser.ask(ticks)).expect("numbers")
+    };
+    let are_good = |ticks: &[f64]| ticks.len() >= 2 && ticks.is_sorted() && ticks[0] > 0.0;
+    for of_plot in ticks(&browser) {
+        assert!(are_good(&of_plot), "{of_plot:?}");
+    }
+    // A value is told, not its logarithm.
+    browser.ask("document.querySelector('.canvas').focus();");
+    browser.press(&[RIGHT]);
+    let told = browser.ask("return document.querySelector('.place').textContent;");
+    let told = told.as_str().and_then(|text| text.rsplit(' ').next());
+    let value: f64 = told.and_then(|text| text.parse().ok()).expect("a number");
+    let first = &ticks(&browser)[0];
+    assert!(
+        first[0] < value && value < first[first.len() - 1],
+        "{value} of {first:?}"
+    );
+    for _ in 0..6 {
+        browser.press(&["+"]);
+        assert_drawn(&browser, 5);
+        let first = &ticks(&browser)[0];
+        assert!(are_good(first), "{first:?}");
+    }
+    assert_silent(&browser, "after the keys");
+}
+
+#[test]
+fn a_page_follows_a_run_and_stays() {
+    let Some(browser) = Browser::start() else {
+        return;
+    };
+    for words in [
+        ["run", &scenario("friction.toml"), "--pace", "1"],
+        ["commission", &scenario("commission.toml"), "--pace", "0.25"],
+    ] {
+        let run = Shown::start(&[&words[..], &["--live"]].concat());
+        browser.open(&format!("http://{}", run.address));
+
+        let begun = Instant::now();
+        let mut ends: Vec<f64> = Vec::new();
+        loop {
+            let seen = browser.ask("return [document.getElementById('stage').textContent, plots[0].chart.data[0].at(-1)];");
+            let stage = seen[0].as_str().unwrap_or_default().to_owned();
+            ends.push(number(&seen[1]));
+            if stage == "The run is over; this page stays." {
+                break;
+            }
+            assert_eq!(stage, "The run goes on; this page follows it.");
+            assert!(begun.elapsed() < Duration::from_secs(60), "it never ends");
+            std::thread::sleep(Duration::from_millis(100));
+        }
+        ends.dedup();
+        assert!(ends.len() > 2 && ends.is_sorted(), "{words:?}: {ends:?}");
+        assert_silent(&browser, "over a run");
+
+        assert_eq!(run.interrupt(), Some(0));
+        let stays = browser.ask("return document.getElementById('stage').textContent;");
+        assert_eq!(stays, "The run is over; this page stays.");
+        assert_silent(&browser, "after the program");
+    }
+}

@@ -1,0 +1,338 @@
+//! Any file is read as a scenario or refused. A program of its own: what it measures is the memory of
+//! the reader alone.
+
+use std::fmt::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use crate::support::readable::assert_readable;
+use host_sim::scenario::keys::KEYS;
+use host_sim::scenario::{Purpose, Scenario};
+
+const SCENARIOS: [&str; 12] = [
+    include_str!("../../scenarios/compare.toml"),
+    include_str!("../../scenarios/drift.toml"),
+    include_str!("../../scenarios/emps.toml"),
+    include_str!("../../scenarios/fast_axis.toml"),
+    include_str!("../../scenarios/friction.toml"),
+    include_str!("../../scenarios/geared_axis.toml"),
+    include_str!("../../scenarios/gravity_link.toml"),
+    include_str!("../../scenarios/minimal.toml"),
+    include_str!("../../scenarios/paper-least-squares.toml"),
+    include_str!("../../scenarios/paper.toml"),
+    include_str!("../../scenarios/replay.toml"),
+    include_str!("../../scenarios/sweep.toml"),
+];
+
+/// Numbers that look random, the same in every run.
+struct Dice(u64);
+
+impl Dice {
+    /// SplitMix64 (Steele, Lea, Flood 2014).
+    fn roll(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let x = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        x ^ (x >> 31)
+    }
+
+    fn below(&mut self, most: usize) -> usize {
+        (self.roll() % most.max(1) as u64) as usize
+    }
+
+    fn of<'t>(&mut self, from: &[&'t str]) -> &'t str {
+        from[self.below(from.len())]
+    }
+
+    fn letters(&mut self, most: usize) -> String {
+        let count = 1 + self.below(most);
+        let letter = |dice: &mut Self| char::from(b'a' + dice.below(26) as u8);
+        (0..count).map(|_| letter(self)).collect()
+    }
+
+    /// A value as nobody expects it.
+    fn value(&mut self) -> String {
+        const PLAIN: &[&str] = &[
+            "nan",
+            "-nan",
+            "inf",
+            "-inf",
+            "0",
+            "-0.0",
+            "1e-300",
+            "1e300",
+            "-1e300",
+            "1e999",
+            "-1",
+            "0.5",
+            "1e-7",
+            "1e-9",
+            "1e9",
+            "1e10",
+            "4294967295",
+            "4294967296",
+            "9223372036854775807",
+            "0x7fffffffffffffff",
+            "0b1",
+            "true",
+            "false",
+            "2026-01-01",
+            "\"\"",
+            "\"\\u0007\\u001b[31m\"",
+            "[]",
+            "{}",
+            "[0.0, 0.0]",
+            "[1.0, -1.0]",
+            "[-1e300, 1e300]",
+            "[1e-300, 1e300]",
+            "[[1.0, 0.0], [0.0, 1.0]]",
+            "[[1.0], [nan]]",
+            "{ kind = \"low-pass\", cutoff = 1e-300 }",
+            "{ kind = \"difference\" }",
+            "{ a = [0.0, 1e9], b = [1e-9, 1e9] }",
+            "{ kp = 1e9, kd = 1e9, ki = 1e9 }",
+            "[\"a\", \"b\", \"coulomb\", \"load\"]",
+            "[\"load\", \"a\"]",
+            "\"f64\"",
+            "\"fixed\"",
+            "'''\nx\n'''",
+            "1_000.0",
+            "+1.0",
+            "",
+            "\"",
+            "[",
+            "{",
+            "1.",
+            ".5",
+        ];
+        const NAMES: &[&str] = &[
+            "band-limited-white-noise",
+            "prbs",
+            "multisine",
+            "chirp",
+            "square",
+            "steps",
+            "none",
+            "gradient",
+            "gauss-newton",
+            "window",
+            "pd-gradient",
+            "relay-least-squares",
+            "proportional-least-squares",
+            "two-degrees-of-freedom",
+            "multi-step-least-squares",
+            "relay-cycle",
+            "two-relays",
+            "closed-loop-arx",
+            "mechanical-least-squares",
+            "low-pass",
+            "averaged-difference",
+        ];
+        match self.below(12) {
+            0 => format!("\"{}\"", self.letters(3000)),
+            1 => {
+                let depth = self.below(3000);
+                format!("{}1{}", "[".repeat(depth), "]".repeat(depth))
+            }
+            2 => {
+                let depth = self.below(3000);
+                format!("{}1{}", "{x=".repeat(depth), "}".repeat(depth))
+            }
+            3 => format!("[{}]", "1.0,".repeat(self.below(30_000))),
+            4 => "9".repeat(1 + self.below(500)),
+            5 | 6 => format!("\"{}\"", self.of(NAMES)),
+            7 => format!(
+                "{:e}",
+                (self.roll() as f64 / 2e19 - 0.3) * 10_f64.powi(self.below(40) as i32 - 20)
+            ),
+            8 => format!(
+                "[{:e}, {:e}]",
+                self.below(100) as f64,
+                self.below(10_000) as f64
+            ),
+            _ => self.of(PLAIN).to_owned(),
+        }
+    }
+
+    /// A line whose numbers are of another size.
+    fn other_numbers(&mut self, line: &str) -> String {
+        let number = |c: char| c.is_ascii_digit() || c == '.';
+        let mut other = String::new();
+        let mut rest = line;
+        while let Some(begin) = rest.find(|c: char| c.is_ascii_digit()) {
+            let (before, from) = rest.split_at(begin);
+            let end = from.find(|c| !number(c)).unwrap_or(from.len());
+            other.push_str(before);
+            match from[..end].parse::<f64>() {
+                Ok(value) => {
+                    let factor = 2.0_f64.powi(self.below(9) as i32 - 4);
+                    let whole = !from[..end].contains('.') && factor >= 1.0;
+                    other += &if whole {
+                        format!("{}", value * factor)
+                    } else {
+                        format!("{:?}", value * factor)
+                    };
+                }
+                Err(_) => other.push_str(&from[..end]),
+            }
+            rest = &from[end..];
+        }
+        other + rest
+    }
+
+    /// A scenario of the repository that was hurt in some places.
+    fn scenario(&mut self) -> Vec<u8> {
+        let mut lines: Vec<String> = self.of(&SCENARIOS).lines().map(str::to_owned).collect();
+        for _ in 0..=self.below(3) {
+            let place = self.below(lines.len());
+            let stated = lines[place]
+                .split_once('=')
+                .map(|(name, _)| name.trim().to_owned());
+            match (self.below(14), stated) {
+                (8.., Some(_)) => lines[place] = self.other_numbers(&lines[place]),
+                (0..=2, Some(name)) => lines[place] = format!("{name} = {}", self.value()),
+                (3, Some(_)) => lines.insert(place, lines[place].clone()),
+                (4, Some(name)) => {
+                    let slip = self.below(name.len());
+                    let slipped: String = name
+                        .chars()
+                        .enumerate()
+                        .filter(|(i, _)| *i != slip)
+                        .map(|(_, c)| c)
+                        .collect();
+                    lines[place] = lines[place].replacen(&name, &slipped, 1);
+                }
+                (5, _) => lines.insert(place, format!("{} = {}", self.letters(200), self.value())),
+                (6, _) => {
+                    let key = &KEYS[self.below(KEYS.len())];
+                    let (table, name) = key.place();
+                    let line = format!("{name} = {}", self.value());
+                    match lines
+                        .iter()
+                        .position(|line| line.starts_with(&format!("[{table}]")))
+                    {
+                        Some(head) => lines.insert(head + 1, line),
+                        None => lines.push(format!("[{table}]\n{line}")),
+                    }
+                }
+                _ => {
+                    lines.remove(place);
+                }
+            }
+            if lines.is_empty() {
+                break;
+            }
+        }
+        let mut bytes = lines.join("\n").into_bytes();
+        match self.below(20) {
+            0 => bytes.truncate(self.below(bytes.len())),
+            1 => {
+                for _ in 0..1 + self.below(10) {
+                    let place = self.below(bytes.len());
+                    if let Some(byte) = bytes.get_mut(place) {
+                        *byte = self.roll() as u8;
+                    }
+                }
+            }
+            2 => bytes = (0..self.below(2000)).map(|_| self.roll() as u8).collect(),
+            _ => {}
+        }
+        bytes
+    }
+}
+
+/// Largest memory that this process has had, bytes; none where the system does not tell.
+fn most_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kilobytes: u64 = line.trim().strip_suffix(" kB")?.trim().parse().ok()?;
+    Some(kilobytes << 10)
+}
+
+/// Reads the longest file that is made of such pieces.
+fn largest_of(piece: impl Fn(usize) -> String) {
+    const LONGEST: usize = 1 << 20;
+    const PATIENCE: Duration = Duration::from_secs(20);
+    let mut text = String::new();
+    for i in 0.. {
+        let next = piece(i);
+        if text.len() + next.len() > LONGEST {
+            break;
+        }
+        text.push_str(&next);
+    }
+    let begun = Instant::now();
+    let outcome = Scenario::parse("s.toml", &text, Purpose::Run);
+    let taken = begun.elapsed();
+    println!("{:?}: {taken:?}, {:?}", &piece(1), most_memory());
+    assert!(taken < PATIENCE, "{:?}: {taken:?}", piece(1));
+    let answer = outcome.expect_err("it is no scenario").to_string();
+    assert!(answer.starts_with("s.toml:"), "{answer}");
+}
+
+/// Any file is read or refused: no panic, no long wait, little memory, and a message that helps. With
+/// `FUZZED_SCENARIOS=10000` in the environment it takes so many in place of a thousand.
+#[test]
+fn hurt_scenarios_are_read_or_refused() {
+    const LONGEST: Duration = Duration::from_secs(10);
+    const MEMORY: u64 = 200 << 20;
+    let asked = std::env::var("FUZZED_SCENARIOS").ok();
+    let count = asked.map_or(1000, |count| count.parse().expect("a number of scenarios"));
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("fuzzed-bytes.toml");
+    let (mut read, mut refused, mut slowest) = (0, 0, Duration::ZERO);
+    for seed in 0..count {
+        let bytes = Dice(seed).scenario();
+        for purpose in [Purpose::Run, Purpose::Replay, Purpose::Commission] {
+            let begun = Instant::now();
+            let text = std::str::from_utf8(&bytes);
+            let outcome = catch_unwind(AssertUnwindSafe(|| match text {
+                Ok(text) => Scenario::parse("s.toml", text, purpose),
+                Err(_) => {
+                    std::fs::write(&path, &bytes).expect("written");
+                    Scenario::load(&path, purpose)
+                }
+            }));
+            slowest = slowest.max(begun.elapsed());
+            assert!(
+                begun.elapsed() < LONGEST,
+                "seed {seed}: {:?}",
+                begun.elapsed()
+            );
+            match (outcome.unwrap_or_else(|_| panic!("seed {seed}")), text) {
+                (Ok(scenario), _) => {
+                    read += 1;
+                    assert!(scenario.samples() > 0, "seed {seed}");
+                }
+                (Err(error), Ok(text)) => {
+                    refused += 1;
+                    let mut answer = String::new();
+                    write!(answer, "{error}").expect("written");
+                    let checked = catch_unwind(|| assert_readable(&answer, text));
+                    assert!(checked.is_ok(), "seed {seed}");
+                }
+                (Err(error), Err(_)) => {
+                    refused += 1;
+                    assert!(error.line.is_some(), "seed {seed}: {error}");
+                }
+            }
+        }
+    }
+    // Files as long as they may be, of all that takes room.
+    for piece in ["a.a.a.b", "[[run]]\n", "x = 1\n", "# \u{3b1}\n", "'"] {
+        largest_of(|_| piece.to_owned());
+    }
+    largest_of(|i| format!("x{i} = 1\n"));
+    largest_of(|i| format!("[x{i}]\n"));
+    largest_of(|i| format!("{}1,", if i == 0 { "x = [" } else { "" }));
+    largest_of(|i| format!("{}\"\\n\",", if i == 0 { "x = [" } else { "" }));
+    let memory = most_memory();
+    println!("{read} read, {refused} refused, slowest {slowest:?}, memory {memory:?}");
+    assert!(
+        read * 20 > refused && refused * 20 > read,
+        "{read} read, {refused} refused"
+    );
+    assert!(memory.is_none_or(|most| most < MEMORY), "{memory:?}");
+}

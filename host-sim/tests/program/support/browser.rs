@@ -1,0 +1,130 @@
+//! A headless browser, driven as W3C WebDriver has it.
+
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Child, Command, Stdio};
+
+use serde_json::{Value, json};
+
+/// A browser with one page.
+pub(crate) struct Browser {
+    driver: Child,
+    session: String,
+}
+
+impl Browser {
+    /// A browser; none where there is none, which the test then says. On a machine of CI there must be one.
+    pub(crate) fn start() -> Option<Self> {
+        let driver = Command::new("chromedriver")
+            .arg("--port=0")
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn();
+        let Ok(mut driver) = driver else {
+            let missing = "no browser: install the packages chromium and chromium-driver";
+            assert!(std::env::var_os("CI").is_none(), "{missing}");
+            // Past the capture of the output of tests that pass.
+            let line = format!("\nskipped: {missing}\n");
+            let _ = std::io::stderr().write_all(line.as_bytes());
+            return None;
+        };
+        let mut lines = BufReader::new(driver.stdout.take().expect("it is piped")).lines();
+        let port = lines.find_map(|line| {
+            let line = line.expect("the driver tells its port");
+            let port = line
+                .split("on port ")
+                .nth(1)?
+                .trim_end_matches('.')
+                .to_owned();
+            line.contains("started successfully").then_some(port)
+        });
+        // Whatever it says later goes nowhere, but must be read.
+        std::thread::spawn(move || lines.for_each(drop));
+        let server = format!(
+            "http://127.0.0.1:{}/session",
+            port.expect("the driver started")
+        );
+        // Root, as CI is, has no sandbox; only pages of our own are opened.
+        let wanted = json!({ "capabilities": { "alwaysMatch": {
+            "browserName": "chrome",
+            "goog:chromeOptions": { "args": [
+                "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
+                "--window-size=1280,1000",
+            ] },
+            "goog:loggingPrefs": { "browser": "ALL" },
+        } } });
+        let answer = post(&server, &wanted);
+        let session = answer["sessionId"].as_str().expect("a session");
+        Some(Self {
+            driver,
+            session: format!("{server}/{session}"),
+        })
+    }
+
+    pub(crate) fn open(&self, address: &str) {
+        self.call("url", &json!({ "url": address }));
+    }
+
+    /// What a function's body answers in the page.
+    pub(crate) fn ask(&self, body: &str) -> Value {
+        self.call("execute/sync", &json!({ "script": body, "args": [] }))
+    }
+
+    /// Presses and lets go of keys, one after the other.
+    pub(crate) fn press(&self, keys: &[&str]) {
+        let both = |key: &&str| {
+            let of = |kind: &str| json!({ "type": kind, "value": key });
+            [of("keyDown"), of("keyUp")]
+        };
+        let presses: Vec<Value> = keys.iter().flat_map(both).collect();
+        let actions = json!({ "actions": [{ "type": "key", "id": "keys", "actions": presses }] });
+        self.call("actions", &actions);
+    }
+
+    /// Moves the pointer to places of the window, pressed from the first to the last.
+    pub(crate) fn drag(&self, from: [i64; 2], to: [i64; 2]) {
+        let to_place =
+            |[x, y]: [i64; 2]| json!({ "type": "pointerMove", "duration": 50, "x": x, "y": y });
+        let actions = json!({ "actions": [{ "type": "pointer", "id": "mouse", "actions": [
+            to_place(from), { "type": "pointerDown", "button": 0 }, to_place(to), { "type": "pointerUp", "button": 0 },
+        ] }] });
+        self.call("actions", &actions);
+    }
+
+    /// Emulates something, as the DevTools protocol has it.
+    pub(crate) fn emulate(&self, what: &str, how: &Value) {
+        let command = json!({ "cmd": format!("Emulation.{what}"), "params": how });
+        self.call("goog/cdp/execute", &command);
+    }
+
+    /// What was said at the console since it was asked last.
+    pub(crate) fn console(&self) -> Vec<String> {
+        let entries = self.call("se/log", &json!({ "type": "browser" }));
+        let entries = entries.as_array().cloned().unwrap_or_default();
+        entries
+            .iter()
+            .map(|entry| entry["message"].to_string())
+            .collect()
+    }
+
+    fn call(&self, command: &str, body: &Value) -> Value {
+        post(&format!("{}/{command}", self.session), body)
+    }
+}
+
+impl Drop for Browser {
+    fn drop(&mut self) {
+        // The driver ends its browser with the session.
+        let _ = minreq::delete(&self.session).send();
+        let _ = self.driver.kill();
+        let _ = self.driver.wait();
+    }
+}
+
+fn post(address: &str, body: &Value) -> Value {
+    let request = minreq::post(address).with_json(body).expect("JSON");
+    let answer = request.send().expect("the driver answers");
+    let mut answer: Value = answer.json().expect("JSON");
+    let value = answer["value"].take();
+    assert!(value.get("error").is_none(), "{address}: {value}");
+    value
+}

@@ -1,0 +1,184 @@
+//! How the program meets who types: room, colours, quiet, names, suggestions, completions and manual.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use crate::support::terminal::Terminal;
+use crate::support::{folder, servo_id, standard_error};
+use host_sim::paper::PROPOSED;
+
+fn said(output: &Output) -> String {
+    assert_eq!(output.status.code(), Some(0), "{}", standard_error(output));
+    String::from_utf8(output.stdout.clone()).expect("text")
+}
+
+/// Accents that take no room of their own.
+fn marks(line: &str) -> usize {
+    line.matches('\u{302}').count()
+}
+
+/// What is said with a variable of the environment.
+fn with(variable: &str, value: &str, folder: &Path, words: &str) -> String {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_servo-id"));
+    command.args(words.split_whitespace()).current_dir(folder);
+    said(
+        &command
+            .env(variable, value)
+            .output()
+            .expect("the program starts"),
+    )
+}
+
+fn with_scenario(test: &str) -> std::path::PathBuf {
+    let folder = folder(&format!("terminal-{test}"));
+    let short = PROPOSED.replace("60.0", "3.0");
+    std::fs::write(folder.join("scenario.toml"), short).expect("the scenario is written");
+    folder
+}
+
+#[test]
+fn tables_fit_and_say_what_there_is_no_room_for() {
+    let folder = folder("terminal-tables");
+    // Tables are what stands above and below a rule.
+    let table = |text: &str| -> Vec<String> {
+        let lines: Vec<_> = text.lines().collect();
+        let rule = lines
+            .iter()
+            .position(|line| line.starts_with('─'))
+            .expect("a table");
+        lines[rule - 1..]
+            .iter()
+            .take_while(|line| !line.starts_with("Nominal"))
+            .map(ToString::to_string)
+            .collect()
+    };
+    let mut headings = Vec::new();
+    for (columns, left_out) in [("80", true), ("100", true), ("200", false)] {
+        let text = with("COLUMNS", columns, &folder, "paper --force --out paper");
+        let table = table(&text);
+        let room: usize = columns.parse().expect("a number");
+        assert!(
+            table
+                .iter()
+                .all(|line| line.chars().count() <= room + marks(line)),
+            "{text}"
+        );
+        assert_eq!(text.contains("(no room for: "), left_out, "{text}");
+        assert!(
+            table
+                .iter()
+                .filter(|line| line.contains("converged"))
+                .count()
+                >= 3,
+            "{text}"
+        );
+        headings.push(table[0].trim_end().chars().count());
+    }
+    assert!(
+        headings.is_sorted() && headings[0] < headings[2],
+        "{headings:?}"
+    );
+}
+
+#[test]
+fn colours_are_for_terminals() {
+    let folder = with_scenario("colours");
+    let plain = with("CLICOLOR", "1", &folder, "run scenario.toml");
+    assert!(!plain.contains('\u{1b}'), "{plain}");
+    let coloured = with("CLICOLOR_FORCE", "1", &folder, "run scenario.toml");
+    assert!(coloured.contains('\u{1b}'), "{coloured}");
+    let bare = anstream::adapter::strip_str(&coloured).to_string();
+    assert_eq!(bare, plain);
+}
+
+#[test]
+fn a_terminal_shows_colours_unless_they_are_not_wanted() {
+    let folder = with_scenario("no-colour");
+    for (setting, is_coloured) in [("CLICOLOR=1", true), ("NO_COLOR=1", false)] {
+        let words = [
+            "env",
+            "-u",
+            "NO_COLOR",
+            setting,
+            env!("CARGO_BIN_EXE_servo-id"),
+            "run",
+            "scenario.toml",
+        ];
+        let mut terminal = Terminal::start(&words, &folder, 100, 40);
+        terminal.shows("Remaining output error:");
+        assert_eq!(terminal.is_coloured(), is_coloured, "{setting}");
+        terminal.ends();
+    }
+}
+
+#[test]
+fn quiet_says_nothing_but_what_was_asked_for() {
+    let folder = with_scenario("quiet");
+    let run = |words: &str| with("LANG", "C", &folder, words);
+    assert_eq!(run("run scenario.toml --quiet"), "");
+    assert_eq!(run("--quiet run scenario.toml"), "");
+    assert!(run("run scenario.toml -q --json -").starts_with('{'));
+    assert!(run("keys -q").contains("plant.a"));
+}
+
+#[test]
+fn whoever_mistypes_is_asked_what_was_meant() {
+    let folder = with_scenario("nearest");
+    let scenario = folder.join("scenario.toml").display().to_string();
+    let wrong = folder.join("senario.toml").display().to_string();
+    let cases: [(&[&str], &str); 5] = [
+        (&["replai"], "'replay'"),
+        (&["run", &scenario, "--jsn", "x"], "'--json'"),
+        (&["keys", "plant.deley"], "did you mean plant.delay?"),
+        (&["run", &wrong], "did you mean"),
+        (&["manual", "comision"], "did you mean commission?"),
+    ];
+    for (words, meant) in cases {
+        let output = servo_id(words);
+        assert_eq!(output.status.code(), Some(2), "{words:?}");
+        let why = standard_error(&output);
+        assert!(why.contains(meant), "{why}");
+    }
+    assert!(standard_error(&servo_id(&["run", &wrong])).contains(&scenario));
+}
+
+#[test]
+fn the_program_has_one_name() {
+    let version = said(&servo_id(&["--version"]));
+    assert_eq!(
+        version.trim(),
+        format!("servo-id {}", host_sim::program::VERSION)
+    );
+    assert!(said(&servo_id(&["run", "--help"])).contains("Usage: servo-id run "));
+    let refused = standard_error(&servo_id(&["keys", "nothing.like.it"]));
+    assert!(refused.contains("`servo-id keys`"), "{refused}");
+    let page = said(&servo_id(&["manual", "drive", "status"]));
+    assert!(page.contains(".TH servo-id-drive-status "));
+}
+
+#[test]
+fn every_shell_has_completions_and_every_verb_a_page() {
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = said(&servo_id(&["completions", shell]));
+        assert!(script.contains("commission"), "{shell}");
+    }
+    let help = said(&servo_id(&["--help"]));
+    let verbs = help
+        .lines()
+        .skip_while(|line| !line.starts_with("Commands:"))
+        .skip(1);
+    // What does not fit beside a verb goes on further right.
+    let verbs: Vec<_> = verbs
+        .take_while(|line| !line.is_empty())
+        .filter(|line| !line.starts_with("   "))
+        .filter_map(|line| line.split_whitespace().next())
+        .filter(|verb| *verb != "help")
+        .collect();
+    assert!(verbs.len() > 10, "{verbs:?}");
+    for verb in verbs {
+        assert!(
+            said(&servo_id(&["manual", verb])).contains(".SH SYNOPSIS"),
+            "{verb}"
+        );
+    }
+}

@@ -1,0 +1,260 @@
+//! The contract of `servo-id tune`: what it takes, what it says, what it refuses.
+
+use std::path::Path;
+use std::process::Output;
+
+use crate::support::{folder, servo_id, standard_error};
+use serde_json::{Value, json};
+
+/// A result as `run` writes it, of what `tune` reads.
+fn result() -> Value {
+    let estimate = |value: f64, error: f64| json!({ "final": value, "std_error": error });
+    json!({
+        "status": "converged",
+        "reason": "every estimate keeps still",
+        "sample_time": 1e-3,
+        "estimates": {
+            "a": estimate(0.2174, 0.002),
+            "b": estimate(257.7, 0.1),
+            "coulomb": estimate(10.0, 0.02),
+            "load": estimate(20.0, 0.01),
+            "delay": estimate(5e-4, 1e-5),
+        },
+        "residual": { "rms": 2e-4 },
+    })
+}
+
+const KNOWN: [&str; 4] = ["--counts", "10000", "--limit", "10"];
+
+fn tune(folder: &Path, result: &Value, arguments: &[&str]) -> Output {
+    let path = folder.join("result.json");
+    std::fs::write(&path, result.to_string()).expect("the result is written");
+    let path = path.display().to_string();
+    let mut all = vec!["tune", path.as_str()];
+    all.extend(arguments);
+    servo_id(&all)
+}
+
+fn with(further: &[&'static str]) -> Vec<&'static str> {
+    KNOWN.iter().chain(further).copied().collect()
+}
+
+#[test]
+fn it_prints_a_controller_that_a_scenario_takes() {
+    let folder = folder("tune-prints");
+    let output = tune(&folder, &result(), &with(&["--response-time", "0.03"]));
+    assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
+    let told = String::from_utf8(output.stdout).expect("text");
+    for part in [
+        "rise time",
+        "overshoot",
+        "Ms",
+        "stiffness",
+        "as fast as was asked for",
+        "q̈r",
+    ] {
+        assert!(told.contains(part), "{part}: {told}");
+    }
+    let begin = told.find("[controller]").expect("a controller");
+    let end = told[begin..].find("\n\n").expect("its end") + begin;
+    let scenario = format!(
+        "[plant]\na = 0.2174\nb = 257.7\n{}\n[identifier]\nlaw = \"gauss-newton\"\n[run]\nduration = 1.0\n",
+        &told[begin..end]
+    );
+    let path = folder.join("scenario.toml");
+    std::fs::write(&path, scenario).expect("the scenario is written");
+    let run = servo_id(&["run", &path.display().to_string()]);
+    assert_eq!(run.status.code(), Some(0), "{}", standard_error(&run));
+}
+
+#[test]
+fn json_has_the_promised_keys_and_pictures_are_drawn() {
+    let folder = folder("tune-json");
+    for picture in ["plot.svg", "plot.png"] {
+        let picture = folder.join(picture).display().to_string();
+        let arguments = ["--bandwidth", "60", "--json", "-", "--plot", &picture];
+        let arguments: Vec<&str> = KNOWN.iter().chain(&arguments).copied().collect();
+        let output = tune(&folder, &result(), &arguments);
+        assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
+        let document: Value = serde_json::from_slice(&output.stdout).expect("only JSON");
+        let number = |pointer: &str| document.pointer(pointer).and_then(Value::as_f64);
+        assert_eq!(number("/bandwidth"), Some(60.0));
+        assert!(document["cap"].is_null());
+        // b kp = 1.4 ω².
+        let kp = number("/kp").expect("a gain");
+        assert!((kp * 257.7 / (1.4 * 3600.0) - 1.0).abs() < 1e-9, "{kp}");
+        let constant = number("/feed_forward/constant").expect("a number");
+        assert!((constant + 20.0 / 257.7).abs() < 1e-12, "{constant}");
+        for key in [
+            "rise_time",
+            "overshoot",
+            "settling_time",
+            "sensitivity",
+            "command_share",
+            "noise",
+            "stiffness",
+        ] {
+            assert!(number(&format!("/promise/{key}")).is_some(), "{key}");
+        }
+        let drawn = std::fs::read(&picture).expect("a picture");
+        assert!(drawn.starts_with(b"\x89PNG") || drawn.starts_with(b"<svg"));
+    }
+}
+
+#[test]
+fn encoder_limit_and_delay_come_from_the_scenario() {
+    let folder = folder("tune-scenario");
+    let scenario = folder.join("scenario.toml");
+    let text = "[plant]\na = 0.2174\nb = 257.7\n[encoder]\ncounts_per_rev = 10000\n[amplifier]\n\
+                limit = 10.0\ndelay = 0.0005\ncurrent_loop = 0.0002\n[identifier]\nlaw = \"gauss-newton\"\n";
+    std::fs::write(&scenario, text).expect("the scenario is written");
+    let scenario = scenario.display().to_string();
+    let gains = |result: &Value, arguments: &[&str]| -> Value {
+        let mut all = arguments.to_vec();
+        all.extend(["--json", "-", "--step", "0.02"]);
+        let output = tune(&folder, result, &all);
+        assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
+        serde_json::from_slice(&output.stdout).expect("only JSON")
+    };
+    // A declared delay is in the identified one, a current loop is not.
+    let from_scenario = gains(&result(), &["--scenario", &scenario]);
+    let stated = gains(&result(), &with(&["--command-delay", "0.0002"]));
+    assert_eq!(from_scenario, stated);
+    let mut without = result();
+    without["estimates"]["delay"] = Value::Null;
+    let from_scenario = gains(&without, &["--scenario", &scenario]);
+    let stated = gains(&without, &with(&["--command-delay", "0.0007"]));
+    assert_eq!(from_scenario, stated);
+}
+
+/// Exit status 2, nothing on standard output, and what is said.
+fn refusal(test: &str, result: &Value, arguments: &[&str]) -> String {
+    let output = tune(&folder(test), result, arguments);
+    let told = standard_error(&output);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {told}");
+    assert!(output.stdout.is_empty(), "{arguments:?}");
+    told
+}
+
+#[test]
+fn what_is_not_known_is_asked_for() {
+    for (arguments, part) in [
+        (
+            &["--limit", "10"][..],
+            "result.json: the result does not hold the encoder's resolution: state --counts",
+        ),
+        (
+            &["--counts", "4096"],
+            "result.json: the result does not hold the largest command: state --limit",
+        ),
+        (
+            &["--counts", "4096", "--limit", "0.05"],
+            "the load is held by a command of -0.0776",
+        ),
+    ] {
+        let told = refusal("tune-asked", &result(), arguments);
+        assert!(told.contains(part), "{told}");
+    }
+}
+
+#[test]
+fn a_result_that_has_not_converged_is_refused_unless_it_is_accepted() {
+    let mut moving = result();
+    moving["status"] = json!("moving");
+    moving["reason"] = json!("b still moves");
+    let told = refusal("tune-moving", &moving, &KNOWN);
+    for part in [
+        "result.json",
+        "status = \"moving\": b still moves",
+        "--accept-unconverged",
+    ] {
+        assert!(told.contains(part), "{told}");
+    }
+    let accepted = tune(
+        &folder("tune-accepted"),
+        &moving,
+        &with(&["--accept-unconverged"]),
+    );
+    assert_eq!(accepted.status.code(), Some(0));
+    let told = String::from_utf8_lossy(&accepted.stdout);
+    assert!(told.starts_with("warning: status = \"moving\""), "{told}");
+}
+
+#[test]
+fn what_is_more_than_it_bears_is_refused_with_what_would_do() {
+    let told = refusal("tune-fast", &result(), &with(&["--response-time", "0.002"]));
+    let part = "--response-time 0.002: the delay of hold, computation, servo and velocity estimate allows ";
+    assert!(told.contains(part), "{told}");
+    let would_do = told
+        .split("ask for ")
+        .nth(1)
+        .and_then(|rest| rest.split(' ').next());
+    let would_do = would_do.expect("a figure").to_owned();
+    let arguments: Vec<&str> = KNOWN
+        .iter()
+        .copied()
+        .chain(["--response-time", &would_do])
+        .collect();
+    let output = tune(&folder("tune-slower"), &result(), &arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
+}
+
+#[test]
+fn options_out_of_their_range_are_refused_by_name() {
+    for (option, value, part) in [
+        ("--bandwidth", "-1", "--bandwidth = -1 is not allowed"),
+        ("--sample-time", "0", "--sample-time = 0 is not allowed"),
+        (
+            "--max-sensitivity",
+            "1",
+            "--max-sensitivity = 1 is not allowed: it must be a number from 1.05 to 3",
+        ),
+        ("--max-noise", "2", "--max-noise = 2 is not allowed"),
+        ("--cutoff", "1e6", "--cutoff = 1000000 is not allowed"),
+        (
+            "--command-delay",
+            "-0.1",
+            "--command-delay = -0.1 is not allowed",
+        ),
+        ("--resonance", "0", "--resonance = 0 is not allowed"),
+        ("--step", "0.001", "--step = 0.001 is not allowed"),
+        ("--step", "NaN", "--step = NaN is not allowed"),
+    ] {
+        let arguments: Vec<&str> = KNOWN.iter().copied().chain([option, value]).collect();
+        let told = refusal("tune-range", &result(), &arguments);
+        assert!(told.contains(part), "{told}");
+    }
+    for (option, value, part) in [
+        ("--limit", "-3", "--limit = -3"),
+        ("--limit", "0", "--limit = 0"),
+        ("--limit", "NaN", "--limit = NaN"),
+    ] {
+        let told = refusal(
+            "tune-limit",
+            &result(),
+            &["--counts", "10000", option, value],
+        );
+        assert!(told.contains(part), "{told}");
+    }
+    for counts in ["-5", "NaN", "inf"] {
+        let told = refusal(
+            "tune-counts",
+            &result(),
+            &["--limit", "10", "--counts", counts],
+        );
+        assert!(told.contains(&format!("--counts = {counts}")), "{told}");
+    }
+}
+
+#[test]
+fn a_step_that_friction_holds_is_refused_with_what_to_do() {
+    let told = refusal(
+        "tune-friction",
+        &result(),
+        &with(&["--bandwidth", "3", "--step", "0.01"]),
+    );
+    assert!(
+        told.contains("--step 0.01: ") && told.contains("ask for a larger step"),
+        "{told}"
+    );
+}
