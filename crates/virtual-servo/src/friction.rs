@@ -1,5 +1,8 @@
 //! Friction that depends on speed and direction.
 
+use identifier_core::parameters::ServoParameters;
+
+use crate::Effects;
 use crate::effects::any;
 
 /// Deceleration by friction: a q̇ + sign(q̇) (δa |q̇| + c + s e^(−(q̇/v)²)), rad/s².
@@ -18,6 +21,21 @@ pub(crate) struct Friction {
 }
 
 impl Friction {
+    /// Of a servo with effects.
+    pub(crate) fn new(servo: &ServoParameters, effects: &Effects) -> Self {
+        Self {
+            viscous: servo.a,
+            asymmetry: effects.asymmetry,
+            coulomb: servo.coulomb,
+            low_speed: effects.low_speed_friction,
+            per_low_speed_velocity: if effects.low_speed_friction == 0.0 {
+                0.0
+            } else {
+                1.0 / effects.low_speed_velocity
+            },
+        }
+    }
+
     /// That much of it.
     pub(crate) fn scaled(self, factor: f64) -> Self {
         Self {

@@ -42,11 +42,6 @@ impl Motion {
         };
         let damping = effects.resonance_damping;
         let damping = damping.unwrap_or(Effects::RESONANCE_DAMPING);
-        let per_low_speed_velocity = if effects.low_speed_friction == 0.0 {
-            0.0
-        } else {
-            1.0 / effects.low_speed_velocity
-        };
         let equation = Equation {
             gain: servo.b,
             acting: Acting {
@@ -55,13 +50,7 @@ impl Motion {
                 rate: 0.0,
             },
             load: servo.load,
-            friction: Friction {
-                viscous: servo.a,
-                asymmetry: effects.asymmetry,
-                coulomb: servo.coulomb,
-                low_speed: effects.low_speed_friction,
-                per_low_speed_velocity,
-            },
+            friction: Friction::new(servo, effects),
             gravity: angular(effects.gravity, 1.0),
             ripple: angular(effects.ripple, f64::from(effects.ripple_order)),
             spring: (effects.resonance > 0.0)

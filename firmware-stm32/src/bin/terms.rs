@@ -29,12 +29,12 @@ fn main() -> ! {
 
 /// Every term for itself.
 fn terms(instructions: &Instructions) -> Result<(), SettingsError> {
-    with_term::<AbCoulombDelayLoad, 5>(instructions, Term::Delay)?;
-    with_term::<WithAsymmetry, 5>(instructions, Term::Asymmetry)?;
-    with_term::<WithLowSpeed, 5>(instructions, Term::LowSpeed)?;
-    with_term::<WithDeadBand, 5>(instructions, Term::DeadBand)?;
-    with_term::<WithGravity, 6>(instructions, Term::Gravity)?;
-    with_term::<WithRipple, 6>(instructions, Term::Ripple)
+    with_term::<AbCoulombDelayLoad, 5>(instructions, Term::Delay, "gauss-newton-with-delay")?;
+    with_term::<WithAsymmetry, 5>(instructions, Term::Asymmetry, "gauss-newton-with-asymmetry")?;
+    with_term::<WithLowSpeed, 5>(instructions, Term::LowSpeed, "gauss-newton-with-low-speed")?;
+    with_term::<WithDeadBand, 5>(instructions, Term::DeadBand, "gauss-newton-with-dead-band")?;
+    with_term::<WithGravity, 6>(instructions, Term::Gravity, "gauss-newton-with-gravity")?;
+    with_term::<WithRipple, 6>(instructions, Term::Ripple, "gauss-newton-with-ripple")
 }
 
 /// A set of unknowns: those of Gauss–Newton's four parameters and one term.
@@ -66,10 +66,11 @@ with_term! {
     WithRipple, 6, 15, AngledInputs: [RippleSine, RippleCosine];
 }
 
-/// A running recursion with a term that has entered, on the same servo.
+/// A running recursion with a term that has entered, on the same servo; `name` is that of its figures.
 fn with_term<S: IdentifiableSet<P>, const P: usize>(
     instructions: &Instructions,
     term: Term,
+    name: &str,
 ) -> Result<(), SettingsError> {
     /// Friction, rad/s², which reverses with the servo.
     const COULOMB: f64 = 10.0;
@@ -97,19 +98,6 @@ fn with_term<S: IdentifiableSet<P>, const P: usize>(
         return Err(SettingsError::NotGiven { setting: "motion" });
     }
     let bytes = size_of::<GaussNewtonRecursionState<f32, S, P>>();
-    tally.print(term_name(term), bytes);
+    tally.print(name, bytes);
     Ok(())
-}
-
-/// Its name among the figures.
-fn term_name(term: Term) -> &'static str {
-    match term {
-        Term::Delay => "gauss-newton-with-delay",
-        Term::Asymmetry => "gauss-newton-with-asymmetry",
-        Term::LowSpeed => "gauss-newton-with-low-speed",
-        Term::Gravity => "gauss-newton-with-gravity",
-        Term::Ripple => "gauss-newton-with-ripple",
-        Term::DeadBand => "gauss-newton-with-dead-band",
-        Term::WanderingLoad => "gauss-newton-with-wandering-load",
-    }
 }

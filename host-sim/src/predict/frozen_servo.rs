@@ -13,7 +13,7 @@ use identifier_core::settings::TermSettings;
 use identifier_core::units::Units;
 
 /// The commands that a delay reaches back to, and the angle.
-type Inputs = <AllUnknowns as IdentifiableSet<12>>::Inputs<f64>;
+type Inputs = <AllUnknowns as IdentifiableSet<{ Unknown::COUNT }>>::Inputs<f64>;
 
 /// A servo whose parameters do not change: the model of the identifiers with every term, without
 /// anything that corrects it.
@@ -64,7 +64,9 @@ impl FrozenServo {
             units,
             values: ModelValues {
                 parameters,
-                ..ModelValues::from_values::<AllUnknowns, 12>(&[0.0; 12])
+                ..ModelValues::from_values::<AllUnknowns, { Unknown::COUNT }>(
+                    &[0.0; Unknown::COUNT],
+                )
             },
             angle: AngleSettings::new(TAU, 0.0),
             response: step.step.response(parameters.x),
@@ -81,7 +83,7 @@ impl FrozenServo {
         found: impl IntoIterator<Item = (Unknown, f64)>,
     ) -> Self {
         let units = self.units;
-        let mut sizes = [0.0; 12];
+        let mut sizes = [0.0; Unknown::COUNT];
         let mut dead_band = declared.dead_band;
         let declared_delay = [(Unknown::Delay, declared.delay)];
         for (unknown, size) in declared_delay.into_iter().chain(found) {
@@ -93,7 +95,7 @@ impl FrozenServo {
                 sizes[place] = size * unknown.scale(&units);
             }
         }
-        let mut terms = ModelValues::from_values::<AllUnknowns, 12>(&sizes).terms;
+        let mut terms = ModelValues::from_values::<AllUnknowns, { Unknown::COUNT }>(&sizes).terms;
         terms.per_low_speed_velocity = declared
             .low_speed_velocity
             .map_or(0.0, |speed| 1.0 / (speed * units.velocity()));
@@ -145,7 +147,7 @@ impl FrozenServo {
         };
         let acting = self.take(state, state.moved, command);
         let mut model = ObserverModel::alongside(state.velocity);
-        model.advance::<AllUnknowns, 12>(
+        model.advance::<AllUnknowns, { Unknown::COUNT }>(
             &self.step,
             &self.response,
             &self.values,

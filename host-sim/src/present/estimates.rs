@@ -109,7 +109,7 @@ pub(super) fn table(rows: &[Estimated]) -> Table {
             |row| row.since.map_or_else(dash, |since| fixed(since, 2)),
         ),
         (Column::words("meaning").dispensable(4), true, |row| {
-            meaning(row.unknown).to_owned()
+            row.unknown.meaning().to_owned()
         }),
     ];
     let shown = columns.into_iter().filter(|(_, is_shown, _)| *is_shown);
@@ -125,22 +125,4 @@ pub(super) fn settled(time: Option<f64>) -> String {
 
 pub(super) fn dash() -> String {
     DASH.to_owned()
-}
-
-/// The meaning of an unknown.
-fn meaning(unknown: Unknown) -> &'static str {
-    match unknown {
-        Unknown::A => "viscous friction over inertia",
-        Unknown::B => "gain over inertia",
-        Unknown::Coulomb => "Coulomb friction over inertia",
-        Unknown::Load => "load over inertia",
-        Unknown::Delay => "delay from command to acceleration",
-        Unknown::Asymmetry => "asymmetry of viscous friction",
-        Unknown::LowSpeed => "friction that fades with speed",
-        Unknown::GravitySine => "gravity with sin q",
-        Unknown::GravityCosine => "gravity with cos q",
-        Unknown::RippleSine => "ripple with sin Nq",
-        Unknown::RippleCosine => "ripple with cos Nq",
-        Unknown::DeadBand => "dead band of the bridge",
-    }
 }

@@ -1,7 +1,6 @@
 //! The page of a run or a replay.
 
-use identifier_core::parameters::{Parameter, Unknown};
-use virtual_servo::Effects;
+use identifier_core::parameters::Parameter;
 
 use super::estimates::{self, Estimated};
 use super::number::{figure, fixed, known_to, per_cent, plain, sentence};
@@ -118,26 +117,11 @@ fn rows(of: &Experiment<'_>) -> Vec<Estimated> {
     });
     let truth = summary.truth.map(|_| &of.scenario.effects);
     let sizes = summary.estimates.terms.iter().map(|term| Estimated {
-        truth: truth.map(|effects| self::truth(effects, term.unknown)),
+        truth: truth.map(|effects| effects.size_of(term.unknown)),
         since: Some(term.since),
         ..Estimated::new(term.unknown, term.value, Some(term.std_error))
     });
     parameters.chain(sizes).collect()
-}
-
-/// The true size of an optional term, SI; zero for a parameter.
-fn truth(effects: &Effects, unknown: Unknown) -> f64 {
-    match unknown {
-        Unknown::Delay => effects.delay,
-        Unknown::Asymmetry => effects.asymmetry,
-        Unknown::LowSpeed => effects.low_speed_friction,
-        Unknown::GravitySine => effects.gravity[0],
-        Unknown::GravityCosine => effects.gravity[1],
-        Unknown::RippleSine => effects.ripple[0],
-        Unknown::RippleCosine => effects.ripple[1],
-        Unknown::DeadBand => effects.dead_band,
-        Unknown::A | Unknown::B | Unknown::Coulomb | Unknown::Load => 0.0,
-    }
 }
 
 fn logs(summary: &Summary) -> Vec<Block> {

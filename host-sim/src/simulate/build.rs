@@ -15,7 +15,7 @@ use identifier_core::identifier::{
 };
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::number::Number;
-use identifier_core::parameters::{AllUnknowns, Parameter, ParameterSet};
+use identifier_core::parameters::{AllUnknowns, Parameter, ParameterSet, Unknown};
 use identifier_core::settings::{FromSettings, SettingsError};
 use rivals::{
     ClosedLoopArx, DirectEstimator, FilteredLeastSquares, MechanicalLeastSquares, RelayCycle,
@@ -260,7 +260,7 @@ pub(super) fn method<N: Number>(scenario: &Scenario, settings: &Settings) -> Res
         Law::Gradient | Law::PdGradient => with_types!(scenario, N => gradient::<N>(settings)),
         Law::GaussNewton if scenario.has_terms() => {
             // Every term; those that the settings do not ask for never enter.
-            gauss_newton::<N, AllUnknowns, 12>(&with_terms(scenario, settings))
+            gauss_newton::<N, AllUnknowns, { Unknown::COUNT }>(&with_terms(scenario, settings))
         }
         Law::GaussNewton => with_set!(scenario => gauss_newton::<N>(settings)),
         Law::Window if scenario.has_terms() => fitting::<

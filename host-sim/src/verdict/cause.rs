@@ -1,122 +1,130 @@
 use std::fmt;
 
-/// An effect of the servo that the model lacks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Cause {
+use identifier_core::parameters::Unknown;
+
+macro_rules! causes {
+    ($($(#[$doc:meta])* $cause:ident: $name:literal, $unknown:expr, $meaning:literal, $remedy:literal;)*) => {
+        /// An effect of the servo that the model lacks.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        pub enum Cause {
+            $($(#[$doc])* $cause,)*
+        }
+
+        impl Cause {
+            const ALL: &'static [Self] = &[$(Self::$cause),*];
+
+            /// The first unknown of a model that has the effect; none where no model has it.
+            const fn unknown(self) -> Option<Unknown> {
+                match self {
+                    $(Self::$cause => $unknown,)*
+                }
+            }
+
+            /// Its name in results.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$cause => $name,)*
+                }
+            }
+
+            /// A description.
+            #[must_use]
+            pub const fn meaning(self) -> &'static str {
+                match self {
+                    $(Self::$cause => $meaning,)*
+                }
+            }
+
+            /// The remedy.
+            #[must_use]
+            pub const fn remedy(self) -> &'static str {
+                match self {
+                    $(Self::$cause => $remedy,)*
+                }
+            }
+        }
+    };
+}
+
+causes! {
     /// A delay between command and acceleration, or a current loop, which looks the same.
-    Delay,
+    Delay: "delay", Some(Unknown::Delay), "a delay or a current loop between command and motion",
+        "set amplifier.delay, or let it be estimated with terms = [\"delay\"]";
     /// Coulomb friction that is not estimated.
-    Coulomb,
+    Coulomb: "coulomb", Some(Unknown::Coulomb), "Coulomb friction",
+        "add \"coulomb\" to identifier.parameters";
     /// A load that is not estimated.
-    Load,
+    Load: "load", Some(Unknown::Load), "a constant load",
+        "add \"load\" to identifier.parameters";
     /// Viscous friction that differs with the direction.
-    Asymmetry,
+    Asymmetry: "asymmetry", Some(Unknown::Asymmetry), "viscous friction that differs with the direction",
+        "let it be estimated with terms = [\"asymmetry\"]";
     /// Friction that changes at low speed.
-    LowSpeedFriction,
+    LowSpeedFriction: "low-speed-friction", Some(Unknown::LowSpeed), "friction that changes at low speed",
+        "let it be estimated with terms = [\"low-speed\"] and low_speed_velocity";
     /// Friction that grows with the square of the velocity.
-    QuadraticFriction,
+    QuadraticFriction: "quadratic-friction", None, "friction that grows with the square of the velocity",
+        "the model has no such term: identify at the speeds that matter";
     /// A force that goes with the angle, once a revolution.
-    Gravity,
+    Gravity: "gravity", Some(Unknown::GravitySine), "gravity, or another force that goes with the angle",
+        "let it be estimated with terms = [\"gravity\"], on an absolute angle";
     /// A force that repeats many times a revolution.
-    Ripple,
+    Ripple: "ripple", Some(Unknown::RippleSine), "ripple (cogging)",
+        "let it be estimated with terms = [\"ripple\"] and ripple_order";
     /// A dead band of the bridge.
-    DeadBand,
+    DeadBand: "dead-band", Some(Unknown::DeadBand), "a dead band of the bridge",
+        "set amplifier.dead_band, or let it be estimated with terms = [\"dead-band\"]";
     /// Two masses with a spring between them.
-    Resonance,
+    Resonance: "resonance", None, "a resonance of two masses",
+        "the model has one mass: excite more slowly, well below the resonance";
     /// Play between motor and encoder.
-    Backlash,
+    Backlash: "backlash", None, "backlash between motor and encoder",
+        "the model has no play: measure at the motor, or preload the gear";
     /// An encoder off its centre.
-    Eccentricity,
+    Eccentricity: "eccentricity", None, "an encoder off its centre",
+        "centre the encoder, or leave it: it hardly moves the estimates";
     /// A gain that drifts: the supply, or the motor's temperature.
-    GainDrift,
+    GainDrift: "gain-drift", None, "a gain that drifts",
+        "let the estimates follow with identifier.memory, or steady the supply";
     /// Friction that drifts.
-    FrictionDrift,
+    FrictionDrift: "friction-drift", None, "friction that drifts",
+        "let the estimates follow with identifier.memory, or warm up first";
     /// A limit of the command that the recorded command does not have.
-    HiddenLimit,
+    HiddenLimit: "hidden-limit", None, "a limit of the command that is not in the recorded command",
+        "record the command behind every limit, or keep it away from them";
 }
 
 impl Cause {
-    /// Its name in results.
+    /// The effect that a model without an unknown lacks.
     #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Delay => "delay",
-            Self::Coulomb => "coulomb",
-            Self::Load => "load",
-            Self::Asymmetry => "asymmetry",
-            Self::LowSpeedFriction => "low-speed-friction",
-            Self::QuadraticFriction => "quadratic-friction",
-            Self::Gravity => "gravity",
-            Self::Ripple => "ripple",
-            Self::DeadBand => "dead-band",
-            Self::Resonance => "resonance",
-            Self::Backlash => "backlash",
-            Self::Eccentricity => "eccentricity",
-            Self::GainDrift => "gain-drift",
-            Self::FrictionDrift => "friction-drift",
-            Self::HiddenLimit => "hidden-limit",
-        }
-    }
-
-    /// A description.
-    #[must_use]
-    pub const fn meaning(self) -> &'static str {
-        match self {
-            Self::Delay => "a delay or a current loop between command and motion",
-            Self::Coulomb => "Coulomb friction",
-            Self::Load => "a constant load",
-            Self::Asymmetry => "viscous friction that differs with the direction",
-            Self::LowSpeedFriction => "friction that changes at low speed",
-            Self::QuadraticFriction => "friction that grows with the square of the velocity",
-            Self::Gravity => "gravity, or another force that goes with the angle",
-            Self::Ripple => "ripple (cogging)",
-            Self::DeadBand => "a dead band of the bridge",
-            Self::Resonance => "a resonance of two masses",
-            Self::Backlash => "backlash between motor and encoder",
-            Self::Eccentricity => "an encoder off its centre",
-            Self::GainDrift => "a gain that drifts",
-            Self::FrictionDrift => "friction that drifts",
-            Self::HiddenLimit => "a limit of the command that is not in the recorded command",
-        }
-    }
-
-    /// The remedy.
-    #[must_use]
-    pub const fn remedy(self) -> &'static str {
-        match self {
-            Self::Delay => "set amplifier.delay, or let it be estimated with terms = [\"delay\"]",
-            Self::Coulomb => "add \"coulomb\" to identifier.parameters",
-            Self::Load => "add \"load\" to identifier.parameters",
-            Self::Asymmetry => "let it be estimated with terms = [\"asymmetry\"]",
-            Self::LowSpeedFriction => {
-                "let it be estimated with terms = [\"low-speed\"] and low_speed_velocity"
-            }
-            Self::QuadraticFriction => {
-                "the model has no such term: identify at the speeds that matter"
-            }
-            Self::Gravity => "let it be estimated with terms = [\"gravity\"], on an absolute angle",
-            Self::Ripple => "let it be estimated with terms = [\"ripple\"] and ripple_order",
-            Self::DeadBand => {
-                "set amplifier.dead_band, or let it be estimated with terms = [\"dead-band\"]"
-            }
-            Self::Resonance => {
-                "the model has one mass: excite more slowly, well below the resonance"
-            }
-            Self::Backlash => "the model has no play: measure at the motor, or preload the gear",
-            Self::Eccentricity => "centre the encoder, or leave it: it hardly moves the estimates",
-            Self::GainDrift => {
-                "let the estimates follow with identifier.memory, or steady the supply"
-            }
-            Self::FrictionDrift => {
-                "let the estimates follow with identifier.memory, or warm up first"
-            }
-            Self::HiddenLimit => "record the command behind every limit, or keep it away from them",
-        }
+    pub fn lacking(unknown: Unknown) -> Option<Self> {
+        let mut all = Self::ALL.iter().copied();
+        all.find(|cause| cause.unknown() == Some(unknown))
     }
 }
 
 impl fmt::Display for Cause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.meaning())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_model_without_an_unknown_lacks_something_with_a_name() {
+        // A servo has a and b always; the second of two sizes goes with the first.
+        let own = [Unknown::A, Unknown::B];
+        let second = [Unknown::GravityCosine, Unknown::RippleCosine];
+        for unknown in Unknown::ALL {
+            let is_exempt = own.contains(&unknown) || second.contains(&unknown);
+            assert!(
+                is_exempt || Cause::lacking(unknown).is_some(),
+                "{unknown:?}"
+            );
+        }
     }
 }

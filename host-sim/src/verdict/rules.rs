@@ -1,6 +1,6 @@
 use std::fmt;
 
-use identifier_core::parameters::Unknown;
+use identifier_core::parameters::{Quantity, Unknown};
 
 use super::{Evidence, Lack, Residual, UnknownEvidence, VerdictReason};
 
@@ -56,10 +56,10 @@ struct Tolerance {
 impl Tolerance {
     fn of(self, unknown: Unknown, evidence: &UnknownEvidence) -> f64 {
         let size = evidence.estimate.abs();
-        let [itself, beside] = match unknown {
-            Unknown::B => return self.gain * size,
-            Unknown::A | Unknown::Asymmetry | Unknown::Delay | Unknown::DeadBand => self.other,
-            _ => self.force,
+        let [itself, beside] = match unknown.quantity() {
+            Quantity::Gain => return self.gain * size,
+            Quantity::Acceleration => self.force,
+            _ => self.other,
         };
         (itself * size).max(beside * evidence.scale)
     }

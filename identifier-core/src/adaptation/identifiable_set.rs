@@ -3,7 +3,8 @@ use crate::linalg::Lower;
 use crate::model::{AngledInputs, DelayedInputs, KnownInputs, NoInputs};
 use crate::number::Number;
 use crate::parameters::{
-    Ab, AbCoulomb, AbCoulombDelayLoad, AbCoulombLoad, AbLoad, AllUnknowns, Term, UnknownSet,
+    Ab, AbCoulomb, AbCoulombDelayLoad, AbCoulombLoad, AbLoad, AllUnknowns, Term, Unknown,
+    UnknownSet,
 };
 
 /// A set of unknowns with the memory that identifying them takes, as types, so that a model without a
@@ -82,9 +83,9 @@ impl IdentifiableSet<5> for AbCoulombDelayLoad {
     type Whitening<N: Number> = ();
 }
 
-impl IdentifiableSet<12> for AllUnknowns {
-    type Lower<N: Number> = [N; 66];
+impl IdentifiableSet<{ Unknown::COUNT }> for AllUnknowns {
+    type Lower<N: Number> = [N; Unknown::COUNT * (Unknown::COUNT - 1) / 2];
     type Inputs<N: Number> = AngledInputs<N, 128>;
-    type Evidence<N: Number> = Gathered<N, 12>;
-    type Whitening<N: Number> = FirstOrder<N, 12>;
+    type Evidence<N: Number> = Gathered<N, { Unknown::COUNT }>;
+    type Whitening<N: Number> = FirstOrder<N, { Unknown::COUNT }>;
 }

@@ -9,7 +9,7 @@ use super::{A, FitResult, FitterConfig, Prior};
 use crate::adaptation::IdentifiableSet;
 use crate::model::{Acting, AngleSettings, FrictionStep, Innovation, KnownInputs, ModelValues};
 use crate::number::Number;
-use crate::parameters::{AbCoulombLoad, Term, Terms, Unknown};
+use crate::parameters::{AbCoulombLoad, PerQuantity, Term, Terms, Unknown};
 
 /// Levenberg–Marquardt fit of the model, driven by the recorded command, to the recorded motion.
 ///
@@ -105,12 +105,7 @@ where
             )
         };
         let m = f64::from(config.block.max(1));
-        let scale = S::UNKNOWNS.map(|unknown| match unknown {
-            Unknown::A | Unknown::Asymmetry => m,
-            Unknown::Delay => 1.0 / m,
-            Unknown::DeadBand => 1.0,
-            _ => m * m,
-        });
+        let scale = S::UNKNOWNS.map(|unknown| PerQuantity::block(m).of(unknown.quantity()));
         let of = |values: &[f64; P]| core::array::from_fn(|i| N::from_f64(values[i] * scale[i]));
         let mut high: [N; P] = of(&config.high);
         let most = N::from_f64(crate::model::ZeroOrderHoldStep::<N>::LARGEST_RATE);

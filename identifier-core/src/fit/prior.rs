@@ -2,7 +2,7 @@ use super::{FitResult, Fitter};
 use crate::adaptation::IdentifiableSet;
 use crate::model::AngleSettings;
 use crate::number::Number;
-use crate::parameters::{Term, Terms, Unknown};
+use crate::parameters::{PerQuantity, Term, Terms, Unknown, UsualSizes};
 
 /// What a fitter is made from, machine units of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -137,12 +137,9 @@ impl<N: Number, const P: usize> FitResult<N, P> {
         entered
     }
 
-    /// The size that a term of this servo may well have: a part of what it is beside, machine units of
-    /// a sample.
+    /// The usual size of a term of this servo, machine units of a sample.
     pub(crate) fn usual_size<S: IdentifiableSet<P>>(&self, unknown: Unknown) -> f64 {
-        /// A part of friction, of viscosity, of the acceleration that the command gives.
-        const PART: f64 = 0.3;
-        /// The dead band beside the command, ripple beside the acceleration that it gives.
+        /// Friction is no less than this part of what the motion has of its kind.
         const FINE: f64 = 0.1;
         let of = |wanted: Unknown| {
             let place = S::UNKNOWNS.iter().position(|&own| own == wanted);
@@ -150,14 +147,16 @@ impl<N: Number, const P: usize> FitResult<N, P> {
         };
         let acceleration = self.acceleration.to_f64();
         let bandwidth = self.bandwidth.to_f64().max(f64::MIN_POSITIVE);
-        match unknown {
-            // A tenth of the time in which the loop settles, at least a sample.
-            Unknown::Delay => (FINE / bandwidth).max(1.0),
-            Unknown::Asymmetry => PART * of(Unknown::A).max(FINE * bandwidth),
-            Unknown::LowSpeed => PART * of(Unknown::Coulomb).max(FINE * acceleration),
-            Unknown::DeadBand => FINE * acceleration / of(Unknown::B),
-            Unknown::RippleSine | Unknown::RippleCosine => FINE * acceleration,
-            _ => PART * acceleration,
-        }
+        unknown.usual_size(|share: f64| UsualSizes {
+            coulomb: share * of(Unknown::Coulomb).max(FINE * acceleration),
+            other: PerQuantity {
+                rate: share * of(Unknown::A).max(FINE * bandwidth),
+                gain: share * of(Unknown::B),
+                acceleration: share * acceleration,
+                // Of the time in which the loop settles, at least a sample.
+                time: (share / bandwidth).max(1.0),
+                command: share * acceleration / of(Unknown::B),
+            },
+        })
     }
 }

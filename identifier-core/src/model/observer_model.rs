@@ -135,8 +135,8 @@ impl<N: Number> ObserverModel<N> {
         if !S::HAS_COULOMB || self.velocity != N::ZERO {
             return false;
         }
-        let holding = if S::HAS_LOW_SPEED {
-            values.parameters.coulomb + values.terms.low_speed
+        let holding = if S::HAS_COULOMB_TERMS {
+            values.parameters.coulomb + values.terms.coulomb(N::ONE)
         } else {
             values.parameters.coulomb
         };
@@ -168,14 +168,14 @@ impl<N: Number> ObserverModel<N> {
         if S::HAS_TERMS {
             push.lead = parameters.gain * acting.lead;
         }
-        if S::HAS_ASYMMETRY || S::HAS_LOW_SPEED {
+        if S::HAS_SPEED_TERMS {
             let middle = self.middle(response, parameters, push.drive);
-            if S::HAS_LOW_SPEED {
+            if S::HAS_COULOMB_TERMS {
                 push.bell = bell(middle * terms.per_low_speed_velocity);
-                let coulomb = parameters.coulomb + terms.low_speed * push.bell;
+                let coulomb = parameters.coulomb + terms.coulomb(push.bell);
                 push.coulomb = coulomb.limited(N::ZERO, N::REACH);
             }
-            push.drive = push.drive - terms.asymmetry * middle.magnitude();
+            push.drive = push.drive - terms.brake(middle);
         }
         push
     }
@@ -247,7 +247,7 @@ fn drive<N: Number, S: UnknownSet<P>, const P: usize>(
 ) -> N {
     let parameters = &values.parameters;
     let mut drive = parameters.gain * acting.command + parameters.load;
-    if S::HAS_WAVES {
+    if S::HAS_LOAD_TERMS {
         for (size, wave) in values.terms.waves.iter().zip(acting.waves) {
             drive += *size * wave;
         }

@@ -1,6 +1,6 @@
 use super::{Acting, Innovation, ModelStep, ModelValues, Phase, SlidingStep};
 use crate::number::Number;
-use crate::parameters::{Unknown, UnknownSet};
+use crate::parameters::UnknownSet;
 
 /// The motion of a [`ObserverModel`](super::ObserverModel) per unit of each of Q unknowns, the first P of them the
 /// those of a set: ∂q_e/∂θ and ∂v_e/∂θ.
@@ -58,18 +58,7 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
             let position = self.position[i];
             let kept = braked * self.velocity[i] - innovation.velocity * position;
             let velocity = match S::UNKNOWNS.get(i) {
-                Some(Unknown::A) => kept - slid.displacement,
-                Some(Unknown::B) => kept + acting.command,
-                Some(Unknown::Coulomb) => kept - slid.direction,
-                Some(Unknown::Load) => kept + N::ONE,
-                Some(Unknown::Delay) => kept + values.parameters.gain * acting.per_delay,
-                Some(Unknown::Asymmetry) => kept - slid.displacement.magnitude(),
-                Some(Unknown::LowSpeed) => kept - slid.direction * slid.bell,
-                Some(Unknown::GravitySine) => kept + acting.waves[0],
-                Some(Unknown::GravityCosine) => kept + acting.waves[1],
-                Some(Unknown::RippleSine) => kept + acting.waves[2],
-                Some(Unknown::RippleCosine) => kept + acting.waves[3],
-                Some(Unknown::DeadBand) => kept + values.parameters.gain * acting.per_dead_band,
+                Some(&unknown) => kept + values.push_of(unknown, acting, slid),
                 None => kept,
             };
             self.position[i] = followed * position + velocity;

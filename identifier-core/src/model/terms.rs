@@ -1,3 +1,4 @@
+use super::{Acting, SlidingStep};
 use crate::number::Number;
 use crate::parameters::{ModelParameters, Unknown, UnknownSet};
 
@@ -28,6 +29,18 @@ impl<N: Number> TermValues<N> {
         waves: [N::ZERO; 4],
         dead_band: N::ZERO,
     };
+
+    /// What terms add to Coulomb friction, the bell being that of [`SlidingStep::bell`].
+    #[inline]
+    pub(super) fn coulomb(&self, bell: N) -> N {
+        self.low_speed * bell
+    }
+
+    /// The deceleration by the terms of viscous friction at a velocity.
+    #[inline]
+    pub(super) fn brake(&self, velocity: N) -> N {
+        self.asymmetry * velocity.magnitude()
+    }
 }
 
 /// The values of all unknowns of a model, machine units.
@@ -70,5 +83,25 @@ impl<N: Number> ModelValues<N> {
             *place = value;
         }
         Self { parameters, terms }
+    }
+    /// The acceleration per unit of an unknown over a sample in which the model moved in one direction, on
+    /// the whole.
+    #[inline]
+    #[must_use]
+    pub fn push_of(&self, unknown: Unknown, acting: &Acting<N>, slid: &SlidingStep<N>) -> N {
+        match unknown {
+            Unknown::A => -slid.displacement,
+            Unknown::B => acting.command,
+            Unknown::Coulomb => -slid.direction,
+            Unknown::Load => N::ONE,
+            Unknown::Delay => self.parameters.gain * acting.per_delay,
+            Unknown::Asymmetry => -slid.displacement.magnitude(),
+            Unknown::LowSpeed => -(slid.direction * slid.bell),
+            Unknown::GravitySine => acting.waves[0],
+            Unknown::GravityCosine => acting.waves[1],
+            Unknown::RippleSine => acting.waves[2],
+            Unknown::RippleCosine => acting.waves[3],
+            Unknown::DeadBand => self.parameters.gain * acting.per_dead_band,
+        }
     }
 }

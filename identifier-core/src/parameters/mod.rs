@@ -4,6 +4,7 @@
 mod identified_servo;
 mod model_parameters;
 mod per_parameter;
+mod quantity;
 mod servo;
 mod sets;
 mod unknowns;
@@ -11,10 +12,12 @@ mod unknowns;
 pub use identified_servo::IdentifiedServo;
 pub use model_parameters::ModelParameters;
 pub use per_parameter::PerParameter;
+pub use quantity::{PerQuantity, Quantity};
 pub use servo::ServoParameters;
 pub use sets::{
     Ab, AbCoulomb, AbCoulombDelayLoad, AbCoulombLoad, AbLoad, AllUnknowns, ParameterSet, UnknownSet,
 };
+pub(crate) use unknowns::UsualSizes;
 pub use unknowns::{Term, Terms, Unknown};
 
 use crate::units::Units;
@@ -36,24 +39,25 @@ impl Parameter {
     /// All parameters, in the order of a model that has them all.
     pub const ALL: [Self; 4] = [Self::A, Self::B, Self::Coulomb, Self::Load];
 
+    const fn unknown(self) -> Unknown {
+        match self {
+            Self::A => Unknown::A,
+            Self::B => Unknown::B,
+            Self::Coulomb => Unknown::Coulomb,
+            Self::Load => Unknown::Load,
+        }
+    }
+
     /// Its name in configurations and results.
     #[must_use]
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::A => "a",
-            Self::B => "b",
-            Self::Coulomb => "coulomb",
-            Self::Load => "load",
-        }
+        self.unknown().name()
     }
 
     /// Machine units per SI unit: T for a, T²/ρ for the others.
     #[must_use]
     pub fn scale(self, units: &Units) -> f64 {
-        match self {
-            Self::A => units.rate(),
-            Self::B | Self::Coulomb | Self::Load => units.acceleration(),
-        }
+        self.unknown().scale(units)
     }
 
     /// Its value in a servo.

@@ -1,3 +1,4 @@
+use super::unknowns::Changed;
 use super::{Parameter, Unknown};
 
 /// The P parameters of a model, as a type, so that a model without friction costs nothing for it.
@@ -63,13 +64,13 @@ pub trait UnknownSet<const P: usize>: Copy + core::fmt::Debug {
 
     /// Coulomb friction is one of them.
     const HAS_COULOMB: bool = has(&Self::UNKNOWNS, Unknown::Coulomb);
-    /// The asymmetry of viscous friction is one of them.
-    const HAS_ASYMMETRY: bool = has(&Self::UNKNOWNS, Unknown::Asymmetry);
-    /// Friction at low speed is one of them.
-    const HAS_LOW_SPEED: bool = has(&Self::UNKNOWNS, Unknown::LowSpeed);
-    /// Gravity or ripple is one of them.
-    const HAS_WAVES: bool =
-        has(&Self::UNKNOWNS, Unknown::GravitySine) || has(&Self::UNKNOWNS, Unknown::RippleSine);
+    /// A term changes friction with the speed.
+    const HAS_SPEED_TERMS: bool = changes(&Self::UNKNOWNS, Changed::ViscousFriction)
+        || changes(&Self::UNKNOWNS, Changed::CoulombFriction);
+    /// A term changes Coulomb friction.
+    const HAS_COULOMB_TERMS: bool = changes(&Self::UNKNOWNS, Changed::CoulombFriction);
+    /// A term changes the load.
+    const HAS_LOAD_TERMS: bool = changes(&Self::UNKNOWNS, Changed::Load);
     /// There is an optional term.
     const HAS_TERMS: bool = has_terms(&Self::UNKNOWNS);
 }
@@ -78,6 +79,19 @@ const fn has(unknowns: &[Unknown], wanted: Unknown) -> bool {
     let mut i = 0;
     while i < unknowns.len() {
         if unknowns[i] as u8 == wanted as u8 {
+            return true;
+        }
+        i += 1;
+    }
+    false
+}
+
+const fn changes(unknowns: &[Unknown], part: Changed) -> bool {
+    let mut i = 0;
+    while i < unknowns.len() {
+        if let Some(changed) = unknowns[i].changes()
+            && changed as u8 == part as u8
+        {
             return true;
         }
         i += 1;
@@ -120,6 +134,6 @@ unknown_sets! {
     AbCoulombDelayLoad, 5: [A, B, Coulomb, Delay, Load];
 }
 
-impl UnknownSet<12> for AllUnknowns {
-    const UNKNOWNS: [Unknown; 12] = Unknown::ALL;
+impl UnknownSet<{ Unknown::COUNT }> for AllUnknowns {
+    const UNKNOWNS: [Unknown; Unknown::COUNT] = Unknown::ALL;
 }

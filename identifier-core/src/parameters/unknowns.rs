@@ -6,183 +6,230 @@
 //! D being the dead band of the bridge. A model has the unknowns of its [`UnknownSet`](super::UnknownSet);
 //! a term that is not among them costs nothing.
 
-use super::Parameter;
+use super::{Parameter, PerQuantity, Quantity};
+use crate::number::Number;
 use crate::units::Units;
 
-/// An unknown of a model: one of the four parameters, or the size of an optional term.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Unknown {
-    /// a, viscous friction over inertia, 1/s.
-    A,
-    /// b, gain over inertia, rad/s² per command unit.
-    B,
-    /// c, Coulomb friction over inertia, rad/s².
-    Coulomb,
-    /// τ, the total delay from command to acceleration, s.
-    Delay,
-    /// δa, the half difference of viscous friction forwards and backwards, over inertia, 1/s.
-    Asymmetry,
-    /// s, friction over inertia that fades with speed as exp(−(q̇/v_s)²), rad/s².
-    LowSpeed,
-    /// g_s, gravity over inertia that goes with sin q, rad/s².
-    GravitySine,
-    /// g_c, gravity over inertia that goes with cos q, rad/s².
-    GravityCosine,
-    /// r_s, ripple over inertia that goes with sin Nq, rad/s².
-    RippleSine,
-    /// r_c, ripple over inertia that goes with cos Nq, rad/s².
-    RippleCosine,
-    /// δ, the dead band of the bridge to either side, command units.
-    DeadBand,
-    /// d, constant load over inertia, rad/s².
+/// A row of the table of unknowns.
+struct Row {
+    name: &'static str,
+    quantity: Quantity,
+    meaning: &'static str,
+    role: Role,
+}
+
+/// The role of an unknown in a model.
+#[derive(Clone, Copy)]
+enum Role {
+    Parameter(Parameter),
+    /// The size of a term, which usually is this share of what it is beside, and changes a part of the model.
+    Size(Term, f64, Changed),
+}
+
+/// The part of a model that a term changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Changed {
+    /// The command before it acts.
+    Command,
+    /// The load, with the angle.
     Load,
+    /// Friction that grows with the speed.
+    ViscousFriction,
+    /// Friction that knows the direction only.
+    CoulombFriction,
+}
+
+/// A share of what terms are beside.
+pub(crate) struct UsualSizes<N> {
+    /// Of Coulomb friction.
+    pub(crate) coulomb: N,
+    /// Of what the servo shows of a quantity otherwise.
+    pub(crate) other: PerQuantity<N>,
+}
+
+macro_rules! unknowns {
+    ($($(#[$doc:meta])* $unknown:ident: $name:literal, $quantity:ident, $meaning:literal, $role:expr;)*) => {
+        /// An unknown of a model: one of the four parameters, or the size of an optional term.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        pub enum Unknown {
+            $($(#[$doc])* $unknown,)*
+        }
+
+        impl Unknown {
+            /// The number of unknowns.
+            pub const COUNT: usize = [$(Self::$unknown),*].len();
+
+            /// All unknowns, in the order of a model that has them all.
+            pub const ALL: [Self; Self::COUNT] = [$(Self::$unknown),*];
+
+            const fn row(self) -> Row {
+                use Changed::{Command, CoulombFriction, Load, ViscousFriction};
+                use Role::Size;
+                match self {
+                    $(Self::$unknown => Row {
+                        name: $name,
+                        quantity: Quantity::$quantity,
+                        meaning: $meaning,
+                        role: $role,
+                    },)*
+                }
+            }
+        }
+    };
+}
+
+// A set begins with a and b, and the load, if it is one of them, comes last.
+unknowns! {
+    /// a, viscous friction over inertia, 1/s.
+    A: "a", Rate, "viscous friction over inertia", Role::Parameter(Parameter::A);
+    /// b, gain over inertia, rad/s² per command unit.
+    B: "b", Gain, "gain over inertia", Role::Parameter(Parameter::B);
+    /// c, Coulomb friction over inertia, rad/s².
+    Coulomb: "coulomb", Acceleration, "Coulomb friction over inertia", Role::Parameter(Parameter::Coulomb);
+    /// τ, the total delay from command to acceleration, s.
+    Delay: "delay", Time, "delay from command to acceleration", Size(Term::Delay, 0.1, Command);
+    /// δa, the half difference of viscous friction forwards and backwards, over inertia, 1/s.
+    Asymmetry: "asymmetry", Rate, "asymmetry of viscous friction",
+        Size(Term::Asymmetry, 0.3, ViscousFriction);
+    /// s, friction over inertia that fades with speed as exp(−(q̇/v_s)²), rad/s².
+    LowSpeed: "low-speed", Acceleration, "friction that fades with speed",
+        Size(Term::LowSpeed, 0.3, CoulombFriction);
+    /// g_s, gravity over inertia that goes with sin q, rad/s².
+    GravitySine: "gravity-sine", Acceleration, "gravity with sin q", Size(Term::Gravity, 0.3, Load);
+    /// g_c, gravity over inertia that goes with cos q, rad/s².
+    GravityCosine: "gravity-cosine", Acceleration, "gravity with cos q", Size(Term::Gravity, 0.3, Load);
+    /// r_s, ripple over inertia that goes with sin Nq, rad/s².
+    RippleSine: "ripple-sine", Acceleration, "ripple with sin Nq", Size(Term::Ripple, 0.1, Load);
+    /// r_c, ripple over inertia that goes with cos Nq, rad/s².
+    RippleCosine: "ripple-cosine", Acceleration, "ripple with cos Nq", Size(Term::Ripple, 0.1, Load);
+    /// δ, the dead band of the bridge to either side, command units.
+    DeadBand: "dead-band", Command, "dead band of the bridge", Size(Term::DeadBand, 0.1, Command);
+    /// d, constant load over inertia, rad/s².
+    Load: "load", Acceleration, "load over inertia", Role::Parameter(Parameter::Load);
 }
 
 impl Unknown {
-    /// All unknowns, in the order of a model that has them all.
-    pub const ALL: [Self; 12] = [
-        Self::A,
-        Self::B,
-        Self::Coulomb,
-        Self::Delay,
-        Self::Asymmetry,
-        Self::LowSpeed,
-        Self::GravitySine,
-        Self::GravityCosine,
-        Self::RippleSine,
-        Self::RippleCosine,
-        Self::DeadBand,
-        Self::Load,
-    ];
-
     /// The parameter that it is; none for the size of a term.
     #[must_use]
     pub const fn parameter(self) -> Option<Parameter> {
-        match self {
-            Self::A => Some(Parameter::A),
-            Self::B => Some(Parameter::B),
-            Self::Coulomb => Some(Parameter::Coulomb),
-            Self::Load => Some(Parameter::Load),
-            _ => None,
+        match self.row().role {
+            Role::Parameter(parameter) => Some(parameter),
+            Role::Size(..) => None,
         }
     }
 
     /// The term whose size it is; none for a parameter.
     #[must_use]
     pub const fn term(self) -> Option<Term> {
-        match self {
-            Self::A | Self::B | Self::Coulomb | Self::Load => None,
-            Self::Delay => Some(Term::Delay),
-            Self::Asymmetry => Some(Term::Asymmetry),
-            Self::LowSpeed => Some(Term::LowSpeed),
-            Self::GravitySine | Self::GravityCosine => Some(Term::Gravity),
-            Self::RippleSine | Self::RippleCosine => Some(Term::Ripple),
-            Self::DeadBand => Some(Term::DeadBand),
+        match self.row().role {
+            Role::Parameter(_) => None,
+            Role::Size(term, ..) => Some(term),
+        }
+    }
+
+    /// The part of the model that it changes; none for a parameter.
+    #[must_use]
+    pub(crate) const fn changes(self) -> Option<Changed> {
+        match self.row().role {
+            Role::Parameter(_) => None,
+            Role::Size(_, _, changed) => Some(changed),
+        }
+    }
+
+    /// The usual size of a term, from the sizes that a share makes of what it is beside; zero for a
+    /// parameter.
+    pub(crate) fn usual_size<N: Number>(self, sizes: impl FnOnce(N) -> UsualSizes<N>) -> N {
+        let Role::Size(_, share, changed) = self.row().role else {
+            return N::ZERO;
+        };
+        let sizes = sizes(N::from_f64(share));
+        match changed {
+            Changed::CoulombFriction => sizes.coulomb,
+            _ => sizes.other.of(self.quantity()),
         }
     }
 
     /// Its name in configurations and results.
     #[must_use]
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::A => "a",
-            Self::B => "b",
-            Self::Coulomb => "coulomb",
-            Self::Delay => "delay",
-            Self::Asymmetry => "asymmetry",
-            Self::LowSpeed => "low-speed",
-            Self::GravitySine => "gravity-sine",
-            Self::GravityCosine => "gravity-cosine",
-            Self::RippleSine => "ripple-sine",
-            Self::RippleCosine => "ripple-cosine",
-            Self::DeadBand => "dead-band",
-            Self::Load => "load",
-        }
+        self.row().name
+    }
+
+    /// Its meaning, for a table.
+    #[must_use]
+    pub const fn meaning(self) -> &'static str {
+        self.row().meaning
+    }
+
+    /// The kind of quantity that it is.
+    #[must_use]
+    pub const fn quantity(self) -> Quantity {
+        self.row().quantity
     }
 
     /// Its unit.
     #[must_use]
     pub const fn unit(self) -> &'static str {
-        match self {
-            Self::A | Self::Asymmetry => "1/s",
-            Self::B => "rad/s² per command unit",
-            Self::Delay => "s",
-            Self::DeadBand => "command units",
-            _ => "rad/s²",
-        }
+        self.quantity().unit()
     }
 
     /// Machine units per SI unit.
     #[must_use]
     pub fn scale(self, units: &Units) -> f64 {
-        match self {
-            Self::A | Self::Asymmetry => units.rate(),
-            Self::Delay => 1.0 / units.sample_time(),
-            Self::DeadBand => 1.0,
-            _ => units.acceleration(),
-        }
+        PerQuantity::machine(units).of(self.quantity())
     }
 }
 
 impl From<Parameter> for Unknown {
     fn from(parameter: Parameter) -> Self {
-        match parameter {
-            Parameter::A => Self::A,
-            Parameter::B => Self::B,
-            Parameter::Coulomb => Self::Coulomb,
-            Parameter::Load => Self::Load,
-        }
+        parameter.unknown()
     }
 }
 
-/// An optional term of the model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Term {
+macro_rules! terms {
+    ($($(#[$doc:meta])* $term:ident: $name:literal;)*) => {
+        /// An optional term of the model.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        pub enum Term {
+            $($(#[$doc])* $term,)*
+        }
+
+        impl Term {
+            /// All terms, in the order in which they enter where several are demanded.
+            pub const ALL: [Self; [$(Self::$term),*].len()] = [$(Self::$term),*];
+
+            /// Its name in configurations and results.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$term => $name,)*
+                }
+            }
+        }
+    };
+}
+
+terms! {
     /// Total delay of the command.
-    Delay,
-    /// Viscous friction that differs with the direction.
-    Asymmetry,
-    /// Friction that changes at low speed.
-    LowSpeed,
+    Delay: "delay";
     /// Gravity on an absolute angle.
-    Gravity,
-    /// Ripple of a declared order.
-    Ripple,
+    Gravity: "gravity";
+    /// Viscous friction that differs with the direction.
+    Asymmetry: "asymmetry";
     /// Dead band of the bridge.
-    DeadBand,
-    /// A load that wanders. It has no size: errors that go on from block to block are no longer taken
-    /// for news of the parameters.
-    WanderingLoad,
+    DeadBand: "dead-band";
+    /// Friction that changes at low speed.
+    LowSpeed: "low-speed";
+    /// Ripple of a declared order.
+    Ripple: "ripple";
+    /// A load that wanders. It has no size: errors that are correlated from block to block are no longer
+    /// taken for innovations of the parameters.
+    WanderingLoad: "wandering-load";
 }
 
 impl Term {
-    /// All terms, in the order in which they enter where several are demanded.
-    pub const ALL: [Self; 7] = [
-        Self::Delay,
-        Self::Gravity,
-        Self::Asymmetry,
-        Self::DeadBand,
-        Self::LowSpeed,
-        Self::Ripple,
-        Self::WanderingLoad,
-    ];
-
-    /// Its name in configurations and results.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Delay => "delay",
-            Self::Asymmetry => "asymmetry",
-            Self::LowSpeed => "low-speed",
-            Self::Gravity => "gravity",
-            Self::Ripple => "ripple",
-            Self::DeadBand => "dead-band",
-            Self::WanderingLoad => "wandering-load",
-        }
-    }
-
     /// Whether an unknown is one of its sizes.
     pub(crate) fn is_of(self, unknown: Unknown) -> bool {
         unknown.term() == Some(self)

@@ -161,7 +161,7 @@ fn run(case: &Case, seed: u32, effects: &Effects, demanded: Terms, allowed: Term
     terms.allowed = allowed;
     terms.low_speed_velocity = Some(low_speed(&servo));
     terms.ripple_order = Some(f64::from(RIPPLE));
-    let identifier: GaussNewtonIdentifier<f32, AllUnknowns, 12> =
+    let identifier: GaussNewtonIdentifier<f32, AllUnknowns, { Unknown::COUNT }> =
         settings.build().expect("sound settings");
     let mut state = identifier.start();
     let mut plant = TrueServo::at_rest(&servo.parameters, effects, servo.sample_time, seed)

@@ -5,7 +5,8 @@ mod error;
 
 pub use error::EffectError;
 
-use identifier_core::parameters::ServoParameters;
+use identifier_core::error::{Allowed, OutOfRange};
+use identifier_core::parameters::{ServoParameters, Unknown};
 
 /// The effects of a real servo, SI. Zero is an effect that is absent, and [`Effects::NONE`] a servo
 /// that has none.
@@ -101,6 +102,68 @@ impl Effects {
     /// The fastest decay of motion and current where they are integrated, per sample: so many steps
     /// are not too many.
     pub const FASTEST_DECAY: f64 = 1000.0;
+
+    /// Checks each value by itself, for a servo of these parameters and a sample time, s.
+    fn check_ranges(&self, servo: &ServoParameters, sample_time: f64) -> Result<(), OutOfRange> {
+        const NOT_NEGATIVE: Allowed = Allowed::AtLeast(0.0);
+        const ANGULAR: Allowed = Allowed::Within(
+            -Effects::LARGEST_ACCELERATION,
+            Effects::LARGEST_ACCELERATION,
+        );
+        const DRIFT: Allowed = Allowed::Within(-Effects::FASTEST_DRIFT, Effects::FASTEST_DRIFT);
+
+        let longest = Self::LONGEST_DELAY.min(Self::MAX_DELAYED_SAMPLES as f64 * sample_time);
+        Allowed::Within(0.0, longest).check("delay", self.delay)?;
+        if self.current_loop != 0.0 {
+            let fastest = sample_time / Self::FASTEST_DECAY;
+            Allowed::Within(fastest, Self::SLOWEST_CURRENT_LOOP)
+                .check("current_loop", self.current_loop)?;
+        }
+        Allowed::Within(-servo.a, servo.a).check("asymmetry", self.asymmetry)?;
+        Allowed::AtLeast(-servo.coulomb).check("low_speed_friction", self.low_speed_friction)?;
+        NOT_NEGATIVE.check("low_speed_velocity", self.low_speed_velocity)?;
+        for value in self.gravity {
+            ANGULAR.check("gravity", value)?;
+        }
+        for value in self.ripple {
+            ANGULAR.check("ripple", value)?;
+        }
+        let order = f64::from(self.ripple_order);
+        Allowed::Within(0.0, f64::from(Self::HIGHEST_ORDER)).check("ripple_order", order)?;
+        NOT_NEGATIVE.check("dead_band", self.dead_band)?;
+        Allowed::Within(0.0, Self::HIGHEST_RESONANCE).check("resonance", self.resonance)?;
+        if let Some(damping) = self.resonance_damping {
+            Allowed::Within(0.0, 1.0).check("resonance_damping", damping)?;
+        }
+        if self.inertia_ratio != 0.0 {
+            let [least, most] = Self::INERTIA_RATIOS;
+            Allowed::Within(least, most).check("inertia_ratio", self.inertia_ratio)?;
+        }
+        NOT_NEGATIVE.check("backlash", self.backlash)?;
+        DRIFT.check("gain_drift", self.gain_drift)?;
+        DRIFT.check("friction_drift", self.friction_drift)?;
+        NOT_NEGATIVE.check("hidden_limit", self.hidden_limit)?;
+        for value in self.load_wander {
+            NOT_NEGATIVE.check("load_wander", value)?;
+        }
+        Ok(())
+    }
+
+    /// The true size of a term, SI; zero for a parameter.
+    #[must_use]
+    pub fn size_of(&self, unknown: Unknown) -> f64 {
+        match unknown {
+            Unknown::Delay => self.delay,
+            Unknown::Asymmetry => self.asymmetry,
+            Unknown::LowSpeed => self.low_speed_friction,
+            Unknown::GravitySine => self.gravity[0],
+            Unknown::GravityCosine => self.gravity[1],
+            Unknown::RippleSine => self.ripple[0],
+            Unknown::RippleCosine => self.ripple[1],
+            Unknown::DeadBand => self.dead_band,
+            Unknown::A | Unknown::B | Unknown::Coulomb | Unknown::Load => 0.0,
+        }
+    }
 
     /// True if the command is changed before it acts, apart from its lag.
     pub(crate) fn change_the_command(&self) -> bool {

@@ -1,5 +1,4 @@
-//! What a model may lack, as far as it has not got it: each candidate with the effects that it is made
-//! of.
+//! Candidate unmodelled effects: each with the columns that it is made of.
 
 use identifier_core::parameters::Unknown;
 
@@ -42,47 +41,13 @@ pub(super) fn of(
     large: bool,
     ringing: Option<f64>,
 ) -> Vec<Vec<Effect>> {
-    let has = |unknown: Unknown| judged.unknowns.contains(&unknown);
-    let absent = |unknown: Unknown| (!has(unknown)).then(|| vec![Effect::Own(unknown)]);
-    let units = judged.scenario.units();
-    let velocity = prepared.scales.velocity * units.velocity();
-    let mut candidates = Vec::new();
-    candidates.extend(absent(Unknown::Coulomb));
-    candidates.extend(absent(Unknown::Load));
-    if !has(Unknown::Delay) {
-        candidates.extend(DELAYS.map(|samples| vec![Effect::Later(samples)]));
-        candidates.extend(LAGS.map(|samples| vec![Effect::CurrentLoop(samples)]));
-    }
-    candidates.extend(absent(Unknown::Asymmetry));
-    candidates.extend(absent(Unknown::DeadBand));
-    if !has(Unknown::LowSpeed) {
-        candidates.extend(LOW_SPEEDS.map(|part| vec![Effect::LowSpeed(part * velocity)]));
-    }
+    let absent = |unknown: &Unknown| !judged.unknowns.contains(unknown);
+    let unknowns = Unknown::ALL.into_iter().filter(absent);
+    let mut candidates: Vec<Vec<Effect>> = unknowns
+        .flat_map(|unknown| lacking(unknown, judged, prepared))
+        .collect();
     candidates.push(vec![Effect::Quadratic]);
-    let travels =
-        prepared.scales.position > ANGLE * judged.scenario.stated.identifier.terms.revolution;
-    if travels {
-        if !has(Unknown::GravitySine) {
-            candidates.push(vec![Effect::Sine(1.0), Effect::Cosine(1.0)]);
-        }
-        if !has(Unknown::RippleSine) {
-            let per_order = prepared.plan.angle.resolution * velocity;
-            let swing =
-                prepared.scales.position * units.position() * prepared.plan.angle.resolution;
-            let shows = |order: &f64| {
-                order * per_order * PERIOD < std::f64::consts::TAU && order * swing > PASSED
-            };
-            let declared = judged.scenario.stated.identifier.terms.ripple_order;
-            let others = ORDERS
-                .into_iter()
-                .filter(|order| declared.is_none_or(|own| (own - order).abs() > 0.5));
-            let orders = declared.into_iter().chain(others);
-            candidates.extend(
-                orders
-                    .filter(shows)
-                    .map(|order| vec![Effect::Sine(order), Effect::Cosine(order)]),
-            );
-        }
+    if travels(judged, prepared) {
         candidates.push(vec![Effect::EccentricSine, Effect::EccentricCosine]);
     }
     // The rounding of a coarse encoder goes with the acceleration too.
@@ -100,4 +65,50 @@ pub(super) fn of(
     }
     candidates.extend(LIMITS.map(|part| vec![Effect::Limit(part * prepared.high_command)]));
     candidates
+}
+
+/// The candidates for an unknown that the model has not got.
+fn lacking(unknown: Unknown, judged: &Judged<'_>, prepared: &Prepared) -> Vec<Vec<Effect>> {
+    match unknown {
+        Unknown::A | Unknown::B | Unknown::GravityCosine | Unknown::RippleCosine => Vec::new(),
+        Unknown::Delay => {
+            let later = DELAYS.map(|samples| vec![Effect::Later(samples)]);
+            let lags = LAGS.map(|samples| vec![Effect::CurrentLoop(samples)]);
+            later.into_iter().chain(lags).collect()
+        }
+        Unknown::LowSpeed => {
+            let velocity = usual_velocity(judged, prepared);
+            Vec::from(LOW_SPEEDS.map(|part| vec![Effect::LowSpeed(part * velocity)]))
+        }
+        Unknown::GravitySine | Unknown::RippleSine if !travels(judged, prepared) => Vec::new(),
+        Unknown::GravitySine => vec![vec![Effect::Sine(1.0), Effect::Cosine(1.0)]],
+        Unknown::RippleSine => ripples(judged, prepared),
+        unknown => vec![vec![Effect::Own(unknown)]],
+    }
+}
+
+fn ripples(judged: &Judged<'_>, prepared: &Prepared) -> Vec<Vec<Effect>> {
+    let resolution = prepared.plan.angle.resolution;
+    let per_order = resolution * usual_velocity(judged, prepared);
+    let swing = prepared.scales.position * judged.scenario.units().position() * resolution;
+    let shows =
+        |order: &f64| order * per_order * PERIOD < std::f64::consts::TAU && order * swing > PASSED;
+    let declared = judged.scenario.stated.identifier.terms.ripple_order;
+    let others = ORDERS
+        .into_iter()
+        .filter(|order| declared.is_none_or(|own| (own - order).abs() > 0.5));
+    let orders = declared.into_iter().chain(others).filter(shows);
+    orders
+        .map(|order| vec![Effect::Sine(order), Effect::Cosine(order)])
+        .collect()
+}
+
+/// The servo travels enough of a revolution to tell a force that goes with the angle.
+fn travels(judged: &Judged<'_>, prepared: &Prepared) -> bool {
+    prepared.scales.position > ANGLE * judged.scenario.stated.identifier.terms.revolution
+}
+
+/// Counts per sample.
+fn usual_velocity(judged: &Judged<'_>, prepared: &Prepared) -> f64 {
+    prepared.scales.velocity * judged.scenario.units().velocity()
 }

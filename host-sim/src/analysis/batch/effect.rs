@@ -2,7 +2,7 @@
 //! offset of the measured position, per unit of its size.
 
 use crate::verdict::Cause;
-use identifier_core::model::{Acting, ModelStep};
+use identifier_core::model::{Acting, ModelStep, ModelValues, SlidingStep};
 use identifier_core::parameters::Unknown;
 use identifier_core::units::Units;
 
@@ -45,8 +45,7 @@ pub(super) enum Effect {
 pub(super) struct Instant<'a> {
     pub(super) acting: &'a Acting<f64>,
     pub(super) moved: &'a ModelStep<f64>,
-    /// b̂ T²/ρ.
-    pub(super) gain: f64,
+    pub(super) values: &'a ModelValues<f64>,
     /// The commands up to this sample's.
     pub(super) commands: &'a [f64],
     /// The size of a usual command.
@@ -76,27 +75,40 @@ impl Effect {
     pub(super) fn push(self, now: &Instant<'_>) -> f64 {
         let direction = now.moved.phase.mean_direction();
         let way = now.moved.displacement;
+        let gain = now.values.parameters.gain;
         match self {
-            Self::Own(unknown) => own(unknown, now, direction),
+            Self::Own(Unknown::DeadBand) => {
+                // Smooth over what a command is uncertain by, so that noise about zero is no dead band.
+                const SMOOTH: f64 = 0.02;
+                -gain * (now.acting.command / (SMOOTH * now.usual_command)).tanh()
+            }
+            Self::Own(unknown) => {
+                let slid = SlidingStep {
+                    displacement: way,
+                    direction,
+                    bell: now.moved.bell,
+                };
+                now.values.push_of(unknown, now.acting, &slid)
+            }
             Self::Later(samples) => {
                 let latest = now.commands.len() - 1;
                 let at = |ago: usize| latest.checked_sub(ago).map_or(0.0, |k| now.commands[k]);
-                now.gain * (at(samples) - at(0)) / samples as f64
+                gain * (at(samples) - at(0)) / samples as f64
             }
             Self::CurrentLoop(samples) => {
                 let place = LAGS.iter().position(|lag| *lag >= samples).unwrap_or(0);
                 let latest = now.commands.last().copied().unwrap_or(0.0);
-                now.gain * (now.lagged[place] - latest) / samples
+                gain * (now.lagged[place] - latest) / samples
             }
             Self::LowSpeed(speed) => -direction * (-(way / speed).powi(2)).exp(),
             Self::Quadratic => -way * way.abs(),
             Self::Sine(order) => (order * now.angle).sin(),
             Self::Cosine(order) => (order * now.angle).cos(),
-            Self::GainDrift => now.gain * now.acting.command * now.passed,
+            Self::GainDrift => gain * now.acting.command * now.passed,
             Self::FrictionDrift => -direction * now.passed,
             Self::Limit(limit) => {
                 let command = now.acting.command;
-                -now.gain * (command.abs() - limit).max(0.0) * command.signum()
+                -gain * (command.abs() - limit).max(0.0) * command.signum()
             }
             Self::Compliance(_) | Self::Play(_) | Self::EccentricSine | Self::EccentricCosine => {
                 0.0
@@ -130,14 +142,10 @@ impl Effect {
         }
     }
 
-    /// What the model lacks if it lacks it; none for its own unknowns.
+    /// The effect that a model without it lacks; none for a and b.
     pub(super) fn cause(self) -> Option<Cause> {
         Some(match self {
-            Self::Own(Unknown::Coulomb) => Cause::Coulomb,
-            Self::Own(Unknown::Load) => Cause::Load,
-            Self::Own(Unknown::Asymmetry) => Cause::Asymmetry,
-            Self::Own(Unknown::DeadBand) => Cause::DeadBand,
-            Self::Own(_) => return None,
+            Self::Own(unknown) => return Cause::lacking(unknown),
             Self::Later(_) | Self::CurrentLoop(_) => Cause::Delay,
             Self::LowSpeed(_) => Cause::LowSpeedFriction,
             Self::Quadratic => Cause::QuadraticFriction,
@@ -184,28 +192,6 @@ impl Effect {
             Self::Play(_) | Self::EccentricSine | Self::EccentricCosine => {
                 (units.position_unit(), "rad")
             }
-        }
-    }
-}
-
-fn own(unknown: Unknown, now: &Instant<'_>, direction: f64) -> f64 {
-    let Instant { acting, moved, .. } = now;
-    match unknown {
-        Unknown::A => -moved.displacement,
-        Unknown::B => acting.command,
-        Unknown::Coulomb => -direction,
-        Unknown::Load => 1.0,
-        Unknown::Delay => now.gain * acting.per_delay,
-        Unknown::Asymmetry => -moved.displacement.abs(),
-        Unknown::LowSpeed => -direction * moved.bell,
-        Unknown::GravitySine => acting.waves[0],
-        Unknown::GravityCosine => acting.waves[1],
-        Unknown::RippleSine => acting.waves[2],
-        Unknown::RippleCosine => acting.waves[3],
-        Unknown::DeadBand => {
-            // Smooth over what a command is uncertain by, so that noise about zero is no dead band.
-            const SMOOTH: f64 = 0.02;
-            -now.gain * (acting.command / (SMOOTH * now.usual_command)).tanh()
         }
     }
 }

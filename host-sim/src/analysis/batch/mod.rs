@@ -16,7 +16,7 @@ mod whitening;
 
 pub use score::Finding;
 
-use identifier_core::parameters::{ServoParameters, Unknown};
+use identifier_core::parameters::{PerQuantity, ServoParameters, Unknown};
 use serde::Serialize;
 
 use super::stretch::Kept;
@@ -138,13 +138,14 @@ impl Scales {
     pub(super) fn of(&self, unknown: Unknown, b: f64) -> f64 {
         let acceleration = b.abs() * self.command;
         let rate = acceleration / self.velocity.max(f64::MIN_POSITIVE);
-        match unknown {
-            Unknown::A | Unknown::Asymmetry => rate,
-            Unknown::B => b.abs(),
-            Unknown::Delay => 1.0 / rate.max(f64::MIN_POSITIVE),
-            Unknown::DeadBand => self.command,
-            _ => acceleration,
-        }
+        let scales = PerQuantity {
+            rate,
+            gain: b.abs(),
+            acceleration,
+            time: 1.0 / rate.max(f64::MIN_POSITIVE),
+            command: self.command,
+        };
+        scales.of(unknown.quantity())
     }
 }
 

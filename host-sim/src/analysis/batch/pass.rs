@@ -4,7 +4,7 @@ use identifier_core::model::{
     Amplifier, AmplifierState, AngleSettings, AngledInputs, FrictionStep, Innovation, KnownInputs,
     ModelStep, ModelValues, ObserverModel, Phase,
 };
-use identifier_core::parameters::AllUnknowns;
+use identifier_core::parameters::{AllUnknowns, Unknown};
 
 use super::effect::{Effect, Instant, LAGS, Memory};
 use crate::analysis::stretch::Kept;
@@ -125,15 +125,20 @@ pub(super) fn pass(recorded: &Recorded, plan: &Plan, effects: &[Effect]) -> Bloc
         let error = model.error;
         let before = model.velocity;
         let acting = inputs.take(&plan.angle, &plan.values.terms, increment, command, before);
-        let moved =
-            model.advance::<AllUnknowns, 12>(&step, &response, &plan.values, &acting, &innovation);
+        let moved = model.advance::<AllUnknowns, { Unknown::COUNT }>(
+            &step,
+            &response,
+            &plan.values,
+            &acting,
+            &innovation,
+        );
         for (lagged, lag) in lagged.iter_mut().zip(LAGS) {
             *lagged += (command - *lagged) / (1.0 + lag);
         }
         let instant = Instant {
             acting: &acting,
             moved: &moved,
-            gain: plan.values.parameters.gain,
+            values: &plan.values,
             commands: &commands[..=k],
             usual_command: plan.usual_command,
             lagged,

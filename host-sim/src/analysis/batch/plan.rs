@@ -134,7 +134,7 @@ fn values(judged: &Judged<'_>) -> Option<ModelValues<f64>> {
         )
     };
     let machine = Unknown::ALL.map(|unknown| value(unknown) * unknown.scale(&units));
-    let mut values = ModelValues::from_values::<AllUnknowns, 12>(&machine);
+    let mut values = ModelValues::from_values::<AllUnknowns, { Unknown::COUNT }>(&machine);
     if let Some(speed) = declared.low_speed_velocity {
         values.terms.per_low_speed_velocity = 1.0 / (speed * units.velocity());
     }

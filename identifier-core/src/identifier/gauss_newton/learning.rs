@@ -4,7 +4,7 @@ use super::recursion::{Mode, Recursion};
 use crate::adaptation::{GaussNewtonStep, IdentifiableSet};
 use crate::model::{Acting, Innovation, KnownInputs, ModelValues, ObserverModel, Phase, Tangents};
 use crate::number::Number;
-use crate::parameters::Unknown;
+use crate::parameters::PerQuantity;
 
 impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
 where
@@ -123,14 +123,15 @@ where
     #[inline]
     pub(super) fn most(&self, omega: N, scale: N, estimates: &[N; P]) -> [N; P] {
         let model = ModelValues::from_values::<S, P>(estimates).parameters;
+        let most = PerQuantity {
+            rate: omega + omega + model.x + model.x,
+            gain: model.gain + model.gain,
+            acceleration: scale,
+            time: self.doubted_delay,
+            command: N::REACH,
+        };
         S::UNKNOWNS.map(|unknown| {
-            let deviation = match unknown {
-                Unknown::A | Unknown::Asymmetry => omega + omega + model.x + model.x,
-                Unknown::B => model.gain + model.gain,
-                Unknown::Delay => self.doubted_delay,
-                Unknown::DeadBand => N::REACH,
-                _ => scale,
-            };
+            let deviation = most.of(unknown.quantity());
             deviation * deviation
         })
     }

@@ -3,7 +3,7 @@ use super::recursion::Recursion;
 use crate::adaptation::{Evidence, GaussNewtonState, IdentifiableSet};
 use crate::model::ModelValues;
 use crate::number::Number;
-use crate::parameters::{Term, Terms, Unknown};
+use crate::parameters::{PerQuantity, Term, Terms, Unknown, UsualSizes};
 
 /// The least part of the errors that a term must explain, what the estimates explain set aside, and
 /// the least square of the score over its variance.
@@ -114,27 +114,24 @@ where
         }
     }
 
-    /// The standard deviation with which the size of a term enters.
+    /// The standard deviation with which the size of a term enters: its usual size.
     fn prior(unknown: Unknown, omega: N, scale: N, estimates: &[N; P]) -> N {
-        /// A part of what the term is beside: of friction, of viscosity, of the acceleration that the
-        /// command gives.
-        const PART: f64 = 0.3;
-        /// The dead band beside the command.
-        const NARROW: f64 = 0.1;
-        /// Ripple beside the acceleration that the command gives.
+        /// Friction is no less than this part of what the motion has of its kind.
         const FINE: f64 = 0.1;
-        let [part, narrow, fine] = [PART, NARROW, FINE].map(N::from_f64);
+        let fine = N::from_f64(FINE);
         let parameters = ModelValues::from_values::<S, P>(estimates).parameters;
         let larger = |x: N, y: N| if x > y { x } else { y };
-        match unknown {
-            // A tenth of the time in which the loop settles, at least a sample.
-            Unknown::Delay => larger(N::ONE, fine * omega.reciprocal()),
-            Unknown::Asymmetry => part * larger(parameters.x, fine * omega),
-            Unknown::LowSpeed => part * larger(parameters.coulomb, fine * scale),
-            Unknown::DeadBand => narrow * scale * parameters.gain.reciprocal(),
-            Unknown::RippleSine | Unknown::RippleCosine => fine * scale,
-            _ => part * scale,
-        }
+        unknown.usual_size(|share: N| UsualSizes {
+            coulomb: share * larger(parameters.coulomb, fine * scale),
+            other: PerQuantity {
+                rate: share * larger(parameters.x, fine * omega),
+                gain: share * parameters.gain,
+                acceleration: share * scale,
+                // Of the time in which the loop settles, at least a sample.
+                time: larger(N::ONE, share * omega.reciprocal()),
+                command: share * scale * parameters.gain.reciprocal(),
+            },
+        })
     }
 
     /// What the terms that have entered were estimated as, in a law that starts from a new fit.

@@ -8,7 +8,7 @@ use super::combined::{Combined, CombinedState};
 use crate::adaptation::IdentifiableSet;
 use crate::model::NoInputs;
 use crate::number::Number;
-use crate::parameters::{AbCoulombLoad, AllUnknowns};
+use crate::parameters::{AbCoulombLoad, AllUnknowns, Unknown};
 
 /// The windowed identifier: Levenberg–Marquardt passes of the model, driven by the recorded command,
 /// over the last W blocks of samples, for the parameter set S; load and friction are parameters of
@@ -38,8 +38,15 @@ pub type WindowIdentifier<
 
 /// The windowed identifier with every optional term, for a PC. A term enters when a fit with it is well
 /// determined and it was demanded, or is significant. Terms are exact where a block is one sample.
-pub type TermWindowIdentifier<N, const W: usize = 256> =
-    WindowIdentifier<N, AllUnknowns, 12, W, AllUnknowns, 12, 14>;
+pub type TermWindowIdentifier<N, const W: usize = 256> = WindowIdentifier<
+    N,
+    AllUnknowns,
+    { Unknown::COUNT },
+    W,
+    AllUnknowns,
+    { Unknown::COUNT },
+    { Unknown::COUNT + 2 },
+>;
 
 /// What the identifier remembers.
 pub type WindowState<
