@@ -26,7 +26,6 @@ mod replay;
 mod report;
 mod report_in_browser;
 mod reproduce;
-mod scenario_fuzz;
 mod scenario_reader;
 mod support;
 #[cfg(target_os = "linux")]

@@ -1,28 +1,31 @@
 //! Any file is read as a scenario or refused. A program of its own: what it measures is the memory of
 //! the reader alone.
 
+#[path = "program/support/readable.rs"]
+mod readable;
+
 use std::fmt::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use crate::support::readable::assert_readable;
 use host_sim::scenario::keys::KEYS;
 use host_sim::scenario::{Purpose, Scenario};
+use readable::assert_readable;
 
 const SCENARIOS: [&str; 12] = [
-    include_str!("../../scenarios/compare.toml"),
-    include_str!("../../scenarios/drift.toml"),
-    include_str!("../../scenarios/emps.toml"),
-    include_str!("../../scenarios/fast_axis.toml"),
-    include_str!("../../scenarios/friction.toml"),
-    include_str!("../../scenarios/geared_axis.toml"),
-    include_str!("../../scenarios/gravity_link.toml"),
-    include_str!("../../scenarios/minimal.toml"),
-    include_str!("../../scenarios/paper-least-squares.toml"),
-    include_str!("../../scenarios/paper.toml"),
-    include_str!("../../scenarios/replay.toml"),
-    include_str!("../../scenarios/sweep.toml"),
+    include_str!("../scenarios/compare.toml"),
+    include_str!("../scenarios/drift.toml"),
+    include_str!("../scenarios/emps.toml"),
+    include_str!("../scenarios/fast_axis.toml"),
+    include_str!("../scenarios/friction.toml"),
+    include_str!("../scenarios/geared_axis.toml"),
+    include_str!("../scenarios/gravity_link.toml"),
+    include_str!("../scenarios/minimal.toml"),
+    include_str!("../scenarios/paper-least-squares.toml"),
+    include_str!("../scenarios/paper.toml"),
+    include_str!("../scenarios/replay.toml"),
+    include_str!("../scenarios/sweep.toml"),
 ];
 
 /// Numbers that look random, the same in every run.
