@@ -1,7 +1,7 @@
 //! The fast law: how soon it knows, how well, and whether its standard errors are honest.
 
 use host_sim::result::Summary;
-use host_sim::scenario::{ExcitationSettings, Scenario};
+use host_sim::scenario::Scenario;
 use identifier_core::parameters::Parameter;
 use integration_tests::{Random, in_parallel, parse, run, servo};
 
@@ -24,10 +24,7 @@ fn scenarios(runs: usize, initial_b: f64, extra: &str) -> Vec<Scenario> {
         .map(|k| {
             let mut scenario = base.clone();
             servo(&mut scenario).load = [0.0, 20.0, -20.0][k % 3];
-            if let ExcitationSettings::BandLimitedWhiteNoise { seed, .. } = &mut scenario.excitation
-            {
-                *seed = random.seed();
-            }
+            scenario.excitation.seed = random.seed();
             scenario
         })
         .collect()

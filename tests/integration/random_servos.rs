@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use host_sim::paper::{self, Case, Method};
 use host_sim::result::Summary;
-use host_sim::scenario::{ExcitationSettings, Scenario};
+use host_sim::scenario::Scenario;
 use integration_tests::{Random, in_parallel, run, servo};
 
 const SERVOS: usize = 200;
@@ -24,10 +24,7 @@ fn scenarios() -> Vec<Scenario> {
             servo.a = random.uniform(0.0, 50.0);
             servo.b = random.log_uniform(110.0, 1000.0);
             servo.load = random.uniform(-40.0, 40.0);
-            if let ExcitationSettings::BandLimitedWhiteNoise { seed, .. } = &mut scenario.excitation
-            {
-                *seed = random.seed();
-            }
+            scenario.excitation.seed = random.seed();
             scenario
         })
         .collect()

@@ -1,6 +1,6 @@
 //! The windowed law knows the servo after a wiggle.
 
-use host_sim::scenario::{ExcitationSettings, Scenario};
+use host_sim::scenario::Scenario;
 use host_sim::simulate;
 use integration_tests::{Random, in_parallel, parse, servo};
 
@@ -26,11 +26,7 @@ fn scenarios(arithmetic: &str) -> Vec<Scenario> {
                      duration = 3.0\n"
                 ));
                 servo(&mut scenario).load = load;
-                scenario.excitation = ExcitationSettings::BandLimitedWhiteNoise {
-                    power: 0.005,
-                    sample_time: 0.1,
-                    seed,
-                };
+                scenario.excitation.seed = seed;
                 scenarios.push(scenario);
             }
         }

@@ -2,20 +2,16 @@ use std::path::{Path, PathBuf};
 
 use super::call;
 use super::fault::Fault;
-use super::files::{self, Files, io_error};
-use super::live_commission::LiveCommission;
+use super::files::io_error;
 use super::output::Outputs;
 use super::progress::Progress;
-use super::reproduce;
 use super::standard_output::say;
 use super::streamed::Streamed;
-use super::terminal::width;
-use crate::commission::{Commissioning, Sample, StepResponse};
+use crate::commission::{Commissioning, Course, Outcome, Sample, StepResponse};
 use crate::log::mcap::commissioning as messages;
 use crate::present::{self, Commissioned};
-use crate::provenance::{Kept, Origin, OriginAlone, ScenarioText, Task, WithOrigin};
-use crate::render::terminal;
-use crate::report::commission::{self as report, RowWriter};
+use crate::provenance::{Kept, Origin, ScenarioText, Task};
+use crate::report::commission::{self as report, RowWriter, Traces};
 use crate::result::CommissioningResult;
 use crate::scenario::Purpose;
 
@@ -33,7 +29,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     experiment(&text, outputs, scenario, None)
 }
 
-/// Commissions the servo of a scenario; the result is to be the one that was `kept`, if one was. No output may be `input`.
+/// Commissions the servo of a scenario; a `kept` result is to be reproduced. No output may be `input`.
 pub(super) fn experiment(
     text: &ScenarioText,
     outputs: &Outputs,
@@ -45,35 +41,31 @@ pub(super) fn experiment(
     let of_scenario = |fault| Fault::of_scenario(file, fault);
     let origin = Origin::of(Task::Commission, text, &scenario);
     let machine = Commissioning::of(&scenario).map_err(of_scenario)?;
-    let mut files = Files::reading(&[input], outputs.force);
-    let json = files.output(outputs.json.as_deref())?;
-    let rows = files.output(outputs.csv.as_deref())?;
+    let mut results = outputs.begin(&[input], origin, kept)?;
     let begin = |csv| RowWriter::new(csv).map_err(io_error);
-    let mut rows = rows.map(|csv| Streamed::begin(csv, begin));
-    let description = files.description_of(outputs.csv.as_deref())?;
-    let begin = |mcap| {
-        let mut recorder = messages::begin(mcap)?;
-        recorder.about("origin", origin.entries()?)?;
-        Ok(recorder)
-    };
-    let mcap = files.output(outputs.mcap.as_deref())?;
-    let mut mcap = mcap.map(|mcap| Streamed::begin(mcap, begin));
-    let plot = files.picture(&outputs.drawing)?;
-    let html = files.output(outputs.report.as_deref())?;
-    let live = outputs.live.begin()?;
-    let is_shown = plot.is_some() || html.is_some() || live.is_some();
-    let mut traces = is_shown.then(report::Traces::default);
-    let silent = files.own_standard_output();
+    let mut rows = (results.csv.take()).map(|csv| Streamed::begin(csv, begin));
+    let mut mcap = results.messages(messages::begin);
+    let mut traces = results.show_traces().then(Traces::default);
+    let mut live = results.live.take();
 
     let largest = machine.largest_motion();
-    if !silent {
+    if !results.silent {
         say!("{}", present::largest_motion(&largest))?;
     }
     let limits = machine.settings().limits;
     let before = machine.gains_before().copied();
-    let title = call::title("Commissioning of", file);
-    let mut live =
-        live.map(|live| LiveCommission::new(live, title.clone(), &scenario, limits, before));
+    let page = |outcome: &Outcome, traces: Option<&Traces>| {
+        present::commissioning(&Commissioned {
+            title: &call::title("Commissioning of", file),
+            command: &call::command(),
+            scenario: &scenario,
+            limits: &limits,
+            before: before.as_ref(),
+            outcome,
+            traces,
+        })
+    };
+    let mut course = Course::default();
     let progress = Progress::of_a_course();
     let mut observe = |sample: &Sample| {
         progress.advance();
@@ -85,63 +77,40 @@ pub(super) fn experiment(
         }
         if let Some(traces) = &mut traces {
             traces.add(sample);
-            if let Some(live) = &mut live {
-                live.add(sample, traces);
-            }
+        }
+        if let Some(live) = &mut live {
+            course.add(sample);
+            live.offer(sample.time, || {
+                let began = course.phases.last().map_or(0.0, |phase| phase.begin);
+                let clock = format!("running: {} since {began:.2} s", sample.phase.name());
+                let outcome = Outcome::under_way(course.clone().finish(sample.time));
+                page(&outcome, traces.as_ref()).so_far(clock)
+            });
         }
     };
     let outcome = machine.run(&mut observe).map_err(of_scenario)?;
     drop(progress);
 
     let result = CommissioningResult::new(&scenario, &limits, &largest, before.as_ref(), &outcome);
-    let page = present::commissioning(&Commissioned {
-        title: &title,
-        command: &call::command(),
-        scenario: &scenario,
-        limits: &limits,
-        before: before.as_ref(),
-        outcome: &outcome,
-        traces: traces.as_ref(),
-    });
-    let told = WithOrigin {
-        result: &result,
-        origin: &origin,
-    };
-    files::commit([
+    let page = page(&outcome, traces.as_ref());
+    results.live = live;
+    let written = [
         rows.map(|rows| rows.finish(RowWriter::finish)),
-        description.map(|description| description.document(&OriginAlone::of(&origin))),
-        mcap.map(|mcap| {
-            mcap.finish(|mut mcap| {
-                mcap.about("result", Origin::entry(&result)?)?;
-                mcap.finish()
-            })
-        }),
-        plot.zip(traces.as_ref()).map(|(plot, traces)| {
-            let promised = StepResponse::promised(&scenario, &outcome);
-            let figures = report::figures(&limits, &outcome, traces, promised.as_ref());
-            plot.figures("", 1, &figures)
-        }),
-        html.map(|html| html.page(&page)),
-        json.map(|json| json.document(&told)),
-    ])?;
-    if !silent {
-        say!("{}", terminal::brief(&page, width()))?;
+        mcap.map(|mcap| mcap.finish_with_result(&result)),
+    ];
+    let applied = outcome.is_applied();
+    results.publish(&page, applied, &result, written, |plot| {
+        let promised = StepResponse::promised(&scenario, &outcome);
+        let traces = traces.unwrap_or_default();
+        let figures = report::figures(&limits, &outcome, &traces, promised.as_ref());
+        plot.figures("", 1, &figures)
+    })?;
+    if applied {
+        return Ok(());
     }
-    if let Some(kept) = kept {
-        reproduce::compare(kept, &result, silent)?;
-    }
-    if let Some(live) = live {
-        live.into_live().stay(&page);
-    }
-    if !outcome.is_applied() {
-        let verdict = &page.verdict;
-        return Err(Fault::Other(format!(
-            "{}: {}",
-            verdict.status, verdict.detail
-        )));
-    }
-    if !silent {
-        say!("{}", terminal::verdict(&page))?;
-    }
-    Ok(())
+    let verdict = &page.verdict;
+    Err(Fault::Other(format!(
+        "{}: {}",
+        verdict.status, verdict.detail
+    )))
 }

@@ -1,15 +1,11 @@
 use std::path::PathBuf;
 
 use super::call;
-use super::documents::{Begun, Documents};
 use super::fault::Fault;
-use super::files;
+use super::output::Documents;
 use super::progress::Progress;
-use super::standard_output::say;
-use super::terminal;
 use crate::compare;
 use crate::present;
-use crate::render;
 use crate::report::comparison;
 use crate::result::ComparisonResult;
 use crate::scenario::{Purpose, Scenario};
@@ -24,18 +20,12 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
-    let Begun {
-        files,
-        json,
-        picture,
-        page: html,
-    } = arguments.documents.begin(&[&arguments.scenario])?;
+    let results = arguments.documents.begin(&[&arguments.scenario], None)?;
     let of_scenario = |fault| Fault::of_scenario(&arguments.scenario, fault);
     let runs = compare::runs(&scenario).map_err(of_scenario)?;
     let progress = Progress::of(runs as u64, "runs");
     let compared = compare::compare(&scenario, &|| progress.advance()).map_err(of_scenario)?;
     drop(progress);
-    let drawn = picture.map(|picture| picture.heat_maps(&comparison::heat_maps(&compared)));
     let result = ComparisonResult::new(&compared);
     let page = present::comparison(
         &call::title("Comparison on", &arguments.scenario),
@@ -44,13 +34,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         &result,
         scenario.duration,
     );
-    files::commit([
-        drawn,
-        html.map(|html| html.page(&page)),
-        json.map(|json| json.document(&result)),
-    ])?;
-    if !files.own_standard_output() {
-        say!("{}", render::terminal::brief(&page, terminal::width()))?;
-    }
-    Ok(())
+    results.publish(&page, false, &result, [], |picture| {
+        picture.heat_maps(&comparison::heat_maps(&compared))
+    })
 }

@@ -3,9 +3,9 @@ use std::path::PathBuf;
 use identifier_core::excitation::Excitation;
 
 use super::call;
-use super::drawing::Drawing;
 use super::fault::Fault;
 use super::files::{self, Files};
+use super::output::Drawing;
 use super::progress::Progress;
 use super::standard_output::say;
 use super::terminal;

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::drawing::Drawing;
 use super::fault::Fault;
+use super::output::Drawing;
 use super::output_file::PendingFile;
 use super::place::Place;
 use crate::present::{Figure, HeatMaps, Page};

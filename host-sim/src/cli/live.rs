@@ -99,25 +99,19 @@ fn unavailable(port: u16, error: &io::Error) -> Fault {
 }
 
 impl Live {
-    /// Waits until the time of the motion, s, is due; returns whether the page is due, too.
-    pub(super) fn keep_pace(&mut self, motion: f64) -> bool {
+    /// Waits until the time of the motion, s, is due, and shows the page then unless the last one is recent.
+    pub(super) fn offer(&mut self, motion: f64, page: impl FnOnce() -> Page) {
         /// Shorter sleeps are not exact.
-        const SHORTEST: Duration = Duration::from_millis(3);
+        const MIN_SLEEP: Duration = Duration::from_millis(3);
         let due = Duration::try_from_secs_f64(motion / self.pace).unwrap_or(Duration::ZERO);
         let ahead = due.saturating_sub(self.begun.elapsed());
-        if ahead > SHORTEST {
+        if ahead > MIN_SLEEP {
             thread::sleep(ahead);
         }
-        let is_due = self.shown.is_none_or(|shown| shown.elapsed() >= PERIOD);
-        if is_due {
+        if self.shown.is_none_or(|shown| shown.elapsed() >= PERIOD) {
             self.shown = Some(Instant::now());
+            self.put(&page(), Progress::Underway);
         }
-        is_due
-    }
-
-    /// Shows the page as it is now.
-    pub(super) fn show(&self, page: &Page) {
-        self.put(page, Progress::Underway);
     }
 
     /// Shows the final page until an interruption.

@@ -1,183 +1,218 @@
-//! The outputs of one experiment.
+//! The outputs of a verb: options, files begun before the work, and their completion after it.
 
+use std::io;
 use std::path::{Path, PathBuf};
 
-use super::call;
-use super::drawing::Drawing;
+use serde::Serialize;
+
 use super::fault::Fault;
-use super::files::{self, Files, Output, Picture, io_error};
+use super::files::{self, Files, Output, Picture};
 use super::live::{Live, LiveOptions};
-use super::live_experiment::LiveExperiment;
-use super::recording::{Messages, Recorded, Recording, Rows};
 use super::reproduce;
 use super::standard_output::say;
+use super::streamed::Streamed;
 use super::terminal::width;
-use crate::analysis::Status;
-use crate::experiment::Outcome;
-use crate::log::mcap::trace;
-use crate::present::traces::{self, Traces};
-use crate::present::{self, Experiment};
+use crate::log::mcap::Recorder;
+use crate::present::Page;
 use crate::provenance::{Kept, Origin, OriginAlone, WithOrigin};
+use crate::render::chart::Size;
 use crate::render::terminal;
-use crate::report::csv::TraceWriter;
-use crate::result::ReplayNotes;
-use crate::scenario::Scenario;
 
-/// Where the results of one experiment go.
+/// The options of a picture.
+#[derive(Debug, Default, clap::Args)]
+pub(super) struct Drawing {
+    /// Draw the result into this file, .png or .svg; `-` is standard output, as SVG.
+    #[arg(long, value_name = "FILE")]
+    pub(super) plot: Option<PathBuf>,
+    /// Width of the picture, in a paper of two columns.
+    #[arg(long, value_enum, default_value_t)]
+    pub(super) size: Size,
+}
+
+/// The output options of a verb whose result has no trace.
+#[derive(Debug, clap::Args)]
+pub(super) struct Documents {
+    /// Write the result as JSON to this file; `-` is standard output.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    #[command(flatten)]
+    drawing: Drawing,
+    /// Write a report, one HTML page with everything in it, to this file; `-` is standard output.
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+    /// Replace existing files.
+    #[arg(long)]
+    force: bool,
+}
+
+/// The output options of one experiment.
 #[derive(Debug, clap::Args)]
 pub(super) struct Outputs {
     /// Write the result as JSON to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
-    pub(super) json: Option<PathBuf>,
+    json: Option<PathBuf>,
     /// Write the trace, one row per sample, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
-    pub(super) csv: Option<PathBuf>,
+    csv: Option<PathBuf>,
     /// Write the trace and its provenance to this MCAP file, for Foxglove and PlotJuggler; `-` is standard
     /// output.
     #[arg(long, value_name = "FILE")]
-    pub(super) mcap: Option<PathBuf>,
+    mcap: Option<PathBuf>,
     #[command(flatten)]
-    pub(super) drawing: Drawing,
+    drawing: Drawing,
     /// Write a report, one HTML page with everything in it, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
-    pub(super) report: Option<PathBuf>,
+    report: Option<PathBuf>,
     #[command(flatten)]
-    pub(super) live: LiveOptions,
+    live: LiveOptions,
     /// Replace existing files.
     #[arg(long)]
-    pub(super) force: bool,
+    force: bool,
 }
 
-/// The results of one experiment, begun.
+/// The requested outputs of a verb, begun.
 #[derive(Debug)]
 pub(super) struct Results {
-    /// What the report is called.
-    title: String,
+    pub(super) csv: Option<Output>,
+    pub(super) live: Option<Live>,
+    /// True if one of them has standard output to itself.
+    pub(super) silent: bool,
     json: Option<Output>,
-    csv: Option<Output>,
-    /// What is said beside a trace in CSV of where it is from.
-    description: Option<Output>,
     mcap: Option<Output>,
     plot: Option<Picture>,
     report: Option<Output>,
-    live: Option<Live>,
-    /// Whether one of them has standard output to itself.
-    silent: bool,
+    provenance: Option<Provenance>,
+}
+
+/// Provenance of an experiment's result.
+#[derive(Debug)]
+struct Provenance {
     origin: Origin,
-    /// What is to be had again.
+    /// The description beside a trace in CSV, which holds the origin.
+    description: Option<Output>,
+    /// The result to be reproduced.
     kept: Option<Kept>,
 }
 
+impl Documents {
+    /// Begins every requested file, and that of a table in CSV; none may be among the `inputs`.
+    ///
+    /// # Errors
+    /// A place where nothing can be written.
+    pub(super) fn begin(&self, inputs: &[&Path], csv: Option<&Path>) -> Result<Results, Fault> {
+        let mut files = Files::reading(inputs, self.force);
+        Ok(Results {
+            json: files.output(self.json.as_deref())?,
+            plot: files.picture(&self.drawing)?,
+            report: files.output(self.report.as_deref())?,
+            csv: files.output(csv)?,
+            silent: files.own_standard_output(),
+            mcap: None,
+            live: None,
+            provenance: None,
+        })
+    }
+}
+
 impl Outputs {
-    /// Begins every file that is asked for, none of which may be among those that are read; the report has
-    /// a `title`. They say of what `origin` they are; the result is to be the one that was `kept`, if one
-    /// was.
+    /// Begins every requested file, none of which may be among the `inputs`, with the `origin` of the result. It
+    /// is compared with the one that is to be reproduced, if one was `kept`.
+    ///
+    /// # Errors
+    /// A place where nothing can be written.
     pub(super) fn begin(
         &self,
-        title: String,
         inputs: &[&Path],
         origin: Origin,
         kept: Option<&Kept>,
     ) -> Result<Results, Fault> {
         let mut files = Files::reading(inputs, self.force);
         Ok(Results {
-            title,
             json: files.output(self.json.as_deref())?,
             csv: files.output(self.csv.as_deref())?,
-            description: files.description_of(self.csv.as_deref())?,
+            provenance: Some(Provenance {
+                origin,
+                description: files.description_of(self.csv.as_deref())?,
+                kept: kept.cloned(),
+            }),
             mcap: files.output(self.mcap.as_deref())?,
             plot: files.picture(&self.drawing)?,
             report: files.output(self.report.as_deref())?,
             live: self.live.begin()?,
             silent: files.own_standard_output(),
-            origin,
-            kept: kept.cloned(),
         })
     }
 
-    /// Whether anything is written that says where it is from.
-    pub(super) fn tell_origin(&self) -> bool {
+    /// True if an output states its origin.
+    pub(super) fn state_origin(&self) -> bool {
         self.json.is_some() || self.csv.is_some() || self.mcap.is_some()
     }
 }
 
 impl Results {
-    /// What is kept of an experiment of so many passes while it runs; `duration` is that of all
-    /// together, s.
-    pub(super) fn record(&mut self, scenario: &Scenario, duration: f64, passes: u32) -> Recording {
-        let rows = self.csv.take();
-        let rows = rows.map(|csv| Rows::begin(csv, |csv| TraceWriter::new(csv).map_err(io_error)));
-        let begin = |mcap| {
-            let mut messages = trace::begin(mcap)?;
-            messages.about("origin", self.origin.entries()?)?;
-            Ok(messages)
-        };
-        let messages = self.mcap.take().map(|mcap| Messages::begin(mcap, begin));
-        let is_shown = self.plot.is_some() || self.report.is_some() || self.live.is_some();
-        let traces = is_shown.then(Traces::default);
-        let live = self.live.take();
-        let live = live.map(|live| LiveExperiment::new(live, &self.title, scenario, duration));
-        Recording::new(scenario, duration, passes, rows, messages, traces, live)
+    /// True if traces are shown in a picture or a page.
+    pub(super) fn show_traces(&self) -> bool {
+        self.plot.is_some() || self.report.is_some() || self.live.is_some()
     }
 
-    /// Writes what was asked for and says what was found, after `notes` on the log; an experiment that
-    /// was aborted is a fault. One that was shown is shown until somebody has seen enough.
-    pub(super) fn conclude(
-        self,
-        scenario: &Scenario,
-        recording: Recording,
-        outcome: Outcome,
-        notes: ReplayNotes,
-    ) -> Result<(), Fault> {
-        let Recorded {
-            mut summary,
-            traces,
-            rows,
-            messages,
-            live,
-        } = recording.finish(scenario, outcome);
-        summary.replay = notes;
-        let picture = self.plot.zip(traces.as_ref());
-        let page = present::experiment(&Experiment {
-            title: &self.title,
-            command: &call::command(),
-            scenario,
-            summary: &summary,
-            traces: traces.as_ref(),
-        });
-        let told = WithOrigin {
-            result: &summary,
-            origin: &self.origin,
+    /// Begins the requested messages; `begin` writes their channels.
+    pub(super) fn messages(
+        &mut self,
+        begin: impl FnOnce(Output) -> io::Result<Recorder<Output>>,
+    ) -> Option<Streamed<Recorder<Output>>> {
+        let origin = self.provenance.as_ref().map(|known| &known.origin);
+        let begin = |mcap| {
+            let mut messages = begin(mcap)?;
+            if let Some(origin) = origin {
+                messages.about("origin", origin.entries()?)?;
+            }
+            Ok(messages)
         };
-        files::commit([
-            rows.map(|rows| rows.finish(TraceWriter::finish)),
-            self.description
-                .map(|description| description.document(&OriginAlone::of(&self.origin))),
-            messages.map(|messages| {
-                messages.finish(|mut messages| {
-                    messages.about("result", Origin::entry(&summary)?)?;
-                    messages.finish()
-                })
+        self.mcap.take().map(|mcap| Streamed::begin(mcap, begin))
+    }
+
+    /// Completes every file, those that were `written` already among them, and prints the page in brief, perhaps
+    /// with its verdict. A live page is shown until it is closed.
+    ///
+    /// # Errors
+    /// A file that could not be written completely; then none is.
+    pub(super) fn publish(
+        self,
+        page: &Page,
+        with_verdict: bool,
+        result: &impl Serialize,
+        written: impl IntoIterator<Item = Option<Result<Output, Fault>>>,
+        draw: impl FnOnce(Picture) -> Result<Output, Fault>,
+    ) -> Result<(), Fault> {
+        let (origin, description, kept) = match self.provenance {
+            Some(known) => (Some(known.origin), known.description, known.kept),
+            None => (None, None, None),
+        };
+        let origin = origin.as_ref();
+        let own = [
+            description
+                .zip(origin)
+                .map(|(description, origin)| description.document(&OriginAlone::of(origin))),
+            self.plot.map(draw),
+            self.report.map(|report| report.page(page)),
+            self.json.map(|json| match origin {
+                Some(origin) => json.document(&WithOrigin { result, origin }),
+                None => json.document(result),
             }),
-            picture.map(|(picture, traces)| {
-                picture.figures("", 2, &traces::figures(&summary, traces))
-            }),
-            self.report.map(|report| report.page(&page)),
-            self.json.map(|json| json.document(&told)),
-        ])?;
+        ];
+        files::commit(written.into_iter().chain(own))?;
         if !self.silent {
-            say!("{}", terminal::brief(&page, width()))?;
-            say!("{}", terminal::verdict(&page))?;
+            say!("{}", terminal::brief(page, width()))?;
+            if with_verdict {
+                say!("{}", terminal::verdict(page))?;
+            }
         }
-        if let Some(kept) = &self.kept {
-            reproduce::compare(kept, &summary, self.silent)?;
+        if let Some(kept) = &kept {
+            reproduce::compare(kept, result, self.silent)?;
         }
-        if let Some(live) = live {
-            live.stay(&page);
+        if let Some(live) = self.live {
+            live.stay(page);
         }
-        match summary.status() {
-            Status::Aborted => Err(Fault::Other(summary.reason)),
-            _ => Ok(()),
-        }
+        Ok(())
     }
 }

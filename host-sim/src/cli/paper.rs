@@ -1,9 +1,9 @@
 use std::path::{Path, PathBuf};
 
 use super::call;
-use super::drawing::Drawing;
 use super::fault::Fault;
 use super::files::{self, Files};
+use super::output::Drawing;
 use super::standard_output::say;
 use super::terminal;
 use crate::experiment::Sample;

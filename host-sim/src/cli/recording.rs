@@ -1,72 +1,67 @@
-//! The bounded record of an experiment while it runs.
+//! The bounded record of a run or a replay.
 
+use super::call;
+use super::fault::Fault;
 use super::files::{Output, io_error};
 use super::live::Live;
-use super::live_experiment::LiveExperiment;
+use super::output::Results;
 use super::progress::Progress;
 use super::streamed::Streamed;
-use crate::analysis::Summariser;
+use crate::analysis::{Status, Summariser};
 use crate::experiment::{Outcome, Sample};
 use crate::log::mcap::{Recorder, trace};
-use crate::present::traces::Traces;
+use crate::present::traces::{self, Traces};
+use crate::present::{self, Experiment, Page};
 use crate::report::csv::TraceWriter;
-use crate::result::Summary;
+use crate::result::{ReplayNotes, Summary};
 use crate::scenario::Scenario;
 
-/// The rows of a trace on their way into a file.
-pub(super) type Rows = Streamed<TraceWriter<Output>>;
-
-/// The messages of a trace on their way into a file.
-pub(super) type Messages = Streamed<Recorder<Output>>;
-
-/// Takes in an experiment sample by sample. The summary is that of all passes; what the verdict looks at once
-/// more, the picture, the rows and the messages are those of the last.
+/// Takes in an experiment sample by sample. The summary is that of all passes; its evidence, picture, rows and
+/// messages are those of the last.
 #[derive(Debug)]
-pub(super) struct Recording {
+pub(super) struct Recording<'a> {
+    title: String,
+    scenario: &'a Scenario,
+    /// Of all passes together, s.
+    duration: f64,
     passes_to_come: u32,
+    samples: u64,
     summariser: Summariser,
     traces: Option<Traces>,
-    rows: Option<Rows>,
-    messages: Option<Messages>,
-    live: Option<LiveExperiment>,
+    rows: Option<Streamed<TraceWriter<Output>>>,
+    messages: Option<Streamed<Recorder<Output>>>,
+    live: Option<Live>,
     progress: Progress,
 }
 
-/// What an experiment that has ended leaves.
-#[derive(Debug)]
-pub(super) struct Recorded {
-    pub(super) summary: Summary,
-    pub(super) traces: Option<Traces>,
-    pub(super) rows: Option<Rows>,
-    pub(super) messages: Option<Messages>,
-    pub(super) live: Option<Live>,
-}
-
-impl Recording {
-    /// Of `passes` passes, which together last so long, s; traces, rows and messages only where they are
-    /// wanted.
+impl<'a> Recording<'a> {
+    /// Of `passes` passes, which together last `duration`, s, for the requested results; their page has a `title`.
     pub(super) fn new(
-        scenario: &Scenario,
+        title: String,
+        scenario: &'a Scenario,
         duration: f64,
         passes: u32,
-        rows: Option<Rows>,
-        messages: Option<Messages>,
-        traces: Option<Traces>,
-        live: Option<LiveExperiment>,
+        results: &mut Results,
     ) -> Self {
+        let begin = |csv| TraceWriter::new(csv).map_err(io_error);
         Self {
+            title,
+            scenario,
+            duration,
             passes_to_come: passes.saturating_sub(1),
+            samples: 0,
             summariser: Summariser::lasting(scenario, duration),
-            traces,
-            rows,
-            messages,
-            live,
+            traces: results.show_traces().then(Traces::default),
+            rows: (results.csv.take()).map(|csv| Streamed::begin(csv, begin)),
+            messages: results.messages(trace::begin),
+            live: results.live.take(),
             progress: Progress::of_samples((duration / scenario.sample_time()) as u64),
         }
     }
 
     /// A sample.
     pub(super) fn add(&mut self, sample: &Sample) {
+        self.samples += 1;
         self.summariser.add(sample);
         self.progress.advance();
         if let Some(traces) = &mut self.traces {
@@ -80,8 +75,18 @@ impl Recording {
                 messages.write(|messages| trace::add(messages, sample));
             }
         }
-        if let (Some(live), Some(traces)) = (&mut self.live, &self.traces) {
-            live.add(&self.summariser, traces);
+        if let Some(mut live) = self.live.take() {
+            let done = self.samples as f64 * self.scenario.sample_time();
+            live.offer(done, || {
+                let outcome = Outcome {
+                    samples: self.samples,
+                    ..Outcome::default()
+                };
+                let summary = self.summariser.clone().finish(self.scenario, outcome);
+                let clock = format!("running: {done:.1} of {:.1} s", self.duration);
+                self.page(&summary).so_far(clock)
+            });
+            self.live = Some(live);
         }
     }
 
@@ -94,19 +99,46 @@ impl Recording {
         }
     }
 
-    /// The estimates predicted a motion that they have not seen with this relative error.
+    /// The estimates predicted a log that did not enter them with this relative error.
     pub(super) fn predicted(&mut self, error: f64) {
         self.summariser.predicted(error);
     }
 
-    pub(super) fn finish(self, scenario: &Scenario, outcome: Outcome) -> Recorded {
-        let summary = self.summariser.finish(scenario, outcome);
-        Recorded {
+    fn page(&self, summary: &Summary) -> Page {
+        present::experiment(&Experiment {
+            title: &self.title,
+            command: &call::command(),
+            scenario: self.scenario,
             summary,
-            traces: self.traces,
-            rows: self.rows,
-            messages: self.messages,
-            live: self.live.map(LiveExperiment::into_live),
+            traces: self.traces.as_ref(),
+        })
+    }
+
+    /// Publishes the results, with `notes` on the replayed logs.
+    ///
+    /// # Errors
+    /// An experiment that was aborted, and those of [`Results::publish`].
+    pub(super) fn conclude(
+        self,
+        mut results: Results,
+        outcome: Outcome,
+        notes: ReplayNotes,
+    ) -> Result<(), Fault> {
+        let mut summary = self.summariser.clone().finish(self.scenario, outcome);
+        summary.replay = notes;
+        let page = self.page(&summary);
+        results.live = self.live;
+        let written = [
+            self.rows.map(|rows| rows.finish(TraceWriter::finish)),
+            (self.messages).map(|messages| messages.finish_with_result(&summary)),
+        ];
+        let traces = self.traces.unwrap_or_default();
+        results.publish(&page, true, &summary, written, |picture| {
+            picture.figures("", 2, &traces::figures(&summary, &traces))
+        })?;
+        match summary.status() {
+            Status::Aborted => Err(Fault::Other(summary.reason)),
+            _ => Ok(()),
         }
     }
 }

@@ -3,6 +3,7 @@ use std::path::{Path, PathBuf};
 use super::call;
 use super::fault::Fault;
 use super::output::Outputs;
+use super::recording::Recording;
 use crate::log::Log;
 use crate::predict;
 use crate::provenance::{Kept, LogFile, Origin, ScenarioText, Task};
@@ -72,14 +73,15 @@ impl Replay<'_> {
         let read = logs.iter().chain(predict).map(PathBuf::as_path);
         let inputs: Vec<_> = read.chain([input]).collect();
         let title = call::title("Replay of", logs.first().map_or(input, PathBuf::as_path));
-        let origin = Origin::of(self.task(outputs.tell_origin())?, text, &scenario);
-        let mut results = outputs.begin(title, &inputs, origin, kept)?;
+        let origin = Origin::of(self.task(outputs.state_origin())?, text, &scenario);
+        let mut results = outputs.begin(&inputs, origin, kept)?;
         let all = read_all(logs.iter().chain(predict), &scenario)?;
         let (learnt, predicted) = all.split_at(logs.len());
         let scenario = replay::fitted(scenario, learnt);
 
         let length: f64 = learnt.iter().map(Log::duration).sum();
-        let mut recording = results.record(&scenario, f64::from(passes) * length, passes);
+        let duration = f64::from(passes) * length;
+        let mut recording = Recording::new(title, &scenario, duration, passes, &mut results);
         let mut pass_shown = 0;
         let replayed = replay::replay(&scenario, learnt, passes, &mut |pass, sample| {
             if pass != pass_shown {
@@ -113,13 +115,13 @@ impl Replay<'_> {
                 .collect(),
             predictions,
         };
-        results.conclude(&scenario, recording, replayed.outcome, notes)
+        recording.conclude(results, replayed.outcome, notes)
     }
 
-    /// What is done, with the logs as they are now where that is to be told.
-    fn task(self, is_told: bool) -> Result<Task, Fault> {
+    /// What is done, with the fingerprints of the logs where an output states the origin.
+    fn task(self, is_stated: bool) -> Result<Task, Fault> {
         let files = |logs: &[PathBuf]| -> Result<Vec<LogFile>, Fault> {
-            let known = logs.iter().filter(|log| is_told && log.is_file());
+            let known = logs.iter().filter(|log| is_stated && log.is_file());
             let files = known.map(|log| {
                 let unreadable = |error| {
                     Fault::Input(format!(

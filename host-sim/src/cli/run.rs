@@ -3,6 +3,7 @@ use std::path::{Path, PathBuf};
 use super::call;
 use super::fault::Fault;
 use super::output::Outputs;
+use super::recording::Recording;
 use crate::provenance::{Kept, Origin, ScenarioText, Task};
 use crate::result::ReplayNotes;
 use crate::scenario::Purpose;
@@ -31,10 +32,10 @@ pub(super) fn experiment(
     let scenario = text.scenario(Purpose::Run)?;
     let title = call::title("Run of", Path::new(&text.file));
     let origin = Origin::of(Task::Run, text, &scenario);
-    let mut results = outputs.begin(title, inputs, origin, kept)?;
+    let mut results = outputs.begin(inputs, origin, kept)?;
 
-    let mut recording = results.record(&scenario, scenario.duration, 1);
+    let mut recording = Recording::new(title, &scenario, scenario.duration, 1, &mut results);
     let outcome = simulate::run(&scenario, &mut |sample| recording.add(sample))
         .map_err(|fault| Fault::of_scenario(Path::new(&text.file), fault))?;
-    results.conclude(&scenario, recording, outcome, ReplayNotes::default())
+    recording.conclude(results, outcome, ReplayNotes::default())
 }

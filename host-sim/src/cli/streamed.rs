@@ -2,11 +2,15 @@
 
 use std::io;
 
+use serde::Serialize;
+
 use super::fault::Fault;
 use super::files::Output;
+use crate::log::mcap::Recorder;
+use crate::provenance::Origin;
 
-/// A file that is written sample by sample. The first failure ends the writing, and is told at the end: an
-/// experiment is not broken off for a full disk.
+/// A file that is written sample by sample. The first failure ends the writing and is reported at the end: an
+/// experiment is not stopped for a full disk.
 #[derive(Debug)]
 pub(super) struct Streamed<W> {
     /// The file's name.
@@ -32,7 +36,10 @@ impl<W> Streamed<W> {
         }
     }
 
-    /// Ends the file; whatever went wrong with it on the way is said now.
+    /// Ends the file.
+    ///
+    /// # Errors
+    /// The first failure of its writing.
     pub(super) fn finish(
         self,
         finish: impl FnOnce(W) -> io::Result<Output>,
@@ -40,5 +47,18 @@ impl<W> Streamed<W> {
         self.writer
             .and_then(finish)
             .map_err(|error| Fault::unwritable(&self.name, &error))
+    }
+}
+
+impl Streamed<Recorder<Output>> {
+    /// Ends messages with the result of the experiment.
+    ///
+    /// # Errors
+    /// As [`finish`](Self::finish).
+    pub(super) fn finish_with_result(self, result: &impl Serialize) -> Result<Output, Fault> {
+        self.finish(|mut messages| {
+            messages.about("result", Origin::entry(result)?)?;
+            messages.finish()
+        })
     }
 }

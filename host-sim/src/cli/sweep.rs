@@ -2,15 +2,11 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 use super::call;
-use super::documents::{Begun, Documents};
 use super::fault::Fault;
-use super::files;
 use super::interruption;
+use super::output::Documents;
 use super::progress::Progress;
-use super::standard_output::say;
-use super::terminal;
 use crate::present;
-use crate::render;
 use crate::report::distribution;
 use crate::result::SweepResult;
 use crate::scenario::{Purpose, Scenario};
@@ -39,13 +35,8 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
-    let Begun {
-        mut files,
-        json,
-        picture,
-        page: html,
-    } = arguments.documents.begin(&[&arguments.scenario])?;
-    let csv = files.output(arguments.csv.as_deref())?;
+    let documents = &arguments.documents;
+    let mut results = documents.begin(&[&arguments.scenario], arguments.csv.as_deref())?;
     if let Some(threads) = arguments.threads {
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads as usize)
@@ -76,16 +67,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         &scenario,
         &result,
     );
-    files::commit([
-        csv.map(|csv| csv.table(|file| distribution::csv(file, &runs))),
-        picture.map(|picture| picture.figures("", 2, &distribution::figures(&result.distribution))),
-        html.map(|html| html.page(&page)),
-        json.map(|json| json.document(&result)),
-    ])?;
-    if !files.own_standard_output() {
-        say!("{}", render::terminal::brief(&page, terminal::width()))?;
-        say!("{}", render::terminal::verdict(&page))?;
-    }
+    let csv = results.csv.take();
+    let rows = csv.map(|csv| csv.table(|file| distribution::csv(file, &runs)));
+    results.publish(&page, true, &result, [rows], |picture| {
+        picture.figures("", 2, &distribution::figures(&result.distribution))
+    })?;
     if stop.load(Ordering::Relaxed) && runs.len() < arguments.runs as usize {
         return Err(Fault::Other(format!(
             "stopped after {} of {} servos; what is shown is of these",

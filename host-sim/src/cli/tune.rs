@@ -6,14 +6,10 @@ use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::tuning::{Goal, TuningError};
 
 use super::call;
-use super::documents::{Begun, Documents};
 use super::fault::Fault;
-use super::files;
-use super::standard_output::say;
-use super::terminal::width;
+use super::output::Documents;
 use crate::nearest;
 use crate::present;
-use crate::render;
 use crate::report::promise;
 use crate::result::TuningResult;
 use crate::scenario::{Purpose, Scenario};
@@ -90,12 +86,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         .into_iter()
         .flatten()
         .collect();
-    let Begun {
-        files,
-        json,
-        picture,
-        page: html,
-    } = arguments.documents.begin(&inputs)?;
+    let results = arguments.documents.begin(&inputs, None)?;
 
     let of_result = |fault: &dyn std::fmt::Display| {
         Fault::Input(format!("{}: {fault}", arguments.result.display()))
@@ -118,7 +109,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         .map_err(|error| Fault::Input(arguments.refusal(&error, settings.step)))?;
 
     let figures = || promise::figures(&tuned).map_err(|error| Fault::Other(error.to_string()));
-    let drawn = picture.map(|picture| picture.figures("", 1, &figures()?));
     let mut warnings: Vec<String> = result.doubt.iter().cloned().collect();
     if arguments.command_delay.is_none() && settings.command_delay == 0.0 && !result.has_delay {
         let assumed = "no delay was identified or declared, so it is assumed to be zero: --command-delay states it";
@@ -131,15 +121,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         figures()?,
         &warnings,
     );
-    files::commit([
-        drawn,
-        html.map(|html| html.page(&page)),
-        json.map(|json| json.document(&TuningResult::new(&tuned))),
-    ])?;
-    if !files.own_standard_output() {
-        say!("{}", render::terminal::brief(&page, width()))?;
-    }
-    Ok(())
+    let result = TuningResult::new(&tuned);
+    results.publish(&page, false, &result, [], |picture| {
+        picture.figures("", 1, &figures()?)
+    })
 }
 
 /// An option that was checked, or what is said of it.

@@ -13,9 +13,6 @@ use virtual_servo::excitation::Tone;
 use virtual_servo::faults::{FaultKind, Faults, InjectedFault};
 use virtual_servo::{Effects, SensorEffects};
 
-use super::ExcitationSettings::{
-    BandLimitedWhiteNoise, Chirp, Multisine, None as Still, Prbs, Square, Steps,
-};
 use super::key::Default::{Derived, FirstChoice, Initial, Required, Value};
 use super::key::Key;
 use super::kind::Kind::{
@@ -23,12 +20,12 @@ use super::kind::Kind::{
     Parameters, Reach, Table, Tables, Terms as TermList, Two, Whole,
 };
 use super::kind::When::{Always, InRun, Simulated, Stated};
-use super::kind::{Choice, Entries, choices};
+use super::kind::{Choice, Entries};
 use super::range::Range::{
     self, BelowNyquist, Delay, Duration, EvenSamples, FaultSize, Fixed, HalfRadian, Samples,
 };
 use super::{
-    Arithmetic, Column, CommissionOrder, ExcitationSettings, Law, LogSettings, PositionUnit,
+    Arithmetic, Column, CommissionOrder, ExcitationKind, Law, LogSettings, PositionUnit,
     RivalSettings, Scenario, TimeUnit, Velocity, index_of, parts,
 };
 
@@ -146,44 +143,44 @@ keys! {
     "time from one control sample to the next; in a replay without a controller, the log's own";
 "controller.velocity_filter": Table(Always), Derived("low-pass, 500 rad/s; in a replay without a controller, half the sample rate"), "",
     "how the velocity is taken from the counts, { kind = \"low-pass\", cutoff = 500.0 }";
-"controller.velocity_filter.kind": OneOf(VELOCITIES, |s, i| s.velocity = Velocity::ALL[i]), FirstChoice, "", "kind of velocity estimate";
+"controller.velocity_filter.kind": OneOf(Velocity::CHOICES, |s, i| s.velocity = Velocity::ALL[i]), FirstChoice, "", "kind of velocity estimate";
 "controller.velocity_filter.cutoff": Number(BelowNyquist, |s, v| s.stated.cutoff = v), Value(CUTOFF), "rad/s",
     "cut-off of the low-pass";
 
 "excitation": Table(Always), Derived("the paper's"), "", "the reference that the servo follows";
-"excitation.kind": OneOf(EXCITATIONS, |s, i| s.excitation = blank_excitation(i)), FirstChoice, "", "kind of reference";
-"excitation.power": Number(POSITIVE, |s, v| if let BandLimitedWhiteNoise { power, .. } = &mut s.excitation { *power = v }),
+"excitation.kind": OneOf(ExcitationKind::CHOICES, |s, i| s.excitation.kind = ExcitationKind::ALL[i]), FirstChoice, "", "kind of reference";
+"excitation.power": Number(POSITIVE, |s, v| s.excitation.power = v),
     Value(0.005), "rad² s", "power of the noise";
-"excitation.sample_time": Number(Samples, |s, v| if let BandLimitedWhiteNoise { sample_time, .. } = &mut s.excitation { *sample_time = v }),
+"excitation.sample_time": Number(Samples, |s, v| s.excitation.sample_time = v),
     Value(0.1), "s", "time for which a value of the noise is held";
-"excitation.seed": Whole([0, u32::MAX], |s, v| if let BandLimitedWhiteNoise { seed, .. } = &mut s.excitation { *seed = v }),
+"excitation.seed": Whole([0, u32::MAX], |s, v| s.excitation.seed = v),
     Value(1_212_121.0), "", "seed of the noise";
-"excitation.amplitude": Number(POSITIVE, |s, v| if let Prbs { amplitude, .. } | Chirp { amplitude, .. } | Square { amplitude, .. } = &mut s.excitation { *amplitude = v }),
+"excitation.amplitude": Number(POSITIVE, |s, v| s.excitation.amplitude = v),
     Required("0.2"), "rad", "amplitude to either side";
-"excitation.hold": Number(Samples, |s, v| if let Prbs { hold, .. } | Steps { hold, .. } = &mut s.excitation { *hold = v }),
+"excitation.hold": Number(Samples, |s, v| s.excitation.hold = v),
     Required("0.1"), "s", "time for which a bit or a level is held";
-"excitation.order": Whole([2, 24], |s, v| if let Prbs { order, .. } = &mut s.excitation { *order = v }),
+"excitation.order": Whole([2, 24], |s, v| s.excitation.order = v),
     Value(9.0), "", "bits of the shift register";
-"excitation.amplitudes": Numbers(POSITIVE, |s, v| { s.excitation = sines(v); Ok(()) }),
+"excitation.amplitudes": Numbers(POSITIVE, |s, v| { s.excitation.amplitudes = v; Ok(()) }),
     Required("[0.1, 0.05]"), "rad", "amplitude of each sine";
-"excitation.frequencies": Numbers(BelowNyquist, |s, v| tune(&mut s.excitation, &v)),
+"excitation.frequencies": Numbers(BelowNyquist, set_frequencies),
     Required("[6.0, 20.0]"), "rad/s", "frequency of each sine, as many as amplitudes";
-"excitation.from": Number(BelowNyquist, |s, v| if let Chirp { from, .. } = &mut s.excitation { *from = v }),
+"excitation.from": Number(BelowNyquist, |s, v| s.excitation.from = v),
     Required("2.0"), "rad/s", "frequency at the beginning";
-"excitation.to": Number(BelowNyquist, |s, v| if let Chirp { to, .. } = &mut s.excitation { *to = v }),
+"excitation.to": Number(BelowNyquist, |s, v| s.excitation.to = v),
     Required("40.0"), "rad/s", "frequency at the end";
-"excitation.duration": Number(Samples, |s, v| if let Chirp { duration, .. } = &mut s.excitation { *duration = v }),
+"excitation.duration": Number(Samples, |s, v| s.excitation.duration = v),
     Required("5.0"), "s", "time of a sweep, after which it begins again";
-"excitation.period": Number(EvenSamples, |s, v| if let Square { period, .. } = &mut s.excitation { *period = v }),
+"excitation.period": Number(EvenSamples, |s, v| s.excitation.period = v),
     Required("1.0"), "s", "period of the square wave";
-"excitation.levels": Numbers(ANY, |s, v| { if let Steps { levels, .. } = &mut s.excitation { *levels = v } Ok(()) }),
+"excitation.levels": Numbers(ANY, |s, v| { s.excitation.levels = v; Ok(()) }),
     Required("[0.2, -0.2]"), "rad", "levels, one after the other";
 
 "identifier": Table(Always), Derived("the gradient law"), "", "what is identified, and how";
-"identifier.law": OneOf(LAWS, |s, i| s.identifier.set_law(Law::ALL[i])), FirstChoice, "", "the method";
+"identifier.law": OneOf(Law::CHOICES, |s, i| s.identifier.set_law(Law::ALL[i])), FirstChoice, "", "the method";
 "identifier.parameters": Parameters(choose), Derived("[\"a\", \"b\"], or what the method finds"), "",
     "what is estimated; the others stay at their initial values";
-"identifier.arithmetic": OneOf(ARITHMETICS, |s, i| s.identifier.arithmetic = Arithmetic::ALL[i]), FirstChoice, "",
+"identifier.arithmetic": OneOf(Arithmetic::CHOICES, |s, i| s.identifier.arithmetic = Arithmetic::ALL[i]), FirstChoice, "",
     "number format of the loop; \"fixed\" is there for gradient and pd-gradient";
 "identifier.gamma": Matrix(|s, v| weigh(s, &v)), Derived("automatic, from box and reference"), "",
     "how fast each estimate moves, the matrix of (11)";
@@ -324,17 +321,17 @@ keys! {
 "log": Table(Stated), Derived("the columns of the tool's own traces"), "", "the columns of a log to replay, by name or by number from 1";
 "log.time": ColumnOf(|s, v| log(s).time = Some(v)), Derived("none: the rows are the samples, and log.sample_time says how long one lasts"), "in time_unit",
     "time of a row";
-"log.time_unit": OneOf(TIME_UNITS, |s, i| log(s).units.time = TimeUnit::ALL[i]), FirstChoice, "", "unit of log.time; \"samples\" is a counter of them";
+"log.time_unit": OneOf(TimeUnit::CHOICES, |s, i| log(s).units.time = TimeUnit::ALL[i]), FirstChoice, "", "unit of log.time; \"samples\" is a counter of them";
 "log.sample_time": Number(SAMPLE_TIME, |s, v| log(s).sample_time = Some(v)), Derived("controller.sample_time; without a controller, what log.time says"), "s",
     "time from one sample of the log to the next";
 "log.reference": ColumnOf(|s, v| log(s).reference = Some(v)), Derived("none; required without log.command"), "in reference_unit",
     "reference position";
-"log.reference_unit": OneOf(REFERENCE_UNITS, |s, i| log(s).units.reference = PositionUnit::OF_REFERENCE[i]), FirstChoice, "",
+"log.reference_unit": OneOf(REFERENCE_UNITS, |s, i| log(s).units.reference = i.checked_sub(1).map(|i| PositionUnit::ALL[i])), FirstChoice, "",
     "unit of log.reference; \"as-position\" takes position_scale, too";
 "log.reference_scale": Number(ANY, |s, v| log(s).units.reference_scale = v), Value(1.0), "",
     "reference_unit for one of the column's; below 0 for the other direction";
 "log.position": ColumnOf(|s, v| log(s).position = v), Required("\"position_rad\""), "in position_unit", "measured position";
-"log.position_unit": OneOf(POSITION_UNITS, |s, i| log(s).units.position = PositionUnit::ALL[i]), FirstChoice, "",
+"log.position_unit": OneOf(PositionUnit::CHOICES, |s, i| log(s).units.position = PositionUnit::ALL[i]), FirstChoice, "",
     "unit of log.position; of a linear axis \"m\" or \"mm\", and m is read for rad everywhere";
 "log.angle": OneOf(ANGLES, |s, i| log(s).absolute = i == 1), FirstChoice, "",
     "whether a position of zero is the same angle in every recording (absolute), or where a counter began; gravity needs an absolute angle";
@@ -361,78 +358,58 @@ const FAULTS: Entries = Entries {
     check: |s| s.faults.last().map_or(Ok(()), InjectedFault::check),
 };
 
-const FAULT_KINDS: &[Choice] = choices!(FaultKind::ALL, |kind| kind.name(), fault_keys(kind));
-const TIME_UNITS: &[Choice] = choices!(TimeUnit::ALL, |unit| unit.name(), &[]);
-const POSITION_UNITS: &[Choice] = choices!(PositionUnit::ALL, |unit| unit.name(), &[]);
-const REFERENCE_UNITS: &[Choice] = choices!(
-    PositionUnit::OF_REFERENCE,
-    |unit| match unit {
-        Some(unit) => unit.name(),
-        None => "as-position",
+const FAULT_KINDS: &[Choice] = &{
+    let mut kinds = [PLAIN; FaultKind::ALL.len()];
+    let mut i = 0;
+    while i < kinds.len() {
+        kinds[i] = fault_kind(FaultKind::ALL[i]);
+        i += 1;
+    }
+    kinds
+};
+
+/// A kind of fault with its keys beside its time.
+const fn fault_kind(kind: FaultKind) -> Choice {
+    Choice {
+        name: kind.name(),
+        takes: match kind {
+            FaultKind::EncoderJump => &["size"],
+            FaultKind::ActuatorWeak | FaultKind::LoadStep | FaultKind::FrictionRise => {
+                &["duration", "size"]
+            }
+            _ => &["duration"],
+        },
+    }
+}
+
+/// The units of a reference, that of the position first.
+const REFERENCE_UNITS: &[Choice] = &{
+    const UNITS: &[Choice] = PositionUnit::CHOICES;
+    let mut units = [PLAIN; 1 + UNITS.len()];
+    units[0].name = "as-position";
+    let mut i = 0;
+    while i < UNITS.len() {
+        units[i + 1] = UNITS[i];
+        i += 1;
+    }
+    units
+};
+
+const ANGLES: &[Choice] = &[
+    Choice {
+        name: "relative",
+        ..PLAIN
     },
-    &[]
-);
-const ANGLES: &[Choice] = choices!(["relative", "absolute"], |name| name, &[]);
-const VELOCITIES: &[Choice] = choices!(
-    Velocity::ALL,
-    |estimate| estimate.name(),
-    match estimate {
-        Velocity::LowPass => &["cutoff"],
-        _ => &[],
-    }
-);
-const ARITHMETICS: &[Choice] = choices!(
-    Arithmetic::ALL,
-    |format| format.name(),
-    match format {
-        Arithmetic::Fixed => &["ranges"],
-        _ => &[],
-    }
-);
-const LAWS: &[Choice] = choices!(Law::ALL, |law| law.name(), law.keys());
+    Choice {
+        name: "absolute",
+        ..PLAIN
+    },
+];
 
-/// The keys of a fault beside its kind and time.
-const fn fault_keys(kind: FaultKind) -> &'static [&'static str] {
-    match kind {
-        FaultKind::EncoderJump => &["size"],
-        FaultKind::ActuatorWeak | FaultKind::LoadStep | FaultKind::FrictionRise => {
-            &["duration", "size"]
-        }
-        _ => &["duration"],
-    }
-}
-
-/// The references, each with its keys.
-const EXCITATIONS: &[Choice] = choices!(
-    [
-        (
-            "band-limited-white-noise",
-            ["power", "sample_time", "seed"].as_slice()
-        ),
-        ("prbs", &["amplitude", "hold", "order"]),
-        ("multisine", &["amplitudes", "frequencies"]),
-        ("chirp", &["amplitude", "from", "to", "duration"]),
-        ("square", &["amplitude", "period"]),
-        ("steps", &["levels", "hold"]),
-        ("none", &[]),
-    ],
-    |kind| kind.0,
-    kind.1
-);
-
-/// A reference in the order of [`EXCITATIONS`]; its numbers follow, key by key.
-#[rustfmt::skip]
-fn blank_excitation(index: usize) -> ExcitationSettings {
-    match index {
-        0 => BandLimitedWhiteNoise { power: 0.0, sample_time: 0.0, seed: 0 },
-        1 => Prbs { amplitude: 0.0, hold: 0.0, order: 0 },
-        2 => Multisine(Vec::new()),
-        3 => Chirp { amplitude: 0.0, from: 0.0, to: 0.0, duration: 0.0 },
-        4 => Square { amplitude: 0.0, period: 0.0 },
-        5 => Steps { levels: Vec::new(), hold: 0.0 },
-        _ => Still,
-    }
-}
+const PLAIN: Choice = Choice {
+    name: "",
+    takes: &[],
+};
 
 /// Keys of former versions, with the remedy for each.
 const FORMER: &[(&str, &str)] = &[
@@ -539,28 +516,12 @@ fn weigh(s: &mut Scenario, rows: &[Vec<f64>]) -> Result<(), String> {
     Ok(())
 }
 
-fn sines(amplitudes: Vec<f64>) -> ExcitationSettings {
-    let sine = |amplitude| Tone {
-        amplitude,
-        frequency: 0.0,
-    };
-    Multisine(amplitudes.into_iter().map(sine).collect())
-}
-
-fn tune(excitation: &mut ExcitationSettings, frequencies: &[f64]) -> Result<(), String> {
-    let Multisine(tones) = excitation else {
-        return Ok(());
-    };
-    if tones.len() != frequencies.len() {
-        return Err(format!(
-            "{} frequencies for {} amplitudes",
-            frequencies.len(),
-            tones.len()
-        ));
+fn set_frequencies(s: &mut Scenario, frequencies: Vec<f64>) -> Result<(), String> {
+    let (count, tones) = (frequencies.len(), s.excitation.amplitudes.len());
+    if count != tones {
+        return Err(format!("{count} frequencies for {tones} amplitudes"));
     }
-    for (tone, frequency) in tones.iter_mut().zip(frequencies) {
-        tone.frequency = *frequency;
-    }
+    s.excitation.frequencies = frequencies;
     Ok(())
 }
 

@@ -96,31 +96,6 @@ pub(super) struct Choice {
     pub(super) takes: &'static [&'static str],
 }
 
-/// The choices of a list of values, by the name of each and the keys that it takes.
-macro_rules! choices {
-    ($all:expr, |$value:ident| $name:expr, $takes:expr) => {{
-        const COUNT: usize = $all.len();
-        const CHOICES: [Choice; COUNT] = {
-            let mut choices = [Choice {
-                name: "",
-                takes: &[],
-            }; COUNT];
-            let mut i = 0;
-            while i < COUNT {
-                let $value = $all[i];
-                choices[i] = Choice {
-                    name: $name,
-                    takes: $takes,
-                };
-                i += 1;
-            }
-            choices
-        };
-        &CHOICES
-    }};
-}
-pub(super) use choices;
-
 impl Kind {
     /// The choices of a key that has some.
     pub(super) fn choices(&self) -> &'static [Choice] {

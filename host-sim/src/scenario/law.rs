@@ -4,11 +4,11 @@ use identifier_core::ControllerSettings;
 use identifier_core::parameters::Parameter;
 
 use super::Identification;
+use super::kind::Choice;
 
 /// A row of the table.
 #[derive(Debug, Clone, Copy)]
 struct Row {
-    name: &'static str,
     kind: Kind,
     /// The parameters that it can find.
     finds: &'static [Parameter],
@@ -17,8 +17,6 @@ struct Row {
     prior: &'static str,
     /// Its source: a number is the paper's reference.
     source: &'static str,
-    /// The keys of `[identifier]` that it takes besides those that all take.
-    keys: &'static [&'static str],
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,16 +77,17 @@ macro_rules! laws {
             /// All of them.
             pub const ALL: &'static [Self] = &[$(Self::$law),*];
 
+            /// Their names and keys, in the same order.
+            pub(super) const CHOICES: &'static [Choice] = &[$(Choice { name: $name, takes: $keys }),*];
+
             const fn row(self) -> Row {
                 match self {
                     $(Self::$law => Row {
-                        name: $name,
                         kind: Kind::$kind,
                         finds: $finds,
                         closing: Closing::$closing,
                         prior: $prior,
                         source: $source,
-                        keys: $keys,
                     },)*
                 }
             }
@@ -142,7 +141,7 @@ impl Law {
     /// The law's name in scenarios and results.
     #[must_use]
     pub const fn name(self) -> &'static str {
-        self.row().name
+        Self::CHOICES[self as usize].name
     }
 
     /// The parameters that it can find.
@@ -167,11 +166,6 @@ impl Law {
     #[must_use]
     pub const fn source(self) -> &'static str {
         self.row().source
-    }
-
-    /// The keys of `[identifier]` that it takes besides those that all take.
-    pub(super) const fn keys(self) -> &'static [&'static str] {
-        self.row().keys
     }
 
     /// True if it can take a log of any controller.

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::LogQuantity;
+use super::names::named;
 
 /// The units of a log's columns. A scale multiplies what its column holds, before its unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,88 +24,35 @@ pub struct LogUnits {
     pub counts_per_rev: Option<f64>,
 }
 
-/// A unit of time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TimeUnit {
-    /// Seconds.
-    Second,
-    /// Milliseconds.
-    Millisecond,
-    /// Microseconds.
-    Microsecond,
-    /// Samples: a counter.
-    Sample,
-}
-
-/// A unit of position.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PositionUnit {
-    /// Radians.
-    Radian,
-    /// Degrees.
-    Degree,
-    /// Turns.
-    Turn,
-    /// Counts of the declared encoder.
-    Count,
-    /// Metres of a linear axis, for which m is read for rad everywhere.
-    Metre,
-    /// Millimetres of a linear axis.
-    Millimetre,
-}
-
-impl TimeUnit {
-    pub(super) const ALL: [Self; 4] = [
-        Self::Second,
-        Self::Millisecond,
-        Self::Microsecond,
-        Self::Sample,
-    ];
-
-    /// Its name in a scenario.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Second => "s",
-            Self::Millisecond => "ms",
-            Self::Microsecond => "us",
-            Self::Sample => "samples",
-        }
+named! {
+    /// A unit of time.
+    pub enum TimeUnit {
+        /// Seconds.
+        Second = "s",
+        /// Milliseconds.
+        Millisecond = "ms",
+        /// Microseconds.
+        Microsecond = "us",
+        /// Samples: a counter.
+        Sample = "samples",
     }
 }
 
-impl PositionUnit {
-    pub(super) const ALL: [Self; 6] = [
-        Self::Radian,
-        Self::Degree,
-        Self::Turn,
-        Self::Count,
-        Self::Metre,
-        Self::Millimetre,
-    ];
-
-    /// The units of a reference; the first is that of the position.
-    pub(super) const OF_REFERENCE: [Option<Self>; 7] = [
-        None,
-        Some(Self::Radian),
-        Some(Self::Degree),
-        Some(Self::Turn),
-        Some(Self::Count),
-        Some(Self::Metre),
-        Some(Self::Millimetre),
-    ];
-
-    /// Its name in a scenario.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Radian => "rad",
-            Self::Degree => "deg",
-            Self::Turn => "turns",
-            Self::Count => "counts",
-            Self::Metre => "m",
-            Self::Millimetre => "mm",
-        }
+named! {
+    /// A unit of position.
+    pub enum PositionUnit {
+        /// Radians.
+        Radian = "rad",
+        /// Degrees.
+        Degree = "deg",
+        /// Turns.
+        Turn = "turns",
+        /// Counts of the declared encoder.
+        Count = "counts",
+        /// Metres of a linear axis, for which m is read for rad everywhere.
+        Metre = "m",
+        /// Millimetres of a linear axis.
+        Millimetre = "mm",
     }
 }
 

@@ -15,6 +15,7 @@ mod kind;
 mod law;
 mod log;
 mod log_units;
+mod names;
 mod parts;
 mod range;
 mod read;
@@ -33,14 +34,14 @@ pub use law::{Closing, Law, RivalSettings};
 pub use log::{Column, LogQuantity, LogSettings};
 pub use log_units::{LogUnits, PositionUnit, TimeUnit};
 pub(crate) use parts::{MAX_PLAYED, index_of};
-pub use reference::{Reference, ReferenceState};
+pub use reference::{ExcitationKind, ExcitationSettings, Reference, ReferenceState};
 pub use set::ModelSet;
 pub(crate) use source::fetch;
 
 use identifier_core::parameters::{Parameter, ServoParameters};
 use identifier_core::units::Units;
 use identifier_core::{ControllerSettings, Settings};
-use virtual_servo::excitation::Tone;
+use names::named;
 use virtual_servo::faults::InjectedFault;
 use virtual_servo::{Effects, SensorEffects};
 
@@ -106,50 +107,16 @@ pub enum Purpose {
     Commission,
 }
 
-/// The velocity estimates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Velocity {
-    /// Low-pass derivative.
-    LowPass,
-    /// Backward difference.
-    Difference,
-    /// Averaged difference.
-    AveragedDifference,
-}
-
-/// The reference signal, SI.
-#[derive(Debug, Clone, PartialEq)]
-#[expect(
-    missing_docs,
-    reason = "the fields are the keys of the scenario file, documented there"
-)]
-pub enum ExcitationSettings {
-    BandLimitedWhiteNoise {
-        power: f64,
-        sample_time: f64,
-        seed: u32,
-    },
-    Prbs {
-        amplitude: f64,
-        hold: f64,
-        order: u32,
-    },
-    Multisine(Vec<Tone>),
-    Chirp {
-        amplitude: f64,
-        from: f64,
-        to: f64,
-        duration: f64,
-    },
-    Square {
-        amplitude: f64,
-        period: f64,
-    },
-    Steps {
-        levels: Vec<f64>,
-        hold: f64,
-    },
-    None,
+named! {
+    /// The velocity estimates.
+    pub enum Velocity {
+        /// Low-pass derivative.
+        LowPass = "low-pass" takes &["cutoff"],
+        /// Backward difference.
+        Difference = "difference",
+        /// Averaged difference.
+        AveragedDifference = "averaged-difference",
+    }
 }
 
 /// Law, parameters and number format of the identification.
@@ -165,40 +132,15 @@ pub struct Identification {
     pub arithmetic: Arithmetic,
 }
 
-/// The number format that the loop is computed in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Arithmetic {
-    /// Single precision, as on the drive.
-    F32,
-    /// Double precision.
-    F64,
-    /// Fixed point, words of 32 bits.
-    Fixed,
-}
-
-impl Velocity {
-    const ALL: [Self; 3] = [Self::LowPass, Self::Difference, Self::AveragedDifference];
-
-    const fn name(self) -> &'static str {
-        match self {
-            Self::LowPass => "low-pass",
-            Self::Difference => "difference",
-            Self::AveragedDifference => "averaged-difference",
-        }
-    }
-}
-
-impl Arithmetic {
-    const ALL: [Self; 3] = [Self::F32, Self::F64, Self::Fixed];
-
-    /// The format's name in scenarios and results.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::F32 => "f32",
-            Self::F64 => "f64",
-            Self::Fixed => "fixed",
-        }
+named! {
+    /// The number format that the loop is computed in.
+    pub enum Arithmetic {
+        /// Single precision, as on the drive.
+        F32 = "f32",
+        /// Double precision.
+        F64 = "f64",
+        /// Fixed point, words of 32 bits.
+        Fixed = "fixed" takes &["ranges"],
     }
 }
 
@@ -219,11 +161,7 @@ impl Scenario {
     /// The seed of what is random in servo and sensor: the run's, or else that of the reference, or 1.
     #[must_use]
     pub fn noise_seed(&self) -> u32 {
-        let of_reference = match self.excitation {
-            ExcitationSettings::BandLimitedWhiteNoise { seed, .. } => Some(seed),
-            _ => None,
-        };
-        self.seed.or(of_reference).unwrap_or(1)
+        self.seed.or(self.excitation.seed()).unwrap_or(1)
     }
 
     /// Sample time, s.
@@ -267,7 +205,7 @@ impl Scenario {
             // Where no controller is declared, its sample time is the log's.
             stated: Settings::new(1e-3, 1.0),
             velocity: Velocity::LowPass,
-            excitation: ExcitationSettings::None,
+            excitation: ExcitationSettings::NONE,
             identifier: Identification {
                 law: Law::Gradient,
                 rival: RivalSettings::TYPICAL,

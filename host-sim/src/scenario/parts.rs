@@ -14,7 +14,7 @@ use identifier_core::units::Units;
 use identifier_core::{ControllerSettings, Settings};
 
 use super::dispatch::{with_types, with_words};
-use super::{Arithmetic, ExcitationSettings, Fault, Key, Reference, Scenario};
+use super::{Arithmetic, ExcitationKind, Fault, Key, Reference, Scenario};
 
 /// The most samples of a reference that a Γ is chosen from.
 pub(crate) const MAX_PLAYED: usize = 200_000;
@@ -121,7 +121,7 @@ impl Scenario {
     pub(crate) fn reference<N: Number>(&self) -> Result<Reference<N>, Fault> {
         let units = self.checked_units()?;
         Reference::new(&units, &self.excitation).map_err(|error| {
-            let multisine = matches!(self.excitation, ExcitationSettings::Multisine(_));
+            let multisine = self.excitation.kind == ExcitationKind::Multisine;
             let key = match error.parameter {
                 "tones" | "frequency" => "frequencies",
                 "amplitude" if multisine => "amplitudes",

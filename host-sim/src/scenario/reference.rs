@@ -1,42 +1,136 @@
 //! The reference signal, chosen at run time.
 
 use identifier_core::error::OutOfRange;
-use identifier_core::excitation::{Excitation, Prbs, PrbsState};
+use identifier_core::excitation::{Excitation, Prbs};
 use identifier_core::number::Number;
 use identifier_core::units::Units;
-use virtual_servo::excitation::{
-    BandLimitedWhiteNoise, BandLimitedWhiteNoiseState, Chirp, ChirpState, Multisine,
-    MultisineState, Square, SquareState, Steps, StepsState,
-};
+use virtual_servo::excitation::{BandLimitedWhiteNoise, Chirp, Multisine, Square, Steps, Tone};
 
-use super::ExcitationSettings;
 use super::kind::MAX_ENTRIES;
+use super::names::named;
 
-/// Any of the core's references, chosen at run time.
-#[derive(Debug, Clone, Copy)]
-#[expect(missing_docs, reason = "each variant is the core's type of that name")]
-#[expect(clippy::large_enum_variant, reason = "there is one to an experiment")]
-pub enum Reference<N> {
-    BandLimitedWhiteNoise(BandLimitedWhiteNoise),
-    Prbs(Prbs<N>),
-    Multisine(Multisine<N, MAX_ENTRIES>),
-    Chirp(Chirp<N>),
-    Square(Square<N>),
-    Steps(Steps<N, MAX_ENTRIES>),
-    None,
+named! {
+    /// The kinds of reference.
+    pub enum ExcitationKind {
+        /// Band-limited white noise.
+        BandLimitedWhiteNoise = "band-limited-white-noise" takes &["power", "sample_time", "seed"],
+        /// Pseudo-random binary sequence.
+        Prbs = "prbs" takes &["amplitude", "hold", "order"],
+        /// Sum of sines.
+        Multisine = "multisine" takes &["amplitudes", "frequencies"],
+        /// Sine whose frequency rises or falls.
+        Chirp = "chirp" takes &["amplitude", "from", "to", "duration"],
+        /// Square wave.
+        Square = "square" takes &["amplitude", "period"],
+        /// Staircase.
+        Steps = "steps" takes &["levels", "hold"],
+        /// Zero.
+        None = "none",
+    }
 }
 
-/// Progress of a [`Reference`].
-#[derive(Debug, Clone, Copy)]
-#[expect(missing_docs, reason = "each variant is the core's type of that name")]
-pub enum ReferenceState<N> {
-    BandLimitedWhiteNoise(BandLimitedWhiteNoiseState<N>),
-    Prbs(PrbsState),
-    Multisine(MultisineState<MAX_ENTRIES>),
-    Chirp(ChirpState),
-    Square(SquareState<N>),
-    Steps(StepsState),
-    None,
+/// The settings of the reference, SI; each kind takes its own part.
+#[derive(Debug, Clone, PartialEq)]
+#[expect(
+    missing_docs,
+    reason = "the fields are the keys of the scenario file, documented there"
+)]
+pub struct ExcitationSettings {
+    pub kind: ExcitationKind,
+    pub power: f64,
+    pub sample_time: f64,
+    pub seed: u32,
+    pub amplitude: f64,
+    pub hold: f64,
+    pub order: u32,
+    pub amplitudes: Vec<f64>,
+    pub frequencies: Vec<f64>,
+    pub from: f64,
+    pub to: f64,
+    pub duration: f64,
+    pub period: f64,
+    pub levels: Vec<f64>,
+}
+
+impl ExcitationSettings {
+    /// A reference of zero.
+    pub const NONE: Self = Self {
+        kind: ExcitationKind::None,
+        power: 0.0,
+        sample_time: 0.0,
+        seed: 0,
+        amplitude: 0.0,
+        hold: 0.0,
+        order: 0,
+        amplitudes: Vec::new(),
+        frequencies: Vec::new(),
+        from: 0.0,
+        to: 0.0,
+        duration: 0.0,
+        period: 0.0,
+        levels: Vec::new(),
+    };
+
+    /// The seed of a reference that has one.
+    #[must_use]
+    pub fn seed(&self) -> Option<u32> {
+        (self.kind == ExcitationKind::BandLimitedWhiteNoise).then_some(self.seed)
+    }
+}
+
+/// The references of the core as one type, and their states as another.
+macro_rules! references {
+    ($($kind:ident: $type:ty),*) => {
+        /// Any of the core's references, chosen at run time.
+        #[derive(Debug, Clone, Copy)]
+        #[expect(missing_docs, reason = "each variant is the core's type of that name")]
+        #[expect(clippy::large_enum_variant, reason = "there is one to an experiment")]
+        pub enum Reference<N: Number> {
+            $($kind($type),)*
+            None,
+        }
+
+        /// Progress of a [`Reference`].
+        #[derive(Debug, Clone, Copy)]
+        #[expect(missing_docs, reason = "each variant is the state of the core's type of that name")]
+        pub enum ReferenceState<N: Number> {
+            $($kind(<$type as Excitation<N>>::State),)*
+            None,
+        }
+
+        impl<N: Number> Excitation<N> for Reference<N> {
+            type State = ReferenceState<N>;
+
+            fn start(&self) -> ReferenceState<N> {
+                match self {
+                    $(Self::$kind(reference) => {
+                        ReferenceState::$kind(Excitation::<N>::start(reference))
+                    })*
+                    Self::None => ReferenceState::None,
+                }
+            }
+
+            #[inline]
+            fn process(&self, state: &mut ReferenceState<N>) -> N {
+                match (self, state) {
+                    $((Self::$kind(reference), ReferenceState::$kind(state)) => {
+                        reference.process(state)
+                    })*
+                    // A state of another kind cannot arise from `start`; standing still is then harmless.
+                    _ => N::ZERO,
+                }
+            }
+        }
+    };
+}
+
+references! {
+    BandLimitedWhiteNoise: BandLimitedWhiteNoise,
+    Prbs: Prbs<N>,
+    Multisine: Multisine<N, MAX_ENTRIES>,
+    Chirp: Chirp<N>,
+    Square: Square<N>,
+    Steps: Steps<N, MAX_ENTRIES>
 }
 
 impl<N: Number> Reference<N> {
@@ -45,73 +139,28 @@ impl<N: Number> Reference<N> {
     /// # Errors
     /// The parameter out of its range, by its key.
     pub fn new(units: &Units, settings: &ExcitationSettings) -> Result<Self, OutOfRange> {
-        Ok(match *settings {
-            ExcitationSettings::BandLimitedWhiteNoise {
-                power,
-                sample_time,
-                seed,
-            } => Self::BandLimitedWhiteNoise(BandLimitedWhiteNoise::new(
-                units,
-                power,
-                sample_time,
-                seed,
-            )?),
-            ExcitationSettings::Prbs {
-                amplitude,
-                hold,
-                order,
-            } => Self::Prbs(Prbs::new(units, amplitude, hold, order)?),
-            ExcitationSettings::Multisine(ref tones) => {
-                Self::Multisine(Multisine::new(units, tones)?)
+        let s = settings;
+        Ok(match s.kind {
+            ExcitationKind::BandLimitedWhiteNoise => Self::BandLimitedWhiteNoise(
+                BandLimitedWhiteNoise::new(units, s.power, s.sample_time, s.seed)?,
+            ),
+            ExcitationKind::Prbs => Self::Prbs(Prbs::new(units, s.amplitude, s.hold, s.order)?),
+            ExcitationKind::Multisine => {
+                let tones = s.amplitudes.iter().zip(&s.frequencies);
+                let tones: Vec<_> = tones
+                    .map(|(&amplitude, &frequency)| Tone {
+                        amplitude,
+                        frequency,
+                    })
+                    .collect();
+                Self::Multisine(Multisine::new(units, &tones)?)
             }
-            ExcitationSettings::Chirp {
-                amplitude,
-                from,
-                to,
-                duration,
-            } => Self::Chirp(Chirp::new(units, amplitude, from, to, duration)?),
-            ExcitationSettings::Square { amplitude, period } => {
-                Self::Square(Square::new(units, amplitude, period)?)
+            ExcitationKind::Chirp => {
+                Self::Chirp(Chirp::new(units, s.amplitude, s.from, s.to, s.duration)?)
             }
-            ExcitationSettings::Steps { ref levels, hold } => {
-                Self::Steps(Steps::new(units, levels, hold)?)
-            }
-            ExcitationSettings::None => Self::None,
+            ExcitationKind::Square => Self::Square(Square::new(units, s.amplitude, s.period)?),
+            ExcitationKind::Steps => Self::Steps(Steps::new(units, &s.levels, s.hold)?),
+            ExcitationKind::None => Self::None,
         })
-    }
-}
-
-impl<N: Number> Excitation<N> for Reference<N> {
-    type State = ReferenceState<N>;
-
-    fn start(&self) -> ReferenceState<N> {
-        match self {
-            Self::BandLimitedWhiteNoise(noise) => {
-                ReferenceState::BandLimitedWhiteNoise(noise.start())
-            }
-            Self::Prbs(prbs) => ReferenceState::Prbs(prbs.start()),
-            Self::Multisine(sine) => ReferenceState::Multisine(sine.start()),
-            Self::Chirp(chirp) => ReferenceState::Chirp(chirp.start()),
-            Self::Square(square) => ReferenceState::Square(square.start()),
-            Self::Steps(steps) => ReferenceState::Steps(Excitation::<N>::start(steps)),
-            Self::None => ReferenceState::None,
-        }
-    }
-
-    #[inline]
-    fn process(&self, state: &mut ReferenceState<N>) -> N {
-        use ReferenceState as State;
-        match (self, state) {
-            (Self::BandLimitedWhiteNoise(noise), State::BandLimitedWhiteNoise(state)) => {
-                noise.process(state)
-            }
-            (Self::Prbs(prbs), State::Prbs(state)) => prbs.process(state),
-            (Self::Multisine(sine), State::Multisine(state)) => sine.process(state),
-            (Self::Chirp(chirp), State::Chirp(state)) => chirp.process(state),
-            (Self::Square(square), State::Square(state)) => square.process(state),
-            (Self::Steps(steps), State::Steps(state)) => steps.process(state),
-            // A state of another kind cannot arise from `start`; standing still is then harmless.
-            _ => N::ZERO,
-        }
     }
 }

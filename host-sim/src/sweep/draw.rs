@@ -2,7 +2,7 @@ use identifier_core::parameters::ServoParameters;
 use virtual_servo::distinct_seed;
 use virtual_servo::excitation::NormalSource;
 
-use crate::scenario::{ExcitationSettings, Scenario};
+use crate::scenario::{ExcitationKind, Scenario};
 
 /// The factor around the scenario's servo within which servos are drawn where no box is given.
 const FACTOR: f64 = 3.0;
@@ -37,8 +37,8 @@ pub fn draw(base: &Scenario, seed: u32, index: u32) -> Scenario {
     };
     scenario.effects = base.effects.carried_over(&servo, &drawn);
     scenario.plant = Some(drawn);
-    if let ExcitationSettings::BandLimitedWhiteNoise { seed, .. } = &mut scenario.excitation {
-        *seed = uniform(1.0, f64::from(u32::MAX)) as u32;
+    if scenario.excitation.kind == ExcitationKind::BandLimitedWhiteNoise {
+        scenario.excitation.seed = uniform(1.0, f64::from(u32::MAX)) as u32;
     }
     scenario.seed = Some(distinct_seed(!seed, index));
     scenario

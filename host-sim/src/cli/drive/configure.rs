@@ -5,7 +5,7 @@ use drive_link::{Command, Settings};
 use super::fault;
 use crate::cli::fault::Fault;
 use crate::drive::{Client, loop_settings};
-use crate::scenario::{ExcitationSettings, Purpose, Scenario};
+use crate::scenario::{ExcitationKind, Purpose, Scenario};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
@@ -77,14 +77,13 @@ pub(super) fn with_scenario(
 ) -> Result<Settings, Fault> {
     let closed_loop = loop_settings(scenario).map_err(|error| Fault::of_scenario(file, error))?;
     let mut settings = Settings { closed_loop, ..now };
-    match scenario.excitation {
-        ExcitationSettings::Prbs {
-            amplitude, hold, ..
-        } => {
-            settings.dither.amplitude = amplitude;
-            settings.dither.hold = hold;
+    let (excitation, dither) = (&scenario.excitation, &mut settings.dither);
+    match excitation.kind {
+        ExcitationKind::Prbs => {
+            dither.amplitude = excitation.amplitude;
+            dither.hold = excitation.hold;
         }
-        ExcitationSettings::None => settings.dither.amplitude = 0.0,
+        ExcitationKind::None => dither.amplitude = 0.0,
         _ => {
             let fault = "excitation.kind: the drive has \"prbs\" and \"none\"";
             return Err(Fault::of_scenario(file, fault));

@@ -1,0 +1,40 @@
+//! Enumerations whose values have a name in a scenario.
+
+/// Declares an enumeration with the names of its values in scenarios and results, the default first, each with
+/// the keys of its table that belong to it alone.
+macro_rules! named {
+    (
+        $(#[$meta:meta])*
+        pub enum $type:ident {
+            $($(#[$doc:meta])* $variant:ident = $name:literal $(takes $keys:expr)?,)*
+        }
+    ) => {
+        $(#[$meta])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum $type {
+            $($(#[$doc])* $variant,)*
+        }
+
+        impl $type {
+            /// All of them, the default first.
+            pub const ALL: &'static [Self] = &[$(Self::$variant),*];
+
+            /// Their names and keys, in the same order.
+            pub(in crate::scenario) const CHOICES: &'static [$crate::scenario::kind::Choice] = &[$(
+                $crate::scenario::kind::Choice {
+                    name: $name,
+                    takes: $crate::scenario::names::named!(@keys $($keys)?),
+                }
+            ),*];
+
+            /// Its name in scenarios and results.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                Self::CHOICES[self as usize].name
+            }
+        }
+    };
+    (@keys) => { &[] };
+    (@keys $keys:expr) => { $keys };
+}
+pub(super) use named;
