@@ -42,20 +42,13 @@ impl fmt::Debug for Port {
     }
 }
 
-/// What is wrong with a line.
-#[derive(Debug)]
+/// A fault of a line.
+#[derive(Debug, thiserror::Error)]
+#[error("{port}: {fault}")]
 pub struct PortError {
     port: String,
     fault: String,
 }
-
-impl fmt::Display for PortError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.port, self.fault)
-    }
-}
-
-impl std::error::Error for PortError {}
 
 impl Port {
     /// Opens a serial port by its name, or an emulator's port as `tcp:HOST:PORT`.

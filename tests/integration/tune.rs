@@ -102,18 +102,13 @@ impl Axis {
     /// Gains for what was found, of a fifth less than the servo bears where more was asked for.
     fn tuned(&self, result: &IdentifiedResult) -> Tuned {
         let conditions = Conditions {
-            goal: self.goal,
-            sample_time: None,
-            resolution: Some(std::f64::consts::TAU / self.counts),
+            counts: Some(self.counts),
             limit: Some(LIMIT),
-            command_delay: None,
-            cutoff: None,
-            most_sensitivity: None,
-            most_noise: None,
-            resonance: None,
             step: Some(0.1),
+            ..Conditions::default()
         };
-        let settings = conditions.settings(result, None).expect("all is known");
+        let settings = conditions.settings(self.goal, result, None);
+        let settings = settings.expect("all is known");
         Tuned::of(result, &settings).unwrap_or_else(|refused| match refused {
             NoGains::TooFast { most, .. } => {
                 let goal = Goal::Bandwidth(0.8 * most);

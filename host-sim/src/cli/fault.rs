@@ -6,11 +6,13 @@ use std::process::ExitCode;
 use crate::scenario::ScenarioError;
 
 /// Why a verb failed.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 pub(super) enum Fault {
     /// The user's input is wrong: exit status 2.
+    #[error("{0}")]
     Input(String),
     /// Something else failed: exit status 1.
+    #[error("{0}")]
     Other(String),
 }
 
@@ -50,14 +52,6 @@ fn cannot_be_written(name: impl fmt::Display, error: &io::Error) -> String {
         _ => told.split(" (os error").next().unwrap_or(&told),
     };
     format!("{name} cannot be written: {why}")
-}
-
-impl fmt::Display for Fault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Input(text) | Self::Other(text) => f.write_str(text),
-        }
-    }
 }
 
 impl From<ScenarioError> for Fault {

@@ -61,11 +61,11 @@ enum Command {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
-    // Nobody answers questions for a file that cannot be written.
+    // No questions for a file that cannot be written.
     let mut files = Files::reading(&[], arguments.force);
     let file = arguments.file.as_deref().unwrap_or(Path::new("-"));
     let output = files.output(Some(file))?;
-    let sheet = arguments.sheet(&mut Asker::at_terminal())?;
+    let sheet = arguments.sheet(&Asker::at_terminal())?;
     let servo = sheet
         .servo()
         .map_err(|error| Fault::Input(error.to_string()))?;
@@ -83,84 +83,46 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
 }
 
 impl Arguments {
-    /// The data sheet; what is missing is asked for.
-    fn sheet(&self, asker: &mut Asker) -> Result<DataSheet, Fault> {
+    /// The data sheet; a number that is missing is asked for.
+    #[rustfmt::skip]
+    fn sheet(&self, asker: &Asker) -> Result<DataSheet, Fault> {
         let drive = match (self.drive, self.peak_current, self.voltage) {
             (Some(drive), ..) => drive,
             (None, Some(_), None) => Command::Current,
             (None, None, Some(_)) => Command::Voltage,
             _ => asker.drive()?,
         };
+        let number = |stated, name, meaning, usual| asker.number(stated, name, meaning, usual);
         let drive = match drive {
             Command::Current => Drive::Current {
-                peak: asker.number(
-                    self.peak_current,
-                    "peak-current",
-                    "largest current, A",
-                    None,
-                )?,
+                peak: number(self.peak_current, "peak-current", "largest current, A", None)?,
             },
             Command::Voltage => Drive::Voltage {
-                supply: asker.number(self.voltage, "voltage", "supply's voltage, V", None)?,
-                resistance: asker.number(
-                    self.resistance,
-                    "resistance",
-                    "resistance of the winding, ohm",
-                    None,
-                )?,
+                supply: number(self.voltage, "voltage", "supply's voltage, V", None)?,
+                resistance: number(self.resistance, "resistance", "resistance of the winding, ohm", None)?,
             },
         };
-        let mut number = |stated, name, meaning, usual| asker.number(stated, name, meaning, usual);
         Ok(DataSheet {
             drive,
-            torque_constant: number(
-                self.torque_constant,
-                "torque-constant",
-                "torque constant, N m/A",
-                None,
-            )?,
+            torque_constant: number(self.torque_constant, "torque-constant", "torque constant, N m/A", None)?,
             rotor_inertia: number(
-                self.rotor_inertia,
-                "rotor-inertia",
-                "inertia of the rotor, kg m² (1 g cm² = 1e-7)",
-                None,
+                self.rotor_inertia, "rotor-inertia", "inertia of the rotor, kg m² (1 g cm² = 1e-7)", None,
             )?,
             counts: number(
-                self.counts,
-                "counts",
-                "counts of the encoder for a turn of the motor, after quadrature",
-                None,
+                self.counts, "counts", "counts of the encoder for a turn of the motor, after quadrature", None,
             )?,
             load_inertia: number(
-                self.load_inertia,
-                "load-inertia",
-                "inertia of the load behind the gear, kg m²",
-                Some(0.0),
+                self.load_inertia, "load-inertia", "inertia of the load behind the gear, kg m²", Some(0.0),
             )?,
-            gear: number(
-                self.gear,
-                "gear",
-                "turns of the motor for one of the load",
-                Some(1.0),
-            )?,
-            viscous: number(
-                self.viscous,
-                "viscous",
-                "viscous friction, N m s/rad",
-                Some(0.0),
-            )?,
+            gear: number(self.gear, "gear", "turns of the motor for one of the load", Some(1.0))?,
+            viscous: number(self.viscous, "viscous", "viscous friction, N m s/rad", Some(0.0))?,
             coulomb: number(self.coulomb, "coulomb", "Coulomb friction, N m", Some(0.0))?,
-            sample_time: number(
-                self.sample_time,
-                "sample-time",
-                "sample time of the loop, s",
-                Some(1e-3),
-            )?,
+            sample_time: number(self.sample_time, "sample-time", "sample time of the loop, s", Some(1e-3))?,
         })
     }
 }
 
-/// Asks for what no option states, where there is a terminal to ask at.
+/// Asks for missing options, where there is a terminal.
 struct Asker {
     is_there: bool,
 }
@@ -174,7 +136,7 @@ impl Asker {
 
     /// A number: stated, asked for, or the usual one.
     fn number(
-        &mut self,
+        &self,
         stated: Option<f64>,
         name: &str,
         meaning: &str,
@@ -192,12 +154,12 @@ impl Asker {
             match (answer.trim().parse(), usual) {
                 (Ok(number), _) if f64::is_finite(number) => return Ok(number),
                 (Err(_), Some(usual)) if answer.trim().is_empty() => return Ok(usual),
-                _ => tell("a number, as 0.05 or 5e-2\n")?,
+                _ => prompt("a number, as 0.05 or 5e-2\n")?,
             }
         }
     }
 
-    fn drive(&mut self) -> Result<Command, Fault> {
+    fn drive(&self) -> Result<Command, Fault> {
         if !self.is_there {
             return Err(Fault::Input(
                 "--drive is missing: current (with --peak-current) or voltage (with --voltage and \
@@ -210,14 +172,14 @@ impl Asker {
             match answer.trim() {
                 "" | "c" | "current" => return Ok(Command::Current),
                 "v" | "voltage" => return Ok(Command::Voltage),
-                _ => tell("current or voltage\n")?,
+                _ => prompt("current or voltage\n")?,
             }
         }
     }
 }
 
 fn ask(question: &str) -> Result<String, Fault> {
-    tell(question)?;
+    prompt(question)?;
     let mut answer = String::new();
     let read = io::stdin().lock().read_line(&mut answer);
     match read {
@@ -226,7 +188,7 @@ fn ask(question: &str) -> Result<String, Fault> {
     }
 }
 
-fn tell(text: &str) -> Result<(), Fault> {
+fn prompt(text: &str) -> Result<(), Fault> {
     let mut terminal = io::stderr();
     terminal
         .write_all(text.as_bytes())

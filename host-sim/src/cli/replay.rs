@@ -66,7 +66,7 @@ impl Replay<'_> {
             passes,
         } = self;
         let of_replay = |error: ReplayError| match error {
-            ReplayError::Scenario { .. } => Fault::of_scenario(Path::new(&text.file), error),
+            ReplayError::Scenario(error) => Fault::of_scenario(Path::new(&text.file), error),
             ReplayError::Log(error) => Fault::Input(error.to_string()),
         };
         let scenario = text.scenario(Purpose::Replay)?;

@@ -3,7 +3,6 @@
 mod document;
 mod loop_settings;
 
-use std::fmt;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use drive_link::{Command, Outcome, Refusal, Report, Request, Settings, State, Status};
@@ -33,40 +32,23 @@ pub struct Client {
 }
 
 /// Why a drive did not do what it was asked.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DriveError {
     /// The line.
-    Port(PortError),
+    #[error(transparent)]
+    Port(#[from] PortError),
     /// The drive refused; nothing changed.
+    #[error("the drive refuses: {0}")]
     Refused(Refusal),
     /// The drive does not report.
+    #[error("the drive is silent: is it switched on, and its line connected?")]
     Silent,
     /// It reports that it still drives its servo after it has taken a stop.
+    #[error(
+        "the drive has taken the stop and still drives its servo: switch the motor's supply off"
+    )]
     NotStopped,
-}
-
-impl fmt::Display for DriveError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Port(error) => error.fmt(f),
-            Self::Refused(refusal) => write!(f, "the drive refuses: {refusal}"),
-            Self::Silent => {
-                f.write_str("the drive is silent: is it switched on, and its line connected?")
-            }
-            Self::NotStopped => f.write_str(
-                "the drive has taken the stop and still drives its servo: switch the motor's supply off",
-            ),
-        }
-    }
-}
-
-impl std::error::Error for DriveError {}
-
-impl From<PortError> for DriveError {
-    fn from(error: PortError) -> Self {
-        Self::Port(error)
-    }
 }
 
 impl Client {

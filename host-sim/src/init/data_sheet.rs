@@ -1,7 +1,5 @@
 //! From a motor's data sheet to a servo: q̈ = −a q̇ + b u − c sign q̇ on the motor's shaft.
 
-use std::fmt;
-
 /// What the command is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Drive {
@@ -59,29 +57,17 @@ pub struct ServoSheet {
     pub top_speed: Option<f64>,
 }
 
-/// What no motor has.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A number that no motor has.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("--{name} {value} is not allowed: it must be {allowed}")]
 pub struct SheetError {
-    /// What it is.
+    /// Its option.
     pub name: &'static str,
     /// As it was stated.
     pub value: f64,
-    /// What is allowed.
+    /// The allowed numbers.
     pub allowed: &'static str,
 }
-
-impl fmt::Display for SheetError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            name,
-            value,
-            allowed,
-        } = self;
-        write!(f, "--{name} {value} is not allowed: it must be {allowed}")
-    }
-}
-
-impl std::error::Error for SheetError {}
 
 impl DataSheet {
     /// The servo: J = J_rotor + J_load/n²; driven by current b = k_t/J and a = B/J, by voltage b = k_t/(R J) and

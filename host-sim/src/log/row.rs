@@ -31,7 +31,7 @@ pub struct Row {
 
 impl Row {
     /// A row at a time, s, without its other quantities.
-    pub(super) fn at(line: u64, time: f64) -> Self {
+    pub(crate) fn at(line: u64, time: f64) -> Self {
         Self {
             line,
             time,

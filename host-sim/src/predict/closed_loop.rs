@@ -1,10 +1,13 @@
 use identifier_core::Settings;
-use identifier_core::control::{ControlState, Controller};
+use identifier_core::control::ControlState;
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::settings::SettingsError;
 use serde::Serialize;
 
-use super::{FrozenServo, Observation, Play, Squares, State};
+use super::{FrozenServo, Play, Squares, State};
+use crate::log::Row;
+use crate::replay::{DeclaredPid, ReplayError};
+use crate::scenario::Scenario;
 
 /// Relative deviation of a closed-loop simulation from the recording: ‖recorded − simulated‖/‖recorded‖.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -29,25 +32,24 @@ pub struct ClosedLoop {
 /// None where samples have no reference, or the loop leaves every bound.
 ///
 /// # Errors
-/// The setting that the controller cannot be built from, then whatever playing the samples ends with.
-pub fn closed_loop<V: VelocityEstimate<f64>, E>(
+/// A controller that cannot be built, or a log that can no longer be read.
+pub(super) fn closed_loop<V: VelocityEstimate<f64>>(
+    scenario: &Scenario,
     servo: &FrozenServo,
-    settings: &Settings,
-    play: Play<'_, E>,
-) -> Result<Result<Option<ClosedLoop>, E>, SettingsError> {
-    let mut simulation = Simulation::<V>::new(servo, settings)?;
-    Ok(play(&mut |sample| simulation.add(sample)).map(|()| simulation.finish()))
+    play: Play<'_>,
+) -> Result<Option<ClosedLoop>, ReplayError> {
+    let simulation = Simulation::<V>::new(servo, &scenario.stated);
+    let mut simulation = simulation.map_err(|error| scenario.fault(&error))?;
+    play(&mut |sample| simulation.add(sample))?;
+    Ok(simulation.finish())
 }
 
 struct Simulation<V: VelocityEstimate<f64>> {
     servo: FrozenServo,
-    controller: Controller<f64, V>,
+    declared: DeclaredPid<V>,
     velocity: V,
     /// A position unit, rad.
     unit: f64,
-    limit: [f64; 2],
-    /// Command for a sum of errors of one position unit.
-    integral_gain: f64,
     /// Samples in which a stretch settles.
     settling: u64,
     stretch: Option<Stretch<V>>,
@@ -79,7 +81,6 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
         const MIN_SAMPLES: f64 = 3.0;
         /// Time constants after which a low-pass has settled to 0.03 % of a step.
         const TIME_CONSTANTS: f64 = 8.0;
-        let (given, units) = (settings.own_controller()?, settings.units()?);
         let velocity = settings.velocity::<f64, V>()?;
         let pole = velocity.transfer().pole.clamp(0.0, 0.999_9);
         let constant = if pole > 0.0 {
@@ -89,11 +90,9 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
         };
         Ok(Self {
             servo: *servo,
-            controller: settings.build()?,
+            declared: DeclaredPid::new(settings)?,
             velocity,
-            unit: units.position_unit(),
-            limit: given.limit,
-            integral_gain: given.ki * units.rate() / units.position(),
+            unit: settings.units()?.position_unit(),
             settling: (MIN_SAMPLES + TIME_CONSTANTS * constant) as u64,
             stretch: None,
             position: Squares::default(),
@@ -105,7 +104,7 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
         })
     }
 
-    fn add(&mut self, sample: &Observation) {
+    fn add(&mut self, sample: &Row) {
         if self.is_lost {
             return;
         }
@@ -113,13 +112,11 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
     }
 
     /// None where the loop leaves every bound or a reference is missing.
-    fn follow(&mut self, sample: &Observation) -> Option<()> {
+    fn follow(&mut self, sample: &Row) -> Option<()> {
         let reference = sample.reference?;
-        /// Share of the limit that counts as the limit, after rounding to single precision or a few decimals.
-        const LIMIT_SHARE: f64 = 0.999_99;
         let unit = self.unit;
         self.commanded &= sample.command.is_some();
-        let (servo, controller) = (&self.servo, &self.controller);
+        let (servo, declared) = (&self.servo, &self.declared);
         let fresh = || Stretch {
             first: sample.position,
             last: sample.position,
@@ -129,7 +126,7 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
             state: servo.start(sample.position, 0.0, sample.command.unwrap_or(0.0)),
             runs: false,
             // What it holds when a log begins without the command is taken to be nothing.
-            knows_integral: self.integral_gain <= 0.0 || sample.command.is_none(),
+            knows_integral: !declared.has_integral() || sample.command.is_none(),
         };
         if sample.begins {
             self.stretch = None;
@@ -146,9 +143,8 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
             (sample.position, moved)
         };
         let error = (reference - position) / unit;
-        let step = controller
-            .process(&mut stretch.control, error, increment)
-            .ok()?;
+        let control = &mut stretch.control;
+        let step = declared.process(control, error, increment).ok()?;
         let command = step.command + sample.injection;
         if stretch.runs {
             let first = stretch.first;
@@ -162,17 +158,14 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
             return Some(());
         }
         let settled = stretch.samples >= self.settling;
-        if let (true, false, Some(command)) = (settled, stretch.knows_integral, sample.command) {
-            let own = command - sample.injection;
-            let [low, high] = self.limit.map(|limit| LIMIT_SHARE * limit);
-            if own > low && own < high {
-                let rest = own - controller.pid.linear(step.error, step.velocity);
-                stretch.control = before.with_integral(rest / self.integral_gain);
-                controller
-                    .process(&mut stretch.control, error, increment)
-                    .ok()?;
-                stretch.knows_integral = true;
-            }
+        if settled
+            && !stretch.knows_integral
+            && let Some(own) = sample.command.map(|command| command - sample.injection)
+            && let Some(mut known) = declared.with_integral(before, error, increment, own)
+        {
+            declared.process(&mut known, error, increment).ok()?;
+            stretch.control = known;
+            stretch.knows_integral = true;
         }
         let command = sample.command.unwrap_or(command);
         if settled && stretch.knows_integral {
@@ -205,9 +198,8 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
 
 #[cfg(test)]
 mod tests {
-    use std::convert::Infallible;
-
     use identifier_core::ControllerSettings;
+    use identifier_core::control::Controller;
     use identifier_core::measurement::velocity::LowPass;
     use identifier_core::parameters::ServoParameters;
     use virtual_servo::Plant;
@@ -230,7 +222,7 @@ mod tests {
     }
 
     /// The simulator's servo under the core's controller, from sample 700 on, which finds it in motion.
-    fn recorded() -> Vec<Observation> {
+    fn recorded() -> Vec<Row> {
         let settings = settings();
         let controller: Controller<f64, LowPass<f64>> = settings.build().expect("valid");
         let unit = settings.resolution;
@@ -245,12 +237,12 @@ mod tests {
             let sample = controller.process(&mut state, error / unit, moved / unit);
             let command = sample.expect("within bounds").command;
             if k >= 700 {
-                samples.push(Observation {
+                samples.push(Row {
                     reference: Some(3.0 + reference),
                     position: 3.0 + plant.position,
                     command: Some(command),
-                    injection: 0.0,
                     begins: k == 700,
+                    ..Row::at(u64::from(k), time)
                 });
             }
             plant.advance(command);
@@ -258,15 +250,12 @@ mod tests {
         samples
     }
 
-    fn simulated(servo: &ServoParameters, samples: &[Observation]) -> Option<ClosedLoop> {
-        let play = |see: &mut dyn FnMut(&Observation)| {
-            samples.iter().for_each(see);
-            Ok::<_, Infallible>(())
-        };
+    fn simulated(servo: &ServoParameters, samples: &[Row]) -> Option<ClosedLoop> {
         let frozen = FrozenServo::new(servo, 1e-3).expect("valid");
-        let found = closed_loop::<LowPass<f64>, _>(&frozen, &settings(), &play);
-        let Ok(found) = found.expect("a controller");
-        found
+        let mut simulation =
+            Simulation::<LowPass<f64>>::new(&frozen, &settings()).expect("a controller");
+        samples.iter().for_each(|sample| simulation.add(sample));
+        simulation.finish()
     }
 
     #[test]

@@ -7,32 +7,57 @@
 
 mod closed_loop;
 mod frozen_servo;
-mod log;
 mod open_loop;
 mod start;
 
-pub use closed_loop::{ClosedLoop, closed_loop};
+pub use closed_loop::ClosedLoop;
+use closed_loop::closed_loop;
 pub use frozen_servo::{FrozenServo, State};
-pub use log::{Predicted, predict};
-pub use open_loop::{OpenLoop, open_loop};
+pub use open_loop::OpenLoop;
+use open_loop::open_loop;
 
-/// A sample that was recorded, SI.
+use crate::log::{Log, LogError, Row};
+use crate::replay::{ReplayError, Replayed};
+use crate::scenario::Scenario;
+use crate::scenario::dispatch::with_velocity;
+
+/// Shows the rows of a log, from the first, as often as it is called.
+type Play<'a> = &'a dyn Fn(&mut dyn FnMut(&Row)) -> Result<(), LogError>;
+
+/// Deviations of the prediction by frozen estimates from a log.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Observation {
-    /// Reference position, rad, where it is known.
-    pub reference: Option<f64>,
-    /// Measured position, rad.
-    pub position: f64,
-    /// The whole command that acted from here to the next sample, where it was recorded.
-    pub command: Option<f64>,
-    /// The signal added to the declared controller's command behind its limit.
-    pub injection: f64,
-    /// True where the motion directly before is unknown: a simulation starts anew.
-    pub begins: bool,
+pub struct Predicted {
+    /// Driven by the recorded command; none where there is none, or the simulation leaves every bound.
+    pub open_loop: Option<OpenLoop>,
+    /// Under the declared controller; none where none is declared, the log has no reference, or the
+    /// loop leaves every bound.
+    pub closed_loop: Option<ClosedLoop>,
 }
 
-/// Samples that can be played from the first as often as is needed: they are shown to what is given.
-pub type Play<'a, E> = &'a dyn Fn(&mut dyn FnMut(&Observation)) -> Result<(), E>;
+/// Simulates the servo that a replay found over a log, with the scenario of that replay, which is
+/// [`fitted`](crate::replay::fitted).
+///
+/// # Errors
+/// See [`ReplayError`].
+pub fn predict(scenario: &Scenario, found: &Replayed, log: &Log) -> Result<Predicted, ReplayError> {
+    let play = |see: &mut dyn FnMut(&Row)| log.rows()?.try_for_each(|row| Ok(see(&row?)));
+    let terms = found.outcome.terms.iter();
+    let servo = FrozenServo::new(&found.estimates, scenario.sample_time())
+        .map_err(|error| scenario.fault(&error.into()))?
+        .with_terms(
+            &scenario.stated.identifier.terms,
+            terms.map(|term| (term.unknown, term.value)),
+        );
+    let open_loop = open_loop(&servo, &play)?;
+    let closed_loop = match scenario.stated.controller {
+        Some(_) => with_velocity!(scenario, f64 => closed_loop(scenario, &servo, &play))?,
+        None => None,
+    };
+    Ok(Predicted {
+        open_loop,
+        closed_loop,
+    })
+}
 
 /// Squares of an error and of its reference quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -1,5 +1,6 @@
 use super::start::{Motion, StartFit};
-use super::{FrozenServo, Observation, Play, Squares};
+use super::{FrozenServo, Play, Squares};
+use crate::log::{LogError, Row};
 
 /// Deviation of an open-loop simulation from the recorded positions.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,7 +26,7 @@ pub struct OpenLoop {
 ///
 /// # Errors
 /// Whatever playing the samples ends with.
-pub fn open_loop<E>(servo: &FrozenServo, play: Play<'_, E>) -> Result<Option<OpenLoop>, E> {
+pub(super) fn open_loop(servo: &FrozenServo, play: Play<'_>) -> Result<Option<OpenLoop>, LogError> {
     /// The most steps of the fit.
     const STEPS: u32 = 8;
     let Some(mut fits) = first_guesses(play)? else {
@@ -49,7 +50,7 @@ pub fn open_loop<E>(servo: &FrozenServo, play: Play<'_, E>) -> Result<Option<Ope
 }
 
 /// The number of the stretch that a sample belongs to.
-fn next(stretch: &mut Option<usize>, sample: &Observation) -> usize {
+fn next(stretch: &mut Option<usize>, sample: &Row) -> usize {
     let number = match *stretch {
         None => 0,
         Some(before) => before + usize::from(sample.begins),
@@ -59,7 +60,7 @@ fn next(stretch: &mut Option<usize>, sample: &Observation) -> usize {
 }
 
 /// The first position and the first step of each stretch, and the usual speed.
-fn first_guesses<E>(play: Play<'_, E>) -> Result<Option<Vec<StartFit>>, E> {
+fn first_guesses(play: Play<'_>) -> Result<Option<Vec<StartFit>>, LogError> {
     let mut stretch = None;
     let mut starts: Vec<Motion> = Vec::new();
     let mut last = 0.0;
@@ -91,11 +92,11 @@ fn first_guesses<E>(play: Play<'_, E>) -> Result<Option<Vec<StartFit>>, E> {
     Ok(is_moved.then(|| starts.into_iter().map(fit).collect()))
 }
 
-fn simulated<E>(
+fn simulated(
     servo: &FrozenServo,
     starts: &[Motion],
-    play: Play<'_, E>,
-) -> Result<Option<OpenLoop>, E> {
+    play: Play<'_>,
+) -> Result<Option<OpenLoop>, LogError> {
     let mut stretch = None;
     let (mut state, mut first) = (None, 0.0);
     let (mut squares, mut largest, mut samples) = (Squares::default(), 0.0_f64, 0);
@@ -125,8 +126,6 @@ fn simulated<E>(
 
 #[cfg(test)]
 mod tests {
-    use std::convert::Infallible;
-
     use identifier_core::parameters::ServoParameters;
     use virtual_servo::Plant;
 
@@ -141,7 +140,7 @@ mod tests {
 
     /// The motion of the simulator's servo under a command of several tones, from sample 700 on, in two
     /// stretches; positions are rounded to counts.
-    fn recorded(counts: f64) -> Vec<Observation> {
+    fn recorded(counts: f64) -> Vec<Row> {
         let mut plant = Plant::at_rest(&SERVO, 1e-3);
         let count = std::f64::consts::TAU / counts;
         let mut samples = Vec::new();
@@ -149,12 +148,11 @@ mod tests {
             let time = 1e-3 * f64::from(k);
             let command = 0.4 * libm::sin(9.0 * time) + 0.2 * libm::cos(31.0 * time) - 0.06;
             if k >= 700 && !(3000..3500).contains(&k) {
-                samples.push(Observation {
-                    reference: None,
+                samples.push(Row {
                     position: 3.0 + (plant.position / count).floor() * count,
                     command: Some(command),
-                    injection: 0.0,
                     begins: k == 700 || k == 3500,
+                    ..Row::at(u64::from(k), time)
                 });
             }
             plant.advance(command);
@@ -162,14 +160,13 @@ mod tests {
         samples
     }
 
-    fn predicted(servo: &ServoParameters, samples: &[Observation]) -> Option<OpenLoop> {
-        let play = |see: &mut dyn FnMut(&Observation)| {
+    fn predicted(servo: &ServoParameters, samples: &[Row]) -> Option<OpenLoop> {
+        let play = |see: &mut dyn FnMut(&Row)| {
             samples.iter().for_each(see);
-            Ok::<_, Infallible>(())
+            Ok(())
         };
         let frozen = FrozenServo::new(servo, 1e-3).expect("valid");
-        let Ok(found) = open_loop(&frozen, &play);
-        found
+        open_loop(&frozen, &play).expect("rows")
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The motion that an open-loop simulation starts with, fitted to what was recorded.
 
-use super::{FrozenServo, Observation, State};
+use super::{FrozenServo, State};
+use crate::log::Row;
 
 /// A motion: position, rad, and velocity, rad a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,7 +75,7 @@ impl StartFit {
     }
 
     /// A sample, and the command that acts from it on.
-    pub(super) fn add(&mut self, servo: &FrozenServo, sample: &Observation, command: f64) {
+    pub(super) fn add(&mut self, servo: &FrozenServo, sample: &Row, command: f64) {
         let mut run = match self.run.take() {
             Some(run) => run,
             None => self.run(servo, command),

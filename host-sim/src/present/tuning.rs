@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use identifier_core::tuning::{Promise, Tuning};
+use identifier_core::tuning::{Goal, Promise, Tuning};
 
 use super::number::{figure, plain, sentence};
 use super::{Block, Column, Figure, Page, Section, Table, Tone, Verdict};
@@ -71,7 +71,7 @@ fn conditions(tuned: &Tuned) -> Block {
 pub(super) fn advice(result: &IdentifiedResult, scenario: &Scenario) -> Vec<Block> {
     let none =
         |error: &dyn std::fmt::Display| vec![Block::Text(format!("There are no gains: {error}."))];
-    let settings = match Conditions::STIFFEST.settings(result, Some(scenario)) {
+    let settings = match Conditions::default().settings(Goal::Stiffest, result, Some(scenario)) {
         Ok(settings) => settings,
         Err(error) => return none(&error),
     };

@@ -1,6 +1,5 @@
 //! A kept result, read back.
 
-use std::fmt;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -24,52 +23,39 @@ pub struct Kept {
 }
 
 /// Why a result cannot be reproduced.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 pub enum KeptError {
     /// The file cannot be read.
+    #[error("the result cannot be read: {0}")]
     Unreadable(io::Error),
     /// The MCAP file is damaged.
+    #[error(transparent)]
     Damaged(Damage),
     /// It is neither JSON nor MCAP.
+    #[error(
+        "this is no result: give what run, replay or commission wrote with --json or --mcap, or the \
+         -metadata.json beside a CSV trace"
+    )]
     NoResult,
     /// It has no origin.
+    #[error(
+        "the file has no origin: only what run, replay and commission write can be reproduced, from version 0.1.0 \
+         on"
+    )]
     NoOrigin,
     /// A log is missing.
+    #[error(
+        "the result is that of a log, {}, which is missing: restore it there, or beside the result",
+        .0.display()
+    )]
     NoLog(PathBuf),
     /// A log has changed.
+    #[error(
+        "{} is not the log of the result: its SHA-256 differs; replay it by itself, or restore the first one",
+        .0.display()
+    )]
     OtherLog(PathBuf),
 }
-
-impl fmt::Display for KeptError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Unreadable(error) => write!(f, "the result cannot be read: {error}"),
-            Self::Damaged(damage) => damage.fmt(f),
-            Self::NoResult => f.write_str(
-                "this is no result: give what run, replay or commission wrote with --json or --mcap, or \
-                 the -metadata.json beside a CSV trace",
-            ),
-            Self::NoOrigin => f.write_str(
-                "the file has no origin: only what run, replay and commission write can be reproduced, from \
-                 version 0.1.0 on",
-            ),
-            Self::NoLog(log) => write!(
-                f,
-                "the result is that of a log, {}, which is missing: restore it there, or beside \
-                 the result",
-                log.display()
-            ),
-            Self::OtherLog(log) => write!(
-                f,
-                "{} is not the log of the result: its SHA-256 differs; replay it by itself, or restore the \
-                 first one",
-                log.display()
-            ),
-        }
-    }
-}
-
-impl std::error::Error for KeptError {}
 
 impl Kept {
     /// Largest result in JSON, bytes.

@@ -1,7 +1,7 @@
 //! The controller that is declared to have run, computed again from a log.
 
 use identifier_core::Settings;
-use identifier_core::control::{ControlState, Controller};
+use identifier_core::control::{ControlSample, ControlState, Controller};
 use identifier_core::error::StepError;
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::settings::SettingsError;
@@ -10,14 +10,66 @@ use super::Agreement;
 use super::agreement::Comparison;
 use super::scaled::ScaledRow;
 
-/// The declared controller on its way through a log, in double precision: the number format of the drive is
-/// unknown.
-pub(super) struct Declared<V: VelocityEstimate<f64>> {
+/// The declared controller in double precision: the number format of the drive is unknown.
+pub(crate) struct DeclaredPid<V: VelocityEstimate<f64>> {
     controller: Controller<f64, V>,
-    control: ControlState<f64, V::State>,
     limit: [f64; 2],
     /// Command for a sum of errors of one position unit.
     integral_gain: f64,
+}
+
+type State<V> = ControlState<f64, <V as VelocityEstimate<f64>>::State>;
+
+impl<V: VelocityEstimate<f64>> DeclaredPid<V> {
+    pub(crate) fn new(settings: &Settings) -> Result<Self, SettingsError> {
+        let (given, units) = (settings.own_controller()?, settings.units()?);
+        Ok(Self {
+            controller: settings.build()?,
+            limit: given.limit,
+            integral_gain: given.ki * units.rate() / units.position(),
+        })
+    }
+
+    pub(crate) fn has_integral(&self) -> bool {
+        self.integral_gain > 0.0
+    }
+
+    /// A sample, from error and increment, position units.
+    pub(crate) fn process(
+        &self,
+        state: &mut State<V>,
+        error: f64,
+        increment: f64,
+    ) -> Result<ControlSample<f64>, StepError> {
+        self.controller.process(state, error, increment)
+    }
+
+    /// The state before a sample with the integral behind its `own` command: the command less its proportional
+    /// and derivative parts. A command at the limit does not determine it.
+    pub(crate) fn with_integral(
+        &self,
+        mut before: State<V>,
+        error: f64,
+        increment: f64,
+        own: f64,
+    ) -> Option<State<V>> {
+        /// Relative rounding of a limit in single precision or a few decimals.
+        const ROUNDING: f64 = 1e-5;
+        let [low, high] = self.limit.map(|limit| (1.0 - ROUNDING) * limit);
+        if own <= low || own >= high {
+            return None;
+        }
+        let state = before;
+        let step = self.process(&mut before, error, increment).ok()?;
+        let rest = own - self.controller.pid.linear(step.error, step.velocity);
+        Some(state.with_integral(rest / self.integral_gain))
+    }
+}
+
+/// The declared controller on its way through a log.
+pub(super) struct Declared<V: VelocityEstimate<f64>> {
+    pid: DeclaredPid<V>,
+    control: State<V>,
     /// True if the integral is known where a stretch begins.
     begins_known: bool,
     /// True once the integral is that of the controller that ran.
@@ -30,13 +82,11 @@ impl<V: VelocityEstimate<f64>> Declared<V> {
     /// At rest. Its integral at the beginning of the log is unknown where the command was recorded, and zero
     /// otherwise.
     pub(super) fn new(settings: &Settings, command_recorded: bool) -> Result<Self, SettingsError> {
-        let (given, units) = (settings.own_controller()?, settings.units()?);
-        let begins_known = given.ki <= 0.0 || !command_recorded;
+        let pid = DeclaredPid::new(settings)?;
+        let begins_known = !pid.has_integral() || !command_recorded;
         Ok(Self {
-            controller: settings.build()?,
+            pid,
             control: ControlState::default(),
-            limit: given.limit,
-            integral_gain: given.ki * units.rate() / units.position(),
             begins_known,
             knows_integral: begins_known,
             is_lost: false,
@@ -52,9 +102,8 @@ impl<V: VelocityEstimate<f64>> Declared<V> {
 
     /// Its command in a sample, with the injection.
     pub(super) fn process(&mut self, scaled: &ScaledRow) -> Result<f64, StepError> {
-        let sample = self
-            .controller
-            .process(&mut self.control, scaled.error, scaled.increment)?;
+        let (error, increment) = (scaled.error, scaled.increment);
+        let sample = self.pid.process(&mut self.control, error, increment)?;
         Ok(sample.command + scaled.row.injection)
     }
 
@@ -79,38 +128,17 @@ impl<V: VelocityEstimate<f64>> Declared<V> {
             return Ok(());
         };
         if !self.knows_integral {
-            let Some(integral) = self.integral(before, scaled, recorded - row.injection) else {
+            let (error, increment, own) =
+                (scaled.error, scaled.increment, recorded - row.injection);
+            let Some(known) = self.pid.with_integral(before, error, increment, own) else {
                 return Ok(());
             };
             self.knows_integral = true;
-            self.control = before.with_integral(integral);
+            self.control = known;
             command = self.process(scaled)?;
         }
         self.comparison.add(log, row.line, recorded, command);
         Ok(())
-    }
-
-    /// The integral behind this command of the controller's own: the command less its proportional and
-    /// derivative parts. A command at the limit does not determine it.
-    fn integral(
-        &self,
-        mut before: ControlState<f64, V::State>,
-        scaled: &ScaledRow,
-        own: f64,
-    ) -> Option<f64> {
-        /// Relative rounding of a limit in single precision or a few decimals.
-        const ROUNDING: f64 = 1e-5;
-        let [low, high] = self.limit.map(|limit| (1.0 - ROUNDING) * limit);
-        if own <= low || own >= high {
-            return None;
-        }
-        let sample = self
-            .controller
-            .process(&mut before, scaled.error, scaled.increment)
-            .ok()?;
-        let pid = &self.controller.pid;
-        let rest = own - pid.linear(sample.error, sample.velocity);
-        Some(rest / self.integral_gain)
     }
 
     /// Its agreement with the recorded command, where there is one.

@@ -12,4 +12,5 @@ mod recorded;
 mod scaled;
 
 pub use agreement::Agreement;
+pub(crate) use declared::DeclaredPid;
 pub use passes::{ReplayError, Replayed, fitted, replay};

@@ -1,7 +1,5 @@
 //! Passes of the identifier over a log.
 
-use std::fmt;
-
 use identifier_core::Settings;
 use identifier_core::measurement::velocity::VelocityEstimate;
 use identifier_core::parameters::ServoParameters;
@@ -29,34 +27,14 @@ pub struct Replayed {
 }
 
 /// Why a log cannot be replayed with a scenario.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ReplayError {
     /// The scenario does not suit the log; nothing has been observed then.
-    Scenario {
-        /// The key of the scenario that remedies it.
-        key: String,
-        /// The fault, and what is allowed.
-        fault: String,
-    },
+    #[error(transparent)]
+    Scenario(#[from] Fault),
     /// The log is no longer what it was when it was judged.
-    Log(LogError),
-}
-
-impl fmt::Display for ReplayError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Scenario { key, fault } => write!(f, "{key}: {fault}"),
-            Self::Log(error) => error.fmt(f),
-        }
-    }
-}
-
-impl std::error::Error for ReplayError {}
-
-impl ReplayError {
-    pub(crate) fn in_scenario(Fault { key, fault, .. }: Fault) -> Self {
-        Self::Scenario { key, fault }
-    }
+    #[error(transparent)]
+    Log(#[from] LogError),
 }
 
 /// The scenario with what only the logs know: the sample time where no controller is declared, the
@@ -137,32 +115,11 @@ pub fn replay(
         passes,
         observe,
     };
-    with_velocity!(scenario, f64 => run(work)).map_err(|failure| match failure {
-        Failure::Scenario(fault) => ReplayError::in_scenario(fault),
-        Failure::Log(error) => ReplayError::Log(error),
-    })
+    with_velocity!(scenario, f64 => run(work))
 }
 
-fn run<V: VelocityEstimate<f64>>(work: Passes<'_>) -> Result<Replayed, Failure> {
+fn run<V: VelocityEstimate<f64>>(work: Passes<'_>) -> Result<Replayed, ReplayError> {
     work.run::<V>()
-}
-
-/// Why passes end without a result.
-enum Failure {
-    Scenario(Fault),
-    Log(LogError),
-}
-
-impl From<Fault> for Failure {
-    fn from(fault: Fault) -> Self {
-        Self::Scenario(fault)
-    }
-}
-
-impl From<LogError> for Failure {
-    fn from(error: LogError) -> Self {
-        Self::Log(error)
-    }
 }
 
 struct Passes<'a> {
@@ -173,7 +130,7 @@ struct Passes<'a> {
 }
 
 impl Passes<'_> {
-    fn run<V: VelocityEstimate<f64>>(self) -> Result<Replayed, Failure> {
+    fn run<V: VelocityEstimate<f64>>(self) -> Result<Replayed, ReplayError> {
         let Self {
             scenario,
             logs,

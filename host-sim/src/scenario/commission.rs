@@ -6,7 +6,7 @@ use identifier_core::tuning::Goal;
 use super::{Fault, Key, Scenario, Velocity};
 
 /// The limits and the goal of a commissioning, SI; none for a value that is derived.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[expect(
     missing_docs,
     reason = "the fields are the keys of the scenario file, documented there"
@@ -26,33 +26,12 @@ pub struct CommissionOrder {
     pub command_delay: Option<f64>,
     pub sample_time: Option<f64>,
     /// The amplifier's own limit, which the command keeps in any case.
-    amplifier: Option<[f64; 2]>,
+    pub(super) amplifier: Option<[f64; 2]>,
 }
 
 impl CommissionOrder {
     pub(super) const DURATION: f64 = 1.0;
     pub(super) const MAX_SENSITIVITY: f64 = 1.6;
-
-    /// Without stated values, behind an amplifier with a limit, if it has one.
-    pub(super) fn behind(amplifier: Option<[f64; 2]>) -> Self {
-        let limited = amplifier.filter(|limit| limit.iter().all(|end| end.is_finite()));
-        Self {
-            travel: [0.0; 2],
-            speed: 0.0,
-            command: None,
-            duration: Self::DURATION,
-            one_way: false,
-            response_time: None,
-            bandwidth: None,
-            stiffest: None,
-            max_sensitivity: Self::MAX_SENSITIVITY,
-            trial_step: None,
-            most_gain: None,
-            command_delay: None,
-            sample_time: None,
-            amplifier: limited,
-        }
-    }
 
     /// The lowest and highest command.
     fn command_limit(&self) -> Result<[f64; 2], Fault> {

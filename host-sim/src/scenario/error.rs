@@ -37,19 +37,14 @@ impl fmt::Display for ScenarioError {
 impl std::error::Error for ScenarioError {}
 
 /// A fault of the contents, before it is known on which line of the file it stands.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{key}: {fault}")]
 pub struct Fault {
     pub(crate) key: String,
     pub(crate) fault: String,
     /// Byte of the file at which it stands, where that is not simply its key's.
     pub(super) at: Option<usize>,
     pub(super) advice: String,
-}
-
-impl fmt::Display for Fault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.key, self.fault)
-    }
 }
 
 impl Fault {

@@ -478,8 +478,10 @@ fn ranges(s: &mut Scenario) -> &mut RangeSettings {
 /// The limit of the amplifier stands before it in the table.
 fn order(s: &mut Scenario) -> &mut CommissionOrder {
     let amplifier = s.stated.controller.map(|controller| controller.limit);
-    s.commission
-        .get_or_insert_with(|| CommissionOrder::behind(amplifier))
+    s.commission.get_or_insert_with(|| CommissionOrder {
+        amplifier: amplifier.filter(|limit| limit.iter().all(|end| end.is_finite())),
+        ..CommissionOrder::default()
+    })
 }
 
 fn log(s: &mut Scenario) -> &mut LogSettings {

@@ -83,7 +83,7 @@ pub struct Scenario {
 }
 
 /// The cases of a comparison, SI; none for a value derived from the servo.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CompareSettings {
     /// The load, rad/s².
     pub load: Option<f64>,
@@ -215,12 +215,7 @@ impl Scenario {
             duration: 0.0,
             seed: None,
             log: None,
-            compare: CompareSettings {
-                load: None,
-                coulomb: None,
-                counts_per_rev: 0.0,
-                limit: None,
-            },
+            compare: CompareSettings::default(),
             commission: None,
         }
     }

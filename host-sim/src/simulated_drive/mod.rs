@@ -38,33 +38,24 @@ pub struct SimulatedDrive {
 }
 
 /// Why there is no such drive.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SimulatedDriveError {
     /// The scenario describes no servo that could be simulated.
-    Scenario(Fault),
+    #[error(transparent)]
+    Scenario(#[from] Fault),
     /// The drive refuses its settings.
+    #[error("the drive refuses: {0}")]
     Refused(Refusal),
+    /// Another program uses the port.
+    #[error(
+        "{0} is in use by another program: choose another port with --listen, port 0 for any that is free"
+    )]
+    PortInUse(SocketAddr),
     /// The port cannot be opened.
+    #[error("{0} cannot be listened at: {1}")]
     Port(SocketAddr, io::Error),
 }
-
-impl fmt::Display for SimulatedDriveError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Scenario(fault) => fault.fmt(f),
-            Self::Refused(refusal) => write!(f, "the drive refuses: {refusal}"),
-            Self::Port(address, error) if error.kind() == io::ErrorKind::AddrInUse => write!(
-                f,
-                "{address} is in use by another program: choose another port with --listen, port 0 for any \
-                 that is free"
-            ),
-            Self::Port(address, error) => write!(f, "{address} cannot be listened at: {error}"),
-        }
-    }
-}
-
-impl std::error::Error for SimulatedDriveError {}
 
 impl fmt::Debug for SimulatedDrive {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -80,12 +71,15 @@ impl SimulatedDrive {
     /// # Errors
     /// If the scenario describes no such servo, or the port cannot be opened.
     pub fn new(scenario: &Scenario, address: SocketAddr) -> Result<Self, SimulatedDriveError> {
-        let axis = Axis::of(scenario).map_err(SimulatedDriveError::Scenario)?;
+        let axis = Axis::of(scenario)?;
         let core = scenario
             .settings()
-            .map_err(|error| SimulatedDriveError::Scenario(scenario.fault(&error)))?;
+            .map_err(|error| scenario.fault(&error))?;
         let chip = SimulatedChip::new(axis, core.sample_time);
-        let port = |error| SimulatedDriveError::Port(address, error);
+        let port = |error: io::Error| match error.kind() {
+            io::ErrorKind::AddrInUse => SimulatedDriveError::PortInUse(address),
+            _ => SimulatedDriveError::Port(address, error),
+        };
         let listener = TcpListener::bind(address).map_err(port)?;
         listener.set_nonblocking(true).map_err(port)?;
         let stage = OutputStage {

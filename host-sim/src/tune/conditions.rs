@@ -1,105 +1,103 @@
-use std::fmt;
+use std::f64::consts::TAU;
 
 use identifier_core::tuning::{Goal, TuningSettings};
 
 use super::IdentifiedResult;
 use crate::scenario::Scenario;
 
-/// What gains are looked for under, SI, as far as it is stated; the rest is taken from the scenario or the
-/// result, or has a default.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The conditions that gains are computed for, SI, as options; the rest is taken from the scenario or the result,
+/// or has a default.
+#[derive(Debug, Clone, Copy, PartialEq, Default, clap::Args)]
 pub struct Conditions {
-    /// What is asked for.
-    pub goal: Goal,
-    /// Sample time, s.
+    /// Sample time of the loop, s; the result's by default.
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub sample_time: Option<f64>,
-    /// Position of a count, rad; zero for an ideal sensor.
+    /// Counts of the encoder per revolution; 0 for an ideal sensor.
+    #[arg(
+        long,
+        value_name = "N",
+        group = "encoder",
+        allow_negative_numbers = true
+    )]
+    pub counts: Option<f64>,
+    /// Position of a count, rad (m on a linear axis); 0 for an ideal sensor.
+    #[arg(
+        long,
+        value_name = "R",
+        group = "encoder",
+        allow_negative_numbers = true
+    )]
     pub resolution: Option<f64>,
-    /// |u| ≤ limit, command units; infinite for none.
+    /// The largest command, command units; inf for none.
+    #[arg(long, value_name = "U", allow_negative_numbers = true)]
     pub limit: Option<f64>,
-    /// Delay that was not identified, s.
+    /// Delay from encoder reading to output that was not identified, s; the scenario's, or none, by default.
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub command_delay: Option<f64>,
-    /// Cut-off of the velocity estimate, rad/s.
+    /// Cut-off of the velocity estimate, rad/s; chosen with the gains by default.
+    #[arg(long, value_name = "W", allow_negative_numbers = true)]
     pub cutoff: Option<f64>,
-    /// The largest sensitivity.
-    pub most_sensitivity: Option<f64>,
-    /// The largest part of the command that the encoder's rounding may make up.
-    pub most_noise: Option<f64>,
-    /// The lowest resonance, rad/s.
+    /// Largest sensitivity Ms; 1.6 by default.
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    pub max_sensitivity: Option<f64>,
+    /// Largest share of the encoder's rounding in the command, as a fraction of the limit; 0.03 by default.
+    #[arg(long, value_name = "PART", allow_negative_numbers = true)]
+    pub max_noise: Option<f64>,
+    /// Lowest known resonance, rad/s.
+    #[arg(long, value_name = "W", allow_negative_numbers = true)]
     pub resonance: Option<f64>,
-    /// The step that is promised, rad.
+    /// Step of the predicted response, rad; 0.1 by default, at least 10 counts.
+    #[arg(long, value_name = "RAD", allow_negative_numbers = true)]
     pub step: Option<f64>,
 }
 
-/// What is not known and must be stated.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A condition that is not known and must be stated.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum ConditionError {
-    /// Neither result nor options say how fine the encoder is.
+    /// The resolution of the encoder.
+    #[error(
+        "the result does not hold the encoder's resolution: state --counts N (a revolution, 0 for an ideal \
+         sensor), --resolution R (rad a count), or --scenario S"
+    )]
     Resolution,
-    /// Nor how large a command may be.
+    /// The largest command.
+    #[error(
+        "the result does not hold the largest command: state --limit U (command units, inf for none), or \
+         --scenario S"
+    )]
     Limit,
     /// The load takes all of it.
+    #[error(
+        "the load is held by a command of {holding:.4}, which the limit of {} to {} does not allow: state a \
+         larger --limit",
+        limit[0],
+        limit[1]
+    )]
     Overloaded {
-        /// What holds the load, command units.
+        /// The command that holds the load, command units.
         holding: f64,
         /// Lowest and highest command.
         limit: [f64; 2],
     },
 }
 
-impl fmt::Display for ConditionError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Resolution => f.write_str(
-                "the result does not hold the encoder's resolution: state --counts N (a revolution, 0 for an \
-                 ideal sensor), --resolution R (rad a count), or --scenario S",
-            ),
-            Self::Limit => f.write_str(
-                "the result does not hold the largest command: state --limit U (command units, inf for none), \
-                 or --scenario S",
-            ),
-            Self::Overloaded {
-                holding,
-                limit: [low, high],
-            } => write!(
-                f,
-                "the load is held by a command of {holding:.4}, which the limit of {low} to {high} does not \
-                 allow: state a larger --limit"
-            ),
-        }
-    }
-}
-
-impl std::error::Error for ConditionError {}
-
 impl Conditions {
     /// The step that is promised where none is stated, rad.
     pub const STEP: f64 = 0.1;
 
-    /// As stiff as the servo bears, with everything else from result and scenario.
-    pub const STIFFEST: Self = Self {
-        goal: Goal::Stiffest,
-        sample_time: None,
-        resolution: None,
-        limit: None,
-        command_delay: None,
-        cutoff: None,
-        most_sensitivity: None,
-        most_noise: None,
-        resonance: None,
-        step: None,
-    };
-
-    /// Everything that the tuner is to know of a result.
+    /// The tuner's settings for a goal.
     ///
     /// # Errors
-    /// What is not known.
+    /// The condition that is not known.
     pub fn settings(
         &self,
+        goal: Goal,
         result: &IdentifiedResult,
         scenario: Option<&Scenario>,
     ) -> Result<TuningSettings, ConditionError> {
-        let resolution = self.resolution.or_else(|| scenario.map(resolution));
+        let of_counts = |counts: f64| if counts == 0.0 { 0.0 } else { TAU / counts };
+        let stated = self.resolution.or_else(|| self.counts.map(of_counts));
+        let resolution = stated.or_else(|| scenario.map(resolution));
         let resolution = resolution.ok_or(ConditionError::Resolution)?;
         let limit = match self.limit {
             Some(limit) => Some([-limit, limit]),
@@ -120,11 +118,11 @@ impl Conditions {
             cutoff: self.cutoff,
             command,
             command_delay,
-            goal: self.goal,
+            goal,
             max_sensitivity: self
-                .most_sensitivity
+                .max_sensitivity
                 .unwrap_or(TuningSettings::MAX_SENSITIVITY),
-            max_noise: self.most_noise.unwrap_or(TuningSettings::MAX_NOISE),
+            max_noise: self.max_noise.unwrap_or(TuningSettings::MAX_NOISE),
             step: self.step.unwrap_or(step),
             resonance: self.resonance,
         })

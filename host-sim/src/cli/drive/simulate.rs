@@ -1,6 +1,5 @@
 //! `servo-id drive simulate`: a drive without hardware.
 
-use std::io;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
@@ -59,11 +58,7 @@ impl Arguments {
 
     fn fault(&self, error: SimulatedDriveError) -> Fault {
         match error {
-            SimulatedDriveError::Port(address, error)
-                if error.kind() == io::ErrorKind::AddrInUse =>
-            {
-                Fault::Other(SimulatedDriveError::Port(address, error).to_string())
-            }
+            SimulatedDriveError::PortInUse(_) => Fault::Other(error.to_string()),
             SimulatedDriveError::Port(..) => Fault::Input(error.to_string()),
             SimulatedDriveError::Scenario(_) | SimulatedDriveError::Refused(_) => {
                 Fault::of_scenario(&self.scenario, error)

@@ -47,50 +47,40 @@ pub enum McapRecord<'a> {
 }
 
 /// Why a file cannot be read to its end.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 pub enum Damage {
     /// It does not begin as an MCAP file does.
+    #[error(
+        "this is not an MCAP file: a log has the ending .mcap only if it is one, and .csv or .csv.gz otherwise"
+    )]
     NoMcap,
     /// It ends too early.
+    #[error(
+        "the MCAP file ends too early, as one does whose recording broke off: `mcap recover` makes a whole file \
+         of what is there"
+    )]
     CutOff,
     /// Its chunks are packed in an unknown way.
+    #[error(
+        "the MCAP file is packed with \"{0}\": it may be unpacked, or packed with lz4 or zstd (`mcap compress` \
+         does it)"
+    )]
     Packed(String),
     /// Its contents contradict its check sums or lengths.
+    #[error(
+        "the MCAP file is damaged: what it holds is not what its check sums and lengths say; copy it again, or \
+         try `mcap recover`"
+    )]
     Broken,
     /// A record is longer than any that is read.
+    #[error(
+        "the MCAP file has a record of more than {MAX_RECORD} bytes: it is damaged, or holds something else than \
+         signals; `mcap filter` leaves topics out"
+    )]
     TooLong,
     /// The system cannot read it.
+    #[error("the log cannot be read: {0}")]
     Unreadable(io::Error),
-}
-
-impl fmt::Display for Damage {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NoMcap => f.write_str(
-                "this is not an MCAP file: a log has the ending .mcap only if it is one, and .csv or \
-                 .csv.gz otherwise",
-            ),
-            Self::CutOff => f.write_str(
-                "the MCAP file ends too early, as one does whose recording broke off: `mcap recover` \
-                 makes a whole file of what is there",
-            ),
-            Self::Packed(how) => write!(
-                f,
-                "the MCAP file is packed with \"{how}\": it may be unpacked, or packed with lz4 or zstd \
-                 (`mcap compress` does it)"
-            ),
-            Self::Broken => f.write_str(
-                "the MCAP file is damaged: what it holds is not what its check sums and lengths say; \
-                 copy it again, or try `mcap recover`",
-            ),
-            Self::TooLong => write!(
-                f,
-                "the MCAP file has a record of more than {MAX_RECORD} bytes: it is damaged, or \
-                 holds something else than signals; `mcap filter` leaves topics out"
-            ),
-            Self::Unreadable(error) => write!(f, "the log cannot be read: {error}"),
-        }
-    }
 }
 
 impl From<McapError> for Damage {

@@ -3,7 +3,6 @@
 
 mod talk;
 
-use std::fmt;
 use std::sync::mpsc::{self, Receiver, Sender, TryRecvError};
 use std::thread::{self, JoinHandle};
 
@@ -48,37 +47,21 @@ pub enum LinkEvent {
 }
 
 /// Why a drive is lost.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LinkError {
     /// The line broke.
-    Drive(DriveError),
+    #[error(transparent)]
+    Drive(#[from] DriveError),
     /// The line works, and the drive is silent.
+    #[error(
+        "the drive has been silent for {} s: is it switched on, and its line connected?",
+        MAX_SILENCE.as_secs()
+    )]
     Silent,
     /// The thread of the line has ended by a defect of this program.
+    #[error("the thread of the line has ended")]
     Ended,
-}
-
-impl fmt::Display for LinkError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Drive(error) => error.fmt(f),
-            Self::Silent => write!(
-                f,
-                "the drive has been silent for {} s: is it switched on, and its line connected?",
-                MAX_SILENCE.as_secs()
-            ),
-            Self::Ended => f.write_str("the thread of the line has ended"),
-        }
-    }
-}
-
-impl std::error::Error for LinkError {}
-
-impl From<DriveError> for LinkError {
-    fn from(error: DriveError) -> Self {
-        Self::Drive(error)
-    }
 }
 
 /// The line to a drive, served by a thread. However it is dropped, the servo is left as [`AtEnd`] orders.
