@@ -9,7 +9,6 @@ use identifier_core::error::Allowed;
 use identifier_core::parameters::{Parameter, ServoParameters};
 use identifier_core::settings::{BoxSettings, IdentifierSettings, RangeSettings};
 use identifier_core::units::Units;
-use virtual_servo::excitation::Tone;
 use virtual_servo::faults::{FaultKind, Faults, InjectedFault};
 use virtual_servo::{Effects, SensorEffects};
 
