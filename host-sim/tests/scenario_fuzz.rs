@@ -44,7 +44,7 @@ impl Dice {
         (self.roll() % most.max(1) as u64) as usize
     }
 
-    fn of<'t>(&mut self, from: &[&'t str]) -> &'t str {
+    fn one_of<'t>(&mut self, from: &[&'t str]) -> &'t str {
         from[self.below(from.len())]
     }
 
@@ -54,7 +54,7 @@ impl Dice {
         (0..count).map(|_| letter(self)).collect()
     }
 
-    /// A value as nobody expects it.
+    /// An unexpected value.
     fn value(&mut self) -> String {
         const PLAIN: &[&str] = &[
             "nan",
@@ -144,7 +144,7 @@ impl Dice {
             }
             3 => format!("[{}]", "1.0,".repeat(self.below(30_000))),
             4 => "9".repeat(1 + self.below(500)),
-            5 | 6 => format!("\"{}\"", self.of(NAMES)),
+            5 | 6 => format!("\"{}\"", self.one_of(NAMES)),
             7 => format!(
                 "{:e}",
                 (self.roll() as f64 / 2e19 - 0.3) * 10_f64.powi(self.below(40) as i32 - 20)
@@ -154,7 +154,7 @@ impl Dice {
                 self.below(100) as f64,
                 self.below(10_000) as f64
             ),
-            _ => self.of(PLAIN).to_owned(),
+            _ => self.one_of(PLAIN).to_owned(),
         }
     }
 
@@ -186,7 +186,7 @@ impl Dice {
 
     /// A scenario of the repository that was hurt in some places.
     fn scenario(&mut self) -> Vec<u8> {
-        let mut lines: Vec<String> = self.of(&SCENARIOS).lines().map(str::to_owned).collect();
+        let mut lines: Vec<String> = self.one_of(&SCENARIOS).lines().map(str::to_owned).collect();
         for _ in 0..=self.below(3) {
             let place = self.below(lines.len());
             let stated = lines[place]
@@ -245,7 +245,7 @@ impl Dice {
     }
 }
 
-/// Largest memory that this process has had, bytes; none where the system does not tell.
+/// Peak memory of this process, bytes; `None` where the system does not report it.
 fn most_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status
@@ -257,12 +257,12 @@ fn most_memory() -> Option<u64> {
 
 /// Reads the longest file that is made of such pieces.
 fn largest_of(piece: impl Fn(usize) -> String) {
-    const LONGEST: usize = 1 << 20;
-    const PATIENCE: Duration = Duration::from_secs(20);
+    const MAX_SCENARIO_BYTES: usize = 1 << 20;
+    const MAX_READ_TIME: Duration = Duration::from_secs(20);
     let mut text = String::new();
     for i in 0.. {
         let next = piece(i);
-        if text.len() + next.len() > LONGEST {
+        if text.len() + next.len() > MAX_SCENARIO_BYTES {
             break;
         }
         text.push_str(&next);
@@ -271,16 +271,16 @@ fn largest_of(piece: impl Fn(usize) -> String) {
     let outcome = Scenario::parse("s.toml", &text, Purpose::Run);
     let taken = begun.elapsed();
     println!("{:?}: {taken:?}, {:?}", &piece(1), most_memory());
-    assert!(taken < PATIENCE, "{:?}: {taken:?}", piece(1));
+    assert!(taken < MAX_READ_TIME, "{:?}: {taken:?}", piece(1));
     let answer = outcome.expect_err("it is no scenario").to_string();
     assert!(answer.starts_with("s.toml:"), "{answer}");
 }
 
 /// Any file is read or refused: no panic, no long wait, little memory, and a message that helps. With
-/// `FUZZED_SCENARIOS=10000` in the environment it takes so many in place of a thousand.
+/// `FUZZED_SCENARIOS=10000` in the environment it reads 10 000 in place of a thousand.
 #[test]
-fn hurt_scenarios_are_read_or_refused() {
-    const LONGEST: Duration = Duration::from_secs(10);
+fn damaged_scenarios_are_read_or_refused() {
+    const MAX_READ_TIME: Duration = Duration::from_secs(10);
     const MEMORY: u64 = 200 << 20;
     let asked = std::env::var("FUZZED_SCENARIOS").ok();
     let count = asked.map_or(1000, |count| count.parse().expect("a number of scenarios"));
@@ -300,7 +300,7 @@ fn hurt_scenarios_are_read_or_refused() {
             }));
             slowest = slowest.max(begun.elapsed());
             assert!(
-                begun.elapsed() < LONGEST,
+                begun.elapsed() < MAX_READ_TIME,
                 "seed {seed}: {:?}",
                 begun.elapsed()
             );

@@ -1,4 +1,4 @@
-//! What is certified and stable when sampled does not diverge, and what does not converge says so.
+//! A loop that is certified, and stable when sampled, does not diverge; a run that does not converge reports it.
 
 use host_sim::analysis::Status;
 use host_sim::paper::{self, Case, Method};
@@ -156,7 +156,7 @@ fn no_certified_and_sampled_stable_case_diverges() {
 }
 
 #[test]
-fn far_too_large_a_gain_may_not_converge_but_never_says_that_it_did() {
+fn a_far_too_large_gain_is_never_wrongly_called_converged() {
     let mut converged = 0;
     for (scenario, summary) in search(2000, 200, (10.0, 1000.0)) {
         assert_honest(&scenario, &summary);

@@ -10,7 +10,7 @@ use integration_tests::{controller, in_parallel, parse, run, servo};
 
 const BENCH: &str = include_str!("../../host-sim/scenarios/compare.toml");
 
-/// What shows it.
+/// The page with the reviewed tables.
 const PAGE: &str = include_str!("../../docs/comparison.md");
 
 /// Wide enough for every column.
@@ -24,7 +24,7 @@ fn the_comparison_is_as_reviewed() {
     let page = present::comparison("", "", &compared, &result, duration);
     let text = render::terminal::brief(&page, WIDTH);
     let text = anstream::adapter::strip_str(&text).to_string();
-    // What the columns mean stands in the page's own words.
+    // The page explains the columns in its own words.
     let (text, _) = text.split_once("\nErrors: ").expect("the tables end");
     insta::assert_snapshot!(text);
     assert!(
@@ -33,8 +33,8 @@ fn the_comparison_is_as_reviewed() {
     );
 }
 
-/// What each method's own source claims: the servo without load, a fine sensor, no saturation; and
-/// friction where the method knows of friction.
+/// Conditions under which each method's own source makes its claim: the servo without load, a fine sensor, no
+/// saturation; and friction where the method models friction.
 fn at_its_best(law: Law) -> Scenario {
     let mut scenario = parse(BENCH);
     scenario.counts_per_rev = None;
@@ -77,7 +77,7 @@ fn each_method_keeps_its_own_claim() {
 }
 
 #[test]
-fn the_methods_that_know_of_friction_find_it() {
+fn the_methods_that_model_friction_identify_it() {
     let knowing = that_find(Parameter::Coulomb);
     assert_eq!(knowing.len(), 6);
     let found = in_parallel(&knowing, |law| {
@@ -91,7 +91,7 @@ fn the_methods_that_know_of_friction_find_it() {
 }
 
 #[test]
-fn the_methods_that_know_of_a_load_find_it() {
+fn the_methods_that_model_a_load_identify_it() {
     let knowing = that_find(Parameter::Load);
     let found = in_parallel(&knowing, |law| {
         let mut scenario = at_its_best(*law);

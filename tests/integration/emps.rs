@@ -2,7 +2,7 @@
 //! (Workshop on Nonlinear System Identification Benchmarks, 2019; nonlinearbenchmark.org).
 //!
 //! The log is not part of this project. Put `emps_train.csv.gz` (columns t_s, q_ref_m, q_m, vir_V)
-//! where `EMPS_LOG` says, or in `shared/data/emps` beside the project.
+//! where `EMPS_LOG` points, or in `shared/data/emps` beside the project.
 
 use std::path::{Path, PathBuf};
 
@@ -27,7 +27,7 @@ const PUBLISHED: [f64; 4] = [95.1089, 203.5034, 20.3935, -3.1648];
 const ASYMMETRIC: [f64; 4] = [95.154, 166.71, 240.42, 20.386];
 
 fn log_path() -> Option<PathBuf> {
-    // A log that somebody names must be there: reading it says so if it is not.
+    // A log that is named must exist: reading it fails if it does not.
     if let Some(named) = std::env::var_os("EMPS_LOG") {
         return Some(named.into());
     }
@@ -67,7 +67,7 @@ fn scenario(law: &str, factors: [f64; 4]) -> Scenario {
     Scenario::parse("emps", &text, Purpose::Replay).expect("valid")
 }
 
-/// M, Fv, Fc, OF after so many passes.
+/// M, Fv, Fc, OF after `passes`.
 fn identify(log: &Log, scenario: Scenario, passes: u32) -> [f64; 4] {
     let scenario = fitted(scenario, log);
     let declared = scenario.stated.controller.is_some();
@@ -122,7 +122,7 @@ fn from_sixty_starts(log: &Log, law: &str, arithmetic: Arithmetic) -> Vec<Summar
     })
 }
 
-/// Whether the largest and the smallest of some values are within a part of the first.
+/// True if the largest and the smallest of some values differ by less than a share of the first.
 fn in_one_place(values: impl Iterator<Item = f64> + Clone, part: f64) -> bool {
     let (low, high) = values
         .clone()
@@ -166,7 +166,7 @@ fn one_causal_pass_finds_the_published_values_from_a_third_to_three_times_them()
     }
 }
 
-/// A model of one friction for both directions stands between them, wherever it starts.
+/// A model of one friction for both directions ends between them, wherever it starts.
 #[test]
 fn without_the_asymmetry_every_start_ends_in_one_place() {
     let Some(log) = log() else { return };
@@ -187,9 +187,9 @@ fn without_the_asymmetry_every_start_ends_in_one_place() {
 
 /// Both published protocols, on the log that was learnt from: the whole loop simulated from the
 /// reference (relative errors of position, velocity and command), and the servo driven by the recorded
-/// command (m). Beside what is found stands what the published values predict.
+/// command (m). Printed beside the predictions of the published values.
 #[test]
-fn both_published_protocols_stand_beside_the_published_values() {
+fn both_published_protocols_give_errors_like_the_published_values() {
     let Some(log) = log() else { return };
     let scenario_of = |terms: &str| {
         let law = format!("law = \"gauss-newton\"\n{terms}");
@@ -250,7 +250,7 @@ fn both_published_protocols_stand_beside_the_published_values() {
         [closed.position, closed.velocity, command]
     });
     let [_, published, ours, with_asymmetry, with_low_speed] = errors;
-    // What is found causally predicts as well as what was published, and each term helps.
+    // The causal estimates predict as well as the published values, and each term helps.
     for i in 0..3 {
         assert!(with_asymmetry[i] < 1.1 * published[i], "{errors:?}");
     }
@@ -270,7 +270,7 @@ fn forty_passes_of_the_gradient_come_near_the_published_values() {
     }
 }
 
-/// Of the loop nothing is told: the recorded command and the correction's gains are enough.
+/// Nothing is declared of the loop: the recorded command and the correction's gains are enough.
 #[test]
 fn the_recorded_command_needs_neither_controller_nor_reference() {
     let Some(log) = log() else { return };

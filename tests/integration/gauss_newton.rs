@@ -1,4 +1,4 @@
-//! The fast law: how soon it knows, how well, and whether its standard errors are honest.
+//! Gauss–Newton: its settling time, its accuracy, and the coverage of its standard errors.
 
 use host_sim::result::Summary;
 use host_sim::scenario::Scenario;

@@ -1,4 +1,4 @@
-//! What crosses crates: scenarios of the simulator against what the project promises of them.
+//! Tests across crates: scenarios of the simulator against the project's claims.
 
 mod certificate;
 mod commission;

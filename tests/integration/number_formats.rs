@@ -21,7 +21,7 @@ fn in_own_loops(text: &str) -> [Summary; 3] {
     found.try_into().expect("three formats")
 }
 
-/// How far a format's tail means may be from those of f64: â (1/s), b̂, ĉ, d̂ (relative).
+/// Largest distance of a format's tail means from those of f64: â (1/s), b̂, ĉ, d̂ (relative).
 struct Tolerance {
     a: f64,
     b: f64,
@@ -134,7 +134,7 @@ fn side_by_side(scenario: &Scenario, turns: u32) -> Differences {
     differences
 }
 
-/// How far a signal is from that of f64, the larger of mean and root mean square, and its size.
+/// Distance of a signal from that of f64, the larger of mean and root mean square, and its size.
 fn distance(differences: &Differences, format: Arithmetic, name: &str) -> (f64, f64) {
     let all = differences.of(format);
     let signal = all.iter().find(|signal| signal.name == name);
@@ -194,10 +194,10 @@ fn a_soak_shows_no_drift() {
     assert_no_drift(&scenario, &["b", "coulomb", "load"]);
 }
 
-/// The reference stands still for 1000 s, 10⁶ samples, and then moves again.
+/// The reference is constant for 1000 s, 10⁶ samples, and then moves again.
 #[test]
 fn estimates_keep_still_without_excitation_and_do_not_burst_after_it() {
-    /// How long it moves, before and afterwards, and how long it stands still, s.
+    /// Times of motion, before and afterwards, and of rest, s.
     const MOVING: f64 = 20.0;
     const STANDING: f64 = 1000.0;
     /// For the last step of the reference to die away, s.
@@ -238,7 +238,7 @@ fn estimates_keep_still_without_excitation_and_do_not_burst_after_it() {
                     for (then, now) in before.signals.iter().zip(&compared.signals) {
                         for (i, worst) in worst.iter_mut().enumerate() {
                             let [then, now] = [then, now].map(|signals| of(&signals.estimates)[i]);
-                            // What is not estimated is zero, and stays so.
+                            // A parameter that is not estimated is zero, and stays so.
                             let moved = (now - then).abs() / then.abs().max(1e-9);
                             let worst = &mut worst[usize::from(!stands)];
                             *worst = worst.max(moved);
@@ -262,7 +262,7 @@ fn estimates_keep_still_without_excitation_and_do_not_burst_after_it() {
     }
 }
 
-/// What the formats make of the controller alone, in decibel over the signal.
+/// Errors of the formats in the controller alone, in decibel over the signal.
 #[test]
 fn the_pid_alone_has_the_signal_to_noise_of_the_documentation() {
     let mut scenario = parse(PAPER);

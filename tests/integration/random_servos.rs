@@ -1,4 +1,4 @@
-//! Two hundred servos that nobody tuned for: one automatic Γ for the whole box.
+//! Two hundred servos without individual tuning: one automatic Γ for the whole box.
 
 use std::fmt::Write;
 
@@ -98,7 +98,7 @@ fn every_servo_of_the_box_is_identified_with_one_automatic_gain() {
 }
 
 #[test]
-fn a_gain_a_thousand_times_too_large_is_slowed_and_says_so() {
+fn a_gain_a_thousand_times_too_large_is_slowed_and_reported() {
     let mut scenarios = scenarios();
     for scenario in &mut scenarios {
         let gamma = &mut scenario.stated.identifier.gamma;

@@ -33,7 +33,7 @@ duration = 30.0
 
 const SERVOS: u32 = 1000;
 
-fn of(scenario: &Scenario, runs: u32) -> Vec<Run> {
+fn swept(scenario: &Scenario, runs: u32) -> Vec<Run> {
     sweep(scenario, runs, 7, &AtomicBool::new(false), &|| ()).expect("it can be built")
 }
 
@@ -44,7 +44,7 @@ fn moved_by_a_load(law: Law) -> [Vec<f64>; 2] {
     scenario.identifier.parameters = vec![Parameter::A, Parameter::B];
     let mut scenario = with_law(&scenario, law);
     scenario.identifier.parameters = vec![Parameter::A, Parameter::B];
-    let without = of(&scenario, SERVOS);
+    let without = swept(&scenario, SERVOS);
     // A load that is drawn would differ from servo to servo; this one is the same for all.
     let with: Vec<Run> = {
         let drawn: Vec<Scenario> = (0..SERVOS)
@@ -121,7 +121,7 @@ fn any_number_of_threads_gives_the_same() {
             .num_threads(threads)
             .build()
             .expect("threads");
-        pool.install(|| of(&scenario, 64))
+        pool.install(|| swept(&scenario, 64))
     };
     let one = in_pool(1);
     assert_eq!(one.len(), 64);
@@ -136,7 +136,7 @@ fn any_number_of_threads_gives_the_same() {
 }
 
 #[test]
-fn a_sweep_that_is_stopped_keeps_what_is_done() {
+fn a_stopped_sweep_keeps_its_finished_runs() {
     let mut scenario = parse(BOX);
     scenario.duration = 1.0;
     let stop = AtomicBool::new(false);

@@ -99,7 +99,7 @@ impl Axis {
         IdentifiedResult::read(&text).expect("a result")
     }
 
-    /// Gains for what was found, of a fifth less than the servo bears where more was asked for.
+    /// Gains for the identified servo; a fifth below its limit where the demand exceeds it.
     fn tuned(&self, result: &IdentifiedResult) -> Tuned {
         let conditions = Conditions {
             counts: Some(self.counts),
@@ -153,7 +153,7 @@ impl Axis {
 /// The trial's own criterion: each rise time within 15 % of what is promised, each overshoot within three
 /// points.
 #[test]
-fn what_is_promised_from_a_result_is_what_the_servo_does() {
+fn the_true_servo_keeps_the_promise_made_from_a_result() {
     let axes = axes();
     let outcomes = in_parallel(&axes, |axis| {
         let result = axis.identified();

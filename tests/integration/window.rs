@@ -1,4 +1,4 @@
-//! The windowed law knows the servo after a wiggle.
+//! The windowed law identifies the servo from a short motion.
 
 use host_sim::scenario::Scenario;
 use host_sim::simulate;
@@ -54,7 +54,7 @@ fn worst_from(scenario: &Scenario, time: f64) -> (f64, f64, f64) {
 const LOAD: f64 = 0.02 * 20.0;
 
 #[test]
-fn it_knows_gain_and_load_after_a_sixth_of_a_second_and_viscosity_after_a_quarter() {
+fn gain_and_load_are_identified_after_a_sixth_of_a_second_and_viscosity_after_a_quarter() {
     for arithmetic in ["f32", "f64"] {
         let scenarios = scenarios(arithmetic);
         let known = |time: f64| {

@@ -1,4 +1,4 @@
-//! What the integration tests share: seeded random servos and runs of a scenario.
+//! Support of the integration tests: seeded random servos and runs of a scenario.
 
 use std::io::Write;
 
@@ -10,7 +10,7 @@ use identifier_core::ControllerSettings;
 use identifier_core::parameters::ServoParameters;
 use virtual_servo::excitation::NormalSource;
 
-/// Says that a test was skipped, past the capture of the output of tests that pass.
+/// Reports that a test was skipped, past the capture of the output of tests that pass.
 pub fn skipped(reason: &str) {
     // In one piece: others write, too.
     let line = format!("\nskipped: {reason}\n");

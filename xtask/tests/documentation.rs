@@ -1,4 +1,4 @@
-//! The pages of the project lead where they say: links to files and headings, commands to tests and
+//! The references on the project's pages are valid: links to files and headings, commands to tests and
 //! scenarios.
 
 use std::fs;
@@ -13,7 +13,7 @@ struct Page {
     links: Vec<String>,
     /// Anchors of its headings.
     anchors: Vec<String>,
-    /// What it shows as code: spans, and lines of blocks.
+    /// Its code: spans, and lines of blocks.
     commands: Vec<String>,
 }
 
@@ -126,7 +126,7 @@ fn every_command_names_a_test_and_files_that_exist() {
                 || path.ends_with(format!("tests/{name}/main.rs"))
         })
     };
-    // What selects some tests of a target: a part of the name of a module or of a function.
+    // A filter selects some tests of a target: a part of the name of a module or of a function.
     let is_filter = |filter: &str| {
         let module = filter.trim_end_matches("::");
         tests.iter().any(|path| {

@@ -24,7 +24,7 @@ fn settings() -> impl Strategy<Value = Settings> {
     })
 }
 
-/// Settings of these numbers; a bit of `given` says whether what may be left out is there.
+/// Settings of these numbers; each bit of `given` includes one optional field.
 fn filled(next: &mut impl FnMut() -> f64, mut given: u32, overruns: u8) -> Settings {
     let mut is_given = || {
         given = given.rotate_left(1);
@@ -103,7 +103,7 @@ fn filled(next: &mut impl FnMut() -> f64, mut given: u32, overruns: u8) -> Setti
 }
 
 #[test]
-fn settings_with_nothing_left_out_fit_a_message() {
+fn settings_with_every_field_fit_a_message() {
     let settings = filled(&mut || f64::MIN, u32::MAX, u8::MAX);
     let command = Command::Configure(settings);
     let framed = frame(&Request { id: 255, command }).expect("it fits");
@@ -140,7 +140,7 @@ fn order() -> CommissionSettings {
 }
 
 #[test]
-fn what_a_commissioning_says_fits_a_message() {
+fn every_report_of_a_commissioning_fits_a_message() {
     let command = Command::Commission(order());
     assert!(frame(&Request { id: 255, command }).is_ok());
     let outcome = Outcome {
@@ -199,7 +199,7 @@ fn what_a_commissioning_says_fits_a_message() {
 }
 
 #[test]
-fn settings_say_what_was_given_and_nothing_else() {
+fn settings_are_decoded_as_given() {
     let mut settings = filled(&mut || 1.5, u32::MAX, 3);
     let all = settings.to_string();
     assert!(all.contains("b begins with 1.5"), "{all}");
@@ -235,7 +235,7 @@ fn received(receiver: &mut Receiver, bytes: &[u8]) -> Vec<Result<Request, FrameE
 
 proptest! {
     #[test]
-    fn what_is_said_is_heard(requests in prop::collection::vec(request(), 1..8)) {
+    fn every_message_is_received_as_sent(requests in prop::collection::vec(request(), 1..8)) {
         let mut line = Vec::new();
         for request in &requests {
             let framed = frame(request).expect("it fits");
@@ -248,7 +248,7 @@ proptest! {
     }
 
     #[test]
-    fn after_any_garbage_the_next_frame_but_one_is_heard(
+    fn after_any_garbage_the_next_frame_but_one_is_received(
         garbage in prop::collection::vec(any::<u8>(), 0..3 * LONGEST_FRAME),
         first in request(),
         second in request(),
@@ -285,7 +285,7 @@ proptest! {
     }
 
     #[test]
-    fn a_stop_is_heard_among_anything_and_nothing_else_is_taken_for_one(
+    fn a_stop_is_received_amid_any_bytes_and_no_other_bytes_are_a_stop(
         before in prop::collection::vec(any::<u8>(), 0..3 * LONGEST_FRAME),
         other in request(),
         id: u8,

@@ -5,7 +5,7 @@ use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::tuning::{Cap, TuningError};
 
 #[test]
-fn it_says_with_its_figures_what_the_core_says() {
+fn its_text_and_figures_are_those_of_the_core() {
     for error in [
         TuningError::TooFast {
             bandwidth: 500.0,

@@ -1,5 +1,5 @@
 //! Whatever comes: settings of any numbers, bytes of any value, requests in any order, a flash full of
-//! anything. The drive refuses or faults, and never moves what nobody ordered to move.
+//! anything. The drive refuses or faults, and never moves without an order.
 
 #[macro_use]
 mod support;
@@ -12,7 +12,7 @@ use proptest::prelude::*;
 use support::drive::{Drive, SERVO};
 use support::{Bench, FORMAT, Flash, OTHER_FORMAT, SECTOR, settings};
 
-/// The numbers of settings that anybody may write wrongly.
+/// The numbers of settings that a user may get wrong.
 fn numbers(settings: &mut Settings) -> Vec<&mut f64> {
     let Settings {
         closed_loop,
@@ -116,7 +116,7 @@ fn any_command() -> impl Strategy<Value = Command> {
     ]
 }
 
-/// What is held must be a command that the output stage has, and only in a run.
+/// The command that is held is within the output stage's range, and held only in a run.
 fn holds_what_it_may(drive: &Drive<'_>) -> Result<(), TestCaseError> {
     if let Some(command) = drive.bench.held.get() {
         prop_assert!(command.abs() <= 10.0, "{}", command);
@@ -169,7 +169,7 @@ proptest! {
     }
 
     #[test]
-    fn bytes_and_requests_in_any_order_move_nothing_that_nobody_started(
+    fn bytes_and_requests_in_any_order_move_nothing_without_a_start(
         steps in prop::collection::vec(
             prop_oneof![
                 prop::collection::vec(any::<u8>(), 0..200).prop_map(Err),
@@ -210,7 +210,7 @@ proptest! {
     }
 
     #[test]
-    fn a_flash_full_of_anything_gives_a_drive_that_must_be_told(
+    fn a_drive_with_a_flash_of_any_content_moves_only_once_configured(
         seed in prop::collection::vec(any::<u8>(), 64),
         damaged in any::<bool>(),
         place in any::<prop::sample::Index>(),

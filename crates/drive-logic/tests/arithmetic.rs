@@ -32,7 +32,7 @@ fn a_far_target_is_reached_over_a_count_that_wraps_and_a_turned_axis_is_a_fault(
 }
 
 #[test]
-fn the_arithmetic_that_the_drive_is_not_built_for_is_refused_with_a_remedy() {
+fn the_number_format_that_the_drive_is_not_built_for_is_refused_with_a_remedy() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     let mut wanted = settings();

@@ -33,7 +33,7 @@ fn in_the_wrong_state_it_is_refused_with_a_reason_before_anything_moves() {
 }
 
 #[test]
-fn what_contradicts_is_refused_by_name_before_anything_is_kept_or_moves() {
+fn contradictory_settings_are_refused_by_name_before_anything_is_kept_or_moves() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     let orders = [
@@ -75,7 +75,7 @@ fn what_contradicts_is_refused_by_name_before_anything_is_kept_or_moves() {
 }
 
 #[test]
-fn a_flash_that_does_not_keep_what_holds_lets_nothing_begin() {
+fn a_flash_that_fails_to_keep_the_gains_in_force_prevents_a_start() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     flash.steps_left.set(3);
@@ -109,7 +109,7 @@ fn an_axis_at_its_switch_is_not_moved() {
 }
 
 #[test]
-fn each_fault_of_the_drive_ends_a_commissioning_as_itself() {
+fn each_fault_of_the_drive_ends_a_commissioning_under_its_own_number() {
     type Harm = fn(&Drive<'_>);
     let harms: [(Fault, Harm); 5] = [
         (Fault::AmplifierFault, |drive| {
@@ -124,7 +124,7 @@ fn each_fault_of_the_drive_ends_a_commissioning_as_itself() {
         (Fault::ActuatorFailed, |drive| {
             drive.bench.stage_works.set(false);
         }),
-        // Nothing more is asked of the drive.
+        // The host sends nothing more.
         (Fault::LinkLost, |_| {}),
     ];
     for (fault, harm) in harms {
@@ -147,7 +147,7 @@ fn each_fault_of_the_drive_ends_a_commissioning_as_itself() {
 }
 
 #[test]
-fn a_stop_that_overtakes_it_lets_nothing_begin() {
+fn a_stop_that_overtakes_the_order_prevents_a_start() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     drive.done(Command::Commission(ORDER));
@@ -187,7 +187,7 @@ fn without_gains_a_drive_waits_for_a_commissioning() {
 }
 
 #[test]
-fn gains_that_were_given_are_said_to_be() {
+fn gains_from_the_user_are_reported_as_such() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     let gains = drive.status().gains.expect("they were given");
@@ -197,7 +197,7 @@ fn gains_that_were_given_are_said_to_be() {
 }
 
 #[test]
-fn an_order_that_is_said_again_is_done_once_and_another_is_refused() {
+fn a_repeated_order_is_done_once_and_another_is_refused() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     drive.done(Command::Commission(ORDER));
@@ -212,7 +212,7 @@ fn an_order_that_is_said_again_is_done_once_and_another_is_refused() {
 }
 
 #[test]
-fn wherever_the_power_goes_before_the_end_the_gains_before_hold_and_it_is_told_once() {
+fn a_power_loss_before_the_end_restores_the_gains_before_and_is_reported_once() {
     let cold = ready();
     // Steps of keeping what holds, and of taking the mark away again.
     let steps = {
@@ -249,16 +249,16 @@ fn wherever_the_power_goes_before_the_end_the_gains_before_hold_and_it_is_told_o
                 assert_eq!(says, Some(lost), "cut after {cut} of {steps:?}");
                 told += 1;
             } else {
-                assert_eq!(says, None, "cut after {cut} of {steps:?}: told twice");
+                assert_eq!(says, None, "cut after {cut} of {steps:?}: reported twice");
             }
             drive.done(Command::Start);
         }
     }
-    assert!(told > 0, "it was never told");
+    assert!(told > 0, "it was never reported");
 }
 
 #[test]
-fn what_was_never_ended_is_told_with_its_number_after_the_power_came_back() {
+fn a_commissioning_cut_by_a_power_loss_is_reported_by_its_number_afterwards() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::with(ready()));
     {
         boot!(drive, &bench, &flash);

@@ -57,7 +57,7 @@ fn position(drive: &Drive<'_>) -> f64 {
 }
 
 /// The drive as a run of these settings, which obeys.
-fn goes_on(drive: &mut Drive<'_>, settings: &Settings) {
+fn assert_continues(drive: &mut Drive<'_>, settings: &Settings) {
     assert_eq!(drive.supervisor.state(), State::Running);
     assert_eq!(drive.shown(), *settings);
     drive.pass(4000);
@@ -70,7 +70,7 @@ fn goes_on(drive: &mut Drive<'_>, settings: &Settings) {
 }
 
 #[test]
-fn the_command_goes_on_without_a_bump_when_the_commissioning_takes_over() {
+fn the_command_has_no_bump_when_the_commissioning_takes_over() {
     for target in [None, Some(3.0)] {
         let (bench, flash) = (Bench::new(&LOADED), Flash::blank());
         boot!(drive, &bench, &flash);
@@ -94,7 +94,7 @@ fn the_command_goes_on_without_a_bump_when_the_commissioning_takes_over() {
 }
 
 #[test]
-fn the_gains_that_were_proved_hold_from_then_on_and_are_kept_when_the_servo_is_let_go() {
+fn proved_gains_are_in_force_at_once_and_kept_when_the_servo_is_released() {
     for settings in [quiet(), gauss_newton()] {
         let (bench, flash) = (Bench::new(&LOADED), Flash::blank());
         let gains = {
@@ -115,7 +115,7 @@ fn the_gains_that_were_proved_hold_from_then_on_and_are_kept_when_the_servo_is_l
             let gains = status.gains.expect("they hold");
             assert_eq!(gains.origin, Origin::Commissioned);
             assert_eq!(gains.controller.kp.to_bits(), tuning.kp.to_bits());
-            assert_eq!(status.ended, None, "the run goes on");
+            assert_eq!(status.ended, None, "the run continues");
 
             // From the commissioning to the loop, and on.
             let commands: Vec<f32> = told
@@ -150,7 +150,7 @@ fn the_gains_that_were_proved_hold_from_then_on_and_are_kept_when_the_servo_is_l
 }
 
 #[test]
-fn gauss_newton_goes_on_from_what_the_commissioning_found() {
+fn gauss_newton_continues_from_the_commissioned_servo() {
     let (bench, flash) = (Bench::new(&LOADED), Flash::blank());
     boot!(drive, &bench, &flash);
     let mut wanted = gauss_newton();
@@ -195,7 +195,7 @@ fn gauss_newton_goes_on_from_what_the_commissioning_found() {
     assert!(errors.is_some_and(|errors| errors.b > 0.0), "{status:?}");
 }
 
-/// What may come between, the number that it is told by, and how the drive stands then.
+/// A harm, the number of its reason, and the drive's state afterwards.
 type Harm = (fn(&mut Drive<'_>), u8, State);
 
 const HARMS: [Harm; 8] = [
@@ -240,7 +240,7 @@ const HARMS: [Harm; 8] = [
 ];
 
 #[test]
-fn whatever_comes_in_whatever_phase_the_loop_goes_on_or_the_servo_is_let_go() {
+fn after_any_harm_in_any_phase_the_loop_continues_or_the_servo_is_released() {
     for phase in PHASES {
         for (harm, number, state) in HARMS {
             let case = format!("{number} in {phase:?}");
@@ -269,9 +269,9 @@ fn whatever_comes_in_whatever_phase_the_loop_goes_on_or_the_servo_is_let_go() {
             let origin = drive.status().gains.map(|gains| gains.origin);
             assert_eq!(origin, Some(Origin::Given), "{case}");
             if state == State::Running {
-                goes_on(&mut drive, &quiet());
+                assert_continues(&mut drive, &quiet());
             } else {
-                assert_eq!(bench.held.get(), None, "{case}: it is let go");
+                assert_eq!(bench.held.get(), None, "{case}: it is released");
             }
             assert_eq!(flash.steps.get(), 0, "{case}: the store was touched");
         }
@@ -279,7 +279,7 @@ fn whatever_comes_in_whatever_phase_the_loop_goes_on_or_the_servo_is_let_go() {
 }
 
 #[test]
-fn a_host_that_falls_silent_ends_it_as_it_ends_a_run() {
+fn a_silent_host_ends_it_as_it_ends_a_run() {
     let mut listening = quiet();
     listening.protection.link_timeout = 0.05;
     for phase in PHASES {
@@ -299,7 +299,7 @@ fn a_host_that_falls_silent_ends_it_as_it_ends_a_run() {
 }
 
 #[test]
-fn what_ends_it_hands_the_servo_back_without_a_bump_and_the_load_does_not_fall() {
+fn every_end_hands_the_servo_back_without_a_bump_and_the_load_does_not_fall() {
     let (bench, flash) = (Bench::new(&LOADED), Flash::blank());
     boot!(drive, &bench, &flash);
     run(&mut drive, quiet());
@@ -325,7 +325,7 @@ fn what_ends_it_hands_the_servo_back_without_a_bump_and_the_load_does_not_fall()
 }
 
 #[test]
-fn a_run_that_has_ended_meanwhile_is_not_begun_again() {
+fn a_run_that_has_ended_meanwhile_is_not_restarted() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     let mut short = quiet();
@@ -338,7 +338,7 @@ fn a_run_that_has_ended_meanwhile_is_not_begun_again() {
     while bench.held.get().is_some() {
         drive.sample();
     }
-    // Nobody has looked at what the interrupt tells.
+    // The background has not read the interrupt's events.
     drive.done(Command::Commission(ORDER));
     over(&mut drive);
     assert_eq!(bench.held.get(), None);
@@ -352,7 +352,7 @@ fn a_run_that_has_ended_meanwhile_is_not_begun_again() {
 }
 
 #[test]
-fn a_stop_that_overtakes_it_stops_the_loop_and_lets_nothing_begin() {
+fn a_stop_that_overtakes_the_order_stops_the_loop_and_prevents_a_start() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     run(&mut drive, quiet());
@@ -366,7 +366,7 @@ fn a_stop_that_overtakes_it_stops_the_loop_and_lets_nothing_begin() {
 }
 
 #[test]
-fn wherever_the_power_goes_all_of_the_old_or_all_of_the_new_holds() {
+fn after_a_power_loss_all_old_or_all_new_gains_are_in_force() {
     // The flash of a drive that was configured and saved.
     let cold = {
         let (bench, flash) = (Bench::new(&LOADED), Flash::blank());

@@ -17,7 +17,7 @@ const APPLIED: Commissioning = Commissioning {
 };
 
 #[test]
-fn from_nothing_known_to_gains_that_hold_now_and_after_the_power_was_off() {
+fn an_unknown_servo_ends_with_gains_in_force_now_and_after_a_power_cycle() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     let gains = {
         let mut channel = Channel::new();
@@ -30,7 +30,7 @@ fn from_nothing_known_to_gains_that_hold_now_and_after_the_power_was_off() {
         let found = outcome(&mut drive);
         assert_eq!(found.commissioning, APPLIED);
         assert!(found.kept);
-        assert_eq!(bench.held.get(), None, "it is let go at the end");
+        assert_eq!(bench.held.get(), None, "it is released at the end");
         let servo = found.servo.expect("it is known");
         assert!(
             (servo.parameters.b / SERVO.b - 1.0).abs() < 0.02,
@@ -64,14 +64,14 @@ fn from_nothing_known_to_gains_that_hold_now_and_after_the_power_was_off() {
     assert_eq!(status.gains, Some(gains));
     assert_eq!(status.commissioning, Some(APPLIED));
     assert_eq!(outcome(&mut drive).commissioning, APPLIED);
-    // Gains that somebody gives are no longer commissioned.
+    // Gains that a user sets no longer count as commissioned.
     drive.done(Command::Configure(settings()));
     let origin = drive.status().gains.map(|gains| gains.origin);
     assert_eq!(origin, Some(Origin::Given));
 }
 
 #[test]
-fn its_progress_is_told() {
+fn its_progress_is_reported() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     drive.done(Command::Watch(10));
@@ -99,7 +99,7 @@ fn its_progress_is_told() {
     let tried = shown.iter().find(|at| at.phase == Phase::Trial);
     let [b, error] = tried.and_then(|at| at.gain).expect("it is known by then");
     assert!((f64::from(b) / SERVO.b - 1.0).abs() < 0.02 && error > 0.0);
-    // Every phase is told besides.
+    // Every phase is reported too.
     for phase in PHASES {
         let is_told = |report: &Report| {
             matches!(report, Report::Status { status, .. }
@@ -109,7 +109,7 @@ fn its_progress_is_told() {
     }
 }
 
-/// What may come between, the number it is told by, and the fault that it is, if it is one.
+/// A harm, the number of its reason, and its fault, if it is one.
 type Harm = (fn(&mut Drive<'_>), u8, Option<Fault>);
 
 const HARMS: [Harm; 7] = [
@@ -149,7 +149,7 @@ const HARMS: [Harm; 7] = [
 ];
 
 #[test]
-fn whatever_comes_in_whatever_phase_the_gains_before_hold_and_the_reason_is_told() {
+fn after_any_harm_in_any_phase_the_gains_before_are_in_force_and_the_reason_is_reported() {
     for phase in PHASES {
         for (harm, number, fault) in HARMS {
             let (bench, flash) = (Bench::new(&SERVO), Flash::with(ready()));
@@ -169,7 +169,7 @@ fn whatever_comes_in_whatever_phase_the_gains_before_hold_and_the_reason_is_told
                     Phase::Aborted
                 };
                 assert_eq!(came_to.commissioning.phase, wanted, "{case}");
-                assert_eq!(bench.held.get(), None, "{case}: it is let go");
+                assert_eq!(bench.held.get(), None, "{case}: it is released");
                 let state = fault.map_or(State::Released, State::Faulted);
                 assert_eq!(drive.supervisor.state(), state, "{case}");
                 assert_eq!(drive.shown(), settings(), "{case}");
@@ -183,7 +183,7 @@ fn whatever_comes_in_whatever_phase_the_gains_before_hold_and_the_reason_is_told
 }
 
 #[test]
-fn a_host_that_falls_silent_in_whatever_phase_ends_it() {
+fn a_silent_host_ends_it_in_any_phase() {
     let mut listening = settings();
     listening.protection.link_timeout = 0.01;
     for phase in PHASES {
@@ -198,7 +198,7 @@ fn a_host_that_falls_silent_in_whatever_phase_ends_it() {
 }
 
 #[test]
-fn a_stop_lets_the_servo_go_in_the_same_sample_and_a_mode_change_brings_it_to_rest_first() {
+fn a_stop_releases_the_servo_in_the_same_sample_and_a_mode_change_brings_it_to_rest_first() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     drive.done(Command::Commission(ORDER));
@@ -227,7 +227,7 @@ fn a_stop_lets_the_servo_go_in_the_same_sample_and_a_mode_change_brings_it_to_re
 }
 
 #[test]
-fn wherever_the_power_goes_all_of_the_old_or_all_of_the_new_holds() {
+fn after_a_power_loss_all_old_or_all_new_gains_are_in_force() {
     let cold = ready();
     let commissioned = |flash: &Flash| {
         let bench = Bench::new(&SERVO);

@@ -12,7 +12,7 @@ use support::drive::{Drive, SERVO, snapshots};
 use support::{Bench, Flash, HEALTHY, OTHER_FORMAT, diagonal, settings};
 
 #[test]
-fn a_drive_learns_its_servo_and_knows_it_after_a_loss_of_power() {
+fn a_drive_identifies_its_servo_and_keeps_the_estimates_over_a_loss_of_power() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     {
         boot!(drive, &bench, &flash);
@@ -33,7 +33,7 @@ fn a_drive_learns_its_servo_and_knows_it_after_a_loss_of_power() {
             Refusal::Running
         );
         drive.done(Command::Stop);
-        // Until the interrupt has said so, the servo is not let go.
+        // The servo counts as released only after the interrupt has confirmed it.
         assert_eq!(drive.refusal(Command::Save), Refusal::Running);
         drive.pass(1);
         assert_eq!(
@@ -50,7 +50,7 @@ fn a_drive_learns_its_servo_and_knows_it_after_a_loss_of_power() {
 }
 
 #[test]
-fn friction_is_learnt_where_it_is_asked_for() {
+fn friction_is_identified_where_the_settings_include_it() {
     let servo = ServoParameters {
         coulomb: 10.0,
         ..SERVO
@@ -71,7 +71,7 @@ fn friction_is_learnt_where_it_is_asked_for() {
     assert!((found.b / servo.b - 1.0).abs() < 0.01, "{found:?}");
 }
 
-/// Settings that say nothing of the servo, for the law that needs none of it.
+/// Settings without knowledge of the servo, for the law that needs none.
 fn first_contact() -> Settings {
     let mut wanted = settings();
     wanted.closed_loop.law = Law::GaussNewton;
@@ -80,7 +80,7 @@ fn first_contact() -> Settings {
 }
 
 #[test]
-fn a_servo_that_nothing_is_known_of_is_learnt_in_seconds_and_its_load_watched() {
+fn an_unknown_servo_is_identified_in_seconds_and_its_load_tracked() {
     let servo = ServoParameters {
         coulomb: 10.0,
         ..SERVO
@@ -135,7 +135,7 @@ fn every_law_runs_at_every_sample_time_and_none_beyond() {
 }
 
 #[test]
-fn an_estimate_at_its_bound_is_told_as_none() {
+fn an_estimate_at_its_bound_is_reported_as_none() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     let mut narrow = settings();
@@ -155,7 +155,7 @@ fn an_estimate_at_its_bound_is_told_as_none() {
 }
 
 #[test]
-fn the_servo_goes_where_it_is_sent_and_no_further() {
+fn the_servo_reaches_its_target_and_goes_no_further() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     assert_eq!(drive.refusal(Command::Target(1.0)), Refusal::NotRunning);
@@ -180,7 +180,7 @@ fn the_servo_goes_where_it_is_sent_and_no_further() {
 }
 
 #[test]
-fn every_harm_has_its_fault_and_lets_the_servo_go() {
+fn every_harm_has_its_fault_and_releases_the_servo() {
     type Harm = fn(&mut Drive<'_>);
     let harms: [(Fault, Harm); 8] = [
         (Fault::AmplifierFault, |drive| {
@@ -200,7 +200,7 @@ fn every_harm_has_its_fault_and_lets_the_servo_go() {
         }),
         (Fault::Overrun, |drive| drive.bench.late.set(true)),
         (Fault::FollowingError, |drive| {
-            // Somebody turns the axis by a revolution.
+            // The axis is turned by a revolution by hand.
             drive.bench.plant.borrow_mut().position += 6.3;
         }),
         (Fault::EncoderSilent, |drive| {
@@ -237,7 +237,7 @@ fn a_missing_and_a_broken_encoder_are_found_at_once() {
 }
 
 #[test]
-fn a_servo_that_stands_against_a_load_is_no_fault() {
+fn a_servo_at_rest_against_a_load_is_no_fault() {
     let servo = ServoParameters {
         load: 2000.0,
         ..SERVO
@@ -270,7 +270,7 @@ fn a_doubled_stop_does_not_end_the_run_after_it() {
 }
 
 #[test]
-fn a_faulted_drive_takes_settings_that_mend_the_fault() {
+fn a_faulted_drive_accepts_settings_that_remove_the_fault() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     let fault = drive.fault_after(|drive| drive.bench.plant.borrow_mut().position += 6.3);
@@ -296,7 +296,7 @@ fn a_chip_that_computes_wrongly_cannot_be_cleared() {
 }
 
 #[test]
-fn a_stuck_switch_is_found_before_motion_and_after_it_until_it_is_mended() {
+fn a_stuck_switch_is_found_before_motion_and_after_it_until_it_is_repaired() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     drive.lines(|lines| lines.high_switch = false);
@@ -316,7 +316,7 @@ fn a_stuck_switch_is_found_before_motion_and_after_it_until_it_is_mended() {
 }
 
 #[test]
-fn what_the_boot_found_is_told_and_must_be_cleared() {
+fn a_fault_found_at_boot_is_reported_and_must_be_cleared() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash, Err(Fault::ResetByWatchdog));
     assert_eq!(drive.pass(3), [Report::Fault(Fault::ResetByWatchdog)]);
@@ -330,14 +330,14 @@ fn what_the_boot_found_is_told_and_must_be_cleared() {
 }
 
 #[test]
-fn a_fault_on_the_way_wins_over_a_start() {
+fn a_fault_in_the_queue_wins_over_a_start() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     drive.done(Command::Start);
     drive.lines(|lines| lines.amplifier = false);
     drive.sample();
     bench.lines.set(HEALTHY);
-    // The supervisor has not heard of it yet, and its next order must not move the servo.
+    // The supervisor has not read the event yet, and its next order must not move the servo.
     drive.done(Command::Stop);
     drive.pass(5);
     assert_eq!(
@@ -348,12 +348,12 @@ fn a_fault_on_the_way_wins_over_a_start() {
 }
 
 #[test]
-fn telling_never_waits_and_no_fault_is_lost() {
+fn reporting_never_blocks_and_no_fault_is_lost() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     drive.done(Command::Watch(1));
     drive.done(Command::Start);
-    // Nobody listens while the queue fills, and then a fault strikes.
+    // The queue fills unread, and then a fault strikes.
     for _ in 0..100 {
         drive.sample();
     }
@@ -373,7 +373,7 @@ fn telling_never_waits_and_no_fault_is_lost() {
 }
 
 #[test]
-fn what_is_out_of_range_is_refused_by_name_and_the_settings_stay() {
+fn settings_out_of_range_are_refused_by_name_and_those_in_force_stay() {
     type Change = fn(&mut Settings);
     fn pid(settings: &mut Settings) -> &mut ControllerSettings {
         let controller = &mut settings.closed_loop.core.controller;
@@ -459,7 +459,7 @@ fn a_corrupt_record_and_one_of_another_version_leave_the_built_in_settings() {
 }
 
 #[test]
-fn a_record_of_the_version_before_is_left_alone_until_it_is_replaced() {
+fn a_record_of_the_previous_version_is_left_alone_until_it_is_replaced() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     let (mut old, ..) = Store::open::<[u32; 32]>(flash.clone(), 0, 1);
     old.keep(&[u32::MAX; 32]).expect("power is there");

@@ -18,10 +18,10 @@ const BYTE: u64 = 10_000;
 /// Time between samples, ns: 4 kHz.
 const SAMPLE: u64 = 250_000;
 
-/// What a turn of the background takes, ns, above what the emulator counts for it
+/// Duration of one pass of the background, ns, above the emulator's count
 /// (`cargo xtask budget`: `turn-…`) at two cycles for an instruction: without anything to do; for each
-/// byte that is looked at; if anything is said, for a request with its answer; for a piece of news, in
-/// every turn.
+/// byte that is read; with anything sent, for a request with its answer; for an unsolicited report, in
+/// every pass.
 const TURN: [u64; 4] = [5_000, 2_000, 700_000, 300_000];
 
 /// Bytes that the firmware's queues hold.
@@ -33,7 +33,7 @@ struct Wires {
     to_drive: VecDeque<u8>,
     heard: VecDeque<u8>,
     to_say: VecDeque<u8>,
-    /// Bytes heard in this turn, and frames said.
+    /// Bytes received in this pass, and frames sent.
     bytes: u64,
     frames: u64,
 }
@@ -67,7 +67,7 @@ struct OnLine<'a> {
     now: u64,
     next_sample: u64,
     free_at: u64,
-    /// What a turn takes, as [`TURN`].
+    /// Durations of a pass, as [`TURN`].
     turn: [u64; 4],
     id: u8,
 }
@@ -127,7 +127,7 @@ impl<'a> OnLine<'a> {
         self.wires.to_drive.extend(bytes);
     }
 
-    /// Says a request as a host does: after a zero, so that whatever was on the line before ends.
+    /// Sends a request as a host does: after a zero, so that whatever was on the line before ends.
     fn say(&mut self, command: Command) -> u8 {
         self.id = self.id.wrapping_add(1);
         let framed = frame(&Request {
@@ -139,7 +139,7 @@ impl<'a> OnLine<'a> {
         self.id
     }
 
-    /// Asks until it is done.
+    /// Repeats a request until the drive has done it.
     fn ask(&mut self, command: Command) {
         for _ in 0..50 {
             let id = self.say(command);
@@ -196,7 +196,7 @@ fn fast() -> Settings {
 }
 
 #[test]
-fn ten_thousand_stops_are_obeyed_within_two_milliseconds_whatever_is_on_the_line() {
+fn ten_thousand_stops_are_obeyed_within_two_milliseconds_under_any_traffic() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     drive.done(Command::Configure(fast()));
@@ -229,7 +229,7 @@ fn ten_thousand_stops_are_obeyed_within_two_milliseconds_whatever_is_on_the_line
         let cut = cut.expect("it fits");
         line.send(&cut[..random.below(20) as usize]);
         line.pass(1e-6 * f64::from(random.below(1000)));
-        // What the host's driver still holds goes out first: the clock starts when the stop is on the
+        // The queue of the host's driver goes out first: the clock starts when the stop is on the
         // wire.
         while !line.wires.to_drive.is_empty() {
             line.step();
@@ -256,7 +256,7 @@ fn ten_thousand_stops_are_obeyed_within_two_milliseconds_whatever_is_on_the_line
 }
 
 #[test]
-fn every_request_is_answered_however_much_is_told() {
+fn every_request_is_answered_under_any_rate_of_reports() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     drive.done(Command::Configure(fast()));
@@ -330,7 +330,7 @@ impl Line for Pieces {
 }
 
 #[test]
-fn a_stop_that_comes_while_a_run_is_built_keeps_it_from_beginning() {
+fn a_stop_while_a_run_is_built_prevents_its_start() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     let piece = |command| -> VecDeque<u8> {
@@ -396,7 +396,7 @@ fn a_line_that_is_cut_anywhere_ends_the_run_in_time() {
 }
 
 #[test]
-fn bytes_that_are_lost_doubled_or_changed_move_nothing_that_nobody_ordered() {
+fn lost_doubled_or_changed_bytes_move_nothing_without_an_order() {
     let mut random = Random(99);
     for _ in 0..100 {
         let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
@@ -422,7 +422,7 @@ fn bytes_that_are_lost_doubled_or_changed_move_nothing_that_nobody_ordered() {
                 }
             }
             line.pass(2e-3);
-            assert!(!line.is_driven(), "nobody said start");
+            assert!(!line.is_driven(), "no start was sent");
         }
         line.pass(0.1);
         line.send(&[0]);

@@ -1,5 +1,5 @@
-//! What keeps a machine with a spindle on it whole, beside the faults: who may start it, what ends a
-//! run, and what may be asked of it.
+//! Protection of a machine with a spindle, beside the faults: conditions for a start, ends of a
+//! run, and limits of the reference.
 
 #[macro_use]
 mod support;
@@ -27,8 +27,8 @@ macro_rules! running {
     };
 }
 
-/// Samples until the servo is let go, at most so many.
-fn samples_until_let_go(drive: &mut Drive<'_>, most: u32) -> Option<u32> {
+/// Samples until the servo is released; `None` if more than `most`.
+fn samples_until_released(drive: &mut Drive<'_>, most: u32) -> Option<u32> {
     (1..=most).find(|_| {
         drive.pass(1);
         drive.bench.held.get().is_none()
@@ -36,7 +36,7 @@ fn samples_until_let_go(drive: &mut Drive<'_>, most: u32) -> Option<u32> {
 }
 
 #[test]
-fn nothing_moves_before_somebody_said_what_the_servo_is() {
+fn nothing_moves_before_the_servo_is_configured() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     {
         let mut channel = Channel::new();
@@ -49,7 +49,7 @@ fn nothing_moves_before_somebody_said_what_the_servo_is() {
         assert!(drive.status().configured);
         drive.done(Command::Save);
     }
-    // What was saved was said.
+    // The saved settings are in force after a reboot.
     let mut channel = Channel::new();
     let mut drive = Drive::as_it_comes(&mut channel, &bench, &flash, Ok(()));
     assert!(drive.status().configured);
@@ -59,7 +59,7 @@ fn nothing_moves_before_somebody_said_what_the_servo_is() {
 }
 
 #[test]
-fn what_the_boot_found_wrong_is_known_before_the_first_sample() {
+fn a_fault_found_at_boot_is_known_before_the_first_sample() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash, Err(Fault::SelfTestFailed));
     assert_eq!(drive.status().state, State::Faulted(Fault::SelfTestFailed));
@@ -89,7 +89,7 @@ fn a_stop_needs_no_room_and_overtakes_what_was_ordered_before_it() {
     }
     assert_eq!(drive.supervisor.state(), State::Released);
 
-    // A running one, with a full queue and nobody who hears what is told.
+    // A running one, with a full queue of reports that are not read.
     drive.done(Command::Start);
     drive.pass(50);
     assert!(bench.held.get().is_some());
@@ -106,7 +106,7 @@ fn a_stop_needs_no_room_and_overtakes_what_was_ordered_before_it() {
 }
 
 #[test]
-fn a_stop_and_a_start_at_once_leave_the_servo_running_and_the_other_way_round_let_go() {
+fn a_stop_then_a_start_leave_the_servo_running_and_the_reverse_releases_it() {
     running!(drive, bench, &SERVO, settings());
     drive.pass(10);
     drive.done(Command::Stop);
@@ -122,7 +122,7 @@ fn a_stop_and_a_start_at_once_leave_the_servo_running_and_the_other_way_round_le
 }
 
 #[test]
-fn a_host_that_falls_silent_ends_the_run_at_rest_within_the_stated_time() {
+fn a_silent_host_ends_the_run_at_rest_within_the_stated_time() {
     for moving in [false, true] {
         let mut wanted = still();
         wanted.protection.link_timeout = 0.3;
@@ -131,7 +131,7 @@ fn a_host_that_falls_silent_ends_the_run_at_rest_within_the_stated_time() {
         if moving {
             drive.done(Command::Target(40.0));
         }
-        // Whoever says anything keeps it running.
+        // Any request keeps it running.
         for _ in 0..20 {
             drive.pass(290);
             drive.status();
@@ -140,7 +140,7 @@ fn a_host_that_falls_silent_ends_the_run_at_rest_within_the_stated_time() {
         let speed_before = bench.plant.borrow().velocity.abs();
         assert_eq!(speed_before > 4.0, moving);
         // 0.3 s and 0.2 s, and the sample in which each of them is over.
-        let samples = samples_until_let_go(&mut drive, 503).expect("in time");
+        let samples = samples_until_released(&mut drive, 503).expect("in time");
         assert!(samples >= 300, "{samples}");
         assert!(bench.plant.borrow().velocity.abs() < 0.1, "at rest");
         drive.pass(3);
@@ -150,7 +150,7 @@ fn a_host_that_falls_silent_ends_the_run_at_rest_within_the_stated_time() {
 }
 
 #[test]
-fn a_servo_that_comes_to_rest_is_sent_nowhere() {
+fn a_servo_on_its_way_to_rest_takes_no_target() {
     let mut wanted = still();
     wanted.protection.duration = 1.0;
     wanted.protection.stop_time = 0.4;
@@ -161,13 +161,13 @@ fn a_servo_that_comes_to_rest_is_sent_nowhere() {
         drive.ask(Command::Target(40.0));
         drive.pass(1);
     }
-    let samples = samples_until_let_go(&mut drive, 400).expect("it comes to rest");
+    let samples = samples_until_released(&mut drive, 400).expect("it comes to rest");
     assert!(samples < 100, "{samples}");
     assert!(bench.plant.borrow().position.abs() < 0.1);
 }
 
 #[test]
-fn a_silent_line_means_nothing_where_the_settings_say_so() {
+fn a_timeout_of_zero_disables_the_link_watchdog() {
     let mut wanted = still();
     wanted.protection.link_timeout = 0.0;
     running!(drive, bench, &SERVO, wanted);
@@ -183,7 +183,7 @@ fn a_run_ends_by_itself_when_its_time_is_over() {
     running!(drive, bench, &SERVO, wanted);
     drive.pass(1999);
     assert_eq!(drive.supervisor.state(), State::Running);
-    let samples = samples_until_let_go(&mut drive, 502).expect("within the stop time");
+    let samples = samples_until_released(&mut drive, 502).expect("within the stop time");
     assert!(samples < 400, "it is at rest before the stop time is over");
     assert!(bench.plant.borrow().velocity.abs() < 0.5);
     drive.pass(2);
@@ -194,7 +194,7 @@ fn a_run_ends_by_itself_when_its_time_is_over() {
 
 #[test]
 fn travel_and_speed_are_watched_in_every_sample() {
-    // Somebody turns the axis away, slowly enough for the loop's error to stay small: the reference
+    // The axis is turned away by hand, slowly enough for the loop's error to stay small: the reference
     // would have to run away with it, so the error's bound is out of the way here.
     let mut wanted = still();
     wanted.protection.following_error = 1e3;
@@ -225,7 +225,7 @@ fn travel_and_speed_are_watched_in_every_sample() {
 }
 
 #[test]
-fn an_axis_held_by_hand_is_no_silent_encoder_until_it_is_too_far_away() {
+fn an_axis_held_by_hand_is_no_silent_encoder_until_its_error_is_too_large() {
     // The first power-on of the manual: the amplifier has no supply, a hand turns the axis.
     let mut wanted = still();
     wanted.protection.following_error = 0.2;
@@ -268,7 +268,7 @@ fn an_axis_that_friction_holds_is_no_silent_encoder() {
 }
 
 #[test]
-fn settings_that_contradict_each_other_are_refused_before_anything_moves() {
+fn contradictory_settings_are_refused_before_anything_moves() {
     type Change = fn(&mut Settings);
     let changes: [(&str, &str, f64, Change); 4] = [
         ("following_error", "dither's amplitude", 0.9, |s| {
@@ -322,7 +322,7 @@ fn the_largest_dither_that_is_allowed_does_not_fault() {
 }
 
 #[test]
-fn a_fault_keeps_what_was_learnt_and_the_next_run_begins_with_it() {
+fn a_fault_keeps_the_estimates_and_the_next_run_starts_from_them() {
     running!(drive, bench, &SERVO, settings());
     drive.pass(20_000);
     bench.plant.borrow_mut().position += 6.3;
@@ -348,11 +348,11 @@ fn a_fault_keeps_what_was_learnt_and_the_next_run_begins_with_it() {
     drive.done(Command::Stop);
     drive.pass(2);
 
-    // Said to be another servo, it is another.
+    // The same settings keep the learnt estimates, those of another servo discard them.
     drive.done(Command::Configure(settings()));
     assert!(
         drive.supervisor.estimates().is_some(),
-        "nothing new was said"
+        "the servo is the same"
     );
     let mut other = settings();
     other.closed_loop.core.identifier.initial.b = Some(200.0);
@@ -362,7 +362,7 @@ fn a_fault_keeps_what_was_learnt_and_the_next_run_begins_with_it() {
 }
 
 #[test]
-fn what_was_kept_is_what_the_first_run_after_a_loss_of_power_begins_with() {
+fn the_first_run_after_a_loss_of_power_starts_from_the_kept_estimates() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     let learnt = {
         boot!(drive, &bench, &flash);
@@ -412,7 +412,7 @@ fn a_background_that_hangs_is_left_to_the_watchdog() {
         }
         drive.bench.fed.get() - before
     };
-    // Driven, for a tenth of a second at most; let go, for five.
+    // Driven, for a tenth of a second at most; released, for five.
     let driven = fed(&mut drive, 1000);
     assert!((49..=100).contains(&driven), "{driven}");
     drive.done(Command::Stop);
@@ -433,7 +433,7 @@ fn a_background_that_hangs_is_left_to_the_watchdog() {
 }
 
 #[test]
-fn the_law_that_needs_no_guess_takes_one_that_was_learnt() {
+fn the_law_that_needs_no_guess_starts_from_kept_estimates() {
     let mut wanted = settings();
     wanted.closed_loop.law = Law::GaussNewton;
     wanted.closed_loop.core.identifier = identifier_core::settings::IdentifierSettings::UNSTATED;

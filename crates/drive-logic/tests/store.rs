@@ -38,7 +38,7 @@ fn a_blank_flash_holds_nothing_and_then_the_last_record() {
 }
 
 #[test]
-fn wherever_the_power_goes_the_old_or_the_new_record_is_there() {
+fn after_a_power_loss_the_old_or_the_new_record_is_read() {
     // Every number of records before the cut that matters: into the first sector, at its end, into
     // the second, and around again.
     let slots = (SECTOR / SLOT) as u32;
@@ -72,7 +72,7 @@ fn wherever_the_power_goes_the_old_or_the_new_record_is_there() {
             );
             // And the next one is kept in spite of what the cut left behind.
             store.keep(&contents(before + 1)).expect("power is back");
-            // A store that goes on without a reboot knows what holds as well.
+            // A store that continues without a reboot has the same record in force.
         }
     }
 }
@@ -86,7 +86,7 @@ fn an_attempt_that_failed_late_does_not_hide_the_one_after_it() {
     flash.steps_left.set(SLOT / 4 - 1);
     assert_eq!(store.keep(&contents(1)), Err(StoreError::Flash));
     flash.steps_left.set(usize::MAX);
-    store.keep(&contents(2)).expect("it goes on");
+    store.keep(&contents(2)).expect("it continues");
     assert_eq!(opened(&flash).1, Some(contents(2)));
 }
 
@@ -113,7 +113,7 @@ fn a_record_longer_than_a_slot_is_refused() {
 
 proptest! {
     #[test]
-    fn damage_costs_the_record_that_it_strikes(
+    fn damage_costs_only_the_damaged_record(
         records in 1_u32..12,
         place in 0_usize..2 * SECTOR,
         bit in 0_u8..8,
@@ -133,11 +133,11 @@ proptest! {
                 prop_assert_eq!(kept, Kept::Damaged);
             }
         }
-        store.keep(&contents(99)).expect("it goes on");
+        store.keep(&contents(99)).expect("it continues");
     }
 
     #[test]
-    fn whatever_a_flash_holds_it_can_be_used(
+    fn a_flash_of_any_content_can_be_used(
         bytes in prop::collection::vec(any::<u8>(), 2 * SECTOR),
     ) {
         let flash = Flash::with(bytes);

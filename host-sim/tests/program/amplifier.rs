@@ -33,7 +33,7 @@ fn off(found: &ServoParameters) -> [f64; 2] {
 }
 
 #[test]
-fn what_is_declared_acts_for_every_law() {
+fn a_declared_amplifier_acts_for_every_law() {
     let declared = "delay = 0.0016\ncurrent_loop = 0.001";
     for (law, keys) in [("gradient", BOX), ("gauss-newton", ""), ("window", "")] {
         let [b, c] = off(&found(law, declared, keys));
@@ -53,7 +53,7 @@ fn a_window_finds_the_delay_besides_the_declared_current_loop() {
 }
 
 #[test]
-fn fixed_point_refuses_what_it_does_not_take() {
+fn fixed_point_refuses_a_declared_delay() {
     let keys = format!("arithmetic = \"fixed\"\n{BOX}");
     let said = scenario("gradient", "delay = 0.001", &keys).expect_err("refused");
     assert!(said.contains("amplifier.delay"), "{said}");

@@ -17,7 +17,7 @@ fn short(text: &str) -> String {
     text.replace("duration = 60.0", "duration = 10.0")
 }
 
-/// What a wrong scenario is answered with: exit status 2, nothing on standard output, no file.
+/// Message about a wrong scenario: exit status 2, nothing on standard output, no file.
 fn refusal(test: &str, text: &str) -> String {
     let folder = folder(test);
     let scenario = scenario(&folder, text);
@@ -43,7 +43,7 @@ fn assert_refused(test: &str, (from, to): (&str, &str), key: &str, message: &str
 }
 
 #[test]
-fn the_least_scenario_runs_in_fixed_point_too() {
+fn the_minimal_scenario_runs_in_fixed_point_too() {
     let folder = folder("minimal-in-words");
     let minimal = include_str!("../../scenarios/minimal.toml");
     let file = folder.join("minimal.toml");
@@ -62,7 +62,7 @@ fn the_least_scenario_runs_in_fixed_point_too() {
 }
 
 #[test]
-fn what_is_not_known_is_a_dash() {
+fn an_unknown_value_is_a_dash() {
     let folder = folder("not-known");
     let file = folder.join("still.toml");
     std::fs::write(
@@ -102,7 +102,7 @@ fn run_writes_json_csv_and_pictures() {
 }
 
 #[test]
-fn json_on_standard_output_is_all_there_is_and_has_the_promised_keys() {
+fn json_on_standard_output_is_alone_and_has_the_promised_keys() {
     let folder = folder("json");
     let scenario = scenario(&folder, &short(PROPOSED));
     let output = servo_id(&["run", &scenario, "--json", "-"]);
@@ -146,7 +146,7 @@ fn json_on_standard_output_is_all_there_is_and_has_the_promised_keys() {
 }
 
 #[test]
-fn paper_is_the_default_and_writes_where_it_is_told() {
+fn paper_is_the_default_verb_and_writes_to_the_given_folder() {
     let folder = folder("paper");
     let output = Command::new(env!("CARGO_BIN_EXE_servo-id"))
         .current_dir(&folder)
@@ -375,7 +375,7 @@ fn value_out_of_range_is_answered_with_line_key_value_and_range() {
     }
 }
 
-/// An estimate that its bound holds has not been found, however still it stands.
+/// An estimate at its bound is not identified, even if it is constant.
 #[test]
 fn an_estimate_at_a_bound_is_no_result() {
     let folder = folder("bound");
@@ -436,7 +436,7 @@ fn correction_and_largest_speed_are_judged_by_key() {
             "{test}: {answer}"
         );
     }
-    // A servo that is said to be slower than it is: the run ends where it is found out.
+    // A servo that is declared slower than it is: the run ends where the speed exceeds the declaration.
     let folder = folder("max-speed-run");
     let text = short(PROPOSED).replace(mu, &format!("{mu}\nmax_speed = 1.0"));
     let scenario = scenario(&folder, &text);
@@ -483,7 +483,7 @@ fn a_window_in_samples_is_refused_with_the_remedy() {
 }
 
 #[test]
-fn a_memory_belongs_to_gauss_newton_and_is_not_too_short() {
+fn a_memory_is_for_gauss_newton_alone_and_not_too_short() {
     let answer = refusal("memory-short", &with_fit("gauss-newton", "memory = 0.5"));
     assert!(answer.contains("identifier.memory"), "{answer}");
     let answer = refusal("memory-window", &with_fit("window", "memory = 5.0"));
@@ -491,7 +491,7 @@ fn a_memory_belongs_to_gauss_newton_and_is_not_too_short() {
 }
 
 #[test]
-fn a_gain_that_is_not_to_be_found_has_to_be_known() {
+fn a_gain_that_is_not_identified_must_be_given() {
     for law in ["gauss-newton", "window"] {
         let text = with_fit(law, "").replace("[\"a\", \"b\"]", "[\"a\"]");
         let answer = refusal("unknown-gain", &text);
@@ -635,7 +635,7 @@ fn sweep_gives_the_same_for_any_number_of_threads() {
 }
 
 #[test]
-fn a_method_asked_for_what_it_cannot_do_says_what_it_can() {
+fn a_method_refuses_parameters_it_cannot_identify_and_names_those_it_can() {
     let text = PROPOSED
         .replace(
             "law = \"gradient\"\ngamma = [0.2, 110.0]\nmu = 10.0\n",
@@ -690,7 +690,7 @@ fn drift_holds_every_format_against_double_precision() {
 }
 
 #[test]
-fn what_fixed_point_cannot_do_is_answered_with_key_and_what_can_be_done() {
+fn what_fixed_point_cannot_do_is_answered_with_key_and_remedy() {
     let fixed = "arithmetic = \"fixed\"";
     let words = |more: &str| PROPOSED.replace("arithmetic = \"f32\"", &format!("{fixed}\n{more}"));
     let narrow = "ranges = { error = 1.0, velocity = 100.0, command = 2.0 }";

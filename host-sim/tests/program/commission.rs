@@ -1,4 +1,4 @@
-//! The contract of `servo-id commission`: what is said, what is written, and what is refused before
+//! The contract of `servo-id commission`: its messages, its files, and its refusals before
 //! anything moves.
 
 use std::fs;
@@ -9,7 +9,7 @@ use serde_json::Value;
 
 const PAPER: &str = include_str!("../../scenarios/commission.toml");
 
-/// Commissions a text: exit status, what is said, and the result.
+/// Commissions the servo of a scenario text: exit status, output, and the result.
 fn commission(test: &str, text: &str) -> (Option<i32>, String, Option<Value>) {
     let folder = folder(&format!("commission-{test}"));
     let [scenario, json] = ["scenario.toml", "result.json"].map(|name| folder.join(name));
@@ -43,7 +43,7 @@ fn assert_refused(test: &str, (from, to): (&str, &str), key: &str, figure: &str)
 }
 
 #[test]
-fn a_servo_of_which_nothing_is_known_ends_with_gains_and_says_how() {
+fn an_unknown_servo_ends_with_gains_and_their_derivation() {
     let (status, said, result) = commission("paper", PAPER);
     assert_eq!(status, Some(0), "{said}");
     let result = result.expect("it is written");
@@ -93,7 +93,7 @@ fn a_servo_of_which_nothing_is_known_ends_with_gains_and_says_how() {
 }
 
 #[test]
-fn results_are_the_same_in_every_run_and_have_standard_output_to_themselves() {
+fn results_are_the_same_in_every_run_and_alone_on_standard_output() {
     let folder = folder("commission-streams");
     let scenario = folder.join("scenario.toml");
     fs::write(&scenario, PAPER).expect("the scenario is written");
@@ -114,7 +114,7 @@ fn results_are_the_same_in_every_run_and_have_standard_output_to_themselves() {
 }
 
 #[test]
-fn what_is_not_applied_is_exit_status_one_with_the_reason_in_words_and_numbers() {
+fn gains_that_are_not_applied_give_exit_status_one_and_the_reason_by_text_and_number() {
     // A locked axis: friction bears the largest command.
     let text = PAPER.replace("coulomb = 0.0 ", "coulomb = 9000.0 ");
     assert_ne!(text, PAPER);
@@ -136,7 +136,7 @@ fn what_is_not_applied_is_exit_status_one_with_the_reason_in_words_and_numbers()
 }
 
 #[test]
-fn what_cannot_be_within_the_limits_is_refused_with_the_figure_that_would_do() {
+fn a_commissioning_impossible_within_its_limits_is_refused_with_the_figure_that_would_do() {
     let refused = assert_refused;
     refused(
         "travel",
@@ -216,7 +216,7 @@ fn what_cannot_be_within_the_limits_is_refused_with_the_figure_that_would_do() {
 }
 
 #[test]
-fn a_scenario_without_what_a_commissioning_may_do_is_refused_with_what_to_write() {
+fn a_scenario_without_limits_is_refused_with_the_lines_to_write() {
     let run = include_str!("../../scenarios/paper.toml");
     let (status, said, result) = commission("run", run);
     assert_eq!(status, Some(2), "{said}");

@@ -21,7 +21,7 @@ const SERVO: ServoParameters = ServoParameters {
     load: 0.0,
 };
 
-/// What a drive shows before anybody has told it anything.
+/// The settings of a drive that was never configured.
 fn example() -> Settings {
     let mut core = identifier_core::Settings {
         cutoff: 500.0,
@@ -92,7 +92,7 @@ impl Person {
         arguments
     }
 
-    /// Types a command that must succeed, and reads what it says.
+    /// Types a command that must succeed, and returns its output.
     fn does(&self, words: &str) -> String {
         let output = servo_id(&self.arguments(words));
         assert!(
@@ -110,7 +110,7 @@ impl Person {
         standard_error(&output)
     }
 
-    /// Types a command that goes on.
+    /// Types a command that keeps running.
     fn begins(&self, words: &str) -> Child {
         as_from_a_terminal()
             .args(self.arguments(words))
@@ -120,7 +120,7 @@ impl Person {
             .expect("the program starts")
     }
 
-    /// Waits for what goes on: its status, what it said and why it failed.
+    /// Waits for a running command: exit status, standard output and standard error.
     fn ends(child: Child) -> (Option<i32>, String, String) {
         let output = child.wait_with_output().expect("it ends");
         let said = String::from_utf8_lossy(&output.stdout).into_owned();
@@ -140,7 +140,7 @@ fn the_first_power_on_of_the_manual_works_step_by_step() {
     let refused = person.fails(1, "start");
     assert!(refused.contains("configure it first"), "{refused}");
 
-    // 2. Say what the servo is, with tight protections.
+    // 2. Declare the servo, with tight protections.
     // The manual's words, and a longer link timeout: this machine may be busy.
     let tight = "configure my-servo.toml --following-error 0.2 --travel 0.5 --pace 0.5 --speed 20 \
                  --link-timeout 20";
@@ -237,7 +237,7 @@ fn the_first_power_on_of_the_manual_works_step_by_step() {
 }
 
 #[test]
-fn an_excitation_that_the_drive_does_not_know_is_refused_by_name() {
+fn an_excitation_that_the_drive_lacks_is_refused_by_name() {
     let person = Person::before_a_drive("unknown_excitation");
     person.write(10.0, "kind = \"square\"\namplitude = 0.1\nperiod = 1.0");
     let refused = person.fails(2, "configure my-servo.toml");
@@ -267,7 +267,7 @@ fn a_program_that_is_killed_leaves_an_axis_that_comes_to_rest() {
     let said = person.does("status");
     assert!(said.contains("fault 40:"), "{said}");
 
-    // Leaving it alone takes a setting that says so.
+    // `--leave` needs a setting that permits it.
     let refused = person.fails(2, "start --leave");
     assert!(refused.contains("--link-timeout 0"), "{refused}");
     person.does("clear");
@@ -282,7 +282,7 @@ fn a_program_that_is_killed_leaves_an_axis_that_comes_to_rest() {
 }
 
 #[test]
-fn who_only_looks_on_keeps_a_run_alive_too() {
+fn watching_alone_keeps_a_run_alive() {
     let person = Person::before_a_drive("looking_on");
     let drive = &person.drive;
     drive.with(|around| around.supply = true);
@@ -353,7 +353,7 @@ fn a_recording_is_kept_however_it_ends() {
     let refused = person.fails(2, &words);
     assert!(refused.contains("--force"), "{refused}");
 
-    // The line breaks, here because the drive has ears for one and somebody else speaks.
+    // The line breaks, here because the drive serves one host and another connects.
     let recording = person.begins(&format!("{words} --force"));
     wait_for_rows(&folder);
     person.does("stop");
@@ -371,7 +371,7 @@ fn a_recording_is_kept_however_it_ends() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_run_that_nobody_can_read_of_is_still_ended() {
+fn a_run_is_ended_when_its_output_cannot_be_read() {
     let person = Person::before_a_drive("full_output");
     let drive = &person.drive;
     drive.with(|around| around.supply = true);
@@ -390,13 +390,13 @@ fn a_run_that_nobody_can_read_of_is_still_ended() {
     assert!(said.contains("the last run was stopped"), "{said}");
 }
 
-/// What a person adds to the scenario for a commissioning.
+/// The tables that a user adds to the scenario for a commissioning.
 const COMMISSION: &str = "[plant]\na = 0.2\nb = 250.0\n[encoder]\ncounts_per_rev = 10000\n\
     [amplifier]\nlimit = 10.0\n\
     [commission]\ntravel = 1.5\nspeed = 40.0\nsample_time = 0.001\nbandwidth = 40.0\n";
 
 #[test]
-fn a_drive_of_which_nothing_is_known_is_commissioned_from_the_command_line() {
+fn an_unknown_servo_is_commissioned_from_the_command_line() {
     let person = Person::before_a_drive("commission_drive");
     std::fs::write(&person.scenario, COMMISSION).expect("the scenario is written");
     person.drive.with(|around| around.supply = true);
@@ -434,7 +434,7 @@ fn a_drive_of_which_nothing_is_known_is_commissioned_from_the_command_line() {
 }
 
 #[test]
-fn a_commissioning_that_is_refused_or_fails_says_why_and_what_would_do() {
+fn a_commissioning_that_is_refused_or_fails_names_reason_and_remedy() {
     let person = Person::before_a_drive("commission_fails");
     let write = |text: &str| std::fs::write(&person.scenario, text).expect("it is written");
     write(&COMMISSION.replace("travel = 1.5", "travel = 0.0001"));
@@ -445,7 +445,7 @@ fn a_commissioning_that_is_refused_or_fails_says_why_and_what_would_do() {
     write(COMMISSION);
     let why = person.fails(1, "commission my-servo.toml");
     assert!(why.contains("reason 101:"), "{why}");
-    // More than the servo bears is told with what would do.
+    // A demand beyond the servo is refused with the figure that would do.
     person.drive.with(|around| around.supply = true);
     write(&COMMISSION.replace("bandwidth = 40.0", "bandwidth = 150.0"));
     let why = person.fails(1, "commission my-servo.toml");
@@ -467,7 +467,7 @@ fn a_commissioning_that_is_refused_or_fails_says_why_and_what_would_do() {
 }
 
 #[test]
-fn a_loop_that_runs_is_commissioned_and_goes_on() {
+fn a_running_loop_is_commissioned_and_continues() {
     let person = Person::before_a_drive("commission_beside");
     person.drive.with(|around| around.supply = true);
     person.does("configure my-servo.toml --link-timeout 0 --travel 50 --speed 100");

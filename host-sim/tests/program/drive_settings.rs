@@ -1,4 +1,4 @@
-//! What a drive is asked of a scenario, and what is refused before a drive is asked.
+//! The settings that a scenario sends to a drive, and refusals before anything is sent.
 
 use std::net::{Ipv4Addr, TcpListener};
 
@@ -27,7 +27,7 @@ fn bounds_that_follow_from_the_box_are_sent() {
     assert!(bounds.coulomb.is_some() && bounds.load.is_some());
 }
 
-/// What the drive would refuse, or worse, ignore.
+/// Keys that the drive would refuse, or worse, ignore.
 #[test]
 fn terms_and_declared_effects_of_the_amplifier_are_refused() {
     for (key, asked) in [

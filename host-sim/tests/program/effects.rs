@@ -1,4 +1,4 @@
-//! What real servos have, in a scenario: what is taken, what is refused, and who takes it.
+//! Real-world effects in a scenario: accepted values, refusals, and the verbs that take them.
 
 use std::sync::atomic::AtomicBool;
 
@@ -106,7 +106,7 @@ fn a_sweep_takes_them_on_every_servo_that_it_draws() {
 }
 
 #[test]
-fn a_comparison_takes_them_and_leaves_low_speed_friction_out_where_there_is_none() {
+fn a_comparison_takes_them_and_omits_low_speed_friction_without_friction() {
     let base = scenario(
         "delay = 0.001\nlow_speed_friction = -3.0\nlow_speed_velocity = 0.2",
         "",
@@ -122,7 +122,7 @@ fn a_comparison_takes_them_and_leaves_low_speed_friction_out_where_there_is_none
 }
 
 #[test]
-fn what_no_servo_can_have_is_refused_at_its_key_with_what_is_allowed() {
+fn impossible_effects_are_refused_at_their_key_with_the_allowed_range() {
     let control = "[controller]\nkp = 9.0\nkd = 0.19\nki = 4.0\nsample_time = 0.02\n\
                    velocity_filter = { kind = \"difference\" }";
     #[rustfmt::skip]

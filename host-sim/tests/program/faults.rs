@@ -48,7 +48,7 @@ fn fault(kind: &str, keys: &str) -> String {
 }
 
 #[test]
-fn before_its_time_a_fault_changes_nothing_and_then_the_motion() {
+fn a_fault_changes_the_motion_from_its_time_on_and_nothing_before() {
     let (sound, _) = run("");
     for (kind, keys, shows) in KINDS {
         let (faulty, outcome) = run(&fault(kind, keys));
@@ -77,7 +77,7 @@ fn faults_come_one_after_the_other_and_together() {
 }
 
 #[test]
-fn what_is_wrong_is_refused_at_its_line() {
+fn wrong_faults_are_refused_at_their_line() {
     let head = SERVO.lines().count() + SHORT.lines().count();
     let refused = |faults: &str, line: usize, parts: &[&str]| {
         let answer = parse(faults).expect_err("it is wrong");
@@ -144,7 +144,7 @@ fn what_is_wrong_is_refused_at_its_line() {
 }
 
 #[test]
-fn what_a_message_says_to_write_can_be_written() {
+fn the_lines_that_a_message_advises_are_accepted() {
     let answer = parse("[[fault]]\n").expect_err("nothing is stated");
     let (_, lines) = answer
         .split_once("write, for example:\n")

@@ -13,7 +13,7 @@ use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings};
 use identifier_core::ControllerSettings;
 use identifier_core::parameters::ServoParameters;
 
-/// What is not run here, each with the reason. One that no page shows any more is an error.
+/// Commands that are not run here, each with the reason. One that no page shows any more is an error.
 const ELSEWHERE: [(&str, &str); 6] = [
     ("cargo test", "checks everything: CI does"),
     (
@@ -130,7 +130,7 @@ fn shell(folder: &Path, commands: &str) -> Result<String, String> {
     }
 }
 
-/// What a drive shows before anybody has told it anything.
+/// A drive that was never configured.
 fn drive() -> SimulatedDrive {
     let servo = ServoParameters {
         a: 0.2174,
@@ -198,7 +198,7 @@ fn every_command_of_readme_and_guides_works_as_it_is_printed() {
                     "configure my-servo.toml",
                     "configure my-servo.toml --link-timeout 20",
                 );
-            // What a block does not write itself, it takes for granted.
+            // Files that a block reads but does not write are made for it.
             for (file, make) in READERS {
                 if commands.contains(file)
                     && !commands.contains(&format!("> {file}"))

@@ -98,7 +98,7 @@ fn written(name: &str, sheet: &[&str]) -> PathBuf {
 }
 
 #[test]
-fn what_is_written_is_checked_run_and_commissioned() {
+fn a_written_scenario_is_checked_run_and_commissioned() {
     for (name, sheet) in SHEETS {
         let file = text(&written(name, sheet));
         let check = json(&["check", &file, "--json", "-"]);
@@ -123,7 +123,7 @@ fn what_is_written_is_checked_run_and_commissioned() {
 
 #[cfg(unix)]
 #[test]
-fn whoever_has_no_flags_is_asked_and_may_correct_or_cancel() {
+fn without_flags_init_asks_and_accepts_corrections_or_a_cancel() {
     use crate::support::terminal::Terminal;
     let folder = folder("init-asks");
     const PROGRAM: &str = env!("CARGO_BIN_EXE_servo-id");
@@ -170,7 +170,7 @@ fn whoever_has_no_flags_is_asked_and_may_correct_or_cancel() {
     let written = |file: &Path| std::fs::read_to_string(file).expect("it is written");
     assert_eq!(written(&asked), written(&stated));
 
-    // What cannot be written is told before anything is asked.
+    // An output that cannot be written is refused before the first question.
     let again = Terminal::start(&[PROGRAM, "init", "asked.toml"], &folder, 100, 40);
     let (status, seen) = again.ends();
     assert_eq!(status, 2, "{seen}");
@@ -218,7 +218,7 @@ fn the_examples_are_what_their_first_lines_say() {
 }
 
 #[test]
-fn what_is_missing_or_wrong_is_named_and_nothing_is_written() {
+fn missing_or_wrong_figures_are_named_and_nothing_is_written() {
     let file = folder("init-wrong").join("servo.toml");
     for (sheet, expected) in [
         (&[][..], "--drive is missing"),
@@ -255,7 +255,7 @@ fn scenario(test: &str, more: &str) -> PathBuf {
 const LAW: &str = "[identifier]\nlaw = \"gauss-newton\"\nparameters = [\"a\", \"b\", \"load\"]\n";
 
 #[test]
-fn what_is_said_to_become_known_does_in_a_run() {
+fn parameters_that_check_promises_are_identified_in_a_run() {
     let file = scenario("known", &format!("{LAW}[run]\nduration = 20.0\n"));
     let check = json(&["check", &text(&file), "--json", "-"]);
     let run = json(&["run", &text(&file), "--json", "-"]);
@@ -263,7 +263,7 @@ fn what_is_said_to_become_known_does_in_a_run() {
     for known in check["known"].as_array().expect("a list") {
         let name = known["unknown"].as_str().expect("a name");
         assert_eq!(known["within_run"], true, "{known}");
-        // No method knows more than there is.
+        // No method is more accurate than the data permit.
         let least = number(&known["std_error"]);
         let reached = number(&run["estimates"][name]["std_error"]);
         assert!(
@@ -282,7 +282,7 @@ fn what_is_said_to_become_known_does_in_a_run() {
 }
 
 #[test]
-fn nothing_is_said_to_become_known_that_cannot() {
+fn check_promises_no_parameter_that_the_motion_cannot_identify() {
     let stuck = scenario("stuck", &format!("coulomb = 1e9\n{LAW}"));
     let check = json(&["check", &text(&stuck), "--json", "-"]);
     for known in check["known"].as_array().expect("a list") {
@@ -316,7 +316,7 @@ fn nothing_is_said_to_become_known_that_cannot() {
 }
 
 #[test]
-fn what_speaks_against_a_scenario_is_said() {
+fn problems_of_a_scenario_are_reported() {
     let pid = "[controller]\nkp = 9.0\nki = 4.0\n";
     for (test, more, expected) in [
         (

@@ -264,7 +264,7 @@ fn every_dialect_and_unit_gives_the_estimates_of_the_plain_log() {
         };
         assert_eq!(log["separator"], separator, "{test}");
         assert_eq!(log["units_row"].is_string(), is("units"), "{test}");
-        // What double precision leaves of microseconds since 1970 is a quarter of one.
+        // Double precision resolves times since 1970 to a quarter of a microsecond.
         let jitter = log["jitter_max"].as_f64().expect("a number");
         assert!(jitter < 5e-3, "{test}: {jitter}");
     }
@@ -294,7 +294,7 @@ fn noise(k: usize) -> f64 {
 }
 
 #[test]
-fn stamps_that_jitter_count_as_even_and_are_told() {
+fn time_stamps_that_jitter_count_as_even_and_are_reported() {
     let plain = result("even", &text(&samples()), PLAIN);
     let mut jittering = samples();
     for (k, sample) in jittering.iter_mut().enumerate() {
@@ -304,7 +304,7 @@ fn stamps_that_jitter_count_as_even_and_are_told() {
     assert_eq!(found["estimates"], plain["estimates"]);
     let rms = found["logs"][0]["jitter_rms"].as_f64().expect("a number");
     assert!((rms / (0.1 / 3_f64.sqrt()) - 1.0).abs() < 0.1, "{rms}");
-    // Stamps of a millisecond on samples of 1.25 ms, and nobody says how far they are apart.
+    // Stamps of a millisecond on samples of 1.25 ms, without a declared sample time.
     let coarse = rows("t,q,u", |[t, _, q, u]| {
         format!("{:.0},{q},{u}", (1.25e3 * t).floor())
     });
@@ -324,7 +324,7 @@ fn stamps_that_jitter_count_as_even_and_are_told() {
 
 /// A range that is left out may hold whatever it likes: what is behind it is learnt from as before.
 #[test]
-fn what_is_left_out_is_not_learnt_from_and_not_driven_over() {
+fn excluded_ranges_neither_teach_nor_move_the_model() {
     let plain = result("whole", &text(&samples()), PLAIN);
     let mut broken = samples();
     for sample in &mut broken[2001..=2499] {
@@ -362,7 +362,7 @@ fn what_is_left_out_is_not_learnt_from_and_not_driven_over() {
 /// Behind each of many breaks the model goes about as fast as the servo does: what is left is what the
 /// velocity estimate is late by. A model that went on from before would be off a hundred times as much.
 #[test]
-fn a_model_joins_the_motion_behind_a_break() {
+fn the_model_takes_up_the_motion_after_a_break() {
     let plain = result("unbroken", &text(&samples()), PLAIN);
     let ranges: Vec<String> = (0..10)
         .map(|k| 2.0 + 0.19 * f64::from(k))
@@ -376,7 +376,7 @@ fn a_model_joins_the_motion_behind_a_break() {
 }
 
 #[test]
-fn logs_that_are_none_are_answered_with_place_and_remedy() {
+fn files_that_are_no_logs_are_answered_with_place_and_remedy() {
     let rows = text(&samples());
     let with = |line: usize, row: &str| -> String {
         let lines = rows.lines().enumerate();

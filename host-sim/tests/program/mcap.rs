@@ -24,7 +24,7 @@ fn text(path: &Path) -> String {
     path.display().to_string()
 }
 
-/// The result of a replay, without what only tells how the log was written.
+/// The result of a replay, without the keys that describe the log's file.
 fn replayed(log: &Path, scenario: &Path) -> Value {
     let answer = servo_id(&[
         "replay",
@@ -43,7 +43,7 @@ fn replayed(log: &Path, scenario: &Path) -> Value {
     result
 }
 
-/// What is said of a log that is refused.
+/// Message about a log that is refused.
 fn refused(log: &Path, scenario: &Path) -> String {
     let answer = servo_id(&["replay", &text(log), "--scenario", &text(scenario)]);
     assert_eq!(answer.status.code(), Some(2), "{answer:?}");
@@ -73,7 +73,7 @@ fn a_trace_in_mcap_is_replayed_to_the_same_bits_as_in_csv() {
     let result = replayed(&csv, own);
     assert_eq!(result["status"], "converged");
     assert_eq!(result, replayed(&mcap, own));
-    // Where only the log tells the sample time.
+    // With a sample time from the log alone.
     let stated = folder.join("stated.toml");
     let bare = "time = \"time_s\"\nposition = \"position_rad\"\ncommand = \"command\"";
     std::fs::write(&stated, columns(bare)).expect("written");
@@ -154,7 +154,7 @@ fn packed(compression: &str, plain: &[u8], pack: impl Fn(&[u8]) -> Vec<u8>) -> V
 }
 
 /// A log as a robot's computer writes it: encoder and drive on topics of their own, nested, at times of the
-/// day, the command told first for every other sample.
+/// day, the command written first for every other sample.
 fn of_a_robot(samples: &[[f64; 3]], encoding: &str) -> Vec<u8> {
     let mut file = Vec::new();
     let mut writer: Writer<_> = WriteOptions::new()
@@ -199,7 +199,7 @@ const ROBOT: &str = "time = \"log_time\"\nposition = \"axis/encoder.angle.value\
                      command = \"/axis/drive.phase[1].demand\"";
 
 #[test]
-fn topics_of_their_own_are_put_together_packed_or_not() {
+fn separate_topics_are_joined_packed_or_not() {
     let (folder, csv, _) = traces("mcap-robot");
     let samples = samples(&csv);
     let stated = folder.join("stated.toml");
@@ -239,7 +239,7 @@ fn topics_of_their_own_are_put_together_packed_or_not() {
             );
         }
     }
-    // A packing nobody knows, and a check sum that does not hold.
+    // An unknown compression, and a checksum that does not match.
     let log = folder.join("unknown.mcap");
     std::fs::write(&log, packed("brotli", &plain, <[u8]>::to_vec)).expect("written");
     let answer = refused(&log, &stated);
@@ -256,7 +256,7 @@ fn topics_of_their_own_are_put_together_packed_or_not() {
 }
 
 #[test]
-fn what_cannot_be_read_is_said_with_what_to_do() {
+fn unreadable_files_are_refused_with_a_remedy() {
     let (folder, csv, mcap) = traces("mcap-refused");
     let stated = folder.join("stated.toml");
     let log = folder.join("log.mcap");
@@ -313,7 +313,7 @@ fn what_cannot_be_read_is_said_with_what_to_do() {
 }
 
 #[test]
-fn a_number_that_is_missing_is_told_with_its_message() {
+fn a_missing_number_is_reported_with_its_message() {
     let folder = folder("mcap-missing");
     let (log, stated) = (folder.join("log.mcap"), folder.join("stated.toml"));
     let mut file = Vec::new();

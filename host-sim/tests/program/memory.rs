@@ -8,10 +8,10 @@ use std::time::Duration;
 const DURATIONS: [f64; 2] = [1100.0, 2200.0];
 
 /// The most that a verb may need, kB.
-const MOST: u64 = 200_000;
+const MAX_MEMORY_KB: u64 = 200_000;
 
-/// How much more it may need for the longer run, kB. A number a sample that stayed would take 8800.
-const MOST_MORE: u64 = 5_000;
+/// Largest growth from the shorter to the longer run, kB. One retained number per sample would take 8800.
+const MAX_GROWTH_KB: u64 = 5_000;
 
 /// The most resident memory that the simulator needs for this, kB.
 fn peak(arguments: &[&str]) -> u64 {
@@ -23,7 +23,7 @@ fn peak(arguments: &[&str]) -> u64 {
     let status = format!("/proc/{}/status", child.id());
     let mut peak = 0;
     loop {
-        // What has ended has no such line any more.
+        // A process that has ended has no such line any more.
         let now = std::fs::read_to_string(&status).unwrap_or_default();
         let line = now.lines().find_map(|line| line.strip_prefix("VmHWM:"));
         let now = line.and_then(|line| line.trim().strip_suffix(" kB"));
@@ -82,7 +82,7 @@ fn a_run_of_twice_the_length_and_its_replay_need_no_more_memory() {
     println!("peaks of run and replay: {short:?} kB, {long:?} kB");
     for (short, long) in short.into_iter().zip(long) {
         assert!(
-            (1000..MOST).contains(&long) && long < short + MOST_MORE,
+            (1000..MAX_MEMORY_KB).contains(&long) && long < short + MAX_GROWTH_KB,
             "{short} kB, then {long} kB"
         );
     }

@@ -1,4 +1,4 @@
-//! The monitor in a terminal, on a simulated drive: somebody types, and reads the screen.
+//! The monitor in a terminal, on a simulated drive: keys typed, screens read.
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -32,11 +32,11 @@ impl Bench {
 
     /// With something more in the scenario.
     fn with(test: &str, more: &str) -> Self {
-        Self::of(test, &format!("{SCENARIO}{more}"))
+        Self::with_scenario(test, &format!("{SCENARIO}{more}"))
     }
 
-    /// Of a scenario.
-    fn of(test: &str, scenario: &str) -> Self {
+    /// On a simulated drive of a scenario.
+    fn with_scenario(test: &str, scenario: &str) -> Self {
         let folder = folder(test);
         std::fs::write(folder.join("servo.toml"), scenario).expect("it is written");
         let mut drive = Command::new(PROGRAM)
@@ -64,7 +64,7 @@ impl Bench {
         bench
     }
 
-    /// Asks the drive something by another verb.
+    /// Runs another verb on the drive.
     fn drive(&self, words: &str) -> String {
         let output = Command::new(PROGRAM)
             .args(["drive", "--port", &self.port])
@@ -125,7 +125,7 @@ fn starts(monitor: &mut Terminal) {
     monitor.shows(" RUNNING ");
 }
 
-/// What `replay` finds in a recording: its estimate of b.
+/// The estimate of b that `replay` finds in a recording.
 fn replayed(folder: &Path, name: &str) -> f64 {
     let path = |extension: &str| {
         folder
@@ -147,9 +147,9 @@ fn replayed(folder: &Path, name: &str) -> f64 {
 }
 
 #[test]
-fn a_simulated_drive_has_room_for_any_dither_and_says_whose_scenario_it_is() {
+fn a_simulated_drive_has_room_for_any_dither_and_names_its_scenario() {
     let large = SCENARIO.replace("amplitude = 0.05", "amplitude = 5.0");
-    let bench = Bench::of("monitor-large-dither", &large);
+    let bench = Bench::with_scenario("monitor-large-dither", &large);
     let status = bench.drive("status");
     assert!(status.contains("beyond 20 rad of error"), "{status}");
     let other = SCENARIO.replace("10000", "4096");
@@ -208,7 +208,7 @@ fn a_drive_is_operated_from_the_keyboard() {
 }
 
 #[test]
-fn a_fault_is_told_with_its_remedy() {
+fn a_fault_is_shown_with_its_remedy() {
     let fault = "[[fault]]\nkind = \"amplifier-fault\"\ntime = 0.0\n";
     let bench = Bench::with("monitor_fault", fault);
     let mut monitor = bench.monitor("");
@@ -228,7 +228,7 @@ fn a_fault_is_told_with_its_remedy() {
 }
 
 #[test]
-fn a_drive_that_vanishes_is_told_and_the_terminal_given_back() {
+fn a_drive_that_vanishes_is_reported_and_the_terminal_restored() {
     let bench = Bench::new("monitor_vanishes");
     let mut monitor = bench.monitor("--record axis.csv");
     monitor.types("r");
@@ -243,13 +243,13 @@ fn a_drive_that_vanishes_is_told_and_the_terminal_given_back() {
         text.contains("comes to rest by itself after 20 s"),
         "{text}"
     );
-    // What was seen is worth keeping.
+    // The recording up to then is kept.
     assert_eq!(bench.files(), ["axis.csv", "axis.toml", "servo.toml"]);
     assert!(replayed(&bench.folder, "axis") > 200.0);
 }
 
 #[test]
-fn a_drive_that_falls_silent_is_told() {
+fn a_silent_drive_is_reported() {
     let bench = Bench::new("monitor_silent");
     let mut monitor = bench.monitor("");
     monitor.shows(" RELEASED ");
@@ -260,7 +260,7 @@ fn a_drive_that_falls_silent_is_told() {
 }
 
 #[test]
-fn who_leaves_lets_the_servo_go() {
+fn leaving_releases_the_servo() {
     let bench = Bench::new("monitor_leaves");
     for keys in ["qy", "\x03"] {
         let mut monitor = bench.monitor("");
@@ -276,7 +276,7 @@ fn who_leaves_lets_the_servo_go() {
         assert!(text.contains("the servo was released"), "{text}");
         assert!(bench.drive("status").contains("the last run was stopped"));
     }
-    // Only who says so leaves it running, and only a drive that is to run alone.
+    // `--leave` alone keeps it running, and only on a drive without a link timeout.
     let monitor = bench.monitor("--leave");
     let (status, text) = monitor.ends();
     assert_eq!(status, 2, "{text}");
@@ -293,9 +293,9 @@ fn who_leaves_lets_the_servo_go() {
 }
 
 #[test]
-fn a_signal_gives_the_terminal_back_and_lets_the_servo_go() {
+fn a_signal_restores_the_terminal_and_releases_the_servo() {
     let bench = Bench::new("monitor_signal");
-    // The shell tells its own number, which becomes the program's.
+    // The shell prints its own process id, which becomes the program's.
     let line = format!(
         "trap - TERM; echo $$ > pid; exec {} drive --port {} monitor",
         PROGRAM, bench.port
@@ -314,7 +314,7 @@ fn a_signal_gives_the_terminal_back_and_lets_the_servo_go() {
 }
 
 #[test]
-fn a_window_that_is_too_small_says_so_and_goes_on_when_it_grows() {
+fn a_window_that_is_too_small_is_reported_and_redrawn_when_it_grows() {
     let bench = Bench::new("monitor_window");
     let mut monitor = Terminal::start(&bench.command(""), &bench.folder, 60, 20);
     monitor.shows("it needs 80 x 24");
@@ -332,7 +332,7 @@ fn a_window_that_is_too_small_says_so_and_goes_on_when_it_grows() {
 }
 
 #[test]
-fn without_a_terminal_it_says_what_to_do() {
+fn without_a_terminal_it_names_the_remedy() {
     let output = servo_id(&["drive", "--port", "tcp:127.0.0.1:9", "monitor"]);
     assert_eq!(output.status.code(), Some(2));
     let why = standard_error(&output);
@@ -366,7 +366,7 @@ fn a_full_disk_ends_the_recording_and_nothing_else() {
 }
 
 #[test]
-fn a_port_that_is_in_use_is_told() {
+fn a_port_in_use_is_reported() {
     let bench = Bench::new("simulate_in_use");
     let address = bench.port.trim_start_matches("tcp:");
     let scenario = bench.folder.join("servo.toml").display().to_string();

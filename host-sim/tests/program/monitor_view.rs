@@ -1,4 +1,4 @@
-//! What the monitor draws: whole screens, as somebody sees them. `INSTA_UPDATE=always cargo test -p host-sim
+//! The monitor's whole screens. `INSTA_UPDATE=always cargo test -p host-sim
 //! --test program monitor_view::` accepts a change; look at it first.
 
 use std::time::Instant;
@@ -70,7 +70,7 @@ fn released() -> State {
     State::new(port, settings(), status(Does::Released), 1, Instant::now())
 }
 
-/// Sends a servo to and fro for so many samples, of which some are not heard.
+/// Moves a servo to and fro for `samples`, of which some are lost on the way to the host.
 fn running(samples: u32, is_lost: fn(u32) -> bool) -> State {
     let mut state = released();
     stands(&mut state, status(Does::Running));
@@ -130,12 +130,12 @@ fn least(shown: &Shown<'_>) -> String {
 }
 
 #[test]
-fn a_drive_that_is_let_go() {
+fn a_released_drive() {
     insta::assert_snapshot!(least(&shown(&released(), &Dialogue::Idle)));
 }
 
 #[test]
-fn a_running_drive_on_the_least_screen() {
+fn a_running_drive_on_the_smallest_screen() {
     let screen = least(&shown(&running(9000, |_| false), &Dialogue::Idle));
     insta::assert_snapshot!(screen);
     // The manual shows it.
@@ -181,7 +181,7 @@ fn the_hosts_own_estimates_are_those_of_the_servo_in_spite_of_lost_frames() {
 }
 
 #[test]
-fn a_command_at_its_limit_says_so() {
+fn a_command_at_its_limit_is_marked() {
     let mut state = running(100, |_| false);
     let snapshot = Snapshot {
         sample: 101,
@@ -229,7 +229,7 @@ fn a_fault_with_its_remedy() {
 }
 
 #[test]
-fn what_moves_the_servo_says_so_before() {
+fn every_action_that_moves_the_servo_is_announced() {
     let state = released();
     let of = |dialogue: &Dialogue, commission, leaves| {
         let screen = least(&Shown {
@@ -267,7 +267,7 @@ fn what_moves_the_servo_says_so_before() {
 }
 
 #[test]
-fn a_window_that_is_too_small_says_the_least_size() {
+fn a_window_that_is_too_small_shows_the_smallest_size() {
     let state = running(10, |_| false);
     for (width, height) in [(60, 20), (79, 24), (80, 23), (20, 4), (1, 1)] {
         let screen = screen(width, height, &shown(&state, &Dialogue::Idle));

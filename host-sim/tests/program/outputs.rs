@@ -77,7 +77,7 @@ fn long(test: &str) -> PathBuf {
 }
 
 #[test]
-fn a_file_that_is_there_asks_for_force() {
+fn an_existing_file_requires_force() {
     let folder = with_scenario("force", "1.0");
     fs::write(folder.join("old"), "precious").expect("written");
     for verb in ["run", "compare", "drift", "sweep --runs 1"] {
@@ -185,7 +185,7 @@ fn a_link_is_followed_and_permissions_are_kept() {
     }
     let mode = |name: &str| fs::metadata(folder.join(name)).expect("there").mode() & 0o777;
     assert_eq!(mode("sub/old"), 0o640);
-    // What is new may be read by whom any new file may.
+    // A new file has the permissions of any new file.
     assert_eq!(mode("sub/new"), mode("scenario.toml"));
     assert_eq!(names(&folder.join("sub")), ["new", "old"]);
 }
@@ -280,7 +280,7 @@ fn a_full_standard_output_is_a_failure_and_a_closed_one_is_not() {
 }
 
 #[test]
-fn a_full_disk_leaves_what_was_there() {
+fn a_full_disk_leaves_the_old_file() {
     let folder = with_scenario("disk", "10.0");
     fs::write(folder.join("old"), "precious").expect("written");
     // A file of more than 512 bytes is one too large.
@@ -390,7 +390,7 @@ fn a_background_job_that_ignores_ctrl_c_leaves_nothing_when_it_is_terminated() {
 }
 
 #[test]
-fn an_interrupted_sweep_keeps_what_is_done() {
+fn an_interrupted_sweep_keeps_its_finished_runs() {
     let folder = with_scenario("interrupted-sweep", "1.0");
     let child = start(
         &folder,
@@ -409,7 +409,7 @@ fn an_interrupted_sweep_keeps_what_is_done() {
 }
 
 #[test]
-fn the_papers_own_folder_is_written_again_and_anybody_elses_asks() {
+fn the_papers_own_folder_is_overwritten_and_any_other_requires_force() {
     let folder = folder("outputs-paper");
     for _ in 0..2 {
         assert_done(&call(&folder, ""));
@@ -432,7 +432,7 @@ fn force_is_explained() {
 }
 
 #[test]
-fn a_file_that_comes_meanwhile_is_not_replaced() {
+fn a_file_created_meanwhile_is_not_replaced() {
     let folder = with_scenario("meanwhile", "1000.0");
     let child = start(&folder, "run scenario.toml --json new");
     wait_for_temporary(&folder);

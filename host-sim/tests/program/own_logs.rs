@@ -1,4 +1,4 @@
-//! What a run writes, a replay reads: with the same scenario it gives the same estimates.
+//! A replay reads a run's own trace: with the same scenario it gives the same estimates.
 
 use std::path::{Path, PathBuf};
 
@@ -224,7 +224,7 @@ fn an_ideal_sensors_log_gives_the_same_estimates() {
 }
 
 #[test]
-fn fixed_point_counts_and_says_so() {
+fn fixed_point_needs_the_counts_per_revolution_and_names_the_key() {
     let path = scenario(
         "fixed-sensor",
         &format!("{GRADIENT}\narithmetic = \"fixed\""),

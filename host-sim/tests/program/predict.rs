@@ -32,7 +32,7 @@ fn log_of(folder: &Path, seed: u32, sample_time: f64, effects: &str) -> PathBuf 
     log
 }
 
-/// A scenario that knows nothing of the servo, with these parameters and tables.
+/// A scenario without a servo, with these parameters and tables.
 fn scenario(folder: &Path, parameters: &str, rest: &str) -> PathBuf {
     let path = folder.join("replay.toml");
     let text = format!(
@@ -68,7 +68,7 @@ fn number(value: &Value) -> f64 {
 }
 
 #[test]
-fn what_was_learnt_from_two_logs_predicts_a_third() {
+fn a_servo_identified_from_two_logs_predicts_a_third() {
     let folder = folder("predict-third");
     let [a, b, c] = [1, 2, 3].map(|seed| log(&folder, seed, 1e-3));
     let whole = scenario(&folder, ALL, CONTROLLER);
@@ -79,7 +79,7 @@ fn what_was_learnt_from_two_logs_predicts_a_third() {
     let [third, learnt] = [&found["predictions"][0], &found["predictions"][1]];
     assert_eq!(third["learnt_from"], false);
     assert_eq!(learnt["learnt_from"], true);
-    // What the encoder rounds away reaches the recorded command through the derivative.
+    // The encoder's rounding reaches the recorded command through the derivative.
     let count = std::f64::consts::TAU / 10_000.0;
     let open = &third["open_loop"];
     assert_eq!(open["unit"], "rad");
@@ -107,7 +107,7 @@ fn what_was_learnt_from_two_logs_predicts_a_third() {
 }
 
 #[test]
-fn what_does_not_predict_another_log_is_not_converged() {
+fn estimates_that_do_not_predict_another_log_are_not_converged() {
     let folder = folder("predict-another");
     let [a, b] = [1, 2].map(|seed| log(&folder, seed, 1e-3));
     // The brake drags.
@@ -139,7 +139,7 @@ fn a_declared_current_loop_acts_in_the_prediction_too() {
 }
 
 #[test]
-fn a_second_log_goes_on_where_the_first_ended() {
+fn a_second_log_continues_from_the_first_estimates() {
     let folder = folder("predict-second");
     let [a, b] = [1, 2].map(|seed| log(&folder, seed, 1e-3));
     let scenario = scenario(&folder, ALL, CONTROLLER);
@@ -208,7 +208,7 @@ fn logs_of_different_rates_are_refused() {
 
 /// An angle is the log's own, wherever a log begins, a second log or what is behind a range left out.
 #[test]
-fn gravity_goes_with_the_angle_of_the_log() {
+fn gravity_follows_the_angle_of_the_log() {
     const TURNED: f64 = 1.0;
     let folder = folder("predict-gravity");
     let run = |name: &str, seed: u32, turned: f64, from: usize| {

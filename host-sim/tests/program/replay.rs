@@ -54,7 +54,7 @@ fn without(text: &str, tables: &[&str], keys: &[&str]) -> String {
         .collect()
 }
 
-/// What a wrong log is answered with: exit status 2 and no output.
+/// Message about a wrong log: exit status 2 and no output.
 fn refusal(test: &str, change: impl FnOnce(&mut Vec<String>)) -> String {
     let mut lines = lines();
     change(&mut lines);
@@ -108,7 +108,7 @@ fn the_committed_log_gives_the_servo_that_made_it() {
 }
 
 #[test]
-fn passes_go_on_from_each_other_and_pictures_are_drawn() {
+fn each_pass_continues_from_the_last_and_pictures_are_drawn() {
     let folder = folder("replay-passes");
     let plot = folder.join("replay.svg").display().to_string();
     let path = folder.join("scenario.toml");
@@ -207,7 +207,7 @@ fn time_that_does_not_advance_evenly_is_answered_with_its_line() {
 }
 
 #[test]
-fn gaps_are_bridged_only_when_the_user_says_so() {
+fn gaps_are_bridged_only_on_demand() {
     let answer = refusal("gap", |lines| drop(lines.drain(500..503)));
     assert!(answer.contains("3 samples are missing"), "{answer}");
     assert!(answer.contains("bridge_gaps"), "{answer}");
@@ -251,7 +251,7 @@ fn a_broken_archive_is_refused() {
 }
 
 #[test]
-fn another_controller_than_the_declared_one_is_told_and_does_no_harm() {
+fn a_wrongly_declared_controller_is_reported_and_does_no_harm() {
     let text = lines().join("\n") + "\n";
     let found = |result: &serde_json::Value| {
         let b = result["estimates"]["b"]["final"].as_f64();
@@ -290,7 +290,7 @@ fn another_controller_than_the_declared_one_is_told_and_does_no_harm() {
     assert!(shown.contains("in line "), "{shown}");
 }
 
-/// The loop is somebody else's: the log has the command that acted, and that is enough.
+/// The loop is not ours: the log has the command that acted, and that is enough.
 #[test]
 fn a_log_with_the_command_needs_neither_controller_nor_reference() {
     let text = lines().join("\n") + "\n";
@@ -327,7 +327,7 @@ fn a_log_without_the_command_is_driven_by_the_declared_controllers() {
 }
 
 #[test]
-fn what_a_replay_cannot_do_without_is_asked_for_by_key() {
+fn keys_that_a_replay_needs_are_named() {
     let text = lines().join("\n") + "\n";
     let bare = without(&gradient(), &["[controller]"], &[]);
     for (test, scenario, key) in [
@@ -378,7 +378,7 @@ fn a_scenario_without_a_servo_cannot_be_run() {
 
 /// A servo that is stated beside the columns of a log judges the estimates and changes none.
 #[test]
-fn a_known_servo_beside_the_columns_makes_the_log_no_run_of_its_own() {
+fn a_declared_servo_does_not_turn_a_replay_into_a_run() {
     let stated = lines().join("\n") + "\n";
     let known = scenario() + "[plant]\na = 2.0\nb = 100.0\n";
     let [unjudged, judged] = [("unjudged", scenario()), ("judged", known)]
@@ -390,7 +390,7 @@ fn a_known_servo_beside_the_columns_makes_the_log_no_run_of_its_own() {
 
 /// Without [log] the columns are those of the tool's own traces.
 #[test]
-fn columns_that_nobody_states_are_the_tools_own() {
+fn columns_default_to_those_of_a_trace() {
     let stated = lines().join("\n") + "\n";
     let unstated = without(&scenario(), &["[log]"], &[]);
     assert_eq!(
@@ -435,7 +435,7 @@ fn rows_that_are_too_short_or_too_long_are_answered_with_their_line() {
 }
 
 #[test]
-fn what_a_message_repeats_of_a_log_is_short_and_plain() {
+fn a_message_quotes_a_log_briefly_and_without_control_characters() {
     let field = format!("\u{1b}[2J{}", "9e".repeat(5000));
     let answer = refusal("long-field", |lines| {
         lines[41] = with_field(&lines[41], 2, &field)

@@ -1,4 +1,4 @@
-//! The reports: whole, small, safe, and shown while a run goes on.
+//! The reports: self-contained, small, safe, and served live during a run.
 
 use std::fs;
 use std::io::{Read, Write};
@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use crate::support::live::Shown;
 use crate::support::{folder, scenario, servo_id, standard_error};
 
-/// Calls the program, which must do what it is asked, with a report; the report.
+/// Runs a command that must succeed, with a report; the report.
 fn reported(folder: &Path, words: &[&str]) -> String {
     let report = folder.join("report.html");
     let mut words = words.to_vec();
@@ -23,12 +23,12 @@ fn reported(folder: &Path, words: &[&str]) -> String {
     fs::read_to_string(report).expect("the report is written")
 }
 
-/// A page is whole, is small, and asks nobody for anything.
+/// A page is complete and small, and loads nothing from elsewhere.
 fn assert_self_contained(page: &str) {
     /// Bytes of a report at most.
-    const MOST: usize = 2_000_000;
+    const MAX_PAGE_BYTES: usize = 2_000_000;
     assert!(page.starts_with("<!DOCTYPE html>") && page.ends_with("</html>"));
-    assert!(page.len() < MOST, "{} bytes", page.len());
+    assert!(page.len() < MAX_PAGE_BYTES, "{} bytes", page.len());
     assert!(page.contains("default-src 'none'"));
     // A drawing refers to its own clips.
     let page = page.replace("url(#", "");
@@ -119,7 +119,7 @@ fn a_comparison_is_reported() {
 }
 
 #[test]
-fn what_users_write_is_text_and_nothing_else() {
+fn user_text_is_escaped() {
     let folder = folder("report-escape");
     let evil = "<img src=x onerror=alert(1)>&\"'.toml";
     let text = fs::read_to_string(scenario("friction.toml")).expect("the scenario");
@@ -131,7 +131,7 @@ fn what_users_write_is_text_and_nothing_else() {
 }
 
 #[test]
-fn a_result_that_is_none_says_what_to_do_and_gives_no_gains() {
+fn a_failed_result_shows_its_remedy_and_no_gains() {
     let folder = folder("report-none");
     let text = fs::read_to_string(scenario("friction.toml")).expect("the scenario");
     let short = folder.join("short.toml");
@@ -142,14 +142,14 @@ fn a_result_that_is_none_says_what_to_do_and_gives_no_gains() {
 }
 
 #[test]
-fn a_dash_is_standard_output() {
+fn a_report_to_a_dash_is_standard_output() {
     let output = servo_id(&["run", &scenario("friction.toml"), "--report", "-"]);
     assert!(output.status.success(), "{}", standard_error(&output));
     assert_self_contained(&String::from_utf8(output.stdout).expect("text"));
 }
 
 impl Shown {
-    /// What the server answers.
+    /// The server's answer.
     fn answer(&self, path: &str, host: &str) -> String {
         let mut stream = TcpStream::connect(&self.address).expect("it listens");
         let request = format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n");
@@ -161,7 +161,7 @@ impl Shown {
 }
 
 #[test]
-fn a_run_is_shown_until_somebody_has_seen_enough() {
+fn a_live_run_is_served_until_it_is_interrupted() {
     let folder = folder("report-live");
     let json: PathBuf = folder.join("result.json");
     let name = json.display().to_string();
@@ -202,7 +202,7 @@ fn an_interrupted_run_ends_with_nothing_written() {
 }
 
 #[test]
-fn a_port_in_use_is_told_before_anything_is_done() {
+fn a_port_in_use_is_reported_before_any_work() {
     let folder = folder("report-port");
     let taken = TcpListener::bind("127.0.0.1:0").expect("a free port");
     let port = taken.local_addr().expect("it has one").port();

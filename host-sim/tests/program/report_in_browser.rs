@@ -1,4 +1,4 @@
-//! The reports as a browser shows them: plots, keys, colours, widths, print, and a run that goes on.
+//! The reports in a browser: plots, keys, colours, widths, print, and a live run.
 
 use std::time::{Duration, Instant};
 
@@ -35,7 +35,7 @@ const COLOURS: &str = "
         return [...seen];
     });";
 
-/// What is shown of the first plot's abscissa.
+/// The visible range of the first plot's abscissa.
 const SHOWN: &str = "const { min, max } = plots[0].chart.scales.x; return max - min;";
 
 fn assert_silent(browser: &Browser, when: &str) {
@@ -182,7 +182,7 @@ fn shares_over_a_logarithmic_abscissa_are_drawn_and_zoomed() {
     for of_plot in ticks(&browser) {
         assert!(are_good(&of_plot), "{of_plot:?}");
     }
-    // A value is told, not its logarithm.
+    // The value is shown, not its logarithm.
     browser.ask("document.querySelector('.canvas').focus();");
     browser.press(&[RIGHT]);
     let told = browser.ask("return document.querySelector('.place').textContent;");

@@ -54,7 +54,7 @@ fn ran(test: &str) -> (PathBuf, [PathBuf; 3]) {
 }
 
 #[test]
-fn a_run_is_had_again_from_json_from_mcap_and_from_beside_a_trace() {
+fn a_run_is_reproduced_from_json_from_mcap_and_from_the_file_beside_a_trace() {
     let (folder, [json, mcap, csv]) = ran("rerun-run");
     let origin = &read(&json)["origin"];
     assert_eq!(origin["version"], host_sim::VERSION);
@@ -101,7 +101,7 @@ fn a_run_is_had_again_from_json_from_mcap_and_from_beside_a_trace() {
 }
 
 #[test]
-fn another_version_and_another_result_are_told() {
+fn a_different_version_and_a_different_result_are_reported() {
     let (folder, [json, ..]) = ran("rerun-other");
     let mut result = read(&json);
     result["origin"]["version"] = json!("0.0.9 (0123456789ab)");
@@ -139,7 +139,7 @@ fn another_version_and_another_result_are_told() {
 }
 
 #[test]
-fn a_replay_is_had_again_from_the_same_log_and_from_no_other() {
+fn a_replay_is_reproduced_from_the_same_log_and_from_no_other() {
     let (folder, [.., csv]) = ran("rerun-replay");
     let scenario = folder.join("log.toml");
     let columns = "[encoder]\ncounts_per_rev = 10000\n[identifier]\nlaw = \"gauss-newton\"\n\
@@ -190,7 +190,7 @@ fn a_replay_is_had_again_from_the_same_log_and_from_no_other() {
 }
 
 #[test]
-fn a_commissioning_is_had_again() {
+fn a_commissioning_is_reproduced() {
     let folder = folder("rerun-commission");
     let scenario = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/commission.toml");
     let [json, mcap, csv] = ["k.json", "k.mcap", "k.csv"].map(|name| text(&folder.join(name)));

@@ -1,4 +1,4 @@
-//! What is no scenario is refused: with its place, with what to do, and within bounds.
+//! Files that are no scenario are refused: with place and remedy, and within bounds.
 
 use crate::support::readable::assert_readable;
 use crate::support::{folder, servo_id, standard_error};
@@ -6,7 +6,7 @@ use host_sim::scenario::{Purpose, Scenario};
 
 const PLANT: &str = "[plant]\na = 0.5\nb = 200.0\n";
 
-/// What a text is answered with when it is read for a run.
+/// Message about a text that is read for a run.
 fn refusal(text: &str) -> String {
     let error = Scenario::parse("s.toml", text, Purpose::Run).expect_err("it is wrong");
     let answer = error.to_string();
@@ -22,7 +22,7 @@ fn assert_says(text: &str, parts: &[&str]) {
 }
 
 #[test]
-fn a_first_file_is_led_to_a_run() {
+fn following_the_messages_turns_an_empty_file_into_a_run() {
     assert_says(
         "",
         &[
@@ -38,7 +38,7 @@ fn a_first_file_is_led_to_a_run() {
         "[plant]\na = 2.0\n",
         &["s.toml:1: plant.b: ", "b = 200.0 ", "acceleration"],
     );
-    // What the messages say to write is enough.
+    // The lines that the messages advise are enough.
     let advice = refusal("");
     let lines = advice
         .split_once("write, for example:\n")
@@ -52,7 +52,7 @@ fn a_first_file_is_led_to_a_run() {
 }
 
 #[test]
-fn what_is_misspelt_is_answered_with_the_nearest_name() {
+fn a_misspelt_key_is_answered_with_the_nearest_name() {
     let with = |line: &str| format!("{PLANT}{line}\n");
     assert_says(
         &with("laod = 1.0"),
@@ -87,7 +87,7 @@ fn what_is_misspelt_is_answered_with_the_nearest_name() {
 }
 
 #[test]
-fn what_is_of_another_kind_is_named_as_people_do() {
+fn a_wrong_type_is_named_in_plain_words() {
     let with = |line: &str| format!("{PLANT}{line}\n");
     for (line, says) in [
         ("load = \"heavy\"", "a text stands where a number belongs"),
@@ -146,9 +146,9 @@ fn what_is_of_another_kind_is_named_as_people_do() {
     }
 }
 
-/// What nobody wrote is nobody's fault: the message says which key to state, and what is its default.
+/// A message about a default names the key to state and the default.
 #[test]
-fn no_key_is_blamed_that_nobody_wrote() {
+fn messages_name_a_default_as_such() {
     let still = refusal(&format!("{PLANT}[excitation]\nkind = \"none\"\n"));
     assert!(still.contains("s.toml:5: excitation.kind"), "{still}");
     assert!(
@@ -196,7 +196,7 @@ fn a_message_shows_no_control_character() {
 }
 
 #[test]
-fn files_that_are_no_text_are_refused_by_name() {
+fn binary_files_are_refused_by_name() {
     let folder = folder("no-text");
     let write = |name: &str, bytes: &[u8]| {
         let path = folder.join(name);
@@ -254,7 +254,7 @@ fn files_that_are_no_text_are_refused_by_name() {
 }
 
 #[test]
-fn marks_of_other_editors_do_no_harm() {
+fn byte_order_marks_and_carriage_returns_do_no_harm() {
     let marked = format!("\u{feff}{PLANT}");
     let returns = PLANT.replace('\n', "\r\n");
     for text in [&marked, &returns] {

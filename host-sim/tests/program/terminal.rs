@@ -1,4 +1,4 @@
-//! How the program meets who types: room, colours, quiet, names, suggestions, completions and manual.
+//! The program in a terminal: width, colours, quiet, names, suggestions, completions and manual.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -17,7 +17,7 @@ fn marks(line: &str) -> usize {
     line.matches('\u{302}').count()
 }
 
-/// What is said with a variable of the environment.
+/// Output with a variable of the environment.
 fn with(variable: &str, value: &str, folder: &Path, words: &str) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_servo-id"));
     command.args(words.split_whitespace()).current_dir(folder);
@@ -37,9 +37,9 @@ fn with_scenario(test: &str) -> std::path::PathBuf {
 }
 
 #[test]
-fn tables_fit_and_say_what_there_is_no_room_for() {
+fn tables_fit_the_width_and_list_omitted_columns() {
     let folder = folder("terminal-tables");
-    // Tables are what stands above and below a rule.
+    // A table is the lines above and below a rule.
     let table = |text: &str| -> Vec<String> {
         let lines: Vec<_> = text.lines().collect();
         let rule = lines
@@ -81,7 +81,7 @@ fn tables_fit_and_say_what_there_is_no_room_for() {
 }
 
 #[test]
-fn colours_are_for_terminals() {
+fn only_terminals_get_colours() {
     let folder = with_scenario("colours");
     let plain = with("CLICOLOR", "1", &folder, "run scenario.toml");
     assert!(!plain.contains('\u{1b}'), "{plain}");
@@ -92,7 +92,7 @@ fn colours_are_for_terminals() {
 }
 
 #[test]
-fn a_terminal_shows_colours_unless_they_are_not_wanted() {
+fn a_terminal_shows_colours_unless_they_are_disabled() {
     let folder = with_scenario("no-colour");
     for (setting, is_coloured) in [("CLICOLOR=1", true), ("NO_COLOR=1", false)] {
         let words = [
@@ -112,7 +112,7 @@ fn a_terminal_shows_colours_unless_they_are_not_wanted() {
 }
 
 #[test]
-fn quiet_says_nothing_but_what_was_asked_for() {
+fn quiet_prints_only_errors_and_requested_output() {
     let folder = with_scenario("quiet");
     let run = |words: &str| with("LANG", "C", &folder, words);
     assert_eq!(run("run scenario.toml --quiet"), "");
@@ -122,7 +122,7 @@ fn quiet_says_nothing_but_what_was_asked_for() {
 }
 
 #[test]
-fn whoever_mistypes_is_asked_what_was_meant() {
+fn a_misspelt_verb_is_answered_with_the_nearest_name() {
     let folder = with_scenario("nearest");
     let scenario = folder.join("scenario.toml").display().to_string();
     let wrong = folder.join("senario.toml").display().to_string();
@@ -167,7 +167,7 @@ fn every_shell_has_completions_and_every_verb_a_page() {
         .lines()
         .skip_while(|line| !line.starts_with("Commands:"))
         .skip(1);
-    // What does not fit beside a verb goes on further right.
+    // A text too long for the line of its verb continues further right.
     let verbs: Vec<_> = verbs
         .take_while(|line| !line.is_empty())
         .filter(|line| !line.starts_with("   "))

@@ -1,4 +1,4 @@
-//! The contract of `servo-id tune`: what it takes, what it says, what it refuses.
+//! The contract of `servo-id tune`: its inputs, its output, its refusals.
 
 use std::path::Path;
 use std::process::Output;
@@ -127,7 +127,7 @@ fn encoder_limit_and_delay_come_from_the_scenario() {
     assert_eq!(from_scenario, stated);
 }
 
-/// Exit status 2, nothing on standard output, and what is said.
+/// Message of a refusal: exit status 2, nothing on standard output.
 fn refusal(test: &str, result: &Value, arguments: &[&str]) -> String {
     let output = tune(&folder(test), result, arguments);
     let told = standard_error(&output);
@@ -137,7 +137,7 @@ fn refusal(test: &str, result: &Value, arguments: &[&str]) -> String {
 }
 
 #[test]
-fn what_is_not_known_is_asked_for() {
+fn missing_figures_are_named() {
     for (arguments, part) in [
         (
             &["--limit", "10"][..],
@@ -181,7 +181,7 @@ fn a_result_that_has_not_converged_is_refused_unless_it_is_accepted() {
 }
 
 #[test]
-fn what_is_more_than_it_bears_is_refused_with_what_would_do() {
+fn a_demand_beyond_the_servo_is_refused_with_the_figure_that_would_do() {
     let told = refusal("tune-fast", &result(), &with(&["--response-time", "0.002"]));
     let part = "--response-time 0.002: the delay of hold, computation, servo and velocity estimate allows ";
     assert!(told.contains(part), "{told}");

@@ -32,7 +32,7 @@ fn known() -> Evidence {
     evidence
 }
 
-/// What is known of an unknown, changed.
+/// Evidence for a sound result, changed for one unknown.
 fn with(unknown: Unknown, change: impl Fn(&mut UnknownEvidence)) -> Evidence {
     let mut evidence = known();
     let mut of = *evidence
@@ -68,7 +68,7 @@ fn assert_verdict(evidence: &Evidence, status: Status, code: u8, unknown: Option
 }
 
 #[test]
-fn a_servo_of_which_everything_is_known_is_converged() {
+fn a_fully_identified_servo_is_converged() {
     assert_verdict(&known(), Status::Converged, 0, None);
 }
 
@@ -110,7 +110,7 @@ fn every_objection_has_its_status_and_code() {
 }
 
 #[test]
-fn data_not_seen_must_be_predicted_where_the_error_is_not_the_encoders() {
+fn unseen_data_must_be_predicted_where_the_error_exceeds_the_encoders() {
     let predicted = |error, beyond_encoder| {
         let mut evidence = known();
         evidence.prediction = Some(error);
@@ -126,13 +126,13 @@ fn data_not_seen_must_be_predicted_where_the_error_is_not_the_encoders() {
 }
 
 #[test]
-fn what_the_model_lacks_may_be_there_if_it_moves_nothing() {
+fn an_unmodelled_effect_is_accepted_if_it_biases_nothing() {
     let harmless = lacking(Some(Cause::Eccentricity), Unknown::B, 0.5);
     assert_verdict(&harmless, Status::Converged, 0, None);
 }
 
 #[test]
-fn no_friction_at_the_bound_of_none_is_a_fact() {
+fn friction_at_the_bound_of_zero_is_a_result() {
     let none = with(Unknown::Coulomb, |coulomb| {
         coulomb.estimate = 0.0;
         coulomb.at_bound = true;
@@ -140,10 +140,10 @@ fn no_friction_at_the_bound_of_none_is_a_fact() {
     assert_verdict(&none, Status::Converged, 0, None);
 }
 
-/// A name says more than that estimates move, but not while they are far from where the data say: then
+/// A named cause goes before moving estimates, but not while these are far from the data's minimum: then
 /// it is their error that has the shape.
 #[test]
-fn a_name_stands_before_movement_but_not_before_a_way_to_go() {
+fn a_named_cause_precedes_movement_unless_the_estimates_are_far_from_the_minimum() {
     let lack = Lack::new(Some(Cause::GainDrift), 0.7, &[(Unknown::B, 20.0)]);
     let mut near = with(Unknown::B, |b| b.movement = 12.0);
     near.lack = Some(lack);
@@ -157,7 +157,7 @@ fn a_name_stands_before_movement_but_not_before_a_way_to_go() {
 }
 
 #[test]
-fn every_reason_says_what_and_what_to_do() {
+fn every_reason_names_figure_and_remedy() {
     let unknown = Unknown::B;
     let said = |reason: VerdictReason| reason.to_string();
     let not_excited = said(VerdictReason::NotExcited {

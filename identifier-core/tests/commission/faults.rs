@@ -1,5 +1,5 @@
-//! Every fault in every phase: it ends the commissioning, the number says what it is, and what held before
-//! is in force again.
+//! Every fault in every phase: it ends the commissioning, the number identifies it, and the gains before
+//! are in force again.
 
 use identifier_core::commission::{Phase, Reason};
 use identifier_core::parameters::ServoParameters;
@@ -31,9 +31,9 @@ fn servos() -> [(&'static str, Bench); 3] {
     [("ordinary", ordinary()), ("stiff", stiff), ("held", held)]
 }
 
-/// The reasons that a fault may be told by in a phase, and the time that it takes at most, s, or samples. What
-/// stands still looks dead whether encoder or actuator is. Of a servo that is not known yet, a loop that runs
-/// away may be over a limit before it is known why, and one that coasts or stands shows little.
+/// The reasons by which a fault may be reported in a phase, and the longest time to it, s, or samples. An axis
+/// at rest looks dead whether encoder or actuator is. Of a servo that is not known yet, a loop that runs
+/// away may exceed a limit before its cause is found, and an axis that coasts or rests shows little.
 fn allowed(kind: FaultKind, phase: Phase) -> (&'static [Reason], f64, u64) {
     use Reason::{
         ActuatorDead, ActuatorWeak, AmplifierFault, DoesNotMove, EncoderJumped, EncoderLost,
@@ -56,12 +56,12 @@ fn allowed(kind: FaultKind, phase: Phase) -> (&'static [Reason], f64, u64) {
         FaultKind::Overrun => (&[Overrun], 0.0, 3),
         FaultKind::LimitSwitch => (&[LimitSwitch], 0.0, 1),
         FaultKind::AmplifierFault => (&[AmplifierFault], 0.0, 1),
-        // What a servo may do at any time is no fault, and is not injected here.
+        // A sound servo may do this at any time: it is no fault, and is not injected here.
         FaultKind::LoadStep | FaultKind::FrictionRise => (&[], 0.0, 0),
     }
 }
 
-/// What is injected, and how large it is: a jump in counts, what is left of a weak actuator's gain.
+/// Injected faults and their sizes: a jump in counts, the share left of a weak actuator's gain.
 const FAULTS: [(FaultKind, f64); 10] = [
     (FaultKind::EncoderStuck, 0.0),
     (FaultKind::EncoderLost, 0.0),
@@ -84,7 +84,7 @@ fn told(course: &Course, samples: Option<u64>) -> String {
 }
 
 #[test]
-fn every_fault_in_every_phase_ends_it_and_what_held_before_is_in_force() {
+fn every_fault_in_every_phase_ends_it_and_restores_the_gains_before() {
     let mut wrong = Vec::new();
     for (name, bench) in servos() {
         for (kind, size) in FAULTS {

@@ -54,7 +54,7 @@ fn predicted<const W: usize>(
     }
 }
 
-/// What a motion that a servo was fitted to, or could not be, says that its model lacks.
+/// The effect that the model lacks, by a motion to which a servo was fitted or could not be fitted.
 fn diagnosed<const W: usize>(
     unknown: &Unknown,
     motion: &MotionRecord<f32, W>,
@@ -136,7 +136,7 @@ impl Missed {
 const FINE: f64 = 4096.0;
 
 #[test]
-fn a_tenth_of_a_second_tells_the_gain_and_most_responses() {
+fn a_tenth_of_a_second_identifies_the_gain_and_most_responses() {
     for (sample_time, time) in [(1e-3, 0.15), (2.5e-4, 0.1), (1e-4, 0.1)] {
         let servos =
             unknown_servos().filter(|u| u.counts >= FINE && u.is_sampled_every(sample_time));
@@ -146,7 +146,7 @@ fn a_tenth_of_a_second_tells_the_gain_and_most_responses() {
 }
 
 #[test]
-fn with_evidence_gain_and_response_are_known() {
+fn with_enough_evidence_gain_and_response_are_accurate() {
     let fine = Missed::by(unknown_servos().filter(|u| u.counts >= FINE), None);
     assert!(fine.at_most(0.01, 0.03), "{fine:?}");
     let coarse = Missed::by(unknown_servos().filter(|u| u.counts < FINE), None);
@@ -155,7 +155,7 @@ fn with_evidence_gain_and_response_are_known() {
 
 /// A servo with a fine encoder and its first motion.
 fn ordinary(effects: Effects) -> Unknown {
-    let mut unknown = Unknown::of(40);
+    let mut unknown = Unknown::from_seed(40);
     unknown.counts = 20_000.0;
     unknown.sample_time = 1e-4;
     unknown.delay = 1.3;
@@ -171,7 +171,7 @@ fn ordinary(effects: Effects) -> Unknown {
 }
 
 #[test]
-fn errors_are_as_large_as_the_standard_errors_say() {
+fn errors_agree_with_the_standard_errors() {
     let mut off = Vec::new();
     for unknown in unknown_servos().filter(|u| u.counts >= FINE && u.counts <= 20_000.0) {
         let moved = unknown.wiggle();
@@ -189,7 +189,7 @@ fn errors_are_as_large_as_the_standard_errors_say() {
     );
 }
 
-/// What an encoder shows of a servo under a command that alternates, and the command.
+/// Encoder readings of a servo under a command that alternates, and the command.
 fn shaken(unknown: &Unknown, late: usize) -> Vec<[f32; 2]> {
     let mut plant = Plant::at_rest(&unknown.parameters, unknown.sample_time);
     let command = |k: usize| if k % 160 < 80 { 6.0 } else { -6.0 };
@@ -206,7 +206,7 @@ fn shaken(unknown: &Unknown, late: usize) -> Vec<[f32; 2]> {
 }
 
 #[test]
-fn an_estimate_that_is_as_large_as_it_may_be_is_none() {
+fn an_estimate_at_its_bound_is_refused() {
     let mut unknown = ordinary(Effects::NONE);
     unknown.sample_time = 1e-3;
     unknown.parameters = ServoParameters {
@@ -215,16 +215,16 @@ fn an_estimate_that_is_as_large_as_it_may_be_is_none() {
         coulomb: 30.0,
         load: 0.0,
     };
-    fn of<const W: usize>(unknown: &Unknown, late: usize) -> Result<(), Reason> {
+    fn fit<const W: usize>(unknown: &Unknown, late: usize) -> Result<(), Reason> {
         let motion = recorded::<W>(unknown, &shaken(unknown, late));
         fitted(unknown, &motion, None).map(|_| ())
     }
-    assert_eq!(of::<256>(&unknown, 1), Ok(()));
-    assert_eq!(of::<256>(&unknown, 26), Err(Reason::EstimateAtBound));
+    assert_eq!(fit::<256>(&unknown, 1), Ok(()));
+    assert_eq!(fit::<256>(&unknown, 26), Err(Reason::EstimateAtBound));
     // Pieces of the record in which more than half of a velocity dies down.
     unknown.parameters.a = 60.0;
-    assert_eq!(of::<256>(&unknown, 1), Ok(()));
-    assert_eq!(of::<16>(&unknown, 1), Err(Reason::EstimateAtBound));
+    assert_eq!(fit::<256>(&unknown, 1), Ok(()));
+    assert_eq!(fit::<16>(&unknown, 1), Err(Reason::EstimateAtBound));
 }
 
 #[test]
@@ -238,7 +238,7 @@ fn a_long_motion_fits_into_a_short_record() {
 }
 
 #[test]
-fn what_is_known_makes_a_second_fit_surer() {
+fn prior_knowledge_reduces_the_standard_errors_of_a_second_fit() {
     let unknown = ordinary(Effects::NONE);
     let motion = recorded::<256>(&unknown, &unknown.wiggle().samples);
     let first = fitted(&unknown, &motion, None).expect("a servo");
@@ -281,7 +281,7 @@ fn a_servo_predicts_its_own_motion_and_no_other_servo_s() {
 }
 
 #[test]
-fn what_the_model_lacks_is_named() {
+fn an_unmodelled_effect_is_named() {
     let none = Effects::NONE;
     for (effects, reason) in [
         (
@@ -337,7 +337,7 @@ fn what_the_model_lacks_is_named() {
 }
 
 #[test]
-fn nothing_is_named_where_the_model_lacks_nothing() {
+fn no_effect_is_named_where_the_model_is_complete() {
     let unknown = ordinary(Effects::NONE);
     let motion = recorded::<256>(&unknown, &unknown.wiggle().samples);
     assert_eq!(diagnosed(&unknown, &motion), None);

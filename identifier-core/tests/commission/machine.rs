@@ -45,7 +45,7 @@ fn an_ordinary_servo_ends_with_new_gains_that_keep_their_promise() {
 }
 
 #[test]
-fn a_sound_servo_is_predicted_wherever_between_two_counts_friction_holds_it() {
+fn a_sound_servo_is_predicted_from_any_rest_between_two_counts() {
     for k in 0..60 {
         let mut bench = ordinary();
         bench.counts = 65_536.0;
@@ -81,13 +81,13 @@ fn stopped_in_each_phase(bench: &Bench, reason: Reason) {
             assert!(held, "the gains before hold again, in {phase:?}");
             assert!(course.last.abs() < 0.02, "{phase:?} {}", course.last);
         } else {
-            assert!(released, "it is let go, in {phase:?}");
+            assert!(released, "it is released, in {phase:?}");
         }
     }
 }
 
 #[test]
-fn whenever_it_is_stopped_what_held_before_holds_again_from_that_sample_on() {
+fn a_stop_restores_the_gains_before_in_the_same_sample() {
     for reason in [Reason::ModeChanged, Reason::Stopped] {
         stopped_in_each_phase(&beside_a_controller(), reason);
         stopped_in_each_phase(&ordinary(), reason);
@@ -95,7 +95,7 @@ fn whenever_it_is_stopped_what_held_before_holds_again_from_that_sample_on() {
 }
 
 #[test]
-fn the_gains_before_go_on_with_the_command_that_held_the_load() {
+fn the_gains_before_resume_with_the_command_that_held_the_load() {
     let mut bench = beside_a_controller();
     bench.servo.load = 200.0;
     let mut left = 5;
@@ -112,7 +112,7 @@ fn the_gains_before_go_on_with_the_command_that_held_the_load() {
 }
 
 #[test]
-fn an_answer_that_comes_after_the_end_changes_nothing() {
+fn a_late_decision_changes_nothing() {
     let mut stopped = false;
     let course = ordinary().commission(&mut |phase| {
         let now = phase == Phase::Tune && !stopped;
@@ -125,7 +125,7 @@ fn an_answer_that_comes_after_the_end_changes_nothing() {
 }
 
 #[test]
-fn a_bandwidth_that_no_sampling_bears_is_refused_with_one_that_would_do() {
+fn a_bandwidth_beyond_the_sample_rate_is_refused_with_one_that_would_do() {
     for goal in [Goal::Bandwidth(2000.0), Goal::ResponseTime(2e-4)] {
         let mut bench = ordinary();
         bench.settings.goal = goal;

@@ -1,8 +1,8 @@
 //! Commissioning of simulated servos by the core alone.
 
+mod continued_identification;
 mod faults;
 mod fit;
-mod goes_on;
 mod machine;
 mod probing;
 mod probing_support;

@@ -21,7 +21,7 @@ fn travel_and_speed_are_kept_by_every_unknown_servo_and_nearly_all_end_with_evid
                 at_rest += 1;
                 assert!(evidence.is_some_and(|time| time <= 1.0));
             }
-            // It says so; only a coarse encoder may need more than a second.
+            // Refused; only a coarse encoder may need more than a second.
             ProbingProgress::Failed(Reason::TooLittleEvidence) => {
                 assert!(unknown.counts < 4096.0, "{unknown:?}");
             }
@@ -47,12 +47,12 @@ fn a_fine_encoder_gives_evidence_in_a_fifth_of_a_second() {
 }
 
 #[test]
-fn a_speed_that_is_far_less_than_the_servo_can_do_is_kept() {
+fn a_speed_limit_far_below_the_servo_s_own_is_kept() {
     let mut fastest = 0.0_f64;
     // In a millisecond the strongest pass half of what is then allowed.
     let ordinary = |unknown: &Unknown| unknown.counts >= 10_000.0 && unknown.sample_time < 5e-4;
     for mut unknown in unknown_servos().filter(ordinary) {
-        // What is held does not gain speed before it is known.
+        // A load that is held does not gain speed before it is known.
         unknown.held = Some(-unknown.parameters.load / unknown.parameters.b);
         unknown.limits.speed *= 0.4;
         let Wiggled {
@@ -66,7 +66,7 @@ fn a_speed_that_is_far_less_than_the_servo_can_do_is_kept() {
 }
 
 #[test]
-fn a_coarse_encoder_takes_as_long_as_evidence_takes() {
+fn a_coarse_encoder_extends_the_experiment_until_the_evidence_suffices() {
     let longer = unknown_servos()
         .filter(|unknown| unknown.counts < 1500.0 && unknown.is_sampled_every(1e-4))
         .map(|coarse| {
@@ -125,8 +125,8 @@ fn an_axis_that_may_only_move_one_way_does_not_come_back() {
 }
 
 #[test]
-fn a_servo_that_does_not_move_is_said_to_be_one() {
-    let mut jammed = Unknown::of(1);
+fn a_servo_that_does_not_move_is_reported() {
+    let mut jammed = Unknown::from_seed(1);
     jammed.held = None;
     jammed.parameters.load = 0.0;
     jammed.parameters.coulomb = 1.1 * jammed.parameters.b * Unknown::COMMAND;
@@ -134,12 +134,12 @@ fn a_servo_that_does_not_move_is_said_to_be_one() {
     assert_eq!(moved.progress, ProbingProgress::Failed(Reason::DoesNotMove));
 }
 
-/// How the first motion ends of a servo of plain friction whose velocity a ratchet holds.
+/// Outcome of the first motion of a servo with plain friction whose velocity a ratchet holds.
 fn moved_with(ratchet: impl Fn(f64) -> f64) -> Option<ProbingProgress> {
     let unknown = Unknown {
         sample_time: 1e-3,
         held: None,
-        ..Unknown::of(2)
+        ..Unknown::from_seed(2)
     };
     let wiggle = Probing::<f32>::new(&unknown.settings()).expect("allowed");
     let (b, time) = (unknown.parameters.b, unknown.sample_time);
@@ -171,7 +171,7 @@ fn moved_with(ratchet: impl Fn(f64) -> f64) -> Option<ProbingProgress> {
 }
 
 #[test]
-fn a_servo_that_moves_one_way_and_not_the_other_is_said_to_be_one() {
+fn a_servo_that_moves_in_one_direction_only_is_reported() {
     let failed = |reason| Some(ProbingProgress::Failed(reason));
     assert_eq!(
         moved_with(|velocity| velocity),
@@ -194,7 +194,7 @@ fn a_servo_that_moves_one_way_and_not_the_other_is_said_to_be_one() {
 fn limits_that_are_too_small_are_refused_with_the_figure_that_would_do() {
     let coarse = Unknown {
         counts: 1000.0,
-        ..Unknown::of(2)
+        ..Unknown::from_seed(2)
     };
     let mut narrow = coarse.settings();
     narrow.limits.travel = [-0.001, 10.0];

@@ -27,7 +27,7 @@ impl Random {
     }
 }
 
-/// A servo of which the wiggle knows nothing.
+/// A servo that is unknown to the probing experiment.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Unknown {
     pub(crate) parameters: ServoParameters,
@@ -38,9 +38,9 @@ pub(crate) struct Unknown {
     pub(crate) counts: f64,
     pub(crate) sample_time: f64,
     pub(crate) limits: Limits,
-    /// The command that a controller holds it with; none: it is let go.
+    /// The command with which a controller holds it; `None` if it coasts.
     pub(crate) held: Option<f64>,
-    /// Where it stands between two edges of the encoder.
+    /// Position between two edges of the encoder.
     pub(crate) between_edges: f64,
 }
 
@@ -53,8 +53,8 @@ impl Unknown {
 
     /// Drawn by a seed: b over 100:1, viscous friction up to ten times the nominal servo's, Coulomb
     /// friction to 20 % and load to 30 % of the limit, delays of zero to two samples, whole and
-    /// fractional, let go or held.
-    pub(crate) fn of(seed: u64) -> Self {
+    /// fractional, coasting or held.
+    pub(crate) fn from_seed(seed: u64) -> Self {
         let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x5851_f42d_4c95_7f2d);
         let b = Self::WEAKEST * libm::exp(random.part() * libm::log(100.0));
         let authority = b * Self::COMMAND;
@@ -88,7 +88,7 @@ impl Unknown {
         }
     }
 
-    /// What a user allows a class of servos, two classes to a decade of b: ±0.16 rad and 15 rad/s for the
+    /// The limits that a user allows a class of servos, two classes to a decade of b: ±0.16 rad and 15 rad/s for the
     /// weakest, and up to ±2.1 rad and 200 rad/s (1900 1/min) for the strongest, which passes that in 4 ms
     /// of full command. So travel and speed go with the authority to the power of 3/4.
     fn allowed(b: f64) -> Limits {
@@ -175,7 +175,7 @@ impl Unknown {
     }
 }
 
-/// What became of a motion.
+/// Outcome of a motion.
 #[derive(Debug, Clone)]
 pub(crate) struct Wiggled {
     pub(crate) progress: ProbingProgress,
@@ -183,7 +183,7 @@ pub(crate) struct Wiggled {
     pub(crate) evidence: Option<f64>,
     /// The lowest and highest position, rad.
     pub(crate) reached: [f64; 2],
-    /// How far travel and speed went, of what was allowed.
+    /// Largest travel and speed, each as a share of its limit.
     pub(crate) travel: f64,
     pub(crate) speed: f64,
     /// The largest speed backwards, of what was allowed.
@@ -220,7 +220,7 @@ impl Wiggled {
     }
 }
 
-/// As many unknown servos as are tried: a thousand if the environment asks for the campaign (`CAMPAIGN=1`),
+/// The unknown servos of a test: a thousand if the environment sets the campaign (`CAMPAIGN=1`),
 /// others than usual if it has a seed (`CAMPAIGN_SEED=1`).
 pub(crate) fn unknown_servos() -> impl Iterator<Item = Unknown> {
     let asked = |variable| std::env::var(variable).ok()?.parse().ok();
@@ -230,5 +230,5 @@ pub(crate) fn unknown_servos() -> impl Iterator<Item = Unknown> {
     } else {
         200
     };
-    (first..first + servos).map(Unknown::of)
+    (first..first + servos).map(Unknown::from_seed)
 }

@@ -9,7 +9,7 @@ use identifier_core::tuning::Goal;
 use virtual_servo::faults::{FaultKind, Faults, InjectedFault};
 use virtual_servo::{Effects, Encoder, Servo};
 
-/// What is commissioned.
+/// The axis that is commissioned.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bench {
     pub(crate) servo: ServoParameters,
@@ -30,7 +30,7 @@ pub(crate) struct Strike {
     pub(crate) after: u32,
 }
 
-/// How it went.
+/// Course of a commissioning.
 #[derive(Debug, Clone)]
 pub(crate) struct Course {
     pub(crate) state: CommissionState<f32>,
@@ -40,7 +40,7 @@ pub(crate) struct Course {
     pub(crate) travel: [f64; 2],
     pub(crate) speed: f64,
     pub(crate) command: [f64; 2],
-    /// What was commanded after the end; none: let go.
+    /// The commands after the end; `None` while it coasts.
     pub(crate) after: Vec<Option<f64>>,
     /// Where the servo was at the end of all, rad.
     pub(crate) last: f64,
@@ -60,7 +60,7 @@ impl Course {
     }
 }
 
-/// A servo as the paper's, with a fine encoder, let go.
+/// The paper's servo with a fine encoder, coasting.
 pub(crate) fn ordinary() -> Bench {
     Bench {
         servo: ServoParameters {
@@ -98,7 +98,7 @@ impl Bench {
         self.run(&[], disturb)
     }
 
-    /// Commissions it with a fault. Also told: when that strikes, s.
+    /// Commissions it with a fault; the course and the time of the fault, s.
     pub(crate) fn commission_with(&self, strike: &Strike) -> (Course, f64) {
         let sound = self.run(&[], &mut |_| None);
         let began = sound.began(strike.phase).expect("it came so far");
@@ -113,7 +113,7 @@ impl Bench {
         disturb: &mut dyn FnMut(Phase) -> Option<Reason>,
     ) -> Course {
         /// The longest that it may take, and for how long it is watched after its end, s.
-        const LONGEST: f64 = 120.0;
+        const MAX_DURATION: f64 = 120.0;
         const AFTERWARDS: f64 = 2.0;
         let sample_time = self.settings.sample_time;
         let resolution = std::f64::consts::TAU / self.counts;
@@ -130,7 +130,7 @@ impl Bench {
         let (mut travel, mut command) = ([0.0_f64; 2], [0.0_f64; 2]);
         let mut speed = 0.0_f64;
         let mut after = Vec::new();
-        for k in 0..(LONGEST / sample_time) as u64 {
+        for k in 0..(MAX_DURATION / sample_time) as u64 {
             let condition = faults.begin_sample(&mut servo);
             let seen = faults.seen(servo.position());
             let count = seen.map(|at| encoder.read(at + self.offset * resolution) as i32);

@@ -43,10 +43,10 @@ fn gamma(diagonal: [f64; 3]) -> [[f64; 4]; 4] {
 type Words = FixedServoLoop<FixedLowPass, AbCoulomb, 3>;
 
 proptest! {
-    /// Whatever the sensors say: nothing wraps (the tests check every sum for it), no estimate
+    /// With any sensor readings nothing wraps (the tests check every sum for it), no estimate
     /// leaves its bounds, and the command stays within its limit.
     #[test]
-    fn nothing_wraps_whatever_comes_in(
+    fn nothing_wraps_with_any_input(
         samples in prop::collection::vec(
             (
                 prop_oneof![any::<i32>(), -100_000_i32..100_000],
@@ -77,7 +77,7 @@ proptest! {
 
     /// The words' controller is the numbers' controller.
     #[test]
-    fn the_controller_is_that_of_numbers(
+    fn the_controller_is_that_of_floating_point(
         steps in prop::collection::vec((-2000_i32..2000, -20_i32..20), 1..300),
     ) {
         let settings = settings(1e-3);

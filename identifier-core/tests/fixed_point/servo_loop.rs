@@ -81,7 +81,7 @@ impl Distance {
 }
 
 /// Both loops on the measurements of that in double precision, from a count where the counter wraps:
-/// how far words are from it, and the two sets of estimates.
+/// the distance of fixed point from it, and the two sets of estimates.
 fn side_by_side<S: ParameterSet<P>, const P: usize>(
     settings: &Settings,
     servo: &ServoParameters,
@@ -139,7 +139,7 @@ const SERVO: ServoParameters = ServoParameters {
 };
 
 #[test]
-fn on_the_same_measurements_words_say_what_numbers_say() {
+fn on_the_same_measurements_fixed_and_floating_point_agree() {
     let servo = ServoParameters {
         load: 20.0,
         ..SERVO
@@ -154,7 +154,7 @@ fn on_the_same_measurements_words_say_what_numbers_say() {
 }
 
 #[test]
-fn with_friction_too() {
+fn with_friction_fixed_and_floating_point_agree() {
     let servo = ServoParameters {
         coulomb: 10.0,
         load: 20.0,
@@ -171,7 +171,7 @@ fn with_friction_too() {
 /// Without a box the guard follows the estimate; under a limit that acts the words of the correction
 /// must not.
 #[test]
-fn without_a_box_and_under_a_limit_that_acts() {
+fn without_a_box_and_under_a_limit_fixed_and_floating_point_agree() {
     let mut settings = settings();
     settings.controller = Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(1.0));
     let identifier = &mut settings.identifier;
@@ -203,7 +203,7 @@ fn assert_alike(exact: &ServoParameters, found: &ServoParameters, tolerance: f64
 }
 
 #[test]
-fn fast_loops_fit_and_say_the_same() {
+fn fast_loops_fit_and_give_the_same_estimates() {
     let servo = ServoParameters {
         coulomb: 10.0,
         load: 20.0,
@@ -223,9 +223,9 @@ fn fast_loops_fit_and_say_the_same() {
     }
 }
 
-/// The identifier beside a controller that it knows nothing of.
+/// The identifier beside an undeclared controller.
 #[test]
-fn it_listens_to_any_controller() {
+fn it_identifies_beside_any_controller() {
     let mut settings = settings();
     settings.controller = None;
     settings.identifier.correction = Some([9.0, 0.19, 4.0]);
@@ -258,7 +258,7 @@ fn it_listens_to_any_controller() {
 }
 
 #[test]
-fn a_servo_that_stands_teaches_nothing() {
+fn nothing_is_learnt_from_a_servo_at_rest() {
     let settings = settings();
     let words: FixedServoLoop<FixedLowPass, AbCoulomb, 3> = settings.build().expect("it fits");
     let identifier = words.identifier();
@@ -283,7 +283,7 @@ fn a_servo_that_stands_teaches_nothing() {
 }
 
 #[test]
-fn faster_than_it_can_be_is_refused_and_the_state_untouched() {
+fn an_impossible_increment_is_refused_and_the_state_unchanged() {
     let mut settings = settings();
     settings.identifier.max_speed = Some(60.0);
     let words: FixedServoLoop<FixedLowPass, Ab, 2> = settings.build().expect("it fits");
@@ -317,7 +317,7 @@ fn with_ranges(settings: &mut Settings, change: fn(&mut RangeSettings)) {
 }
 
 #[test]
-fn what_does_not_fit_is_refused_with_what_would() {
+fn settings_out_of_range_are_refused_with_a_value_that_fits() {
     for (said, parts) in [
         (
             refusal(|settings| with_ranges(settings, |ranges| ranges.error = 1e6)),
@@ -379,7 +379,7 @@ fn what_does_not_fit_is_refused_with_what_would() {
 
 /// The numbers that refusals name work.
 #[test]
-fn what_a_refusal_names_would_do() {
+fn the_value_that_a_refusal_names_is_accepted() {
     for (error, velocity) in [(1e6, 200.0), (4.0, 1e-9), (1e-9, 1e-9)] {
         let mut settings = settings();
         let mut ranges = RangeSettings {
@@ -514,10 +514,10 @@ fn any_samples() -> impl Strategy<Value = Vec<(i32, i32, i32, Option<i32>)>> {
 }
 
 proptest! {
-    /// Whatever the sensors say: nothing wraps (the tests check every sum for it), no estimate
+    /// With any sensor readings nothing wraps (the tests check every sum for it), no estimate
     /// leaves its bounds, and the command stays within its limit.
     #[test]
-    fn nothing_wraps_whatever_comes_in(samples in any_samples()) {
+    fn nothing_wraps_with_any_input(samples in any_samples()) {
         let mut settings = settings();
         nothing_wraps::<FixedLowPass, Ab, 2>(&settings, &samples)?;
         nothing_wraps::<FixedLowPass, AbCoulombLoad, 4>(&settings, &samples)?;
@@ -533,7 +533,7 @@ proptest! {
 
     /// The same for any servo, gains, limit, rate and encoder that are taken.
     #[test]
-    fn nothing_wraps_whatever_it_is_built_for(
+    fn nothing_wraps_with_any_settings(
         samples in any_samples(),
         shape in prop::array::uniform9(0.0_f64..1.0),
         correction in any::<bool>(),
@@ -578,7 +578,7 @@ proptest! {
 
     /// The words' controller is the numbers' controller, also where the counter wraps.
     #[test]
-    fn the_controller_is_that_of_numbers(
+    fn the_controller_is_that_of_floating_point(
         steps in prop::collection::vec((-2000_i32..2000, -20_i32..20), 1..300),
         start in prop_oneof![any::<i32>(), i32::MAX - 20..=i32::MAX],
     ) {
@@ -613,7 +613,7 @@ proptest! {
 }
 
 #[test]
-fn what_is_no_number_is_no_setpoint() {
+fn a_setpoint_that_is_no_number_is_refused() {
     for counts in [f64::NAN, f64::INFINITY, f64::MAX] {
         assert_eq!(split_setpoint(counts), (0, I16F16::ZERO));
     }

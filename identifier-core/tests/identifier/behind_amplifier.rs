@@ -1,4 +1,4 @@
-//! What is declared of the amplifier acts for every law: with it a, b and c are found as without the
+//! A declared amplifier acts for every law: with it a, b and c are found as without the
 //! effect, and undeclared it spoils them.
 
 use core::f64::consts::TAU;
@@ -83,7 +83,7 @@ fn settings(declared: &TermSettings) -> Settings {
     settings
 }
 
-/// What a law has found after a time (s).
+/// A law's estimates after a time (s).
 fn found<I: FromSettings + Identify<f64>>(
     settings: &Settings,
     effects: &Effects,
@@ -198,7 +198,7 @@ fn a_declared_delay_that_is_estimated_counts_once() {
 }
 
 #[test]
-fn what_nothing_would_act_upon_is_refused_by_name() {
+fn declarations_without_effect_are_refused_by_name() {
     type BareGradient = GradientIdentifier<f64, LowPass<f64>, AbCoulombLoad, 4>;
     type BareWindow = WindowIdentifier<f64, AbCoulombLoad, 4, 512>;
     type BareGaussNewton = GaussNewtonIdentifier<f64, AbCoulombDelayLoad, 5>;

@@ -1,4 +1,4 @@
-//! Gauss–Newton driven by the command that acted, over random servos under anybody's controller.
+//! Gauss–Newton driven by the command that acted, over random servos under any controller.
 
 use crate::support::{
     Draw, Kind, Loop, Servo, amplitude_for, humble_servo, on_all_cores, ordinary_servo, per_cent,
@@ -143,7 +143,7 @@ fn report(name: &str, outcomes: &[Outcome]) {
 }
 
 /// The output error within 1.1 times the encoder's, b within 0.1 %, a within 1 % or 0.03, d within
-/// 0.3 % of the authority, each in at least 95 %; and nobody astray.
+/// 0.3 % of the authority, each in at least 95 %; and none diverges.
 fn assert_figures(outcomes: &[Outcome]) {
     assert!(per_cent(outcomes, |o| o.rms <= 1.1) >= 95.0);
     assert!(per_cent(outcomes, |o| o.b() <= 1e-3) >= 95.0);
@@ -156,7 +156,7 @@ fn assert_figures(outcomes: &[Outcome]) {
 }
 
 #[test]
-fn random_servos_with_a_limit_that_acts() {
+fn random_servos_are_identified_under_a_limit_that_acts() {
     let outcomes = saturated_servos(Kind::Pid, 200, 20.0);
     report("PID", &outcomes);
     assert_figures(&outcomes);
@@ -167,7 +167,7 @@ fn random_servos_with_a_limit_that_acts() {
 }
 
 #[test]
-fn any_controller() {
+fn it_identifies_under_any_controller() {
     for kind in [Kind::Cascade, Kind::PiD, Kind::Relay] {
         let outcomes = saturated_servos(kind, 200, 20.0);
         report(&format!("{kind:?}"), &outcomes);
@@ -176,7 +176,7 @@ fn any_controller() {
 }
 
 #[test]
-fn starts_without_a_guess() {
+fn it_starts_without_a_guess() {
     for guess in [None, Some(30.0), Some(1.0 / 30.0)] {
         let outcomes = on_all_cores(300, |i| {
             let mut servo = ordinary_servo(i + 1000);
@@ -201,7 +201,7 @@ fn starts_without_a_guess() {
     }
 }
 
-/// How a run over an ordinary servo ended.
+/// Outcome of a run over an ordinary servo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Ending {
     /// b within 5 %.
@@ -212,7 +212,7 @@ enum Ending {
     NoMotion,
     /// Not started, though it moved.
     NotStarted,
-    /// At a bound, and said to be.
+    /// At a bound, and reported there.
     AtBound,
     /// Wrong, but it still moves.
     Wrong,
@@ -363,7 +363,7 @@ struct LoadStep {
     /// Errors of the load over the step: after 0.1 s, after 0.25 s, after 1.5 s.
     errors: [f64; 3],
     noticed: f64,
-    /// How far a and b had moved 1.5 s later.
+    /// Change of a and b over the next 1.5 s.
     moved: [f64; 2],
 }
 
@@ -425,7 +425,7 @@ fn load_steps(i: u32) -> (Vec<LoadStep>, [u32; 2], f64) {
 }
 
 #[test]
-fn steps_of_the_load() {
+fn steps_of_the_load_are_followed() {
     let runs = on_all_cores(200, load_steps);
     let unasked: u32 = runs.iter().map(|(_, [unasked, _], _)| unasked).sum();
     let repeated: u32 = runs.iter().map(|(_, [_, repeated], _)| repeated).sum();

@@ -1,4 +1,4 @@
-//! What an identifier that listens does with any input, in both formats, and without an amplifier.
+//! A listening identifier under any input, in both formats, and with the amplifier off.
 
 use crate::support::{
     Draw, Kind, Loop, Servo, amplitude_for, on_all_cores, ordinary_servo, per_cent, quantile,
@@ -39,7 +39,7 @@ fn in_format<N: Number>(
 }
 
 #[test]
-fn f32_and_f64_agree_within_the_estimates_unrest() {
+fn f32_and_f64_agree_within_the_estimates_wander() {
     let differences = on_all_cores(60, |i| {
         let servo = ordinary_servo(i + 5000);
         let amplitude = amplitude_for(Kind::Pid, &servo, 0.4);
@@ -72,11 +72,11 @@ fn f32_and_f64_agree_within_the_estimates_unrest() {
 }
 
 #[test]
-fn an_amplifier_that_is_off_is_noticed_and_not_learnt() {
+fn an_amplifier_that_is_off_is_reported_and_not_learnt_from() {
     let runs = on_all_cores(60, |i| {
         let mut servo = ordinary_servo(i + 6000);
-        // Friction that holds the load: without the amplifier the servo stands. One that ran away
-        // under its load could not be told from a load that rose to what the command is worth.
+        // Friction that holds the load: without the amplifier the servo is at rest. One that ran
+        // away under its load could not be distinguished from a load that rose to the command's size.
         let friction = 1.3 * servo.parameters.load.abs() + 0.02 * servo.authority();
         servo.parameters.coulomb = friction;
         let amplitude = amplitude_for(Kind::Pid, &servo, 0.3);
@@ -240,7 +240,7 @@ fn any_sample() -> impl Strategy<Value = (f32, f32)> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]
-    fn nothing_that_is_no_number_comes_out(
+    fn no_output_is_nan(
         samples in prop::collection::vec(any_sample(), 300..1500),
         time in 0.05_f64..0.5,
         guess in prop::option::of(0.01_f64..1e4),

@@ -1,4 +1,4 @@
-//! The gradient identifier beside anybody's controller: random servos, limits that act, friction.
+//! The gradient identifier beside any controller: random servos, limits that act, friction.
 
 use crate::support::{
     Draw, Kind, Loop, Servo, amplitude_for, on_all_cores, ordinary_servo, per_cent, quantile,
@@ -11,7 +11,7 @@ use identifier_core::settings::{BoxSettings, diagonal};
 
 type Listener<S, const P: usize> = GradientIdentifier<f32, LowPass<f32>, S, P>;
 
-/// What the identifier is told of a servo: a box around it, four times as wide in b, and Γ of the size
+/// The settings of the identifier for a servo: a box around it, four times as wide in b, and Γ of the size
 /// that the box and the command suggest. Nothing of the controller.
 fn settings(servo: &Servo) -> Settings {
     let mut settings = Settings::new(servo.sample_time, servo.counts_per_rev);
@@ -36,7 +36,7 @@ struct Outcome {
     found: ServoParameters,
     travelled: f64,
     restarts: u32,
-    /// How far b̂ moved over the last quarter, of b.
+    /// Wander of b̂ over the last quarter, relative to b.
     unrest: f64,
 }
 

@@ -60,7 +60,7 @@ fn built<T: FromSettings>() -> T {
     settings().build().expect("valid")
 }
 
-/// How far b̂ is off, of b.
+/// Error of b̂, relative to b.
 fn off(found: &ServoParameters) -> f64 {
     (found.b / servo(0).parameters.b - 1.0).abs()
 }
@@ -147,17 +147,17 @@ where
 }
 
 #[test]
-fn halves_between_which_nothing_waits_are_the_whole() {
+fn halves_without_a_backlog_equal_the_whole_identifier() {
     for budget in [u32::MAX, 20, 1] {
         compare::<GaussNewtonIdentifier<f32, AbCoulombLoad, 4, W>, Recursion, FirstFit>(budget);
         compare::<WindowIdentifier<f32, AbCoulombLoad, 4, W>, Recorder, Fitter>(budget);
     }
 }
 
-/// Blocks are lost and recording begins anew at any time. A fitter then finds, to the bit, what one finds
+/// Blocks are lost and recording begins anew at any time. A fitter then finds, to the bit, the result of one
 /// that was started with the first block after the gap.
 #[test]
-fn no_first_fit_over_a_gap() {
+fn no_first_fit_spans_a_gap() {
     let (recorder, fitter): (Recursion, FirstFit) = (built(), built());
     let (mut found, mut lost, mut joined, mut interrupted) = (0, 0, 0, 0);
     for seed in 0..40 {
@@ -202,8 +202,8 @@ fn no_first_fit_over_a_gap() {
 }
 
 #[test]
-fn what_is_found_of_a_recording_that_has_ended_is_not_taken_over() {
-    fn try_it<R, F>()
+fn a_fit_of_a_recording_before_a_gap_is_not_adopted() {
+    fn check<R, F>()
     where
         R: RecordBlocks<f32> + FromSettings,
         F: FitBlocks<f32, Fitted = R::Fitted> + FromSettings,
@@ -226,12 +226,12 @@ fn what_is_found_of_a_recording_that_has_ended_is_not_taken_over() {
         assert_eq!(halves.learn((increment, command)).event, Event::Started);
         assert!(off(&halves.recorder.estimates(&halves.recording)) < 0.05);
     }
-    try_it::<Recursion, FirstFit>();
-    try_it::<Recorder, Fitter>();
+    check::<Recursion, FirstFit>();
+    check::<Recorder, Fitter>();
 }
 
 #[test]
-fn a_recursion_that_runs_begins_no_second_time() {
+fn a_running_recursion_is_not_restarted() {
     let mut motion = motion(5);
     let mut halves = Halves::<Recursion, FirstFit>::new();
     let fitted = halves.find(&mut motion, 4000).expect("a motion that tells");
@@ -242,7 +242,7 @@ fn a_recursion_that_runs_begins_no_second_time() {
 }
 
 #[test]
-fn what_is_found_and_lost_is_found_again() {
+fn a_first_fit_that_is_lost_is_repeated() {
     let mut motion = motion(6);
     let mut halves = Halves::<Recursion, FirstFit>::new();
     for _ in 0..3 {
@@ -255,7 +255,7 @@ fn what_is_found_and_lost_is_found_again() {
     assert!(halves.recorder.is_running(&halves.recording));
 }
 
-/// What happened between two threads.
+/// Events between two threads.
 #[derive(Debug, Default)]
 struct Happened {
     samples: u32,
@@ -274,7 +274,7 @@ fn be_away(draw: &mut Draw, part: f64) {
 }
 
 /// An interrupt and a background in threads of their own, with room for seven blocks on their way. The
-/// background goes on by a block at a time. The interrupt waits while there is no room, but in a `rush`,
+/// background advances by a block at a time. The interrupt waits while there is no room, but in a `rush`,
 /// a part of all blocks, it does not. It runs until `enough` has happened.
 fn in_two_threads<R, F>(seed: u32, rush: f64, enough: impl Fn(&Happened) -> bool) -> Happened
 where

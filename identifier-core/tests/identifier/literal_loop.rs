@@ -63,7 +63,7 @@ impl Literal {
         let b_min = self.settings.identifier.plant_box.expect("a box").b[0];
         let strength = t * (0..2).map(|i| self.gamma[i] * phi[i] * phi[i]).sum::<f64>();
         let slowed = (0.05 * b_min * kd / strength).min(1.0);
-        // A servo that has not moved for 0.1 s stands, and nothing is learnt from it.
+        // A servo that has not moved for 0.1 s is at rest, and nothing is learnt from it.
         if (measured - self.moved.1).abs() > 0.5 * self.settings.resolution {
             self.moved = (self.time, measured);
         }
@@ -166,7 +166,7 @@ fn where_no_limit_acts_it_is_the_papers_loop() {
         );
         learnt += u32::from((found.b / b - 1.0).abs() < 0.5 * (guess / b - 1.0).abs());
     }
-    // Agreement of two loops that learn nothing would say nothing.
+    // Agreement of two loops that learn nothing would prove nothing.
     assert!(learnt > SERVOS / 2, "{learnt} of {SERVOS} learnt");
     println!("{SERVOS} servos, 60 s: output errors at most {furthest:.1e} rad apart");
 }

@@ -1,4 +1,4 @@
-//! The laws over whole records: random servos, anybody's controller, any input.
+//! The laws over whole records: random servos, any controller, any input.
 
 mod behind_amplifier;
 mod command_driven;

@@ -58,7 +58,7 @@ fn travel<N: Number>(sample_time: f64, duration: f64, start: i64, speed: i32) ->
         coulomb: 0.0,
         load: 20.0,
     };
-    // The plant's own position is kept relative to the start, or double precision would tell.
+    // The plant's own position is relative to the start, or the rounding of double precision would show.
     let mut plant = Plant::at_rest(&servo, sample_time);
     let mut register = Counter::new(start as u16);
     // As after many turns: a count of 32 bits, through however many wraps.

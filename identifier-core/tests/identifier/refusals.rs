@@ -1,4 +1,4 @@
-//! What cannot be is refused by name, with what could, and leaves the state as it was.
+//! Impossible settings are refused by name, with a value that would do, and leave the state unchanged.
 
 use identifier_core::error::StepError;
 use identifier_core::identifier::{GradientIdentifier, Identify};
@@ -116,7 +116,7 @@ fn an_estimate_whose_correction_sampling_makes_unstable_is_refused_with_the_boun
 }
 
 #[test]
-fn bounds_that_nobody_gave_do_not_depend_on_the_guess() {
+fn default_bounds_do_not_depend_on_the_guess() {
     use identifier_core::parameters::Parameter;
     let bounds = |guess: f64| {
         let mut settings = valid();
@@ -130,14 +130,14 @@ fn bounds_that_nobody_gave_do_not_depend_on_the_guess() {
     for guess in [50.0, 1000.0] {
         let (other_low, other_high) = bounds(guess);
         assert!((other_low - low).abs() < 1e-12);
-        // As far as the steps of the search.
+        // To the resolution of the search.
         assert!((other_high / high).ln().abs() < 0.1, "{other_high} {high}");
     }
     assert!(low < 1e-3 && high > 1000.0, "{low} {high}");
 }
 
 #[test]
-fn a_sample_that_cannot_be_leaves_the_state() {
+fn an_impossible_sample_leaves_the_state_unchanged() {
     let mut settings = valid();
     settings.identifier.max_speed = Some(100.0);
     let identifier: Listener = settings.build().expect("valid");

@@ -94,7 +94,7 @@ fn abuse<N: Number>(limit: Option<f64>, inputs: &[(f64, f64)]) -> Result<(), Tes
     Ok(())
 }
 
-/// The same for an identifier that only listens to somebody else's commands.
+/// The same for an identifier that listens to the commands of another controller.
 fn mislead<N: Number>(inputs: &[(f64, f64)]) -> Result<(), TestCaseError> {
     let identifier: Identifier<N> = settings(None).build().expect("certified");
     let mut state = identifier.start();
@@ -300,7 +300,7 @@ fn build(n: &[f64; 16], small: &[f64; 4]) -> Result<Identifier<f32>, SettingsErr
     settings.build()
 }
 
-/// What broken settings are refused with.
+/// Error of broken settings.
 fn refused(change: impl FnOnce(&mut Settings)) -> SettingsError {
     let mut settings = settings(None);
     change(&mut settings);

@@ -1,5 +1,5 @@
-//! What an interrupt copies of a sample is a few words, and the background makes of them later what the
-//! sample's estimates were.
+//! The interrupt copies a few words of a sample, and the background computes that sample's estimates from
+//! them later.
 
 use crate::support::{Kind, Loop, Servo};
 use identifier_core::Settings;
@@ -86,23 +86,23 @@ fn of_numbers<I: Identify<f32> + FromSettings>(settings: &Settings) -> (u32, u32
 }
 
 #[test]
-fn a_gradient_shows_what_it_had() {
+fn a_gradient_snapshot_gives_the_sample_s_estimates() {
     assert_moved_to_the_bound(of_numbers::<
         DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>,
     >(&settings()));
 }
 
 #[test]
-fn gauss_newton_shows_what_it_had() {
+fn a_gauss_newton_snapshot_gives_the_sample_s_estimates() {
     assert_moved_to_the_bound(of_numbers::<GaussNewtonIdentifier<f32, AbCoulombLoad, 4>>(
         &settings(),
     ));
 }
 
 #[test]
-fn a_window_shows_what_it_had() {
+fn a_window_snapshot_gives_the_sample_s_estimates() {
     type Window = WindowIdentifier<f32, AbCoulombLoad, 4>;
-    // What a bound stops is no result.
+    // An estimate that a bound stops is no result.
     let (moved, at_bound) = of_numbers::<Window>(&settings());
     assert_eq!(moved, 0);
     assert!(at_bound > 2, "â stood at its bound {at_bound} times");
@@ -116,7 +116,7 @@ fn a_window_shows_what_it_had() {
 
 #[cfg(feature = "fixed")]
 #[test]
-fn words_show_what_they_had() {
+fn a_fixed_point_snapshot_gives_the_sample_s_estimates() {
     use identifier_core::fixed_point::{FixedGradientIdentifier, FixedLowPass};
     use identifier_core::settings::RangeSettings;
     type Identifier = FixedGradientIdentifier<FixedLowPass, Ab, 2>;

@@ -1,4 +1,4 @@
-//! Random servos, the controllers of somebody else's firmware, and the loop that runs them.
+//! Random servos, controllers as in other firmware, and the loop that runs them.
 
 use core::f64::consts::{PI, TAU};
 use identifier_core::parameters::ServoParameters;
@@ -64,7 +64,7 @@ pub(crate) const TRUTH: ServoParameters = ServoParameters {
     load: 20.0,
 };
 
-/// It with an encoder, and what is asked of it.
+/// The paper's servo with an encoder and a reference.
 pub(crate) fn paper(seed: u32) -> Servo {
     Servo {
         parameters: TRUTH,
@@ -221,7 +221,7 @@ impl Reference {
     }
 }
 
-/// A servo with its controller, sample by sample: what an identifier is told.
+/// A servo with its controller, sample by sample: the inputs of an identifier.
 pub(crate) struct Loop {
     pub(crate) servo: Servo,
     pub(crate) plant: Plant,
@@ -233,7 +233,7 @@ pub(crate) struct Loop {
     pub(crate) samples: u64,
     /// A load on top, changed from outside, rad/s².
     pub(crate) extra_load: f64,
-    /// Whether the amplifier is on.
+    /// True if the amplifier is on.
     pub(crate) powered: bool,
 }
 

@@ -139,7 +139,7 @@ fn low_speed(servo: &Servo) -> f64 {
     0.025 * servo.authority() / servo.bandwidth
 }
 
-/// What is found in single precision, in a set that has every term.
+/// Estimates in single precision, of a set with every term.
 struct Found {
     parameters: ServoParameters,
     sizes: Vec<(Unknown, f64)>,
@@ -233,7 +233,7 @@ fn with_its_term_each_effect_is_found_and_the_parameters_are_right() {
 }
 
 #[test]
-fn evidence_lets_the_right_term_in_and_none_into_a_servo_without_effects() {
+fn evidence_admits_the_right_term_and_none_for_a_servo_without_effects() {
     let all = Term::ALL.into_iter().fold(Terms::NONE, Terms::with);
     for case in cases() {
         for found in on_all_cores(4, |seed| run(&case, seed, &Effects::NONE, Terms::NONE, all)) {
@@ -257,7 +257,7 @@ fn evidence_lets_the_right_term_in_and_none_into_a_servo_without_effects() {
 
 /// The load of the geared motor wanders by a third of its friction.
 #[test]
-fn of_a_load_that_wanders_only_the_news_is_learnt_from() {
+fn a_wandering_load_is_learnt_from_its_innovations_only() {
     let [.., geared] = cases();
     let truth = &geared.servo.parameters;
     let off = |demanded: Terms, time: f64| -> Vec<f64> {
@@ -288,9 +288,9 @@ fn of_a_load_that_wanders_only_the_news_is_learnt_from() {
     }
 }
 
-/// Errors that go on from block to block resemble gravity and whatever else is slow.
+/// Errors that are correlated from block to block resemble gravity and other slow effects.
 #[test]
-fn a_load_that_wanders_is_not_taken_for_what_else_is_slow() {
+fn a_wandering_load_is_not_mistaken_for_other_slow_effects() {
     let all = Term::ALL.into_iter().fold(Terms::NONE, Terms::with);
     for case in cases() {
         let load_wander = [0.05 * case.servo.authority(), 0.3];
@@ -309,7 +309,7 @@ fn a_load_that_wanders_is_not_taken_for_what_else_is_slow() {
 }
 
 #[test]
-fn a_term_that_is_forbidden_stays_away_and_its_effect_shows() {
+fn a_forbidden_term_stays_out_and_its_effect_shows_in_the_residual() {
     let [paper, ..] = cases();
     let delay = Effects {
         delay: 1.6 * paper.servo.sample_time,

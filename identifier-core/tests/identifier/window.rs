@@ -75,7 +75,7 @@ impl Drive {
         (moved, sample.command)
     }
 
-    /// So many samples for an identifier.
+    /// Runs an identifier over the next samples.
     fn show<I: Identify<f32>>(&mut self, identifier: &I, state: &mut I::State, samples: u32) {
         for _ in 0..samples {
             let (moved, command) = self.sample();
@@ -175,7 +175,7 @@ fn a_full_window_waits_for_the_fit_and_then_begins_anew() {
 }
 
 #[test]
-fn the_recursive_law_goes_on_from_its_first_fit_and_never_leaves() {
+fn the_recursive_law_starts_from_its_first_fit_and_stays_near() {
     let mut settings = settings();
     // The first fit is tried at half of it.
     settings.identifier.start_time = Some(0.6);

@@ -93,7 +93,7 @@ fn b_stays_right_through_dwells_longer_than_the_window() {
             let error = window
                 .standard_errors(&state)
                 .map_or(f64::INFINITY, |errors| errors.b);
-            // A good result is one that says so.
+            // Counted from the first standard error below 0.5 % on.
             if !since.is_nan() || error < 0.005 * window.estimates(&state).b {
                 if since.is_nan() {
                     since = f64::from(k) * 1e-3;

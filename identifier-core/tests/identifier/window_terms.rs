@@ -13,7 +13,7 @@ use crate::support::{Controller, Kind, Reference, TRUTH, on_all_cores, paper};
 /// Two seconds of a sample each.
 type Window = TermWindowIdentifier<f64, 2048>;
 
-/// What a window found in six seconds.
+/// Result of a window after six seconds.
 #[derive(Debug)]
 struct Found {
     parameters: ServoParameters,
@@ -190,7 +190,7 @@ fn check(demanded: bool) {
 }
 
 #[test]
-fn a_demanded_term_is_found() {
+fn a_required_term_is_identified() {
     check(true);
 }
 
@@ -200,7 +200,7 @@ fn an_allowed_term_enters_by_evidence() {
 }
 
 #[test]
-fn a_term_that_explains_nothing_stays_away() {
+fn a_term_without_evidence_stays_out() {
     let all = Term::ALL.into_iter().fold(Terms::NONE, Terms::with);
     let terms = TermSettings {
         allowed: all,

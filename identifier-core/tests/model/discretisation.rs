@@ -45,7 +45,7 @@ fn noise(units: &Units) -> BandLimitedWhiteNoise {
     BandLimitedWhiteNoise::new(units, 0.005, 0.1, 1_212_121).expect("valid")
 }
 
-/// How the model loop is brought to discrete time.
+/// Discretisation of the model loop.
 #[derive(Clone, Copy, PartialEq)]
 enum Discretisation {
     /// Forward Euler, and the model's own velocity in its PID and output error where the real loop
@@ -127,7 +127,7 @@ fn tail_mean(estimates: &[[f64; 2]]) -> [f64; 2] {
 }
 
 #[test]
-fn textbook_discretisation_is_biased_many_times_over_and_the_matched_one_is_not() {
+fn textbook_discretisation_is_biased_and_the_matched_one_is_not() {
     let textbook = tail_mean(&identify(Discretisation::Textbook, 0.0, 120.0));
     let matched = tail_mean(&identify(Discretisation::Matched, 0.0, 240.0));
     println!("true      a = {A:.4}  b = {B:.2}");

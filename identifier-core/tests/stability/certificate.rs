@@ -1,5 +1,5 @@
-//! What is certified: Lyapunov's function never rises, the refusals name what mends them, and the verdict
-//! on the sampled loop is what happens when it runs.
+//! The certificate: Lyapunov's function never rises, refusals name a value that would do, and the verdict
+//! on the sampled loop agrees with runs of it.
 
 use identifier_core::control::{ControlState, Controller, Gains};
 use identifier_core::interval::Interval;
@@ -163,7 +163,7 @@ fn no_certified_case_ever_raises_lyapunovs_function() {
 }
 
 #[test]
-fn the_errors_name_values_that_mend_them() {
+fn the_errors_name_values_that_are_accepted() {
     let mut random = Random::new(41);
     let (mut damping, mut proportional) = (0, 0);
     for _ in 0..2000 {
@@ -200,7 +200,7 @@ fn the_errors_name_values_that_mend_them() {
 }
 
 #[test]
-fn the_automatic_mu_certifies_whatever_any_mu_does() {
+fn the_automatic_mu_certifies_every_box_that_some_mu_certifies() {
     let mut random = Random::new(7);
     for _ in 0..2000 {
         let plant_box = random_box(&mut random);

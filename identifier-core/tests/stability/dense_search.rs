@@ -17,7 +17,7 @@ pub(crate) struct DenseSearch {
     pub(crate) units: Units,
     pub(crate) gains: Gains,
     pub(crate) velocity: Transfer,
-    /// What every b is multiplied by, to ask how near a verdict is to its edge.
+    /// Factor on every b, to measure the distance of a verdict from its edge.
     pub(crate) gain: f64,
 }
 
@@ -80,7 +80,7 @@ impl DenseSearch {
         None
     }
 
-    /// Whether the sampled loop around one servo is stable.
+    /// True if the sampled loop around one servo is stable.
     pub(crate) fn is_stable(&self, a: f64, b: f64) -> bool {
         let Self {
             units,
@@ -172,7 +172,7 @@ fn sum(x: Polynomial, y: Polynomial) -> Polynomial {
     std::array::from_fn(|k| x[k] + y[k])
 }
 
-/// Whether all roots in δ lie inside |1 + δ| < 1.
+/// True if all roots in δ lie inside |1 + δ| < 1.
 fn is_schur((p, degree): (Polynomial, usize)) -> bool {
     let mut mapped = [0.0; DEGREE + 1];
     for (k, &coefficient) in p.iter().enumerate().take(degree + 1) {

@@ -1,4 +1,4 @@
-//! What the certificate and the verdicts on the sampled loop promise, against runs and dense searches.
+//! The certificate and the verdicts on the sampled loop, against runs and dense searches.
 
 mod certificate;
 mod dense_search;

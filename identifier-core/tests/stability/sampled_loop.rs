@@ -21,14 +21,14 @@ struct Case {
     plant_box: PlantBox,
 }
 
-/// How near to its edge a verdict may differ, relative in b.
+/// Distance from its edge within which a verdict may differ, relative in b.
 const MARGIN: f64 = 1e-11;
 
 fn between(low: f64, high: f64) -> impl Strategy<Value = f64> {
     (low.ln()..high.ln()).prop_map(f64::exp)
 }
 
-/// What filters the velocity: a low-pass of every cut-off, or a difference.
+/// Velocity filter: a low-pass of every cut-off, or a difference.
 #[derive(Debug, Clone, Copy)]
 enum Filter {
     /// Cut-off times sample time, and whether in single precision.
@@ -110,7 +110,7 @@ fn case() -> impl Strategy<Value = Case> {
 }
 
 impl Case {
-    /// What every question takes.
+    /// The arguments of every stability function.
     fn parts(&self) -> (&Units, &Gains, &Transfer) {
         let DenseSearch {
             units,
@@ -121,7 +121,7 @@ impl Case {
         (units, gains, velocity)
     }
 
-    /// Whether a verdict is that of the dense search, here or on one side of [`MARGIN`].
+    /// True if a verdict is that of the dense search, here or on one side of [`MARGIN`].
     fn agrees<T>(
         &self,
         dense: impl Fn(&DenseSearch) -> T,

@@ -1,4 +1,4 @@
-//! What is known on paper.
+//! Tuning against closed forms.
 
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::parameters::ServoParameters;
@@ -161,7 +161,7 @@ fn the_shown_step_is_the_promised_one() {
 /// With a = 3 for sure, ω = 1.5 needs hardly any derivative; where a may be 0.3 as well, it needs nine times
 /// as much, or that servo would swing.
 #[test]
-fn friction_that_is_not_sure_is_not_relied_on() {
+fn uncertain_friction_is_not_relied_on() {
     let servo = ServoParameters { a: 3.0, ..SERVO };
     let tuned = |error: f64| {
         let errors = [error, 0.0, 0.0];
@@ -271,7 +271,7 @@ fn noise_is_that_of_white_rounding_through_the_controller() {
 }
 
 #[test]
-fn what_is_out_of_range_is_refused_by_name() {
+fn settings_out_of_range_are_refused_by_name() {
     let servo = identified(SERVO, 0.0, KNOWN);
     let good = TuningSettings {
         resolution: 1e-3,
@@ -390,7 +390,7 @@ fn what_is_out_of_range_is_refused_by_name() {
 }
 
 #[test]
-fn a_servo_that_is_hardly_known_gets_no_gains() {
+fn a_servo_with_large_standard_errors_gets_no_gains() {
     let goal = settings(Goal::Stiffest);
     let of_b = |error: f64| tuned(&goal, &identified(SERVO, 0.0, [0.0, error * SERVO.b, 0.0])).0;
     assert!(of_b(0.01).is_ok());
@@ -405,7 +405,7 @@ fn a_servo_that_is_hardly_known_gets_no_gains() {
 /// The integral of the step grows to the friction's command, k_i · step · t = c/b, within 25/ω where
 /// 0.5 ω² > c/step.
 #[test]
-fn a_step_that_friction_stops_is_no_promise() {
+fn a_step_that_friction_stops_is_not_promised() {
     let servo = ServoParameters {
         coulomb: 10.0,
         ..SERVO

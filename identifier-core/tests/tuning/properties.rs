@@ -1,4 +1,4 @@
-//! What holds for every servo.
+//! Properties of the gains of every servo.
 
 use identifier_core::commission::IdentifiedServo;
 use identifier_core::control::Gains;
@@ -13,7 +13,7 @@ use crate::support::{
     Bench, Candidate, candidates, identified, loop_gain, sensitivity, step, tuned,
 };
 
-/// A servo and what is asked of it.
+/// A servo and the demands on its loop.
 #[derive(Debug, Clone, Copy)]
 struct Case {
     servo: IdentifiedServo,
@@ -98,7 +98,7 @@ fn within_reach(case: &Case) -> Option<(TuningSettings, Tuning)> {
     }
 }
 
-/// Whether a step without friction, counts and limit dies down.
+/// True if the response to a step decays, without friction, counts and limit.
 fn is_stable(tuning: &Tuning, settings: &TuningSettings, candidate: &Candidate) -> bool {
     let frictionless = ServoParameters {
         coulomb: 0.0,
@@ -193,7 +193,7 @@ proptest! {
         }
     }
 
-    /// What the trial on the machine asks: the rise time within 15 %, the overshoot within 3 points.
+    /// The tolerances of the trial on the axis: rise time within 15 %, overshoot within 3 points.
     #[test]
     fn the_promise_is_kept(case in case(), corner in 0_usize..7, friction in -1.0..1.0) {
         if let Some((settings, tuning)) = within_reach(&case) {

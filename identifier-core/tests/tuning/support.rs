@@ -97,7 +97,7 @@ pub(crate) fn loop_gain(
         let angle = omega * sample_time * samples;
         (angle.cos(), angle.sin())
     };
-    // What a force over the last `time` of a sample adds to position and velocity.
+    // Contribution of a force over the last `time` of a sample to position and velocity.
     let added = |time: f64| -> [f64; 2] {
         if a * time < 1e-5 {
             [

@@ -67,13 +67,13 @@ fn axes(rate: f64, drive: Drive) -> [Axis; 3] {
 /// When the faults begin, s: between two steps of the setpoint.
 const BEGINS: f64 = 0.4137;
 
-/// The page that tells all this.
+/// The page that states these figures.
 const PAGE: &str = include_str!("../../../docs/faults.md");
 
-/// How long they are waited for, s.
-const ENDS: f64 = 2.5;
+/// Longest wait for a detection, s.
+const MAX_WAIT: f64 = 2.5;
 
-/// What of a servo is known that is known: each parameter by up to 10 %.
+/// A known servo: each parameter to within 10 %.
 const KNOWN: Knowledge = Knowledge::Model([0.95, 1.08, 0.9]);
 const NOTHING: Knowledge = Knowledge::Nothing;
 
@@ -132,7 +132,7 @@ fn size_of(kind: FaultKind, run: &Run<'_>) -> f64 {
 /// A run with a fault, within the travel and the speed that its motion needs.
 fn found(axis: Axis, drive: Drive, knowledge: Knowledge, kind: FaultKind) -> Found {
     let mut run = Run {
-        duration: ENDS,
+        duration: MAX_WAIT,
         ..Run::new(axis, drive, knowledge, &[])
     };
     let reach = axis.reach(drive);
@@ -143,7 +143,7 @@ fn found(axis: Axis, drive: Drive, knowledge: Knowledge, kind: FaultKind) -> Fou
     run.run()
 }
 
-/// What the page says of a case.
+/// The page's row of a case.
 fn row_of(
     kind: FaultKind,
     knowledge: Knowledge,

@@ -24,13 +24,13 @@ impl Dice {
         low * (high / low).powf(self.roll())
     }
 
-    fn of<T: Copy>(&mut self, from: &[T]) -> T {
+    fn one_of<T: Copy>(&mut self, from: &[T]) -> T {
         from[(self.roll() * from.len() as f64) as usize]
     }
 }
 
 fn axis(dice: &mut Dice) -> Axis {
-    let sample_time = 1.0 / dice.of(&[250.0, 1e3, 4e3, 10e3, 20e3]);
+    let sample_time = 1.0 / dice.one_of(&[250.0, 1e3, 4e3, 10e3, 20e3]);
     let b = dice.spread(50.0, 2000.0);
     let limit = 10.0 / dice.spread(1.0, 10.0);
     let delay = dice.between(0.0, 2.0);
@@ -42,7 +42,7 @@ fn axis(dice: &mut Dice) -> Axis {
             coulomb: b * limit * dice.between(0.0, 0.2),
             load: b * limit * dice.between(-0.3, 0.3),
         },
-        counts_per_rev: dice.of(&[1000.0, 4096.0, 10_000.0, 65_536.0, 131_072.0]),
+        counts_per_rev: dice.one_of(&[1000.0, 4096.0, 10_000.0, 65_536.0, 131_072.0]),
         sample_time,
         limit,
         delay,
@@ -54,12 +54,12 @@ fn axis(dice: &mut Dice) -> Axis {
 const RUNS: usize = 2000;
 
 #[test]
-fn a_sound_servo_is_never_suspected() {
+fn a_sound_servo_raises_no_alarm() {
     let mut dice = Dice(3);
     let (mut samples, mut alarms) = (0, Vec::new());
     for _ in 0..RUNS {
         let mut axis = axis(&mut dice);
-        let drive = dice.of(&[Drive::Probing, Drive::Steps, Drive::Shake, Drive::Hold]);
+        let drive = dice.one_of(&[Drive::Probing, Drive::Steps, Drive::Shake, Drive::Hold]);
         // Until the first command acts a load would move the servo, and no ramp has.
         if drive == Drive::Probing && dice.between(0.0, 1.0) < 0.5 {
             axis.delay = 0.0;
@@ -73,8 +73,8 @@ fn a_sound_servo_is_never_suspected() {
         let faults = [InjectedFault {
             kind: FaultKind::LoadStep,
             // Not with a step of the setpoint: a load that holds the servo in that very moment cannot be
-            // told from an actuator that fails then.
-            time: STEP * dice.of(&[0.0, 1.0, 2.0, 3.0]) + dice.between(0.05, 0.2),
+            // distinguished from an actuator that fails then.
+            time: STEP * dice.one_of(&[0.0, 1.0, 2.0, 3.0]) + dice.between(0.05, 0.2),
             duration: f64::INFINITY,
             size: dice.between(-step, step),
         }];

@@ -1,4 +1,4 @@
-//! What needs no servo: found in the stated sample, and not in the one before.
+//! Faults whose detection needs no servo: found in the stated sample, and not in the one before.
 
 use identifier_core::commission::{IdentifiedServo, Reason};
 use identifier_core::number::Number;
@@ -31,7 +31,7 @@ const REST: Observation<f64> = Observation {
     must_move: false,
 };
 
-/// What is found of a sequence of samples that repeats from its beginning, and in which of them, from 1.
+/// The fault found in a sequence of samples that repeats from its beginning, and its sample, from 1.
 fn found(
     settings: &WatchSettings,
     seen: impl Fn(u32) -> Observation<f64>,
@@ -78,7 +78,7 @@ fn samples_that_are_late_running_or_mostly_are_an_overrun() {
 }
 
 #[test]
-fn travel_ends_a_count_beyond_where_it_was_given() {
+fn a_travel_limit_trips_one_count_beyond_its_figure() {
     let settings = settings(1e3);
     for (position, within) in [
         (2001.0, true),
@@ -189,7 +189,7 @@ fn swinging(amplitude: f64, growth: f64, command: f64, sample: u32) -> Observati
 }
 
 #[test]
-fn six_swings_that_do_not_decay_are_an_oscillation() {
+fn six_half_cycles_that_do_not_decay_are_an_oscillation() {
     let settings = WatchSettings {
         travel: [f64::NEG_INFINITY, f64::INFINITY],
         speed: f64::INFINITY,
@@ -226,7 +226,7 @@ fn six_swings_that_do_not_decay_are_an_oscillation() {
 }
 
 #[test]
-fn what_contradicts_itself_is_refused_by_name() {
+fn contradictory_settings_are_refused_by_name() {
     let sound = settings(1e3);
     let refused = |settings: WatchSettings| {
         let refused = ServoWatch::<f32>::new(&settings);
@@ -295,7 +295,7 @@ fn what_contradicts_itself_is_refused_by_name() {
 }
 
 #[test]
-fn the_page_says_what_is_stated() {
+fn the_page_has_the_figures_of_the_code() {
     let page = include_str!("../../../docs/faults.md");
     let row = |name: &str, known: bool, samples: fn(&DetectionTimes) -> u32| {
         let columns: Vec<_> = RATES
@@ -342,8 +342,8 @@ const STRONG: IdentifiedServo = IdentifiedServo {
     ..SERVO
 };
 
-/// What is found of a known servo that glides at 16 rad/s until its encoder fails after half a second, and
-/// how many samples after that.
+/// The fault found in a known servo that glides at 16 rad/s until its encoder fails after half a second, and
+/// the number of samples from that failure.
 fn gliding(rate: f64, fails: impl Fn(f64) -> f64) -> Option<(Reason, u32)> {
     let settings = settings(rate);
     let settings = WatchSettings {
@@ -385,7 +385,7 @@ fn gliding(rate: f64, fails: impl Fn(f64) -> f64) -> Option<(Reason, u32)> {
 #[test]
 fn an_encoder_that_stops_or_turns_in_motion_is_found_in_a_sample_or_three_blocks() {
     for rate in RATES {
-        // Where a sample has many counts the first tells it, elsewhere the blocks of 2.5 ms.
+        // With many counts per sample the first shows it, otherwise the blocks of 2.5 ms.
         let within = if rate < 1e3 {
             1
         } else {

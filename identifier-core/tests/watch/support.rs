@@ -26,7 +26,7 @@ pub(crate) struct Axis {
 /// From a step of the setpoint to the next, s.
 pub(crate) const STEP: f64 = 0.25;
 
-/// How it is moved.
+/// Motion of the servo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Drive {
     /// A ramp until it moves, then a relay within the travel.
@@ -39,7 +39,7 @@ pub(crate) enum Drive {
     Hold,
 }
 
-/// What is known of the servo.
+/// Knowledge of the servo.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Knowledge {
     Nothing,
@@ -116,7 +116,7 @@ pub(crate) struct Run<'f> {
     pub(crate) amplitude: f64,
 }
 
-/// What was found, in the sample of which number.
+/// The fault found, and the number of its sample.
 pub(crate) type Found = Option<(Reason, u64)>;
 
 impl<'f> Run<'f> {
@@ -200,7 +200,7 @@ impl<'f> Run<'f> {
     }
 }
 
-/// What moves the servo.
+/// Controller of the servo.
 struct Control {
     axis: Axis,
     drive: Drive,
@@ -225,7 +225,7 @@ impl Control {
             samples: 0,
             last: 0.0,
             velocity: 0.0,
-            // What holds the servo when the run begins.
+            // The command that holds the servo when the run begins.
             integral: -axis.servo.load / axis.servo.b,
             broke: None,
             direction: 1.0,

@@ -20,7 +20,7 @@ const KEPT: f64 = 0.96;
 /// As many times fifty servos as it takes for these parts to be no matter of a few.
 const USUAL: f64 = 8.0;
 
-/// How many times the usual number of servos a campaign has.
+/// Factor of a campaign on the usual number of servos.
 pub(super) fn factor() -> f64 {
     asked("CAMPAIGN").unwrap_or(1.0)
 }

@@ -20,7 +20,7 @@ const NAMED: f64 = 0.7;
 /// The part of the servos without an effect that is applied, at least.
 const APPLIED: f64 = 0.75;
 
-/// What is known to fail and not mended yet: an overshoot of 4 to 5 points above the promise where a dead band
+/// Known failures, not mended yet: an overshoot of 4 to 5 points above the promise where a dead band
 /// comes with play, and a motion beyond the largest speed where there is much play.
 const KNOWN_FAULTS: [&str; 2] = ["paper, backlash, dead band", "geared, backlash 50 counts"];
 
@@ -122,7 +122,7 @@ fn effects(kind: &Kind) -> Vec<Effect> {
     ]
 }
 
-/// What became of the servos with an effect.
+/// Outcomes of the servos with an effect.
 #[derive(Default)]
 struct Row {
     kept: usize,

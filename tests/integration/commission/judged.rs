@@ -12,25 +12,25 @@ pub(super) const OVERSHOOT: f64 = 0.03;
 #[derive(Debug, Clone)]
 pub(super) struct Judged {
     pub(super) outcome: Outcome,
-    /// How the applied gains do in truth.
+    /// True performance of the applied gains.
     pub(super) kept: Option<Kept>,
-    /// What must never be.
+    /// Violations of the guarantees.
     pub(super) broken: Vec<String>,
 }
 
-/// What the applied gains do against what they promised.
+/// True performance of the applied gains against their promise.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Kept {
-    /// How far the rise time is beyond the promised ones, a part of the nearer; infinite if it never rose.
+    /// Excess of the rise time beyond the promised range, relative to the nearer end; infinite if it never rose.
     pub(super) rise: f64,
     /// Overshoot beyond the promised, a part of the step.
     pub(super) overshoot: f64,
-    /// What is left of the step in the end, a part of it.
+    /// Final error of the step, relative to it.
     pub(super) left_over: f64,
 }
 
 impl Kept {
-    /// Whether the promise is kept.
+    /// True if the promise is kept.
     pub(super) fn is_kept(&self) -> bool {
         self.rise.abs() <= RISE && self.overshoot <= OVERSHOOT
     }
@@ -43,12 +43,12 @@ pub(super) fn commission(scenario: &Scenario) -> Judged {
     let before = commissioning.gains_before().copied();
     let count = scenario.stated.resolution;
     let mut broken = Vec::new();
-    let mut let_go = None;
+    let mut coasts = None;
     let mut last = Phase::Idle;
     let outcome = commissioning
         .run(&mut |sample| {
             if sample.phase.is_end() {
-                let_go = Some(sample.command.is_none());
+                coasts = Some(sample.command.is_none());
             }
             last = sample.phase;
             let [low, high] = limits.command;
@@ -75,9 +75,9 @@ pub(super) fn commission(scenario: &Scenario) -> Judged {
         None => broken.push(format!("it never ended in {}", last.name())),
         Some(end) if end.phase != Phase::Applied => {
             if end.reason.is_none() {
-                broken.push("no reason is told".to_owned());
+                broken.push("no reason is given".to_owned());
             }
-            if before.is_none() && let_go == Some(false) {
+            if before.is_none() && coasts == Some(false) {
                 broken.push("gains that failed are kept".to_owned());
             }
             if last != end.phase {

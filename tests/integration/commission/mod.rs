@@ -1,4 +1,4 @@
-//! What commissionings are worth: whole campaigns of them, judged by the simulator's exact position.
+//! Campaigns of commissionings, judged by the simulator's exact position.
 
 mod campaign;
 mod effects;

@@ -5,7 +5,7 @@ use integration_tests::Random;
 
 use crate::verdict::campaign::{self as verdict, KINDS as KNOWN};
 
-/// A servo that nobody knows, drawn.
+/// A random servo, unknown to the commissioning.
 #[derive(Debug, Clone)]
 pub(super) struct Drawn {
     /// Its class: sample rate and encoder.
@@ -28,8 +28,8 @@ const NOMINAL: f64 = 0.2174 / 257.7;
 
 /// Servos of the issue: b over 100:1, a/b of 0 to 10 times the paper's, Coulomb friction of up to 20 % and
 /// load of up to 30 % of the limit, 1000 to 131 072 counts, three sample rates, delays of up to two samples.
-/// Travel and speed are what somebody allows who knows no more of the servo than how strong its class is:
-/// half a decade. Every second is held by gains that somebody tuned with care; the others stand let go.
+/// Travel and speed are the limits of a user who knows only the strength of the servo's class: half a decade.
+/// Every second is held by gains that were tuned with care; the others rest and coast.
 pub(super) fn unknown(random: &mut Random, place: usize) -> Drawn {
     let (sample_time, rate) = SAMPLE_TIMES[place % SAMPLE_TIMES.len()];
     let b = random.log_uniform(WEAKEST, 100.0 * WEAKEST);
@@ -71,7 +71,7 @@ seed = {seed}
 "
     );
     let encoder = if counts < 4096.0 { "< 4096" } else { ">= 4096" };
-    let held = if held { "held" } else { "let go" };
+    let held = if held { "held" } else { "coasting" };
     Drawn {
         class: format!("{rate:>6}, {encoder:>7} counts, {held}"),
         text,
@@ -100,7 +100,7 @@ velocity_filter = {{ kind = \"low-pass\", cutoff = {cutoff:?} }}
 }
 
 impl Drawn {
-    /// To be commissioned; none if that is refused before anything moves, with what was said.
+    /// The scenario of its commissioning, or the message of a refusal before any motion.
     pub(super) fn scenario(&self) -> Result<Scenario, String> {
         Scenario::parse("drawn", &self.text, Purpose::Commission)
             .map_err(|error| error.fault.clone())

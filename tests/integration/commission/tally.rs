@@ -7,7 +7,7 @@ use identifier_core::commission::Reason;
 
 use super::judged::{Judged, OVERSHOOT, RISE};
 
-/// What became of the servos of a class.
+/// Outcomes of the servos of a class.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Tally {
     pub(super) servos: usize,

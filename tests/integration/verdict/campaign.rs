@@ -3,7 +3,7 @@
 use host_sim::scenario::Scenario;
 use integration_tests::parse;
 
-/// How many times the usual number of runs a campaign has: `CAMPAIGN=10` for ten times as many.
+/// Factor of a campaign on the usual number of runs: `CAMPAIGN=10` for ten times as many.
 pub(super) fn factor() -> u32 {
     std::env::var("CAMPAIGN")
         .ok()

@@ -78,7 +78,7 @@ fn effects(kind: &Kind) -> Vec<Effect> {
     ]
 }
 
-/// How far a result is off: a in 1/s, b and c as a part of themselves, the delay as a part of itself.
+/// Errors of a result: a in 1/s; b, c and the delay relative.
 struct Off {
     a: f64,
     b: f64,
@@ -123,7 +123,7 @@ fn with_its_term_an_effect_is_found_and_without_it_no_wrong_result_is_called_con
     let mut faults = Vec::new();
     let seeds: Vec<u32> = (1..=SEEDS).collect();
     for mut kind in KINDS {
-        // A term enters after some motion both ways, and gravity tells itself from load by travel.
+        // A term enters after some motion both ways, and travel separates gravity from load.
         kind.duration = kind.duration.max(10.0);
         for effect in effects(&kind) {
             let found = |identifier: &str| {

@@ -1,4 +1,4 @@
-//! What is called converged is right, and what is right is called converged.
+//! A result that is called converged is right, and a right result is called converged.
 
 use host_sim::analysis::Status;
 use host_sim::result::Summary;
@@ -8,7 +8,7 @@ use integration_tests::{Random, in_parallel, run};
 
 use super::campaign::{ALL_FOUR, KINDS, Kind, factor};
 
-/// The laws that are asked; the gradient has a box about the servo.
+/// The laws under test; the gradient has a box about the servo.
 const LAWS: [&str; 4] = [
     ALL_FOUR,
     "law = \"gauss-newton\"\nparameters = [\"a\", \"b\"]",
@@ -99,7 +99,7 @@ fn amiss(random: &mut Random) -> (Kind, Scenario) {
 }
 
 #[test]
-fn what_is_called_converged_is_right() {
+fn a_result_called_converged_is_right() {
     let mut random = Random::new(77);
     let runs: Vec<(Kind, Scenario)> = (0..150 * factor()).map(|_| amiss(&mut random)).collect();
     let found = in_parallel(&runs, |(kind, scenario)| (*kind, run(scenario)));
@@ -189,7 +189,7 @@ fn exact_servos_that_move_are_converged_and_their_standard_errors_cover() {
 }
 
 #[test]
-fn errors_of_the_encoder_alone_raise_no_alarm() {
+fn encoder_errors_alone_raise_no_alarm() {
     let mut random = Random::new(11);
     let runs: Vec<(Kind, &str, Scenario)> = (0..30 * factor())
         .flat_map(|_| {

@@ -1,4 +1,4 @@
-//! Logs with a scenario that says what was not so: other gains, another encoder.
+//! Logs with a scenario of wrong declarations: other gains, another encoder.
 
 use std::collections::BTreeMap;
 
@@ -73,7 +73,7 @@ fn replayed(number: usize, kind: &Kind, seed: u32, taken_for: &Scenario) -> Summ
     summary
 }
 
-/// Whether b is off by more than 5 %, or friction by more than a fifth and a hundredth of what the
+/// True if b is off by more than 5 %, or friction by more than a fifth and a hundredth of what the
 /// command gives.
 fn is_wrong(summary: &Summary, kind: &Kind) -> bool {
     let last = |parameter| {
@@ -88,7 +88,7 @@ fn is_wrong(summary: &Summary, kind: &Kind) -> bool {
 }
 
 #[test]
-fn what_is_declared_wrongly_is_not_called_converged_and_wrong() {
+fn a_wrong_result_of_a_wrong_declaration_is_not_called_converged() {
     let mut random = Random::new(31);
     let cases: Vec<(Kind, &str, u32, Scenario)> = (0..12 * factor())
         .flat_map(|number| {

@@ -1,4 +1,4 @@
-//! What the verdict and the names of causes are worth, over many runs.
+//! Reliability of the verdict and of the named causes, over many runs.
 
 pub(crate) mod campaign;
 mod effects;

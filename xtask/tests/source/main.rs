@@ -1,4 +1,4 @@
-//! What the source itself must keep to.
+//! Rules for the source itself.
 
 mod modules;
 mod rust;

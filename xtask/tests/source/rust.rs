@@ -1,4 +1,4 @@
-//! Rust source as far as these tests read it.
+//! The part of Rust's syntax that these tests read.
 
 /// The text without comments, strings and characters.
 pub(crate) fn code(text: &str) -> String {

@@ -75,7 +75,7 @@ fn a_clock_that_does_not_start_leaves_those_after_reset() {
 }
 
 #[test]
-fn a_crystal_is_not_taken_for_a_clock() {
+fn a_crystal_configured_as_an_external_clock_is_a_fault() {
     let crystal = Chip::new(Source::Crystal(8e6));
     let (_, found) = start(&crystal, Oscillator::clock(8_000_000));
     assert_eq!(found, Err(Fault::ClockNotStable));

@@ -27,7 +27,7 @@ fn written() -> Chip {
 }
 
 #[test]
-fn bytes_are_read_wherever_they_are() {
+fn bytes_are_read_at_any_alignment() {
     let chip = written();
     let mut flash = wired(&chip).flash;
     assert_eq!(flash.capacity(), 0x8000);
@@ -113,7 +113,7 @@ fn an_erasure_feeds_the_watchdog_meanwhile() {
 }
 
 #[test]
-fn a_search_through_the_records_feeds_it_too() {
+fn searching_the_records_feeds_the_watchdog_too() {
     let chip = written();
     let wired = wired(&chip);
     let mut flash = wired.flash;
@@ -137,14 +137,14 @@ fn a_failure_is_reported_once_and_locks_as_well() {
         chip.memory.fails.set(error);
         assert_eq!(flash.write(0, &[1; 8]), Err(FlashError::Hardware));
         assert!(chip.memory.is_locked());
-        // What follows a failure is not written.
+        // The word after a failure is not written.
         assert_eq!(chip.memory.bytes(FIRST + 4, 4), [0xff; 4]);
         assert_eq!(flash.write(8, &[1; 8]), Ok(()));
     }
 }
 
 #[test]
-fn an_earlier_error_is_not_taken_for_one_of_this_step() {
+fn an_earlier_error_flag_does_not_fail_this_step() {
     let chip = written();
     let mut flash = wired(&chip).flash;
     let registers = &chip.memory.flash;
@@ -164,7 +164,7 @@ fn an_unlocked_flash_is_not_unlocked_again() {
 }
 
 #[test]
-fn a_step_that_never_ends_is_abandoned() {
+fn a_step_that_never_ends_times_out() {
     let chip = written();
     let mut flash = wired(&chip).flash;
     chip.memory.hangs.set(true);

@@ -6,7 +6,7 @@ use crate::model::{Level, Mode, Pull};
 use crate::{healthy, wired};
 
 #[test]
-fn every_pin_is_what_its_board_says() {
+fn every_pin_has_the_function_of_its_board() {
     let chip = healthy();
     let pins = [
         ((0, 2), Mode::Alternate(7), Pull::None),
@@ -45,7 +45,7 @@ fn every_pin_is_what_its_board_says() {
 }
 
 #[test]
-fn outputs_are_of_their_own() {
+fn enable_and_direction_are_separate_outputs() {
     let chip = healthy();
     let mut wired = wired(&chip);
     assert_eq!(chip.pins.level(1, 15), Level::Low);

@@ -17,7 +17,7 @@ fn every_edge_counts_through_any_wrap() {
 }
 
 #[test]
-fn a_level_must_stand_and_as_many_counts_as_said_get_through() {
+fn the_input_filters_give_the_stated_count_rate() {
     let chip = healthy();
     let _wired = wired(&chip);
     let filters = chip.timers.encoder_filters(&chip.clocks);

@@ -7,7 +7,7 @@ use stm32f4::stm32f405::Interrupt;
 use crate::{healthy, slow, wired};
 
 #[test]
-fn the_rate_is_the_host_s() {
+fn the_baud_rate_is_the_host_s() {
     for chip in [healthy(), slow()] {
         let _wired = wired(&chip);
         let baud = chip.usart.baud(&chip.clocks);

@@ -12,7 +12,7 @@ fn it_sleeps_until_it_is_started() {
 }
 
 #[test]
-fn its_patience_is_ten_milliseconds_of_its_nominal_oscillator() {
+fn its_timeout_is_ten_milliseconds_of_its_nominal_oscillator() {
     let chip = healthy();
     let wired = wired(&chip);
     wired.watchdog.start();
@@ -21,7 +21,7 @@ fn its_patience_is_ten_milliseconds_of_its_nominal_oscillator() {
 }
 
 #[test]
-fn who_does_not_feed_it_is_reset() {
+fn an_unfed_watchdog_resets_the_chip() {
     let chip = healthy();
     let wired = wired(&chip);
     wired.watchdog.start();
@@ -32,7 +32,7 @@ fn who_does_not_feed_it_is_reset() {
 }
 
 #[test]
-fn who_feeds_it_is_not() {
+fn a_fed_watchdog_does_not_reset_the_chip() {
     let chip = healthy();
     let wired = wired(&chip);
     wired.watchdog.start();

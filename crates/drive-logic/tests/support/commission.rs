@@ -8,7 +8,7 @@ use identifier_core::tuning::Goal;
 use super::drive::Drive;
 use super::{Bench, COUNTS, Flash, SAMPLE_TIME};
 
-/// A servo that lies still when it is let go.
+/// A servo that lies still when it is released.
 pub(crate) const SERVO: ServoParameters = ServoParameters {
     a: 0.2174,
     b: 257.7,
@@ -46,12 +46,12 @@ pub(crate) const PHASES: [Phase; 7] = [
 ];
 
 /// The longest commissioning, samples.
-const LONGEST: u32 = 60_000;
+const MAX_SAMPLES: u32 = 60_000;
 
-/// Lets it go on until it is over.
+/// Runs until the commissioning has ended.
 pub(crate) fn over(drive: &mut Drive<'_>) -> Vec<Report> {
     let mut told = Vec::new();
-    for _ in 0..LONGEST {
+    for _ in 0..MAX_SAMPLES {
         told.extend(drive.pass(1));
         if drive.supervisor.state() != State::Commissioning {
             return told;
@@ -60,7 +60,7 @@ pub(crate) fn over(drive: &mut Drive<'_>) -> Vec<Report> {
     panic!("the commissioning has no end: {:?}", drive.status());
 }
 
-/// Says nothing more to it: the servo is let go, and both state and outcome tell why.
+/// Sends nothing more: the servo is released, and both state and outcome give the reason.
 pub(crate) fn link_falls_silent(drive: &mut Drive<'_>, bench: &Bench, phase: Phase) {
     over(drive);
     assert_eq!(bench.held.get(), None, "{phase:?}");
@@ -70,7 +70,7 @@ pub(crate) fn link_falls_silent(drive: &mut Drive<'_>, bench: &Bench, phase: Pha
     assert_eq!(reason, Some(Reason::LinkLost), "{phase:?}");
 }
 
-/// What the last commissioning came to.
+/// Outcome of the last commissioning.
 pub(crate) fn outcome(drive: &mut Drive<'_>) -> Outcome {
     match drive.ask(Command::Outcome) {
         Report::Outcome { outcome, .. } => outcome,
@@ -86,9 +86,9 @@ pub(crate) fn ready() -> Vec<u8> {
     flash.bytes.borrow().clone()
 }
 
-/// Lets it go on until it tells of a phase, and lets it hear of us.
+/// Runs, with requests that keep the link alive, until the drive reports a phase.
 pub(crate) fn until(drive: &mut Drive<'_>, phase: Phase) {
-    for _ in 0..LONGEST {
+    for _ in 0..MAX_SAMPLES {
         drive.status();
         for report in drive.pass(1) {
             if let Report::Status { status, .. } = report

@@ -22,7 +22,7 @@ pub(crate) struct Drive<'a> {
 }
 
 impl<'a> Drive<'a> {
-    /// A drive as it comes: nobody has told it what its servo is, unless the flash says so.
+    /// A drive as delivered: without settings of its servo, unless the flash has some.
     pub(crate) fn as_it_comes(
         channel: &'a mut Channel,
         bench: &'a Bench,
@@ -46,7 +46,7 @@ impl<'a> Drive<'a> {
         }
     }
 
-    /// The same, and told.
+    /// The same, configured.
     pub(crate) fn boot(
         channel: &'a mut Channel,
         bench: &'a Bench,
@@ -96,7 +96,7 @@ impl<'a> Drive<'a> {
         }
     }
 
-    /// Lets a sample pass that nobody listens to.
+    /// Runs one sample and leaves its reports in the queue.
     pub(crate) fn sample(&mut self) {
         self.sampler.interrupt(&mut self.bench.pins());
         self.supervisor.count_turn();
@@ -104,14 +104,14 @@ impl<'a> Drive<'a> {
         self.bench.pass();
     }
 
-    /// Changes what the lines say.
+    /// Changes the levels of the input lines.
     pub(crate) fn lines(&self, change: impl FnOnce(&mut Lines)) {
         let mut lines = self.bench.lines.get();
         change(&mut lines);
         self.bench.lines.set(lines);
     }
 
-    /// Lets samples pass and gathers what is told.
+    /// Runs samples and gathers the reports.
     pub(crate) fn pass(&mut self, samples: u32) -> Vec<Report> {
         let mut told = Vec::new();
         for _ in 0..samples {
@@ -135,7 +135,7 @@ impl<'a> Drive<'a> {
         });
         if let Some(fault) = fault {
             assert_eq!(self.supervisor.state(), State::Faulted(fault));
-            assert_eq!(self.bench.held.get(), None, "the servo is let go");
+            assert_eq!(self.bench.held.get(), None, "the servo is released");
             assert_eq!(self.refusal(Command::Start), Refusal::Faulted(fault));
         }
         fault

@@ -1,4 +1,4 @@
-//! What the tests of a drive share: settings, a flash that can lose its power, a servo.
+//! Support of the drive's tests: settings, a flash that can lose its power, a servo.
 #![allow(dead_code)]
 
 #[macro_use]
@@ -163,14 +163,14 @@ impl NorFlash for Flash {
     }
 }
 
-/// What the output stage of the bench can do.
+/// Output stage of the bench.
 pub(crate) const STAGE: OutputStage = OutputStage {
     full_scale: 10.0,
     period: 5e-5,
     command_delay: 1.25e-5,
 };
 
-/// What the pins of a bench say when all is well.
+/// Levels of the input lines without a fault.
 pub(crate) const HEALTHY: Lines = Lines {
     amplifier: true,
     low_switch: true,
@@ -182,7 +182,7 @@ pub(crate) struct Bench {
     pub(crate) plant: RefCell<Plant>,
     pub(crate) encoder: Encoder,
     pub(crate) connected: Cell<bool>,
-    /// What an encoder that is not connected counts.
+    /// Counts of an encoder that is not connected.
     pub(crate) flicker: Cell<i32>,
     /// The count where the servo stood at first.
     pub(crate) first: i32,
@@ -191,7 +191,7 @@ pub(crate) struct Bench {
     pub(crate) held: Cell<Option<f32>>,
     pub(crate) lines: Cell<Lines>,
     pub(crate) late: Cell<bool>,
-    /// How often the watchdog was fed.
+    /// Number of times that the watchdog was fed.
     pub(crate) fed: Cell<u32>,
 }
 

@@ -1,4 +1,4 @@
-//! What depends on the angle: gravity and ripple.
+//! Effects of the angle: gravity and ripple.
 
 use core::f64::consts::TAU;
 

@@ -1,4 +1,4 @@
-//! What happens to the command: delay, current loop, dead band, hidden limit.
+//! Effects on the command: delay, current loop, dead band, hidden limit.
 
 use identifier_core::parameters::ServoParameters;
 use virtual_servo::{Effects, Plant};

@@ -1,4 +1,4 @@
-//! What changes with time: drift, and a load that wanders.
+//! Changes with time: drift, and a load that wanders.
 
 use identifier_core::parameters::ServoParameters;
 use virtual_servo::{Effects, Plant, Servo};

@@ -17,7 +17,7 @@ fn servo(effects: &Effects) -> Servo {
     Servo::at_rest(&PARAMETERS, effects, SAMPLE_TIME, 7).expect("allowed")
 }
 
-/// What the encoder shows, sample by sample, of a servo under a command that changes its sign.
+/// Encoder readings, sample by sample, of a servo under a command that changes its sign.
 fn shown(faults: &[InjectedFault], effects: &Effects) -> Vec<Option<f64>> {
     let mut servo = servo(effects);
     let mut faults = Faults::new(faults, SAMPLE_TIME, COUNT).expect("allowed");
@@ -56,7 +56,7 @@ fn fault(kind: FaultKind, size: f64) -> InjectedFault {
 }
 
 #[test]
-fn without_a_fault_and_before_one_nothing_changes_by_a_bit() {
+fn without_a_fault_and_before_one_every_bit_is_that_of_the_sound_servo() {
     for effects in [
         Effects::NONE,
         Effects {
@@ -76,7 +76,7 @@ fn without_a_fault_and_before_one_nothing_changes_by_a_bit() {
 }
 
 #[test]
-fn an_encoder_shows_what_its_fault_makes_of_the_motion() {
+fn each_encoder_fault_changes_the_readings_as_stated() {
     let sound = sound(&Effects::NONE);
     let moved = |from: usize, to: usize| sound[to] - sound[from];
     let shows = |kind, size| shown(&[fault(kind, size)], &Effects::NONE);
@@ -137,7 +137,7 @@ fn an_actuator_acts_by_its_share_and_a_late_sample_holds_the_command_before() {
 }
 
 #[test]
-fn a_load_accelerates_and_a_friction_brakes_while_they_are_there() {
+fn a_load_step_accelerates_and_a_friction_rise_brakes_while_they_last() {
     let integrated = Effects {
         gravity: [1e-9, 0.0],
         ..Effects::NONE
@@ -155,7 +155,7 @@ fn a_load_accelerates_and_a_friction_brakes_while_they_are_there() {
             servo.velocity()
         };
         let undisturbed = speed(FaultKind::LoadStep, 0.0);
-        // What acted for 50 ms fades with a for another 50.
+        // The velocity gained in 50 ms decays with a for another 50.
         let fades = (1.0 - (-1.5_f64 * 0.05).exp()) / 1.5 * (-1.5_f64 * 0.05).exp();
         for (kind, size, share) in [
             (FaultKind::LoadStep, 20.0, 20.0),
@@ -171,7 +171,7 @@ fn a_load_accelerates_and_a_friction_brakes_while_they_are_there() {
 }
 
 #[test]
-fn what_cannot_be_is_refused_by_name() {
+fn impossible_faults_are_refused_by_name() {
     let refused = |fault: InjectedFault| {
         let faults = Faults::new(&[fault], SAMPLE_TIME, COUNT);
         faults.expect_err("it is refused").parameter

@@ -37,7 +37,7 @@ fn breaks_away_at(servo: &mut Servo, gain: f64) -> f64 {
 }
 
 #[test]
-fn it_breaks_away_at_all_that_friction_is_at_rest() {
+fn it_breaks_away_at_the_whole_friction_of_rest() {
     let rubbing = ServoParameters {
         coulomb: 10.0,
         ..FREE

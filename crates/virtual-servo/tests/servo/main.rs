@@ -23,7 +23,7 @@ const FREE: ServoParameters = ServoParameters {
     load: 0.0,
 };
 
-/// With everything that the closed form knows.
+/// With every parameter of the closed form.
 const RUBBING: ServoParameters = ServoParameters {
     a: 2.0,
     b: 100.0,
@@ -70,7 +70,7 @@ fn without_effects_it_is_the_plant_bit_for_bit() {
 }
 
 #[test]
-fn integrated_in_steps_it_is_the_plant_too_through_stops_and_turns() {
+fn the_integrator_agrees_with_the_plant_through_stops_and_reversals() {
     let mut plant = virtual_servo::Plant::at_rest(&RUBBING, SAMPLE_TIME);
     let mut servo = servo(&RUBBING, &INTEGRATED);
     let (mut turns, mut stops, mut before) = (0, 0, 0.0_f64);

@@ -47,7 +47,7 @@ fn each_is_refused_by_its_name() {
 }
 
 #[test]
-fn what_stops_faster_than_can_be_integrated_is_refused_and_a_plain_servo_never_is() {
+fn effects_too_fast_to_integrate_are_refused_and_a_plain_servo_never_is() {
     let mut sticky = RUBBING;
     sticky.a = 1.1e6;
     let gravity = Effects {

@@ -40,7 +40,7 @@ fn noise_is_as_large_as_stated() {
 }
 
 #[test]
-fn the_first_error_belongs_to_the_origin() {
+fn the_first_reading_has_no_error() {
     let effects = SensorEffects {
         noise: 2e-3,
         eccentricity: 1e-3,
@@ -68,7 +68,7 @@ fn jitter_is_seen_in_motion_only() {
 }
 
 #[test]
-fn an_eccentric_disc_is_wrong_once_a_turn() {
+fn an_eccentric_disc_errs_once_per_revolution() {
     let effects = SensorEffects {
         eccentricity: 1e-3,
         ..SensorEffects::default()
@@ -83,7 +83,7 @@ fn an_eccentric_disc_is_wrong_once_a_turn() {
 }
 
 #[test]
-fn what_no_sensor_has_is_refused_by_name() {
+fn impossible_sensor_errors_are_refused_by_name() {
     let none = SensorEffects::default();
     let refused = |effects: SensorEffects| {
         let error = SensorErrors::new(&effects, SAMPLE_TIME, 9).expect_err("it is out of range");

@@ -84,7 +84,7 @@ fn a_load_on_its_spring_breaks_the_friction_of_the_motor() {
 }
 
 #[test]
-fn an_encoder_behind_play_stands_after_a_turn_until_the_play_is_through() {
+fn an_encoder_behind_play_rests_after_a_reversal_until_the_play_is_taken_up() {
     let effects = Effects {
         backlash: 0.02,
         ..Effects::NONE

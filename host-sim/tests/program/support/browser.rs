@@ -12,7 +12,7 @@ pub(crate) struct Browser {
 }
 
 impl Browser {
-    /// A browser; none where there is none, which the test then says. On a machine of CI there must be one.
+    /// A browser; `None` where none is installed: the test then reports itself as skipped. CI must have one.
     pub(crate) fn start() -> Option<Self> {
         let driver = Command::new("chromedriver")
             .arg("--port=0")
@@ -37,7 +37,7 @@ impl Browser {
                 .to_owned();
             line.contains("started successfully").then_some(port)
         });
-        // Whatever it says later goes nowhere, but must be read.
+        // Later output is discarded, but must be read.
         std::thread::spawn(move || lines.for_each(drop));
         let server = format!(
             "http://127.0.0.1:{}/session",
@@ -64,12 +64,12 @@ impl Browser {
         self.call("url", &json!({ "url": address }));
     }
 
-    /// What a function's body answers in the page.
+    /// Result of a function's body in the page.
     pub(crate) fn ask(&self, body: &str) -> Value {
         self.call("execute/sync", &json!({ "script": body, "args": [] }))
     }
 
-    /// Presses and lets go of keys, one after the other.
+    /// Presses and releases keys, one after the other.
     pub(crate) fn press(&self, keys: &[&str]) {
         let both = |key: &&str| {
             let of = |kind: &str| json!({ "type": kind, "value": key });
@@ -96,7 +96,7 @@ impl Browser {
         self.call("goog/cdp/execute", &command);
     }
 
-    /// What was said at the console since it was asked last.
+    /// Messages at the console since the last call.
     pub(crate) fn console(&self) -> Vec<String> {
         let entries = self.call("se/log", &json!({ "type": "browser" }));
         let entries = entries.as_array().cloned().unwrap_or_default();

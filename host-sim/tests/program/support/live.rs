@@ -1,9 +1,9 @@
-//! Runs that are shown in browsers while they go on.
+//! Runs that browsers show live.
 
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 
-/// A run that is shown while it goes on, and where.
+/// A live run and its address.
 pub(crate) struct Shown {
     pub(crate) program: Child,
     /// HOST:PORT.

@@ -1,4 +1,4 @@
-//! What the tests of the command line share.
+//! Support of the command line's tests.
 
 pub(crate) mod browser;
 pub(crate) mod live;
@@ -26,7 +26,7 @@ pub(crate) fn folder(test: &str) -> PathBuf {
     folder
 }
 
-/// What the program wrote to standard error.
+/// The program's standard error.
 pub(crate) fn standard_error(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }

@@ -10,8 +10,8 @@ pub(crate) fn root() -> PathBuf {
     root.canonicalize().expect("the project's root")
 }
 
-/// Asserts that the block of a page whose first line begins with `begin`, behind any space, is printed as it stands
-/// there: as the lines of `output` from the one that begins so.
+/// Asserts that the block of a page whose first line begins with `begin`, behind any space, equals the lines of
+/// `output` from the one that begins so.
 pub(crate) fn assert_block_is_printed(page: &Path, begin: &str, output: &str) {
     let text = fs::read_to_string(page).expect("a page");
     let mut lines: Vec<&str> = text.lines().collect();

@@ -1,9 +1,9 @@
-//! What every message on a scenario must be.
+//! Requirements on every message about a scenario.
 
 /// A message names file and line, in words that are no programmer's, and shows little of the file.
 pub(crate) fn assert_readable(answer: &str, text: &str) {
     /// Characters of the input that a message may show in a row.
-    const MOST: usize = 80;
+    const MAX_VALUE_CHARS: usize = 80;
     let line = answer
         .strip_prefix("s.toml:")
         .and_then(|rest| rest.split_once(':'));
@@ -38,7 +38,7 @@ pub(crate) fn assert_readable(answer: &str, text: &str) {
         );
     }
     let shown: Vec<char> = answer.chars().collect();
-    for piece in shown.windows(MOST + 1) {
+    for piece in shown.windows(MAX_VALUE_CHARS + 1) {
         let piece: String = piece.iter().collect();
         assert!(!text.contains(&piece), "too much is shown: {piece}");
     }

@@ -24,7 +24,7 @@ const PACE: f64 = 2.0;
 const HAND: f64 = 2e-3;
 
 /// Longest real time that a test waits for the drive: the machine may be busy.
-const PATIENCE: Duration = Duration::from_secs(120);
+const TIMEOUT: Duration = Duration::from_secs(120);
 
 /// A hand at the shaft.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -119,7 +119,7 @@ impl SimulatedDrive {
         let (around, waited) = self
             .shared
             .changed
-            .wait_timeout_while(self.shared.lock(), PATIENCE, |around| !condition(around))
+            .wait_timeout_while(self.shared.lock(), TIMEOUT, |around| !condition(around))
             .expect("no thread panicked");
         drop(around);
         assert!(!waited.timed_out(), "waited too long until {what}");

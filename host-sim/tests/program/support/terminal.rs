@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 
 use portable_pty::{Child, CommandBuilder, MasterPty, PtySize, native_pty_system};
 
-/// How long somebody waits for something to be seen: this machine may be busy.
-const PATIENCE: Duration = Duration::from_secs(60);
+/// Longest wait for a text on the screen: this machine may be busy.
+const TIMEOUT: Duration = Duration::from_secs(60);
 
 /// A terminal with a program in it.
 pub(crate) struct Terminal {
@@ -18,12 +18,12 @@ pub(crate) struct Terminal {
     keyboard: Box<dyn Write + Send>,
     screen: Arc<Mutex<vt100::Parser>>,
     child: Box<dyn Child + Send + Sync>,
-    /// How the terminal was set before.
+    /// The terminal's settings before.
     before: String,
 }
 
 impl Terminal {
-    /// Starts a program in a folder, in a terminal of so many columns and rows.
+    /// Starts a program in a folder, in a terminal of `columns` by `rows`.
     pub(crate) fn start(command: &[&str], folder: &Path, columns: u16, rows: u16) -> Self {
         let pair = native_pty_system()
             .openpty(size(columns, rows))
@@ -41,7 +41,7 @@ impl Terminal {
             let mut bytes = [0; 4096];
             while let Ok(read @ 1..) = reader.read(&mut bytes) {
                 seen.lock()
-                    .expect("nobody panicked")
+                    .expect("no thread panicked")
                     .process(&bytes[..read]);
             }
         });
@@ -59,18 +59,18 @@ impl Terminal {
         self.keyboard
             .write_all(keys.as_bytes())
             .and_then(|()| self.keyboard.flush())
-            .expect("somebody reads them");
+            .expect("the channel is read");
     }
 
-    /// What is on the screen.
+    /// The screen's text.
     pub(crate) fn text(&self) -> String {
-        let screen = self.screen.lock().expect("nobody panicked");
+        let screen = self.screen.lock().expect("no thread panicked");
         screen.screen().contents()
     }
 
-    /// Whether anything on the screen has a colour.
+    /// True if anything on the screen has a colour.
     pub(crate) fn is_coloured(&self) -> bool {
-        let screen = self.screen.lock().expect("nobody panicked");
+        let screen = self.screen.lock().expect("no thread panicked");
         let screen = screen.screen();
         let (rows, columns) = screen.size();
         let mut places =
@@ -83,7 +83,7 @@ impl Terminal {
 
     /// Waits until this is on the screen, and answers with the whole of it.
     pub(crate) fn shows(&mut self, wanted: &str) -> String {
-        let until = Instant::now() + PATIENCE;
+        let until = Instant::now() + TIMEOUT;
         loop {
             let text = self.text();
             if text.contains(wanted) {
@@ -100,7 +100,7 @@ impl Terminal {
 
     /// Makes the window larger or smaller.
     pub(crate) fn resize(&mut self, columns: u16, rows: u16) {
-        let mut screen = self.screen.lock().expect("nobody panicked");
+        let mut screen = self.screen.lock().expect("no thread panicked");
         screen.screen_mut().set_size(some(rows), some(columns));
         self.master
             .resize(size(columns, rows))
@@ -110,7 +110,7 @@ impl Terminal {
     /// Waits for the program to end: its status, and what is on the screen then. The terminal must be as
     /// it was.
     pub(crate) fn ends(mut self) -> (u32, String) {
-        let until = Instant::now() + PATIENCE;
+        let until = Instant::now() + TIMEOUT;
         let status = loop {
             match self.child.try_wait().expect("it is a child") {
                 Some(status) => break status.exit_code(),
@@ -118,10 +118,10 @@ impl Terminal {
             }
             thread::sleep(Duration::from_millis(20));
         };
-        // What it said last is on its way.
+        // Its last output is on its way.
         thread::sleep(Duration::from_millis(300));
         assert_eq!(settings(self.master.as_ref()), self.before);
-        let screen = self.screen.lock().expect("nobody panicked");
+        let screen = self.screen.lock().expect("no thread panicked");
         let screen = screen.screen();
         assert!(!screen.alternate_screen(), "it is not given back");
         assert!(!screen.hide_cursor(), "the cursor is hidden");
@@ -142,7 +142,7 @@ fn size(columns: u16, rows: u16) -> PtySize {
     }
 }
 
-/// How a terminal is set: whether it echoes, waits for a line, makes signals of keys.
+/// A terminal's settings: echo, wait for a line, signals from keys.
 #[cfg(unix)]
 fn settings(master: &dyn MasterPty) -> String {
     format!("{:?}", master.get_termios())

@@ -7,7 +7,7 @@ use stm32f4::stm32f405::{RCC, rcc};
 use super::Chip;
 use super::block::Block;
 
-/// What is at the oscillator pins.
+/// The clock source at the oscillator pins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Source {
     /// A crystal, Hz.
@@ -18,7 +18,7 @@ pub(crate) enum Source {
     Nothing,
 }
 
-/// What runs how fast, Hz.
+/// Clock frequencies, Hz.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Frequencies {
     pub(crate) processor: f64,
@@ -103,7 +103,7 @@ impl Clocks {
         vco / f64::from(2 * (factors.pllp().bits() + 1))
     }
 
-    /// What runs how fast now.
+    /// The clock frequencies in force.
     pub(crate) fn frequencies(&self) -> Frequencies {
         let cfgr = self.rcc.cfgr().read();
         let source = if cfgr.sws().is_pll() {
@@ -154,18 +154,18 @@ impl Clocks {
         assert!(high_bus <= 84e6, "APB2 runs at {high_bus} Hz (7.2)");
     }
 
-    /// Whether the source of the processor's clock would fail if it were switched off.
+    /// True if the clock security system watches the source of the processor's clock.
     pub(crate) fn is_watched(&self) -> bool {
         self.rcc.cr().read().csson().is_on()
     }
 
-    /// Whether everything is as after reset, but for flags.
+    /// True if all registers have their values after reset, but for flags.
     pub(crate) fn are_reset(&self) -> bool {
         let rcc = &self.rcc;
         rcc.get(rcc.cr()) == 0x83 && rcc.get(rcc.cfgr()) == 0
     }
 
-    /// Whether a peripheral's clock is on.
+    /// True if a peripheral's clock is on.
     pub(crate) fn is_on(&self, peripheral: Peripheral) -> bool {
         let (ahb1, apb1, apb2) = (
             self.rcc.ahb1enr().read(),
@@ -184,7 +184,7 @@ impl Clocks {
         }
     }
 
-    /// Whether a write reaches a peripheral: its clock is on, and has been for two ticks.
+    /// True if a write reaches a peripheral: its clock is on, and has been for two ticks.
     pub(crate) fn reaches(&self, peripheral: Peripheral) -> bool {
         assert!(
             !self.just_on.get(),
@@ -193,7 +193,7 @@ impl Clocks {
         self.is_on(peripheral)
     }
 
-    /// Puts those in the state after reset whose bit says so.
+    /// Resets the peripherals whose bit is set.
     pub(crate) fn reset_peripherals(&self, chip: &Chip) {
         let (apb1, apb2) = (self.rcc.apb1rstr().read(), self.rcc.apb2rstr().read());
         if apb2.tim1rst().bit() {
@@ -210,7 +210,7 @@ impl Clocks {
         }
     }
 
-    /// Whether a step that was begun is done by now.
+    /// True if the step that was begun is complete.
     fn waited(&self) -> bool {
         let left = self.wait.get().saturating_sub(1);
         self.wait.set(left);
@@ -269,7 +269,7 @@ impl Clocks {
             assert_eq!(old & reserved, new & reserved, "reserved bits (7.3.2)");
             word.set(new);
         } else if address == rcc.address(rcc.cfgr()) {
-            // Which of them is in use is not written.
+            // The field of the source in use is read-only.
             word.set(new & !(0b11 << 2) | old & (0b11 << 2));
             let prescalers = 0xf << 4 | 0x3f << 10;
             assert!(

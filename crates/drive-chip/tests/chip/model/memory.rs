@@ -12,7 +12,7 @@ const BASE: u32 = 0x0800_0000;
 const END: u32 = 0x0801_0000;
 const SECTOR: u32 = 0x4000;
 
-/// What the data sheet gives it at most, ns: 0.5 s for such a sector, 100 µs for a word.
+/// Longest time by the data sheet, ns: 0.5 s for such a sector, 100 µs for a word.
 const ERASURE: u64 = 500_000_000;
 const WORD: u64 = 100_000;
 
@@ -61,7 +61,7 @@ impl Memory {
         }
     }
 
-    /// What the flash itself holds, whatever a cache says.
+    /// The content of the flash itself, past any cache.
     pub(crate) fn bytes(&self, address: u32, length: usize) -> Vec<u8> {
         let first = (address - BASE) as usize;
         self.bytes.borrow()[first..first + length].to_vec()
@@ -77,7 +77,7 @@ impl Memory {
         self.flash.cr().read().lock().is_locked()
     }
 
-    /// Whether both caches are on, as is the prefetch.
+    /// True if both caches and the prefetch are on.
     pub(crate) fn is_cached(&self) -> bool {
         let access = self.flash.acr().read();
         access.dcen().is_enabled() && access.icen().is_enabled() && access.prften().is_enabled()
@@ -247,7 +247,10 @@ impl Memory {
             assert!(flash.sr().read().pgserr().bit());
             return;
         }
-        assert!(control.psize().is_psize32(), "not as wide as said (3.6.2)");
+        assert!(
+            control.psize().is_psize32(),
+            "not of the declared width (3.6.2)"
+        );
         self.begin(now, WORD, alone);
         let first = (address - BASE) as usize;
         let mut bytes = self.bytes.borrow_mut();

@@ -172,12 +172,12 @@ impl Chip {
         found.map(|(_, priority)| *priority)
     }
 
-    /// How many interrupts are unmasked.
+    /// Number of unmasked interrupts.
     pub(crate) fn unmasked_count(&self) -> usize {
         self.nvic.unmasked.borrow().len()
     }
 
-    /// Whether an interrupt was called by the program.
+    /// True if the program has set an interrupt pending.
     pub(crate) fn pending(&self, interrupt: Interrupt) -> bool {
         self.nvic.pending.borrow().contains(&(interrupt as u16))
     }

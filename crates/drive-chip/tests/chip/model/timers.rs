@@ -66,7 +66,7 @@ impl Timers {
         }
     }
 
-    /// Whether TIM1 and TIM5 count.
+    /// True for each of TIM1 and TIM5 that counts.
     pub(crate) fn counting(&self) -> [bool; 2] {
         [
             self.tim1.cr1().read().cen().is_enabled(),
@@ -92,13 +92,13 @@ impl Timers {
         ]
     }
 
-    /// Whether an update of TIM5 is to be served.
+    /// True if an update interrupt of TIM5 is pending.
     pub(crate) fn interrupts(&self) -> bool {
         self.tim5.dier().read().uie().is_enabled()
             && self.tim5.sr().read().uif().is_update_pending()
     }
 
-    /// Whether outputs that are off are driven, with the main output enabled and without.
+    /// True if inactive outputs are driven: with the main output enabled, and without.
     pub(crate) fn drive_what_is_off(&self) -> [bool; 2] {
         let control = self.tim1.bdtr().read();
         [
@@ -107,7 +107,7 @@ impl Timers {
         ]
     }
 
-    /// Whether the break flag is up.
+    /// True if the break flag is set.
     pub(crate) fn broke(&self) -> bool {
         self.tim1.sr().read().bif().is_trigger()
     }
@@ -209,7 +209,7 @@ impl Timers {
         }
     }
 
-    /// Whether TIM1 counts up, so that a period begins with its update.
+    /// True if TIM1 counts up, so that a period begins with its update.
     pub(crate) fn is_edge_aligned(&self) -> bool {
         let control = self.tim1.cr1().read();
         control.cms().is_edge_aligned() && control.dir().is_up()

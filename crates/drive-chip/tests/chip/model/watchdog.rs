@@ -9,7 +9,7 @@ use super::block::Block;
 /// Its oscillator at its fastest, Hz, by the data sheet.
 const FASTEST: f64 = 47e3;
 
-/// What a new prescaler or reload takes to hold, ns: five ticks of the oscillator (21.4).
+/// Time until a new prescaler or reload is in force, ns: five ticks of the oscillator (21.4).
 const UPDATE: u64 = 156_000;
 
 pub(crate) struct Watchdog {
@@ -40,7 +40,7 @@ impl Watchdog {
         }
     }
 
-    /// Whether it watches.
+    /// True if it counts down.
     pub(crate) fn is_awake(&self) -> bool {
         self.hungry_at.get().is_some()
     }
@@ -75,7 +75,7 @@ impl Watchdog {
         food
     }
 
-    /// What was written holds once it had the time.
+    /// Puts a written value in force after its update time.
     fn settle(&self, now: u64) {
         if now >= self.updating_until.get() {
             let divider = 4 << self.iwdg.pr().read().pr().bits().min(6);

@@ -1,4 +1,4 @@
-//! What was identified goes on being learnt while the new gains hold: by the economical recursion, from the
+//! Identification continues while the new gains are in force: by the economical recursion, from the
 //! next sample on and without a first fit.
 
 use identifier_core::commission::{CommissionInputs, Phase, SynchronousCommission};
