@@ -4,21 +4,21 @@
 mod identified_servo;
 mod model_parameters;
 mod per_parameter;
-mod quantity;
 mod servo;
 mod sets;
+mod terms;
 mod unknowns;
 
 pub use identified_servo::IdentifiedServo;
 pub use model_parameters::ModelParameters;
 pub use per_parameter::PerParameter;
-pub use quantity::{PerQuantity, Quantity};
 pub use servo::ServoParameters;
 pub use sets::{
     Ab, AbCoulomb, AbCoulombDelayLoad, AbCoulombLoad, AbLoad, AllUnknowns, ParameterSet, UnknownSet,
 };
+pub use terms::Terms;
 pub(crate) use unknowns::UsualSizes;
-pub use unknowns::{Term, Terms, Unknown};
+pub use unknowns::{PerQuantity, Quantity, Term, Unknown};
 
 use crate::units::Units;
 

@@ -1,4 +1,4 @@
-//! The unknowns of a model with optional terms, and which of them a model has.
+//! The table of the unknowns of a model with optional terms, and the kinds of quantity that they are.
 //!
 //! q̈ = −a q̇ − δa |q̇| + b D(u(t − τ)) + d − (c + s exp(−(q̇/v_s)²)) sign q̇ + g_s sin q + g_c cos q
 //! + r_s sin Nq + r_c cos Nq,
@@ -6,7 +6,7 @@
 //! D being the dead band of the bridge. A model has the unknowns of its [`UnknownSet`](super::UnknownSet);
 //! a term that is not among them costs nothing.
 
-use super::{Parameter, PerQuantity, Quantity};
+use super::Parameter;
 use crate::number::Number;
 use crate::units::Units;
 
@@ -22,13 +22,13 @@ struct Row {
 #[derive(Clone, Copy)]
 enum Role {
     Parameter(Parameter),
-    /// The size of a term, which usually is this share of what it is beside, and changes a part of the model.
+    /// The size of a term: its usual share of what it is beside, and the part of the model that it changes.
     Size(Term, f64, Changed),
 }
 
 /// The part of a model that a term changes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Changed {
+#[derive(Clone, Copy)]
+pub(super) enum Changed {
     /// The command before it acts.
     Command,
     /// The load, with the angle.
@@ -39,7 +39,7 @@ pub(crate) enum Changed {
     CoulombFriction,
 }
 
-/// A share of what terms are beside.
+/// Usual sizes of terms, as a share of what they are beside.
 pub(crate) struct UsualSizes<N> {
     /// Of Coulomb friction.
     pub(crate) coulomb: N,
@@ -129,8 +129,7 @@ impl Unknown {
     }
 
     /// The part of the model that it changes; none for a parameter.
-    #[must_use]
-    pub(crate) const fn changes(self) -> Option<Changed> {
+    pub(super) const fn changes(self) -> Option<Changed> {
         match self.row().role {
             Role::Parameter(_) => None,
             Role::Size(_, _, changed) => Some(changed),
@@ -146,7 +145,7 @@ impl Unknown {
         let sizes = sizes(N::from_f64(share));
         match changed {
             Changed::CoulombFriction => sizes.coulomb,
-            _ => sizes.other.of(self.quantity()),
+            _ => sizes.other.of(self),
         }
     }
 
@@ -177,7 +176,7 @@ impl Unknown {
     /// Machine units per SI unit.
     #[must_use]
     pub fn scale(self, units: &Units) -> f64 {
-        PerQuantity::machine(units).of(self.quantity())
+        PerQuantity::machine(units).of(self)
     }
 }
 
@@ -235,42 +234,91 @@ impl Term {
         unknown.term() == Some(self)
     }
 
-    const fn bit(self) -> u8 {
+    pub(super) const fn bit(self) -> u8 {
         1 << self as u8
     }
 }
 
-/// Some of the terms.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Terms(u8);
+/// The kind of quantity that an unknown is. Its unit, its scales and the size of a usual value all follow
+/// from it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Of a motion that decays, 1/s.
+    Rate,
+    /// Acceleration per command, rad/s² per command unit.
+    Gain,
+    /// A force over inertia, rad/s².
+    Acceleration,
+    /// Time, s.
+    Time,
+    /// Command, command units.
+    Command,
+}
 
-impl Terms {
-    /// None of them.
-    pub const NONE: Self = Self(0);
+/// A value for each kind of quantity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PerQuantity<T> {
+    /// For a rate.
+    pub rate: T,
+    /// For a gain.
+    pub gain: T,
+    /// For an acceleration.
+    pub acceleration: T,
+    /// For a time.
+    pub time: T,
+    /// For a command.
+    pub command: T,
+}
 
-    /// These and a term.
+impl Quantity {
+    /// Its unit.
     #[must_use]
-    pub const fn with(self, term: Term) -> Self {
-        Self(self.0 | term.bit())
+    pub const fn unit(self) -> &'static str {
+        match self {
+            Self::Rate => "1/s",
+            Self::Gain => "rad/s² per command unit",
+            Self::Acceleration => "rad/s²",
+            Self::Time => "s",
+            Self::Command => "command units",
+        }
+    }
+}
+
+impl<T: Copy> PerQuantity<T> {
+    /// The value for the kind of quantity that an unknown is.
+    #[inline]
+    #[must_use]
+    pub fn of(&self, unknown: Unknown) -> T {
+        match unknown.quantity() {
+            Quantity::Rate => self.rate,
+            Quantity::Gain => self.gain,
+            Quantity::Acceleration => self.acceleration,
+            Quantity::Time => self.time,
+            Quantity::Command => self.command,
+        }
+    }
+}
+
+impl PerQuantity<f64> {
+    /// Machine units per SI unit.
+    pub(super) fn machine(units: &Units) -> Self {
+        Self {
+            rate: units.rate(),
+            gain: units.acceleration(),
+            acceleration: units.acceleration(),
+            time: 1.0 / units.sample_time(),
+            command: 1.0,
+        }
     }
 
-    /// Whether a term is one of them.
-    #[must_use]
-    pub const fn has(self, term: Term) -> bool {
-        self.0 & term.bit() != 0
-    }
-
-    /// Whether there is none.
-    #[must_use]
-    pub const fn is_empty(self) -> bool {
-        self.0 == 0
-    }
-
-    /// Those in one or the other.
-    #[must_use]
-    pub const fn or(self, other: Self) -> Self {
-        Self(self.0 | other.0)
+    /// Units of a block of `samples` per unit of a sample.
+    pub(crate) fn block(samples: f64) -> Self {
+        Self {
+            rate: samples,
+            gain: samples * samples,
+            acceleration: samples * samples,
+            time: 1.0 / samples,
+            command: 1.0,
+        }
     }
 }

@@ -145,7 +145,7 @@ impl Scales {
             time: 1.0 / rate.max(f64::MIN_POSITIVE),
             command: self.command,
         };
-        scales.of(unknown.quantity())
+        scales.of(unknown)
     }
 }
 
