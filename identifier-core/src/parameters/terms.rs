@@ -6,6 +6,8 @@ use super::Term;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Terms(u8);
 
+const _: () = assert!(Term::ALL.len() <= u8::BITS as usize, "a bit each");
+
 impl Terms {
     /// None of them.
     pub const NONE: Self = Self(0);
