@@ -80,10 +80,10 @@ impl Tracked {
 /// beside the standard deviation over the whole stretch that noise explains it (a steady drift has
 /// steps of 1.15 standard deviations). One that is no shorter than the step before is endless.
 fn distance_to_go([first, second, third]: [f64; 3], tolerance: f64, deviation: f64) -> f64 {
-    const STILL: f64 = 0.25;
+    const STILL_STEP: f64 = 0.25;
     const NOISE: f64 = 0.7;
     let (before, last) = ((second - first).abs(), (third - second).abs());
-    if last <= (STILL * tolerance).max(NOISE * deviation) {
+    if last <= (STILL_STEP * tolerance).max(NOISE * deviation) {
         0.0
     } else if last < before {
         last * last / (before - last)

@@ -10,16 +10,16 @@ use crate::experiment::{AbortCause, Outcome, TermEstimate};
 use crate::scenario::Scenario;
 
 /// A finding that explains less of the rest than this is none.
-const TELLING: f64 = 0.04;
+const MIN_SHARE: f64 = 0.04;
 
 /// Standard errors by which a finding must differ from nothing.
-const SIGNIFICANT: f64 = 4.0;
+const MIN_SIGNIFICANCE: f64 = 4.0;
 
 /// A finding stands out if what it leaves over is this much smaller than what the next leaves.
-const STANDS_OUT: f64 = 0.97;
+const MAX_REST_RATIO: f64 = 0.97;
 
 /// The fraction of slowed samples from which a result says that the guard sets the pace.
-const MOSTLY_SLOWED: f64 = 0.5;
+const MAX_SLOWED_SHARE: f64 = 0.5;
 
 /// What the evidence is made of.
 #[derive(Debug, Clone, Copy)]
@@ -90,7 +90,7 @@ fn lack(batch: &Batch) -> Option<Lack> {
 }
 
 fn is_telling(finding: &Finding) -> bool {
-    finding.share >= TELLING && finding.significance >= SIGNIFICANT
+    finding.share >= MIN_SHARE && finding.significance >= MIN_SIGNIFICANCE
 }
 
 /// The finding that stands out, if one does.
@@ -100,7 +100,7 @@ pub(super) fn cause(batch: &Batch) -> Option<&Finding> {
     let left = |finding: &Finding| 1.0 - finding.share;
     let stands_out = telling
         .next()
-        .is_none_or(|next| left(best) < STANDS_OUT * left(next));
+        .is_none_or(|next| left(best) < MAX_REST_RATIO * left(next));
     stands_out.then_some(best)
 }
 
@@ -118,7 +118,7 @@ pub(super) fn reason(verdict: &Verdict, scenario: &Scenario, outcome: &Outcome) 
         reason.push_str(&format!(": {failure}"));
     }
     let slowed = outcome.events.slowed as f64 / outcome.samples.max(1) as f64;
-    if slowed > MOSTLY_SLOWED {
+    if slowed > MAX_SLOWED_SHARE {
         reason.push_str(&format!(
             "; the guard slowed {:.0} % of the updates: gamma is larger than the sample time bears",
             100.0 * slowed

@@ -20,7 +20,7 @@ pub struct Evidence {
     unknowns: [Option<UnknownEvidence>; Unknown::ALL.len()],
 }
 
-/// How much the servo moved.
+/// The servo's motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
     /// Samples that were learnt from.
@@ -40,9 +40,9 @@ pub struct UnknownEvidence {
     /// Standard error that counts the residual's colour and the encoder's resolution; infinite where
     /// the motion says nothing of it.
     pub std_error: Option<f64>,
-    /// How far it still moved, or still had to go, at the end.
+    /// The distance that it still moved, or still had to go, at the end.
     pub movement: f64,
-    /// How far the data would move it from where it ended, if they were asked once more.
+    /// The distance by which the data would move it from where it ended, if they were fitted once more.
     pub pull: Option<f64>,
     /// True if it stands at a bound.
     pub at_bound: bool,
@@ -105,7 +105,7 @@ impl Lack {
         lack
     }
 
-    /// How far a model that had it would have an unknown from where it is.
+    /// The shift of an unknown in a model that has the effect.
     #[must_use]
     pub fn shift(&self, unknown: Unknown) -> f64 {
         self.shifts[unknown as usize]

@@ -51,7 +51,7 @@ pub enum VerdictReason {
     StillMoving {
         /// The unknown.
         unknown: Unknown,
-        /// How far it moved, or has still to go.
+        /// The distance that it moved, or has still to go.
         movement: f64,
         /// The most that counts as still.
         limit: f64,
@@ -64,14 +64,14 @@ pub enum VerdictReason {
         share: f64,
         /// The unknown that it would move most telling.
         unknown: Unknown,
-        /// How far.
+        /// The distance.
         shift: f64,
     },
     /// The data would have an estimate elsewhere than where it stands.
     Elsewhere {
         /// The unknown.
         unknown: Unknown,
-        /// How far from where it is.
+        /// The distance from where it is.
         pull: f64,
         /// The most that chance explains, or that does not matter.
         limit: f64,

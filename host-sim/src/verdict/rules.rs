@@ -4,7 +4,7 @@ use identifier_core::parameters::{Quantity, Unknown};
 
 use super::{Evidence, Lack, Residual, UnknownEvidence, VerdictReason};
 
-/// How far estimates may be relied on.
+/// The reliability of estimates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Status {
     /// Every estimate is known, keeps still, and nothing that would move it is left in the data.
@@ -42,7 +42,7 @@ pub struct Verdict {
     pub reason: VerdictReason,
 }
 
-/// How far an unknown may be off: a part of itself, or of what it acts beside.
+/// The tolerance of an unknown: a part of itself, or of what it acts beside.
 #[derive(Debug, Clone, Copy)]
 struct Tolerance {
     /// Of b: without it a servo does not move, so that it is judged by itself alone.
@@ -66,38 +66,38 @@ impl Tolerance {
 }
 
 /// The standard error up to which an unknown is known.
-const KNOWN: Tolerance = Tolerance {
+const MAX_STD_ERROR: Tolerance = Tolerance {
     gain: 0.015,
     force: [0.05, 0.005],
     other: [0.05, 0.01],
 };
 
 /// The movement up to which an estimate keeps still.
-const STILL: Tolerance = Tolerance {
+const MAX_MOVEMENT: Tolerance = Tolerance {
     gain: 0.02,
     force: [0.04, 0.003],
     other: [0.02, 0.003],
 };
 
 /// The distance up to which an estimate is where the data say.
-const THERE: Tolerance = Tolerance {
+const MAX_PULL: Tolerance = Tolerance {
     gain: 0.02,
     force: [0.08, 0.005],
     other: [0.05, 0.01],
 };
 
 /// The shift by what the model lacks up to which it may lack it.
-const UNMOVED: Tolerance = Tolerance {
+const MAX_SHIFT: Tolerance = Tolerance {
     gain: 0.02,
     force: [0.08, 0.001],
     other: [0.1, 0.02],
 };
 
 /// Standard errors that chance may pull an estimate away from where the data say.
-const CHANCE: f64 = 3.0;
+const CHANCE_STD_ERRORS: f64 = 3.0;
 
-/// An estimate that the data would move no more than so many times what is allowed is near.
-const NEAR: f64 = 5.0;
+/// An estimate that the data would move by no more than this multiple of the tolerance is near.
+const NEAR_FACTOR: f64 = 5.0;
 
 /// Samples without which there is no telling.
 const MIN_SAMPLES: u64 = 100;
@@ -105,22 +105,22 @@ const MIN_SAMPLES: u64 = 100;
 /// Encoder counts that must have been travelled, forth and back, before anything can be known.
 pub const MIN_TRAVEL_COUNTS: f64 = 20.0;
 
-/// An output error so many times the encoder's, and so correlated, has a cause, named or not.
-const BEYOND_ENCODER: f64 = 1.5;
+/// The output error over the encoder's from which it has a cause, named or not.
+const ENCODER_RATIO: f64 = 1.5;
 
-/// An output error so many times the encoder's is large, and so much of it is most of it.
-const FAR_BEYOND_ENCODER: f64 = 3.0;
-const MOST_OF_ERROR: f64 = 0.5;
+/// The output error over the encoder's from which it is large, and the share of it that is most of it.
+const LARGE_ENCODER_RATIO: f64 = 3.0;
+const MAIN_SHARE: f64 = 0.5;
 
 /// An estimate nearer to zero than this part of its scale is at no bound: friction is never negative.
-const AT_ZERO: f64 = 0.002;
+const ZERO_SHARE: f64 = 0.002;
 
 /// The prediction error from which estimates do not hold outside the data that they come from.
-const PREDICTED: f64 = 0.1;
+const MAX_PREDICTION_ERROR: f64 = 0.1;
 
 /// The same where the model explains its own data down to the encoder: without a loop the least error
 /// of an estimate adds up.
-const ADDED_UP: f64 = 0.3;
+const MAX_ACCUMULATED_ERROR: f64 = 0.3;
 
 impl Verdict {
     /// The verdict on the evidence. Where much speaks against the estimates, what must be mended first
@@ -142,7 +142,7 @@ impl UnknownEvidence {
     /// The movement up to which an estimate keeps still.
     #[must_use]
     pub fn still(&self, unknown: Unknown) -> f64 {
-        STILL.of(unknown, self)
+        MAX_MOVEMENT.of(unknown, self)
     }
 }
 
@@ -175,7 +175,7 @@ fn without_estimate(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
             if !of.estimate.is_finite() {
                 return Some(VerdictReason::NoEstimate { unknown });
             }
-            if of.at_bound && of.estimate.abs() > AT_ZERO * of.scale {
+            if of.at_bound && of.estimate.abs() > ZERO_SHARE * of.scale {
                 let estimate = of.estimate;
                 return Some(VerdictReason::AtBound { unknown, estimate });
             }
@@ -187,7 +187,7 @@ fn without_estimate(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
 
 fn not_excited(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     let reason = first(evidence, |unknown, of| {
-        let limit = KNOWN.of(unknown, of);
+        let limit = MAX_STD_ERROR.of(unknown, of);
         let std_error = of.std_error.filter(|error| !within(*error, limit))?;
         Some(VerdictReason::NotExcited {
             unknown,
@@ -198,11 +198,11 @@ fn not_excited(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     Some((Status::NoInformation, reason))
 }
 
-/// What has a name, and moves an estimate that is where the data say, is the reason why it moves too.
+/// A lack with a name that moves an estimate which is where the data say is the reason why it moves too.
 fn named(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     let lack = evidence.lack.filter(|lack| lack.cause.is_some())?;
     let near = |(unknown, of): (Unknown, &UnknownEvidence)| {
-        let limit = NEAR * THERE.of(unknown, of);
+        let limit = NEAR_FACTOR * MAX_PULL.of(unknown, of);
         of.pull.is_some_and(|pull| within(pull, limit))
     };
     let reason = lacking(evidence, &lack)?;
@@ -212,7 +212,7 @@ fn named(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
 
 fn moving(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     let reason = first(evidence, |unknown, of| {
-        let limit = STILL.of(unknown, of);
+        let limit = MAX_MOVEMENT.of(unknown, of);
         let movement = of.movement;
         (!within(movement, limit)).then_some(VerdictReason::StillMoving {
             unknown,
@@ -232,15 +232,15 @@ fn unexplained(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     Some((Status::Unexplained, reason))
 }
 
-/// What the model lacks moves an estimate; of what explains most of a large rest it is not asked how
+/// The effect that the model lacks moves an estimate; of one that explains most of a large rest it is not asked how
 /// far, as the first step towards it may be short of the way.
 fn lacking(evidence: &Evidence, lack: &Lack) -> Option<VerdictReason> {
-    let large = |residual: Residual| residual.beyond_encoder > FAR_BEYOND_ENCODER;
+    let large = |residual: Residual| residual.beyond_encoder > LARGE_ENCODER_RATIO;
     let plain =
-        lack.cause.is_some() && lack.share > MOST_OF_ERROR && evidence.residual.is_some_and(large);
+        lack.cause.is_some() && lack.share > MAIN_SHARE && evidence.residual.is_some_and(large);
     first(evidence, |unknown, of| {
         let shift = lack.shift(unknown);
-        (plain || !within(shift, UNMOVED.of(unknown, of))).then_some(VerdictReason::Lacks {
+        (plain || !within(shift, MAX_SHIFT.of(unknown, of))).then_some(VerdictReason::Lacks {
             cause: lack.cause,
             share: lack.share,
             unknown,
@@ -253,8 +253,8 @@ fn lacking(evidence: &Evidence, lack: &Lack) -> Option<VerdictReason> {
 fn elsewhere(evidence: &Evidence) -> Option<VerdictReason> {
     first(evidence, |unknown, of| {
         let pull = of.pull?;
-        let chance = CHANCE * of.std_error.unwrap_or(0.0);
-        let limit = THERE.of(unknown, of).max(chance);
+        let chance = CHANCE_STD_ERRORS * of.std_error.unwrap_or(0.0);
+        let limit = MAX_PULL.of(unknown, of).max(chance);
         (!within(pull, limit)).then_some(VerdictReason::Elsewhere {
             unknown,
             pull,
@@ -267,8 +267,12 @@ fn unpredicted(evidence: &Evidence) -> Option<VerdictReason> {
     let error = evidence.prediction?;
     let beyond = evidence
         .residual
-        .is_none_or(|residual| residual.beyond_encoder > BEYOND_ENCODER);
-    let limit = if beyond { PREDICTED } else { ADDED_UP };
+        .is_none_or(|residual| residual.beyond_encoder > ENCODER_RATIO);
+    let limit = if beyond {
+        MAX_PREDICTION_ERROR
+    } else {
+        MAX_ACCUMULATED_ERROR
+    };
     (!within(error, limit)).then_some(VerdictReason::NotPredicted { error, limit })
 }
 

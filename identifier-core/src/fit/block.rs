@@ -3,11 +3,11 @@ use crate::number::Number;
 /// A few successive samples condensed to what moves a model over all of them at once.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Block<N> {
-    /// How far the servo moved, counts.
+    /// The servo's increment, counts.
     pub(crate) travel: N,
     /// Mean command, command units.
     pub(crate) command: N,
-    /// How much further a unit of gain goes within the block because the command came earlier than
+    /// The additional distance per unit of gain within the block because the command came earlier than
     /// evenly spread: ∑ⱼ (m − j − ½) uⱼ/m² − ū/2 for m samples, command units.
     pub(crate) lead: N,
 }
@@ -23,7 +23,7 @@ pub struct NumberedBlock<N> {
     pub(super) block: Block<N>,
 }
 
-/// How many samples make a block.
+/// The samples of a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Blocking<N> {
     pub(super) samples: u32,

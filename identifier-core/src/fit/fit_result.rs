@@ -15,7 +15,7 @@ pub(crate) struct FitResult<N, const P: usize = 4> {
     pub(crate) unexplained: N,
     /// Root mean square of acceleration over that of velocity, 1/sample.
     pub(crate) bandwidth: N,
-    /// Whether an unknown was stopped by a bound. Where zero is the bound, it counts only if the motion
+    /// True for an unknown that a bound stopped. Where zero is the bound, it counts only if the motion
     /// asks for significantly less than zero: the truth may be zero.
     pub(crate) at_bound: [bool; P],
     /// The term to try next.
@@ -35,19 +35,19 @@ pub(crate) struct FitResult<N, const P: usize = 4> {
 }
 
 impl<N: Number, const P: usize> FitResult<N, P> {
-    /// Whether any of them was.
+    /// True if any of them was.
     pub(crate) fn is_at_bound(&self) -> bool {
         self.at_bound.contains(&true)
     }
 
-    /// Whether its standard errors are not far larger than those of an earlier result, so that it may
+    /// True if its standard errors are not far larger than those of an earlier result, so that it may
     /// take its place: a window that has seen little motion knows less than one that has seen much.
     pub(crate) fn is_as_sure_as(&self, earlier: &Self) -> bool {
         /// The square of the factor that the same motion seen by another part of it can make.
-        const FAR: f64 = 9.0;
+        const MAX_VARIANCE_RATIO: f64 = 9.0;
         (0..P).all(|i| {
             let before = earlier.covariance[i][i].to_f64();
-            before == 0.0 || self.covariance[i][i].to_f64() <= FAR * before
+            before == 0.0 || self.covariance[i][i].to_f64() <= MAX_VARIANCE_RATIO * before
         })
     }
 
@@ -74,14 +74,15 @@ impl<N: Number, const P: usize> FitResult<N, P> {
         }
     }
 
-    /// Whether a recursion can continue from it: the motion is explained, and the relative standard
+    /// True if a recursion can continue from it: the motion is explained, and the relative standard
     /// error of b is at most `most`.
     pub(crate) fn is_good(&self, most: f64) -> bool {
         /// The largest part of the motion that a fit may leave unexplained.
-        const LEFT: f64 = 0.1;
+        const MAX_UNEXPLAINED: f64 = 0.1;
         let b = self.parameters[B].to_f64();
         let variance = self.covariance[B][B].to_f64();
-        let explained = self.left < LEFT || self.unexplained.to_f64() < 4.0 * self.noise.to_f64();
+        let explained =
+            self.left < MAX_UNEXPLAINED || self.unexplained.to_f64() < 4.0 * self.noise.to_f64();
         let finite = (0..P).all(|i| {
             self.parameters[i].is_finite()
                 && self.covariance[i].iter().all(|entry| entry.is_finite())
@@ -101,16 +102,16 @@ where
         suggests: Option<Term>,
     ) -> Option<FitResult<N, P>> {
         /// The largest correlation from block to block that can be distinguished from one.
-        const MOST_CORRELATED: f64 = 0.999;
+        const MAX_CORRELATION: f64 = 0.999;
         /// Standard errors.
-        const SIGNIFICANT: f64 = 3.0;
+        const MIN_STANDARD_ERRORS: f64 = 3.0;
         let best = fit.best.as_ref()?;
         let cost = best.pass.equations.cost().to_f64();
         let freedom = fit.blocks.saturating_sub(Q).max(1) as f64;
         let unexplained = (cost / freedom).max(self.noise.to_f64());
         // Errors correlated from block to block as ρᵏ carry less information than white ones.
         let correlation = if cost > 0.0 {
-            (best.pass.lag_one.to_f64() / cost).clamp(0.0, MOST_CORRELATED)
+            (best.pass.lag_one.to_f64() / cost).clamp(0.0, MAX_CORRELATION)
         } else {
             0.0
         };
@@ -128,7 +129,8 @@ where
             let value = best.unknowns[i];
             let below = -further[i].to_f64();
             let variance = coloured * covariance[i][i].to_f64();
-            let significant = below > 0.0 && below * below > SIGNIFICANT * SIGNIFICANT * variance;
+            let significant =
+                below > 0.0 && below * below > MIN_STANDARD_ERRORS * MIN_STANDARD_ERRORS * variance;
             let stopped = if stopped_at_zero(i) {
                 significant
             } else {

@@ -25,7 +25,7 @@ pub(crate) struct Ended<N, const P: usize = 4> {
     pub(crate) result: Option<FitResult<N, P>>,
     /// The number of the last block that it used.
     pub(crate) last: u32,
-    /// Whether the record was full.
+    /// The record was full.
     pub(crate) full: bool,
 }
 
@@ -56,7 +56,7 @@ where
         self.fit = None;
     }
 
-    /// Whether a block is the one that comes next.
+    /// True if a block is the one that comes next.
     pub(crate) fn is_next(&self, numbered: &NumberedBlock<N>) -> bool {
         numbered.number == self.next
     }
@@ -86,7 +86,7 @@ where
         self.fresh
     }
 
-    /// How far the servo moved to and fro since the last fit began, counts.
+    /// The distance travelled to and fro since the last fit began, counts.
     pub(crate) fn fresh_path(&self) -> N {
         self.record.path(self.fresh)
     }
@@ -96,7 +96,7 @@ where
         self.record.place(angle, position);
     }
 
-    /// Whether a fit is under way.
+    /// True if a fit is under way.
     pub(crate) fn is_under_way(&self) -> bool {
         self.fit.is_some()
     }

@@ -3,7 +3,7 @@ use core::marker::PhantomData;
 use super::block::Block;
 use super::pass::{Pass, direction};
 use super::record::Record;
-use super::survey::{MOVED, Survey};
+use super::survey::{MIN_TRAVEL_COUNTS, Survey};
 use super::trial::Best;
 use super::{A, FitResult, FitterConfig, Prior};
 use crate::adaptation::IdentifiableSet;
@@ -20,7 +20,7 @@ use crate::parameters::{AbCoulombLoad, PerQuantity, Term, Terms, Unknown};
 /// with and without friction. Given initial values are further starts, and if none of these explains
 /// the motion, a geometric series of gains is tried.
 ///
-/// **Passes.** From each start at most [`Fitter::PASSES`] passes of the
+/// **Passes.** From each start at most [`Fitter::MAX_PASSES`] passes of the
 /// [`ObserverModel`](crate::model::ObserverModel); the start that explains the motion best wins. The
 /// correction of the model keeps its output error bounded for every trial.
 ///
@@ -39,7 +39,7 @@ pub(crate) struct Fitter<N, S = AbCoulombLoad, const P: usize = 4, const Q: usiz
     pub(super) high: [N; P],
     /// The given initial values.
     pub(super) prior: Prior<N, P>,
-    /// What is fitted: a parameter always, a term where it may enter.
+    /// The fitted unknowns: a parameter always, a term where it may enter.
     pub(super) free: [bool; P],
     /// Units of a block per unit of a sample.
     pub(super) scale: [f64; P],
@@ -54,7 +54,7 @@ pub(crate) struct Fitter<N, S = AbCoulombLoad, const P: usize = 4, const Q: usiz
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Fit<N, I, const P: usize, const Q: usize> {
     pub(super) prior: Prior<N, P>,
-    /// What is known at the first block.
+    /// The known inputs at the first block.
     pub(super) inputs: I,
     pub(super) blocks: usize,
     pub(super) next: usize,
@@ -88,14 +88,14 @@ where
     S: IdentifiableSet<P>,
 {
     /// The most passes from one start.
-    pub(super) const PASSES: u32 = 12;
+    pub(super) const MAX_PASSES: u32 = 12;
 
     /// Levenberg's and Marquardt's damping at the start.
     pub(super) const FIRST_DAMPING: f64 = 1e-3;
 
     /// A fit explains the motion if the variance of the errors is below this many times the
     /// encoder's; then no further start is tried.
-    const EXPLAINED: f64 = 2.0;
+    const EXPLAINED_VARIANCE: f64 = 2.0;
 
     pub(crate) fn new(config: &FitterConfig<P>) -> Self {
         const {
@@ -128,7 +128,7 @@ where
         }
     }
 
-    /// What the models need to know about the angle.
+    /// The angle as the models need it.
     pub(crate) fn angle(&self) -> &AngleSettings<N> {
         &self.angle
     }
@@ -184,7 +184,7 @@ where
         fit.next = 0;
         match fit.stage {
             Stage::Survey => {
-                if fit.survey.path < N::from_f64(MOVED) {
+                if fit.survey.path < N::from_f64(MIN_TRAVEL_COUNTS) {
                     return Some(None);
                 }
                 let blocks = fit.blocks as f64;
@@ -229,10 +229,10 @@ where
                 }
                 let explained = fit.best.is_some_and(|best| {
                     best.pass.equations.cost().to_f64()
-                        < Self::EXPLAINED * self.noise.to_f64() * fit.blocks as f64
+                        < Self::EXPLAINED_VARIANCE * self.noise.to_f64() * fit.blocks as f64
                 });
                 let guesses = 3;
-                let last = guesses + Self::LADDER.len() as u32;
+                let last = guesses + Self::GAIN_FACTORS.len() as u32;
                 let next = start + 1;
                 if next >= last || (explained && next >= guesses) {
                     if !self.has_candidates(&fit.prior) {
@@ -251,12 +251,12 @@ where
         None
     }
 
-    /// Whether a term is to be fitted without evidence for it.
+    /// True if a term is to be fitted without evidence for it.
     pub(crate) fn demands(&self, term: Term) -> bool {
         self.demanded.has(term)
     }
 
-    /// What a fit with this prior fits.
+    /// The unknowns that a fit with this prior fits.
     #[inline]
     pub(super) fn free_unknowns(&self, prior: &Prior<N, P>) -> [bool; Q] {
         core::array::from_fn(|i| match S::UNKNOWNS.get(i) {
@@ -267,7 +267,7 @@ where
         })
     }
 
-    /// What the errors of a pass are measured against.
+    /// The unknowns whose tangents a pass measures.
     #[inline]
     pub(super) fn measured_unknowns(&self, fit: &Fit<N, S::Inputs<N>, P, Q>) -> [bool; Q] {
         match fit.stage {
@@ -285,7 +285,7 @@ where
         values
     }
 
-    /// What acts on a model over a block, whose travel is known.
+    /// The inputs of a model over a block, whose travel is known.
     #[inline]
     pub(super) fn acting(
         &self,

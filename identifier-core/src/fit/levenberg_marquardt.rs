@@ -1,11 +1,11 @@
-//! What Levenberg's and Marquardt's method decides between two passes over a record: whether a pass
+//! The decisions of Levenberg's and Marquardt's method between two passes over a record: whether a pass
 //! helped, how much the next is damped, and where it goes.
 
 use crate::linalg::NormalEquations;
 use crate::number::Number;
 
 /// The factor by which a better or worse pass changes the damping.
-const CHANGE: f64 = 10.0;
+const DAMPING_FACTOR: f64 = 10.0;
 
 /// How a pass did against the best before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,7 +22,11 @@ pub(crate) fn judge<N: Number>(cost: N, least: Option<N>, enough: f64, damping: 
     let helped = cost.is_finite() && least.is_none_or(|least| cost < least);
     let was_little =
         least.is_some_and(|least| (least - cost).magnitude() <= N::from_f64(enough) * least);
-    let change = if helped { 1.0 / CHANGE } else { CHANGE };
+    let change = if helped {
+        1.0 / DAMPING_FACTOR
+    } else {
+        DAMPING_FACTOR
+    };
     *damping = *damping * N::from_f64(change);
     Judged { helped, was_little }
 }

@@ -25,7 +25,7 @@ pub(crate) use fits::{Ended, Fits};
 pub(crate) use fitter::Fitter;
 pub(crate) use prior::{FitterConfig, Prior};
 pub(crate) use recorder::Recorder;
-pub(crate) use survey::MOVED;
+pub(crate) use survey::MIN_TRAVEL_COUNTS;
 
 use crate::parameters::Unknown;
 

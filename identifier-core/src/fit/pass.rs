@@ -12,7 +12,7 @@ use crate::parameters::Unknown;
 /// A pass over the record: the model, its tangents and what they add up to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Pass<N, I, const Q: usize> {
-    /// What is known besides the blocks.
+    /// The known inputs besides the blocks.
     pub(super) inputs: I,
     pub(super) model: ObserverModel<N>,
     pub(super) tangents: Tangents<N, Q>,

@@ -4,7 +4,7 @@ use crate::model::AngleSettings;
 use crate::number::Number;
 use crate::parameters::{PerQuantity, Term, Terms, Unknown, UsualSizes};
 
-/// What a fitter is made from, machine units of a sample.
+/// The configuration of a fitter, machine units of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FitterConfig<const P: usize = 4> {
     pub(crate) block: u32,
@@ -22,7 +22,7 @@ pub(crate) struct FitterConfig<const P: usize = 4> {
     pub(crate) demanded: Terms,
 }
 
-/// What is known before a fit, units of a block.
+/// The knowledge before a fit, units of a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Prior<N, const P: usize> {
     /// Initial values: one more start; for a term, that it is fitted.
@@ -109,7 +109,7 @@ where
         prior
     }
 
-    /// Where the model of a fit with this prior begins: unknowns that are not known at zero.
+    /// The initial unknowns of the model of a fit with this prior; zero for those that are not known.
     pub(super) fn begin_values(&self, prior: &Prior<N, P>) -> [N; Q] {
         core::array::from_fn(|i| {
             let own = |values: &[Option<N>; P]| values.get(i).copied().flatten();
@@ -118,7 +118,7 @@ where
         })
     }
 
-    /// Whether a fit has an initial value of one of the parameters.
+    /// True if a fit has an initial value of one of the parameters.
     pub(super) fn knows_a_parameter(prior: &Prior<N, P>) -> bool {
         let mut known = prior.initial.iter().zip(S::UNKNOWNS);
         known.any(|(initial, unknown)| initial.is_some() && unknown.term().is_none())
@@ -140,7 +140,7 @@ impl<N: Number, const P: usize> FitResult<N, P> {
     /// The usual size of a term of this servo, machine units of a sample.
     pub(crate) fn usual_size<S: IdentifiableSet<P>>(&self, unknown: Unknown) -> f64 {
         /// Friction is no less than this part of what the motion has of its kind.
-        const FINE: f64 = 0.1;
+        const LEAST_FRICTION: f64 = 0.1;
         let of = |wanted: Unknown| {
             let place = S::UNKNOWNS.iter().position(|&own| own == wanted);
             place.map_or(0.0, |i| self.parameters[i].to_f64())
@@ -148,9 +148,9 @@ impl<N: Number, const P: usize> FitResult<N, P> {
         let acceleration = self.acceleration.to_f64();
         let bandwidth = self.bandwidth.to_f64().max(f64::MIN_POSITIVE);
         unknown.usual_size(|share: f64| UsualSizes {
-            coulomb: share * of(Unknown::Coulomb).max(FINE * acceleration),
+            coulomb: share * of(Unknown::Coulomb).max(LEAST_FRICTION * acceleration),
             other: PerQuantity {
-                rate: share * of(Unknown::A).max(FINE * bandwidth),
+                rate: share * of(Unknown::A).max(LEAST_FRICTION * bandwidth),
                 gain: share * of(Unknown::B),
                 acceleration: share * acceleration,
                 // Of the time in which the loop settles, at least a sample.

@@ -38,12 +38,12 @@ impl<N: Number, I: KnownInputs<N>, const W: usize> Record<N, I, W> {
         self.count
     }
 
-    /// Whether the record is full, and the next block replaces the oldest.
+    /// True if the record is full, and the next block replaces the oldest.
     pub(super) fn is_full(&self) -> bool {
         self.count == W
     }
 
-    /// What is known at the first block.
+    /// The known inputs at the first block.
     pub(super) fn before(&self) -> &I {
         &self.before
     }
@@ -53,7 +53,7 @@ impl<N: Number, I: KnownInputs<N>, const W: usize> Record<N, I, W> {
         self.before.place(angle, position);
     }
 
-    /// How far the servo moved to and fro in the last blocks.
+    /// The distance travelled to and fro in the last blocks.
     pub(super) fn path(&self, blocks: usize) -> N {
         let mut path = N::ZERO;
         for index in self.count.saturating_sub(blocks)..self.count {

@@ -107,7 +107,7 @@ impl<N: Number> Recorder<N> {
         self.velocity
     }
 
-    /// Whether the block of a number was recorded since recording last began.
+    /// True if the block of a number was recorded since recording last began.
     pub(crate) fn has_recorded(&self, number: u32) -> bool {
         number.wrapping_sub(self.first) < self.next.wrapping_sub(self.first)
     }

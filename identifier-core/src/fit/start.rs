@@ -14,7 +14,7 @@ where
     const INITIAL: [f64; 2] = [0.288_675, 1e3];
 
     /// Factors on the gain that the amplitudes suggest: further starts where nothing better is known.
-    pub(super) const LADDER: [f64; 5] = [1.0, 0.2, 5.0, 0.03, 30.0];
+    pub(super) const GAIN_FACTORS: [f64; 5] = [1.0, 0.2, 5.0, 0.03, 30.0];
 
     /// The unknowns to start from.
     pub(super) fn begin_start(&self, fit: &mut Fit<N, S::Inputs<N>, P, Q>, start: u32) {
@@ -28,7 +28,7 @@ where
             if !Self::knows_a_parameter(&fit.prior) {
                 fit.next = fit.blocks;
                 fit.this = None;
-                fit.passes = Self::PASSES;
+                fit.passes = Self::MAX_PASSES;
                 return;
             }
             for (value, initial) in trial.iter_mut().zip(fit.prior.initial) {
@@ -37,7 +37,7 @@ where
         }
         if let Some(&factor) = start
             .checked_sub(3)
-            .and_then(|step| Self::LADDER.get(step as usize))
+            .and_then(|step| Self::GAIN_FACTORS.get(step as usize))
         {
             trial = [N::ZERO; Q];
             trial[B] = suggested * N::from_f64(factor);

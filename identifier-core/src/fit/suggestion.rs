@@ -5,7 +5,7 @@ use crate::number::Number;
 use crate::parameters::Term;
 
 /// The least part of the errors that a term must explain, what the estimates explain set aside.
-const SHARE: f64 = 0.01;
+const MIN_SHARE: f64 = 0.01;
 
 impl<N, S, const P: usize, const Q: usize> Fitter<N, S, P, Q>
 where
@@ -19,7 +19,7 @@ where
         })
     }
 
-    /// Whether there is one.
+    /// True if there is one.
     pub(super) fn has_candidates(&self, prior: &Prior<N, P>) -> bool {
         S::HAS_TERMS && self.candidates(prior).next().is_some()
     }
@@ -44,7 +44,7 @@ where
         };
         self.candidates(&fit.prior)
             .map(|term| (term, explained_with(term)))
-            .filter(|&(_, share)| share > SHARE)
+            .filter(|&(_, share)| share > MIN_SHARE)
             .max_by(|(_, one), (_, other)| one.total_cmp(other))
             .map(|(term, _)| term)
     }

@@ -2,9 +2,9 @@ use super::block::Block;
 use crate::number::Number;
 
 /// The shortest travel from which anything can be learnt, counts.
-pub(crate) const MOVED: f64 = 8.0;
+pub(crate) const MIN_TRAVEL_COUNTS: f64 = 8.0;
 
-/// What the record shows without a model.
+/// Figures of the record without a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Survey<N> {
     pub(super) path: N,
@@ -30,8 +30,8 @@ impl<N: Number> Survey<N> {
 
     pub(super) fn observe(&mut self, block: &Block<N>) {
         /// A reversal is a travel back of more counts than an edge of the encoder can produce at rest.
-        const BACK: f64 = 2.0;
-        let back = N::from_f64(BACK);
+        const REVERSAL_COUNTS: f64 = 2.0;
+        let back = N::from_f64(REVERSAL_COUNTS);
         self.path += block.travel.magnitude();
         self.travel_square += block.travel * block.travel;
         self.command += block.command;

@@ -18,16 +18,16 @@ where
     S: IdentifiableSet<P>,
 {
     /// A pass that changes the cost by less than this fraction is the last.
-    const ENOUGH: f64 = 1e-4;
+    const MIN_CHANGE: f64 = 1e-4;
 
     /// Judges the pass; true if it was the last from this start.
     pub(super) fn end_pass(&self, fit: &mut Fit<N, S::Inputs<N>, P, Q>) -> bool {
-        if fit.passes >= Self::PASSES {
+        if fit.passes >= Self::MAX_PASSES {
             return true;
         }
         let least = fit.this.as_ref().map(|best| best.pass.equations.cost());
         let cost = fit.pass.equations.cost();
-        let judged = judge(cost, least, Self::ENOUGH, &mut fit.damping);
+        let judged = judge(cost, least, Self::MIN_CHANGE, &mut fit.damping);
         if judged.helped {
             fit.this = Some(Best {
                 unknowns: fit.trial,
@@ -38,7 +38,7 @@ where
         let Some(best) = &fit.this else {
             return true;
         };
-        if judged.was_little || fit.passes >= Self::PASSES {
+        if judged.was_little || fit.passes >= Self::MAX_PASSES {
             return true;
         }
         fit.trial = self.next_trial(

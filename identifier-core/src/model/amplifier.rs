@@ -1,6 +1,6 @@
 use crate::number::Number;
 
-/// What stands between a command and the servo, as far as it is known: dead band, then delay, then a
+/// The declared amplifier between a command and the servo: dead band, then delay, then a
 /// first-order current loop.
 ///
 /// A model that is driven by the mean of what acts over each sample is exact in velocity; within a
@@ -43,7 +43,7 @@ impl<N: Number, const L: usize> AmplifierState<N, L> {
     /// The longest delay that it can represent, samples.
     pub const LONGEST_DELAY: f64 = (L - 2) as f64;
 
-    /// The command of so many samples ago.
+    /// The command of some samples ago.
     #[inline]
     fn ago(&self, samples: usize) -> N {
         self.commands[self.last.wrapping_sub(samples) & (L - 1)]

@@ -5,7 +5,7 @@ use crate::units::Units;
 /// The feedback on the output error ε that keeps the model close to the servo. It is the identifier's
 /// own.
 pub trait Correction<N: Number>: Copy + core::fmt::Debug {
-    /// What it remembers between samples.
+    /// Its state between samples.
     type State: Copy + core::fmt::Debug + PartialEq;
 
     /// An empty integral.

@@ -15,7 +15,7 @@ pub struct FrictionStep<N> {
     halves: [N; 3],
 }
 
-/// What friction did during a sample.
+/// The phase of friction during a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Phase<N> {

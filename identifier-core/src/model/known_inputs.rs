@@ -3,13 +3,13 @@ use core::fmt::Debug;
 use super::terms::TermValues;
 use crate::number::Number;
 
-/// What acts on the model over a sample, as far as it is known without the model: the command behind
+/// The known inputs of the model over a sample: the command behind
 /// dead band and delay, and functions of the measured angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Acting<N> {
     /// Mean of the command that acts, command units.
     pub command: N,
-    /// How much further a unit of gain goes within the sample because the command came earlier than
+    /// The additional distance per unit of gain within the sample because the command came earlier than
     /// evenly spread: f (1 − f) (u₁ − u₀)/2 where u₁ acts for a part f and then u₀; command units.
     pub lead: N,
     /// ∂`command`/∂τ, command units per sample.
@@ -35,7 +35,7 @@ impl<N: Number> Acting<N> {
     }
 }
 
-/// What a model needs to know about the angle.
+/// The angle's revolution and the order of the ripple, for a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AngleSettings<N> {
     /// Position units of a revolution; zero for an axis without angle, or a model that needs none.
@@ -57,7 +57,7 @@ impl<N: Number> AngleSettings<N> {
         order: N::ZERO,
     };
 
-    /// A revolution of so many position units and the order of the ripple; without a revolution there
+    /// A revolution in position units and the order of the ripple; without a revolution there
     /// is no angle.
     #[must_use]
     pub fn new(revolution: f64, order: f64) -> Self {
@@ -130,7 +130,7 @@ pub struct DelayedInputs<N, const L: usize> {
 }
 
 impl<N: Number, const L: usize> DelayedInputs<N, L> {
-    /// The command of so many samples ago behind the dead band, and its derivative by the dead band.
+    /// The command of some samples ago behind the dead band, and its derivative by the dead band.
     #[inline]
     fn behind_dead_band(&self, ago: usize, dead_band: N) -> (N, N) {
         let command = self.commands[self.last.wrapping_sub(ago) & (L - 1)];

@@ -30,7 +30,7 @@ pub struct ModelLoop<N, V, C> {
     step: FrictionStep<N>,
 }
 
-/// What the model loop remembers between samples.
+/// The state of the model loop between samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModelState<N, F, C> {
     output_error: N,
@@ -42,7 +42,7 @@ pub struct ModelState<N, F, C> {
     regressor: RegressorFilter<F>,
 }
 
-/// What acted on the model over the sample just passed.
+/// The inputs of the model over the sample just passed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Acted<N> {
     command: N,
@@ -58,7 +58,7 @@ struct RegressorFilter<F> {
     moving: F,
 }
 
-/// What a sample shows, machine units.
+/// The observation of a sample, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Observed<N, const P: usize> {
     /// Output error ε = q − q_e.
@@ -226,7 +226,7 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
     /// Sets the model to the servo's position during standstill; the correction's integral is kept.
     ///
     /// Real friction yields elastically before it breaks away, and creeps: the position within the
-    /// friction's band at which a servo comes to rest tells nothing of its parameters, and a
+    /// friction's band at which a servo comes to rest contains no information on its parameters, and a
     /// difference there would be an output error at the start of the next motion.
     #[inline]
     pub fn hold_at_measurement(&self, state: &mut ModelState<N, V::State, C::State>) {

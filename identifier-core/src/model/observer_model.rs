@@ -123,7 +123,7 @@ impl<N: Number> ObserverModel<N> {
         })
     }
 
-    /// Whether friction holds the model throughout a sample; if so, the sample is done: only the
+    /// True if friction holds the model throughout a sample; the sample is done then: only the
     /// correction moves the model.
     #[inline]
     pub fn rest<S: UnknownSet<P>, const P: usize>(
@@ -207,12 +207,12 @@ impl<N: Number> ObserverModel<N> {
     }
 }
 
-/// What acts on a model over a sample.
+/// Accelerations of a model over a sample.
 struct Push<N> {
     /// Acceleration but for Coulomb friction.
     drive: N,
     coulomb: N,
-    /// How much further it goes because the command came earlier than evenly spread.
+    /// The additional distance because the command came earlier than evenly spread.
     lead: N,
     bell: N,
 }
@@ -233,7 +233,7 @@ pub struct SlidingStep<N> {
 pub struct ModelStep<N> {
     /// The distance, counts.
     pub displacement: N,
-    /// What friction did.
+    /// The phase of friction.
     pub phase: Phase<N>,
     /// As in [`SlidingStep`].
     pub bell: N,
@@ -259,8 +259,8 @@ fn drive<N: Number, S: UnknownSet<P>, const P: usize>(
 #[inline]
 fn bell<N: Number>(x: N) -> N {
     /// Beyond this x² the result is below 10⁻⁸.
-    const FAR: f64 = 20.0;
-    let square = (x * x).limited(N::ZERO, N::from_f64(FAR));
+    const MAX_SQUARE: f64 = 20.0;
+    let square = (x * x).limited(N::ZERO, N::from_f64(MAX_SQUARE));
     let z = square * N::from_f64(0.125);
     let [half, third] = [1.0 / 2.0, 1.0 / 3.0].map(N::from_f64);
     let root = N::ONE + z * (N::ONE + half * z * (N::ONE + third * z));

@@ -30,7 +30,7 @@ impl<N: Number> TermValues<N> {
         dead_band: N::ZERO,
     };
 
-    /// What terms add to Coulomb friction, the bell being that of [`SlidingStep::bell`].
+    /// The addition of terms to Coulomb friction, the bell being that of [`SlidingStep::bell`].
     #[inline]
     pub(super) fn coulomb(&self, bell: N) -> N {
         self.low_speed * bell

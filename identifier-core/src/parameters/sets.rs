@@ -9,7 +9,7 @@ pub trait ParameterSet<const P: usize>: Copy + core::fmt::Debug {
     /// The parameters, in their order.
     const PARAMETERS: [Parameter; P];
 
-    /// Whether Coulomb friction is one of them.
+    /// Coulomb friction is one of them.
     const HAS_COULOMB: bool;
 }
 

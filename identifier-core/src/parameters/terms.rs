@@ -18,13 +18,13 @@ impl Terms {
         Self(self.0 | term.bit())
     }
 
-    /// Whether a term is one of them.
+    /// True if a term is one of them.
     #[must_use]
     pub const fn has(self, term: Term) -> bool {
         self.0 & term.bit() != 0
     }
 
-    /// Whether there is none.
+    /// True if there is none.
     #[must_use]
     pub const fn is_empty(self) -> bool {
         self.0 == 0

@@ -229,7 +229,7 @@ terms! {
 }
 
 impl Term {
-    /// Whether an unknown is one of its sizes.
+    /// True if an unknown is one of its sizes.
     pub(crate) fn is_of(self, unknown: Unknown) -> bool {
         unknown.term() == Some(self)
     }

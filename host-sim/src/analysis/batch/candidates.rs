@@ -22,13 +22,13 @@ const LIMITS: [f64; 3] = [0.35, 0.6, 0.85];
 const RESONANCES: [f64; 3] = [0.97, 1.0, 1.03];
 
 /// The periods of a ripple that the usual swing must pass, in radians.
-const PASSED: f64 = 1.0;
+const MIN_RIPPLE_SWING: f64 = 1.0;
 
 /// The part of a revolution that must be travelled for a force to go with the angle.
-const ANGLE: f64 = 0.02;
+const MIN_TRAVEL: f64 = 0.02;
 
 /// Samples that a period of a ripple must last at the usual velocity.
-const PERIOD: f64 = 8.0;
+const MIN_PERIOD_SAMPLES: f64 = 8.0;
 
 /// Plays that are tried, counts.
 const PLAYS: [f64; 3] = [3.0, 12.0, 48.0];
@@ -91,8 +91,10 @@ fn ripples(judged: &Judged<'_>, prepared: &Prepared) -> Vec<Vec<Effect>> {
     let resolution = prepared.plan.angle.resolution;
     let per_order = resolution * usual_velocity(judged, prepared);
     let swing = prepared.scales.position * judged.scenario.units().position() * resolution;
-    let shows =
-        |order: &f64| order * per_order * PERIOD < std::f64::consts::TAU && order * swing > PASSED;
+    let shows = |order: &f64| {
+        order * per_order * MIN_PERIOD_SAMPLES < std::f64::consts::TAU
+            && order * swing > MIN_RIPPLE_SWING
+    };
     let declared = judged.scenario.stated.identifier.terms.ripple_order;
     let others = ORDERS
         .into_iter()
@@ -103,9 +105,9 @@ fn ripples(judged: &Judged<'_>, prepared: &Prepared) -> Vec<Vec<Effect>> {
         .collect()
 }
 
-/// The servo travels enough of a revolution to tell a force that goes with the angle.
+/// True if the servo travels enough of a revolution to show a force that goes with the angle.
 fn travels(judged: &Judged<'_>, prepared: &Prepared) -> bool {
-    prepared.scales.position > ANGLE * judged.scenario.stated.identifier.terms.revolution
+    prepared.scales.position > MIN_TRAVEL * judged.scenario.stated.identifier.terms.revolution
 }
 
 /// Counts per sample.

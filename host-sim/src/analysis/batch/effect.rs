@@ -1,4 +1,4 @@
-//! What may move a servo: the model's own unknowns, and what it may lack. Each is an acceleration, or an
+//! Effects on a servo: the model's own unknowns, and effects that it may lack. Each is an acceleration, or an
 //! offset of the measured position, per unit of its size.
 
 use crate::verdict::Cause;
@@ -11,9 +11,9 @@ use identifier_core::units::Units;
 pub(super) enum Effect {
     /// One of the model's unknowns.
     Own(Unknown),
-    /// The command acts so many samples later than the model has it; its size is in these.
+    /// The command acts some samples later than the model has it; its size is in these.
     Later(usize),
-    /// The command passes a pole of so many samples.
+    /// The command passes a pole with a time constant in samples.
     CurrentLoop(f64),
     /// −exp(−(v/v_s)²) sign v, v_s in counts per sample.
     LowSpeed(f64),
@@ -27,11 +27,11 @@ pub(super) enum Effect {
     GainDrift,
     /// Of the Coulomb friction, over the stretch.
     FrictionDrift,
-    /// What of the command exceeds this does not act.
+    /// The excess of the command over this does not act.
     Limit(f64),
-    /// κ q̈ on the position, through a resonance of so many radians a sample; without one, at once.
+    /// κ q̈ on the position, through a resonance, radians a sample; without one, at once.
     Compliance(Option<f64>),
-    /// A play of so many counts between motor and encoder, in which the encoder's side stays where
+    /// A play between motor and encoder, counts, in which the encoder's side stays where
     /// it is; its size is in these.
     Play(f64),
     /// sin q on the position.
@@ -60,7 +60,7 @@ pub(super) struct Instant<'a> {
     pub(super) acceleration: f64,
 }
 
-/// What an effect remembers between samples.
+/// The state of an effect between samples.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Memory {
     position: f64,
@@ -160,11 +160,11 @@ impl Effect {
         })
     }
 
-    /// Whether an effect of this kind can have such a size, machine units; `swing` is the deviation of
+    /// True if an effect of this kind can have such a size, machine units; `swing` is the deviation of
     /// the position, counts.
     pub(super) fn can_be(self, size: f64, swing: f64) -> bool {
-        /// What is more than this part of the motion is no error of an encoder.
-        const OF_SWING: f64 = 0.1;
+        /// The largest error of an encoder, as a share of the motion.
+        const MAX_SWING_SHARE: f64 = 0.1;
         match self {
             Self::Own(Unknown::Coulomb | Unknown::DeadBand)
             | Self::Later(_)
@@ -172,8 +172,8 @@ impl Effect {
             | Self::Quadratic => size > 0.0,
             // What is above a limit is lost, all of it or some.
             Self::Limit(_) => size > 0.2,
-            Self::Play(_) => size > 0.0 && size < OF_SWING * swing,
-            Self::EccentricSine | Self::EccentricCosine => size.abs() < OF_SWING * swing,
+            Self::Play(_) => size > 0.0 && size < MAX_SWING_SHARE * swing,
+            Self::EccentricSine | Self::EccentricCosine => size.abs() < MAX_SWING_SHARE * swing,
             _ => true,
         }
     }

@@ -12,7 +12,7 @@ pub(super) struct Basis {
 
 impl Basis {
     /// A column of which less than this part is left, without those before it, depends on them.
-    const DEPENDENT: f64 = 1e-6;
+    const MIN_INDEPENDENT_SHARE: f64 = 1e-6;
 
     /// Of columns, in their order.
     pub(super) fn new(columns: Vec<Vec<f64>>) -> Self {
@@ -27,7 +27,7 @@ impl Basis {
                 *coefficient += again;
             }
             let left = dot(&column, &column).sqrt();
-            let known = left.is_finite() && left > Self::DEPENDENT * whole;
+            let known = left.is_finite() && left > Self::MIN_INDEPENDENT_SHARE * whole;
             coefficients.push(if known { left } else { 0.0 });
             basis.triangle.push(coefficients);
             basis.directions.push(known.then(|| {
@@ -74,7 +74,7 @@ impl Basis {
         rest
     }
 
-    /// How many columns it is of.
+    /// The number of its columns.
     pub(super) fn len(&self) -> usize {
         self.triangle.len()
     }
@@ -92,12 +92,12 @@ impl Basis {
         variances
     }
 
-    /// Whether a column tells something that those before it do not.
+    /// True if a column is independent of those before it.
     pub(super) fn is_known(&self, column: usize) -> bool {
         self.directions[column].is_some()
     }
 
-    /// The products of each direction with values, summed over so many groups of about equal length:
+    /// The products of each direction with values, summed over groups of about equal length:
     /// one row a group.
     pub(super) fn in_groups(&self, values: &[f64], groups: usize) -> Vec<Vec<f64>> {
         let length = values.len().div_ceil(groups.max(1)).max(1);

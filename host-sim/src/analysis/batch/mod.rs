@@ -28,7 +28,7 @@ use pass::{Blocks, pass};
 use plan::Prepared;
 use whitening::Whitening;
 
-/// What is judged.
+/// The run that is judged.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Judged<'a> {
     pub(super) scenario: &'a Scenario,
@@ -40,7 +40,7 @@ pub(super) struct Judged<'a> {
     pub(super) unknowns: &'a [Unknown],
 }
 
-/// How much is looked at.
+/// The extent of a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Effort {
     /// Samples at most.
@@ -50,7 +50,7 @@ pub(super) struct Effort {
 }
 
 impl Effort {
-    /// For a result that somebody waits for.
+    /// For a single result.
     pub(super) const THOROUGH: Self = Self {
         samples: 1 << 17,
         blocks: 1 << 14,
@@ -62,25 +62,25 @@ impl Effort {
     };
 }
 
-/// What the end of a run says.
+/// The evidence of the end of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Batch {
     /// Of every unknown that is estimated.
     pub(super) unknowns: Vec<Asked>,
     /// The output error of the model.
     pub residual: Residual,
-    /// What the model may lack, by how much of the output error it explains, most first; nothing
+    /// Effects that the model may lack, by the part of the output error that they explain, most first; empty
     /// where the output error is the encoder's.
     pub findings: Vec<Finding>,
-    /// What unknowns act beside.
+    /// The usual sizes beside which unknowns act.
     pub(super) scales: Scales,
 }
 
-/// What a batch says of an unknown, SI.
+/// A batch's evidence on an unknown, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Asked {
     pub(super) unknown: Unknown,
-    /// How far one step of Gauss and Newton would move it.
+    /// The step of Gauss and Newton in it.
     pub(super) pull: f64,
     /// Infinite where the motion says nothing of it.
     pub(super) std_error: f64,
@@ -91,7 +91,7 @@ pub(super) struct Asked {
 pub struct Residual {
     /// Root mean square, rad.
     pub rms: f64,
-    /// What rounding to the encoder's resolution alone would leave, rad.
+    /// Root mean square of rounding to the encoder's resolution alone, rad.
     pub resolution_rms: f64,
     /// Correlation from sample to sample.
     pub correlation: f64,
@@ -99,26 +99,26 @@ pub struct Residual {
 
 impl Residual {
     /// Output error beyond this many times the encoder's is not the encoder's.
-    const BEYOND_ENCODER: f64 = 1.5;
+    const MAX_ENCODER_RATIO: f64 = 1.5;
     /// Correlation beyond this is not that of rounding.
-    const COLOURED: f64 = 0.3;
+    const MAX_CORRELATION: f64 = 0.3;
 
-    /// Whether the encoder's resolution accounts for the output error.
+    /// True if the encoder's resolution accounts for the output error.
     #[must_use]
     pub fn is_the_encoders(&self) -> bool {
         !self.is_large() && !self.is_coloured()
     }
 
-    /// Whether it is more than the encoder's resolution leaves.
+    /// True if it is more than the encoder's resolution leaves.
     #[must_use]
     pub fn is_large(&self) -> bool {
-        self.rms > Self::BEYOND_ENCODER * self.resolution_rms
+        self.rms > Self::MAX_ENCODER_RATIO * self.resolution_rms
     }
 
-    /// Whether it is correlated from sample to sample.
+    /// True if it is correlated from sample to sample.
     #[must_use]
     pub fn is_coloured(&self) -> bool {
-        self.correlation > Self::COLOURED
+        self.correlation > Self::MAX_CORRELATION
     }
 }
 
@@ -149,14 +149,14 @@ impl Scales {
     }
 }
 
-/// How much of an encoder's rounding may go with the motion, as if it were no noise at all, where the
+/// The share of an encoder's rounding that may go with the motion, as if it were no noise at all, where the
 /// position's deviation is one count: what no length of a run averages out. It falls with the square
 /// root of the deviation, as the first harmonic of a rounded sine does (the asymptote of Bessel's
 /// function).
-const SYSTEMATIC: f64 = 0.3;
+const SYSTEMATIC_ROUNDING: f64 = 0.3;
 
-/// Where resonances are looked for, over the bandwidth of the correction.
-const ABOVE_MOTION: f64 = 3.0;
+/// The lowest frequency at which resonances are looked for, over the bandwidth of the correction.
+const LOWEST_RESONANCE: f64 = 3.0;
 
 /// Groups of samples from which standard errors are taken.
 const GROUPS: usize = 32;
@@ -187,7 +187,7 @@ impl Batch {
             Vec::new()
         } else {
             let block = prepared.plan.block as f64;
-            let from = ABOVE_MOTION * prepared.plan.omega * block;
+            let from = LOWEST_RESONANCE * prepared.plan.omega * block;
             let ringing =
                 ringing::frequency(&fit.unexplained, from).map(|per_block| per_block / block);
             let candidates = candidates::of(judged, &prepared, residual.is_large(), ringing);
@@ -209,11 +209,11 @@ struct Fit {
     whitening: Whitening,
     /// The unknowns' columns, whitened.
     own: Basis,
-    /// How far the unknowns would move.
+    /// The step of the unknowns.
     step: Vec<f64>,
-    /// What the unknowns leave of the output error, unwhitened.
+    /// The output error that the unknowns leave, unwhitened.
     unexplained: Vec<f64>,
-    /// What is left of the whitened output error then.
+    /// The whitened output error that they leave.
     rest: Vec<f64>,
     std_errors: Vec<f64>,
 }
@@ -265,7 +265,8 @@ fn std_errors(own: &Basis, plain: &Basis, rest: &[f64], swing: f64) -> Vec<f64> 
         }
     }
     let by_noise = own.variances();
-    let rounding = SYSTEMATIC * SYSTEMATIC / swing.max(1.0) / 12.0 * rest.len() as f64;
+    let rounding =
+        SYSTEMATIC_ROUNDING * SYSTEMATIC_ROUNDING / swing.max(1.0) / 12.0 * rest.len() as f64;
     let by_rounding = plain.variances();
     (0..count)
         .map(|i| {

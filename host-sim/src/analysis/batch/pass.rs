@@ -12,7 +12,7 @@ use crate::analysis::stretch::Kept;
 /// A stretch of a run, machine units.
 #[derive(Debug, Clone)]
 pub(super) struct Recorded {
-    /// Positions, counts from the first; where a motion begins, it goes on from the last position.
+    /// Positions, counts from the first; where a motion begins, it continues from the last position.
     pub(super) positions: Vec<f64>,
     /// Positions as they are, counts.
     angles: Vec<f64>,
@@ -23,7 +23,7 @@ pub(super) struct Recorded {
 }
 
 impl Recorded {
-    /// Of samples, in so many counts per rad, behind a declared amplifier.
+    /// Of samples, with the counts per rad, behind a declared amplifier.
     pub(super) fn of(
         samples: impl Iterator<Item = Kept>,
         per_rad: f64,
@@ -72,7 +72,7 @@ pub(super) struct Plan {
     pub(super) settling: usize,
 }
 
-/// What a pass leaves: means over blocks.
+/// The result of a pass: means over blocks.
 #[derive(Debug, Clone)]
 pub(super) struct Blocks {
     /// Of the output error, counts.
@@ -159,8 +159,8 @@ pub(super) fn pass(recorded: &Recorded, plan: &Plan, effects: &[Effect]) -> Bloc
 
 /// The velocity at the first sample, counts per sample: over a time in which it hardly changes.
 fn beginning(positions: &[f64], omega: f64) -> f64 {
-    const PART: f64 = 0.3;
-    let span = ((PART / omega) as usize)
+    const CHANGE: f64 = 0.3;
+    let span = ((CHANGE / omega) as usize)
         .clamp(1, 100)
         .min(positions.len() - 1);
     (positions[span] - positions[0]) / span.max(1) as f64

@@ -19,22 +19,22 @@ pub(super) struct Prepared {
 }
 
 /// Samples without which nothing is looked at.
-const FEWEST: usize = 100;
+const MIN_SAMPLES: usize = 100;
 
 /// The bandwidth of the correction relative to how fast the velocity changes: slow enough to let the
 /// model show what it is, fast enough to keep it with the servo.
-const BANDWIDTH: f64 = 0.5;
+const BANDWIDTH_RATIO: f64 = 0.5;
 
 /// The fastest correction, and the slowest that a stretch has time for, as ω T and ω times its length.
-const FASTEST: f64 = 0.1;
-const SLOWEST: f64 = 40.0;
+const MAX_OMEGA: f64 = 0.1;
+const MIN_OMEGA_LENGTH: f64 = 40.0;
 
 /// The time in which the model and its tangents find the servo, over 1/ω, and the most of a stretch.
-const SETTLING: f64 = 6.0;
-const MOST_SETTLING: usize = 4;
+const SETTLING_TIME: f64 = 6.0;
+const MAX_SETTLING_DIVISOR: usize = 4;
 
 /// The longest block of samples, relative to 1/ω.
-const BLOCK: f64 = 0.15;
+const MAX_BLOCK: f64 = 0.15;
 
 /// The largest a T that the core's step is meant for.
 const LARGEST_RATE: f64 = 0.5;
@@ -55,7 +55,7 @@ impl Prepared {
             ..
         } = &recorded;
         let values = values(judged)?;
-        if positions.len() < FEWEST {
+        if positions.len() < MIN_SAMPLES {
             return None;
         }
         let mut command = Statistics::default();
@@ -64,10 +64,10 @@ impl Prepared {
             velocity(positions, values.parameters.gain, command.deviation()?)?,
             values.parameters.gain.abs() * command.deviation()?,
         );
-        let slowest = (SLOWEST / positions.len() as f64).min(FASTEST);
-        let omega = (BANDWIDTH * acceleration / velocity).clamp(slowest, FASTEST);
+        let slowest = (MIN_OMEGA_LENGTH / positions.len() as f64).min(MAX_OMEGA);
+        let omega = (BANDWIDTH_RATIO * acceleration / velocity).clamp(slowest, MAX_OMEGA);
         let samples = positions.len();
-        let block = ((BLOCK / omega) as usize)
+        let block = ((MAX_BLOCK / omega) as usize)
             .clamp(1, 8)
             .max(samples.div_ceil(effort.blocks));
         let mut position = Statistics::default();
@@ -79,7 +79,7 @@ impl Prepared {
                 omega,
                 usual_command: command.deviation()?.max(f64::MIN_POSITIVE),
                 block,
-                settling: ((SETTLING / omega) as usize).min(samples / MOST_SETTLING),
+                settling: ((SETTLING_TIME / omega) as usize).min(samples / MAX_SETTLING_DIVISOR),
             },
             scales: Scales {
                 velocity: velocity / units.velocity(),
@@ -94,8 +94,8 @@ impl Prepared {
 
 /// The deviation of the velocity, counts per sample, over spans in which it hardly changes.
 fn velocity(positions: &[f64], gain: f64, command: f64) -> Option<f64> {
-    const SPAN: f64 = 0.3;
-    const LONGEST: usize = 200;
+    const CHANGE: f64 = 0.3;
+    const MAX_SPAN: usize = 200;
     let over = |span: usize| {
         let mut velocity = Statistics::default();
         for pair in positions.windows(span + 1).step_by(span.div_ceil(4)) {
@@ -104,8 +104,8 @@ fn velocity(positions: &[f64], gain: f64, command: f64) -> Option<f64> {
         velocity.deviation().filter(|deviation| *deviation > 0.0)
     };
     let rough = over(5)?;
-    let span = (SPAN * rough / (gain.abs() * command)) as usize;
-    over(span.clamp(1, LONGEST.min(positions.len() / 4)))
+    let span = (CHANGE * rough / (gain.abs() * command)) as usize;
+    over(span.clamp(1, MAX_SPAN.min(positions.len() / 4)))
 }
 
 /// The command that one sample in a thousand exceeds.
@@ -146,7 +146,7 @@ fn values(judged: &Judged<'_>) -> Option<ModelValues<f64>> {
     sound.then_some(values)
 }
 
-/// What is declared of the amplifier, and is no term: dead band, then current loop. The delay is the
+/// The amplifier's declared effects that are no term: dead band, then current loop. The delay is the
 /// model's, which knows what more of it would do.
 fn amplifier(judged: &Judged<'_>) -> Amplifier<f64> {
     let declared = &judged.scenario.stated.identifier.terms;

@@ -6,8 +6,8 @@ const PER_OCTAVE: f64 = 24.0;
 /// The frequency of the highest peak of a signal's power from a frequency on, radians a sample: the
 /// highest that is higher than both its neighbours.
 pub(super) fn frequency(signal: &[f64], from: f64) -> Option<f64> {
-    const HIGHEST: f64 = 0.9 * std::f64::consts::PI;
-    let octaves = (HIGHEST / from).log2().max(0.0);
+    const MAX_FREQUENCY: f64 = 0.9 * std::f64::consts::PI;
+    let octaves = (MAX_FREQUENCY / from).log2().max(0.0);
     let powers: Vec<(f64, f64)> = (0..=(octaves * PER_OCTAVE) as u32)
         .map(|k| from * (f64::from(k) / PER_OCTAVE).exp2())
         .map(|frequency| (frequency, power(signal, frequency)))

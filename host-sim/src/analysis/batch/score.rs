@@ -26,7 +26,7 @@ pub struct Finding {
     pub size: f64,
     /// The unit of the size.
     pub unit: &'static str,
-    /// How far it would move each unknown, SI.
+    /// The shift of each unknown in a model that has it, SI.
     #[serde(serialize_with = "by_name")]
     pub shifts: Vec<(Unknown, f64)>,
 }
@@ -52,7 +52,7 @@ fn by_name<S: Serializer>(shifts: &[(Unknown, f64)], serializer: S) -> Result<S:
     named.serialize(serializer)
 }
 
-/// What each cause's best candidate explains, most first.
+/// The best candidate of each cause, by the share that it explains, most first.
 pub(super) fn of(
     judged: &Judged<'_>,
     fit: &Fit,
@@ -91,7 +91,7 @@ fn finding(
     columns: &[&Vec<f64>],
 ) -> Option<Finding> {
     /// A candidate of which less than this part is left, without the unknowns, is one of them.
-    const SAME: f64 = 1e-4;
+    const MIN_INDEPENDENT_SHARE: f64 = 1e-4;
     let mut coefficients = Vec::new();
     let mut own_parts = Vec::new();
     for column in columns {
@@ -99,7 +99,7 @@ fn finding(
         let whole = dot(&left, &left).sqrt();
         own_parts.push(fit.own.take_from(&mut left));
         let apart = dot(&left, &left).sqrt();
-        if !apart.is_finite() || apart <= SAME * whole {
+        if !apart.is_finite() || apart <= MIN_INDEPENDENT_SHARE * whole {
             return None;
         }
         coefficients.push(left);

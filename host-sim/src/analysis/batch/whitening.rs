@@ -13,9 +13,9 @@ impl Whitening {
     pub(super) fn of(values: &[f64]) -> Self {
         /// A part of the variance that is taken for white, so that what is hardly noise at all does
         /// not make the equations singular.
-        const WHITE: f64 = 1e-6;
+        const WHITE_SHARE: f64 = 1e-6;
         let lagged = |lag: usize| dot(values, &values[lag.min(values.len())..]);
-        let (whole, first, second) = (lagged(0) * (1.0 + WHITE), lagged(1), lagged(2));
+        let (whole, first, second) = (lagged(0) * (1.0 + WHITE_SHARE), lagged(1), lagged(2));
         let determinant = whole * whole - first * first;
         if determinant.is_nan() || determinant <= 0.0 {
             return Self {

@@ -27,7 +27,7 @@ pub(super) struct Explained<N: Number, S: IdentifiableSet<P>, const P: usize> {
     pub(super) bandwidth: N,
     /// Root mean square of the acceleration that the command gives, counts per sample².
     pub(super) acceleration: N,
-    /// Whether the motion never reversed.
+    /// The motion never reversed.
     pub(super) one_way: bool,
 }
 
@@ -143,7 +143,7 @@ where
         }
     }
 
-    /// Whether the recursion is to start from a fit result: it does not run yet, or it has diverged.
+    /// True if the recursion is to start from a fit result: it does not run yet, or it has diverged.
     fn is_due(
         &self,
         state: &GaussNewtonRecursionState<N, S, P>,
@@ -152,7 +152,7 @@ where
         state.recursion.mode == Mode::Recording || self.corrects(state, result)
     }
 
-    /// Whether a new fit shows that the estimates have diverged: it explains the servo, or at least
+    /// True if a new fit shows that the estimates have diverged: it explains the servo, or at least
     /// twice as much as the fit before. A fit to motion in one direction covers half of the friction,
     /// and always explains that better than the estimates explain all data: its b must differ too.
     fn corrects(
@@ -161,13 +161,14 @@ where
         result: &Explained<N, S, P>,
     ) -> bool {
         /// The relative difference from which b counts as different.
-        const APART: f64 = 0.2;
+        const MIN_GAIN_DIFFERENCE: f64 = 0.2;
         let gain_of =
             |estimates: &[N; P]| ModelValues::from_values::<S, P>(estimates).parameters.gain;
         let better = result.unexplained < self.unexplained
             || result.unexplained + result.unexplained < state.usual;
         let gain = gain_of(&state.recursion.law.estimates());
-        let apart = (gain_of(&result.estimates) - gain).magnitude() > N::from_f64(APART) * gain;
+        let apart = (gain_of(&result.estimates) - gain).magnitude()
+            > N::from_f64(MIN_GAIN_DIFFERENCE) * gain;
         better && (apart || !result.one_way)
     }
 }

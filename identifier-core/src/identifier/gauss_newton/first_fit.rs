@@ -18,7 +18,7 @@ pub struct GaussNewtonFitter<N, S, const P: usize, const W: usize = 256> {
     pub(crate) set: PhantomData<S>,
 }
 
-/// What the background's half remembers: the record and the fit under way.
+/// The state of the background's half: the record and the fit under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewtonFitterState<N, const W: usize = 256> {
     fits: Fits<N, W>,
@@ -31,7 +31,7 @@ where
     N: Number,
     S: IdentifiableSet<P>,
 {
-    /// Whether a recursion can start from a fit result. It waits for a motion in both directions,
+    /// True if a recursion can start from a fit result. It waits for a motion in both directions,
     /// which separates friction from load.
     fn is_good(result: &FitResult<N>, full: bool) -> bool {
         if full {
@@ -41,7 +41,7 @@ where
         }
     }
 
-    /// Of d − c sign(q̇), which is all that motion in one direction tells, makes c as much as it can be
+    /// Of d − c sign(q̇), which is all that motion in one direction shows, makes c as much as it can be
     /// and d the rest, so that where the fit happened to end does not matter.
     fn take_all_for_friction(&self, estimates: &mut [N; P], direction: N) {
         let mut resistance = N::ZERO;
@@ -71,7 +71,7 @@ where
     fn explained(&self, result: &FitResult<N>) -> Explained<N, S, P> {
         /// The factor on the fit's covariance: its gradients were taken far from the truth, and its
         /// errors are not white.
-        const DOUBT: f64 = 4.0;
+        const COVARIANCE_FACTOR: f64 = 4.0;
         let places = S::UNKNOWNS.map(place_of);
         let scale = result.acceleration.to_f64();
         // Motion in one direction determines only d − c sign(q̇), not c and d separately.
@@ -87,7 +87,7 @@ where
                     return 0.0;
                 };
                 let entry = result.covariance.get(row).and_then(|row| row.get(column));
-                let known = DOUBT * entry.map_or(0.0, |entry| entry.to_f64());
+                let known = COVARIANCE_FACTOR * entry.map_or(0.0, |entry| entry.to_f64());
                 if S::HAS_COULOMB && one_way && self.free[i] && self.free[j] {
                     known + ambiguity(i) * ambiguity(j)
                 } else {

@@ -10,12 +10,12 @@ use crate::model::{KnownInputs, ModelValues, ObserverModel, Tangents};
 use crate::number::Number;
 use crate::parameters::{PerParameter, ServoParameters, Terms, Unknown};
 
-/// What the interrupt's half remembers between samples; what every sample needs comes first.
+/// The state of the interrupt's half between samples; what every sample needs comes first.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct GaussNewtonRecursionState<N: Number, S: IdentifiableSet<P>, const P: usize> {
     pub(super) recursion: Recursion<N, S, P>,
-    /// Whether samples are recorded for a fit.
+    /// Samples are recorded for a fit.
     pub(super) recording: bool,
     pub(super) recorder: Recorder<N>,
     /// The fit result from which the next sample continues.
@@ -38,7 +38,7 @@ where
     N: Number,
     S: IdentifiableSet<P>,
 {
-    /// Whether the recursion runs: the first fit has succeeded.
+    /// True if the recursion runs: the first fit has succeeded.
     #[must_use]
     pub fn is_running(&self, state: &GaussNewtonRecursionState<N, S, P>) -> bool {
         !matches!(state.recursion.mode, Mode::Recording)

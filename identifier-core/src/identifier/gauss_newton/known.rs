@@ -7,7 +7,7 @@ use crate::linalg::Factors;
 use crate::number::Number;
 use crate::parameters::{IdentifiedServo, Unknown};
 
-/// The motion in which a servo that is known already goes on being learnt.
+/// The motion in which a servo that is known already is identified further.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExpectedMotion {
     /// The bandwidth of the loop that moves it, rad/s.
@@ -23,7 +23,7 @@ where
     S: IdentifiableSet<P>,
 {
     /// The factor on the covariance of a fit: its errors are not white.
-    const DOUBT: f64 = 4.0;
+    const COVARIANCE_FACTOR: f64 = 4.0;
 
     /// Goes on from a servo that was identified, with its covariance, in place of a first fit. For the
     /// background: it converts from SI.
@@ -49,7 +49,7 @@ where
                     return 0.0;
                 };
                 let entry = servo.covariance.get(row).and_then(|row| row.get(column));
-                Self::DOUBT * entry.map_or(0.0, |entry| entry * scales[i] * scales[j])
+                Self::COVARIANCE_FACTOR * entry.map_or(0.0, |entry| entry * scales[i] * scales[j])
             })
         });
         let unexplained = servo.unexplained * units.position();

@@ -49,7 +49,7 @@ where
         }
     }
 
-    /// What acts from this sample to the next.
+    /// The inputs from this sample to the next.
     #[inline]
     pub(super) fn acting(
         &self,
@@ -169,14 +169,14 @@ where
         }
     }
 
-    /// Whether the output error has exceeded the encoder's for so long that a new fit is due, or b has
+    /// True if the output error has exceeded the encoder's for so long that a new fit is due, or b has
     /// gone far from what a fit found. If the last one was no better, the model lacks an effect, and
     /// the correction is made faster.
     #[inline]
     fn in_trouble(&self, state: &mut Recursion<N, S, P>, mean: N) -> bool {
         /// The factor to either side.
-        const FAR: f64 = 4.0;
-        let far = N::from_f64(FAR);
+        const MAX_GAIN_FACTOR: f64 = 4.0;
+        let far = N::from_f64(MAX_GAIN_FACTOR);
         let gain = self.values(state).parameters.gain;
         if gain * far < state.trusted_gain || gain > far * state.trusted_gain {
             return true;

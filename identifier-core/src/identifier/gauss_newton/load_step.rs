@@ -4,8 +4,8 @@ use crate::number::Number;
 /// Detects a step of the load by the mean of the output error.
 ///
 /// The model, corrected with the bandwidth ω, follows a load that changed by Δd with an output error
-/// that tends to Δd/ω². Its mean over [`LoadStepTest::MEAN`] is compared with
-/// [`LoadStepTest::DEVIATIONS`] times its standard deviation over [`LoadStepTest::UNREST`].
+/// that tends to Δd/ω². Its mean over [`LoadStepTest::MEAN_TIME`] is compared with
+/// [`LoadStepTest::MIN_DEVIATIONS`] times its standard deviation over [`LoadStepTest::DEVIATION_TIME`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LoadStepTest<N> {
     weight: N,
@@ -30,28 +30,28 @@ pub(super) struct Suspicion<N> {
 
 impl<N: Number> LoadStepTest<N> {
     /// The time of the mean, s.
-    const MEAN: f64 = 0.01;
+    const MEAN_TIME: f64 = 0.01;
 
     /// The time over which the standard deviation is taken, s.
-    const UNREST: f64 = 2.0;
+    const DEVIATION_TIME: f64 = 2.0;
 
     /// Standard deviations that a mean must be off.
-    const DEVIATIONS: f64 = 6.0;
+    const MIN_DEVIATIONS: f64 = 6.0;
 
     /// Standard deviations of a single sample that a mean must be off as well: in slow motion the
     /// rounding of a count, at most half of one, is not noise but correlated from sample to sample.
-    const SLOW: f64 = 2.5;
+    const MIN_SAMPLE_DEVIATIONS: f64 = 2.5;
 
     pub(crate) fn new(sample_time: f64, noise: f64) -> Self {
         let block = f64::from(GaussNewton::<N, 1>::BLOCK);
-        let weight = (block * sample_time / Self::MEAN).min(1.0);
+        let weight = (block * sample_time / Self::MEAN_TIME).min(1.0);
         Self {
             weight: N::from_f64(weight),
-            unrest_weight: N::from_f64((block * sample_time / Self::UNREST).min(0.1)),
+            unrest_weight: N::from_f64((block * sample_time / Self::DEVIATION_TIME).min(0.1)),
             floor: N::from_f64(noise / block * weight / (2.0 - weight)),
             cap: N::from_f64(9.0),
-            threshold: N::from_f64(Self::DEVIATIONS * Self::DEVIATIONS),
-            least: N::from_f64(Self::SLOW * Self::SLOW * noise),
+            threshold: N::from_f64(Self::MIN_DEVIATIONS * Self::MIN_DEVIATIONS),
+            least: N::from_f64(Self::MIN_SAMPLE_DEVIATIONS * Self::MIN_SAMPLE_DEVIATIONS * noise),
         }
     }
 

@@ -39,7 +39,7 @@ use crate::units::Units;
 pub type GaussNewtonIdentifier<N, S, const P: usize, const W: usize = 256> =
     Combined<GaussNewtonRecursion<N, S, P, W>, GaussNewtonFitter<N, S, P, W>>;
 
-/// What the identifier remembers between samples.
+/// The state of the identifier between samples.
 pub type GaussNewtonIdentifierState<N, S, const P: usize, const W: usize = 256> =
     CombinedState<GaussNewtonRecursionState<N, S, P>, GaussNewtonFitterState<N, W>>;
 
@@ -113,57 +113,57 @@ where
 
     /// The largest ω T of the correction: the output error then stays within a few per cent of
     /// the encoder's.
-    pub const WIDEST: f64 = 0.05;
+    pub const MAX_OMEGA: f64 = 0.05;
 
     /// The slowest correction, rad/s.
-    pub const SLOWEST: f64 = 3.0;
+    pub const MIN_BANDWIDTH: f64 = 3.0;
 
     /// The measured bandwidth is multiplied by this.
     pub const BANDWIDTH: f64 = 1.0;
 
     /// The bandwidth of the correction when the model joins a moving servo or the load is estimated
     /// anew, rad/s. It narrows as 1/ω = 1/ω₀ + t/6.
-    pub const FASTEST: f64 = 300.0;
+    pub const JOINING_BANDWIDTH: f64 = 300.0;
 
     /// 1/ω T grows by so much a sample then.
-    pub(crate) const NARROWING: f64 = 1.0 / 6.0;
+    pub(crate) const NARROWING_PER_SAMPLE: f64 = 1.0 / 6.0;
 
     /// The time in which the model joins the servo's motion, s.
-    pub const JOINING: f64 = 0.1;
+    pub const JOINING_TIME: f64 = 0.1;
 
     /// The time for which the load is estimated anew after a step, s.
-    pub const SEARCH: f64 = 0.1;
+    pub const SEARCH_TIME: f64 = 0.1;
 
     /// The time without a count after which the servo is at standstill, s.
-    pub const STANDING: f64 = 0.005;
+    pub const STANDSTILL_TIME: f64 = 0.005;
 
     /// The time for which friction may hold the model while the servo moves, s.
-    pub const HELD: f64 = 0.02;
+    pub const MAX_HELD_TIME: f64 = 0.02;
 
     /// The time after which a step of the load is an event by itself, s. More than four, each within
     /// that time of the last, are not steps of the load.
-    pub const ALARM: f64 = 0.5;
+    pub const ALARM_TIME: f64 = 0.5;
 
     /// The time after a reversal in which a deviation may be friction as well as a step of the load,
     /// s.
-    pub const REVERSAL: f64 = 0.1;
+    pub const REVERSAL_TIME: f64 = 0.1;
 
     /// The time constant with which the correction widens where the output error is more than twice
     /// the encoder's, s: the error of an incomplete model must not accumulate.
-    pub const WIDENING: f64 = 0.5;
+    pub const WIDENING_TIME: f64 = 0.5;
 
     /// The largest ω T of the correction then. The encoder's noise no longer matters.
-    pub const UNEXPLAINED_WIDEST: f64 = 0.15;
+    pub const MAX_UNEXPLAINED_OMEGA: f64 = 0.15;
 
     /// The largest standard deviation of a delay, s; at least four samples.
-    pub const DOUBTED_DELAY: f64 = 4e-3;
+    pub const MAX_DELAY_DEVIATION: f64 = 4e-3;
 
     /// The time for which the model must have moved in each direction before a term enters, and
     /// again before the next does, s.
-    pub const ENOUGH: f64 = 0.5;
+    pub const MIN_MOTION_TIME: f64 = 0.5;
 
     /// The time after which a servo that did not follow its command is learnt from again, s.
-    pub const WAITING: f64 = 0.5;
+    pub const WAITING_TIME: f64 = 0.5;
 }
 
 impl<N, S, const P: usize, const W: usize> GaussNewtonIdentifier<N, S, P, W>
@@ -175,7 +175,7 @@ where
     /// and that fit.
     pub const RECURSION_BYTES: usize = size_of::<Recursion<N, S, P>>();
 
-    /// Whether the recursion runs: the first fit has succeeded.
+    /// True if the recursion runs: the first fit has succeeded.
     #[must_use]
     pub fn is_running(&self, state: &GaussNewtonIdentifierState<N, S, P, W>) -> bool {
         self.recorder().is_running(&state.recorder)

@@ -3,7 +3,7 @@ use crate::adaptation::{GaussNewtonState, IdentifiableSet};
 use crate::model::{ObserverModel, Response, Tangents};
 use crate::number::Number;
 
-/// What runs every sample.
+/// The state of the half that runs every sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Recursion<N: Number, S: IdentifiableSet<P>, const P: usize> {
     pub(super) model: ObserverModel<N>,
@@ -32,7 +32,7 @@ pub(super) struct Recursion<N: Number, S: IdentifiableSet<P>, const P: usize> {
     /// The load before the steps of the present alarm.
     pub(super) trusted_load: N,
     pub(super) last_move: N,
-    /// How far the servo moved while friction held the model.
+    /// The distance that the servo moved while friction held the model.
     pub(super) slid: N,
     /// Samples for which friction has held the model.
     pub(super) held: u16,
@@ -46,9 +46,9 @@ pub(super) struct Recursion<N: Number, S: IdentifiableSet<P>, const P: usize> {
     /// Blocks since friction last stopped or turned the model.
     pub(super) straight: u8,
     pub(super) mode: Mode,
-    /// Whether a new fit was no better: the model lacks an effect of the servo.
+    /// A new fit was no better: the model lacks an effect of the servo.
     pub(super) lacking: bool,
-    /// Whether the deviation that is taken for the load may be friction as well.
+    /// The deviation that is taken for the load may be friction as well.
     pub(super) ambiguous: bool,
 }
 

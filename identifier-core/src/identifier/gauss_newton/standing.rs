@@ -62,18 +62,18 @@ where
     #[cold]
     fn release_model(&self, state: &mut Recursion<N, S, P>) -> bool {
         /// Counts that the servo must have moved meanwhile.
-        const GONE: f64 = 4.0;
+        const MIN_TRAVEL_COUNTS: f64 = 4.0;
         /// The factor on the friction.
-        const LEFT: f64 = 0.7;
+        const FRICTION_FACTOR: f64 = 0.7;
         let slid = state.slid;
         let held = core::mem::take(&mut state.held);
         state.slid = N::ZERO;
-        if slid.magnitude() < N::from_f64(GONE) {
+        if slid.magnitude() < N::from_f64(MIN_TRAVEL_COUNTS) {
             return false;
         }
         for (i, unknown) in S::UNKNOWNS.iter().enumerate() {
             if *unknown == Unknown::Coulomb {
-                let lowered = state.law.estimates()[i] * N::from_f64(LEFT);
+                let lowered = state.law.estimates()[i] * N::from_f64(FRICTION_FACTOR);
                 state.law.replace(i, lowered);
             }
         }

@@ -7,14 +7,14 @@ use crate::parameters::{PerQuantity, Term, Terms, Unknown, UsualSizes};
 
 /// The least part of the errors that a term must explain, what the estimates explain set aside, and
 /// the least square of the score over its variance.
-const SHARE: f64 = 0.01;
-const SIGNIFICANT: f64 = 30.0;
+const MIN_SHARE: f64 = 0.01;
+const MIN_SCORE: f64 = 30.0;
 
 /// The correlation of the errors from block to block above which a load wanders.
-const COLOURED: f64 = 0.8;
+const MIN_CORRELATION: f64 = 0.8;
 
 /// The factor on the variances of the estimates when a term enters: they contain what it explains.
-const DOUBT: f64 = 100.0;
+const VARIANCE_FACTOR: f64 = 100.0;
 
 impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
 where
@@ -36,7 +36,7 @@ where
         state.evidence.both_ways() >= self.enough && self.consider(state)
     }
 
-    /// Whether a term enters. The next question is asked after as much motion again.
+    /// Lets a term enter, and returns whether one has. The next test follows after as much motion again.
     #[cold]
     #[inline(never)]
     fn consider(&self, state: &mut Recursion<N, S, P>) -> bool {
@@ -77,7 +77,9 @@ where
         let mut best = None;
         let mut most = 0.0;
         let wanders = Term::WanderingLoad;
-        if absent(&wanders) && self.allowed.has(wanders) && state.evidence.correlation() > COLOURED
+        if absent(&wanders)
+            && self.allowed.has(wanders)
+            && state.evidence.correlation() > MIN_CORRELATION
         {
             // The last that is thought of: any other effect colours the errors too.
             best = Some(wanders);
@@ -90,7 +92,7 @@ where
             let with = state.evidence.left_by(&free_with(Some(term)))?;
             let share = (left - with) / left.max(f64::MIN_POSITIVE);
             let score = independent * share / (1.0 - share).max(f64::MIN_POSITIVE);
-            if share > SHARE && score > SIGNIFICANT && share > most {
+            if share > MIN_SHARE && score > MIN_SCORE && share > most {
                 most = share;
                 best = Some(term);
             }
@@ -105,7 +107,10 @@ where
         }
         let estimates = law.estimates();
         self.law.settle_anew(law);
-        law.doubt(N::from_f64(DOUBT), &self.most(omega, scale, &estimates));
+        law.doubt(
+            N::from_f64(VARIANCE_FACTOR),
+            &self.most(omega, scale, &estimates),
+        );
         for (i, &unknown) in S::UNKNOWNS.iter().enumerate() {
             if term.is_of(unknown) {
                 let deviation = Self::prior(unknown, omega, scale, &estimates);
@@ -117,8 +122,8 @@ where
     /// The standard deviation with which the size of a term enters: its usual size.
     fn prior(unknown: Unknown, omega: N, scale: N, estimates: &[N; P]) -> N {
         /// Friction is no less than this part of what the motion has of its kind.
-        const FINE: f64 = 0.1;
-        let fine = N::from_f64(FINE);
+        const LEAST_FRICTION: f64 = 0.1;
+        let fine = N::from_f64(LEAST_FRICTION);
         let parameters = ModelValues::from_values::<S, P>(estimates).parameters;
         let larger = |x: N, y: N| if x > y { x } else { y };
         unknown.usual_size(|share: N| UsualSizes {
@@ -134,7 +139,7 @@ where
         })
     }
 
-    /// What the terms that have entered were estimated as, in a law that starts from a new fit.
+    /// Keeps the estimates of the terms that have entered in a law that starts from a new fit.
     pub(super) fn keep_terms(
         &self,
         law: &mut GaussNewtonState<N, S, P>,

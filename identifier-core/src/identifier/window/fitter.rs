@@ -3,7 +3,7 @@ use core::marker::PhantomData;
 use super::super::halves::FitBlocks;
 use super::recorder::{Explained, WindowFitted};
 use crate::adaptation::IdentifiableSet;
-use crate::fit::{FitResult, Fits, Fitter, MOVED, NumberedBlock};
+use crate::fit::{FitResult, Fits, Fitter, MIN_TRAVEL_COUNTS, NumberedBlock};
 use crate::model::NoInputs;
 use crate::number::Number;
 use crate::parameters::{AbCoulombLoad, Term, Terms};
@@ -69,7 +69,7 @@ where
         let blocks = fits.blocks();
         blocks >= Self::LEAST_BLOCKS
             && fits.fresh() >= (blocks / 32).max(2)
-            && fits.fresh_path() >= N::from_f64(MOVED)
+            && fits.fresh_path() >= N::from_f64(MIN_TRAVEL_COUNTS)
     }
 
     /// Begins a fit: with the term that the last result suggests, if it does.
@@ -115,20 +115,20 @@ where
     /// than guessed and, if it was not demanded, differs from zero.
     fn admits(&self, before: Terms, result: &FitResult<N, U>) -> bool {
         /// The least square of a size over its variance.
-        const SIGNIFICANT: f64 = 30.0;
+        const MIN_SCORE: f64 = 30.0;
         /// The largest standard error of a size, over a usual size.
-        const KNOWN: f64 = 0.5;
+        const MAX_RELATIVE_ERROR: f64 = 0.5;
         let now = result.entered::<F>();
         let new = |term: &Term| now.has(*term) && !before.has(*term);
         Term::ALL.into_iter().filter(new).all(|term| {
             let mut own = (0..U).filter(|&i| term.is_of(F::UNKNOWNS[i]));
             let known = own.clone().all(|i| {
-                let most = KNOWN * result.usual_size::<F>(F::UNKNOWNS[i]);
+                let most = MAX_RELATIVE_ERROR * result.usual_size::<F>(F::UNKNOWNS[i]);
                 result.covariance[i][i].to_f64() < most * most
             });
             let significant = own.any(|i| {
                 let size = result.parameters[i].to_f64();
-                size * size > SIGNIFICANT * result.covariance[i][i].to_f64()
+                size * size > MIN_SCORE * result.covariance[i][i].to_f64()
             });
             known && (significant || self.fitter.demands(term))
         })
