@@ -246,7 +246,7 @@ impl Dice {
 }
 
 /// Peak memory of this process, bytes; `None` where the system does not report it.
-fn most_memory() -> Option<u64> {
+fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status
         .lines()
@@ -270,7 +270,7 @@ fn largest_of(piece: impl Fn(usize) -> String) {
     let begun = Instant::now();
     let outcome = Scenario::parse("s.toml", &text, Purpose::Run);
     let taken = begun.elapsed();
-    println!("{:?}: {taken:?}, {:?}", &piece(1), most_memory());
+    println!("{:?}: {taken:?}, {:?}", &piece(1), peak_memory());
     assert!(taken < MAX_READ_TIME, "{:?}: {taken:?}", piece(1));
     let answer = outcome.expect_err("it is no scenario").to_string();
     assert!(answer.starts_with("s.toml:"), "{answer}");
@@ -331,7 +331,7 @@ fn damaged_scenarios_are_read_or_refused() {
     largest_of(|i| format!("[x{i}]\n"));
     largest_of(|i| format!("{}1,", if i == 0 { "x = [" } else { "" }));
     largest_of(|i| format!("{}\"\\n\",", if i == 0 { "x = [" } else { "" }));
-    let memory = most_memory();
+    let memory = peak_memory();
     println!("{read} read, {refused} refused, slowest {slowest:?}, memory {memory:?}");
     assert!(
         read * 20 > refused && refused * 20 > read,
