@@ -4,14 +4,14 @@
 use core::hint::black_box;
 
 use identifier_core::Settings;
-use identifier_core::adaptation::IdentifiableSet;
 use identifier_core::excitation::Excitation;
+use identifier_core::identifier::IdentifiableSet;
 use identifier_core::identifier::{
-    FitBlocks, GaussNewtonFitted, GaussNewtonFitter, GaussNewtonFitterState, GaussNewtonRecursion,
-    Identify, NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState,
+    FitBlocks, GaussNewtonFitter, GaussNewtonRecursion, Identify, NumberedBlock, RecordBlocks,
+    ServoLoop, ServoLoopState,
 };
-use identifier_core::measurement::counter::Counter;
-use identifier_core::measurement::velocity::{LowPass, LowPassState};
+use identifier_core::measurement::LowPass;
+use identifier_core::measurement::{Counter, VelocityEstimate};
 use identifier_core::settings::{FromSettings, SettingsError};
 use virtual_servo::excitation::{BandLimitedWhiteNoise, BandLimitedWhiteNoiseState};
 use virtual_servo::{Encoder, Plant};
@@ -22,8 +22,10 @@ use crate::paper;
 type Filter = LowPass<f32>;
 /// The PID with an identifier.
 pub type Loop<I> = ServoLoop<f32, Filter, I>;
-type GaussNewton<S, const P: usize> = GaussNewtonRecursion<f32, S, P, 64>;
-type Fitter<S, const P: usize> = GaussNewtonFitter<f32, S, P, 64>;
+/// Gauss–Newton's half in the interrupt.
+pub type GaussNewton<S, const P: usize> = GaussNewtonRecursion<f32, S, P, 64>;
+/// Its half in the background.
+pub type Fitter<S, const P: usize> = GaussNewtonFitter<f32, S, P, 64>;
 
 /// Samples before the count begins.
 pub const STARTING: u32 = 500;
@@ -109,7 +111,7 @@ pub struct Single<I: Identify<f32>> {
     /// The loop.
     pub servo_loop: Loop<I>,
     /// Its state.
-    pub state: ServoLoopState<f32, LowPassState<f32>, I::State>,
+    pub state: ServoLoopState<f32, <LowPass<f32> as VelocityEstimate<f32>>::State, I::State>,
 }
 
 impl<I: Identify<f32> + FromSettings> Single<I> {
@@ -169,8 +171,8 @@ pub struct Halves<S: IdentifiableSet<P>, const P: usize> {
     /// The interrupt's half.
     pub interrupt: Single<GaussNewton<S, P>>,
     fitter: Fitter<S, P>,
-    fitting: GaussNewtonFitterState<f32, 64>,
-    fitted: Option<GaussNewtonFitted<f32, S, P>>,
+    fitting: <Fitter<S, P> as FitBlocks<f32>>::State,
+    fitted: Option<<Fitter<S, P> as FitBlocks<f32>>::Fitted>,
     block: Option<NumberedBlock<f32>>,
 }
 

@@ -8,7 +8,7 @@ use host_sim::paper::{self, Case, Method};
 use host_sim::scenario::{Arithmetic, Scenario};
 use host_sim::simulate::{self, Simulation};
 use identifier_core::identifier::{GradientIdentifier, Identify};
-use identifier_core::measurement::velocity::LowPass;
+use identifier_core::measurement::LowPass;
 use identifier_core::number::Number;
 use identifier_core::parameters::Ab;
 

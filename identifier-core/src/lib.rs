@@ -3,28 +3,33 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
-pub mod adaptation;
+#[cfg(test)]
+#[macro_use]
+extern crate std;
+
+mod adaptation;
 pub mod commission;
 pub mod control;
 pub mod drive;
 pub mod error;
 pub mod excitation;
-pub(crate) mod fit;
+mod fit;
 #[cfg(feature = "fixed")]
 pub mod fixed_point;
 pub mod identifier;
 pub mod interval;
-pub mod linalg;
+mod linalg;
 pub mod measurement;
-pub mod model;
+mod model;
 pub mod number;
 pub mod parameters;
-pub mod reason;
+mod reason;
+pub mod replay;
 pub mod settings;
 pub mod stability;
 pub mod tuning;
 pub mod units;
-pub mod watch;
+mod watch;
 
 use identifier::{DiagonalGradientIdentifier, ServoLoop};
 use measurement::velocity::LowPass;

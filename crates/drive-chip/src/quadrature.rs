@@ -3,7 +3,7 @@
 use core::convert::Infallible;
 
 use identifier_core::drive::PositionSensor;
-use identifier_core::measurement::counter::Counter;
+use identifier_core::measurement::Counter;
 
 use crate::bus::Bus;
 use crate::registers::timer::{self, TIM3};

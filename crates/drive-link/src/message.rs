@@ -1,8 +1,8 @@
 use core::fmt;
 
 use identifier_core::commission::CommissionSettings;
+use identifier_core::commission::Reason;
 use identifier_core::parameters::{PerParameter, ServoParameters};
-use identifier_core::reason::Reason;
 use serde::{Deserialize, Serialize};
 
 use crate::commissioning::{Commissioning, Gains, Outcome, Progress};

@@ -192,8 +192,8 @@ mod tests {
 
     use std::string::ToString;
 
-    use identifier_core::linalg::MatrixError;
     use identifier_core::settings::GainError;
+    use identifier_core::settings::MatrixError;
 
     use super::*;
 

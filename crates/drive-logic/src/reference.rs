@@ -4,7 +4,7 @@ use drive_link::Settings;
 use identifier_core::control::position_error;
 use identifier_core::drive::Setpoint;
 use identifier_core::error::OutOfRange;
-use identifier_core::excitation::{Excitation, Prbs, PrbsState};
+use identifier_core::excitation::{Excitation, Prbs};
 use identifier_core::number::Number;
 use identifier_core::units::Units;
 
@@ -17,7 +17,7 @@ pub(crate) const MAX_DISTANCE_COUNTS: f64 = (1_u32 << 30) as f64;
 /// The reference with its progress.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Reference {
-    dither: Option<(Prbs<f32>, PrbsState)>,
+    dither: Option<(Prbs<f32>, <Prbs<f32> as Excitation<f32>>::State)>,
     /// Counts per sample.
     pace: f32,
     target: i32,

@@ -2,7 +2,7 @@
 
 use drive_link::Fault;
 use identifier_core::identifier::{GradientIdentifier, Identify, ServoLoop};
-use identifier_core::measurement::velocity::LowPass;
+use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{AbCoulomb, PerParameter};
 use identifier_core::settings::{IdentifierSettings, SettingsError};
 use identifier_core::{ControllerSettings, Settings};

@@ -1,7 +1,7 @@
 //! Samples as the interrupt reports them, machine units.
 
 use drive_link::Noticed;
-use identifier_core::commission::{CommissionStep, Phase, RecordEvent};
+use identifier_core::commission::{CommissionStep, Phase};
 use identifier_core::identifier;
 
 use crate::chip::Chip;
@@ -147,10 +147,8 @@ impl CommissionSample {
         self.sample = self.sample.wrapping_add(1);
         self.count = count.unwrap_or(self.count);
         self.command = step.command;
-        match step.finding {
-            Some(RecordEvent::Begins(_)) => self.recorded = 0,
-            Some(RecordEvent::Block(_)) => self.recorded = self.recorded.saturating_add(1),
-            Some(RecordEvent::Ended) | None => {}
+        if let Some(event) = &step.finding {
+            self.recorded = event.recorded(self.recorded);
         }
     }
 }

@@ -2,7 +2,7 @@ use embedded_hal::spi::SpiDevice;
 
 use crate::Angle14;
 use identifier_core::drive::PositionSensor;
-use identifier_core::measurement::counter::Counter;
+use identifier_core::measurement::Counter;
 
 /// An AS5047P or AS5048A magnetic encoder over SPI (their data sheets, "SPI interface"): 14 bits a
 /// revolution, 16-bit frames with even parity, an answer one frame after its request.

@@ -13,7 +13,7 @@
 //! A command is held with as many duty steps as the PWM has; what one step is in command units is
 //! its resolution. Quadrature counters have no trait of embedded-hal: implement
 //! [`PositionSensor`](identifier_core::drive::PositionSensor) over the chip's own and a
-//! [`Counter`](identifier_core::measurement::counter::Counter).
+//! [`Counter`](identifier_core::measurement::Counter).
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -31,7 +31,7 @@ pub use dac::Ad5761;
 pub use gate::{Gate, GateError};
 pub use mt6701::{Mt6701, Mt6701Error};
 
-use identifier_core::measurement::counter::CounterRegister;
+use identifier_core::measurement::CounterRegister;
 
 /// A revolution in 14 bits, as magnetic encoders give it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,7 +86,7 @@ fn limited(fraction: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use identifier_core::measurement::counter::Counter;
+    use identifier_core::measurement::Counter;
     use proptest::prelude::*;
 
     proptest! {

@@ -16,7 +16,7 @@ use cortex_m_rt::entry;
 use cortex_m_semihosting::debug;
 use count::Count;
 use identifier_core::identifier::Identify;
-use identifier_core::measurement::counter::Counter;
+use identifier_core::measurement::Counter;
 use identifier_core::parameters::Ab;
 use identifier_core::settings::{BoxSettings, diagonal};
 use identifier_core::{ControllerSettings, GradientLoop, Settings};

@@ -10,26 +10,21 @@ use cortex_m_rt::entry;
 use firmware_stm32::host::{exit, print};
 use firmware_stm32::instructions::{Counter as Instructions, Tally};
 use firmware_stm32::measured::{
-    COUNTED, Experiment, Halves, Loop, STARTING, Single, counted, measure,
+    COUNTED, Experiment, Fitter, GaussNewton, Halves, Loop, STARTING, Single, counted, measure,
 };
 use firmware_stm32::paper;
 use fixed::types::I16F16;
 use identifier_core::Settings;
-use identifier_core::fixed_point::{
-    FixedLowPass, FixedServoLoop, FixedServoLoopState, FixedVelocity, Word, split_setpoint,
-};
-use identifier_core::identifier::{
-    DiagonalGradientIdentifier, GaussNewtonFitted, GaussNewtonFitterState,
-    GaussNewtonRecursionState, Identify,
-};
-use identifier_core::measurement::counter::Counter;
-use identifier_core::measurement::velocity::LowPass;
+use identifier_core::drive::Setpoint;
+use identifier_core::fixed_point::{FixedServoLoop, FixedServoLoopState, Word};
+use identifier_core::identifier::{DiagonalGradientIdentifier, FitBlocks, Identify, RecordBlocks};
+use identifier_core::measurement::{Counter, LowPass, VelocityEstimate};
 use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, ServoParameters};
 use identifier_core::settings::{BoxSettings, FromSettings, IdentifierSettings, SettingsError};
 
 type Gradient = DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>;
 type GradientWithFriction = DiagonalGradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>;
-type Fixed = FixedServoLoop<FixedLowPass, Ab, 2>;
+type Fixed = FixedServoLoop<LowPass<Word>, Ab, 2>;
 
 #[entry]
 fn main() -> ! {
@@ -88,15 +83,15 @@ fn gauss_newton(instructions: &Instructions) -> Result<(), SettingsError> {
         };
         tally.add(one.total());
     }
-    let state = size_of::<GaussNewtonRecursionState<f32, AbCoulombLoad, 4>>();
+    let state = size_of::<<GaussNewton<AbCoulombLoad, 4> as Identify<f32>>::State>();
     recording.print("gauss-newton-recording", state);
     beginning.print(
         "gauss-newton-beginning",
-        size_of::<GaussNewtonFitted<f32, AbCoulombLoad, 4>>(),
+        size_of::<<GaussNewton<AbCoulombLoad, 4> as RecordBlocks<f32>>::Fitted>(),
     );
     fitting.print(
         "gauss-newton-fitting",
-        size_of::<GaussNewtonFitterState<f32, 64>>(),
+        size_of::<<Fitter<AbCoulombLoad, 4> as FitBlocks<f32>>::State>(),
     );
     let mut sample =
         |reference, register| halves.counted(instructions, (reference, register), &mut fitting);
@@ -125,7 +120,7 @@ fn once(name: &str, taken: u32, bytes: usize) {
 struct Words {
     counter: Counter<u16>,
     servo_loop: Fixed,
-    state: FixedServoLoopState<<FixedLowPass as FixedVelocity>::State, 2>,
+    state: FixedServoLoopState<<LowPass<Word> as VelocityEstimate<Word>>::State, 2>,
 }
 
 impl Words {
@@ -151,9 +146,9 @@ fn words(instructions: &Instructions) -> Result<(), SettingsError> {
     };
     let bytes = size_of_val(parts.state.identification());
     measure("gradient-fixed-2", bytes, |reference, register| {
-        let (whole, offset) = split_setpoint(reference);
-        let (whole, offset, register) = black_box((whole, offset, register));
-        let (command, taken) = counted(instructions, || parts.sample(whole, offset, register));
+        let Setpoint { count, offset } = Setpoint::from_counts(reference);
+        let (count, offset, register) = black_box((count, offset, register));
+        let (command, taken) = counted(instructions, || parts.sample(count, offset, register));
         (parts.servo_loop.controller().command(command), taken)
     })
 }

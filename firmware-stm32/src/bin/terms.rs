@@ -5,12 +5,12 @@
 use cortex_m_rt::entry;
 use firmware_stm32::host::{exit, print};
 use firmware_stm32::instructions::{Counter as Instructions, Tally};
-use firmware_stm32::measured::{COUNTED, Experiment, Halves};
+use firmware_stm32::measured::{COUNTED, Experiment, GaussNewton, Halves};
 use firmware_stm32::paper;
 use identifier_core::Settings;
-use identifier_core::adaptation::{IdentifiableSet, OnDemand};
-use identifier_core::identifier::{GaussNewtonRecursionState, Identify};
-use identifier_core::model::{AngledInputs, DelayedInputs};
+use identifier_core::identifier::Identify;
+use identifier_core::identifier::{AngledInputs, DelayedInputs};
+use identifier_core::identifier::{IdentifiableSet, OnDemand};
 use identifier_core::number::Number;
 use identifier_core::parameters::{AbCoulombDelayLoad, Term, Terms, Unknown, UnknownSet};
 use identifier_core::settings::{IdentifierSettings, SettingsError};
@@ -97,7 +97,7 @@ fn with_term<S: IdentifiableSet<P>, const P: usize>(
     {
         return Err(SettingsError::NotGiven { setting: "motion" });
     }
-    let bytes = size_of::<GaussNewtonRecursionState<f32, S, P>>();
+    let bytes = size_of::<<GaussNewton<S, P> as Identify<f32>>::State>();
     tally.print(name, bytes);
     Ok(())
 }

@@ -12,8 +12,9 @@ use firmware_stm32::paper;
 use identifier_core::GradientLoop;
 use identifier_core::drive::{Actuator, PositionSensor, Setpoint, control_step};
 use identifier_core::excitation::Excitation;
-use identifier_core::fixed_point::{FixedLowPass, FixedServoLoop, split_setpoint};
+use identifier_core::fixed_point::{FixedServoLoop, Word};
 use identifier_core::identifier::Identify;
+use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{Ab, ServoParameters};
 use identifier_core::settings::SettingsError;
 use virtual_servo::{Encoder, Plant};
@@ -99,14 +100,17 @@ fn single_precision() -> Result<ServoParameters, SettingsError> {
 }
 
 fn fixed_point() -> Result<ServoParameters, SettingsError> {
-    let servo_loop: FixedServoLoop<FixedLowPass, Ab, 2> = paper::settings().build()?;
+    let servo_loop: FixedServoLoop<LowPass<Word>, Ab, 2> = paper::settings().build()?;
     let reference = paper::reference()?;
     let (mut plant, encoder) = paper::servo();
     let mut state = servo_loop.start(0);
     let mut wanted = Excitation::<f64>::start(&reference);
     for _ in 0..paper::samples() {
         let next: f64 = reference.process(&mut wanted);
-        let (setpoint, offset) = split_setpoint(next);
+        let Setpoint {
+            count: setpoint,
+            offset,
+        } = Setpoint::from_counts(next);
         let count = encoder.read(plant.position) as i32;
         if let Ok(step) = servo_loop.process(&mut state, setpoint, offset, count) {
             let command = servo_loop.controller().command(step.control.command);

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use identifier_core::control::Gains;
-use identifier_core::measurement::velocity::{Transfer, VelocityEstimate};
+use identifier_core::measurement::{Transfer, VelocityEstimate};
 use identifier_core::number::Complex;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::SettingsError;

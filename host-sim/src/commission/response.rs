@@ -6,7 +6,7 @@ use virtual_servo::{Effects, SensorEffects};
 
 use identifier_core::commission::HoldingGains;
 use identifier_core::control::{ControlState, Controller, position_error};
-use identifier_core::measurement::velocity::LowPass;
+use identifier_core::measurement::LowPass;
 use identifier_core::settings::SettingsError;
 
 use super::{Axis, Outcome};

@@ -1,7 +1,7 @@
 use identifier_core::error::{OutOfRange, StepError};
-use identifier_core::linalg::NormalEquations;
 use identifier_core::number::Number;
 use identifier_core::parameters::ServoParameters;
+use identifier_core::replay::NormalEquations;
 use identifier_core::units::Units;
 use rivals::{Filtered, StateVariableFilter};
 

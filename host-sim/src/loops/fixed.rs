@@ -1,12 +1,13 @@
 //! The Γ-gradient identifier in fixed point, alone and beside the PID of its loop.
 
 use identifier_core::Settings;
+use identifier_core::drive::Setpoint;
 use identifier_core::error::StepError;
 use identifier_core::fixed_point::{
-    FixedGradientIdentifier, FixedGradientState, FixedServoLoop, FixedServoLoopState,
-    FixedVelocity, split_setpoint,
+    FixedGradientIdentifier, FixedServoLoop, FixedServoLoopState, Word,
 };
 use identifier_core::identifier::{Identify, Update};
+use identifier_core::measurement::VelocityEstimate;
 use identifier_core::parameters::ParameterSet;
 use identifier_core::parameters::PerParameter;
 use identifier_core::parameters::ServoParameters;
@@ -17,14 +18,14 @@ use super::{DynIdentifier, Innovation, Measurement, SimLoop, Step};
 use crate::experiment::Outcome;
 
 /// Controller and identifier in fixed point.
-pub(crate) struct FixedLoop<V: FixedVelocity, S, const P: usize> {
+pub(crate) struct FixedLoop<V: VelocityEstimate<Word>, S, const P: usize> {
     servo_loop: FixedServoLoop<V, S, P>,
     state: FixedServoLoopState<V::State, P>,
     start: i32,
     known: Outcome,
 }
 
-impl<V: FixedVelocity, S: ParameterSet<P>, const P: usize> FixedLoop<V, S, P> {
+impl<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> FixedLoop<V, S, P> {
     /// At rest at a count.
     ///
     /// # Errors
@@ -40,16 +41,16 @@ impl<V: FixedVelocity, S: ParameterSet<P>, const P: usize> FixedLoop<V, S, P> {
     }
 }
 
-impl<V: FixedVelocity, S: ParameterSet<P>, const P: usize> SimLoop for FixedLoop<V, S, P> {
+impl<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> SimLoop for FixedLoop<V, S, P> {
     type Error = StepError;
 
     fn process(&mut self, reference: f64, measured: Measurement) -> Result<Step, StepError> {
-        let (whole, part) = split_setpoint(reference);
-        let setpoint = self.start.wrapping_add(whole);
+        let wanted = Setpoint::from_counts(reference);
+        let setpoint = self.start.wrapping_add(wanted.count);
         let count = measured.count();
         let step = self
             .servo_loop
-            .process(&mut self.state, setpoint, part, count)?;
+            .process(&mut self.state, setpoint, wanted.offset, count)?;
         let (controller, identifier) = (self.servo_loop.controller(), self.servo_loop.identifier());
         Ok(Step {
             command: controller.command(step.control.command),
@@ -68,16 +69,16 @@ impl<V: FixedVelocity, S: ParameterSet<P>, const P: usize> SimLoop for FixedLoop
 }
 
 /// The identifier alone, which counts.
-pub(crate) struct FixedIdentifier<V: FixedVelocity, S, const P: usize> {
+pub(crate) struct FixedIdentifier<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> {
     identifier: FixedGradientIdentifier<V, S, P>,
-    state: FixedGradientState<V::State, P>,
+    state: <FixedGradientIdentifier<V, S, P> as Identify<Word>>::State,
     known: Outcome,
     /// The position from the first sample, counts, and the count nearest to it.
     position: f64,
     count: i64,
 }
 
-impl<V: FixedVelocity, S: ParameterSet<P>, const P: usize> FixedIdentifier<V, S, P> {
+impl<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> FixedIdentifier<V, S, P> {
     /// At rest.
     ///
     /// # Errors
@@ -104,7 +105,7 @@ impl<V: FixedVelocity, S: ParameterSet<P>, const P: usize> FixedIdentifier<V, S,
     }
 }
 
-impl<V: FixedVelocity, S: ParameterSet<P>, const P: usize> DynIdentifier
+impl<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> DynIdentifier
     for FixedIdentifier<V, S, P>
 {
     fn update(&mut self, increment: f64, command: f64) -> Result<Innovation, StepError> {
@@ -138,7 +139,7 @@ impl<V: FixedVelocity, S: ParameterSet<P>, const P: usize> DynIdentifier
     }
 }
 
-fn known<V: FixedVelocity, S: ParameterSet<P>, const P: usize>(
+fn known<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize>(
     settings: &Settings,
     identifier: &FixedGradientIdentifier<V, S, P>,
 ) -> Outcome {

@@ -3,7 +3,7 @@
 use identifier_core::Settings;
 use identifier_core::control::{ControlState, Controller};
 use identifier_core::error::StepError;
-use identifier_core::measurement::velocity::VelocityEstimate;
+use identifier_core::measurement::VelocityEstimate;
 use identifier_core::number::Number;
 use identifier_core::settings::SettingsError;
 

@@ -12,8 +12,8 @@ use std::collections::VecDeque;
 
 use identifier_core::ControllerSettings;
 use identifier_core::error::{OutOfRange, StepError};
-use identifier_core::linalg::NormalEquations;
 use identifier_core::parameters::ServoParameters;
+use identifier_core::replay::NormalEquations;
 use identifier_core::units::Units;
 use rivals::{Filtered, StateVariableFilter};
 

@@ -2,14 +2,14 @@
 //! whatever law the drive has, and gives standard errors while the servo moves.
 
 use drive_link::{Estimates, Settings};
-use identifier_core::identifier::{GaussNewtonIdentifier, GaussNewtonIdentifierState, Identify};
+use identifier_core::identifier::{GaussNewtonIdentifier, Identify};
 use identifier_core::parameters::AbCoulombLoad;
 
 use super::frame::Frame;
 use super::telemetry::Order;
 
 type Identifier = GaussNewtonIdentifier<f64, AbCoulombLoad, 4>;
-type State = GaussNewtonIdentifierState<f64, AbCoulombLoad, 4>;
+type State = <Identifier as Identify<f64>>::State;
 
 /// An identifier that receives every sample.
 #[derive(Debug)]

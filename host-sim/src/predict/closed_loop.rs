@@ -1,6 +1,6 @@
 use identifier_core::Settings;
 use identifier_core::control::ControlState;
-use identifier_core::measurement::velocity::VelocityEstimate;
+use identifier_core::measurement::VelocityEstimate;
 use identifier_core::settings::SettingsError;
 use serde::Serialize;
 
@@ -200,7 +200,7 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
 mod tests {
     use identifier_core::ControllerSettings;
     use identifier_core::control::Controller;
-    use identifier_core::measurement::velocity::LowPass;
+    use identifier_core::measurement::LowPass;
     use identifier_core::parameters::ServoParameters;
     use virtual_servo::Plant;
 

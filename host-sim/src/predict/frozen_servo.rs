@@ -1,19 +1,8 @@
-use std::f64::consts::TAU;
-
-use identifier_core::adaptation::IdentifiableSet;
 use identifier_core::error::OutOfRange;
-use identifier_core::model::{
-    Acting, Amplifier, AmplifierState, AngleSettings, FrictionStep, Innovation, KnownInputs,
-    ModelValues, ObserverModel, Response,
-};
-use identifier_core::parameters::{
-    AllUnknowns, ModelParameters, Parameter, ServoParameters, Unknown,
-};
+use identifier_core::parameters::{ServoParameters, Unknown};
+use identifier_core::replay::{ReplayModel, ReplayState};
 use identifier_core::settings::TermSettings;
 use identifier_core::units::Units;
-
-/// The commands that a delay reaches back to, and the angle.
-type Inputs = <AllUnknowns as IdentifiableSet<{ Unknown::COUNT }>>::Inputs<f64>;
 
 /// A servo whose parameters do not change: the model of the identifiers with every term, without
 /// anything that corrects it.
@@ -22,13 +11,8 @@ type Inputs = <AllUnknowns as IdentifiableSet<{ Unknown::COUNT }>>::Inputs<f64>;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrozenServo {
     units: Units,
-    values: ModelValues<f64>,
-    angle: AngleSettings<f64>,
-    step: FrictionStep<f64>,
-    response: Response<f64>,
-    /// The declared dead band and current loop, in the order in which the identifiers have them; a
-    /// delay, declared or found, and a dead band that was found are terms of the model.
-    amplifier: Amplifier<f64>,
+    servo: ServoParameters,
+    model: ReplayModel,
 }
 
 /// Where a servo is, how fast, and which commands are still on their way to it.
@@ -40,8 +24,7 @@ pub struct State {
     pub velocity: f64,
     /// Motion in the last sample, rad.
     pub moved: f64,
-    inputs: Inputs,
-    amplifier: AmplifierState<f64, 4>,
+    replay: ReplayState,
 }
 
 impl FrozenServo {
@@ -52,58 +35,28 @@ impl FrozenServo {
     /// A sample time that is not allowed.
     pub fn new(servo: &ServoParameters, sample_time: f64) -> Result<Self, OutOfRange> {
         let units = Units::new(sample_time, 1.0)?;
-        let size = |parameter: Parameter| parameter.of(servo) * parameter.scale(&units);
-        let parameters = ModelParameters {
-            x: size(Parameter::A),
-            gain: size(Parameter::B),
-            coulomb: size(Parameter::Coulomb).max(0.0),
-            load: size(Parameter::Load),
+        let servo = ServoParameters {
+            coulomb: servo.coulomb.max(0.0),
+            ..*servo
         };
-        let step = FrictionStep::new();
         Ok(Self {
             units,
-            values: ModelValues {
-                parameters,
-                ..ModelValues::from_values::<AllUnknowns, { Unknown::COUNT }>(
-                    &[0.0; Unknown::COUNT],
-                )
-            },
-            angle: AngleSettings::new(TAU, 0.0),
-            response: step.step.response(parameters.x),
-            step,
-            amplifier: Amplifier::new(0.0, 0.0, 0.0),
+            servo,
+            model: ReplayModel::new(&units, &servo, &TermSettings::NONE, []),
         })
     }
 
     /// The same servo with what is declared of its terms, and the sizes that were found, SI.
     #[must_use]
     pub fn with_terms(
-        mut self,
+        self,
         declared: &TermSettings,
         found: impl IntoIterator<Item = (Unknown, f64)>,
     ) -> Self {
-        let units = self.units;
-        let mut sizes = [0.0; Unknown::COUNT];
-        let mut dead_band = declared.dead_band;
-        let declared_delay = [(Unknown::Delay, declared.delay)];
-        for (unknown, size) in declared_delay.into_iter().chain(found) {
-            if unknown == Unknown::DeadBand {
-                dead_band = 0.0;
-            }
-            let place = Unknown::ALL.iter().position(|one| *one == unknown);
-            if let Some(place) = place {
-                sizes[place] = size * unknown.scale(&units);
-            }
+        Self {
+            model: ReplayModel::new(&self.units, &self.servo, declared, found),
+            ..self
         }
-        let mut terms = ModelValues::from_values::<AllUnknowns, { Unknown::COUNT }>(&sizes).terms;
-        terms.per_low_speed_velocity = declared
-            .low_speed_velocity
-            .map_or(0.0, |speed| 1.0 / (speed * units.velocity()));
-        self.values.terms = terms;
-        let lag = declared.current_loop / units.sample_time();
-        self.amplifier = Amplifier::new(dead_band, 0.0, lag);
-        self.angle = AngleSettings::new(declared.revolution, declared.ripple_order.unwrap_or(0.0));
-        self
     }
 
     /// At a position (rad) with a velocity (rad a sample); the command that acts has acted for long.
@@ -113,56 +66,44 @@ impl FrozenServo {
             position,
             velocity,
             moved: 0.0,
-            inputs: Inputs::START,
-            amplifier: AmplifierState::START,
+            replay: self.model.start(position, velocity),
         };
-        state.inputs.place(&self.angle, position);
-        let longest = <Inputs as KnownInputs<f64>>::LONGEST_DELAY as u32;
-        for _ in 0..=longest {
-            self.take(&mut state, 0.0, command);
+        for _ in 0..=ReplayModel::LONGEST_DELAY as u32 {
+            self.record(&mut state, 0.0, command);
         }
         state
     }
 
-    fn take(&self, state: &mut State, moved: f64, command: f64) -> Acting<f64> {
-        let terms = &self.values.terms;
-        let command = self.amplifier.process(&mut state.amplifier, command);
-        state
-            .inputs
-            .take(&self.angle, terms, moved, command, state.velocity)
+    fn record(&self, state: &mut State, moved: f64, command: f64) {
+        let command = self.model.amplify(&mut state.replay, command);
+        state.replay.velocity = state.velocity;
+        self.model.record(&mut state.replay, moved, command);
     }
 
     /// One sample of a servo that is where it was measured, rad, with a velocity, rad a sample.
     pub fn follow(&self, state: &mut State, position: f64, velocity: f64, command: f64) {
         let moved = position - state.position;
-        self.take(state, moved, command);
+        self.record(state, moved, command);
         (state.position, state.velocity, state.moved) = (position, velocity, moved);
     }
 
     /// One sample under a held command.
     pub fn advance(&self, state: &mut State, command: f64) {
-        const UNCORRECTED: Innovation<f64> = Innovation {
-            position: 0.0,
-            velocity: 0.0,
-        };
-        let acting = self.take(state, state.moved, command);
-        let mut model = ObserverModel::alongside(state.velocity);
-        model.advance::<AllUnknowns, { Unknown::COUNT }>(
-            &self.step,
-            &self.response,
-            &self.values,
-            &acting,
-            &UNCORRECTED,
-        );
+        let command = self.model.amplify(&mut state.replay, command);
+        // The model is where the servo is.
+        (state.replay.error, state.replay.velocity) = (-state.moved, state.velocity);
+        self.model.process(&mut state.replay, state.moved, command);
         // What it is ahead of where it stood.
-        state.moved = -model.error;
+        state.moved = -state.replay.error;
         state.position += state.moved;
-        state.velocity = model.velocity;
+        state.velocity = state.replay.velocity;
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
     use virtual_servo::{Effects, Plant, Servo};
 

@@ -1,7 +1,7 @@
 //! Passes of the identifier over a log.
 
 use identifier_core::Settings;
-use identifier_core::measurement::velocity::VelocityEstimate;
+use identifier_core::measurement::VelocityEstimate;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::SettingsError;
 

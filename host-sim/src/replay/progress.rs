@@ -1,7 +1,7 @@
 //! The identifier on its way through the samples of logs, stretch by stretch.
 
 use identifier_core::error::StepError;
-use identifier_core::measurement::velocity::VelocityEstimate;
+use identifier_core::measurement::VelocityEstimate;
 
 use super::declared::Declared;
 

@@ -20,7 +20,7 @@ macro_rules! with_number {
 /// With the velocity estimate on a number.
 macro_rules! with_velocity {
     ($scenario:expr, $number:ty => $function:ident$(::<$given:ty>)? ($($argument:expr),* $(,)?)) => {{
-        use ::identifier_core::measurement::velocity;
+        use ::identifier_core::measurement as velocity;
         use $crate::scenario::Velocity;
         match $scenario.velocity {
             Velocity::LowPass => $function::<$($given,)? velocity::LowPass<$number>>($($argument),*),
@@ -51,7 +51,7 @@ macro_rules! with_set {
 /// With the velocity estimate on a number, the parameter set and the number of its parameters.
 macro_rules! with_types {
     ($scenario:expr, $number:ty => $function:ident$(::<$given:ty>)? ($($argument:expr),* $(,)?)) => {{
-        use ::identifier_core::measurement::velocity;
+        use ::identifier_core::measurement as velocity;
         use $crate::scenario::{Velocity, dispatch::with_set};
         match $scenario.velocity {
             Velocity::LowPass => with_set!(
@@ -71,16 +71,16 @@ macro_rules! with_types {
 /// parameters.
 macro_rules! with_words {
     ($scenario:expr => $function:ident ($($argument:expr),* $(,)?)) => {{
-        use ::identifier_core::fixed_point::{FixedAveragedDifference, FixedLowPass};
-        use ::identifier_core::measurement::velocity::BackwardDifference;
+        use ::identifier_core::fixed_point::Word;
+        use ::identifier_core::measurement::{AveragedDifference, BackwardDifference, LowPass};
         use $crate::scenario::{Velocity, dispatch::with_set};
         match $scenario.velocity {
-            Velocity::LowPass => with_set!($scenario => $function::<FixedLowPass>($($argument),*)),
+            Velocity::LowPass => with_set!($scenario => $function::<LowPass<Word>>($($argument),*)),
             Velocity::Difference => {
                 with_set!($scenario => $function::<BackwardDifference>($($argument),*))
             }
             Velocity::AveragedDifference => {
-                with_set!($scenario => $function::<FixedAveragedDifference>($($argument),*))
+                with_set!($scenario => $function::<AveragedDifference<Word>>($($argument),*))
             }
         }
     }};

@@ -3,9 +3,9 @@
 use identifier_core::control::Controller;
 use identifier_core::error::Allowed;
 use identifier_core::excitation::Excitation;
-use identifier_core::fixed_point::{FixedGradientIdentifier, FixedVelocity};
+use identifier_core::fixed_point::{FixedGradientIdentifier, Word};
 use identifier_core::interval::Interval;
-use identifier_core::measurement::velocity::VelocityEstimate;
+use identifier_core::measurement::VelocityEstimate;
 use identifier_core::number::Number;
 use identifier_core::parameters::{Parameter, ParameterSet, PerParameter, ServoParameters};
 use identifier_core::settings::{AutomaticGain, GainError, SettingsError};
@@ -241,7 +241,7 @@ fn assumed_box(settings: &Settings) -> Result<PlantBox, SettingsError> {
 /// fixed point come from building the identifier.
 fn slow_to_fixed_range<V, S, const P: usize>(settings: &mut Settings)
 where
-    V: FixedVelocity,
+    V: VelocityEstimate<Word>,
     S: ParameterSet<P>,
 {
     // Each parameter has a bound, and all of them have one together.

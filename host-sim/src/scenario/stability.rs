@@ -2,7 +2,7 @@
 
 use identifier_core::Settings;
 use identifier_core::interval::Interval;
-use identifier_core::measurement::velocity::VelocityEstimate;
+use identifier_core::measurement::VelocityEstimate;
 use identifier_core::settings::SettingsError;
 use identifier_core::stability::sampled_loop::SampledLoopError;
 use identifier_core::stability::{PlantBox, sampled_loop};

@@ -5,15 +5,14 @@
 use std::f64::consts::TAU;
 
 use identifier_core::Settings;
-use identifier_core::adaptation::IdentifiableSet;
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::excitation::Excitation;
-use identifier_core::fixed_point::FixedVelocity;
+use identifier_core::fixed_point::Word;
+use identifier_core::identifier::IdentifiableSet;
 use identifier_core::identifier::{
-    BehindAmplifier, GaussNewtonIdentifier, GradientIdentifier, Identify, TermWindowIdentifier,
-    WindowIdentifier,
+    BehindAmplifier, GaussNewtonIdentifier, GradientIdentifier, Identify, WindowIdentifier,
 };
-use identifier_core::measurement::velocity::VelocityEstimate;
+use identifier_core::measurement::VelocityEstimate;
 use identifier_core::number::Number;
 use identifier_core::parameters::{AllUnknowns, Parameter, ParameterSet, Unknown};
 use identifier_core::settings::{FromSettings, SettingsError};
@@ -39,6 +38,17 @@ const WINDOW_BLOCKS: usize = 512;
 
 /// The same with terms, for which a block should be a sample: two seconds at 1 kHz.
 const TERM_WINDOW_BLOCKS: usize = 2048;
+
+/// The windowed law with every optional term.
+type TermWindow<N> = WindowIdentifier<
+    N,
+    AllUnknowns,
+    { Unknown::COUNT },
+    TERM_WINDOW_BLOCKS,
+    AllUnknowns,
+    { Unknown::COUNT },
+    { Unknown::COUNT + 2 },
+>;
 
 /// Commands in the longest delay of an amplifier.
 const MAX_DELAYED: usize = 128;
@@ -200,7 +210,7 @@ fn fixed_loop<V, S, const P: usize>(
     start: i32,
 ) -> Result<LocalLoop, SettingsError>
 where
-    V: FixedVelocity + 'static,
+    V: VelocityEstimate<Word> + 'static,
     S: ParameterSet<P> + 'static,
 {
     Ok(Box::new(FixedLoop::<V, S, P>::new(settings, start)?))
@@ -224,7 +234,7 @@ pub(crate) fn identifier(
 
 fn fixed_identifier<V, S, const P: usize>(settings: &Settings) -> Built
 where
-    V: FixedVelocity + 'static,
+    V: VelocityEstimate<Word> + 'static,
     S: ParameterSet<P> + 'static,
 {
     Ok(Box::new(FixedIdentifier::<V, S, P>::new(settings)?))
@@ -263,10 +273,9 @@ pub(super) fn method<N: Number>(scenario: &Scenario, settings: &Settings) -> Res
             gauss_newton::<N, AllUnknowns, { Unknown::COUNT }>(&with_terms(scenario, settings))
         }
         Law::GaussNewton => with_set!(scenario => gauss_newton::<N>(settings)),
-        Law::Window if scenario.has_terms() => fitting::<
-            N,
-            TermWindowIdentifier<N, TERM_WINDOW_BLOCKS>,
-        >(&with_terms(scenario, settings)),
+        Law::Window if scenario.has_terms() => {
+            fitting::<N, TermWindow<N>>(&with_terms(scenario, settings))
+        }
         Law::Window => with_set!(scenario => window::<N>(settings)),
         law => return rival::<N>(scenario, law).map_err(fault_of_rival),
     };

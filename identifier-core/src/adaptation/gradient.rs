@@ -18,7 +18,7 @@ use crate::number::{Number, RunningSum};
 ///
 /// The form of Γ is a type, G: [`Gradient`] takes any.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GradientWith<N, const P: usize, G> {
+pub(crate) struct GradientWith<N, const P: usize, G> {
     gamma: G,
     mu: N,
     strongest: N,
@@ -27,17 +27,17 @@ pub struct GradientWith<N, const P: usize, G> {
 }
 
 /// The law with any Γ.
-pub type Gradient<N, const P: usize> = GradientWith<N, P, FullGain<N, P>>;
+pub(crate) type Gradient<N, const P: usize> = GradientWith<N, P, FullGain<N, P>>;
 
 /// What the law remembers: the estimates, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GradientState<N: Number, const P: usize> {
+pub(crate) struct GradientState<N: Number, const P: usize> {
     estimates: [N::Sum; P],
 }
 
 /// An update before it is taken, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GradientStep<N, const P: usize> {
+pub(crate) struct GradientStep<N, const P: usize> {
     /// Γψ.
     direction: [N; P],
     /// ψᵀΓψ = φᵀΓφ.
@@ -52,7 +52,7 @@ impl<N: Number, const P: usize> GradientStep<N, P> {
     /// Whether the guard leaves the whole step; false for NaN.
     #[inline]
     #[must_use]
-    pub fn is_gentle(&self) -> bool {
+    pub(crate) fn is_gentle(&self) -> bool {
         // Where ε or ε̇ is infinite or NaN the regressor is too, and the comparison is false.
         self.strength <= self.strongest
     }
@@ -60,7 +60,7 @@ impl<N: Number, const P: usize> GradientStep<N, P> {
 
 /// The machine-unit configuration of a [`Gradient`] law.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GradientConfig<const P: usize> {
+pub(crate) struct GradientConfig<const P: usize> {
     /// Γ.
     pub gamma: PositiveDefinite<P>,
     /// μ T.
@@ -78,7 +78,7 @@ pub struct GradientConfig<const P: usize> {
 impl<N: Number, const P: usize> GradientState<N, P> {
     /// Starts from initial estimates, machine units.
     #[must_use]
-    pub fn new(estimates: [f64; P]) -> Self {
+    pub(crate) fn new(estimates: [f64; P]) -> Self {
         Self {
             estimates: estimates.map(|value| N::Sum::new(N::from_f64(value))),
         }
@@ -87,7 +87,7 @@ impl<N: Number, const P: usize> GradientState<N, P> {
     /// The estimates, machine units.
     #[inline]
     #[must_use]
-    pub fn estimates(&self) -> [N; P] {
+    pub(crate) fn estimates(&self) -> [N; P] {
         self.estimates.map(RunningSum::value)
     }
 }
@@ -95,13 +95,13 @@ impl<N: Number, const P: usize> GradientState<N, P> {
 impl<N: Number, const P: usize, G: Gain<N, P>> GradientWith<N, P, G> {
     /// ρ: the largest T φᵀΓφ/α_min. At 0.05 none of the servos of the paper's box diverges under
     /// any Γ; at 0.3 some do.
-    pub const GUARD: f64 = 0.05;
+    pub(crate) const GUARD: f64 = 0.05;
 
     /// The law from its Γ in the form for the hot path and its configuration.
     ///
     /// # Errors
     /// `mu` and the smallest α, or what takes its place, must be positive.
-    pub fn new(gamma: G, config: &GradientConfig<P>) -> Result<Self, OutOfRange> {
+    pub(crate) fn new(gamma: G, config: &GradientConfig<P>) -> Result<Self, OutOfRange> {
         Allowed::Above(0.0).check("mu", config.mu)?;
         let per_gain = config.decay_per_gain;
         Allowed::AtLeast(0.0).check("alpha_min", config.slowest_decay)?;
@@ -122,7 +122,7 @@ impl<N: Number, const P: usize, G: Gain<N, P>> GradientWith<N, P, G> {
 
     /// Which of the estimates are at a bound.
     #[must_use]
-    pub fn at_bounds(&self, estimates: &[N; P]) -> [bool; P] {
+    pub(crate) fn at_bounds(&self, estimates: &[N; P]) -> [bool; P] {
         self.projection.at_bounds(estimates)
     }
 
@@ -130,7 +130,7 @@ impl<N: Number, const P: usize, G: Gain<N, P>> GradientWith<N, P, G> {
     /// estimate b̂, all in machine units.
     #[inline]
     #[must_use]
-    pub fn update(
+    pub(crate) fn update(
         &self,
         regressor: &[N; P],
         output_error: N,
@@ -148,7 +148,7 @@ impl<N: Number, const P: usize, G: Gain<N, P>> GradientWith<N, P, G> {
 
     /// Takes an update within the guard.
     #[inline]
-    pub fn take(&self, state: &mut GradientState<N, P>, update: &GradientStep<N, P>) {
+    pub(crate) fn take(&self, state: &mut GradientState<N, P>, update: &GradientStep<N, P>) {
         for i in 0..P {
             state.estimates[i].add(update.direction[i] * update.output);
         }
@@ -157,7 +157,7 @@ impl<N: Number, const P: usize, G: Gain<N, P>> GradientWith<N, P, G> {
 
     /// Takes an update beyond the guard, shortened to what the guard allows: Γ is too large for the
     /// sample time. One that is not finite is not taken at all.
-    pub fn shorten(&self, state: &mut GradientState<N, P>, update: &GradientStep<N, P>) {
+    pub(crate) fn shorten(&self, state: &mut GradientState<N, P>, update: &GradientStep<N, P>) {
         if (update.strength + update.output).is_finite() {
             let output = update.output * update.strongest * update.strength.reciprocal();
             self.take(state, &GradientStep { output, ..*update });

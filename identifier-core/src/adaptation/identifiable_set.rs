@@ -13,8 +13,8 @@ use crate::parameters::{
 /// A firmware may have a set of its own:
 ///
 /// ```
-/// use identifier_core::adaptation::{IdentifiableSet, OnDemand};
-/// use identifier_core::model::DelayedInputs;
+/// use identifier_core::identifier::{IdentifiableSet, OnDemand};
+/// use identifier_core::identifier::DelayedInputs;
 /// use identifier_core::number::Number;
 /// use identifier_core::parameters::{Unknown, UnknownSet};
 ///

@@ -8,11 +8,11 @@ mod gradient;
 mod identifiable_set;
 mod projection;
 
-pub use evidence::{Evidence, Gathered, OnDemand};
-pub use gain::{DiagonalGain, FullGain, Gain};
-pub use gauss_newton::{
-    FirstOrder, GaussNewton, GaussNewtonConfig, GaussNewtonState, GaussNewtonStep, Whitening,
-};
-pub use gradient::{Gradient, GradientConfig, GradientState, GradientStep, GradientWith};
+pub use evidence::OnDemand;
+pub(crate) use evidence::{Evidence, Gathered};
+pub(crate) use gain::{DiagonalGain, FullGain, Gain};
+pub(crate) use gauss_newton::{FirstOrder, Whitening};
+pub(crate) use gauss_newton::{GaussNewton, GaussNewtonConfig, GaussNewtonState, GaussNewtonStep};
+pub(crate) use gradient::{Gradient, GradientConfig, GradientState, GradientStep, GradientWith};
 pub use identifiable_set::IdentifiableSet;
-pub use projection::Projection;
+pub(crate) use projection::Projection;

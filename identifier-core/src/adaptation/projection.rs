@@ -8,7 +8,7 @@ use crate::number::{Number, RunningSum};
 /// so the stability proof stands (Ioannou and Sun, Robust Adaptive Control, 1996, section 4.4). Where
 /// this would move another estimate beyond its bound, that one is clamped.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Projection<N, const P: usize> {
+pub(crate) struct Projection<N, const P: usize> {
     low: [N; P],
     high: [N; P],
     direction: [[N; P]; P],
@@ -17,7 +17,7 @@ pub struct Projection<N, const P: usize> {
 impl<N: Number, const P: usize> Projection<N, P> {
     /// The box from `low` to `high` (machine units) for the metric of Γ (machine units).
     #[must_use]
-    pub fn new(low: [f64; P], high: [f64; P], gamma: &PositiveDefinite<P>) -> Self {
+    pub(crate) fn new(low: [f64; P], high: [f64; P], gamma: &PositiveDefinite<P>) -> Self {
         let entries = gamma.entries();
         Self {
             low: low.map(N::from_f64),
@@ -30,13 +30,13 @@ impl<N: Number, const P: usize> Projection<N, P> {
 
     /// Which estimates are at a bound.
     #[must_use]
-    pub fn at_bounds(&self, estimates: &[N; P]) -> [bool; P] {
+    pub(crate) fn at_bounds(&self, estimates: &[N; P]) -> [bool; P] {
         core::array::from_fn(|i| estimates[i] <= self.low[i] || estimates[i] >= self.high[i])
     }
 
     /// Moves the estimates back into the box if they have left it.
     #[inline]
-    pub fn apply(&self, estimates: &mut [N::Sum; P]) {
+    pub(crate) fn apply(&self, estimates: &mut [N::Sum; P]) {
         let is_outside = |i: usize| {
             let value = estimates[i].value();
             value < self.low[i] || value > self.high[i]

@@ -1,6 +1,7 @@
 use super::conservative_pid::ConservativePid;
 use super::gains::{HoldingGains, Loop};
 use super::holding::Holding;
+use super::message::DecisionKind;
 use super::state::{Activity, CommissionState, Next};
 use super::{
     CommissionError, CommissionSettings, Decision, LargestMotion, MotionRecorder, Phase, Probing,
@@ -208,26 +209,26 @@ impl<N: Number> CommissionIsr<N> {
         if state.phase.is_end() {
             return;
         }
-        state.next = match answer {
-            Decision::Identified(known) | Decision::Uncertain(known) => {
+        state.next = match &answer.0 {
+            DecisionKind::Identified(known) | DecisionKind::Uncertain(known) => {
                 state.identified = Some(*known);
-                let again = matches!(answer, Decision::Uncertain(_));
+                let again = matches!(answer.0, DecisionKind::Uncertain(_));
                 Next::Hold { again }
             }
-            Decision::Verified => Next::Tune,
-            Decision::Tuned(candidate) => {
+            DecisionKind::Verified => Next::Tune,
+            DecisionKind::Tuned(candidate) => {
                 state.candidate = Some(*candidate);
                 Next::Trial
             }
-            Decision::NoGains(error) => {
+            DecisionKind::NoGains(error) => {
                 state.tuning_error = Some(*error);
                 Next::End(Reason::NoGains)
             }
-            Decision::Suspects(effect) => {
+            DecisionKind::Suspects(effect) => {
                 state.suspect = *effect;
                 return;
             }
-            Decision::Failed(reason) => Next::End(*reason),
+            DecisionKind::Failed(reason) => Next::End(*reason),
         };
     }
 

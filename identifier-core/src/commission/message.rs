@@ -7,9 +7,26 @@ use crate::tuning::{Tuning, TuningError};
 use crate::units::Units;
 use crate::watch::KnownServo;
 
-/// An event of the record, from the interrupt to the solver.
+/// An event of the record, from the interrupt to the solver: a plain value that a caller carries across.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum RecordEvent<N> {
+pub struct RecordEvent<N>(pub(super) EventKind<N>);
+
+impl<N> RecordEvent<N> {
+    /// The blocks of the record with this event, after so many.
+    #[inline]
+    #[must_use]
+    pub fn recorded(&self, blocks: u16) -> u16 {
+        match self.0 {
+            EventKind::Begins(_) => 0,
+            EventKind::Block(_) => blocks.saturating_add(1),
+            EventKind::Ended => blocks,
+        }
+    }
+}
+
+/// The events of a record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum EventKind<N> {
     /// A motion of this phase begins: [`Phase::Probing`], [`Phase::Refine`] or [`Phase::Verify`].
     Begins(Phase),
     /// A piece of its record.
@@ -22,7 +39,11 @@ pub enum RecordEvent<N> {
 ///
 /// All that the interrupt's half needs is prepared in it: no sample converts from SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Decision<N: Number> {
+pub struct Decision<N: Number>(pub(super) DecisionKind<N>);
+
+/// The decisions of the solver.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum DecisionKind<N: Number> {
     /// The servo as it is known now: after the first motion and after the second.
     Identified(Identified<N>),
     /// The servo as it is known after a motion, not well enough: the second is done again.
@@ -44,8 +65,17 @@ impl<N: Number> Decision<N> {
     /// The servo, where the decision carries one.
     #[must_use]
     pub fn servo(&self) -> Option<&IdentifiedServo> {
-        match self {
-            Self::Identified(known) | Self::Uncertain(known) => Some(&known.servo),
+        match &self.0 {
+            DecisionKind::Identified(known) | DecisionKind::Uncertain(known) => Some(&known.servo),
+            _ => None,
+        }
+    }
+
+    /// The gains and their promise, where the decision carries them.
+    #[must_use]
+    pub fn tuning(&self) -> Option<&Tuning> {
+        match &self.0 {
+            DecisionKind::Tuned(candidate) => Some(&candidate.tuning),
             _ => None,
         }
     }
@@ -53,9 +83,9 @@ impl<N: Number> Decision<N> {
 
 /// An identified servo, SI, and its model in machine units for the interrupt.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Identified<N> {
+pub(super) struct Identified<N> {
     /// The servo, SI.
-    pub servo: IdentifiedServo,
+    pub(super) servo: IdentifiedServo,
     pub(super) crude: RoughModel<N>,
     /// Samples from a command to its acceleration.
     pub(super) delay: N,
@@ -81,9 +111,9 @@ impl<N: Number> Identified<N> {
 
 /// Gains that are to be tried, and their trial in machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Candidate<N: Number> {
+pub(super) struct Candidate<N: Number> {
     /// The gains and their promise, SI.
-    pub tuning: Tuning,
+    pub(super) tuning: Tuning,
     pub(super) controller: Loop<N>,
     pub(super) trial: Trial<N>,
     /// Samples for which the servo must be still to have come to rest under them.

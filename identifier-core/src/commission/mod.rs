@@ -75,23 +75,24 @@ mod settings;
 mod solver;
 mod state;
 mod synchronous;
+#[cfg(test)]
+mod tests;
 mod trial;
 
 pub use crate::parameters::IdentifiedServo;
 pub use crate::reason::Reason;
 pub use error::CommissionError;
-pub use fit::{
+pub(crate) use fit::{
     Diagnosis, EffectSearch, FitSettings, MotionBlock, MotionRecord, MotionRecorder, Prediction,
     PredictionPass, ServoFit, ServoFitter,
 };
 pub use gains::HoldingGains;
 pub use isr::{CommissionInputs, CommissionIsr, CommissionStep};
-pub use message::{Candidate, Decision, Identified, RecordEvent};
+pub use message::{Decision, RecordEvent};
 pub use phase::Phase;
-pub use probing::{
-    LargestMotion, Probing, ProbingProgress, ProbingSettings, ProbingState, ProbingStep,
-};
-pub use rough_model::RoughModel;
+pub use probing::LargestMotion;
+pub(crate) use probing::{Probing, ProbingProgress, ProbingSettings, ProbingState};
+pub(crate) use rough_model::RoughModel;
 pub use settings::{CommissionSettings, Limits};
 pub use solver::CommissionSolver;
 pub use state::CommissionState;

@@ -3,7 +3,7 @@ use crate::parameters::ServoParameters;
 
 /// The model that a probing motion builds on its way: enough to brake the servo, not more. Counts and samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RoughModel<N> {
+pub(crate) struct RoughModel<N> {
     /// b, counts per sample² and command unit; zero while nothing is known.
     pub gain: N,
     /// 1/b; zero while nothing is known.
@@ -27,7 +27,7 @@ impl<N: Number> RoughModel<N> {
 
     /// From SI parameters, for a sample time (s) and a resolution (rad).
     #[must_use]
-    pub fn of(parameters: &ServoParameters, time: f64, resolution: f64) -> Self {
+    pub(crate) fn of(parameters: &ServoParameters, time: f64, resolution: f64) -> Self {
         let acceleration = time * time / resolution;
         let number = |value: f64| N::from_f64(value * acceleration);
         let gain = number(parameters.b.max(f64::MIN_POSITIVE));
@@ -42,7 +42,7 @@ impl<N: Number> RoughModel<N> {
 
     /// True if anything is known.
     #[must_use]
-    pub fn is_known(&self) -> bool {
+    pub(crate) fn is_known(&self) -> bool {
         self.gain > N::ZERO
     }
 
@@ -63,19 +63,19 @@ impl<N: Number> RoughModel<N> {
 
     /// d, counts per sample².
     #[must_use]
-    pub fn load(&self) -> N {
+    pub(crate) fn load(&self) -> N {
         N::from_f64(0.5) * (self.forward + self.backward)
     }
 
     /// c, counts per sample².
     #[must_use]
-    pub fn coulomb(&self) -> N {
+    pub(crate) fn coulomb(&self) -> N {
         N::from_f64(0.5) * (self.backward - self.forward)
     }
 
     /// The command that balances the load.
     #[must_use]
-    pub fn holding(&self) -> N {
+    pub(crate) fn holding(&self) -> N {
         -(self.load() * self.per_gain)
     }
 

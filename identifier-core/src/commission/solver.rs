@@ -1,7 +1,7 @@
+use super::message::{Candidate, DecisionKind, EventKind, Identified};
 use super::{
-    Candidate, CommissionError, CommissionSettings, Decision, Diagnosis, EffectSearch, Identified,
-    IdentifiedServo, MotionRecord, Phase, Prediction, PredictionPass, Reason, RecordEvent,
-    ServoFit, ServoFitter,
+    CommissionError, CommissionSettings, Decision, Diagnosis, EffectSearch, IdentifiedServo,
+    MotionRecord, Phase, Prediction, PredictionPass, Reason, RecordEvent, ServoFit, ServoFitter,
 };
 use crate::number::Number;
 use crate::tuning::{Goal, Tuner, TunerState, Tuning, TuningError, TuningSettings};
@@ -128,8 +128,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
 
     /// Takes what the interrupt has found.
     pub fn take(&mut self, finding: &RecordEvent<N>) {
-        match finding {
-            RecordEvent::Begins(phase) => {
+        match &finding.0 {
+            EventKind::Begins(phase) => {
                 if *phase == Phase::Probing {
                     self.servo = None;
                     self.suspect = None;
@@ -139,11 +139,11 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 self.work = Work::Nothing;
                 self.record = MotionRecord::EMPTY;
             }
-            RecordEvent::Block(block) => {
+            EventKind::Block(block) => {
                 // A missing one shows when the motion has ended.
                 let _ = self.record.take(block);
             }
-            RecordEvent::Ended => {
+            EventKind::Ended => {
                 let record = &self.record;
                 self.work = match (self.motion, &self.servo) {
                     _ if !record.is_complete() => Work::Then(Then::Fail(Reason::TooLittleEvidence)),
@@ -159,12 +159,16 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// A slice of work: at most a block of a pass, a point of the frequency response, or a sample of a
     /// predicted step. Returns an answer when there is one.
     pub fn work(&mut self) -> Option<Decision<N>> {
+        self.decide().map(Decision)
+    }
+
+    fn decide(&mut self) -> Option<DecisionKind<N>> {
         match &mut self.work {
             Work::Nothing => None,
             Work::NotTuned(error) => {
                 let error = *error;
                 self.work = Work::Nothing;
-                Some(Decision::NoGains(error))
+                Some(DecisionKind::NoGains(error))
             }
             Work::Then(then) => {
                 let then = *then;
@@ -186,7 +190,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 self.work = Work::Then(*then);
                 self.suspect = found.filter(|found| found.share >= Self::NAMED);
                 self.suspect
-                    .map(|found| Decision::Suspects(Some(found.reason)))
+                    .map(|found| DecisionKind::Suspects(Some(found.reason)))
             }
             Work::PredictionPass(predicting) => {
                 let prediction = self.fitter.predict(predicting, &self.record)?;
@@ -208,7 +212,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                     }
                     Err(error) => {
                         self.work = Work::Nothing;
-                        Some(Decision::NoGains(error))
+                        Some(DecisionKind::NoGains(error))
                     }
                 }
             }
@@ -216,7 +220,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     }
 
     /// Takes a servo that was fitted.
-    fn take_servo(&mut self, servo: IdentifiedServo) -> Option<Decision<N>> {
+    fn take_servo(&mut self, servo: IdentifiedServo) -> Option<DecisionKind<N>> {
         self.servo = Some(servo);
         let unexplained = servo.unexplained > Self::UNEXPLAINED * self.settings.resolution;
         let then = match self.motion {
@@ -228,7 +232,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     }
 
     /// Judges how a motion that nothing was fitted to was predicted.
-    fn judge(&mut self, prediction: &Prediction) -> Option<Decision<N>> {
+    fn judge(&mut self, prediction: &Prediction) -> Option<DecisionKind<N>> {
         let then = match self.motion {
             _ if is_refuted(prediction) => Then::Fail(Reason::NotPredicted),
             Phase::Refine => Then::Again,
@@ -239,18 +243,18 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
 
     /// Looks for what a model lacks that leaves so much of a motion unexplained (rad), if it was not found
     /// before; what was found where a fit went astray is dropped once a motion is explained.
-    fn explain(&mut self, left: f64, then: Then) -> Option<Decision<N>> {
+    fn explain(&mut self, left: f64, then: Then) -> Option<DecisionKind<N>> {
         let counts = left / self.settings.resolution;
         if counts < Self::EXPLAINED && self.suspect.take().is_some() {
             self.work = Work::Then(then);
-            return Some(Decision::Suspects(None));
+            return Some(DecisionKind::Suspects(None));
         }
         let begun = self.servo.as_ref().filter(|_| counts > Self::UNEXPLAINED);
         let begun = begun.map(|servo| self.fitter.begin_diagnosis(servo, &self.record));
         self.diagnose(begun, then)
     }
 
-    fn diagnose(&mut self, begun: Option<EffectSearch<N>>, then: Then) -> Option<Decision<N>> {
+    fn diagnose(&mut self, begun: Option<EffectSearch<N>>, then: Then) -> Option<DecisionKind<N>> {
         match begun.filter(|_| self.suspect.is_none()) {
             Some(begun) => {
                 self.work = Work::EffectSearch(begun, then);
@@ -263,9 +267,9 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         }
     }
 
-    fn go_on(&mut self, then: Then) -> Option<Decision<N>> {
+    fn go_on(&mut self, then: Then) -> Option<DecisionKind<N>> {
         match then {
-            Then::Tell => self.tell(Decision::Identified),
+            Then::Tell => self.tell(DecisionKind::Identified),
             Then::Predict => {
                 let servo = self.servo.as_ref()?;
                 self.work = Work::PredictionPass(self.fitter.begin_prediction(servo));
@@ -276,17 +280,17 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 if self.refined >= Self::MOST_REFINED {
                     return self.fail(Reason::TooLittleEvidence);
                 }
-                self.tell(Decision::Uncertain)
+                self.tell(DecisionKind::Uncertain)
             }
             Then::Tune => {
                 self.tune(self.settings.goal, self.first_step(), false);
-                Some(Decision::Verified)
+                Some(DecisionKind::Verified)
             }
             Then::Fail(reason) => self.fail(reason),
         }
     }
 
-    fn tell(&self, answer: impl Fn(Identified<N>) -> Decision<N>) -> Option<Decision<N>> {
+    fn tell(&self, answer: impl Fn(Identified<N>) -> DecisionKind<N>) -> Option<DecisionKind<N>> {
         let servo = self.servo.as_ref()?;
         Some(answer(Identified::new(servo, &self.settings)))
     }
@@ -296,9 +300,9 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         servo.standard_error(IdentifiedServo::B) <= Self::KNOWN_GAIN * servo.parameters.b
     }
 
-    fn fail(&mut self, reason: Reason) -> Option<Decision<N>> {
+    fn fail(&mut self, reason: Reason) -> Option<DecisionKind<N>> {
         self.work = Work::Nothing;
-        Some(Decision::Failed(reason))
+        Some(DecisionKind::Failed(reason))
     }
 
     /// Begins to look for gains.
@@ -331,7 +335,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     }
 
     /// Gains with the step that is to try them, which is chosen for them.
-    fn offer(&mut self, tuning: Tuning, fitted: bool) -> Option<Decision<N>> {
+    fn offer(&mut self, tuning: Tuning, fitted: bool) -> Option<DecisionKind<N>> {
         let step = self.step_for(&tuning);
         let other = libm::fabs(step - tuning.promise.step) > 1e-3 * step;
         if !fitted && other {
@@ -346,8 +350,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         }
         let servo = self.servo?;
         Some(match Candidate::new(&tuning, &servo, &self.settings) {
-            Ok(candidate) => Decision::Tuned(candidate),
-            Err(_) => Decision::Failed(Reason::NoGains),
+            Ok(candidate) => DecisionKind::Tuned(candidate),
+            Err(_) => DecisionKind::Failed(Reason::NoGains),
         })
     }
 

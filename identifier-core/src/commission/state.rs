@@ -1,8 +1,8 @@
 use super::holding::Holding;
+use super::message::{Candidate, EventKind, Identified};
 use super::trial::{Trial, TrialResult};
 use super::{
-    Candidate, Identified, IdentifiedServo, MotionBlock, MotionRecorder, Phase, ProbingState,
-    Reason, RecordEvent,
+    IdentifiedServo, MotionBlock, MotionRecorder, Phase, ProbingState, Reason, RecordEvent,
 };
 use crate::control::ControlSample;
 use crate::measurement::velocity::LowPassState;
@@ -217,17 +217,18 @@ impl<N: Number> CommissionState<N> {
 
     /// The event for the solver in this sample.
     pub(super) fn finding(&mut self) -> Option<RecordEvent<N>> {
-        match self.recording {
-            Recording::None => None,
+        let event = match self.recording {
+            Recording::None => return None,
             Recording::Begins => {
                 self.recording = Recording::Going;
-                Some(RecordEvent::Begins(self.phase))
+                EventKind::Begins(self.phase)
             }
-            Recording::Going => self.block.take().map(RecordEvent::Block),
+            Recording::Going => EventKind::Block(self.block.take()?),
             Recording::Ends => {
                 self.recording = Recording::None;
-                Some(RecordEvent::Ended)
+                EventKind::Ended
             }
-        }
+        };
+        Some(RecordEvent(event))
     }
 }

@@ -9,7 +9,7 @@ mod hold;
 mod prbs;
 
 pub use hold::Hold;
-pub use prbs::{Prbs, PrbsState};
+pub use prbs::Prbs;
 
 use crate::number::Number;
 

@@ -11,7 +11,7 @@ pub type Word = I2F30;
 
 /// A sum of products of words: 64 bits, Q4.60, so that seven products of full scale add up without
 /// a carry out of the top.
-pub type Accumulator = I4F60;
+pub(super) type Accumulator = I4F60;
 
 /// The largest word, one less a last bit. From −1 to here, sum and difference of any two still fit 32
 /// bits, and a limit to them is one `SSAT`.

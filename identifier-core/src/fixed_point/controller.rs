@@ -3,9 +3,10 @@ use fixed::types::I16F16;
 use super::arithmetic::{Raise, Sum, WORD_BITS, Word, between, limit, value};
 use super::pid::FixedPid;
 use super::ranges::Scales;
-use super::velocity::FixedVelocity;
 use crate::control::{ControlSample, Pid};
+use crate::drive::Setpoint;
 use crate::error::StepError;
+use crate::measurement::velocity::VelocityEstimate;
 use crate::settings::{FromSettings, Settings, SettingsError};
 
 /// The sampled controller on words: velocity estimate and PID, as
@@ -33,36 +34,32 @@ pub struct FixedControlState<F> {
     filter: F,
 }
 
-/// One sample of the loop.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FixedControlSample {
-    /// Position error, a fraction of its full scale.
-    pub error: Word,
-    /// Increment of the measured position since the last sample, a fraction of the velocity's.
-    pub increment: Word,
-    /// Velocity estimate, a fraction of its full scale.
-    pub velocity: Word,
-    /// The command, limited, a fraction of its full scale: at most one half.
-    pub command: Word,
-}
-
-/// A setpoint in counts as the controller takes it, to the nearest 2⁻¹⁶: whole counts, which wrap at
-/// 32 bits, and a fraction of a count from 0 to 1. Zero for what is no number, or infinite.
-#[must_use]
-pub fn split_setpoint(counts: f64) -> (i32, I16F16) {
-    const FRACTION: i32 = I16F16::FRAC_NBITS as i32;
-    let bits = libm::rint(libm::ldexp(counts, FRACTION));
-    if !bits.is_finite() {
-        return (0, I16F16::ZERO);
+impl Setpoint<I16F16> {
+    /// A setpoint in counts as a controller in fixed point takes it, to the nearest 2⁻¹⁶: whole counts,
+    /// which wrap at 32 bits, and a fraction of a count from 0 to 1. Zero for a value that is no number,
+    /// or infinite.
+    #[must_use]
+    pub fn from_counts(counts: f64) -> Self {
+        const FRACTION: i32 = I16F16::FRAC_NBITS as i32;
+        let bits = libm::rint(libm::ldexp(counts, FRACTION));
+        if !bits.is_finite() {
+            return Self {
+                count: 0,
+                offset: I16F16::ZERO,
+            };
+        }
+        // All of it is exact: the wrap is a power of two.
+        let wrap = libm::ldexp(1.0, FRACTION + 32);
+        let wrapped = (bits - wrap * libm::floor(bits / wrap)) as i64;
+        let part = wrapped & ((1 << FRACTION) - 1);
+        Self {
+            count: (wrapped >> FRACTION) as i32,
+            offset: I16F16::from_bits(part as i32),
+        }
     }
-    // All of it is exact: the wrap is a power of two.
-    let wrap = libm::ldexp(1.0, FRACTION + 32);
-    let wrapped = (bits - wrap * libm::floor(bits / wrap)) as i64;
-    let part = wrapped & ((1 << FRACTION) - 1);
-    ((wrapped >> FRACTION) as i32, I16F16::from_bits(part as i32))
 }
 
-impl<V: FixedVelocity> FromSettings for FixedController<V> {
+impl<V: VelocityEstimate<Word>> FromSettings for FixedController<V> {
     /// # Errors
     /// What refuses [`Controller`](crate::control::Controller); and the range, bound or sample time
     /// that does not fit words, with what would.
@@ -83,7 +80,7 @@ impl<V: FixedVelocity> FromSettings for FixedController<V> {
     }
 }
 
-impl<V: FixedVelocity> FixedController<V> {
+impl<V: VelocityEstimate<Word>> FixedController<V> {
     /// At rest, integral empty.
     #[must_use]
     pub fn start(&self) -> FixedControlState<V::State> {
@@ -133,14 +130,14 @@ impl<V: FixedVelocity> FixedController<V> {
         state: &mut FixedControlState<V::State>,
         error: Word,
         increment: Word,
-    ) -> Result<FixedControlSample, StepError> {
+    ) -> Result<ControlSample<Word>, StepError> {
         if increment > self.most || increment < -self.most {
             return Err(StepError::CountJumped);
         }
         let error = limit(error);
         let velocity = self.velocity.process(&mut state.filter, increment);
         let command = self.pid.process(&mut state.integral, error, velocity);
-        Ok(FixedControlSample {
+        Ok(ControlSample {
             error,
             increment,
             velocity,

@@ -6,11 +6,11 @@ use super::gradient::FixedGradient;
 use super::model::{FixedModelLoop, FixedModelState, FixedObserved, FixedParameters};
 use super::ranges::{Scales, bounds};
 use super::rest::{FixedRest, FixedRestState};
-use super::velocity::FixedVelocity;
 use crate::adaptation::{DiagonalGain, Gain};
 use crate::error::{Allowed, StepError};
 use crate::identifier::{Event, Identify, Update};
 use crate::interval::Interval;
+use crate::measurement::velocity::VelocityEstimate;
 use crate::parameters::{Parameter, ParameterSet, PerParameter, ServoParameters};
 use crate::settings::{FromSettings, GradientPlan, Settings, SettingsError};
 use crate::stability::{Certificate, StabilityCheck};
@@ -92,7 +92,7 @@ fn bounded<S: ParameterSet<P>, const P: usize>(
 
 impl<V, S, const P: usize> FromSettings for FixedGradientIdentifier<V, S, P>
 where
-    V: FixedVelocity,
+    V: VelocityEstimate<Word>,
     S: ParameterSet<P>,
 {
     /// # Errors
@@ -137,7 +137,7 @@ where
 
 impl<V, S, const P: usize> FixedGradientIdentifier<V, S, P>
 where
-    V: FixedVelocity,
+    V: VelocityEstimate<Word>,
     S: ParameterSet<P>,
 {
     /// The certificate of the box, where a box was given.
@@ -201,7 +201,7 @@ where
 
 impl<V, S, const P: usize> Identify<Word> for FixedGradientIdentifier<V, S, P>
 where
-    V: FixedVelocity,
+    V: VelocityEstimate<Word>,
     S: ParameterSet<P>,
 {
     type State = FixedGradientState<V::State, P>;

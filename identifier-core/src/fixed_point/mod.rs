@@ -76,8 +76,7 @@ mod servo_loop;
 mod step;
 mod velocity;
 
-pub use arithmetic::{Accumulator, Word};
-pub use controller::{FixedControlSample, FixedControlState, FixedController, split_setpoint};
-pub use identifier::{FixedGradientEstimates, FixedGradientIdentifier, FixedGradientState};
-pub use servo_loop::{FixedLoopStep, FixedServoLoop, FixedServoLoopState};
-pub use velocity::{FixedAveragedDifference, FixedLowPass, FixedVelocity};
+pub use arithmetic::Word;
+pub use controller::FixedController;
+pub use identifier::FixedGradientIdentifier;
+pub use servo_loop::{FixedServoLoop, FixedServoLoopState};

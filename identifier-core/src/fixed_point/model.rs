@@ -4,8 +4,8 @@ use super::arithmetic::{
 use super::pid::FixedCorrection;
 use super::ranges::Scales;
 use super::step::{FixedMotion, FixedStep};
-use super::velocity::FixedVelocity;
 use crate::control::Gains;
+use crate::measurement::velocity::VelocityEstimate;
 use crate::parameters::{Parameter, ParameterSet};
 use crate::units::Units;
 
@@ -104,7 +104,7 @@ impl<F: Default> FixedModelState<F> {
     }
 }
 
-impl<V: FixedVelocity> FixedModelLoop<V> {
+impl<V: VelocityEstimate<Word>> FixedModelLoop<V> {
     pub(super) fn new(velocity: V, units: &Units, gains: &Gains, scales: &Scales) -> Self {
         Self {
             velocity,

@@ -1,12 +1,12 @@
 use fixed::types::I16F16;
 
 use super::arithmetic::Word;
-use super::controller::{FixedControlSample, FixedControlState, FixedController};
+use super::controller::{FixedControlState, FixedController};
 use super::identifier::{FixedGradientIdentifier, FixedGradientState};
-use super::velocity::FixedVelocity;
 use crate::control::ControlSample;
 use crate::error::StepError;
-use crate::identifier::{Identify, Update};
+use crate::identifier::{Identify, LoopStep, Update};
+use crate::measurement::velocity::VelocityEstimate;
 use crate::parameters::ParameterSet;
 use crate::settings::{FromSettings, Settings, SettingsError};
 
@@ -29,18 +29,9 @@ pub struct FixedServoLoopState<F, const P: usize> {
     identification: FixedGradientState<F, P>,
 }
 
-/// What a sample of the loop did.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FixedLoopStep {
-    /// The controller's part.
-    pub control: FixedControlSample,
-    /// What the identifier saw.
-    pub seen: Update<Word>,
-}
-
 impl<V, S, const P: usize> FromSettings for FixedServoLoop<V, S, P>
 where
-    V: FixedVelocity,
+    V: VelocityEstimate<Word>,
     S: ParameterSet<P>,
 {
     fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
@@ -78,7 +69,7 @@ impl<F, const P: usize> FixedServoLoopState<F, P> {
 
 impl<V, S, const P: usize> FixedServoLoop<V, S, P>
 where
-    V: FixedVelocity,
+    V: VelocityEstimate<Word>,
     S: ParameterSet<P>,
 {
     /// The controller.
@@ -134,10 +125,10 @@ where
         setpoint: i32,
         offset: I16F16,
         count: i32,
-    ) -> Result<FixedLoopStep, StepError> {
+    ) -> Result<LoopStep<Word>, StepError> {
         let control = self.control(state, setpoint, offset, count)?;
         let seen = self.learn(state, &control);
-        Ok(FixedLoopStep { control, seen })
+        Ok(LoopStep { control, seen })
     }
 
     /// The first half: measure and control.
@@ -152,7 +143,7 @@ where
         setpoint: i32,
         offset: I16F16,
         count: i32,
-    ) -> Result<FixedControlSample, StepError> {
+    ) -> Result<ControlSample<Word>, StepError> {
         let increment = self.controller.increment(count.wrapping_sub(state.count));
         let error = self.controller.error(setpoint, offset, count);
         let sample = self
@@ -168,7 +159,7 @@ where
     pub fn learn(
         &self,
         state: &mut FixedServoLoopState<V::State, P>,
-        sample: &FixedControlSample,
+        sample: &ControlSample<Word>,
     ) -> Update<Word> {
         self.identifier
             .update(&mut state.identification, sample.increment, sample.command)
@@ -183,7 +174,7 @@ where
     pub fn learn_with(
         &self,
         state: &mut FixedServoLoopState<V::State, P>,
-        sample: &FixedControlSample,
+        sample: &ControlSample<Word>,
         command: Word,
     ) -> Result<Update<Word>, StepError> {
         self.identifier

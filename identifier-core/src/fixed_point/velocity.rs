@@ -1,3 +1,5 @@
+//! The velocity estimates on words.
+
 use super::arithmetic::{Accumulator, Word, narrow, with_product, word};
 use crate::error::OutOfRange;
 use crate::measurement::velocity::{
@@ -5,40 +7,15 @@ use crate::measurement::velocity::{
 };
 use crate::units::Units;
 
-/// A velocity estimate on words, as [`VelocityEstimate`] on numbers: a linear filter of unit gain, so
-/// that it serves signals of any full scale.
-pub trait FixedVelocity: Copy + core::fmt::Debug {
-    /// The filter's memory between samples.
-    type State: Copy + core::fmt::Debug + Default + PartialEq;
-
-    /// The estimate with a cut-off in rad/s; an estimate without one ignores it.
-    ///
-    /// # Errors
-    /// `cutoff` out of range.
-    fn with_cutoff(units: &Units, cutoff: f64) -> Result<Self, OutOfRange>;
-
-    /// The filtered signal, of the same full scale as the input. The input must be within −1 and 1,
-    /// and so is the output.
-    fn process(&self, state: &mut Self::State, input: Word) -> Word;
-
-    /// The filter's transfer function from increment to velocity.
-    fn transfer(&self) -> Transfer;
-}
-
-/// [`LowPass`] on words; its state keeps 60 fraction bits, so nothing below a word's last bit is
-/// lost in it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FixedLowPass {
-    gain: Word,
-}
-
-impl FixedVelocity for FixedLowPass {
+/// Its state keeps 60 fraction bits, so nothing below a word's last bit is lost in it.
+impl VelocityEstimate<Word> for LowPass<Word> {
     type State = Accumulator;
 
     fn with_cutoff(units: &Units, cutoff: f64) -> Result<Self, OutOfRange> {
         let exact = LowPass::<f64>::new(units, cutoff)?;
         Ok(Self {
-            gain: word(exact.gain(), 0),
+            pole: word(exact.pole, 0),
+            gain: word(exact.gain, 0),
         })
     }
 
@@ -59,7 +36,7 @@ impl FixedVelocity for FixedLowPass {
     }
 }
 
-impl FixedVelocity for BackwardDifference {
+impl VelocityEstimate<Word> for BackwardDifference {
     type State = ();
 
     fn with_cutoff(_: &Units, _: f64) -> Result<Self, OutOfRange> {
@@ -76,15 +53,11 @@ impl FixedVelocity for BackwardDifference {
     }
 }
 
-/// [`AveragedDifference`] on words.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct FixedAveragedDifference;
-
-impl FixedVelocity for FixedAveragedDifference {
+impl VelocityEstimate<Word> for AveragedDifference<Word> {
     type State = Word;
 
     fn with_cutoff(_: &Units, _: f64) -> Result<Self, OutOfRange> {
-        Ok(Self)
+        Ok(Self { half: word(0.5, 0) })
     }
 
     #[inline]

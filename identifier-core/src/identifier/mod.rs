@@ -17,23 +17,18 @@ mod identify;
 mod servo_loop;
 mod window;
 
+pub use crate::adaptation::{IdentifiableSet, OnDemand};
 pub use crate::fit::NumberedBlock;
-pub use behind_amplifier::{BehindAmplifier, BehindAmplifierState};
-pub use combined::{Combined, CombinedState};
+pub use crate::model::{AngledInputs, DelayedInputs, NoInputs};
+pub use behind_amplifier::BehindAmplifier;
+pub use combined::Combined;
 pub(crate) use gauss_newton::LoadStepTest;
 pub use gauss_newton::{
-    ExpectedMotion, GaussNewtonFitted, GaussNewtonFitter, GaussNewtonFitterState,
-    GaussNewtonIdentifier, GaussNewtonIdentifierState, GaussNewtonRecursion,
-    GaussNewtonRecursionState,
+    ExpectedMotion, GaussNewtonFitter, GaussNewtonIdentifier, GaussNewtonRecursion,
 };
-pub use gradient::{
-    DiagonalGradientIdentifier, GradientEstimates, GradientIdentifier, GradientIdentifierState,
-    GradientIdentifierWith,
-};
+pub(crate) use gradient::GradientIdentifierWith;
+pub use gradient::{DiagonalGradientIdentifier, GradientIdentifier};
 pub use halves::{FitBlocks, RecordBlocks};
 pub use identify::{Event, Identify, Update};
 pub use servo_loop::{LoopStep, ServoLoop, ServoLoopState};
-pub use window::{
-    TermWindowIdentifier, WindowEstimates, WindowFitted, WindowFitter, WindowFitterState,
-    WindowIdentifier, WindowRecorder, WindowRecorderState, WindowState,
-};
+pub use window::{WindowFitter, WindowIdentifier, WindowRecorder};

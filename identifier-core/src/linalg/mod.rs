@@ -5,8 +5,9 @@ mod normal_equations;
 mod positive_definite;
 mod vector;
 
-pub use factors::Lower;
+pub(crate) use factors::Lower;
 pub(crate) use factors::{Factors, Measurement};
 pub use normal_equations::NormalEquations;
-pub use positive_definite::{MatrixError, PositiveDefinite};
+pub use positive_definite::MatrixError;
+pub(crate) use positive_definite::PositiveDefinite;
 pub(crate) use vector::dot;

@@ -4,7 +4,10 @@
 //! loop, only errors and increments, so there is no origin, and precision does not depend on the
 //! distance from one.
 
-pub mod counter;
+pub(crate) mod counter;
 pub(crate) mod direction;
-pub mod standstill;
-pub mod velocity;
+pub(crate) mod standstill;
+pub(crate) mod velocity;
+
+pub use counter::{Counter, CounterRegister};
+pub use velocity::{AveragedDifference, BackwardDifference, LowPass, Transfer, VelocityEstimate};

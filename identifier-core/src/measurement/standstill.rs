@@ -12,7 +12,7 @@ use crate::units::Units;
 /// then, as the controller's integral grows; that does not count as motion, since within so few counts
 /// the encoder does not show how the servo moved.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Standstill<N> {
+pub(crate) struct Standstill<N> {
     slip: N,
     patience: N,
     pause: N,
@@ -21,7 +21,7 @@ pub struct Standstill<N> {
 
 /// The state of the detection.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rest<N> {
+pub(crate) struct Rest<N> {
     /// Distance of the servo from the place at which it may be at standstill, position units.
     away: N,
     /// Samples since it reached that place.
@@ -41,18 +41,18 @@ impl<N: Number> Rest<N> {
 
 impl<N: Number> Standstill<N> {
     /// How far a servo at standstill may slip, counts (position units).
-    pub const SLIP: f64 = 4.0;
+    pub(crate) const SLIP: f64 = 4.0;
 
     /// How long it must have stayed within the slip, s.
-    pub const PATIENCE: f64 = 0.1;
+    pub(crate) const PATIENCE: f64 = 0.1;
 
     /// The part of that time after which a model that friction holds is set to the servo's position,
     /// s.
-    pub const PAUSE: f64 = 0.02;
+    pub(crate) const PAUSE: f64 = 0.02;
 
     /// For a loop with these units.
     #[must_use]
-    pub fn new(units: &Units) -> Self {
+    pub(crate) fn new(units: &Units) -> Self {
         let patience = libm::ceil(Self::PATIENCE / units.sample_time());
         Self {
             slip: N::from_f64(Self::SLIP),
@@ -64,7 +64,7 @@ impl<N: Number> Standstill<N> {
 
     /// A servo at standstill from the start.
     #[must_use]
-    pub fn at_rest(&self) -> Rest<N> {
+    pub(crate) fn at_rest(&self) -> Rest<N> {
         Rest {
             away: N::ZERO,
             still: self.patience,
@@ -75,13 +75,13 @@ impl<N: Number> Standstill<N> {
     /// Whether the servo has stayed within a slip for a [`Standstill::PAUSE`].
     #[inline]
     #[must_use]
-    pub fn pauses(&self, rest: &Rest<N>) -> bool {
+    pub(crate) fn pauses(&self, rest: &Rest<N>) -> bool {
         rest.still >= self.pause
     }
 
     /// Whether a servo at standstill has not moved for a [`Standstill::PATIENCE`] although its command
     /// should move it; `should_move` is whether it should in this sample.
-    pub fn resists(&self, rest: &mut Rest<N>, should_move: bool) -> bool {
+    pub(crate) fn resists(&self, rest: &mut Rest<N>, should_move: bool) -> bool {
         if !should_move {
             rest.pushed = N::ZERO;
             return false;
@@ -95,13 +95,13 @@ impl<N: Number> Standstill<N> {
 
     /// The acceleration (machine units) that moves a servo by no more than a slip within that time.
     #[must_use]
-    pub fn hidden_acceleration(&self) -> N {
+    pub(crate) fn hidden_acceleration(&self) -> N {
         self.hidden
     }
 
     /// Takes the increment of a sample; true at standstill.
     #[inline]
-    pub fn stands(&self, rest: &mut Rest<N>, increment: N) -> bool {
+    pub(crate) fn stands(&self, rest: &mut Rest<N>, increment: N) -> bool {
         rest.away += increment;
         if rest.away.magnitude() > self.slip {
             *rest = Rest::NONE;
@@ -112,7 +112,7 @@ impl<N: Number> Standstill<N> {
 
     /// The same for a servo without friction, which does not slip: any count is motion.
     #[inline]
-    pub fn rests(&self, rest: &mut Rest<N>, increment: N) -> bool {
+    pub(crate) fn rests(&self, rest: &mut Rest<N>, increment: N) -> bool {
         if increment != N::ZERO {
             *rest = Rest::NONE;
             return false;

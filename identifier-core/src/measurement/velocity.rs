@@ -10,7 +10,10 @@ use crate::number::Number;
 use crate::units::Units;
 
 /// A velocity estimate: position increments in, velocity (machine units, per sample) out.
-pub trait VelocityEstimate<N: Number>: Copy + core::fmt::Debug {
+///
+/// N is a [`Number`] or the fixed-point word. On words an estimate has unit gain, so that it serves signals
+/// of any full scale: input and output are within −1 and 1.
+pub trait VelocityEstimate<N>: Copy + core::fmt::Debug {
     /// The filter's memory between samples.
     type State: Copy + core::fmt::Debug + Default + PartialEq;
 
@@ -41,8 +44,8 @@ pub struct Transfer {
 /// v ← p v + (1 − p) Δq. A ramp is followed without error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LowPass<N> {
-    pole: N,
-    gain: N,
+    pub(crate) pole: N,
+    pub(crate) gain: N,
 }
 
 impl<N: Number> LowPass<N> {
@@ -68,14 +71,6 @@ impl<N: Number> LowPass<N> {
             pole: N::ONE - gain,
             gain,
         }
-    }
-}
-
-impl<N: Number> LowPass<N> {
-    /// The part of a step of the velocity that the estimate shows after one sample, 1 − p.
-    #[cfg(feature = "fixed")]
-    pub(crate) fn gain(&self) -> f64 {
-        self.gain.to_f64()
     }
 }
 
@@ -145,7 +140,7 @@ impl<N: Number> VelocityEstimate<N> for BackwardDifference {
 /// v = (Δq + Δq⁻)/2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AveragedDifference<N> {
-    half: N,
+    pub(crate) half: N,
 }
 
 impl<N: Number> AveragedDifference<N> {

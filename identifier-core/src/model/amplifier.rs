@@ -6,7 +6,7 @@ use crate::number::Number;
 /// A model that is driven by the mean of what acts over each sample is exact in velocity; within a
 /// sample its position differs by at most b T²/8 times the change of the command.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Amplifier<N> {
+pub(crate) struct Amplifier<N> {
     dead_band: N,
     /// Whole samples of the delay.
     whole: usize,
@@ -21,7 +21,7 @@ pub struct Amplifier<N> {
 
 /// The commands that have not acted in full.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AmplifierState<N, const L: usize> {
+pub(crate) struct AmplifierState<N, const L: usize> {
     /// The last L commands behind the dead band; L is a power of two.
     commands: [N; L],
     last: usize,
@@ -31,7 +31,7 @@ pub struct AmplifierState<N, const L: usize> {
 
 impl<N: Number, const L: usize> AmplifierState<N, L> {
     /// Nothing was commanded yet.
-    pub const START: Self = {
+    pub(crate) const START: Self = {
         assert!(L >= 4 && L.is_power_of_two());
         Self {
             commands: [N::ZERO; L],
@@ -41,7 +41,7 @@ impl<N: Number, const L: usize> AmplifierState<N, L> {
     };
 
     /// The longest delay that it can represent, samples.
-    pub const LONGEST_DELAY: f64 = (L - 2) as f64;
+    pub(crate) const LONGEST_DELAY: f64 = (L - 2) as f64;
 
     /// The command of some samples ago.
     #[inline]
@@ -54,7 +54,7 @@ impl<N: Number> Amplifier<N> {
     /// A dead band (command units), a delay and the time constant of a current loop, both in samples;
     /// zero is none.
     #[must_use]
-    pub fn new(dead_band: f64, delay: f64, current_loop: f64) -> Self {
+    pub(crate) fn new(dead_band: f64, delay: f64, current_loop: f64) -> Self {
         let whole = libm::floor(delay);
         let part = delay - whole;
         let (kept, lag) = if current_loop > 0.0 {
@@ -79,7 +79,11 @@ impl<N: Number> Amplifier<N> {
 
     /// Takes the command from this sample to the next, and returns the mean of what acts until then.
     #[inline]
-    pub fn process<const L: usize>(&self, state: &mut AmplifierState<N, L>, command: N) -> N {
+    pub(crate) fn process<const L: usize>(
+        &self,
+        state: &mut AmplifierState<N, L>,
+        command: N,
+    ) -> N {
         state.last = state.last.wrapping_add(1) & (L - 1);
         state.commands[state.last] = self.behind_dead_band(command);
         let (older, newer) = (state.ago(self.whole + 1), state.ago(self.whole));

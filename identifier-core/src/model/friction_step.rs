@@ -9,7 +9,7 @@ use crate::number::Number;
 /// needs to be smoothed. At rest the servo stays while |w| ≤ c; a drive only changes at a sample, so
 /// it can only break away there.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FrictionStep<N> {
+pub(crate) struct FrictionStep<N> {
     /// The step between events.
     pub step: ZeroOrderHoldStep<N>,
     halves: [N; 3],
@@ -18,7 +18,7 @@ pub struct FrictionStep<N> {
 /// The phase of friction during a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Phase<N> {
+pub(crate) enum Phase<N> {
     /// ModelStep throughout, in one direction (±1).
     Slid {
         /// The direction.
@@ -47,7 +47,7 @@ pub enum Phase<N> {
 impl<N: Number> Phase<N> {
     /// The mean of sign(q̇) over the sample.
     #[inline]
-    pub fn mean_direction(&self) -> N {
+    pub(crate) fn mean_direction(&self) -> N {
         match *self {
             Self::Slid { direction } => direction,
             Self::Stuck => N::ZERO,
@@ -60,7 +60,7 @@ impl<N: Number> Phase<N> {
 
     /// The part of the sample in which it moved.
     #[inline]
-    pub fn moving_part(&self) -> N {
+    pub(crate) fn moving_part(&self) -> N {
         match *self {
             Self::Slid { .. } | Self::Turned { .. } => N::ONE,
             Self::Stuck => N::ZERO,
@@ -72,7 +72,7 @@ impl<N: Number> Phase<N> {
 impl<N: Number> FrictionStep<N> {
     /// The step; it has no parameter.
     #[must_use]
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             step: ZeroOrderHoldStep::new(),
             halves: [1.0 / 2.0, 1.0 / 3.0, 1.0 / 4.0].map(N::from_f64),
@@ -82,14 +82,14 @@ impl<N: Number> FrictionStep<N> {
     /// Moves one sample from `velocity` under the held acceleration `drive` with x = a T and the
     /// friction `coulomb` ≥ 0.
     #[inline]
-    pub fn process(&self, x: N, drive: N, coulomb: N, velocity: N) -> (Motion<N>, Phase<N>) {
+    pub(crate) fn process(&self, x: N, drive: N, coulomb: N, velocity: N) -> (Motion<N>, Phase<N>) {
         self.process_with(&self.step.response(x), x, drive, coulomb, velocity)
     }
 
     /// [`FrictionStep::process`] with the response over a whole sample, [`ZeroOrderHoldStep::response`] of x,
     /// that is kept while x does not change.
     #[inline]
-    pub fn process_with(
+    pub(crate) fn process_with(
         &self,
         response: &Response<N>,
         x: N,

@@ -11,14 +11,14 @@ mod tangents;
 mod terms;
 mod zero_order_hold_step;
 
-pub use amplifier::{Amplifier, AmplifierState};
-pub use correction::{
-    AccelerationCorrection, CommandCorrection, Corrected, Correction, IntegralError,
-};
-pub use friction_step::{FrictionStep, Phase};
-pub use known_inputs::{Acting, AngleSettings, AngledInputs, DelayedInputs, KnownInputs, NoInputs};
-pub use model_loop::{ModelLoop, ModelState, Observed};
-pub use observer_model::{Innovation, ModelStep, ObserverModel, SlidingStep};
-pub use tangents::Tangents;
-pub use terms::{ModelValues, TermValues};
-pub use zero_order_hold_step::{Motion, Response, ZeroOrderHoldStep};
+pub(crate) use amplifier::{Amplifier, AmplifierState};
+pub(crate) use correction::{CommandCorrection, Corrected, Correction};
+pub(crate) use friction_step::{FrictionStep, Phase};
+pub(crate) use known_inputs::{Acting, AngleSettings, KnownInputs};
+pub use known_inputs::{AngledInputs, DelayedInputs, NoInputs};
+pub(crate) use model_loop::{ModelLoop, ModelState, Observed};
+pub(crate) use observer_model::{Innovation, ModelStep, ObserverModel, SlidingStep};
+pub(crate) use tangents::Tangents;
+pub(crate) use terms::ModelValues;
+pub(crate) use terms::TermValues;
+pub(crate) use zero_order_hold_step::{Motion, Response, ZeroOrderHoldStep};

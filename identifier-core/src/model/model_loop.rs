@@ -24,7 +24,7 @@ use crate::parameters::{ModelParameters, Parameter, ParameterSet};
 /// **Relative.** Its state is ε rather than q_e: no large numbers are subtracted, and the loop has no
 /// origin. Two calls make a sample: [`ModelLoop::observe`] and [`ModelLoop::advance`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ModelLoop<N, V, C> {
+pub(crate) struct ModelLoop<N, V, C> {
     velocity: V,
     correction: C,
     step: FrictionStep<N>,
@@ -32,7 +32,7 @@ pub struct ModelLoop<N, V, C> {
 
 /// The state of the model loop between samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ModelState<N, F, C> {
+pub(crate) struct ModelState<N, F, C> {
     output_error: N,
     motion: Motion<N>,
     measured: F,
@@ -60,7 +60,7 @@ struct RegressorFilter<F> {
 
 /// The observation of a sample, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Observed<N, const P: usize> {
+pub(crate) struct Observed<N, const P: usize> {
     /// Output error ε = q − q_e.
     pub output_error: N,
     /// Its rate ε̇ through the velocity filter: the difference of the two velocity estimates.
@@ -76,7 +76,7 @@ pub struct Observed<N, const P: usize> {
 impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
     /// The loop with a velocity filter for ε̇ and a correction.
     #[must_use]
-    pub fn new(velocity: V, correction: C) -> Self {
+    pub(crate) fn new(velocity: V, correction: C) -> Self {
         Self {
             velocity,
             correction,
@@ -86,7 +86,7 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
 
     /// At rest at the servo's position.
     #[must_use]
-    pub fn start(&self) -> ModelState<N, V::State, C::State> {
+    pub(crate) fn start(&self) -> ModelState<N, V::State, C::State> {
         let rest = V::State::default();
         ModelState {
             output_error: N::ZERO,
@@ -110,7 +110,7 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
     /// The state that moves with the servo at a velocity (machine units), for an identifier that joins
     /// a loop in motion before the next sample; the correction's integral is kept.
     #[must_use]
-    pub fn alongside(
+    pub(crate) fn alongside(
         &self,
         state: &ModelState<N, V::State, C::State>,
         velocity: N,
@@ -128,7 +128,7 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
     /// Takes the increment of the servo since the last sample and gives output error, rate and
     /// regressor.
     #[inline]
-    pub fn observe<S: ParameterSet<P>, const P: usize>(
+    pub(crate) fn observe<S: ParameterSet<P>, const P: usize>(
         &self,
         state: &mut ModelState<N, V::State, C::State>,
         increment: N,
@@ -140,7 +140,7 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
     /// The same where a controller with the same velocity filter has computed the servo's velocity
     /// estimate already.
     #[inline]
-    pub fn observe_beside<S: ParameterSet<P>, const P: usize>(
+    pub(crate) fn observe_beside<S: ParameterSet<P>, const P: usize>(
         &self,
         state: &mut ModelState<N, V::State, C::State>,
         increment: N,
@@ -173,7 +173,7 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
     /// Moves the model to the next sample under the command that acts until then; `rate` is what was
     /// observed.
     #[inline]
-    pub fn advance<S: ParameterSet<P>, const P: usize>(
+    pub(crate) fn advance<S: ParameterSet<P>, const P: usize>(
         &self,
         state: &mut ModelState<N, V::State, C::State>,
         rate: N,
@@ -212,14 +212,14 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
 
     /// Output error ε = q − q_e, machine units.
     #[inline]
-    pub fn output_error(&self, state: &ModelState<N, V::State, C::State>) -> N {
+    pub(crate) fn output_error(&self, state: &ModelState<N, V::State, C::State>) -> N {
         state.output_error
     }
 
     /// k_i ω: the load over the gain as the correction's integral estimates it, command units; by (9),
     /// ω → 0.
     #[inline]
-    pub fn load_command(&self, state: &ModelState<N, V::State, C::State>) -> N {
+    pub(crate) fn load_command(&self, state: &ModelState<N, V::State, C::State>) -> N {
         self.correction.load_command(&state.correction)
     }
 
@@ -229,7 +229,7 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
     /// friction's band at which a servo comes to rest contains no information on its parameters, and a
     /// difference there would be an output error at the start of the next motion.
     #[inline]
-    pub fn hold_at_measurement(&self, state: &mut ModelState<N, V::State, C::State>) {
+    pub(crate) fn hold_at_measurement(&self, state: &mut ModelState<N, V::State, C::State>) {
         state.output_error = N::ZERO;
     }
 
@@ -237,7 +237,7 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
     /// [`Number::REACH`]; true if it did.
     #[inline]
     #[must_use]
-    pub fn restart_if_lost(&self, state: &mut ModelState<N, V::State, C::State>) -> bool {
+    pub(crate) fn restart_if_lost(&self, state: &mut ModelState<N, V::State, C::State>) -> bool {
         // One comparison for both; it fails for what is no number.
         let in_reach =
             state.output_error.magnitude() + state.motion.velocity.magnitude() <= N::REACH;

@@ -18,7 +18,7 @@ use crate::parameters::{ModelParameters, UnknownSet};
 /// The optional terms of an [`UnknownSet`] act beside. Only ε and the velocity are kept, never a
 /// position, so no travel is too long for `f32`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ObserverModel<N> {
+pub(crate) struct ObserverModel<N> {
     /// ε before the increment of the sample, or after it once [`ObserverModel::observe`] was
     /// called; counts.
     pub error: N,
@@ -28,7 +28,7 @@ pub struct ObserverModel<N> {
 
 /// The gains of the correction in innovations form, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Innovation<N> {
+pub(crate) struct Innovation<N> {
     /// l₁ T: the part of ε by which the position is moved each sample.
     pub position: N,
     /// l₂ T²: acceleration per ε.
@@ -39,7 +39,7 @@ impl<N: Number> Innovation<N> {
     /// A double pole at ω T: l₁ = 2 ω, l₂ = ω².
     #[inline]
     #[must_use]
-    pub fn critically_damped(omega: N) -> Self {
+    pub(crate) fn critically_damped(omega: N) -> Self {
         Self {
             position: omega + omega,
             velocity: omega * omega,
@@ -50,7 +50,7 @@ impl<N: Number> Innovation<N> {
 impl<N: Number> ObserverModel<N> {
     /// At the servo's position, with a velocity (counts per sample).
     #[must_use]
-    pub fn alongside(velocity: N) -> Self {
+    pub(crate) fn alongside(velocity: N) -> Self {
         Self {
             error: N::ZERO,
             velocity,
@@ -59,14 +59,14 @@ impl<N: Number> ObserverModel<N> {
 
     /// Takes the distance that the servo has moved over the last sample; ε is then the output error.
     #[inline]
-    pub fn observe(&mut self, increment: N) {
+    pub(crate) fn observe(&mut self, increment: N) {
         self.error += increment;
     }
 
     /// Moves the model one sample under what acts; `response` is that of the step for the values' x.
     /// Returns what happened to the model itself, without the correction of its position.
     #[inline]
-    pub fn advance<S: UnknownSet<P>, const P: usize>(
+    pub(crate) fn advance<S: UnknownSet<P>, const P: usize>(
         &mut self,
         step: &FrictionStep<N>,
         response: &Response<N>,
@@ -95,7 +95,7 @@ impl<N: Number> ObserverModel<N> {
     /// [`ObserverModel::advance`] for a sample in which the model moves in one direction throughout,
     /// as in most; none, and does nothing, if friction has more to say.
     #[inline]
-    pub fn slide<S: UnknownSet<P>, const P: usize>(
+    pub(crate) fn slide<S: UnknownSet<P>, const P: usize>(
         &mut self,
         response: &Response<N>,
         values: &ModelValues<N>,
@@ -126,7 +126,7 @@ impl<N: Number> ObserverModel<N> {
     /// True if friction holds the model throughout a sample; the sample is done then: only the
     /// correction moves the model.
     #[inline]
-    pub fn rest<S: UnknownSet<P>, const P: usize>(
+    pub(crate) fn rest<S: UnknownSet<P>, const P: usize>(
         &mut self,
         values: &ModelValues<N>,
         acting: &Acting<N>,
@@ -219,7 +219,7 @@ struct Push<N> {
 
 /// A model's own motion over a sample in which it moved in one direction throughout.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SlidingStep<N> {
+pub(crate) struct SlidingStep<N> {
     /// The distance, counts.
     pub displacement: N,
     /// The direction, ±1; zero in models without friction.
@@ -230,7 +230,7 @@ pub struct SlidingStep<N> {
 
 /// A model's own motion over a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ModelStep<N> {
+pub(crate) struct ModelStep<N> {
     /// The distance, counts.
     pub displacement: N,
     /// The phase of friction.

@@ -8,7 +8,7 @@ use crate::parameters::UnknownSet;
 /// They are of first order in the sample time, which is enough: a tangent only gives a direction; the
 /// step that is taken is judged with the exact model.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tangents<N, const Q: usize> {
+pub(crate) struct Tangents<N, const Q: usize> {
     /// ∂q_e/∂θ.
     pub position: [N; Q],
     /// ∂v_e/∂θ.
@@ -17,14 +17,14 @@ pub struct Tangents<N, const Q: usize> {
 
 impl<N: Number, const Q: usize> Tangents<N, Q> {
     /// No motion depends on any parameter yet.
-    pub const NONE: Self = Self {
+    pub(crate) const NONE: Self = Self {
         position: [N::ZERO; Q],
         velocity: [N::ZERO; Q],
     };
 
     /// Moves the tangents over the sample in which the model went `way` in a `phase`.
     #[inline]
-    pub fn advance<S: UnknownSet<P>, const P: usize>(
+    pub(crate) fn advance<S: UnknownSet<P>, const P: usize>(
         &mut self,
         values: &ModelValues<N>,
         acting: &Acting<N>,
@@ -45,7 +45,7 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
 
     /// A sample in which the model moved, in one direction on the whole.
     #[inline]
-    pub fn slide<S: UnknownSet<P>, const P: usize>(
+    pub(crate) fn slide<S: UnknownSet<P>, const P: usize>(
         &mut self,
         values: &ModelValues<N>,
         acting: &Acting<N>,
@@ -68,7 +68,7 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
 
     /// A sample in which the model was at rest from beginning to end, so that they have no velocity.
     #[inline]
-    pub fn rest(&mut self, innovation: &Innovation<N>) {
+    pub(crate) fn rest(&mut self, innovation: &Innovation<N>) {
         let followed = N::ONE - innovation.position;
         for position in &mut self.position {
             *position = *position * followed;

@@ -45,7 +45,7 @@ impl<N: Number> TermValues<N> {
 
 /// The values of all unknowns of a model, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ModelValues<N> {
+pub(crate) struct ModelValues<N> {
     /// The four parameters.
     pub parameters: ModelParameters<N>,
     /// The terms.
@@ -56,7 +56,7 @@ impl<N: Number> ModelValues<N> {
     /// The model of a set with these values.
     #[inline]
     #[must_use]
-    pub fn from_values<S: UnknownSet<P>, const P: usize>(values: &[N; P]) -> Self {
+    pub(crate) fn from_values<S: UnknownSet<P>, const P: usize>(values: &[N; P]) -> Self {
         let mut parameters = ModelParameters {
             x: N::ZERO,
             gain: N::ZERO,
@@ -88,7 +88,7 @@ impl<N: Number> ModelValues<N> {
     /// the whole.
     #[inline]
     #[must_use]
-    pub fn push_of(&self, unknown: Unknown, acting: &Acting<N>, slid: &SlidingStep<N>) -> N {
+    pub(crate) fn push_of(&self, unknown: Unknown, acting: &Acting<N>, slid: &SlidingStep<N>) -> N {
         match unknown {
             Unknown::A => -slid.displacement,
             Unknown::B => acting.command,

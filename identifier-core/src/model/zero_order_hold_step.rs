@@ -13,13 +13,13 @@ use crate::number::Number;
 /// 10⁻⁸ for |xτ| ≤ 0.2 and 10⁻⁶ at the limit 0.5; in single precision after the fourth, which is below
 /// its rounding for |xτ| ≤ 0.15 and 2·10⁻⁵ at the limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ZeroOrderHoldStep<N> {
+pub(crate) struct ZeroOrderHoldStep<N> {
     coefficients: [N; 6],
 }
 
 /// A motion over one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Motion<N> {
+pub(crate) struct Motion<N> {
     /// The distance moved, Δq.
     pub increment: N,
     /// The velocity at the end.
@@ -28,7 +28,7 @@ pub struct Motion<N> {
 
 impl<N: Number> Motion<N> {
     /// No motion.
-    pub const NONE: Self = Self {
+    pub(crate) const NONE: Self = Self {
         increment: N::ZERO,
         velocity: N::ZERO,
     };
@@ -36,7 +36,7 @@ impl<N: Number> Motion<N> {
 
 /// How an acceleration acts over a time: the distance and the velocity it adds.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Response<N> {
+pub(crate) struct Response<N> {
     /// Distance per acceleration, h₂ τ².
     pub way: N,
     /// Velocity per acceleration, h₁ τ.
@@ -46,7 +46,7 @@ pub struct Response<N> {
 impl<N: Number> Response<N> {
     /// The motion over a whole sample from `velocity` under the held acceleration `drive`.
     #[inline]
-    pub fn motion(&self, x: N, drive: N, velocity: N) -> Motion<N> {
+    pub(crate) fn motion(&self, x: N, drive: N, velocity: N) -> Motion<N> {
         let acceleration = drive - x * velocity;
         Motion {
             increment: velocity + self.way * acceleration,
@@ -57,11 +57,11 @@ impl<N: Number> Response<N> {
 
 impl<N: Number> ZeroOrderHoldStep<N> {
     /// The largest |a T| that the series is meant for.
-    pub const LARGEST_RATE: f64 = 0.5;
+    pub(crate) const LARGEST_RATE: f64 = 0.5;
 
     /// The step; it has no parameter.
     #[must_use]
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let mut factorial = 1.0;
         let mut sign = 1.0;
         let coefficients = core::array::from_fn(|k| {
@@ -75,7 +75,7 @@ impl<N: Number> ZeroOrderHoldStep<N> {
 
     /// The response over a whole sample.
     #[inline]
-    pub fn response(&self, x: N) -> Response<N> {
+    pub(crate) fn response(&self, x: N) -> Response<N> {
         let (mut way, mut k) = (self.coefficients[N::SERIES_TERMS - 1], N::SERIES_TERMS - 1);
         while k > 0 {
             k -= 1;
@@ -89,7 +89,7 @@ impl<N: Number> ZeroOrderHoldStep<N> {
 
     /// The response over a part τ of a sample.
     #[inline]
-    pub fn partial_response(&self, x: N, part: N) -> Response<N> {
+    pub(crate) fn partial_response(&self, x: N, part: N) -> Response<N> {
         let Response { way, velocity } = self.response(x * part);
         Response {
             way: way * part * part,
@@ -99,7 +99,7 @@ impl<N: Number> ZeroOrderHoldStep<N> {
 
     /// Moves one sample from `velocity` under the held acceleration `drive`, with x = a T.
     #[inline]
-    pub fn process(&self, x: N, drive: N, velocity: N) -> Motion<N> {
+    pub(crate) fn process(&self, x: N, drive: N, velocity: N) -> Motion<N> {
         self.response(x).motion(x, drive, velocity)
     }
 }

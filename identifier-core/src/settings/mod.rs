@@ -15,6 +15,7 @@ mod servo_loop;
 mod terms;
 mod window;
 
+pub use crate::linalg::MatrixError;
 pub use automatic_gamma::{AutomaticGain, GainError};
 pub use error::SettingsError;
 #[cfg(feature = "fixed")]

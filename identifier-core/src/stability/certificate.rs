@@ -11,9 +11,7 @@
 //! It concerns only the error between servo and model, which does not depend on the controller
 //! ([`ModelLoop`](crate::model::ModelLoop)): k_p, k_d and k_i are the gains of the *correction*, and
 //! the certificate holds with any controller that keeps the servo bounded, whether it saturates or
-//! not. With the correction in acceleration form
-//! ([`AccelerationCorrection`](crate::model::AccelerationCorrection)) 0 < μ ≤ a + l_d takes the place
-//! of both inequalities.
+//! not.
 //!
 //! It is a statement about continuous time. What sampling takes from it is checked by
 //! [`sampled_loop`](super::sampled_loop), and of the guard in

@@ -59,6 +59,7 @@ impl<N: Number> Bounds<N> {
 
     /// Samples until a speed of 1.25 of what is allowed, and three counts in the time of the mean beyond
     /// that, is seen.
+    #[cfg(test)]
     pub(super) fn samples_until_too_fast(&self) -> f64 {
         /// The part of a speed step that its mean still lacks when the rest is beyond the bound.
         const REMAINDER: f64 = 0.2;

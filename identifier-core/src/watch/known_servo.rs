@@ -11,7 +11,7 @@ use crate::units::Units;
 /// The data of an identified servo that a watch needs, in the units of its loop: computed in f64, so
 /// prepared where there is time for that.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct KnownServo<N> {
+pub(crate) struct KnownServo<N> {
     /// By how many counts an increment may differ from the one before.
     pub(super) change: N,
     pub(super) able: Able<N>,
@@ -27,7 +27,7 @@ pub(super) const MAX_DELAY_SAMPLES: usize = 16;
 impl<N: Number> KnownServo<N> {
     /// Of an axis with these settings; none if they are not allowed, or the servo has no gain to speak of.
     #[must_use]
-    pub fn of(settings: &WatchSettings, servo: &IdentifiedServo) -> Option<Self> {
+    pub(crate) fn of(settings: &WatchSettings, servo: &IdentifiedServo) -> Option<Self> {
         let units = settings.check().ok()?;
         let model = Model::of(servo, settings, &units, MAX_DELAY_SAMPLES - 2)?;
         Some(Self {

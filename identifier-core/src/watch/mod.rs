@@ -1,8 +1,8 @@
 //! The watch over a servo: fault detection from the encoder's counts and the command alone.
 //!
 //! [`ServoWatch::process`] is called once a sample, in the interrupt, with what was measured and what
-//! acted. It names a [`Reason`](crate::reason::Reason) within a stated number of samples after a fault has begun to show:
-//! [`ServoWatch::detection_times`]. It has no gains and gives no command; the reaction is its caller's.
+//! acted. It names a [`Reason`](crate::reason::Reason) within a stated number of samples after a fault has begun to show,
+//! `ServoWatch::detection_times`, which its tests hold it to. It has no gains and gives no command; the reaction is its caller's.
 //!
 //! | fault | evidence | needs the servo to be known |
 //! |---|---|---|
@@ -31,7 +31,11 @@ mod response;
 mod servo_watch;
 mod settings;
 mod standstill;
+#[cfg(test)]
+mod tests;
 
-pub use known_servo::KnownServo;
-pub use servo_watch::{ServoWatch, ServoWatchState};
-pub use settings::{DetectionTimes, Observation, WatchSettings};
+pub(crate) use known_servo::KnownServo;
+pub(crate) use servo_watch::{ServoWatch, ServoWatchState};
+#[cfg(test)]
+use settings::DetectionTimes;
+pub(crate) use settings::{Observation, WatchSettings};

@@ -66,6 +66,7 @@ impl<N: Number> Readings<N> {
     }
 
     /// The smallest jump that is seen for certain, counts.
+    #[cfg(test)]
     pub(super) fn smallest_jump(&self, state: &ReadingsState<N>) -> f64 {
         let by_speed = self.farthest.to_f64() * (1.0 + 1.0 / Self::SPEED_MARGIN);
         by_speed.min(state.change.to_f64() * (1.0 + 1.0 / Self::SPEED_MARGIN))

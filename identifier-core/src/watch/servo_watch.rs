@@ -1,3 +1,5 @@
+#[cfg(test)]
+use super::DetectionTimes;
 use super::blocks::{Part, Parts, PartsState};
 use super::bounds::{Bounds, BoundsState};
 use super::known_servo::{KnownServo, MAX_DELAY_SAMPLES};
@@ -5,14 +7,14 @@ use super::oscillation::{Oscillation, OscillationState};
 use super::readings::{Readings, ReadingsState};
 use super::response::{Known, Response, ResponseState};
 use super::standstill::{StandstillWatch, StandstillWatchState, Under};
-use super::{DetectionTimes, Observation, WatchSettings};
+use super::{Observation, WatchSettings};
 use crate::error::OutOfRange;
 use crate::number::Number;
 use crate::reason::Reason;
 
 /// Configuration of the watch over a servo and its encoder.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ServoWatch<N> {
+pub(crate) struct ServoWatch<N> {
     bounds: Bounds<N>,
     readings: Readings<N>,
     motion: StandstillWatch<N>,
@@ -26,7 +28,7 @@ pub struct ServoWatch<N> {
 
 /// State of the watch.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ServoWatchState<N> {
+pub(crate) struct ServoWatchState<N> {
     bounds: BoundsState<N>,
     readings: ReadingsState<N>,
     motion: StandstillWatchState<N>,
@@ -52,7 +54,7 @@ const LONGER_BLOCKS: usize = 1;
 
 impl<N: Number> ServoWatch<N> {
     /// The share of the command limit by which a load may step without being a fault.
-    pub const LOAD_STEP: f64 = 0.3;
+    pub(crate) const LOAD_STEP: f64 = 0.3;
     /// Length of the shorter blocks over which motion and command are compared, s,
     const SHORT_BLOCK_TIME: f64 = 2.5e-3;
     /// and in samples at least, so that what is not known of a delay is a small part.
@@ -62,7 +64,7 @@ impl<N: Number> ServoWatch<N> {
 
     /// # Errors
     /// The setting that is not allowed, by name.
-    pub fn new(settings: &WatchSettings) -> Result<Self, OutOfRange> {
+    pub(crate) fn new(settings: &WatchSettings) -> Result<Self, OutOfRange> {
         let units = settings.check()?;
         let samples = libm::round(Self::SHORT_BLOCK_TIME / units.sample_time());
         let shorter = samples.max(Self::MIN_BLOCK_SAMPLES) as i32;
@@ -80,7 +82,7 @@ impl<N: Number> ServoWatch<N> {
 
     /// Begins with a servo of which nothing is known.
     #[must_use]
-    pub fn start(&self) -> ServoWatchState<N> {
+    pub(crate) fn start(&self) -> ServoWatchState<N> {
         ServoWatchState {
             bounds: self.bounds.start(),
             readings: self.readings.start(),
@@ -99,7 +101,7 @@ impl<N: Number> ServoWatch<N> {
     }
 
     /// From now on the servo is known.
-    pub fn know(&self, state: &mut ServoWatchState<N>, servo: &KnownServo<N>) {
+    pub(crate) fn know(&self, state: &mut ServoWatchState<N>, servo: &KnownServo<N>) {
         Readings::know(&mut state.readings, servo.change);
         StandstillWatch::know(&mut state.motion, &servo.able);
         state.known = Some(servo.response);
@@ -112,7 +114,7 @@ impl<N: Number> ServoWatch<N> {
     ///
     /// # Errors
     /// The fault. The state has taken the sample nevertheless; the next sample reports it again.
-    pub fn process(
+    pub(crate) fn process(
         &self,
         state: &mut ServoWatchState<N>,
         seen: &Observation<N>,
@@ -181,7 +183,8 @@ impl<N: Number> ServoWatch<N> {
     }
 
     /// Within how many samples each fault is found, as the servo is known now.
-    pub fn detection_times(&self, state: &ServoWatchState<N>) -> DetectionTimes {
+    #[cfg(test)]
+    pub(crate) fn detection_times(&self, state: &ServoWatchState<N>) -> DetectionTimes {
         DetectionTimes {
             overrun: Bounds::<N>::MAX_LATE_SAMPLES,
             encoder_lost: self.readings.lost_after as u32,

@@ -1,10 +1,11 @@
 use crate::error::{Allowed, OutOfRange};
+#[cfg(test)]
 use crate::reason::Reason;
 use crate::units::Units;
 
 /// Limits of an axis, known before the servo is identified, SI. For a linear axis read m for rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WatchSettings {
+pub(crate) struct WatchSettings {
     /// Sample time, s.
     pub sample_time: f64,
     /// Position of a count, rad.
@@ -47,7 +48,7 @@ impl WatchSettings {
 
 /// A sample as the watch sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Observation<N> {
+pub(crate) struct Observation<N> {
     /// Counts that the encoder has moved since its last valid reading; none if there is no valid one now.
     pub increment: Option<N>,
     /// The command that acted since the last sample, command units.
@@ -65,8 +66,9 @@ pub struct Observation<N> {
 }
 
 /// Samples from the one in which a fault begins to show until it is found.
+#[cfg(test)]
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DetectionTimes {
+pub(crate) struct DetectionTimes {
     /// Samples running that are late.
     pub overrun: u32,
     /// Samples running without a reading.
@@ -86,10 +88,11 @@ pub struct DetectionTimes {
     pub longest_swing: u32,
 }
 
+#[cfg(test)]
 impl DetectionTimes {
     /// Samples within which a reason is found; none for one that the watch does not find.
     #[must_use]
-    pub fn samples(&self, reason: Reason) -> Option<u32> {
+    pub(crate) fn samples(&self, reason: Reason) -> Option<u32> {
         Some(match reason {
             Reason::Overrun => self.overrun,
             Reason::EncoderLost => self.encoder_lost,

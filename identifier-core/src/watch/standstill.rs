@@ -310,6 +310,7 @@ impl<N: Number> StandstillWatch<N> {
 
 impl<N: Number> StandstillWatchState<N> {
     /// Samples that the servo may stand where it must move.
+    #[cfg(test)]
     pub(super) fn patience(&self) -> i32 {
         self.able.patience
     }

@@ -2,8 +2,5 @@
 
 mod continued_identification;
 mod faults;
-mod fit;
 mod machine;
-mod probing;
-mod probing_support;
 mod rig;

@@ -3,9 +3,9 @@
 use fixed::types::I16F16;
 use identifier_core::control::{ControlState, Controller, position_error};
 use identifier_core::error::StepError;
-use identifier_core::fixed_point::{FixedController, FixedLowPass, FixedServoLoop};
+use identifier_core::fixed_point::{FixedController, FixedServoLoop, Word};
 use identifier_core::identifier::Identify;
-use identifier_core::measurement::velocity::LowPass;
+use identifier_core::measurement::LowPass;
 use identifier_core::parameters::AbCoulomb;
 use identifier_core::settings::BoxSettings;
 use identifier_core::{ControllerSettings, Settings};
@@ -40,7 +40,7 @@ fn gamma(diagonal: [f64; 3]) -> [[f64; 4]; 4] {
     gamma
 }
 
-type Words = FixedServoLoop<FixedLowPass, AbCoulomb, 3>;
+type Words = FixedServoLoop<LowPass<Word>, AbCoulomb, 3>;
 
 proptest! {
     /// With any sensor readings nothing wraps (the tests check every sum for it), no estimate
@@ -82,7 +82,7 @@ proptest! {
     ) {
         let settings = settings(1e-3);
         let exact: Controller<f64, LowPass<f64>> = settings.build().expect("valid");
-        let words: FixedController<FixedLowPass> = settings.build().expect("it fits");
+        let words: FixedController<LowPass<Word>> = settings.build().expect("it fits");
         let mut exact_state = ControlState::default();
         let mut state = words.start();
         let mut count = 0;

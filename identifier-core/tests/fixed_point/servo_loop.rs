@@ -3,14 +3,16 @@
 
 use fixed::types::I16F16;
 use identifier_core::GradientLoop;
+use identifier_core::drive::Setpoint;
 use identifier_core::error::{Allowed, StepError};
 use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::{
-    FixedAveragedDifference, FixedController, FixedGradientIdentifier, FixedLowPass,
-    FixedServoLoop, FixedVelocity, Word, split_setpoint,
+    FixedController, FixedGradientIdentifier, FixedServoLoop, Word,
 };
 use identifier_core::identifier::{Event, Identify};
-use identifier_core::measurement::velocity::BackwardDifference;
+use identifier_core::measurement::{
+    AveragedDifference, BackwardDifference, LowPass, VelocityEstimate,
+};
 use identifier_core::parameters::{
     Ab, AbCoulomb, AbCoulombLoad, AbLoad, Parameter, ParameterSet, ServoParameters,
 };
@@ -88,7 +90,7 @@ fn side_by_side<S: ParameterSet<P>, const P: usize>(
     seconds: f64,
 ) -> ([Distance; 3], [ServoParameters; 2]) {
     let exact: GradientLoop<f64, S, P> = settings.build().expect("valid");
-    let words: FixedServoLoop<FixedLowPass, S, P> = settings.build().expect("it fits");
+    let words: FixedServoLoop<LowPass<Word>, S, P> = settings.build().expect("it fits");
     let start = i32::MAX - 500;
     let mut bench = Bench::new(servo, settings, start);
     let units = settings.units().expect("valid");
@@ -98,7 +100,10 @@ fn side_by_side<S: ParameterSet<P>, const P: usize>(
     let mut distances = [(); 3].map(|()| Distance::default());
     for _ in 0..(seconds / settings.sample_time) as u64 {
         let next: f64 = reference.process(&mut wanted);
-        let (setpoint, offset) = split_setpoint(f64::from(start) + next);
+        let Setpoint {
+            count: setpoint,
+            offset,
+        } = Setpoint::from_counts(f64::from(start) + next);
         // The same reference to the last bit.
         let part = f64::from(setpoint.wrapping_sub(start)) + offset.to_num::<f64>();
         let count = bench.count();
@@ -234,7 +239,7 @@ fn it_identifies_beside_any_controller() {
         velocity: 200.0,
         command: 12.0,
     });
-    let identifier: FixedGradientIdentifier<FixedLowPass, Ab, 2> =
+    let identifier: FixedGradientIdentifier<LowPass<Word>, Ab, 2> =
         settings.build().expect("it fits");
     let mut bench = Bench::new(&SERVO, &settings, 0);
     let mut state = identifier.start();
@@ -260,7 +265,7 @@ fn it_identifies_beside_any_controller() {
 #[test]
 fn nothing_is_learnt_from_a_servo_at_rest() {
     let settings = settings();
-    let words: FixedServoLoop<FixedLowPass, AbCoulomb, 3> = settings.build().expect("it fits");
+    let words: FixedServoLoop<LowPass<Word>, AbCoulomb, 3> = settings.build().expect("it fits");
     let identifier = words.identifier();
     let mut state = identifier.start();
     let small = identifier.command_word(0.0);
@@ -286,7 +291,7 @@ fn nothing_is_learnt_from_a_servo_at_rest() {
 fn an_impossible_increment_is_refused_and_the_state_unchanged() {
     let mut settings = settings();
     settings.identifier.max_speed = Some(60.0);
-    let words: FixedServoLoop<FixedLowPass, Ab, 2> = settings.build().expect("it fits");
+    let words: FixedServoLoop<LowPass<Word>, Ab, 2> = settings.build().expect("it fits");
     let mut state = words.start(0);
     let before = state;
     let jump = words.process(&mut state, 0, I16F16::ZERO, 5000);
@@ -300,7 +305,7 @@ fn an_impossible_increment_is_refused_and_the_state_unchanged() {
     assert!(words.process(&mut state, 0, I16F16::ZERO, 180).is_ok());
 }
 
-type Words = FixedGradientIdentifier<FixedLowPass, AbCoulomb, 3>;
+type Words = FixedGradientIdentifier<LowPass<Word>, AbCoulomb, 3>;
 
 fn refusal(change: impl FnOnce(&mut Settings)) -> String {
     let mut settings = settings();
@@ -424,7 +429,7 @@ fn run_any<V, S, const P: usize>(
     samples: &[(i32, i32, i32, Option<i32>)],
 ) -> Result<(), TestCaseError>
 where
-    V: FixedVelocity,
+    V: VelocityEstimate<Word>,
     S: ParameterSet<P>,
 {
     let identifier = words.identifier();
@@ -458,7 +463,7 @@ fn nothing_wraps<V, S, const P: usize>(
     samples: &[(i32, i32, i32, Option<i32>)],
 ) -> Result<(), TestCaseError>
 where
-    V: FixedVelocity,
+    V: VelocityEstimate<Word>,
     S: ParameterSet<P>,
 {
     let words: FixedServoLoop<V, S, P> = settings.build().expect("it fits");
@@ -519,16 +524,16 @@ proptest! {
     #[test]
     fn nothing_wraps_with_any_input(samples in any_samples()) {
         let mut settings = settings();
-        nothing_wraps::<FixedLowPass, Ab, 2>(&settings, &samples)?;
-        nothing_wraps::<FixedLowPass, AbCoulombLoad, 4>(&settings, &samples)?;
-        nothing_wraps::<FixedAveragedDifference, AbCoulomb, 3>(&settings, &samples)?;
+        nothing_wraps::<LowPass<Word>, Ab, 2>(&settings, &samples)?;
+        nothing_wraps::<LowPass<Word>, AbCoulombLoad, 4>(&settings, &samples)?;
+        nothing_wraps::<AveragedDifference<Word>, AbCoulomb, 3>(&settings, &samples)?;
         nothing_wraps::<BackwardDifference, AbLoad, 3>(&settings, &samples)?;
         // Steps that are large, and a guard that follows b̂.
         settings.identifier.gamma = Some(diagonal([400.0, 30_000.0, 400.0, 400.0]));
         settings.identifier.plant_box = None;
         settings.identifier.bounds.b = Some([0.1, 2000.0]);
         settings.identifier.mu = Some(10.0);
-        nothing_wraps::<FixedLowPass, AbCoulombLoad, 4>(&settings, &samples)?;
+        nothing_wraps::<LowPass<Word>, AbCoulombLoad, 4>(&settings, &samples)?;
     }
 
     /// The same for any servo, gains, limit, rate and encoder that are taken.
@@ -569,7 +574,7 @@ proptest! {
             gamma * omega,
             gamma * omega,
         ]));
-        let words: Result<FixedServoLoop<FixedLowPass, AbCoulombLoad, 4>, _> = settings.build();
+        let words: Result<FixedServoLoop<LowPass<Word>, AbCoulombLoad, 4>, _> = settings.build();
         match words {
             Ok(words) => run_any(&words, &samples)?,
             Err(refused) => return Err(TestCaseError::reject(refused.to_string())),
@@ -584,7 +589,7 @@ proptest! {
     ) {
         let settings = settings();
         let exact: GradientLoop<f64, Ab, 2> = settings.build().expect("valid");
-        let words: FixedController<FixedLowPass> = settings.build().expect("it fits");
+        let words: FixedController<LowPass<Word>> = settings.build().expect("it fits");
         let mut exact_state = exact.start(start);
         let mut state = words.start();
         let mut count = start;
@@ -603,7 +608,7 @@ proptest! {
     fn a_setpoint_is_split_to_the_nearest_and_its_counts_wrap(
         counts in prop_oneof![-1e5_f64..1e5, -1e13_f64..1e13],
     ) {
-        let (whole, part) = split_setpoint(counts);
+        let Setpoint { count: whole, offset: part } = Setpoint::from_counts(counts);
         let found = f64::from(whole) + part.to_num::<f64>();
         let wrap = 2_f64.powi(32);
         let apart = (counts - found).rem_euclid(wrap);
@@ -615,6 +620,7 @@ proptest! {
 #[test]
 fn a_setpoint_that_is_no_number_is_refused() {
     for counts in [f64::NAN, f64::INFINITY, f64::MAX] {
-        assert_eq!(split_setpoint(counts), (0, I16F16::ZERO));
+        let setpoint = Setpoint::from_counts(counts);
+        assert_eq!((setpoint.count, setpoint.offset), (0, I16F16::ZERO));
     }
 }

@@ -7,7 +7,7 @@ use identifier_core::Settings;
 use identifier_core::identifier::{
     BehindAmplifier, GaussNewtonIdentifier, GradientIdentifier, Identify, WindowIdentifier,
 };
-use identifier_core::measurement::velocity::LowPass;
+use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{
     AbCoulombDelayLoad, AbCoulombLoad, ServoParameters, Term, Terms, Unknown,
 };

@@ -5,7 +5,7 @@ use crate::support::{
 };
 use identifier_core::Settings;
 use identifier_core::identifier::{Event, GradientIdentifier, Identify};
-use identifier_core::measurement::velocity::LowPass;
+use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{Ab, AbCoulomb, ParameterSet, ServoParameters};
 use identifier_core::settings::{BoxSettings, diagonal};
 

@@ -8,9 +8,8 @@ use crate::support::{Draw, Kind, Loop, Servo, amplitude_for};
 use heapless::spsc::Queue;
 use identifier_core::Settings;
 use identifier_core::identifier::{
-    Event, FitBlocks, GaussNewtonFitter, GaussNewtonFitterState, GaussNewtonIdentifier,
-    GaussNewtonRecursion, GaussNewtonRecursionState, Identify, NumberedBlock, RecordBlocks, Update,
-    WindowFitter, WindowIdentifier, WindowRecorder,
+    Event, FitBlocks, GaussNewtonFitter, GaussNewtonIdentifier, GaussNewtonRecursion, Identify,
+    NumberedBlock, RecordBlocks, Update, WindowFitter, WindowIdentifier, WindowRecorder,
 };
 use identifier_core::parameters::{AbCoulombLoad, ServoParameters};
 use identifier_core::settings::FromSettings;
@@ -375,8 +374,8 @@ fn recursions_start_right_while_two_threads_work_on_them() {
 
 #[test]
 fn the_interrupt_keeps_neither_record_nor_fit() {
-    let interrupt = size_of::<GaussNewtonRecursionState<f32, AbCoulombLoad, 4>>();
-    let background = size_of::<GaussNewtonFitterState<f32, W>>();
+    let interrupt = size_of::<<Recursion as Identify<f32>>::State>();
+    let background = size_of::<<Fitter as FitBlocks<f32>>::State>();
     println!(
         "interrupt {interrupt}, background {background}, a block {}, what is found {} bytes",
         size_of::<NumberedBlock<f32>>(),

@@ -2,7 +2,7 @@
 
 use identifier_core::excitation::Excitation;
 use identifier_core::identifier::Identify;
-use identifier_core::measurement::counter::Counter;
+use identifier_core::measurement::Counter;
 use identifier_core::number::Number;
 use identifier_core::parameters::{Ab, ServoParameters};
 use identifier_core::settings::BoxSettings;

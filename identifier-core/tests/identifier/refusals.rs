@@ -2,7 +2,7 @@
 
 use identifier_core::error::StepError;
 use identifier_core::identifier::{GradientIdentifier, Identify};
-use identifier_core::measurement::velocity::LowPass;
+use identifier_core::measurement::LowPass;
 use identifier_core::parameters::AbCoulomb;
 use identifier_core::settings::{BoxSettings, SettingsError, diagonal};
 use identifier_core::{ControllerSettings, GradientLoop, Settings};

@@ -6,7 +6,7 @@ use identifier_core::identifier::{
     GaussNewtonIdentifier, GradientIdentifier, Identify, WindowIdentifier,
 };
 use identifier_core::interval::Interval;
-use identifier_core::measurement::velocity::LowPass;
+use identifier_core::measurement::LowPass;
 use identifier_core::number::Number;
 use identifier_core::parameters::{Ab, AbCoulombLoad, ServoParameters};
 use identifier_core::settings::{BoxSettings, FromSettings, IdentifierSettings, SettingsError};

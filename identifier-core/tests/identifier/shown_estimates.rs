@@ -6,7 +6,7 @@ use identifier_core::Settings;
 use identifier_core::identifier::{
     DiagonalGradientIdentifier, GaussNewtonIdentifier, Identify, WindowIdentifier,
 };
-use identifier_core::measurement::velocity::LowPass;
+use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{Ab, AbCoulombLoad, ServoParameters};
 use identifier_core::settings::{BoxSettings, FromSettings, diagonal};
 
@@ -117,9 +117,9 @@ fn a_window_snapshot_gives_the_sample_s_estimates() {
 #[cfg(feature = "fixed")]
 #[test]
 fn a_fixed_point_snapshot_gives_the_sample_s_estimates() {
-    use identifier_core::fixed_point::{FixedGradientIdentifier, FixedLowPass};
+    use identifier_core::fixed_point::{FixedGradientIdentifier, Word};
     use identifier_core::settings::RangeSettings;
-    type Identifier = FixedGradientIdentifier<FixedLowPass, Ab, 2>;
+    type Identifier = FixedGradientIdentifier<LowPass<Word>, Ab, 2>;
     assert!(size_of::<<Identifier as Identify<_>>::Snapshot>() <= 6 * size_of::<u32>());
     let mut settings = settings();
     settings.identifier.ranges = Some(RangeSettings {

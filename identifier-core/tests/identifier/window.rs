@@ -4,7 +4,7 @@
 use identifier_core::control::{ControlState, Controller};
 use identifier_core::excitation::Excitation;
 use identifier_core::identifier::{GaussNewtonIdentifier, Identify, WindowIdentifier};
-use identifier_core::measurement::velocity::{LowPass, LowPassState};
+use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::parameters::{AbLoad, ServoParameters};
 use identifier_core::{ControllerSettings, Settings};
 use virtual_servo::excitation::{BandLimitedWhiteNoise, BandLimitedWhiteNoiseState};
@@ -34,7 +34,7 @@ fn settings() -> Settings {
 /// A drive: plant, encoder, controller and reference.
 struct Drive {
     controller: Controller<f32, LowPass<f32>>,
-    control: ControlState<f32, LowPassState<f32>>,
+    control: ControlState<f32, <LowPass<f32> as VelocityEstimate<f32>>::State>,
     plant: Plant,
     count: i32,
     noise: BandLimitedWhiteNoise,

@@ -3,15 +3,23 @@
 use core::f64::consts::TAU;
 
 use identifier_core::Settings;
-use identifier_core::identifier::{Identify, TermWindowIdentifier};
-use identifier_core::parameters::{ServoParameters, Term, Terms, Unknown};
+use identifier_core::identifier::{Identify, WindowIdentifier};
+use identifier_core::parameters::{AllUnknowns, ServoParameters, Term, Terms, Unknown};
 use identifier_core::settings::TermSettings;
 use virtual_servo::{Effects, Encoder, Servo as TrueServo};
 
 use crate::support::{Controller, Kind, Reference, TRUTH, on_all_cores, paper};
 
 /// Two seconds of a sample each.
-type Window = TermWindowIdentifier<f64, 2048>;
+type Window = WindowIdentifier<
+    f64,
+    AllUnknowns,
+    { Unknown::COUNT },
+    2048,
+    AllUnknowns,
+    { Unknown::COUNT },
+    { Unknown::COUNT + 2 },
+>;
 
 /// Result of a window after six seconds.
 #[derive(Debug)]

@@ -4,7 +4,7 @@
 use identifier_core::control::{ControlState, Controller};
 use identifier_core::excitation::Excitation;
 use identifier_core::identifier::{GradientIdentifier, Identify};
-use identifier_core::measurement::velocity::LowPass;
+use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{Ab, ServoParameters};
 use identifier_core::settings::{BoxSettings, diagonal};
 use identifier_core::units::Units;

@@ -3,7 +3,7 @@
 
 use identifier_core::control::{ControlState, Controller, Gains};
 use identifier_core::interval::Interval;
-use identifier_core::measurement::velocity::{LowPass, VelocityEstimate};
+use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::parameters::{Ab, ServoParameters};
 use identifier_core::settings::{BoxSettings, SettingsError, diagonal};
 use identifier_core::stability::{Certificate, CertificateError, PlantBox, sampled_loop};

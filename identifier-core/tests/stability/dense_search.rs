@@ -3,7 +3,7 @@
 
 use identifier_core::control::Gains;
 use identifier_core::interval::Interval;
-use identifier_core::measurement::velocity::Transfer;
+use identifier_core::measurement::Transfer;
 use identifier_core::stability::PlantBox;
 use identifier_core::stability::sampled_loop::AMPLE_GAIN_MARGIN;
 use identifier_core::units::Units;

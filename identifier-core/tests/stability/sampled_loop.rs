@@ -5,7 +5,7 @@ use std::cell::Cell;
 use crate::dense_search::DenseSearch;
 use identifier_core::control::Gains;
 use identifier_core::interval::Interval;
-use identifier_core::measurement::velocity::{
+use identifier_core::measurement::{
     AveragedDifference, BackwardDifference, LowPass, Transfer, VelocityEstimate,
 };
 use identifier_core::stability::sampled_loop::{self, AMPLE_GAIN_MARGIN};

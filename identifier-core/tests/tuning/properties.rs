@@ -2,7 +2,7 @@
 
 use identifier_core::commission::IdentifiedServo;
 use identifier_core::control::Gains;
-use identifier_core::measurement::velocity::{LowPass, VelocityEstimate};
+use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::stability::sampled_loop;
 use identifier_core::tuning::{Goal, Promise, Tuner, Tuning, TuningError, TuningSettings};

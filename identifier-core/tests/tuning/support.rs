@@ -3,7 +3,7 @@
 
 use identifier_core::commission::IdentifiedServo;
 use identifier_core::control::{CommandLimit, Controller, Gains, Pid};
-use identifier_core::measurement::velocity::LowPass;
+use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::{StepMeasure, Tuner, Tuning, TuningError, TuningSettings};
 use identifier_core::units::Units;
@@ -161,10 +161,8 @@ pub(crate) fn sensitivity(tuning: &Tuning, sample_time: f64, servo: &Candidate) 
 /// A loop that runs: the core's controller around the virtual servo.
 pub(crate) struct Bench {
     controller: Controller<f64, LowPass<f64>>,
-    state: identifier_core::control::ControlState<
-        f64,
-        identifier_core::measurement::velocity::LowPassState<f64>,
-    >,
+    state:
+        identifier_core::control::ControlState<f64, <LowPass<f64> as VelocityEstimate<f64>>::State>,
     servo: Servo,
     encoder: Option<(Encoder, f64)>,
     measured: f64,

@@ -1,4 +1,5 @@
 //! Rules for the source itself.
 
 mod modules;
+mod public_items;
 mod rust;

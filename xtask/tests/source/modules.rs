@@ -52,8 +52,8 @@ impl Sources {
             let entries = fs::read_dir(&next).expect("a folder");
             for path in entries.map(|entry| entry.expect("an entry").path()) {
                 if path.is_dir() {
-                    // Each program of `bin` is a crate of its own.
-                    if !path.ends_with("src/bin") {
+                    // Each program of `bin` is a crate of its own, and tests do not count.
+                    if !path.ends_with("src/bin") && !path.ends_with("tests") {
                         folders.push(path);
                     }
                 } else if path.extension().is_some_and(|extension| extension == "rs") {

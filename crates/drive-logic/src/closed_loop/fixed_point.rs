@@ -5,27 +5,28 @@ use fixed::types::I16F16;
 use identifier_core::control::{ControlSample, position_error};
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor, Setpoint};
 use identifier_core::fixed_point::{
-    FixedControlSample, FixedGradientIdentifier, FixedLowPass, FixedServoLoop, FixedServoLoopState,
-    FixedVelocity, Word,
+    FixedGradientIdentifier, FixedServoLoop, FixedServoLoopState, Word,
 };
 use identifier_core::identifier::{Event, ExpectedMotion, Identify, NumberedBlock, Update};
+use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::parameters::{Ab, IdentifiedServo, ServoParameters};
 
 use super::{Fitted, Handover, StepMonitor, check_format};
 use crate::conversion;
 
 /// State of the identifier, machine units; [`ClosedLoop::estimates`] converts it to SI.
-pub(crate) type Learnt = <FixedGradientIdentifier<FixedLowPass, Ab, 2> as Identify<Word>>::Snapshot;
+pub(crate) type Learnt =
+    <FixedGradientIdentifier<LowPass<Word>, Ab, 2> as Identify<Word>>::Snapshot;
 
-type State = FixedServoLoopState<<FixedLowPass as FixedVelocity>::State, 2>;
+type State = FixedServoLoopState<<LowPass<Word> as VelocityEstimate<Word>>::State, 2>;
 
 /// Controller and the paper's law in fixed point of 32 bits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ClosedLoop {
-    servo_loop: FixedServoLoop<FixedLowPass, Ab, 2>,
+    servo_loop: FixedServoLoop<LowPass<Word>, Ab, 2>,
     state: State,
     /// The sample that is to be learnt from.
-    sample: FixedControlSample,
+    sample: ControlSample<Word>,
     /// The last bit of a command, command units; of a velocity, counts per sample; of an output error, counts.
     command_bit: f32,
     velocity_bit: f32,
@@ -42,7 +43,7 @@ impl ClosedLoop {
         if settings.law != (Law::Gradient { friction: false }) {
             return Err(conversion::refusal("law", Why::NotHere));
         }
-        let servo_loop: FixedServoLoop<FixedLowPass, Ab, 2> =
+        let servo_loop: FixedServoLoop<LowPass<Word>, Ab, 2> =
             settings.core.build().map_err(conversion::not_allowed)?;
         let last_bit = Update {
             output_error: Word::DELTA,
@@ -50,7 +51,7 @@ impl ClosedLoop {
         };
         Ok(Self {
             state: servo_loop.start(0),
-            sample: FixedControlSample {
+            sample: ControlSample {
                 error: Word::ZERO,
                 increment: Word::ZERO,
                 velocity: Word::ZERO,

@@ -9,7 +9,7 @@ mod single;
 use drive_link::{Format, LoopSettings, NotAllowed, Why};
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
-use identifier_core::identifier::GaussNewtonFitted;
+use identifier_core::identifier::{FitBlocks, GaussNewtonFitter};
 use identifier_core::parameters::AbCoulombLoad;
 
 #[cfg(feature = "fixed-point")]
@@ -29,7 +29,8 @@ pub(crate) const FORMAT: Format = if cfg!(feature = "fixed-point") {
 pub(crate) const BLOCKS: usize = 64;
 
 /// The result of Gauss–Newton's first fit, which the background makes.
-pub(crate) type Fitted = GaussNewtonFitted<f32, AbCoulombLoad, 4>;
+pub(crate) type Fitted =
+    <GaussNewtonFitter<f32, AbCoulombLoad, 4, BLOCKS> as FitBlocks<f32>>::Fitted;
 
 /// A control step with its count, or the reason why it was not taken.
 pub(crate) type StepResult<S, A> = Result<

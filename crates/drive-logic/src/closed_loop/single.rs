@@ -8,7 +8,7 @@ use identifier_core::identifier::{
     DiagonalGradientIdentifier, ExpectedMotion, GaussNewtonRecursion, Identify, NumberedBlock,
     RecordBlocks, ServoLoop, ServoLoopState, Update,
 };
-use identifier_core::measurement::velocity::{LowPass, LowPassState};
+use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, IdentifiedServo, ServoParameters};
 use identifier_core::settings::{FromSettings, Settings, SettingsError};
 
@@ -50,7 +50,7 @@ pub(crate) enum Learnt {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct With<I: Identify<f32>> {
     servo_loop: ServoLoop<f32, Velocity, I>,
-    state: ServoLoopState<f32, LowPassState<f32>, I::State>,
+    state: ServoLoopState<f32, <Velocity as VelocityEstimate<f32>>::State, I::State>,
 }
 
 impl<I: Identify<f32> + FromSettings> With<I> {

@@ -1,7 +1,7 @@
 //! Gauss–Newton's first fit, in the background while the interrupt keeps recording.
 
 use drive_link::{Law, LoopSettings};
-use identifier_core::identifier::{FitBlocks, GaussNewtonFitter, GaussNewtonFitterState};
+use identifier_core::identifier::{FitBlocks, GaussNewtonFitter};
 use identifier_core::parameters::AbCoulombLoad;
 
 use crate::channel::BackgroundEnd;
@@ -16,7 +16,7 @@ const SLICE: u32 = 8;
 #[derive(Debug)]
 pub(super) struct FirstFit {
     fitter: Fitter,
-    state: GaussNewtonFitterState<f32, BLOCKS>,
+    state: <Fitter as FitBlocks<f32>>::State,
     /// A fit that found no room yet.
     fitted: Option<Fitted>,
 }

@@ -88,8 +88,8 @@ impl Solving {
         if let Some(servo) = self.decision.as_ref().and_then(Decision::servo) {
             self.servo = Some(*servo);
         }
-        if let Some(Decision::Tuned(candidate)) = &self.decision {
-            self.tuning = Some(candidate.tuning);
+        if let Some(tuning) = self.decision.as_ref().and_then(Decision::tuning) {
+            self.tuning = Some(*tuning);
         }
         if let Some(decision) = &self.decision
             && channel.decide(decision)

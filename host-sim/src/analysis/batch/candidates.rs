@@ -88,7 +88,7 @@ fn lacking(unknown: Unknown, judged: &Judged<'_>, prepared: &Prepared) -> Vec<Ve
 }
 
 fn ripples(judged: &Judged<'_>, prepared: &Prepared) -> Vec<Vec<Effect>> {
-    let resolution = prepared.plan.angle.resolution;
+    let resolution = prepared.plan.model.angle_resolution();
     let per_order = resolution * usual_velocity(judged, prepared);
     let swing = prepared.scales.position * judged.scenario.units().position() * resolution;
     let shows = |order: &f64| {

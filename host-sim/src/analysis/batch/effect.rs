@@ -2,8 +2,8 @@
 //! offset of the measured position, per unit of its size.
 
 use crate::verdict::Cause;
-use identifier_core::model::{Acting, ModelStep, ModelValues, SlidingStep};
 use identifier_core::parameters::Unknown;
+use identifier_core::replay::{ReplayModel, ReplaySample};
 use identifier_core::units::Units;
 
 /// An effect of a size to be found.
@@ -43,9 +43,8 @@ pub(super) enum Effect {
 /// A sample of the model's motion, machine units.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Instant<'a> {
-    pub(super) acting: &'a Acting<f64>,
-    pub(super) moved: &'a ModelStep<f64>,
-    pub(super) values: &'a ModelValues<f64>,
+    pub(super) model: &'a ReplayModel,
+    pub(super) sample: &'a ReplaySample,
     /// The commands up to this sample's.
     pub(super) commands: &'a [f64],
     /// The size of a usual command.
@@ -73,23 +72,20 @@ pub(super) const LAGS: [f64; 2] = [2.0, 6.0];
 impl Effect {
     /// The acceleration per unit of its size over a sample.
     pub(super) fn push(self, now: &Instant<'_>) -> f64 {
-        let direction = now.moved.phase.mean_direction();
-        let way = now.moved.displacement;
-        let gain = now.values.parameters.gain;
+        let ReplaySample {
+            gain,
+            command,
+            direction,
+            displacement: way,
+            ..
+        } = *now.sample;
         match self {
             Self::Own(Unknown::DeadBand) => {
                 // Smooth over what a command is uncertain by, so that noise about zero is no dead band.
                 const SMOOTH: f64 = 0.02;
-                -gain * (now.acting.command / (SMOOTH * now.usual_command)).tanh()
+                -gain * (command / (SMOOTH * now.usual_command)).tanh()
             }
-            Self::Own(unknown) => {
-                let slid = SlidingStep {
-                    displacement: way,
-                    direction,
-                    bell: now.moved.bell,
-                };
-                now.values.push_of(unknown, now.acting, &slid)
-            }
+            Self::Own(unknown) => now.model.regressor(now.sample, unknown),
             Self::Later(samples) => {
                 let latest = now.commands.len() - 1;
                 let at = |ago: usize| latest.checked_sub(ago).map_or(0.0, |k| now.commands[k]);
@@ -104,12 +100,9 @@ impl Effect {
             Self::Quadratic => -way * way.abs(),
             Self::Sine(order) => (order * now.angle).sin(),
             Self::Cosine(order) => (order * now.angle).cos(),
-            Self::GainDrift => gain * now.acting.command * now.passed,
+            Self::GainDrift => gain * command * now.passed,
             Self::FrictionDrift => -direction * now.passed,
-            Self::Limit(limit) => {
-                let command = now.acting.command;
-                -gain * (command.abs() - limit).max(0.0) * command.signum()
-            }
+            Self::Limit(limit) => -gain * (command.abs() - limit).max(0.0) * command.signum(),
             Self::Compliance(_) | Self::Play(_) | Self::EccentricSine | Self::EccentricCosine => {
                 0.0
             }
@@ -133,7 +126,7 @@ impl Effect {
             Self::Play(counts) => {
                 let before = memory.position;
                 memory.position =
-                    (before - now.moved.displacement).clamp(-0.5 * counts, 0.5 * counts);
+                    (before - now.sample.displacement).clamp(-0.5 * counts, 0.5 * counts);
                 before / counts
             }
             Self::EccentricSine => now.angle.sin(),

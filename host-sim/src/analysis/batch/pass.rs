@@ -1,10 +1,6 @@
 //! A pass of the model over a stretch, with what each of many effects would do to its output error.
 
-use identifier_core::model::{
-    Amplifier, AmplifierState, AngleSettings, AngledInputs, FrictionStep, Innovation, KnownInputs,
-    ModelStep, ModelValues, ObserverModel, Phase,
-};
-use identifier_core::parameters::{AllUnknowns, Unknown};
+use identifier_core::replay::ReplayModel;
 
 use super::effect::{Effect, Instant, LAGS, Memory};
 use crate::analysis::stretch::Kept;
@@ -18,18 +14,18 @@ pub(super) struct Recorded {
     angles: Vec<f64>,
     /// The samples at which a motion begins.
     begins: Vec<usize>,
-    /// Commands that acted from there on.
+    /// Commands that acted from there on, behind the declared amplifier.
     pub(super) commands: Vec<f64>,
 }
 
 impl Recorded {
-    /// Of samples, with the counts per rad, behind a declared amplifier.
+    /// Of samples, with the counts per rad, behind the declared amplifier of a model.
     pub(super) fn of(
         samples: impl Iterator<Item = Kept>,
         per_rad: f64,
-        amplifier: &Amplifier<f64>,
+        model: &ReplayModel,
     ) -> Self {
-        let mut current = AmplifierState::<f64, 4>::START;
+        let mut current = model.start(0.0, 0.0);
         let mut recorded = Self {
             positions: Vec::new(),
             angles: Vec::new(),
@@ -46,11 +42,11 @@ impl Recorded {
             };
             if sample.begins || last.is_none() {
                 recorded.begins.push(recorded.positions.len());
-                current = AmplifierState::START;
+                current = model.start(0.0, 0.0);
             }
             recorded.positions.push(position);
             recorded.angles.push(angle);
-            let acts = amplifier.process(&mut current, sample.command);
+            let acts = model.amplify(&mut current, sample.command);
             recorded.commands.push(acts);
         }
         recorded
@@ -60,8 +56,8 @@ impl Recorded {
 /// How a pass is done.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Plan {
-    pub(super) values: ModelValues<f64>,
-    pub(super) angle: AngleSettings<f64>,
+    /// The model with the correction.
+    pub(super) model: ReplayModel,
     /// ω T of the correction that keeps the model with the servo.
     pub(super) omega: f64,
     /// The size of a usual command.
@@ -84,11 +80,6 @@ pub(super) struct Blocks {
     pub(super) correlation: f64,
 }
 
-type Inputs = AngledInputs<f64, 128>;
-
-/// The longest delay that a pass can represent, samples.
-pub(super) const LONGEST_DELAY: f64 = <Inputs as KnownInputs<f64>>::LONGEST_DELAY;
-
 /// Runs the model over a stretch.
 pub(super) fn pass(recorded: &Recorded, plan: &Plan, effects: &[Effect]) -> Blocks {
     let Recorded {
@@ -98,15 +89,11 @@ pub(super) fn pass(recorded: &Recorded, plan: &Plan, effects: &[Effect]) -> Bloc
         begins,
     } = recorded;
     let mut begins = begins.iter().copied().peekable();
-    let step = FrictionStep::<f64>::new();
-    let response = step.step.response(plan.values.parameters.x);
-    let innovation = Innovation::critically_damped(plan.omega);
-    let mut inputs = Inputs::START;
-    let mut model = ObserverModel::alongside(0.0);
+    let model = &plan.model;
+    let mut state = model.start(0.0, 0.0);
     let mut tangents = vec![Tangent::default(); effects.len()];
     let mut gathered = Gathered::new(plan, effects.len(), positions.len());
     let (mut lagged, mut acceleration) = ([0.0; LAGS.len()], 0.0);
-    let braked = 1.0 - plan.values.parameters.x;
     for (k, (&position, &command)) in positions.iter().zip(commands).enumerate() {
         let increment = if k > 0 {
             position - positions[k - 1]
@@ -114,45 +101,36 @@ pub(super) fn pass(recorded: &Recorded, plan: &Plan, effects: &[Effect]) -> Bloc
             0.0
         };
         if begins.next_if_eq(&k).is_some() {
-            inputs = Inputs::START;
-            inputs.place(&plan.angle, angles[k] - increment);
-            model = ObserverModel::alongside(beginning(&positions[k..], plan.omega));
+            let velocity = beginning(&positions[k..], plan.omega);
+            state = model.start(angles[k] - increment, velocity);
             tangents.fill(Tangent::default());
             (lagged, acceleration) = ([command; LAGS.len()], 0.0);
             gathered.leave_out_until(k + plan.settling);
         }
-        model.observe(increment);
-        let error = model.error;
-        let before = model.velocity;
-        let acting = inputs.take(&plan.angle, &plan.values.terms, increment, command, before);
-        let moved = model.advance::<AllUnknowns, { Unknown::COUNT }>(
-            &step,
-            &response,
-            &plan.values,
-            &acting,
-            &innovation,
-        );
+        let before = state.velocity;
+        let sample = model.process(&mut state, increment, command);
         for (lagged, lag) in lagged.iter_mut().zip(LAGS) {
             *lagged += (command - *lagged) / (1.0 + lag);
         }
         let instant = Instant {
-            acting: &acting,
-            moved: &moved,
-            values: &plan.values,
+            model,
+            sample: &sample,
             commands: &commands[..=k],
             usual_command: plan.usual_command,
             lagged,
-            angle: (angles[k] + 0.5 * before) * plan.angle.resolution,
+            angle: (angles[k] + 0.5 * before) * model.angle_resolution(),
             passed: k as f64 / positions.len() as f64 - 0.5,
             acceleration,
         };
-        gathered.error(k, error);
+        gathered.error(k, sample.innovation);
         for (i, (tangent, effect)) in tangents.iter_mut().zip(effects).enumerate() {
-            let output = tangent.position + effect.offset(&mut tangent.memory, &instant);
+            let [position, _] = tangent.motion;
+            let output = position + effect.offset(&mut tangent.memory, &instant);
             gathered.column(k, i, output);
-            tangent.advance(effect.push(&instant), output, braked, &innovation, &moved);
+            let push = effect.push(&instant);
+            tangent.motion = model.propagate(&sample, tangent.motion, push, output);
         }
-        acceleration = model.velocity - before;
+        acceleration = state.velocity - before;
     }
     gathered.finish()
 }
@@ -166,38 +144,11 @@ fn beginning(positions: &[f64], omega: f64) -> f64 {
     (positions[span] - positions[0]) / span.max(1) as f64
 }
 
-/// ∂q_e/∂θ and ∂v_e/∂θ of one effect; of first order in the sample time, which is enough for a
-/// direction.
+/// ∂q_e/∂θ and ∂v_e/∂θ of one effect.
 #[derive(Debug, Clone, Copy, Default)]
 struct Tangent {
-    position: f64,
-    velocity: f64,
+    motion: [f64; 2],
     memory: Memory,
-}
-
-impl Tangent {
-    /// Over a sample in which the model moved so; `output` is what the effect adds to what is
-    /// measured.
-    fn advance(
-        &mut self,
-        push: f64,
-        output: f64,
-        braked: f64,
-        innovation: &Innovation<f64>,
-        moved: &ModelStep<f64>,
-    ) {
-        let kept = match moved.phase {
-            Phase::Slid { .. } => 1.0,
-            Phase::Turned { slowing, .. } => slowing,
-            Phase::Stuck | Phase::Stopped { .. } => 0.0,
-        };
-        let velocity = match moved.phase {
-            Phase::Stuck => 0.0,
-            _ => braked * self.velocity - innovation.velocity * output + push,
-        };
-        self.position += velocity - innovation.position * output;
-        self.velocity = kept * velocity;
-    }
 }
 
 /// Gathers [`Blocks`].

@@ -1,9 +1,8 @@
 //! How a pass over the end of a run is done: units, usual sizes, the bandwidth of the correction, blocks.
 
-use identifier_core::model::{Amplifier, AngleSettings, ModelValues};
-use identifier_core::parameters::{AllUnknowns, Term, Unknown};
+use identifier_core::replay::ReplayModel;
 
-use super::pass::{LONGEST_DELAY, Plan, Recorded};
+use super::pass::{Plan, Recorded};
 use super::{Effort, Judged, Scales};
 use crate::analysis::Statistics;
 use crate::analysis::stretch::Kept;
@@ -36,9 +35,6 @@ const MAX_SETTLING_DIVISOR: usize = 4;
 /// The longest block of samples, relative to 1/ω.
 const MAX_BLOCK: f64 = 0.15;
 
-/// The largest a T that the core's step is meant for.
-const LARGEST_RATE: f64 = 0.5;
-
 impl Prepared {
     pub(super) fn of(
         judged: &Judged<'_>,
@@ -47,22 +43,23 @@ impl Prepared {
     ) -> Option<Self> {
         let units = judged.scenario.units();
         let skipped = samples.len().saturating_sub(effort.samples);
-        let amplifier = amplifier(judged);
-        let recorded = Recorded::of(samples.skip(skipped), units.position(), &amplifier);
+        let terms = &judged.scenario.stated.identifier.terms;
+        let found = judged.terms.iter().map(|term| (term.unknown, term.value));
+        let model = ReplayModel::new(&units, &judged.servo, terms, found);
+        let recorded = Recorded::of(samples.skip(skipped), units.position(), &model);
         let Recorded {
             positions,
             commands,
             ..
         } = &recorded;
-        let values = values(judged)?;
-        if positions.len() < MIN_SAMPLES {
+        if !model.is_sound() || positions.len() < MIN_SAMPLES {
             return None;
         }
         let mut command = Statistics::default();
         commands.iter().for_each(|&value| command.add(value));
         let (velocity, acceleration) = (
-            velocity(positions, values.parameters.gain, command.deviation()?)?,
-            values.parameters.gain.abs() * command.deviation()?,
+            velocity(positions, model.gain(), command.deviation()?)?,
+            model.gain().abs() * command.deviation()?,
         );
         let slowest = (MIN_OMEGA_LENGTH / positions.len() as f64).min(MAX_OMEGA);
         let omega = (BANDWIDTH_RATIO * acceleration / velocity).clamp(slowest, MAX_OMEGA);
@@ -74,8 +71,7 @@ impl Prepared {
         positions.iter().for_each(|&value| position.add(value));
         Some(Self {
             plan: Plan {
-                values,
-                angle: angle(judged),
+                model: model.corrected(omega),
                 omega,
                 usual_command: command.deviation()?.max(f64::MIN_POSITIVE),
                 block,
@@ -113,56 +109,4 @@ fn high(commands: &[f64]) -> f64 {
     let mut sizes: Vec<f64> = commands.iter().map(|command| command.abs()).collect();
     let place = sizes.len() - 1 - sizes.len() / 1000;
     *sizes.select_nth_unstable_by(place, f64::total_cmp).1
-}
-
-/// The values of the model, machine units; none where they are no model's.
-fn values(judged: &Judged<'_>) -> Option<ModelValues<f64>> {
-    let units = judged.scenario.units();
-    let declared = &judged.scenario.stated.identifier.terms;
-    let value = |unknown: Unknown| -> f64 {
-        if let Some(parameter) = unknown.parameter() {
-            return parameter.of(&judged.servo);
-        }
-        let entered = judged.terms.iter().find(|term| term.unknown == unknown);
-        entered.map_or_else(
-            || match unknown.term() {
-                Some(Term::Delay) => declared.delay,
-                // A declared dead band is the amplifier's.
-                _ => 0.0,
-            },
-            |term| term.value,
-        )
-    };
-    let machine = Unknown::ALL.map(|unknown| value(unknown) * unknown.scale(&units));
-    let mut values = ModelValues::from_values::<AllUnknowns, { Unknown::COUNT }>(&machine);
-    if let Some(speed) = declared.low_speed_velocity {
-        values.terms.per_low_speed_velocity = 1.0 / (speed * units.velocity());
-    }
-    values.terms.delay = values.terms.delay.clamp(0.0, LONGEST_DELAY);
-    let sound = machine.iter().all(|value| value.is_finite())
-        && values.parameters.x.abs() <= LARGEST_RATE
-        && values.parameters.gain > 0.0
-        && values.parameters.coulomb >= 0.0;
-    sound.then_some(values)
-}
-
-/// The amplifier's declared effects that are no term: dead band, then current loop. The delay is the
-/// model's, which knows what more of it would do.
-fn amplifier(judged: &Judged<'_>) -> Amplifier<f64> {
-    let declared = &judged.scenario.stated.identifier.terms;
-    let entered = |unknown| judged.terms.iter().any(|term| term.unknown == unknown);
-    let dead_band = if entered(Unknown::DeadBand) {
-        0.0
-    } else {
-        declared.dead_band
-    };
-    let current_loop = declared.current_loop / judged.scenario.sample_time();
-    Amplifier::new(dead_band, 0.0, current_loop)
-}
-
-fn angle(judged: &Judged<'_>) -> AngleSettings<f64> {
-    let units = judged.scenario.units();
-    let declared = &judged.scenario.stated.identifier.terms;
-    let counts = declared.revolution * units.position();
-    AngleSettings::new(counts, declared.ripple_order.unwrap_or(0.0))
 }

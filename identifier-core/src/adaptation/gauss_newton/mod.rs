@@ -1,6 +1,6 @@
 mod whitening;
 
-pub use whitening::{FirstOrder, Whitening};
+pub(crate) use whitening::{FirstOrder, Whitening};
 
 use crate::adaptation::IdentifiableSet;
 use crate::error::{Allowed, OutOfRange};
@@ -50,7 +50,7 @@ use crate::number::{Number, RunningSum};
 /// - **Standard errors** are those of P, corrected for the mean square of the output error over r and
 ///   for its correlation from block to block.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GaussNewton<N, const P: usize> {
+pub(crate) struct GaussNewton<N, const P: usize> {
     noise: N,
     dead_zone: N,
     settling: N,
@@ -71,7 +71,7 @@ pub struct GaussNewton<N, const P: usize> {
 
 /// The configuration of [`GaussNewton`], machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GaussNewtonConfig<const P: usize> {
+pub(crate) struct GaussNewtonConfig<const P: usize> {
     /// The sample time T, s.
     pub sample_time: f64,
     /// Variance of the position noise; for an encoder in counts 1/12.
@@ -88,7 +88,7 @@ pub struct GaussNewtonConfig<const P: usize> {
 
 /// What the law remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GaussNewtonState<N: Number, S: IdentifiableSet<P>, const P: usize> {
+pub(crate) struct GaussNewtonState<N: Number, S: IdentifiableSet<P>, const P: usize> {
     /// The sum of the output errors of the block that is being gathered.
     error: N,
     /// Its mean ψ.
@@ -151,7 +151,7 @@ impl<N: Number> WeighedErrors<N> {
 
 /// How far the law is with a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum GaussNewtonStep<N, const P: usize> {
+pub(crate) enum GaussNewtonStep<N, const P: usize> {
     /// At work.
     Working,
     /// A block is complete, and nothing was learnt from it yet.
@@ -171,12 +171,12 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonState<N, S, P>
     /// The estimates.
     #[inline]
     #[must_use]
-    pub fn estimates(&self) -> [N; P] {
+    pub(crate) fn estimates(&self) -> [N; P] {
         self.estimates.map(RunningSum::value)
     }
 
     /// Moves the last estimate to a value, and makes it less certain by a variance.
-    pub fn replace_last(&mut self, value: N, variance: N) {
+    pub(crate) fn replace_last(&mut self, value: N, variance: N) {
         if let Some(last) = self.estimates.last_mut() {
             *last = N::Sum::new(value);
         }
@@ -184,32 +184,32 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonState<N, S, P>
     }
 
     /// Makes estimate i less certain by a variance, and those after it with which it goes.
-    pub fn raise(&mut self, i: usize, variance: N) {
+    pub(crate) fn raise(&mut self, i: usize, variance: N) {
         self.factors.raise(i, variance);
     }
 
     /// Moves the last estimate.
     #[inline]
-    pub fn add_to_last(&mut self, step: N) {
+    pub(crate) fn add_to_last(&mut self, step: N) {
         if let Some(last) = self.estimates.last_mut() {
             last.add(step);
         }
     }
 
     /// Sets estimate i.
-    pub fn replace(&mut self, i: usize, value: N) {
+    pub(crate) fn replace(&mut self, i: usize, value: N) {
         if let Some(estimate) = self.estimates.get_mut(i) {
             *estimate = N::Sum::new(value);
         }
     }
 
     /// Makes every estimate less certain by a factor of the variance, up to the variances `most`.
-    pub fn doubt(&mut self, factor: N, most: &[N; P]) {
+    pub(crate) fn doubt(&mut self, factor: N, most: &[N; P]) {
         self.factors.grow(factor, most);
     }
 
     /// Begins to learn estimate i, which was known until now, from a value with a variance.
-    pub fn release(&mut self, i: usize, variance: N) {
+    pub(crate) fn release(&mut self, i: usize, variance: N) {
         self.factors.release(i, variance);
     }
 
@@ -220,32 +220,26 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonState<N, S, P>
     }
 
     /// From now on only what is new in the errors is learnt from, for a load that wanders.
-    pub fn begin_whitening(&mut self) {
+    pub(crate) fn begin_whitening(&mut self) {
         self.whitening.begin();
-    }
-
-    /// Whether only what is new in the errors is learnt from.
-    #[must_use]
-    pub fn is_whitening(&self) -> bool {
-        self.whitening.has_begun()
     }
 
     /// Whether the block that was gathered last is one to learn from.
     #[inline]
     #[must_use]
-    pub fn is_learning(&self) -> bool {
+    pub(crate) fn is_learning(&self) -> bool {
         self.learning
     }
 
     /// ψ of the block that was gathered last.
     #[inline]
     #[must_use]
-    pub fn sensitivity(&self) -> &[N; P] {
+    pub(crate) fn sensitivity(&self) -> &[N; P] {
         &self.sensitivity
     }
 
     /// Forgets the block that is being gathered and the one that is being worked on.
-    pub fn drop_block(&mut self) {
+    pub(crate) fn drop_block(&mut self) {
         self.error = N::ZERO;
         self.mean_error = N::ZERO;
         self.whitening.interrupt();
@@ -271,7 +265,7 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonState<N, S, P>
 
     /// Lets the peak of the noise level go towards the level of the moment, by a part of their
     /// distance: errors and sensitivities become smaller together.
-    pub fn forget_peak(&mut self, part: N) {
+    pub(crate) fn forget_peak(&mut self, part: N) {
         if self.level < self.peak {
             self.peak += part * (self.level - self.peak);
         }
@@ -279,21 +273,21 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonState<N, S, P>
 
     /// Takes back the last rise of the noise level as far as P has not followed it yet: it was a step
     /// of the load, and no noise.
-    pub fn forgive(&mut self) {
+    pub(crate) fn forgive(&mut self) {
         self.owed = N::ONE;
     }
 
     /// How many times P has lately been raised with the noise level.
     #[inline]
     #[must_use]
-    pub fn inflated(&self) -> N {
+    pub(crate) fn inflated(&self) -> N {
         self.inflated
     }
 }
 
 impl<N: Number, const P: usize> GaussNewton<N, P> {
     /// Samples in a block.
-    pub const BLOCK: u8 = 8;
+    pub(crate) const BLOCK: u8 = 8;
 
     /// The sample of a block from whose end ψ is taken.
     const LOOKS: u8 = 4;
@@ -307,36 +301,36 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     const FIRST_COLUMNS: usize = P / 4;
 
     /// The memory at the start, s.
-    pub const FIRST_MEMORY: f64 = 1.0;
+    pub(crate) const FIRST_MEMORY: f64 = 1.0;
 
     /// The time constant with which forgetting fades, s.
-    pub const SETTLING: f64 = 1.0;
+    pub(crate) const SETTLING: f64 = 1.0;
 
     /// The time over which the noise level of the moment is taken, s.
-    pub const LEVEL_MEMORY: f64 = 0.03;
+    pub(crate) const LEVEL_MEMORY: f64 = 0.03;
 
     /// The shortest memory of any kind, blocks.
-    pub const LEAST_BLOCKS: f64 = 12.0;
+    pub(crate) const LEAST_BLOCKS: f64 = 12.0;
 
     /// The largest factor by which P rises with the noise level in one block: a step of the load must
     /// be distinguished from a new noise level before the estimates follow it.
-    pub const STEEPEST: f64 = 1.2;
+    pub(crate) const STEEPEST: f64 = 1.2;
 
     /// The time constant with which the memory of a risen noise level fades, s.
-    pub const CALMING: f64 = 0.5;
+    pub(crate) const CALMING: f64 = 0.5;
 
     /// The memory of the correlation of the errors from block to block that whitening takes out, s.
-    pub const CORRELATION_MEMORY: f64 = 4.0;
+    pub(crate) const CORRELATION_MEMORY: f64 = 4.0;
 
     /// The least r over ψᵀP ψ.
-    pub const CAUTION: f64 = 20.0;
+    pub(crate) const CAUTION: f64 = 20.0;
 
     /// The law from its configuration.
     ///
     /// # Errors
     /// `noise` must be above zero, `dead_zone` at least zero, `memory` at least
     /// [`GaussNewton::FIRST_MEMORY`].
-    pub fn new(config: &GaussNewtonConfig<P>) -> Result<Self, OutOfRange> {
+    pub(crate) fn new(config: &GaussNewtonConfig<P>) -> Result<Self, OutOfRange> {
         Allowed::Above(0.0).check("noise", config.noise)?;
         Allowed::AtLeast(0.0).check("dead_zone", config.dead_zone)?;
         let block = config.sample_time * f64::from(Self::BLOCK);
@@ -370,7 +364,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
 
     /// The state from estimates and their covariance.
     #[must_use]
-    pub fn start<S: IdentifiableSet<P>>(
+    pub(crate) fn start<S: IdentifiableSet<P>>(
         &self,
         estimates: &[N; P],
         covariance: &[[f64; P]; P],
@@ -408,7 +402,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
 
     /// Which of the estimates are at a bound.
     #[must_use]
-    pub fn at_bounds(&self, estimates: &[N; P]) -> [bool; P] {
+    pub(crate) fn at_bounds(&self, estimates: &[N; P]) -> [bool; P] {
         core::array::from_fn(|i| {
             self.low[i] < self.high[i]
                 && (estimates[i] <= self.low[i] || estimates[i] >= self.high[i])
@@ -421,7 +415,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     /// model's velocity there. `most` gives, for the estimates, the variances that forgetting never
     /// goes beyond.
     #[inline]
-    pub fn update<S: IdentifiableSet<P>>(
+    pub(crate) fn update<S: IdentifiableSet<P>>(
         &self,
         state: &mut GaussNewtonState<N, S, P>,
         output_error: N,
@@ -623,13 +617,13 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     }
 
     /// Forgets again as at the start: the gradients were taken far from the truth.
-    pub fn settle_anew<S: IdentifiableSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>) {
+    pub(crate) fn settle_anew<S: IdentifiableSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>) {
         state.lost_memory = self.first_lost;
     }
 
     /// The standard errors of the estimates, machine units, for a report.
     #[must_use]
-    pub fn standard_errors<S: IdentifiableSet<P>>(
+    pub(crate) fn standard_errors<S: IdentifiableSet<P>>(
         &self,
         state: &GaussNewtonState<N, S, P>,
     ) -> [f64; P] {

@@ -5,7 +5,7 @@ use crate::number::Number;
 ///
 /// A block ends where the command changes by much, so that within it the command is nearly constant.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MotionBlock<N> {
+pub(crate) struct MotionBlock<N> {
     /// Blocks between which nothing is missing have successive numbers.
     pub(crate) number: u32,
     pub(crate) piece: Piece<N>,

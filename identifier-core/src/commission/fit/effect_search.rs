@@ -14,7 +14,7 @@ use crate::number::Number;
 
 /// The effect that explains best what a model leaves of a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Diagnosis {
+pub(crate) struct Diagnosis {
     /// The reason that names it.
     pub reason: Reason,
     /// The part of the squared errors that it explains, the servo's own parameters being fitted with it and
@@ -29,7 +29,7 @@ pub struct Diagnosis {
 /// An effect whose size does not go evenly into the motion, as a frequency, is looked for from many first
 /// sizes: a pass from each predicts its gain, and the fit continues from the most promising.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EffectSearch<N> {
+pub(crate) struct EffectSearch<N> {
     resolution: N,
     scales: Scales,
     own_bounds: [[N; UNKNOWNS]; 2],
@@ -276,7 +276,7 @@ fn joined<N: Number>(own: &[N; UNKNOWNS], sizes: &Sizes) -> [N; ALL] {
 impl<N: Number> ServoFitter<N> {
     /// Begins to look for what the model of a servo lacks of a motion.
     #[must_use]
-    pub fn begin_diagnosis<const W: usize>(
+    pub(crate) fn begin_diagnosis<const W: usize>(
         &self,
         servo: &IdentifiedServo,
         motion: &MotionRecord<N, W>,
@@ -286,7 +286,7 @@ impl<N: Number> ServoFitter<N> {
 
     /// The same where a fit has not come to a servo; none where it had nothing to begin with.
     #[must_use]
-    pub fn begin_diagnosis_of<const W: usize>(
+    pub(crate) fn begin_diagnosis_of<const W: usize>(
         &self,
         fit: &ServoFit<N>,
         motion: &MotionRecord<N, W>,
@@ -298,7 +298,7 @@ impl<N: Number> ServoFitter<N> {
 
     /// Continues by a piece of the record, or by the work between two passes. Returns once it has ended,
     /// with nothing if no effect explains anything.
-    pub fn diagnose<const W: usize>(
+    pub(crate) fn diagnose<const W: usize>(
         &self,
         diagnosing: &mut EffectSearch<N>,
         motion: &MotionRecord<N, W>,

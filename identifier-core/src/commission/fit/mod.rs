@@ -23,13 +23,13 @@ mod scales;
 mod servo_fit;
 mod servo_fitter;
 
-pub use block::MotionBlock;
-pub use effect_search::{Diagnosis, EffectSearch};
-pub use motion::MotionRecord;
-pub use prediction::{Prediction, PredictionPass};
-pub use recorder::MotionRecorder;
-pub use servo_fit::ServoFit;
-pub use servo_fitter::{FitSettings, ServoFitter};
+pub(crate) use block::MotionBlock;
+pub(crate) use effect_search::{Diagnosis, EffectSearch};
+pub(crate) use motion::MotionRecord;
+pub(crate) use prediction::{Prediction, PredictionPass};
+pub(crate) use recorder::MotionRecorder;
+pub(crate) use servo_fit::ServoFit;
+pub(crate) use servo_fitter::{FitSettings, ServoFitter};
 
 /// The fitted unknowns, in the order of [`IdentifiedServo`](super::IdentifiedServo)'s covariance, then position
 /// and velocity with which the record begins.

@@ -8,7 +8,7 @@ const ALIKE: f64 = 0.02;
 /// those between which the command hardly changes, so that a short motion is kept finely and a long one
 /// as a whole.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MotionRecord<N, const W: usize> {
+pub(crate) struct MotionRecord<N, const W: usize> {
     pieces: [Piece<N>; W],
     count: usize,
     /// Pieces between which the command changes by no more may be joined.
@@ -21,7 +21,7 @@ pub struct MotionRecord<N, const W: usize> {
 
 impl<N: Number, const W: usize> MotionRecord<N, W> {
     /// Nothing recorded yet.
-    pub const EMPTY: Self = Self {
+    pub(crate) const EMPTY: Self = Self {
         pieces: [Piece::NONE; W],
         count: 0,
         joined: N::ZERO,
@@ -31,7 +31,7 @@ impl<N: Number, const W: usize> MotionRecord<N, W> {
     };
 
     /// Takes a block. False, and nothing is taken, if one is missing before it.
-    pub fn take(&mut self, block: &MotionBlock<N>) -> bool {
+    pub(crate) fn take(&mut self, block: &MotionBlock<N>) -> bool {
         let missing = self.next.is_some_and(|next| next != block.number);
         if missing || !self.complete {
             self.complete = false;
@@ -85,7 +85,7 @@ impl<N: Number, const W: usize> MotionRecord<N, W> {
 
     /// True if no block was missing.
     #[must_use]
-    pub fn is_complete(&self) -> bool {
+    pub(crate) fn is_complete(&self) -> bool {
         self.complete
     }
 

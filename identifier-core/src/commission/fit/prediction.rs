@@ -11,7 +11,7 @@ use crate::number::Number;
 /// How well a known servo predicts a motion, only position and velocity at its beginning being fitted;
 /// rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Prediction {
+pub(crate) struct Prediction {
     /// Root mean square and largest magnitude of the prediction's errors.
     pub rms: f64,
     /// See above.
@@ -29,7 +29,7 @@ pub struct Prediction {
 
 /// A prediction under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PredictionPass<N> {
+pub(crate) struct PredictionPass<N> {
     pub(super) unknowns: [N; UNKNOWNS],
     /// Covariance of the servo's parameters, machine units.
     pub(super) covariance: [[N; 5]; 5],
@@ -109,7 +109,7 @@ impl<N: Number> Pass<N> {
 impl<N: Number> ServoFitter<N> {
     /// Begins the prediction of a motion by a servo that is known.
     #[must_use]
-    pub fn begin_prediction(&self, servo: &IdentifiedServo) -> PredictionPass<N> {
+    pub(crate) fn begin_prediction(&self, servo: &IdentifiedServo) -> PredictionPass<N> {
         let scale = self.scale();
         PredictionPass {
             unknowns: self.unknowns(servo),
@@ -123,7 +123,7 @@ impl<N: Number> ServoFitter<N> {
     }
 
     /// Continues by a piece of the record. Returns once it has ended.
-    pub fn predict<const W: usize>(
+    pub(crate) fn predict<const W: usize>(
         &self,
         predicting: &mut PredictionPass<N>,
         motion: &MotionRecord<N, W>,

@@ -4,7 +4,7 @@ use crate::number::Number;
 
 /// Condenses a motion to blocks: the interrupt's share of a record.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MotionRecorder<N> {
+pub(crate) struct MotionRecorder<N> {
     longest: N,
     /// A change of the command that ends a block.
     much: N,
@@ -25,7 +25,7 @@ impl<N: Number> MotionRecorder<N> {
 
     /// For fits with these settings.
     #[must_use]
-    pub fn new(settings: &FitSettings) -> Self {
+    pub(crate) fn new(settings: &FitSettings) -> Self {
         let longest = libm::floor(Self::LONGEST / settings.sample_time).max(1.0);
         Self {
             longest: N::from_f64(longest),
@@ -38,7 +38,7 @@ impl<N: Number> MotionRecorder<N> {
     }
 
     /// Begins anew with the next sample, which is then the first of a motion: a number is left out.
-    pub fn begin_anew(&mut self) {
+    pub(crate) fn begin_anew(&mut self) {
         self.open = Piece::NONE;
         self.acting = None;
         self.next = self.next.wrapping_add(1);
@@ -47,7 +47,7 @@ impl<N: Number> MotionRecorder<N> {
     /// Takes a sample: the counts moved since the last, and the command from this sample on. Returns a
     /// block that has ended.
     #[inline]
-    pub fn push(&mut self, increment: N, command: N) -> Option<MotionBlock<N>> {
+    pub(crate) fn push(&mut self, increment: N, command: N) -> Option<MotionBlock<N>> {
         let acted = self.acting.replace(command)?;
         if self.open.samples == N::ZERO {
             self.began = acted;

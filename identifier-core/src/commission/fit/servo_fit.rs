@@ -10,7 +10,7 @@ use crate::number::Number;
 
 /// A fit under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ServoFit<N> {
+pub(crate) struct ServoFit<N> {
     prior: Prior<N>,
     bounds: [[N; UNKNOWNS]; 2],
     stage: Stage<N>,

@@ -10,7 +10,7 @@ use crate::parameters::ServoParameters;
 
 /// Settings of a fitter, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FitSettings {
+pub(crate) struct FitSettings {
     /// Sample time, s.
     pub sample_time: f64,
     /// Position of a count, rad.
@@ -28,7 +28,7 @@ pub struct FitSettings {
 /// enters, without any correction of the model by it (output error), so that nothing is lost where a
 /// count is much of the motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ServoFitter<N> {
+pub(crate) struct ServoFitter<N> {
     settings: FitSettings,
     pub(super) step: FrictionStep<N>,
 }
@@ -55,7 +55,7 @@ impl<N: Number> ServoFitter<N> {
 
     /// For records with these settings.
     #[must_use]
-    pub fn new(settings: &FitSettings) -> Self {
+    pub(crate) fn new(settings: &FitSettings) -> Self {
         Self {
             settings: *settings,
             step: FrictionStep::new(),
@@ -64,7 +64,7 @@ impl<N: Number> ServoFitter<N> {
 
     /// Begins a fit.
     #[must_use]
-    pub fn begin<const W: usize>(
+    pub(crate) fn begin<const W: usize>(
         &self,
         motion: &MotionRecord<N, W>,
         prior: Option<&IdentifiedServo>,
@@ -95,7 +95,7 @@ impl<N: Number> ServoFitter<N> {
 
     /// Continues a fit by a piece of the record, or by the work between two passes. Returns once it has
     /// ended.
-    pub fn work<const W: usize>(
+    pub(crate) fn work<const W: usize>(
         &self,
         fit: &mut ServoFit<N>,
         motion: &MotionRecord<N, W>,

@@ -12,7 +12,7 @@ const MISSED: f64 = 2.5;
 
 /// The probing motion, in the sample interrupt: it takes the encoder's increment and gives a command.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Probing<N> {
+pub(crate) struct Probing<N> {
     pub(super) plan: Plan<N>,
     pub(super) observer: Observer<N>,
     pub(super) regression: Regression<N>,
@@ -21,7 +21,7 @@ pub struct Probing<N> {
 
 /// Outputs of a probing motion in a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ProbingStep<N> {
+pub(crate) struct ProbingStep<N> {
     /// The command until the next sample.
     pub command: N,
     /// Where it stands.
@@ -30,7 +30,7 @@ pub struct ProbingStep<N> {
 
 /// Where a probing motion stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ProbingProgress {
+pub(crate) enum ProbingProgress {
     /// It moves the servo.
     Going,
     /// It has ended with evidence, and the servo is held at rest.
@@ -42,7 +42,7 @@ pub enum ProbingProgress {
 impl<N: Number> Probing<N> {
     /// # Errors
     /// See [`ProbingSettings::check`].
-    pub fn new(settings: &ProbingSettings) -> Result<Self, CommissionError> {
+    pub(crate) fn new(settings: &ProbingSettings) -> Result<Self, CommissionError> {
         settings.check()?;
         let time = settings.sample_time;
         let limits = &settings.limits;
@@ -63,7 +63,7 @@ impl<N: Number> Probing<N> {
 
     /// Bounds of the first motion.
     #[must_use]
-    pub fn largest_motion(&self) -> LargestMotion {
+    pub(crate) fn largest_motion(&self) -> LargestMotion {
         let limits = &self.settings.limits;
         let [least, most] = limits.command;
         let (mut travel, mut speed) = (limits.travel, limits.speed);
@@ -78,14 +78,14 @@ impl<N: Number> Probing<N> {
 
     /// Begins from rest; `held` is the command that a controller holds it with now.
     #[must_use]
-    pub fn start(&self, held: Option<N>) -> ProbingState<N> {
+    pub(crate) fn start(&self, held: Option<N>) -> ProbingState<N> {
         ProbingState::new(&self.plan, held)
     }
 
     /// Begins a later motion of a servo that is known, `position` counts from where the first began, with
     /// a `part` of the usual swing, so that it is not the same motion again.
     #[must_use]
-    pub fn start_from_known(
+    pub(crate) fn start_from_known(
         &self,
         servo: &RoughModel<N>,
         position: N,
@@ -106,7 +106,7 @@ impl<N: Number> Probing<N> {
     }
 
     /// A sample: the counts that the encoder has moved since the last.
-    pub fn process(&self, state: &mut ProbingState<N>, increment: N) -> ProbingStep<N> {
+    pub(crate) fn process(&self, state: &mut ProbingState<N>, increment: N) -> ProbingStep<N> {
         let plan = &self.plan;
         state.samples = state.samples.saturating_add(1);
         state.position += increment;

@@ -33,6 +33,7 @@ mod settings;
 mod state;
 mod swing;
 
-pub use experiment::{Probing, ProbingProgress, ProbingStep};
-pub use settings::{LargestMotion, ProbingSettings};
-pub use state::ProbingState;
+pub(crate) use experiment::{Probing, ProbingProgress};
+pub use settings::LargestMotion;
+pub(crate) use settings::ProbingSettings;
+pub(crate) use state::ProbingState;

@@ -2,7 +2,7 @@ use super::super::{CommissionError, Limits};
 
 /// Settings of a probing motion, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ProbingSettings {
+pub(crate) struct ProbingSettings {
     /// Sample time, s.
     pub sample_time: f64,
     /// Position of a count, rad.
@@ -17,14 +17,14 @@ pub struct ProbingSettings {
 
 impl ProbingSettings {
     /// The least travel to either side, or in all for a servo that may only move one way, counts.
-    pub const MIN_TRAVEL_COUNTS: [f64; 2] = [16.0, 100.0];
+    pub(crate) const MIN_TRAVEL_COUNTS: [f64; 2] = [16.0, 100.0];
 
     /// The least speed, counts per second.
-    pub const LEAST_SPEED: f64 = 200.0;
+    pub(crate) const LEAST_SPEED: f64 = 200.0;
 
     /// # Errors
     /// Limits that contradict themselves, or that are less than evidence needs with this encoder.
-    pub fn check(&self) -> Result<(), CommissionError> {
+    pub(crate) fn check(&self) -> Result<(), CommissionError> {
         let limits = &self.limits;
         limits.check()?;
         let [low, high] = limits.travel;

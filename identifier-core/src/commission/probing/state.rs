@@ -7,7 +7,7 @@ use crate::number::Number;
 
 /// A wiggle under way. Counts and samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ProbingState<N> {
+pub(crate) struct ProbingState<N> {
     pub(super) stage: Stage,
     pub(super) ending: Option<Result<(), Reason>>,
     pub(super) samples: u32,
@@ -176,26 +176,22 @@ impl<N: Number> ProbingState<N> {
     }
 
     /// Position from where the motion began, counts.
+    #[cfg(test)]
     #[must_use]
-    pub fn position(&self) -> N {
+    pub(crate) fn position(&self) -> N {
         self.position
-    }
-
-    /// Velocity, counts per sample.
-    #[must_use]
-    pub fn velocity(&self) -> N {
-        self.observed.velocity
     }
 
     /// The servo as far as it is known.
     #[must_use]
-    pub fn servo(&self) -> &RoughModel<N> {
+    pub(crate) fn servo(&self) -> &RoughModel<N> {
         &self.servo
     }
 
     /// Samples after which there was evidence, if there is.
+    #[cfg(test)]
     #[must_use]
-    pub fn evidence(&self) -> Option<u32> {
+    pub(crate) fn evidence(&self) -> Option<u32> {
         self.evidence
     }
 

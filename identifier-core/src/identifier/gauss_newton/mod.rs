@@ -9,9 +9,9 @@ mod recursion;
 mod standing;
 mod terms;
 
-pub use beginning::GaussNewtonFitted;
-pub use first_fit::{GaussNewtonFitter, GaussNewtonFitterState};
-pub use interrupt::GaussNewtonRecursionState;
+pub use first_fit::GaussNewtonFitter;
+pub(crate) use first_fit::GaussNewtonFitterState;
+pub(super) use interrupt::GaussNewtonRecursionState;
 pub use known::ExpectedMotion;
 
 use core::marker::PhantomData;
@@ -40,7 +40,7 @@ pub type GaussNewtonIdentifier<N, S, const P: usize, const W: usize = 256> =
     Combined<GaussNewtonRecursion<N, S, P, W>, GaussNewtonFitter<N, S, P, W>>;
 
 /// The state of the identifier between samples.
-pub type GaussNewtonIdentifierState<N, S, const P: usize, const W: usize = 256> =
+pub(super) type GaussNewtonIdentifierState<N, S, const P: usize, const W: usize = 256> =
     CombinedState<GaussNewtonRecursionState<N, S, P>, GaussNewtonFitterState<N, W>>;
 
 /// The interrupt's half of the fast identifier: the recursion, and the recording for the fit over W

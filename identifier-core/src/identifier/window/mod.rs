@@ -1,14 +1,16 @@
 mod fitter;
 mod recorder;
 
-pub use fitter::{WindowFitter, WindowFitterState};
-pub use recorder::{WindowEstimates, WindowFitted, WindowRecorder, WindowRecorderState};
+pub use fitter::WindowFitter;
+pub(crate) use fitter::WindowFitterState;
+pub use recorder::WindowRecorder;
+pub(crate) use recorder::WindowRecorderState;
 
 use super::combined::{Combined, CombinedState};
 use crate::adaptation::IdentifiableSet;
 use crate::model::NoInputs;
 use crate::number::Number;
-use crate::parameters::{AbCoulombLoad, AllUnknowns, Unknown};
+use crate::parameters::AbCoulombLoad;
 
 /// The windowed identifier: Levenberg–Marquardt passes of the model, driven by the recorded command,
 /// over the last W blocks of samples, for the parameter set S; load and friction are parameters of
@@ -25,7 +27,9 @@ use crate::parameters::{AbCoulombLoad, AllUnknowns, Unknown};
 /// [`WindowRecorder`] and [`WindowFitter`] separately.
 ///
 /// F is the model that is fitted, with U unknowns: without optional terms one for all sets of
-/// parameters. [`TermWindowIdentifier`] has them all.
+/// parameters. With every optional term, for a PC, it is that of
+/// [`AllUnknowns`](crate::parameters::AllUnknowns), with Q two more than its unknowns: a term enters when a fit with it is well determined and it was demanded, or is significant. Terms are exact
+/// where a block is one sample.
 pub type WindowIdentifier<
     N,
     S,
@@ -36,20 +40,8 @@ pub type WindowIdentifier<
     const Q: usize = 6,
 > = Combined<WindowRecorder<N, S, P, W, F, U, Q>, WindowFitter<N, S, P, W, F, U, Q>>;
 
-/// The windowed identifier with every optional term, for a PC. A term enters when a fit with it is well
-/// determined and it was demanded, or is significant. Terms are exact where a block is one sample.
-pub type TermWindowIdentifier<N, const W: usize = 256> = WindowIdentifier<
-    N,
-    AllUnknowns,
-    { Unknown::COUNT },
-    W,
-    AllUnknowns,
-    { Unknown::COUNT },
-    { Unknown::COUNT + 2 },
->;
-
 /// What the identifier remembers.
-pub type WindowState<
+pub(super) type WindowState<
     N,
     const W: usize = 256,
     I = NoInputs,

@@ -1,9 +1,11 @@
-use crate::probing_support::{Unknown, unknown_servos};
-use identifier_core::commission::{
+use std::vec::Vec;
+
+use super::unknown_servos::{Unknown, unknown_servos};
+use crate::commission::{
     Diagnosis, FitSettings, IdentifiedServo, MotionRecord, MotionRecorder, Prediction, Reason,
     ServoFitter,
 };
-use identifier_core::parameters::ServoParameters;
+use crate::parameters::ServoParameters;
 use virtual_servo::{Effects, Plant};
 
 fn settings(unknown: &Unknown) -> FitSettings {
@@ -83,7 +85,7 @@ fn diagnosed<const W: usize>(
 fn response_error(unknown: &Unknown, found: &ServoParameters) -> f64 {
     let truth = unknown.parameters;
     let accelerate = unknown.limits.speed / 1.5 / 0.1;
-    let [mut one, mut other] = [&truth, found].map(|servo| Plant::at_rest(servo, 1e-3));
+    let [mut one, mut other] = [&truth, found].map(|&servo| Plant::at_rest(&servo.into(), 1e-3));
     let (mut most, mut off) = (0.0_f64, 0.0_f64);
     for k in 0..200 {
         let push = if k < 100 { accelerate } else { -accelerate };
@@ -191,7 +193,7 @@ fn errors_agree_with_the_standard_errors() {
 
 /// Encoder readings of a servo under a command that alternates, and the command.
 fn shaken(unknown: &Unknown, late: usize) -> Vec<[f32; 2]> {
-    let mut plant = Plant::at_rest(&unknown.parameters, unknown.sample_time);
+    let mut plant = Plant::at_rest(&unknown.parameters.into(), unknown.sample_time);
     let command = |k: usize| if k % 160 < 80 { 6.0 } else { -6.0 };
     let mut last = 0.0;
     (0..480_usize)

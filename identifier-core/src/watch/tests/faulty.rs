@@ -1,7 +1,10 @@
 //! Every fault, on three servos and at five rates.
 
-use identifier_core::commission::Reason;
-use identifier_core::parameters::ServoParameters;
+use std::string::{String, ToString};
+use std::vec::Vec;
+
+use crate::commission::Reason;
+use crate::parameters::ServoParameters;
 use virtual_servo::faults::{FaultKind, InjectedFault};
 
 use super::support::{Axis, Drive, Found, Knowledge, Run};
@@ -68,7 +71,7 @@ fn axes(rate: f64, drive: Drive) -> [Axis; 3] {
 const BEGINS: f64 = 0.4137;
 
 /// The page that states these figures.
-const PAGE: &str = include_str!("../../../docs/faults.md");
+const PAGE: &str = include_str!("../../../../docs/faults.md");
 
 /// Longest wait for a detection, s.
 const MAX_WAIT: f64 = 2.5;

@@ -1,8 +1,8 @@
 //! A servo in motion, watched.
 
-use identifier_core::commission::{IdentifiedServo, Reason};
-use identifier_core::parameters::ServoParameters;
-use identifier_core::watch::{
+use crate::commission::{IdentifiedServo, Reason};
+use crate::parameters::ServoParameters;
+use crate::watch::{
     DetectionTimes, KnownServo, Observation, ServoWatch, ServoWatchState, WatchSettings,
 };
 use std::f64::consts::TAU;
@@ -166,7 +166,7 @@ impl<'f> Run<'f> {
             ..Effects::NONE
         };
         let mut servo =
-            Servo::at_rest(&self.axis.servo, &effects, sample_time, 1).expect("allowed");
+            Servo::at_rest(&self.axis.servo.into(), &effects, sample_time, 1).expect("allowed");
         let mut faults = Faults::new(self.faults, sample_time, self.axis.units()).expect("allowed");
         let encoder = Encoder::new(counts_per_rev);
         let mut controller = Control::new(&self.axis, self.drive, self.amplitude);

@@ -1,9 +1,12 @@
 //! Faults whose detection needs no servo: found in the stated sample, and not in the one before.
 
-use identifier_core::commission::{IdentifiedServo, Reason};
-use identifier_core::number::Number;
-use identifier_core::parameters::ServoParameters;
-use identifier_core::watch::{DetectionTimes, KnownServo, Observation, ServoWatch, WatchSettings};
+use std::string::ToString;
+use std::vec::Vec;
+
+use crate::commission::{IdentifiedServo, Reason};
+use crate::number::Number;
+use crate::parameters::ServoParameters;
+use crate::watch::{DetectionTimes, KnownServo, Observation, ServoWatch, WatchSettings};
 
 const RATES: [f64; 5] = [250.0, 1e3, 4e3, 10e3, 20e3];
 
@@ -296,7 +299,7 @@ fn contradictory_settings_are_refused_by_name() {
 
 #[test]
 fn the_page_has_the_figures_of_the_code() {
-    let page = include_str!("../../../docs/faults.md");
+    let page = include_str!("../../../../docs/faults.md");
     let row = |name: &str, known: bool, samples: fn(&DetectionTimes) -> u32| {
         let columns: Vec<_> = RATES
             .map(|rate| {

@@ -1,6 +1,8 @@
 //! No false alarm.
 
-use identifier_core::parameters::ServoParameters;
+use std::vec::Vec;
+
+use crate::parameters::ServoParameters;
 use virtual_servo::faults::{FaultKind, InjectedFault};
 
 use super::support::{Axis, Drive, Knowledge, Run, STEP};

@@ -1,6 +1,8 @@
-use crate::probing_support::{Unknown, Wiggled, unknown_servos};
-use identifier_core::commission::{CommissionError, Probing, ProbingProgress, Reason, RoughModel};
-use identifier_core::parameters::ServoParameters;
+use std::vec::Vec;
+
+use super::unknown_servos::{Unknown, Wiggled, unknown_servos};
+use crate::commission::{CommissionError, Probing, ProbingProgress, Reason, RoughModel};
+use crate::parameters::ServoParameters;
 
 #[test]
 fn travel_and_speed_are_kept_by_every_unknown_servo_and_nearly_all_end_with_evidence() {

@@ -1,9 +1,9 @@
 //! Unknown servos, what a sensible user allows them, and their first motion.
 
-use identifier_core::commission::{
-    Limits, Probing, ProbingProgress, ProbingSettings, ProbingState,
-};
-use identifier_core::parameters::ServoParameters;
+use std::vec::Vec;
+
+use crate::commission::{Limits, Probing, ProbingProgress, ProbingSettings, ProbingState};
+use crate::parameters::ServoParameters;
 use virtual_servo::{Effects, Encoder, Servo};
 
 /// Numbers that look random and are the same everywhere (splitmix64).
@@ -149,7 +149,7 @@ impl Unknown {
             delay: self.delay * time,
             ..self.effects
         };
-        let mut servo = Servo::at_rest(&balanced, &effects, time, 1).expect("a servo");
+        let mut servo = Servo::at_rest(&balanced.into(), &effects, time, 1).expect("a servo");
         let encoder = Encoder::new(self.counts);
         let start = f64::from(state.position()) * self.resolution();
         let mut last = 0;

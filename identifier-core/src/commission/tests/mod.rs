@@ -1,0 +1,6 @@
+//! The parts of a commissioning on simulated servos: the first motion, the fit to it, its prediction and its
+//! diagnosis.
+
+mod fit;
+mod probing;
+mod unknown_servos;
