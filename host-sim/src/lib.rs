@@ -27,7 +27,7 @@
 //! | commissioning and gains | [`commission`], [`tune`] |
 //! | the host of a drive | [`drive`], [`port`] |
 //! | results, which are the JSON | [`result`] |
-//! | pages, tables, CSV, pictures | [`present`], [`report`] |
+//! | pages, tables, pictures; CSV | [`present`], [`render`]; [`csv`] |
 //! | verbs, options, outputs | [`cli`] |
 
 pub mod analysis;
@@ -35,6 +35,7 @@ pub mod check;
 pub mod cli;
 pub mod commission;
 pub mod compare;
+pub mod csv;
 pub mod drift;
 pub mod drive;
 pub mod experiment;
@@ -52,7 +53,6 @@ pub mod program;
 pub mod provenance;
 pub mod render;
 pub mod replay;
-pub mod report;
 pub mod result;
 pub mod scenario;
 pub mod simulate;

@@ -1,8 +1,8 @@
 //! Every method on one bench: what each claims, where each breaks, as a reviewed table.
 
 use host_sim::analysis::Status;
-use host_sim::compare::{self, MethodResult, with_law};
-use host_sim::result::{ComparisonResult, Summary};
+use host_sim::compare::{self, with_law};
+use host_sim::result::Summary;
 use host_sim::scenario::{Law, Scenario};
 use host_sim::{present, render};
 use identifier_core::parameters::Parameter;
@@ -18,10 +18,9 @@ const WIDTH: u16 = 200;
 
 #[test]
 fn the_comparison_is_as_reviewed() {
-    let compared = compare::compare(&parse(BENCH), &|| ()).expect("it has a servo");
-    let result = ComparisonResult::new(&compared);
+    let result = compare::compare(&parse(BENCH), &|| ()).expect("it has a servo");
     let duration = parse(BENCH).duration;
-    let page = present::comparison("", "", &compared, &result, duration);
+    let page = present::comparison("", "", &result, duration);
     let text = render::terminal::brief(&page, WIDTH);
     let text = anstream::adapter::strip_str(&text).to_string();
     // The page explains the columns in its own words.
@@ -123,8 +122,8 @@ fn a_method_that_cannot_be_built_is_refused_and_the_others_run() {
     let mut scenario = parse(BENCH);
     controller(&mut scenario).kp = 0.5;
     scenario.duration = 2.0;
-    let compared = compare::compare(&scenario, &|| ()).expect("it has a servo");
-    let results = &compared.cases[0].results;
-    assert!(matches!(&results[0], MethodResult::Refused(why) if why.contains("kp")));
-    assert!(matches!(&results[4], MethodResult::Ran(_)));
+    let result = compare::compare(&scenario, &|| ()).expect("it has a servo");
+    let methods = &result.cases[0].methods;
+    assert!(methods[0].status.is_none() && methods[0].reason.contains("kp"));
+    assert!(methods[4].status.is_some());
 }

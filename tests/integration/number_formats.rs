@@ -1,7 +1,7 @@
 //! Three number formats, one answer: the same experiments in f64, f32 and fixed point.
 
 use host_sim::drift::{self, Compared, Differences};
-use host_sim::result::Summary;
+use host_sim::result::{Difference, DriftResult, Summary};
 use host_sim::scenario::{Arithmetic, Reference, Scenario};
 use identifier_core::excitation::Excitation;
 use identifier_core::parameters::ServoParameters;
@@ -117,7 +117,7 @@ fn drop_second(text: &str, begins: &str) -> String {
 }
 
 /// The differences on the same measurements.
-fn side_by_side(scenario: &Scenario, turns: u32) -> Differences {
+fn side_by_side(scenario: &Scenario, turns: u32) -> DriftResult {
     let units = scenario.units();
     let reference = Reference::<f64>::new(&units, &scenario.excitation).expect("valid");
     let mut state = reference.start();
@@ -130,14 +130,24 @@ fn side_by_side(scenario: &Scenario, turns: u32) -> Differences {
         &mut |compared| differences.add(compared),
     )
     .expect("it fits");
-    assert!(differences.all_finite());
-    differences
+    let result = differences.result(scenario.samples(), units.sample_time());
+    assert!(result.all_finite);
+    result
+}
+
+/// The differences of a format.
+fn of(differences: &DriftResult, format: Arithmetic) -> &[Difference] {
+    match format {
+        Arithmetic::Fixed => &differences.fixed,
+        _ => &differences.f32,
+    }
 }
 
 /// Distance of a signal from that of f64, the larger of mean and root mean square, and its size.
-fn distance(differences: &Differences, format: Arithmetic, name: &str) -> (f64, f64) {
-    let all = differences.of(format);
-    let signal = all.iter().find(|signal| signal.name == name);
+fn distance(differences: &DriftResult, format: Arithmetic, name: &str) -> (f64, f64) {
+    let signal = of(differences, format)
+        .iter()
+        .find(|signal| signal.name == name);
     let signal = signal.expect("a signal of that name");
     (signal.mean.abs().max(signal.rms), signal.size)
 }
@@ -272,7 +282,7 @@ fn the_pid_alone_has_the_signal_to_noise_of_the_documentation() {
         (Arithmetic::F32, 140.0, 130.0),
         (Arithmetic::Fixed, 145.0, 135.0),
     ] {
-        let found = differences.of(format);
+        let found = of(&differences, format);
         let decibel = |name: &str| {
             let signal = found.iter().find(|signal| signal.name == name);
             let signal = signal.expect("a signal of that name");

@@ -4,8 +4,9 @@
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use host_sim::compare::with_law;
+use host_sim::result::{Distribution, SweepRun};
 use host_sim::scenario::{Law, Scenario};
-use host_sim::sweep::{Distribution, Run, sweep};
+use host_sim::sweep::sweep;
 use identifier_core::parameters::Parameter;
 use integration_tests::{parse, servo};
 
@@ -33,7 +34,7 @@ duration = 30.0
 
 const SERVOS: u32 = 1000;
 
-fn swept(scenario: &Scenario, runs: u32) -> Vec<Run> {
+fn swept(scenario: &Scenario, runs: u32) -> Vec<SweepRun> {
     sweep(scenario, runs, 7, &AtomicBool::new(false), &|| ()).expect("it can be built")
 }
 
@@ -46,7 +47,7 @@ fn moved_by_a_load(law: Law) -> [Vec<f64>; 2] {
     scenario.identifier.parameters = vec![Parameter::A, Parameter::B];
     let without = swept(&scenario, SERVOS);
     // A load that is drawn would differ from servo to servo; this one is the same for all.
-    let with: Vec<Run> = {
+    let with: Vec<SweepRun> = {
         let drawn: Vec<Scenario> = (0..SERVOS)
             .map(|index| {
                 let chosen = scenario.clone().with_gamma_chosen();
@@ -57,7 +58,7 @@ fn moved_by_a_load(law: Law) -> [Vec<f64>; 2] {
             .collect();
         integration_tests::in_parallel(&drawn, |drawn| {
             let summary = integration_tests::run(drawn);
-            Run {
+            SweepRun {
                 index: 0,
                 truth: drawn.plant.expect("a servo"),
                 status: summary.status(),
@@ -126,11 +127,11 @@ fn any_number_of_threads_gives_the_same() {
     let one = in_pool(1);
     assert_eq!(one.len(), 64);
     assert_eq!(
-        Distribution::of(&one).spreads,
-        Distribution::of(&in_pool(3)).spreads
+        Distribution::new(&one).spreads,
+        Distribution::new(&in_pool(3)).spreads
     );
     let bits =
-        |runs: &[Run]| -> Vec<u64> { runs.iter().map(|run| run.found.b.to_bits()).collect() };
+        |runs: &[SweepRun]| -> Vec<u64> { runs.iter().map(|run| run.found.b.to_bits()).collect() };
     assert_eq!(bits(&one), bits(&in_pool(2)));
     assert!(one.iter().zip(0..).all(|(run, index)| run.index == index));
 }

@@ -4,9 +4,10 @@ use crate::verdict::{Evidence, Lack, Motion, Residual, UnknownEvidence, Verdict}
 use identifier_core::parameters::{Parameter, Unknown};
 use identifier_core::stability::sampled_loop::AMPLE_GAIN_MARGIN;
 
-use super::batch::{Batch, Finding, Residual as Left};
+use super::batch::Batch;
 use super::estimate::Tracked;
 use crate::experiment::{AbortCause, Outcome, TermEstimate};
+use crate::result::{Finding, Residual as Left};
 use crate::scenario::Scenario;
 
 /// A finding that explains less of the rest than this is none.

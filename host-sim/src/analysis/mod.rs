@@ -8,6 +8,5 @@ mod stretch;
 mod summary;
 
 pub use crate::verdict::Status;
-pub use batch::{Finding, Residual};
 pub use statistics::Statistics;
 pub use summary::Summariser;

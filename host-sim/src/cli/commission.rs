@@ -2,16 +2,15 @@ use std::path::{Path, PathBuf};
 
 use super::call;
 use super::fault::Fault;
-use super::files::io_error;
 use super::output::Outputs;
 use super::progress::Progress;
 use super::standard_output::say;
 use super::streamed::Streamed;
-use crate::commission::{Commissioning, Course, Outcome, Sample, StepResponse};
+use crate::commission::{Commissioning, Course, Outcome, Sample};
+use crate::csv::Rows;
 use crate::log::mcap::commissioning as messages;
-use crate::present::{self, Commissioned};
+use crate::present::{self, CommissionTraces, Commissioned};
 use crate::provenance::{Kept, Origin, ScenarioText, Task};
-use crate::report::commission::{self as report, RowWriter, Traces};
 use crate::result::CommissioningResult;
 use crate::scenario::Purpose;
 
@@ -42,10 +41,9 @@ pub(super) fn experiment(
     let origin = Origin::of(Task::Commission, text, &scenario);
     let machine = Commissioning::of(&scenario).map_err(of_scenario)?;
     let mut results = outputs.begin(&[input], origin, kept)?;
-    let begin = |csv| RowWriter::new(csv).map_err(io_error);
-    let mut rows = (results.csv.take()).map(|csv| Streamed::begin(csv, begin));
+    let mut rows = (results.csv.take()).map(|csv| Streamed::begin(csv, Rows::of_commissioning));
     let mut mcap = results.messages(messages::begin);
-    let mut traces = results.show_traces().then(Traces::default);
+    let mut traces = results.show_traces().then(CommissionTraces::default);
     let mut live = results.live.take();
 
     let largest = machine.largest_motion();
@@ -54,7 +52,7 @@ pub(super) fn experiment(
     }
     let limits = machine.settings().limits;
     let before = machine.gains_before().copied();
-    let page = |outcome: &Outcome, traces: Option<&Traces>| {
+    let page = |outcome: &Outcome, traces: Option<&CommissionTraces>| {
         present::commissioning(&Commissioned {
             title: &call::title("Commissioning of", file),
             command: &call::command(),
@@ -70,7 +68,7 @@ pub(super) fn experiment(
     let mut observe = |sample: &Sample| {
         progress.advance();
         if let Some(rows) = &mut rows {
-            rows.write(|rows| rows.add(sample).map_err(io_error));
+            rows.write(|rows| rows.commissioning_sample(sample));
         }
         if let Some(mcap) = &mut mcap {
             mcap.write(|mcap| messages::add(mcap, sample));
@@ -95,15 +93,12 @@ pub(super) fn experiment(
     let page = page(&outcome, traces.as_ref());
     results.live = live;
     let written = [
-        rows.map(|rows| rows.finish(RowWriter::finish)),
+        rows.map(|rows| rows.finish(Rows::finish)),
         mcap.map(|mcap| mcap.finish_with_result(&result)),
     ];
     let applied = outcome.is_applied();
     results.publish(&page, applied, &result, written, |plot| {
-        let promised = StepResponse::promised(&scenario, &outcome);
-        let traces = traces.unwrap_or_default();
-        let figures = report::figures(&limits, &outcome, &traces, promised.as_ref());
-        plot.figures("", 1, &figures)
+        plot.figures("", 1, &page)
     })?;
     if applied {
         return Ok(());

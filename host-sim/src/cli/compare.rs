@@ -6,8 +6,6 @@ use super::output::Documents;
 use super::progress::Progress;
 use crate::compare;
 use crate::present;
-use crate::report::comparison;
-use crate::result::ComparisonResult;
 use crate::scenario::{Purpose, Scenario};
 
 #[derive(Debug, clap::Args)]
@@ -24,17 +22,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let of_scenario = |fault| Fault::of_scenario(&arguments.scenario, fault);
     let runs = compare::runs(&scenario).map_err(of_scenario)?;
     let progress = Progress::of(runs as u64, "runs");
-    let compared = compare::compare(&scenario, &|| progress.advance()).map_err(of_scenario)?;
+    let result = compare::compare(&scenario, &|| progress.advance()).map_err(of_scenario)?;
     drop(progress);
-    let result = ComparisonResult::new(&compared);
     let page = present::comparison(
         &call::title("Comparison on", &arguments.scenario),
         &call::command(),
-        &compared,
         &result,
         scenario.duration,
     );
     results.publish(&page, false, &result, [], |picture| {
-        picture.heat_maps(&comparison::heat_maps(&compared))
+        picture.heat_maps(&present::heat_maps(&result))
     })
 }

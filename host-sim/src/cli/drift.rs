@@ -9,11 +9,10 @@ use super::output::Drawing;
 use super::progress::Progress;
 use super::standard_output::say;
 use super::terminal;
+use crate::csv;
 use crate::drift::{self, Differences};
-use crate::present;
+use crate::present::{self, DriftTraces};
 use crate::render;
-use crate::report::drift as report;
-use crate::result::DriftResult;
 use crate::scenario::{Arithmetic, Purpose, Reference, Scenario};
 
 /// The most samples that are kept for the trace.
@@ -56,7 +55,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
 
     let mut files = Files::reading(&[&arguments.scenario], arguments.force);
     let json = files.output(arguments.json.as_deref())?;
-    let csv = files.output(arguments.csv.as_deref())?;
+    let rows = files.output(arguments.csv.as_deref())?;
     let picture = files.picture(&arguments.drawing)?;
 
     let units = scenario.units();
@@ -66,7 +65,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let samples = scenario.samples();
     let every = samples.div_ceil(KEPT).max(1);
     let mut trace = Vec::new();
-    let mut traces = report::Traces::default();
+    let mut traces = DriftTraces::default();
     let mut place = 0;
     let mut differences = Differences::lasting(scenario.duration);
     let progress = Progress::of_samples(samples);
@@ -88,15 +87,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     .map_err(|error| input(error.to_string()))?;
     drop(progress);
 
-    let result = DriftResult::new(&differences, place, units.sample_time());
+    let result = differences.result(place, units.sample_time());
+    let title = call::title("Number formats on", &arguments.scenario);
+    let page = present::drift(&title, &call::command(), &result, &traces);
     files::commit([
-        csv.map(|csv| csv.table(|file| report::csv(file, &trace))),
-        picture.map(|picture| picture.figures("", 2, &report::figures(&traces))),
+        rows.map(|rows| rows.table(|file| csv::drift(file, &trace))),
+        picture.map(|picture| picture.figures("", 2, &page)),
         json.map(|json| json.document(&result)),
     ])?;
     if !files.own_standard_output() {
-        let title = call::title("Number formats on", &arguments.scenario);
-        let page = present::drift(&title, &call::command(), &result);
         say!("{}", render::terminal::brief(&page, terminal::width()))?;
     }
     if result.all_finite {

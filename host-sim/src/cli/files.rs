@@ -10,7 +10,7 @@ use super::fault::Fault;
 use super::output::Drawing;
 use super::output_file::PendingFile;
 use super::place::Place;
-use crate::present::{Figure, HeatMaps, Page};
+use crate::present::{HeatMaps, Page};
 use crate::render::chart::{self, Canvas, Format, Size};
 use crate::render::html;
 
@@ -194,11 +194,11 @@ impl Output {
     /// Writes a table as CSV.
     pub(super) fn table(
         mut self,
-        write: impl FnOnce(&mut Self) -> Result<(), csv::Error>,
+        write: impl FnOnce(&mut Self) -> io::Result<()>,
     ) -> Result<Self, Fault> {
         match write(&mut self) {
             Ok(()) => Ok(self),
-            Err(error) => Err(self.unwritable(&io_error(error))),
+            Err(error) => Err(self.unwritable(&error)),
         }
     }
 
@@ -221,15 +221,6 @@ impl Output {
     }
 }
 
-/// The system's error of a table.
-pub(super) fn io_error(error: csv::Error) -> io::Error {
-    let told = error.to_string();
-    match error.into_kind() {
-        csv::ErrorKind::Io(error) => error,
-        _ => io::Error::other(told),
-    }
-}
-
 impl Write for Output {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.file.write(bytes)
@@ -241,14 +232,9 @@ impl Write for Output {
 }
 
 impl Picture {
-    /// Draws figures, row by row.
-    pub(super) fn figures(
-        self,
-        title: &str,
-        columns: usize,
-        figures: &[Figure],
-    ) -> Result<Output, Fault> {
-        let canvas = chart::figures(self.size, title, columns, figures);
+    /// Draws the figures of a page, row by row.
+    pub(super) fn figures(self, title: &str, columns: usize, page: &Page) -> Result<Output, Fault> {
+        let canvas = chart::figures(self.size, title, columns, page.figures());
         self.drawn(&canvas)
     }
 

@@ -6,11 +6,8 @@ use super::files::{self, Files};
 use super::output::Drawing;
 use super::standard_output::say;
 use super::terminal;
-use crate::experiment::Sample;
-use crate::paper::{self, Case, Method, Run};
-use crate::present::{Envelope, Figure, TIME};
 use crate::render::chart::Size;
-use crate::{present, render, report};
+use crate::{csv, paper, present, render};
 
 /// Where it goes unless stated. This folder is the program's own.
 const FOLDER: &str = "results/paper";
@@ -52,15 +49,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
 
     let runs = paper::experiment().map_err(|fault| Fault::Other(fault.to_string()))?;
     let mut written = Vec::new();
-    for (run, (csv, json)) in runs.iter().zip(tables) {
-        written.push(csv.map(|csv| csv.table(|file| report::csv::write(file, &run.trace))));
+    for (run, (rows, json)) in runs.iter().zip(tables) {
+        written.push(rows.map(|rows| rows.table(|file| csv::trace(file, &run.trace))));
         written.push(json.map(|json| json.document(&run.summary)));
     }
-    let title = "Fig. 03: identified parameters over time";
-    written.push(picture.map(|picture| picture.figures(title, 2, &figures(&runs))));
-    files::commit(written)?;
-
     let page = present::paper("The paper's experiment", &call::command(), &runs);
+    let title = "Fig. 03: identified parameters over time";
+    written.push(picture.map(|picture| picture.figures(title, 2, &page)));
+    files::commit(written)?;
     say!("{}", render::terminal::brief(&page, terminal::width()))?;
     say!("\nPicture: {}", out.join(PICTURE).display())?;
     say!(
@@ -68,48 +64,4 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         out.join("*.csv, *.json").display()
     )?;
     Ok(())
-}
-
-/// The eight panels of Fig. 03 in the paper's order: 1–2 proposed and 3–4 least squares without
-/// load, 5–6 and 7–8 with it; odd panels â, even panels b̂, each kind on one scale.
-fn figures(runs: &[Run; 4]) -> Vec<Figure> {
-    /// Scales that the panels share, around the nominal values.
-    const SCALE_A: [f64; 2] = [-0.3, 1.0];
-    const SCALE_B: [f64; 2] = [0.0, 400.0];
-
-    let mut figures = Vec::new();
-    for run in runs {
-        let number = figures.len() + 1;
-        let method = match run.method {
-            Method::Proposed => "proposed",
-            Method::LeastSquares => "least squares",
-        };
-        let case = match run.case {
-            Case::Balanced => "d = 0",
-            Case::Unbalanced => "d ≠ 0",
-        };
-        let figure = |number, axis: &str, nominal, range, value: fn(&Sample) -> f64| {
-            let points = run.trace.iter().map(|sample| (sample.time, value(sample)));
-            let trace = points.collect::<Envelope>().trace("estimate");
-            Figure::new(
-                &format!("({number}) {method}, {case}"),
-                TIME,
-                axis,
-                vec![trace],
-            )
-            .within(Some(range))
-            .with_level("nominal", nominal)
-        };
-        figures.push(figure(number, "â [1/s]", paper::NOMINAL_A, SCALE_A, |s| {
-            s.estimates.a
-        }));
-        figures.push(figure(
-            number + 1,
-            "b̂ [rad/s² per command unit]",
-            paper::NOMINAL_B,
-            SCALE_B,
-            |s| s.estimates.b,
-        ));
-    }
-    figures
 }

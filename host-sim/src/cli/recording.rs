@@ -2,17 +2,16 @@
 
 use super::call;
 use super::fault::Fault;
-use super::files::{Output, io_error};
+use super::files::Output;
 use super::live::Live;
 use super::output::Results;
 use super::progress::Progress;
 use super::streamed::Streamed;
 use crate::analysis::{Status, Summariser};
+use crate::csv::Rows;
 use crate::experiment::{Outcome, Sample};
 use crate::log::mcap::{Recorder, trace};
-use crate::present::traces::{self, Traces};
-use crate::present::{self, Experiment, Page};
-use crate::report::csv::TraceWriter;
+use crate::present::{self, Experiment, ExperimentTraces, Page};
 use crate::result::{ReplayNotes, Summary};
 use crate::scenario::Scenario;
 
@@ -27,8 +26,8 @@ pub(super) struct Recording<'a> {
     passes_to_come: u32,
     samples: u64,
     summariser: Summariser,
-    traces: Option<Traces>,
-    rows: Option<Streamed<TraceWriter<Output>>>,
+    traces: Option<ExperimentTraces>,
+    rows: Option<Streamed<Rows<Output>>>,
     messages: Option<Streamed<Recorder<Output>>>,
     live: Option<Live>,
     progress: Progress,
@@ -43,7 +42,6 @@ impl<'a> Recording<'a> {
         passes: u32,
         results: &mut Results,
     ) -> Self {
-        let begin = |csv| TraceWriter::new(csv).map_err(io_error);
         Self {
             title,
             scenario,
@@ -51,8 +49,8 @@ impl<'a> Recording<'a> {
             passes_to_come: passes.saturating_sub(1),
             samples: 0,
             summariser: Summariser::lasting(scenario, duration),
-            traces: results.show_traces().then(Traces::default),
-            rows: (results.csv.take()).map(|csv| Streamed::begin(csv, begin)),
+            traces: results.show_traces().then(ExperimentTraces::default),
+            rows: (results.csv.take()).map(|csv| Streamed::begin(csv, Rows::of_experiment)),
             messages: results.messages(trace::begin),
             live: results.live.take(),
             progress: Progress::of_samples((duration / scenario.sample_time()) as u64),
@@ -69,7 +67,7 @@ impl<'a> Recording<'a> {
         }
         if self.passes_to_come == 0 {
             if let Some(rows) = &mut self.rows {
-                rows.write(|rows| rows.add(sample).map_err(io_error));
+                rows.write(|rows| rows.sample(sample));
             }
             if let Some(messages) = &mut self.messages {
                 messages.write(|messages| trace::add(messages, sample));
@@ -95,7 +93,7 @@ impl<'a> Recording<'a> {
         self.passes_to_come = self.passes_to_come.saturating_sub(1);
         self.summariser.begin_pass();
         if let Some(traces) = &mut self.traces {
-            *traces = Traces::default();
+            *traces = ExperimentTraces::default();
         }
     }
 
@@ -129,12 +127,11 @@ impl<'a> Recording<'a> {
         let page = self.page(&summary);
         results.live = self.live;
         let written = [
-            self.rows.map(|rows| rows.finish(TraceWriter::finish)),
+            self.rows.map(|rows| rows.finish(Rows::finish)),
             (self.messages).map(|messages| messages.finish_with_result(&summary)),
         ];
-        let traces = self.traces.unwrap_or_default();
         results.publish(&page, true, &summary, written, |picture| {
-            picture.figures("", 2, &traces::figures(&summary, &traces))
+            picture.figures("", 2, &page)
         })?;
         match summary.status() {
             Status::Aborted => Err(Fault::Other(summary.reason)),

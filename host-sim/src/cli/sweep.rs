@@ -6,11 +6,11 @@ use super::fault::Fault;
 use super::interruption;
 use super::output::Documents;
 use super::progress::Progress;
+use crate::csv;
 use crate::present;
-use crate::report::distribution;
-use crate::result::SweepResult;
+use crate::result::{Distribution, SweepResult};
 use crate::scenario::{Purpose, Scenario};
-use crate::sweep::{self, Distribution};
+use crate::sweep;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
@@ -59,7 +59,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         law: scenario.identifier.law.name(),
         seed: arguments.seed,
         wanted: arguments.runs,
-        distribution: Distribution::of(&runs),
+        distribution: Distribution::new(&runs),
     };
     let page = present::sweep(
         &call::title("Sweep around", &arguments.scenario),
@@ -67,10 +67,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         &scenario,
         &result,
     );
-    let csv = results.csv.take();
-    let rows = csv.map(|csv| csv.table(|file| distribution::csv(file, &runs)));
+    let rows = results.csv.take();
+    let rows = rows.map(|rows| rows.table(|file| csv::sweep(file, &runs)));
     results.publish(&page, true, &result, [rows], |picture| {
-        picture.figures("", 2, &distribution::figures(&result.distribution))
+        picture.figures("", 2, &page)
     })?;
     if stop.load(Ordering::Relaxed) && runs.len() < arguments.runs as usize {
         return Err(Fault::Other(format!(

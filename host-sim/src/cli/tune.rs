@@ -9,7 +9,6 @@ use super::fault::Fault;
 use super::output::Documents;
 use crate::nearest;
 use crate::present;
-use crate::report::promise;
 use crate::result::TuningResult;
 use crate::scenario::{Purpose, Scenario};
 use crate::tune::{Conditions, IdentifiedResult, NoGains, Tuned};
@@ -70,7 +69,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let tuned = Tuned::of(&result, &settings)
         .map_err(|error| Fault::Input(arguments.refusal(&error, settings.step)))?;
 
-    let figures = || promise::figures(&tuned).map_err(|error| Fault::Other(error.to_string()));
     let mut warnings: Vec<String> = result.doubt.iter().cloned().collect();
     if arguments.conditions.command_delay.is_none()
         && settings.command_delay == 0.0
@@ -83,12 +81,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         &call::title("Tuning for", &arguments.result),
         &call::command(),
         &tuned,
-        figures()?,
         &warnings,
-    );
+    )
+    .map_err(|error| Fault::Other(error.to_string()))?;
     let result = TuningResult::new(&tuned);
     results.publish(&page, false, &result, [], |picture| {
-        picture.figures("", 1, &figures()?)
+        picture.figures("", 1, &page)
     })
 }
 

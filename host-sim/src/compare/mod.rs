@@ -10,52 +10,10 @@ use identifier_core::parameters::Parameter;
 use identifier_core::settings::IdentifierSettings;
 
 use crate::analysis::Summariser;
-use crate::result::Summary;
+use crate::result::{CaseResult, ComparisonResult, Method, MethodErrors, Summary};
 use crate::scenario::{Arithmetic, Closing, Fault, Law, Scenario};
 use crate::simulate::{Simulation, operations};
-
-/// A comparison.
-#[derive(Debug, Clone)]
-pub struct Comparison {
-    /// The methods, one row in each table.
-    pub methods: Vec<Method>,
-    /// The cases, in order.
-    pub cases: Vec<Compared>,
-}
-
-/// What is to be said of a method whatever the case.
-#[derive(Debug, Clone)]
-pub struct Method {
-    /// Its name.
-    pub name: &'static str,
-    /// Where it is from.
-    pub source: &'static str,
-    /// What must be known beforehand.
-    pub prior: &'static str,
-    /// What closes its loop.
-    pub closing: &'static str,
-    /// Arithmetic operations a sample; none for what is computed after the experiment, or cannot be
-    /// built for this servo.
-    pub operations: Option<f64>,
-}
-
-/// One case with the results of all methods, in their order.
-#[derive(Debug, Clone)]
-pub struct Compared {
-    /// The case.
-    pub case: Case,
-    /// What each method found.
-    pub results: Vec<MethodResult>,
-}
-
-/// What a method found.
-#[derive(Debug, Clone)]
-pub enum MethodResult {
-    /// It ran.
-    Ran(Box<Summary>),
-    /// It cannot be built for this case.
-    Refused(String),
-}
+use crate::verdict::Status;
 
 /// The scenario with another law and the parameters that it estimates at most, in the loop that the
 /// law closes.
@@ -88,7 +46,7 @@ pub fn with_law(base: &Scenario, law: Law) -> Scenario {
     scenario.in_own_loop()
 }
 
-/// How many runs a comparison is.
+/// Number of runs of a comparison.
 ///
 /// # Errors
 /// The scenario has no servo.
@@ -96,62 +54,98 @@ pub fn runs(base: &Scenario) -> Result<usize, Fault> {
     Ok(Law::ALL.len() * Case::all(base)?.len())
 }
 
-/// Runs every method in every case, on all cores; `done` is told of each run's end.
+/// Runs every method in every case, on all cores, and calls `done` at each run's end.
 ///
 /// # Errors
 /// The scenario has no servo.
-pub fn compare(base: &Scenario, done: &(dyn Fn() + Sync)) -> Result<Comparison, Fault> {
-    let laws = Law::ALL;
+pub fn compare(base: &Scenario, done: &(dyn Fn() + Sync)) -> Result<ComparisonResult, Fault> {
     let cases = Case::all(base)?;
-    let pairs: Vec<(&Case, Law)> = cases
-        .iter()
-        .flat_map(|case| laws.iter().map(move |&law| (case, law)))
-        .collect();
-    let found: Vec<MethodResult> = pairs
+    let methods: Vec<Method> = Law::ALL
         .par_iter()
-        .map(|&(case, law)| {
-            let found = run(&with_law(&case.scenario, law));
+        .map(|&law| method(law, cases.first()))
+        .collect();
+    let found: Vec<MethodErrors> = cases
+        .par_iter()
+        .flat_map(|case| {
+            Law::ALL
+                .par_iter()
+                .zip(&methods)
+                .map(move |pair| (case, pair))
+        })
+        .map(|(case, (&law, method))| {
+            let found = run(&with_law(&case.scenario, law), method);
             done();
             found
         })
         .collect();
     let mut found = found.into_iter();
-    let methods = laws
-        .par_iter()
-        .map(|law| Method {
-            name: law.name(),
-            source: law.source(),
-            prior: law.prior(),
-            closing: match law.closing() {
-                Closing::Pid => "PID",
-                Closing::Pd => "PD",
-                Closing::Proportional => "P, low gain",
-                Closing::TwoDegreesOfFreedom => "2 degrees of freedom",
-                Closing::Relay => "relay",
-            },
-            operations: cases
-                .first()
-                .and_then(|case| operations(&with_law(&case.scenario, *law)).ok().flatten()),
-        })
-        .collect();
-    Ok(Comparison {
-        methods,
-        cases: cases
-            .into_iter()
-            .map(|case| Compared {
-                case,
-                results: found.by_ref().take(laws.len()).collect(),
-            })
-            .collect(),
-    })
+    let cases = cases.into_iter().map(|case| CaseResult {
+        case: case.name,
+        detail: case.detail,
+        methods: found.by_ref().take(methods.len()).collect(),
+    });
+    let cases = cases.collect();
+    Ok(ComparisonResult { methods, cases })
 }
 
-fn run(scenario: &Scenario) -> MethodResult {
+fn method(law: Law, case: Option<&Case>) -> Method {
+    Method {
+        name: law.name(),
+        source: law.source(),
+        prior: law.prior(),
+        closing: match law.closing() {
+            Closing::Pid => "PID",
+            Closing::Pd => "PD",
+            Closing::Proportional => "P, low gain",
+            Closing::TwoDegreesOfFreedom => "2 degrees of freedom",
+            Closing::Relay => "relay",
+        },
+        operations: case.and_then(|case| operations(&with_law(&case.scenario, law)).ok().flatten()),
+    }
+}
+
+fn run(scenario: &Scenario, method: &Method) -> MethodErrors {
+    let refused = MethodErrors {
+        law: method.name,
+        status: None,
+        reason: String::new(),
+        error_a: None,
+        error_b: None,
+        error_coulomb: None,
+        error_load: None,
+        settling_a: None,
+        settling_b: None,
+        operations: method.operations,
+        true_b: scenario.plant.map_or(1.0, |plant| plant.b),
+    };
     let simulation = match Simulation::build(scenario) {
         Ok(simulation) => simulation,
-        Err(refusal) => return MethodResult::Refused(refusal.to_string()),
+        Err(refusal) => {
+            let reason = refusal.to_string();
+            return MethodErrors { reason, ..refused };
+        }
     };
     let mut summariser = Summariser::new(scenario);
     let outcome = simulation.run(&mut |sample| summariser.add(sample));
-    MethodResult::Ran(Box::new(summariser.finish(scenario, outcome)))
+    let summary = summariser.finish(scenario, outcome);
+    let error = |parameter| error(&summary, parameter);
+    MethodErrors {
+        status: Some(summary.status()),
+        error_a: error(Parameter::A),
+        error_b: error(Parameter::B),
+        error_coulomb: error(Parameter::Coulomb),
+        error_load: error(Parameter::Load),
+        settling_a: summary.settling_time.a,
+        settling_b: summary.settling_time.b,
+        reason: summary.reason,
+        ..refused
+    }
+}
+
+/// Mean over the last quarter less the truth; none where the method has no estimate.
+fn error(summary: &Summary, parameter: Parameter) -> Option<f64> {
+    let truth = summary.truth.as_ref()?;
+    let estimate = summary.estimate(parameter)?;
+    let error = estimate.tail_mean - parameter.of(truth);
+    (summary.status() != Status::Aborted && error.is_finite()).then_some(error)
 }

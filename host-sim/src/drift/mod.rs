@@ -7,8 +7,8 @@
 mod side_by_side;
 mod statistics;
 
-pub use side_by_side::{FORMATS, Signals};
-pub use statistics::{Difference, Differences};
+pub use side_by_side::{FORMATS, SIGNALS, Signal, Signals};
+pub use statistics::Differences;
 
 use std::f64::consts::TAU;
 

@@ -34,6 +34,17 @@ impl Page {
         }
     }
 
+    /// Its figures, which a picture shows.
+    #[must_use]
+    pub fn figures(&self) -> &[Figure] {
+        let mut blocks = self.sections.iter().flat_map(|section| &section.blocks);
+        let figures = blocks.find_map(|block| match block {
+            Block::Figures(figures) => Some(figures.as_slice()),
+            _ => None,
+        });
+        figures.unwrap_or_default()
+    }
+
     /// The page of a run that is still under way, at this time of its clock.
     #[must_use]
     pub fn so_far(self, clock: String) -> Self {
@@ -128,7 +139,7 @@ pub enum Block {
         /// The text.
         text: String,
     },
-    /// Figures of a common abscissa.
+    /// Figures of a common abscissa, once on a page.
     Figures(Vec<Figure>),
 }
 

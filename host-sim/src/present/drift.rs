@@ -2,13 +2,41 @@
 
 use super::estimates::dash;
 use super::number::{figure, fixed, rough};
-use super::{Block, Column, Page, Section, Table, Tone, Verdict};
-use crate::drift::Difference;
-use crate::result::DriftResult;
+use super::{Block, Column, Envelope, Figure, Page, Section, TIME, Table, Tone, Verdict};
+use crate::drift::{Compared, FORMATS, SIGNALS};
+use crate::result::{Difference, DriftResult};
+
+/// The differences of every format but double precision, the first, over time.
+#[derive(Debug, Clone, Default)]
+pub struct DriftTraces([[Envelope; SIGNALS.len()]; FORMATS.len() - 1]);
+
+impl DriftTraces {
+    /// Takes in a sample.
+    pub fn add(&mut self, sample: &Compared) {
+        let [reference, others @ ..] = &sample.signals;
+        for (envelopes, other) in self.0.iter_mut().zip(others) {
+            for (envelope, signal) in envelopes.iter_mut().zip(SIGNALS) {
+                let difference = (signal.value)(other) - (signal.value)(reference);
+                envelope.add(sample.time, difference, None);
+            }
+        }
+    }
+
+    fn figures(&self) -> Vec<Figure> {
+        let signals = SIGNALS.iter().enumerate();
+        let figures = signals.map(|(place, signal)| {
+            let formats = FORMATS[1..].iter().zip(&self.0);
+            let traces = formats.map(|(format, of)| of[place].trace(format.name()));
+            let axis = format!("{} [{}]", signal.name, signal.unit);
+            Figure::new("Difference from f64", TIME, &axis, traces.collect())
+        });
+        figures.collect()
+    }
+}
 
 /// The page of a comparison of number formats.
 #[must_use]
-pub fn drift(title: &str, command: &str, result: &DriftResult) -> Page {
+pub fn drift(title: &str, command: &str, result: &DriftResult, traces: &DriftTraces) -> Page {
     let (tone, status) = match result.all_finite {
         true => (Tone::Good, "finite"),
         false => (Tone::Failed, "not finite"),
@@ -27,12 +55,11 @@ pub fn drift(title: &str, command: &str, result: &DriftResult) -> Page {
             result.samples
         )),
     ];
-    Page::new(
-        title,
-        command,
-        verdict,
-        [Section::brief("What was found", found)],
-    )
+    let sections = [
+        Section::brief("What was found", found),
+        Section::full("Over time", vec![Block::Figures(traces.figures())]),
+    ];
+    Page::new(title, command, verdict, sections)
 }
 
 /// A row for each format and signal.

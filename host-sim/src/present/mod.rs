@@ -18,16 +18,17 @@ pub(crate) mod number;
 mod paper;
 mod remedies;
 mod sweep;
-pub mod traces;
 mod tuning;
 
 pub(crate) use commissioning::why;
-pub use commissioning::{Commissioned, commissioning, found_servo, largest_motion};
-pub use comparison::comparison;
+pub use commissioning::{
+    CommissionTraces, Commissioned, commissioning, found_servo, largest_motion,
+};
+pub use comparison::{comparison, heat_maps};
 pub use document::{Block, Column, Page, Progress, Section, Table, Tone, Verdict};
-pub use drift::drift;
+pub use drift::{DriftTraces, drift};
 pub use envelope::Envelope;
-pub use experiment::{Experiment, experiment};
+pub use experiment::{Experiment, ExperimentTraces, experiment};
 pub use figure::{Axis, Figure, Level, Stretch, TIME, Trace};
 pub use heat_map::{HeatCell, HeatMap, HeatMaps, Tint};
 pub use paper::paper;

@@ -41,7 +41,7 @@ pub(crate) fn rough(value: f64) -> String {
     if value == 0.0 || !order.is_finite() {
         figure(value)
     } else if order < -5.0 {
-        power_of_ten(value)
+        scientific(value)
     } else {
         fixed(value, (1.0 - order).clamp(0.0, MAX_PLACES) as usize)
     }
@@ -58,7 +58,7 @@ pub(crate) fn figure(value: f64) -> String {
     }
     let order = value.abs().log10().floor();
     if order < -5.0 {
-        return power_of_ten(value);
+        return scientific(value);
     }
     fixed(value, (3.0 - order).clamp(0.0, MAX_PLACES) as usize)
 }
@@ -75,21 +75,23 @@ pub(crate) fn plain(value: f64) -> String {
 }
 
 /// Two digits that count, and a power of ten.
-fn power_of_ten(value: f64) -> String {
+fn scientific(value: f64) -> String {
     let text = format!("{value:.1e}");
     let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
-    format!("{digits}·10{}", raised(power)).replace('-', "−")
+    let power = power_of_ten(power.parse().unwrap_or(0));
+    format!("{digits}·{power}").replace('-', "−")
 }
 
-fn raised(power: &str) -> String {
+/// `10⁻³`.
+#[must_use]
+pub(crate) fn power_of_ten(power: i32) -> String {
     const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
-    power
-        .chars()
-        .map(|character| match character.to_digit(10) {
-            Some(digit) => DIGITS[digit as usize],
-            None => '⁻',
-        })
-        .collect()
+    let power = power.to_string();
+    let raised = power.chars().map(|character| match character.to_digit(10) {
+        Some(digit) => DIGITS[digit as usize],
+        None => '⁻',
+    });
+    format!("10{}", raised.collect::<String>())
 }
 
 /// A part in per cent, two digits of it.
@@ -133,19 +135,22 @@ pub(crate) fn signed(value: f64, places: usize) -> String {
     }
 }
 
-/// The first letter large.
+/// A text with its first letter large.
+#[must_use]
+pub(crate) fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().into_iter().flat_map(char::to_uppercase);
+    first.chain(letters).collect()
+}
+
+/// A text with its first letter large and a full stop.
 #[must_use]
 pub(crate) fn sentence(text: &str) -> String {
-    let mut letters = text.chars();
-    let begun: String = letters
-        .next()
-        .map(|first| first.to_uppercase().chain(letters).collect())
-        .unwrap_or_default();
-    if begun.ends_with('.') || begun.is_empty() {
-        begun
-    } else {
-        begun + "."
-    }
+    let end = match text.ends_with('.') || text.is_empty() {
+        true => "",
+        false => ".",
+    };
+    capitalised(text) + end
 }
 
 #[cfg(test)]

@@ -4,7 +4,8 @@ use identifier_core::parameters::Parameter;
 
 use super::estimates::{dash, settled};
 use super::number::{rough, signed, with_error};
-use super::{Block, Column, Page, Section, Table, Tone, Verdict};
+use super::{Block, Column, Envelope, Figure, Page, Section, TIME, Table, Tone, Verdict};
+use crate::experiment::Sample;
 use crate::paper::{self, Case, Method, Run};
 use crate::result::Summary;
 
@@ -30,12 +31,11 @@ pub fn paper(title: &str, command: &str, runs: &[Run; 4]) -> Page {
         headline: "The paper's experiment was repeated.".to_owned(),
         detail: "four runs".to_owned(),
     };
-    Page::new(
-        title,
-        command,
-        verdict,
-        [Section::brief("What was found", blocks)],
-    )
+    let sections = [
+        Section::brief("What was found", blocks),
+        Section::full("Over time", vec![Block::Figures(figures(runs))]),
+    ];
+    Page::new(title, command, verdict, sections)
 }
 
 /// A row for each run.
@@ -109,4 +109,48 @@ fn under_load(runs: &[Run; 4]) -> String {
         );
     }
     text
+}
+
+/// The eight panels of Fig. 03 in the paper's order: 1–2 proposed and 3–4 least squares without
+/// load, 5–6 and 7–8 with it; odd panels â, even panels b̂, each kind on one scale.
+fn figures(runs: &[Run; 4]) -> Vec<Figure> {
+    /// Scales that the panels share, around the nominal values.
+    const SCALE_A: [f64; 2] = [-0.3, 1.0];
+    const SCALE_B: [f64; 2] = [0.0, 400.0];
+
+    let mut figures = Vec::new();
+    for run in runs {
+        let number = figures.len() + 1;
+        let method = match run.method {
+            Method::Proposed => "proposed",
+            Method::LeastSquares => "least squares",
+        };
+        let case = match run.case {
+            Case::Balanced => "d = 0",
+            Case::Unbalanced => "d ≠ 0",
+        };
+        let figure = |number, axis: &str, nominal, range, value: fn(&Sample) -> f64| {
+            let points = run.trace.iter().map(|sample| (sample.time, value(sample)));
+            let trace = points.collect::<Envelope>().trace("estimate");
+            Figure::new(
+                &format!("({number}) {method}, {case}"),
+                TIME,
+                axis,
+                vec![trace],
+            )
+            .within(Some(range))
+            .with_level("nominal", nominal)
+        };
+        figures.push(figure(number, "â [1/s]", paper::NOMINAL_A, SCALE_A, |s| {
+            s.estimates.a
+        }));
+        figures.push(figure(
+            number + 1,
+            "b̂ [rad/s² per command unit]",
+            paper::NOMINAL_B,
+            SCALE_B,
+            |s| s.estimates.b,
+        ));
+    }
+    figures
 }

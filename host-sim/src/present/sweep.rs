@@ -1,17 +1,15 @@
 //! A sweep over random servos.
 
 use super::number::{SIDES, figure, fixed, plain};
-use super::{Block, Column, Page, Section, Table, Tone, Verdict};
-use crate::report::distribution;
-use crate::result::SweepResult;
+use super::{Block, Column, Envelope, Figure, Page, Section, Table, Tone, Verdict};
+use crate::result::{Distribution, Spread, SweepResult};
 use crate::scenario::Scenario;
-use crate::sweep::Distribution;
 
 /// The page of a sweep around a scenario.
 #[must_use]
 pub fn sweep(title: &str, command: &str, scenario: &Scenario, result: &SweepResult) -> Page {
     let distribution = &result.distribution;
-    let figures = distribution::figures(distribution);
+    let figures = distribution.spreads.iter().map(shares).collect();
     let sections = [
         Section::brief("What was found", found(distribution)),
         Section::full("How it is distributed", vec![Block::Figures(figures)]),
@@ -168,4 +166,23 @@ fn next(distribution: &Distribution) -> Vec<Block> {
     }
     steps.push("More --runs show rarer cases; another --seed draws other servos.".to_owned());
     vec![Block::List(steps)]
+}
+
+/// The share of the servos that are no worse than a value.
+fn shares(spread: &Spread) -> Figure {
+    let share = |place: usize| 100.0 * (place + 1) as f64 / spread.sorted.len() as f64;
+    let values = spread.sorted.iter().enumerate();
+    let points = values.filter(|(_, value)| **value > 0.0);
+    let trace = points
+        .map(|(place, &value)| (value, share(place)))
+        .collect::<Envelope>()
+        .trace("share");
+    let mut figure = Figure::new(
+        spread.name,
+        &format!("{} [{}]", spread.name, spread.unit),
+        &format!("share of {} servos that are no worse [%]", spread.count),
+        vec![trace],
+    );
+    figure.horizontal.is_logarithmic = true;
+    figure.within(Some([0.0, 100.0]))
 }

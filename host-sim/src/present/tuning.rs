@@ -2,23 +2,25 @@
 
 use std::fmt::Write as _;
 
-use identifier_core::tuning::{Goal, Promise, Tuning};
+use identifier_core::tuning::{Goal, PredictedSample, Promise, Tuner, Tuning, TuningError};
 
 use super::number::{figure, plain, sentence};
-use super::{Block, Column, Figure, Page, Section, Table, Tone, Verdict};
+use super::{Block, Column, Figure, Page, Section, TIME, Table, Tone, Trace, Verdict};
 use crate::result::FeedForward;
 use crate::scenario::Scenario;
 use crate::tune::{Conditions, IdentifiedResult, NoGains, Tuned};
 
-/// The page of a tuning; `figures` show its promise, `warnings` the doubts about its input.
-#[must_use]
+/// The page of a tuning; `warnings` are the doubts about its input.
+///
+/// # Errors
+/// None for a tuned servo.
 pub fn tuning(
     title: &str,
     command: &str,
     tuned: &Tuned,
-    figures: Vec<Figure>,
     warnings: &[String],
-) -> Page {
+) -> Result<Page, TuningError> {
+    let figures = figures(tuned)?;
     let promise = &tuned.tuning.promise;
     let verdict = Verdict {
         tone: match warnings {
@@ -43,7 +45,68 @@ pub fn tuning(
         Section::full("What it looks like", vec![Block::Figures(figures)]),
         Section::full("What it rests on", vec![conditions(tuned)]),
     ];
-    Page::new(title, command, verdict, sections)
+    Ok(Page::new(title, command, verdict, sections))
+}
+
+/// The predicted step, its command, and the sensitivity with its limit.
+///
+/// # Errors
+/// None for a tuned servo.
+fn figures(tuned: &Tuned) -> Result<Vec<Figure>, TuningError> {
+    /// Time that is shown, in 1/ω.
+    const SHOWN: f64 = 12.0;
+    /// Range of an axis, in values of its level.
+    const RANGE: f64 = 2.0;
+    let Tuned {
+        settings, tuning, ..
+    } = tuned;
+    let tuner = tuned.tuner()?;
+    let until = SHOWN / tuning.bandwidth;
+    let samples: Vec<_> = tuner
+        .step(tuning)?
+        .take_while(|sample| sample.time <= until)
+        .collect();
+    let course = |name: &str, value: fn(&PredictedSample) -> f64| {
+        let points = samples.iter().map(|sample| (sample.time, value(sample)));
+        vec![Trace::new(name, points.collect())]
+    };
+    let position = course("position", |sample| sample.position);
+    let command = course("command", |sample| sample.command);
+    let [identified, worst] = sensitivities(&tuner, tuned);
+    let sensitivity = vec![
+        Trace::new("identified", identified),
+        Trace::new("worst that it may be", worst),
+    ];
+    Ok(vec![
+        Figure::new("Predicted step", TIME, "q [rad]", position)
+            .within(Some([0.0, RANGE * settings.step]))
+            .with_level("reference", settings.step),
+        Figure::new(
+            "Command beyond what holds the load",
+            TIME,
+            "u [command units]",
+            command,
+        ),
+        Figure::new("Sensitivity", "frequency over ω", "|S|", sensitivity)
+            .within(Some([0.0, RANGE * settings.max_sensitivity]))
+            .with_level("allowed", settings.max_sensitivity),
+    ])
+}
+
+/// |S| of the identified servo and of the worst, over the frequency in ω.
+fn sensitivities(tuner: &Tuner, tuned: &Tuned) -> [Vec<(f64, f64)>; 2] {
+    /// Up to where it is shown, in ω, and how finely.
+    const HIGHEST: f64 = 12.0;
+    const POINTS: u32 = 600;
+    let mut curves = [Vec::new(), Vec::new()];
+    for i in 1..=POINTS {
+        let frequency = HIGHEST * f64::from(i) / f64::from(POINTS);
+        let found = tuner.sensitivity(&tuned.tuning, frequency * tuned.tuning.bandwidth);
+        for (curve, value) in curves.iter_mut().zip(found.into_iter().flatten()) {
+            curve.push((frequency, value));
+        }
+    }
+    curves
 }
 
 fn conditions(tuned: &Tuned) -> Block {

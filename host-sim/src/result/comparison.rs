@@ -1,17 +1,33 @@
 //! The result of a comparison of methods.
 
-use identifier_core::parameters::Parameter;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
-use super::Summary;
-use crate::analysis::Status;
-use crate::compare::{Comparison, MethodResult};
+use crate::verdict::Status;
 
 /// The errors of every method in every case.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ComparisonResult {
+    /// The methods, in their order.
+    #[serde(skip)]
+    pub methods: Vec<Method>,
     /// The cases, in order.
     pub cases: Vec<CaseResult>,
+}
+
+/// Properties of a method that no case changes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Method {
+    /// Its name.
+    pub name: &'static str,
+    /// Its source.
+    pub source: &'static str,
+    /// Knowledge that it needs beforehand.
+    pub prior: &'static str,
+    /// The controller that closes its loop.
+    pub closing: &'static str,
+    /// Arithmetic operations per sample; none if it is computed after the experiment, or cannot be built for this
+    /// servo.
+    pub operations: Option<f64>,
 }
 
 /// One case.
@@ -30,8 +46,9 @@ pub struct CaseResult {
 pub struct MethodErrors {
     /// The method's name.
     pub law: &'static str,
-    /// Its status, or `refused`.
-    pub status: &'static str,
+    /// Its status; none if the method cannot be built for this case.
+    #[serde(serialize_with = "status")]
+    pub status: Option<Status>,
     /// The reason of the status.
     pub reason: String,
     /// Of a, 1/s.
@@ -53,49 +70,14 @@ pub struct MethodErrors {
     pub true_b: f64,
 }
 
-impl ComparisonResult {
-    /// Of a comparison.
+impl MethodErrors {
+    /// The status's name, or `refused`.
     #[must_use]
-    pub fn new(comparison: &Comparison) -> Self {
-        let cases = comparison.cases.iter().map(|compared| CaseResult {
-            case: compared.case.name,
-            detail: compared.case.detail.clone(),
-            methods: comparison
-                .methods
-                .iter()
-                .zip(&compared.results)
-                .map(|(method, found)| {
-                    let (summary, reason) = match found {
-                        MethodResult::Ran(summary) => (Some(summary.as_ref()), &summary.reason),
-                        MethodResult::Refused(why) => (None, why),
-                    };
-                    let error = |parameter| error(summary?, parameter);
-                    MethodErrors {
-                        law: method.name,
-                        status: summary.map_or("refused", |summary| summary.status().name()),
-                        reason: reason.clone(),
-                        error_a: error(Parameter::A),
-                        error_b: error(Parameter::B),
-                        error_coulomb: error(Parameter::Coulomb),
-                        error_load: error(Parameter::Load),
-                        settling_a: summary.and_then(|summary| summary.settling_time.a),
-                        settling_b: summary.and_then(|summary| summary.settling_time.b),
-                        operations: method.operations,
-                        true_b: compared.case.scenario.plant.map_or(1.0, |plant| plant.b),
-                    }
-                })
-                .collect(),
-        });
-        Self {
-            cases: cases.collect(),
-        }
+    pub fn status_name(&self) -> &'static str {
+        self.status.map_or("refused", Status::name)
     }
 }
 
-/// Mean over the last quarter less the truth; none where the method has no estimate.
-pub(crate) fn error(summary: &Summary, parameter: Parameter) -> Option<f64> {
-    let truth = summary.truth.as_ref()?;
-    let estimate = summary.estimate(parameter)?;
-    let error = estimate.tail_mean - parameter.of(truth);
-    (summary.status() != Status::Aborted && error.is_finite()).then_some(error)
+fn status<S: Serializer>(status: &Option<Status>, serializer: S) -> Result<S::Ok, S::Error> {
+    status.map_or("refused", Status::name).serialize(serializer)
 }

@@ -2,9 +2,6 @@
 
 use serde::Serialize;
 
-use crate::drift::{Difference, Differences};
-use crate::scenario::Arithmetic;
-
 /// Differences of number formats from double precision.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DriftResult {
@@ -20,16 +17,29 @@ pub struct DriftResult {
     pub fixed: Vec<Difference>,
 }
 
-impl DriftResult {
-    /// Of a run.
+/// Difference of a signal of a format from that of double precision.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Difference {
+    /// The signal's name.
+    #[serde(rename = "signal")]
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Root mean square of the signal itself over the last quarter, in double precision.
+    pub size: f64,
+    /// Mean of the difference over the last quarter.
+    pub mean: f64,
+    /// Its root mean square over the last quarter.
+    pub rms: f64,
+    /// Its largest magnitude over the whole run.
+    pub max: f64,
+}
+
+impl Difference {
+    /// 20 log₁₀ of the signal's root mean square over that of the difference; none without either.
     #[must_use]
-    pub fn new(differences: &Differences, samples: u64, sample_time: f64) -> Self {
-        Self {
-            samples,
-            sample_time,
-            all_finite: differences.all_finite(),
-            f32: differences.of(Arithmetic::F32),
-            fixed: differences.of(Arithmetic::Fixed),
-        }
+    pub fn signal_to_noise(&self) -> Option<f64> {
+        let has_both = self.rms > 0.0 && self.size > 0.0;
+        has_both.then(|| 20.0 * (self.size / self.rms).log10())
     }
 }

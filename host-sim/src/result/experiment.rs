@@ -6,8 +6,7 @@ use crate::verdict::{Status, Verdict};
 use identifier_core::parameters::{Parameter, ServoParameters, Term, Unknown};
 use serde::{Serialize, Serializer};
 
-use super::{LogReading, Prediction};
-use crate::analysis::{Finding, Residual};
+use super::{Finding, LogReading, Prediction, Residual};
 use crate::experiment::Outcome;
 use crate::replay::Agreement;
 

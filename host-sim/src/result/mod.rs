@@ -6,16 +6,17 @@ mod comparison;
 mod drift;
 mod experiment;
 mod log;
+mod residual;
 mod sweep;
 mod tuning;
 
 pub use commissioning::CommissioningResult;
-pub(crate) use comparison::error;
-pub use comparison::{CaseResult, ComparisonResult, MethodErrors};
-pub use drift::DriftResult;
+pub use comparison::{CaseResult, ComparisonResult, Method, MethodErrors};
+pub use drift::{Difference, DriftResult};
 pub use experiment::{
     Estimate, Estimates, OutputError, ReplayNotes, SettlingTime, Summary, TermSize,
 };
 pub use log::{LogReading, OpenLoopError, Prediction};
-pub use sweep::SweepResult;
+pub use residual::{Finding, Residual};
+pub use sweep::{Distribution, Quantiles, Spread, SweepResult, SweepRun};
 pub use tuning::{DelayedServo, FeedForward, Gains, StiffPromise, TuningConditions, TuningResult};

@@ -1,9 +1,7 @@
-//! Many random servos under one scenario: the distribution of the errors.
+//! Many random servos under one scenario.
 
-mod distribution;
 mod draw;
 
-pub use distribution::{Distribution, Quantiles, Spread};
 pub use draw::draw;
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,34 +9,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use identifier_core::parameters::{Parameter, ServoParameters};
 use rayon::prelude::*;
 
-use crate::analysis::{Status, Summariser};
+use crate::analysis::Summariser;
+use crate::result::SweepRun;
 use crate::scenario::{Fault, Scenario};
 use crate::simulate;
-
-/// What became of one servo.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Run {
-    /// Its number in the sweep.
-    pub index: u32,
-    /// The servo.
-    pub truth: ServoParameters,
-    /// Whether the estimates may be relied on.
-    pub status: Status,
-    /// Mean of each estimate over the tail; NaN for what there is none of.
-    pub found: ServoParameters,
-    /// From when on â was within ±0.1 1/s, s.
-    pub settling_a: Option<f64>,
-    /// From when on b̂ was within 2 %, s.
-    pub settling_b: Option<f64>,
-}
-
-impl Run {
-    /// Estimate less truth.
-    #[must_use]
-    pub fn error(&self, parameter: Parameter) -> f64 {
-        parameter.of(&self.found) - parameter.of(&self.truth)
-    }
-}
 
 /// Runs so many random servos on all cores, in the order of their numbers whatever the number of
 /// threads. Each that is done calls `done`; once `stop` is set no further one begins, and the result
@@ -52,9 +26,9 @@ pub fn sweep(
     seed: u32,
     stop: &AtomicBool,
     done: &(dyn Fn() + Sync),
-) -> Result<Vec<Run>, Fault> {
+) -> Result<Vec<SweepRun>, Fault> {
     let base = base.clone().with_gamma_chosen();
-    let results: Result<Vec<Option<Run>>, Fault> = (0..runs)
+    let results: Result<Vec<Option<SweepRun>>, Fault> = (0..runs)
         .into_par_iter()
         .map(|index| {
             if stop.load(Ordering::Relaxed) {
@@ -68,7 +42,7 @@ pub fn sweep(
     Ok(results?.into_iter().flatten().collect())
 }
 
-fn run(scenario: &Scenario, index: u32) -> Result<Run, Fault> {
+fn run(scenario: &Scenario, index: u32) -> Result<SweepRun, Fault> {
     let truth = scenario.servo()?;
     let mut summariser = Summariser::brief(scenario);
     let outcome = simulate::run(scenario, &mut |sample| summariser.add(sample))?;
@@ -78,7 +52,7 @@ fn run(scenario: &Scenario, index: u32) -> Result<Run, Fault> {
             .estimate(parameter)
             .map_or(f64::NAN, |estimate| estimate.tail_mean)
     };
-    Ok(Run {
+    Ok(SweepRun {
         index,
         truth,
         status: summary.status(),

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use host_sim::analysis::{Status, Summariser};
+use host_sim::csv;
 use host_sim::log::Log;
 use host_sim::replay::{fitted, replay};
-use host_sim::report::csv;
 use host_sim::result::Summary;
 use host_sim::scenario::{Purpose, Scenario};
 use host_sim::simulate;
@@ -62,7 +62,7 @@ fn replayed(number: usize, kind: &Kind, seed: u32, taken_for: &Scenario) -> Summ
     let name = format!("misdeclared-{}-{number}.csv", std::process::id());
     let path = std::env::temp_dir().join(name);
     let file = std::fs::File::create(&path).expect("a file");
-    csv::write(file, &trace).expect("written");
+    csv::trace(file, &trace).expect("written");
     let log = Log::read(&path, &taken_for.log_columns(), Some(kind.sample_time)).expect("a log");
     let logs = [log];
     let scenario = fitted(taken_for.clone(), &logs);

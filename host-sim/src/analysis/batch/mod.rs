@@ -14,13 +14,11 @@ mod ringing;
 mod score;
 mod whitening;
 
-pub use score::Finding;
-
 use identifier_core::parameters::{PerQuantity, ServoParameters, Unknown};
-use serde::Serialize;
 
 use super::stretch::Kept;
 use crate::experiment::TermEstimate;
+use crate::result::{Finding, Residual};
 use crate::scenario::Scenario;
 use effect::Effect;
 use least_squares::{Basis, dot};
@@ -84,42 +82,6 @@ pub(super) struct Asked {
     pub(super) pull: f64,
     /// Infinite where the motion says nothing of it.
     pub(super) std_error: f64,
-}
-
-/// The output error of the model over the end of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Residual {
-    /// Root mean square, rad.
-    pub rms: f64,
-    /// Root mean square of rounding to the encoder's resolution alone, rad.
-    pub resolution_rms: f64,
-    /// Correlation from sample to sample.
-    pub correlation: f64,
-}
-
-impl Residual {
-    /// Output error beyond this many times the encoder's is not the encoder's.
-    const MAX_ENCODER_RATIO: f64 = 1.5;
-    /// Correlation beyond this is not that of rounding.
-    const MAX_CORRELATION: f64 = 0.3;
-
-    /// True if the encoder's resolution accounts for the output error.
-    #[must_use]
-    pub fn is_the_encoders(&self) -> bool {
-        !self.is_large() && !self.is_coloured()
-    }
-
-    /// True if it is more than the encoder's resolution leaves.
-    #[must_use]
-    pub fn is_large(&self) -> bool {
-        self.rms > Self::MAX_ENCODER_RATIO * self.resolution_rms
-    }
-
-    /// True if it is correlated from sample to sample.
-    #[must_use]
-    pub fn is_coloured(&self) -> bool {
-        self.correlation > Self::MAX_CORRELATION
-    }
 }
 
 /// Usual sizes of the motion, SI.

@@ -1,56 +1,12 @@
 //! The score test: how much of the rest each candidate explains that no unknown of the model does, and
 //! where the unknowns would be with it (Rao, "Large sample tests of statistical hypotheses", 1948).
 
-use std::collections::BTreeMap;
-
-use crate::verdict::Cause;
+use crate::result::Finding;
 use identifier_core::parameters::Unknown;
-use serde::{Serialize, Serializer};
 
 use super::effect::Effect;
 use super::least_squares::{Basis, dot};
 use super::{Fit, GROUPS, Judged};
-
-/// An effect that a model may lack.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Finding {
-    /// The effect.
-    #[serde(flatten, serialize_with = "described")]
-    pub cause: Cause,
-    /// The part of the whitened rest of the output error that it explains.
-    pub share: f64,
-    /// Its size over how far groups of samples disagree on it.
-    #[serde(skip)]
-    pub significance: f64,
-    /// Its size after one step of Gauss and Newton.
-    pub size: f64,
-    /// The unit of the size.
-    pub unit: &'static str,
-    /// The shift of each unknown in a model that has it, SI.
-    #[serde(serialize_with = "by_name")]
-    pub shifts: Vec<(Unknown, f64)>,
-}
-
-fn described<S: Serializer>(cause: &Cause, serializer: S) -> Result<S::Ok, S::Error> {
-    #[derive(Serialize)]
-    struct Keys {
-        name: &'static str,
-        meaning: &'static str,
-        remedy: &'static str,
-    }
-    let keys = Keys {
-        name: cause.name(),
-        meaning: cause.meaning(),
-        remedy: cause.remedy(),
-    };
-    keys.serialize(serializer)
-}
-
-fn by_name<S: Serializer>(shifts: &[(Unknown, f64)], serializer: S) -> Result<S::Ok, S::Error> {
-    let shifts = shifts.iter();
-    let named: BTreeMap<_, _> = shifts.map(|(unknown, by)| (unknown.name(), by)).collect();
-    named.serialize(serializer)
-}
 
 /// The best candidate of each cause, by the share that it explains, most first.
 pub(super) fn of(

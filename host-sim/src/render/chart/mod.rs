@@ -16,7 +16,6 @@ use canvas::{Align, Colour, Frame, LETTER};
 pub use heat_map::heat_maps;
 use legend::Legend;
 use plot::{BELOW, LEFT, Plot, RIGHT};
-pub(crate) use scale::power_of_ten;
 
 use crate::present::Figure;
 

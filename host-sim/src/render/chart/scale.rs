@@ -1,5 +1,7 @@
 //! Scales of axes: places of ticks and their text.
 
+use crate::present::number::{fixed, power_of_ten};
+
 /// Places of values along an axis.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Scale {
@@ -98,10 +100,7 @@ impl Scale {
             let text = if self.is_logarithmic {
                 power_of_ten(tick as i32)
             } else {
-                let digits = self.digits;
-                // + 0.0 turns a negative zero into zero.
-                let shown = tick / 10_f64.powi(self.exponent) + 0.0;
-                format!("{shown:.digits$}").replace('-', "−")
+                fixed(tick / 10_f64.powi(self.exponent), self.digits)
             };
             (part, text)
         })
@@ -120,20 +119,6 @@ impl Scale {
             (Some(power), None) => format!("{axis} [{power}]"),
         }
     }
-}
-
-/// `10⁻³`.
-pub(crate) fn power_of_ten(power: i32) -> String {
-    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
-    let raised = power
-        .to_string()
-        .chars()
-        .map(|c| match c.to_digit(10) {
-            Some(digit) => DIGITS[digit as usize],
-            None => '⁻',
-        })
-        .collect::<String>();
-    format!("10{raised}")
 }
 
 /// Two ends that differ.

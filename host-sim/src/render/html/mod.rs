@@ -6,7 +6,7 @@ mod block;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde_json::{Map, Value, json};
 
-use crate::present::{Block, Figure, Page, Progress, Section};
+use crate::present::{Figure, Page, Progress, Section};
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
@@ -104,7 +104,7 @@ fn body(page: &Page, progress: Option<Progress>) -> Markup {
             pre tabindex="0" { code { (page.command) } }
             p { "Plots by uPlot 1.6.32, MIT licence, © 2022 Leon Sorokin." }
         }
-        @if figures(page).next().is_some() {
+        @if !page.figures().is_empty() {
             script type="application/json" id="figures" { (PreEscaped(figures_json(page))) }
             script { (PreEscaped(PLOT_SCRIPT)) }
             script { (PreEscaped(SCRIPT)) }
@@ -113,17 +113,9 @@ fn body(page: &Page, progress: Option<Progress>) -> Markup {
     }
 }
 
-fn figures(page: &Page) -> impl Iterator<Item = &Figure> {
-    let blocks = page.sections.iter().flat_map(|section| &section.blocks);
-    blocks.flat_map(|block| match block {
-        Block::Figures(figures) => figures.as_slice(),
-        _ => &[],
-    })
-}
-
 /// The figures as JSON that may stand in a page: `<` is escaped.
 fn figures_json(page: &Page) -> String {
-    let figures: Vec<Figure> = figures(page).map(Figure::shortened).collect();
+    let figures: Vec<Figure> = page.figures().iter().map(Figure::shortened).collect();
     // Writing into memory cannot fail: undefined numbers are null.
     let text = serde_json::to_string(&figures).unwrap_or_default();
     text.replace('<', "\\u003c")
@@ -151,7 +143,7 @@ fn text_anchor(section: &Section) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::present::{TIME, Tone, Verdict};
+    use crate::present::{Block, TIME, Tone, Verdict};
 
     #[test]
     fn no_text_ends_the_script_that_it_stands_in() {

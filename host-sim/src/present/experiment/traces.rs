@@ -2,8 +2,8 @@
 
 use identifier_core::parameters::{Parameter, Unknown};
 
-use super::{Envelope, Figure, TIME};
 use crate::experiment::Sample;
+use crate::present::{Envelope, Figure, TIME};
 use crate::result::Summary;
 
 /// Half-width of an estimate's band, standard errors.
@@ -23,7 +23,7 @@ const ESTIMATES: [(Parameter, &str); 4] = [
 
 /// The course of an experiment in bounded memory.
 #[derive(Debug, Clone, Default)]
-pub struct Traces {
+pub struct ExperimentTraces {
     estimates: [Envelope; 4],
     position: Envelope,
     model: Envelope,
@@ -32,7 +32,7 @@ pub struct Traces {
     command: Envelope,
 }
 
-impl Traces {
+impl ExperimentTraces {
     /// Takes in a sample.
     pub fn add(&mut self, sample: &Sample) {
         let time = sample.time;
@@ -52,8 +52,7 @@ impl Traces {
 }
 
 /// Estimates with their confidence bands, then position, output error and command.
-#[must_use]
-pub fn figures(summary: &Summary, traces: &Traces) -> Vec<Figure> {
+pub(super) fn figures(summary: &Summary, traces: &ExperimentTraces) -> Vec<Figure> {
     let mut figures: Vec<Figure> = ESTIMATES
         .into_iter()
         .zip(&traces.estimates)

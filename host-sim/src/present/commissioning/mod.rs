@@ -1,5 +1,9 @@
 //! The page of a commissioning.
 
+mod traces;
+
+pub use traces::CommissionTraces;
+
 use drive_link::NoGains;
 use identifier_core::commission::{
     HoldingGains, IdentifiedServo, LargestMotion, Limits, Phase, Reason, TrialResult,
@@ -11,7 +15,6 @@ use super::number::{figure, fixed, plain, sentence};
 use super::tuning::{controller, feed_forward};
 use super::{Block, Column, Page, Section, Table, Tone, Verdict};
 use crate::commission::{Outcome, StepResponse};
-use crate::report::commission::{Traces, figures};
 use crate::result::commissioning::{COMMISSIONED, commissioned_truth, commissioned_values};
 use crate::result::{FeedForward, Gains};
 use crate::scenario::Scenario;
@@ -32,7 +35,7 @@ pub struct Commissioned<'a> {
     /// The outcome.
     pub outcome: &'a Outcome,
     /// Signals over time; none for a page whose brief form is enough.
-    pub traces: Option<&'a Traces>,
+    pub traces: Option<&'a CommissionTraces>,
 }
 
 /// The page of a commissioning.
@@ -44,7 +47,7 @@ pub fn commissioning(of: &Commissioned<'_>) -> Page {
     ];
     if let Some(traces) = of.traces {
         let promised = StepResponse::promised(of.scenario, of.outcome);
-        let figures = figures(of.limits, of.outcome, traces, promised.as_ref());
+        let figures = traces::figures(of.limits, of.outcome, traces, promised.as_ref());
         sections.extend([
             Section::full("Over time", vec![Block::Figures(figures)]),
             Section::full("How sure it is", how_sure(of)),

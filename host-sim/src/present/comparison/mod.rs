@@ -1,21 +1,19 @@
 //! A comparison of methods.
 
+mod heat_maps;
+
+pub use heat_maps::heat_maps;
+
 use super::estimates::{dash, settled};
 use super::number::{figure, fixed, per_cent, signed};
 use super::{Block, Column, Page, Section, Table, Tone, Verdict};
-use crate::compare::Comparison;
 use crate::result::{CaseResult, ComparisonResult, MethodErrors};
+use crate::verdict::Status;
 
 /// The page of a comparison.
 #[must_use]
-pub fn comparison(
-    title: &str,
-    command: &str,
-    of: &Comparison,
-    result: &ComparisonResult,
-    duration: f64,
-) -> Page {
-    let ranked = ranked(of, result);
+pub fn comparison(title: &str, command: &str, result: &ComparisonResult, duration: f64) -> Page {
+    let ranked = ranked(result);
     let most = ranked.first().map_or(0, |best| best.converged);
     let best: Vec<&str> = ranked
         .iter()
@@ -28,8 +26,8 @@ pub fn comparison(
             "What was found",
             vec![Block::Table(standings(&ranked, cases))],
         ),
-        Section::full("Every method in every case", every(of, result)),
-        Section::brief("The methods", vec![Block::Table(methods(of))]),
+        Section::full("Every method in every case", every(result)),
+        Section::brief("The methods", vec![Block::Table(methods(result))]),
         Section::brief("The cases", each_case(result, duration)),
         Section::full("How sure it is", vec![how_sure()]),
         Section::full("What to do next", next()),
@@ -65,8 +63,8 @@ struct Standing<'a> {
 }
 
 /// The methods, the best first.
-fn ranked<'a>(of: &'a Comparison, result: &ComparisonResult) -> Vec<Standing<'a>> {
-    let mut ranked: Vec<Standing<'_>> = of
+fn ranked(result: &ComparisonResult) -> Vec<Standing<'_>> {
+    let mut ranked: Vec<Standing<'_>> = result
         .methods
         .iter()
         .enumerate()
@@ -75,7 +73,9 @@ fn ranked<'a>(of: &'a Comparison, result: &ComparisonResult) -> Vec<Standing<'a>
             let worst = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
             Standing {
                 name: method.name,
-                converged: found().filter(|of| of.status == "converged").count(),
+                converged: found()
+                    .filter(|found| found.status == Some(Status::Converged))
+                    .count(),
                 worst_b: worst(&mut found().filter_map(|of| Some(of.error_b?.abs() / of.true_b))),
                 worst_a: worst(&mut found().filter_map(|of| Some(of.error_a?.abs()))),
                 without: found().filter(|of| of.error_b.is_none()).count(),
@@ -101,12 +101,9 @@ fn cells(result: &ComparisonResult, method: usize) -> impl Iterator<Item = &Meth
 
 fn standings(ranked: &[Standing<'_>], cases: usize) -> Table {
     let rows = ranked.iter().map(|standing| {
-        let unless_none = |text: String| {
-            if standing.without == cases {
-                "–".to_owned()
-            } else {
-                text
-            }
+        let unless_none = |text: String| match standing.without == cases {
+            true => dash(),
+            false => text,
         };
         vec![
             standing.name.to_owned(),
@@ -114,9 +111,7 @@ fn standings(ranked: &[Standing<'_>], cases: usize) -> Table {
             unless_none(per_cent(standing.worst_b)),
             unless_none(figure(standing.worst_a)),
             standing.without.to_string(),
-            standing
-                .operations
-                .map_or_else(|| "–".to_owned(), |mean| fixed(mean, 0)),
+            standing.operations.map_or_else(dash, |mean| fixed(mean, 0)),
         ]
     });
     Table::new(
@@ -133,7 +128,7 @@ fn standings(ranked: &[Standing<'_>], cases: usize) -> Table {
     )
 }
 
-fn every(of: &Comparison, result: &ComparisonResult) -> Vec<Block> {
+fn every(result: &ComparisonResult) -> Vec<Block> {
     let of_b = |found: &MethodErrors| {
         let error = found.error_b? / found.true_b;
         Some((format!("{}\u{a0}%", signed(100.0 * error, 3)), error.abs()))
@@ -148,15 +143,15 @@ fn every(of: &Comparison, result: &ComparisonResult) -> Vec<Block> {
              shade for each power of ten; a status stands where it is not “converged”."
                 .to_owned(),
         ),
-        Block::Table(grid("Relative error of b", of, result, &of_b)),
-        Block::Table(grid("Error of a [1/s]", of, result, &of_a)),
+        Block::Table(grid("Relative error of b", result, &of_b)),
+        Block::Table(grid("Error of a [1/s]", result, &of_a)),
     ]
 }
 
 /// The text of a cell, and the size of its error.
 type Told<'a> = dyn Fn(&MethodErrors) -> Option<(String, f64)> + 'a;
 
-fn grid(caption: &str, of: &Comparison, result: &ComparisonResult, told: &Told<'_>) -> Table {
+fn grid(caption: &str, result: &ComparisonResult, told: &Told<'_>) -> Table {
     /// The size of an error that is worth a shade.
     const LEAST: f64 = 1e-4;
     let columns = result.cases.iter().map(|case| Column::figures(case.case));
@@ -167,13 +162,13 @@ fn grid(caption: &str, of: &Comparison, result: &ComparisonResult, told: &Told<'
             .collect(),
         Vec::new(),
     );
-    for (place, method) in of.methods.iter().enumerate() {
+    for (place, method) in result.methods.iter().enumerate() {
         let mut row = vec![method.name.to_owned()];
         let mut levels = vec![0];
         for found in cells(result, place) {
             let told = told(found);
             let size = told.as_ref().map_or(f64::INFINITY, |(_, size)| *size);
-            let text = match (told, found.status) {
+            let text = match (told, found.status_name()) {
                 (Some((text, _)), "converged") => text,
                 (Some((text, _)), status) => format!("{text} {status}"),
                 (None, status) => status.to_owned(),
@@ -196,8 +191,8 @@ fn how_sure() -> Block {
     )
 }
 
-fn methods(of: &Comparison) -> Table {
-    let rows = of.methods.iter().map(|method| {
+fn methods(result: &ComparisonResult) -> Table {
+    let rows = result.methods.iter().map(|method| {
         vec![
             method.name.to_owned(),
             method.source.to_owned(),
@@ -220,7 +215,7 @@ fn each_case(result: &ComparisonResult, duration: f64) -> Vec<Block> {
     let mut blocks = Vec::new();
     for case in &result.cases {
         blocks.push(Block::Table(errors(case)));
-        let refused = case.methods.iter().filter(|of| of.status == "refused");
+        let refused = case.methods.iter().filter(|found| found.status.is_none());
         blocks.extend(refused.map(|of| Block::Text(format!("{}: {}", of.law, of.reason))));
     }
     blocks.push(Block::Text(format!(
@@ -258,14 +253,14 @@ fn errors(case: &CaseResult) -> Table {
             error(of.error_coulomb, 2),
             error(of.error_load, 2),
             match of.status {
-                "refused" => dash(),
-                _ => format!(
+                None => dash(),
+                Some(_) => format!(
                     "{}, {}",
                     settling(of.settling_a, of.error_a),
                     settling(of.settling_b, of.error_b)
                 ),
             },
-            of.status.to_owned(),
+            of.status_name().to_owned(),
         ]
     });
     let caption = format!("{}: {}", case.case, case.detail);

@@ -11,7 +11,7 @@ const ROOM: f64 = 0.08;
 
 /// The course of a commissioning in bounded memory.
 #[derive(Debug, Clone, Default)]
-pub struct Traces {
+pub struct CommissionTraces {
     position: Envelope,
     reference: Envelope,
     speed: Envelope,
@@ -29,7 +29,7 @@ struct Step {
     servo: Envelope,
 }
 
-impl Traces {
+impl CommissionTraces {
     /// Takes in a sample.
     pub fn add(&mut self, sample: &Sample) {
         let time = sample.time;
@@ -59,11 +59,10 @@ impl Step {
 }
 
 /// The figures; `promised` is the step that the identified servo would do, where there are gains.
-#[must_use]
-pub fn figures(
+pub(super) fn figures(
     limits: &Limits,
     outcome: &Outcome,
-    traces: &Traces,
+    traces: &CommissionTraces,
     promised: Option<&StepResponse>,
 ) -> Vec<Figure> {
     let phases = outcome.course.phases.iter().map(|stretch| {

@@ -2,16 +2,19 @@
 
 use identifier_core::parameters::Parameter;
 
+mod traces;
+
+pub use traces::ExperimentTraces;
+
 use super::estimates::{self, Estimated};
 use super::number::{figure, fixed, known_to, per_cent, plain, sentence};
 use super::remedies::remedies;
-use super::traces::{self, Traces};
 use super::tuning::advice;
 use super::{Block, Page, Section, Tone, Verdict};
-use crate::analysis::{Residual, Status};
-use crate::result::{OutputError, Summary};
+use crate::result::{OutputError, Residual, Summary};
 use crate::scenario::Scenario;
 use crate::tune::IdentifiedResult;
+use crate::verdict::Status;
 
 /// The parameters in the order of a result.
 const PARAMETERS: [Parameter; 4] = [
@@ -33,7 +36,7 @@ pub struct Experiment<'a> {
     /// The result.
     pub summary: &'a Summary,
     /// Signals over time; none for a page whose brief form is enough.
-    pub traces: Option<&'a Traces>,
+    pub traces: Option<&'a ExperimentTraces>,
 }
 
 /// The page of an experiment.

@@ -1,5 +1,0 @@
-//! The picture of a promise.
-
-mod picture;
-
-pub use picture::figures;
