@@ -4,7 +4,7 @@ use super::interrupt::GaussNewtonRecursionState;
 use super::recursion::{Mode, Recursion};
 use crate::adaptation::IdentifiableSet;
 use crate::linalg::Factors;
-use crate::model::{Acting, ModelValues, ObserverModel, Tangents};
+use crate::model::{Acting, ModelValues, ObserverModel};
 use crate::number::Number;
 
 /// A fit result prepared for the recursion: 19 words in `f32` with four parameters.
@@ -44,50 +44,39 @@ where
         velocity: N,
     ) -> Recursion<N, S, P> {
         let omega = self.bandwidth_of(result);
-        let x = ModelValues::from_values::<S, P>(&result.estimates)
-            .parameters
-            .x;
+        let parameters = ModelValues::from_values::<S, P>(&result.estimates).parameters;
         let mut law = self.law.start_from(&result.estimates, result.covariance);
         if S::HAS_TERMS {
             self.keep_terms(&mut law, before, omega, result.acceleration);
         }
+        let lacks = self.bandwidth.is_none() && result.unexplained > self.max_square;
         Recursion {
             model: ObserverModel::alongside(velocity),
-            tangents: Tangents::NONE,
-            law,
-            inputs: before.inputs,
-            evidence: before.evidence,
-            response: self.step.step.response(x),
-            omega: if self.bandwidth.is_none() && result.unexplained > self.bounded {
-                self.widest
+            omega: if lacks {
+                self.max_unexplained_omega
             } else {
                 omega
             },
             measured: omega,
-            quick: self.first,
+            correction_omega: self.joining_omega,
             scale: result.acceleration,
-            suspicion: self.load_step.start(result.unexplained),
-            mean_square: N::ZERO,
-            trusted_gain: ModelValues::from_values::<S, P>(&result.estimates)
-                .parameters
-                .gain,
-            trusted_load: N::ZERO,
-            last_move: N::ZERO,
-            slid: N::ZERO,
-            held: 0,
-            still: 0,
-            alarm: 0,
-            left: self.alongside,
-            straight: 0,
+            trusted_gain: parameters.gain,
+            remaining: self.joining_samples,
             mode: Mode::Joining,
-            lacking: false,
-            ambiguous: false,
+            ..Recursion::new(
+                law,
+                before.inputs,
+                before.evidence,
+                self.step.step.response(parameters.x),
+                self.load_step.start(result.unexplained),
+            )
         }
     }
 
     fn bandwidth_of(&self, result: &Explained<N, S, P>) -> N {
         self.bandwidth.unwrap_or_else(|| {
-            (N::from_f64(Self::BANDWIDTH) * result.bandwidth).limited(self.slowest, self.fastest)
+            (N::from_f64(Self::BANDWIDTH) * result.bandwidth)
+                .limited(self.min_omega, self.max_omega)
         })
     }
 
@@ -164,7 +153,7 @@ where
         const MIN_GAIN_DIFFERENCE: f64 = 0.2;
         let gain_of =
             |estimates: &[N; P]| ModelValues::from_values::<S, P>(estimates).parameters.gain;
-        let better = result.unexplained < self.unexplained
+        let better = result.unexplained < self.unexplained_variance
             || result.unexplained + result.unexplained < state.usual;
         let gain = gain_of(&state.recursion.law.estimates());
         let apart = (gain_of(&result.estimates) - gain).magnitude()

@@ -6,7 +6,7 @@ use super::recursion::{Mode, Recursion};
 use crate::adaptation::{Evidence, IdentifiableSet};
 use crate::error::StepError;
 use crate::fit::{NumberedBlock, Recorder};
-use crate::model::{KnownInputs, ModelValues, ObserverModel, Tangents};
+use crate::model::{KnownInputs, ModelValues};
 use crate::number::Number;
 use crate::parameters::{PerParameter, ServoParameters, Terms, Unknown};
 
@@ -56,34 +56,14 @@ where
 
     fn start(&self) -> Self::State {
         GaussNewtonRecursionState {
-            recursion: Recursion {
-                model: ObserverModel::alongside(N::ZERO),
-                tangents: Tangents::NONE,
-                law: self
-                    .law
+            recursion: Recursion::new(
+                self.law
                     .start(&self.initial.map(N::from_f64), &[[0.0; P]; P]),
-                inputs: S::Inputs::<N>::START,
-                evidence: S::Evidence::<N>::NONE,
-                response: self.step.step.response(N::ZERO),
-                omega: N::ZERO,
-                measured: N::ZERO,
-                quick: N::ZERO,
-                scale: N::ZERO,
-                suspicion: self.load_step.start(N::ZERO),
-                mean_square: N::ZERO,
-                trusted_gain: N::ZERO,
-                trusted_load: N::ZERO,
-                last_move: N::ZERO,
-                slid: N::ZERO,
-                held: 0,
-                still: 0,
-                alarm: 0,
-                left: 0,
-                straight: 0,
-                mode: Mode::Recording,
-                lacking: false,
-                ambiguous: false,
-            },
+                S::Inputs::<N>::START,
+                S::Evidence::<N>::NONE,
+                self.step.step.response(N::ZERO),
+                self.load_step.start(N::ZERO),
+            ),
             recorder: Recorder::EMPTY,
             fitted: None,
             usual: N::ZERO,

@@ -22,13 +22,13 @@ where
         state.model.observe(increment);
         let output_error = state.model.error;
         if state.mode != Mode::Learning {
-            let event = self.run_aside(state, increment, acting);
+            let event = self.run_suspended(state, increment, acting);
             return Update {
                 output_error,
                 event,
             };
         }
-        let correction = Innovation::critically_damped(state.quick);
+        let correction = Innovation::critically_damped(state.correction_omega);
         let values = self.values(state);
         let slid = state
             .model
@@ -94,8 +94,8 @@ where
                 state.response = self.step.step.response(self.values(state).parameters.x);
             }
             GaussNewtonStep::Ready => {
-                state.straight = state.straight.saturating_add(1);
-                state.quick = state.narrowed(self.block_narrowing);
+                state.blocks_in_motion = state.blocks_in_motion.saturating_add(1);
+                state.correction_omega = state.narrowed(self.block_narrowing);
                 return self.keep_in_reach(state);
             }
             GaussNewtonStep::Gathered { mean, predicted } => {
@@ -127,7 +127,7 @@ where
             rate: omega + omega + model.x + model.x,
             gain: model.gain + model.gain,
             acceleration: scale,
-            time: self.doubted_delay,
+            time: self.max_delay_deviation,
             command: N::REACH,
         };
         S::UNKNOWNS.map(|unknown| {
@@ -186,23 +186,23 @@ where
             return false;
         }
         // Bounded, so that a single peak does not count.
-        let square = (mean * mean).limited(N::ZERO, self.bounded);
-        state.mean_square += self.second * (square - state.mean_square);
-        if state.mean_square > self.unexplained {
+        let square = (mean * mean).limited(N::ZERO, self.max_square);
+        state.mean_square += self.mean_square_weight * (square - state.mean_square);
+        if state.mean_square > self.unexplained_variance {
             if !state.lacking {
                 return true;
             }
-            if state.omega < self.widest && self.bandwidth.is_none() {
+            if state.omega < self.max_unexplained_omega && self.bandwidth.is_none() {
                 state.omega += state.omega * self.widening;
                 // What the model lacks shows as ω⁻² in errors and in sensitivities.
                 state.law.forget_peak(N::from_f64(4.0) * self.widening);
-                if state.quick < state.omega {
-                    state.quick = state.omega;
+                if state.correction_omega < state.omega {
+                    state.correction_omega = state.omega;
                 }
             }
-        } else if state.mean_square < self.explained && state.omega > state.measured {
+        } else if state.mean_square < self.explained_variance && state.omega > state.measured {
             state.omega = state.omega - state.omega * self.widening;
-            state.quick = state.omega;
+            state.correction_omega = state.omega;
         }
         false
     }
@@ -213,8 +213,8 @@ where
         state.model = ObserverModel::alongside(velocity);
         state.tangents = Tangents::NONE;
         state.law.drop_block();
-        state.quick = self.first;
+        state.correction_omega = self.joining_omega;
         state.mode = Mode::Joining;
-        state.left = self.alongside;
+        state.remaining = self.joining_samples;
     }
 }

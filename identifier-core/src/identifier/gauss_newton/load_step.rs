@@ -9,7 +9,7 @@ use crate::number::Number;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LoadStepTest<N> {
     weight: N,
-    unrest_weight: N,
+    variance_weight: N,
     floor: N,
     /// A step that is missed must not hide the next: a square counts as at most this many times the
     /// mean square.
@@ -23,7 +23,7 @@ pub(crate) struct LoadStepTest<N> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Suspicion<N> {
     mean: N,
-    unrest: N,
+    variance: N,
     /// The load before the search that is under way.
     pub(super) sought_from: N,
 }
@@ -47,7 +47,7 @@ impl<N: Number> LoadStepTest<N> {
         let weight = (block * sample_time / Self::MEAN_TIME).min(1.0);
         Self {
             weight: N::from_f64(weight),
-            unrest_weight: N::from_f64((block * sample_time / Self::DEVIATION_TIME).min(0.1)),
+            variance_weight: N::from_f64((block * sample_time / Self::DEVIATION_TIME).min(0.1)),
             floor: N::from_f64(noise / block * weight / (2.0 - weight)),
             cap: N::from_f64(9.0),
             threshold: N::from_f64(Self::MIN_DEVIATIONS * Self::MIN_DEVIATIONS),
@@ -60,7 +60,7 @@ impl<N: Number> LoadStepTest<N> {
         Suspicion {
             mean: N::ZERO,
             // The estimates are still uncertain: only a large deviation is a step.
-            unrest: unexplained,
+            variance: unexplained,
             sought_from: N::ZERO,
         }
     }
@@ -78,19 +78,20 @@ impl<N: Number> LoadStepTest<N> {
     ) -> bool {
         state.mean += self.weight * (error - state.mean);
         let square = state.mean * state.mean;
-        let unrest = if state.unrest > self.floor {
-            state.unrest
+        let variance = if state.variance > self.floor {
+            state.variance
         } else {
             self.floor
         };
         if square > self.least
-            && square * inflated > self.threshold * (unrest * inflated + predicted)
+            && square * inflated > self.threshold * (variance * inflated + predicted)
         {
             // After a false alarm the threshold adapts, so that it is not repeated.
-            state.unrest = unrest + N::from_f64(0.1) * (square - unrest);
+            state.variance = variance + N::from_f64(0.1) * (square - variance);
             return true;
         }
-        state.unrest += self.unrest_weight * (smaller(square, self.cap * unrest) - state.unrest);
+        state.variance +=
+            self.variance_weight * (smaller(square, self.cap * variance) - state.variance);
         false
     }
 }

@@ -1,4 +1,3 @@
-mod aside;
 mod beginning;
 mod first_fit;
 mod interrupt;
@@ -7,6 +6,7 @@ mod learning;
 mod load_step;
 mod recursion;
 mod standing;
+mod suspended;
 mod terms;
 
 pub use first_fit::GaussNewtonFitter;
@@ -65,32 +65,32 @@ pub struct GaussNewtonRecursion<N, S, const P: usize, const W: usize = 256> {
     pub(crate) demanded: Terms,
     pub(crate) allowed: Terms,
     /// The largest standard deviation of a delay, samples.
-    pub(crate) doubted_delay: N,
+    pub(crate) max_delay_deviation: N,
     /// Blocks that the model must have moved in each direction before a term enters.
-    pub(crate) enough: u16,
+    pub(crate) min_motion_blocks: u16,
     pub(crate) units: Units,
     pub(crate) longest: N,
     /// ω T that was given.
     pub(crate) bandwidth: Option<N>,
-    pub(crate) slowest: N,
-    pub(crate) fastest: N,
-    pub(crate) first: N,
+    pub(crate) min_omega: N,
+    pub(crate) max_omega: N,
+    pub(crate) joining_omega: N,
     pub(crate) narrowing: N,
     pub(crate) block_narrowing: N,
-    pub(crate) alongside: u16,
-    pub(crate) search: u16,
-    pub(crate) standing: u16,
-    pub(crate) stood: u16,
-    pub(crate) release: u16,
-    pub(crate) alarm: u16,
-    pub(crate) waiting: u16,
-    pub(crate) reversal: u8,
+    pub(crate) joining_samples: u16,
+    pub(crate) search_samples: u16,
+    pub(crate) standstill_samples: u16,
+    pub(crate) search_standstill_samples: u16,
+    pub(crate) max_held_samples: u16,
+    pub(crate) alarm_blocks: u16,
+    pub(crate) waiting_samples: u16,
+    pub(crate) reversal_blocks: u8,
     pub(crate) widening: N,
-    pub(crate) unexplained: N,
-    pub(crate) explained: N,
-    pub(crate) bounded: N,
-    pub(crate) widest: N,
-    pub(crate) second: N,
+    pub(crate) unexplained_variance: N,
+    pub(crate) explained_variance: N,
+    pub(crate) max_square: N,
+    pub(crate) max_unexplained_omega: N,
+    pub(crate) mean_square_weight: N,
     pub(crate) has_friction: bool,
     /// The place of friction in the set.
     pub(crate) friction: usize,

@@ -20,7 +20,7 @@ pub(super) struct Recursion<N: Number, S: IdentifiableSet<P>, const P: usize> {
     /// ω T that was measured or given.
     pub(super) measured: N,
     /// ω T of this sample.
-    pub(super) quick: N,
+    pub(super) correction_omega: N,
     /// The largest deviation of friction and load: the acceleration that the command gave in the
     /// record of the fit.
     pub(super) scale: N,
@@ -35,16 +35,16 @@ pub(super) struct Recursion<N: Number, S: IdentifiableSet<P>, const P: usize> {
     /// The distance that the servo moved while friction held the model.
     pub(super) slid: N,
     /// Samples for which friction has held the model.
-    pub(super) held: u16,
+    pub(super) samples_held: u16,
     /// Samples since the servo last moved; counted only where it matters, see
     /// [`Recursion::watch`].
-    pub(super) still: u16,
+    pub(super) samples_at_rest: u16,
     /// Grows with every step of the load and falls with time, blocks.
     pub(super) alarm: u16,
     /// Samples until the mode ends.
-    pub(super) left: u16,
+    pub(super) remaining: u16,
     /// Blocks since friction last stopped or turned the model.
-    pub(super) straight: u8,
+    pub(super) blocks_in_motion: u8,
     pub(super) mode: Mode,
     /// A new fit was no better: the model lacks an effect of the servo.
     pub(super) lacking: bool,
@@ -67,6 +67,42 @@ pub(super) enum Mode {
 }
 
 impl<N: Number, S: IdentifiableSet<P>, const P: usize> Recursion<N, S, P> {
+    /// Before there is a model.
+    pub(super) fn new(
+        law: GaussNewtonState<N, S, P>,
+        inputs: S::Inputs<N>,
+        evidence: S::Evidence<N>,
+        response: Response<N>,
+        suspicion: Suspicion<N>,
+    ) -> Self {
+        Self {
+            model: ObserverModel::alongside(N::ZERO),
+            tangents: Tangents::NONE,
+            law,
+            inputs,
+            evidence,
+            response,
+            omega: N::ZERO,
+            measured: N::ZERO,
+            correction_omega: N::ZERO,
+            scale: N::ZERO,
+            suspicion,
+            mean_square: N::ZERO,
+            trusted_gain: N::ZERO,
+            trusted_load: N::ZERO,
+            last_move: N::ZERO,
+            slid: N::ZERO,
+            samples_held: 0,
+            samples_at_rest: 0,
+            alarm: 0,
+            remaining: 0,
+            blocks_in_motion: 0,
+            mode: Mode::Recording,
+            lacking: false,
+            ambiguous: false,
+        }
+    }
+
     /// Moves the model with the estimates.
     #[inline]
     pub(super) fn follow(&mut self, steps: &[N; P]) {
@@ -81,9 +117,9 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> Recursion<N, S, P> {
     pub(super) fn watch(&mut self, increment: N) {
         let back = increment == -self.last_move && increment.magnitude() <= N::ONE;
         if increment == N::ZERO || back {
-            self.still = self.still.saturating_add(1);
+            self.samples_at_rest = self.samples_at_rest.saturating_add(1);
         } else {
-            self.still = 0;
+            self.samples_at_rest = 0;
         }
         if increment != N::ZERO {
             self.last_move = increment;
@@ -92,21 +128,22 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> Recursion<N, S, P> {
 
     /// Friction does not hold the model against the servo.
     #[inline]
-    pub(super) fn move_on(&mut self) {
-        self.held = 0;
+    pub(super) fn clear_hold(&mut self) {
+        self.samples_held = 0;
         self.slid = N::ZERO;
     }
 
     /// Counts a sample of the mode; whether it was the last.
     pub(super) fn is_over(&mut self) -> bool {
-        self.left = self.left.saturating_sub(1);
-        self.left == 0
+        self.remaining = self.remaining.saturating_sub(1);
+        self.remaining == 0
     }
 
     /// The correction after `narrowing`, the growth of 1/ω.
     #[inline]
     pub(super) fn narrowed(&self, narrowing: N) -> N {
-        let narrower = self.quick - self.quick * self.quick * narrowing;
+        let narrower =
+            self.correction_omega - self.correction_omega * self.correction_omega * narrowing;
         if narrower > self.omega {
             narrower
         } else {

@@ -22,7 +22,7 @@ where
         increment: N,
         acting: &Acting<N>,
     ) -> Option<Event> {
-        let correction = Innovation::critically_damped(state.quick);
+        let correction = Innovation::critically_damped(state.correction_omega);
         let values = self.values(state);
         if state.model.rest::<S, P>(&values, acting, &correction) {
             state.tangents.rest(&correction);
@@ -31,12 +31,12 @@ where
                 .stand(state, increment)
                 .then_some(Event::FrictionLowered);
         }
-        state.move_on();
+        state.clear_hold();
         match self.advance(state, acting, &correction) {
             Phase::Slid { .. } | Phase::Stuck => None,
             Phase::Stopped { .. } | Phase::Turned { .. } => {
-                state.straight = 0;
-                state.still = 0;
+                state.blocks_in_motion = 0;
+                state.samples_at_rest = 0;
                 Some(Event::None)
             }
         }
@@ -48,15 +48,15 @@ where
     /// Returns whether it was lowered.
     #[inline]
     pub(super) fn stand(&self, state: &mut Recursion<N, S, P>, increment: N) -> bool {
-        if state.still >= self.standing {
+        if state.samples_at_rest >= self.standstill_samples {
             state.model.error = N::ZERO;
             state.tangents = Tangents::NONE;
-            state.move_on();
+            state.clear_hold();
             return false;
         }
-        state.held += 1;
+        state.samples_held += 1;
         state.slid += increment;
-        state.held >= self.release && self.release_model(state)
+        state.samples_held >= self.max_held_samples && self.release_model(state)
     }
 
     #[cold]
@@ -66,7 +66,7 @@ where
         /// The factor on the friction.
         const FRICTION_FACTOR: f64 = 0.7;
         let slid = state.slid;
-        let held = core::mem::take(&mut state.held);
+        let held = core::mem::take(&mut state.samples_held);
         state.slid = N::ZERO;
         if slid.magnitude() < N::from_f64(MIN_TRAVEL_COUNTS) {
             return false;

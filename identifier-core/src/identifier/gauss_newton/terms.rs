@@ -33,7 +33,7 @@ where
         state
             .evidence
             .observe(state.law.sensitivity(), mean, direction);
-        state.evidence.both_ways() >= self.enough && self.consider(state)
+        state.evidence.both_ways() >= self.min_motion_blocks && self.consider(state)
     }
 
     /// Lets a term enter, and returns whether one has. The next test follows after as much motion again.

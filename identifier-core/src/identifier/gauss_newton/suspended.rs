@@ -13,7 +13,7 @@ where
     /// A sample in which nothing is learnt, except possibly the load.
     #[cold]
     #[inline(never)]
-    pub(super) fn run_aside(
+    pub(super) fn run_suspended(
         &self,
         state: &mut Recursion<N, S, P>,
         increment: N,
@@ -22,10 +22,13 @@ where
         state.watch(increment);
         let mut event = Event::None;
         let correction = match state.mode {
-            Mode::Searching if state.left == 1 && state.still >= self.stood => {
+            Mode::Searching
+                if state.remaining == 1
+                    && state.samples_at_rest >= self.search_standstill_samples =>
+            {
                 // The load cannot be identified at standstill.
                 event = self.wait(state);
-                Innovation::critically_damped(state.quick)
+                Innovation::critically_damped(state.correction_omega)
             }
             Mode::Searching => self.seek(state),
             Mode::Waiting => self.stay(state),
@@ -34,7 +37,7 @@ where
         match self.advance(state, acting, &correction) {
             Phase::Stuck if self.stand(state, increment) => event = Event::FrictionLowered,
             Phase::Stuck => {}
-            _ => state.move_on(),
+            _ => state.clear_hold(),
         }
         match self.keep_in_reach(state) {
             Event::None => event,
@@ -49,16 +52,16 @@ where
         if state.alarm == 0 {
             state.trusted_load = last(&state.law.estimates());
         }
-        state.alarm = state.alarm.saturating_add(self.alarm);
-        if state.alarm > 4 * self.alarm {
+        state.alarm = state.alarm.saturating_add(self.alarm_blocks);
+        if state.alarm > 4 * self.alarm_blocks {
             return self.wait(state);
         }
         // Right after a reversal too large or too small a friction looks like a step of the load.
-        state.ambiguous = self.has_friction && state.straight < self.reversal;
+        state.ambiguous = self.has_friction && state.blocks_in_motion < self.reversal_blocks;
         state.mode = Mode::Searching;
-        state.left = self.search;
-        state.still = 0;
-        state.quick = self.first;
+        state.remaining = self.search_samples;
+        state.samples_at_rest = 0;
+        state.correction_omega = self.joining_omega;
         state.suspicion.sought_from = last(&state.law.estimates());
         state.law.drop_block();
         state.law.forgive();
@@ -70,30 +73,30 @@ where
         state.law.replace_last(state.trusted_load, N::ZERO);
         state.law.drop_block();
         state.mode = Mode::Waiting;
-        state.left = self.waiting;
-        state.still = 0;
-        state.quick = self.first;
+        state.remaining = self.waiting_samples;
+        state.samples_at_rest = 0;
+        state.correction_omega = self.joining_omega;
         Event::NotFollowing
     }
 
     /// A sample of waiting: until the servo moves, and then for a set time.
     fn stay(&self, state: &mut Recursion<N, S, P>) -> Innovation<N> {
-        if state.still >= self.standing {
+        if state.samples_at_rest >= self.standstill_samples {
             state.model = ObserverModel::alongside(N::ZERO);
         } else if state.is_over() {
             state.mode = Mode::Joining;
-            state.left = self.alongside;
+            state.remaining = self.joining_samples;
         }
-        Innovation::critically_damped(state.quick)
+        Innovation::critically_damped(state.correction_omega)
     }
 
     /// A sample of the search for the load: 2ω, 2ω², ω³ on position, velocity and load, all three
     /// poles at ω, which narrows from sample to sample as a growing memory does.
     fn seek(&self, state: &mut Recursion<N, S, P>) -> Innovation<N> {
-        let omega = state.quick;
+        let omega = state.correction_omega;
         let square = omega * omega;
         state.law.add_to_last(square * omega * state.model.error);
-        state.quick = state.narrowed(self.narrowing);
+        state.correction_omega = state.narrowed(self.narrowing);
         if state.is_over() {
             let load = last(&state.law.estimates());
             let moved = (load - state.suspicion.sought_from) * N::from_f64(0.25);
@@ -111,8 +114,8 @@ where
 
     /// A sample in which the model joins the servo's motion.
     fn approach(&self, state: &mut Recursion<N, S, P>) -> Innovation<N> {
-        let omega = state.quick;
-        state.quick = state.narrowed(self.narrowing);
+        let omega = state.correction_omega;
+        state.correction_omega = state.narrowed(self.narrowing);
         if state.is_over() {
             self.resume(state);
         }
