@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 use host_sim::scenario::keys::KEYS;
 use host_sim::scenario::{Purpose, Scenario};
 use readable::assert_readable;
+use virtual_servo::SplitMix64;
 
 const SCENARIOS: [&str; 12] = [
     include_str!("../scenarios/compare.toml"),
@@ -29,19 +30,11 @@ const SCENARIOS: [&str; 12] = [
 ];
 
 /// Numbers that look random, the same in every run.
-struct Dice(u64);
+struct Dice(SplitMix64);
 
 impl Dice {
-    /// SplitMix64 (Steele, Lea, Flood 2014).
-    fn roll(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let x = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        x ^ (x >> 31)
-    }
-
     fn below(&mut self, most: usize) -> usize {
-        (self.roll() % most.max(1) as u64) as usize
+        (self.0.next_word() % most.max(1) as u64) as usize
     }
 
     fn one_of<'t>(&mut self, from: &[&'t str]) -> &'t str {
@@ -147,7 +140,7 @@ impl Dice {
             5 | 6 => format!("\"{}\"", self.one_of(NAMES)),
             7 => format!(
                 "{:e}",
-                (self.roll() as f64 / 2e19 - 0.3) * 10_f64.powi(self.below(40) as i32 - 20)
+                (self.0.next_word() as f64 / 2e19 - 0.3) * 10_f64.powi(self.below(40) as i32 - 20)
             ),
             8 => format!(
                 "[{:e}, {:e}]",
@@ -234,11 +227,15 @@ impl Dice {
                 for _ in 0..1 + self.below(10) {
                     let place = self.below(bytes.len());
                     if let Some(byte) = bytes.get_mut(place) {
-                        *byte = self.roll() as u8;
+                        *byte = self.0.next_word() as u8;
                     }
                 }
             }
-            2 => bytes = (0..self.below(2000)).map(|_| self.roll() as u8).collect(),
+            2 => {
+                bytes = (0..self.below(2000))
+                    .map(|_| self.0.next_word() as u8)
+                    .collect()
+            }
             _ => {}
         }
         bytes
@@ -287,7 +284,7 @@ fn damaged_scenarios_are_read_or_refused() {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("fuzzed-bytes.toml");
     let (mut read, mut refused, mut slowest) = (0, 0, Duration::ZERO);
     for seed in 0..count {
-        let bytes = Dice(seed).scenario();
+        let bytes = Dice(SplitMix64::new(seed)).scenario();
         for purpose in [Purpose::Run, Purpose::Replay, Purpose::Commission] {
             let begun = Instant::now();
             let text = std::str::from_utf8(&bytes);

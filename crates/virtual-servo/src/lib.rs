@@ -29,7 +29,7 @@ mod wander;
 pub use effects::{EffectError, Effects};
 pub use encoder::Encoder;
 pub use identifier_core::parameters::ServoParameters;
-pub use noise::distinct_seed;
+pub use noise::{SplitMix64, distinct_seed};
 pub use plant::Plant;
 pub use sensor_errors::{SensorEffects, SensorErrors};
 pub use servo::Servo;

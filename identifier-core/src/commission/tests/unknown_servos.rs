@@ -4,28 +4,7 @@ use std::vec::Vec;
 
 use crate::commission::{Limits, Probing, ProbingProgress, ProbingSettings, ProbingState};
 use crate::parameters::ServoParameters;
-use virtual_servo::{Effects, Encoder, Servo};
-
-/// Numbers that look random and are the same everywhere (splitmix64).
-struct Random(u64);
-
-impl Random {
-    fn part(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.part()
-    }
-
-    fn one_of<const N: usize>(&mut self, choices: [f64; N]) -> f64 {
-        choices[((self.part() * N as f64) as usize).min(N - 1)]
-    }
-}
+use virtual_servo::{Effects, Encoder, Servo, SplitMix64};
 
 /// A servo that is unknown to the probing experiment.
 #[derive(Debug, Clone, Copy)]
@@ -55,22 +34,23 @@ impl Unknown {
     /// friction to 20 % and load to 30 % of the limit, delays of zero to two samples, whole and
     /// fractional, coasting or held.
     pub(crate) fn from_seed(seed: u64) -> Self {
-        let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x5851_f42d_4c95_7f2d);
-        let b = Self::WEAKEST * libm::exp(random.part() * libm::log(100.0));
+        let mut random =
+            SplitMix64::new(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x5851_f42d_4c95_7f2d);
+        let b = Self::WEAKEST * libm::exp(random.next_uniform() * libm::log(100.0));
         let authority = b * Self::COMMAND;
-        let sample_time = random.one_of([1e-3, 2.5e-4, 1e-4]);
-        let counts = random.one_of([
+        let sample_time = random.one_of(&[1e-3, 2.5e-4, 1e-4]);
+        let counts = random.one_of(&[
             1000.0, 2000.0, 4096.0, 10_000.0, 20_000.0, 65_536.0, 131_072.0,
         ]);
-        let coulomb = random.between(0.0, 0.2) * authority;
-        let load = random.between(-0.3, 0.3) * authority;
-        let a = random.between(0.0, 10.0) * 0.2174 / 257.7 * b;
-        let delay = match (random.part() * 6.0) as u32 {
+        let coulomb = random.uniform(0.0, 0.2) * authority;
+        let load = random.uniform(-0.3, 0.3) * authority;
+        let a = random.uniform(0.0, 10.0) * 0.2174 / 257.7 * b;
+        let delay = match (random.next_uniform() * 6.0) as u32 {
             whole @ 0..3 => f64::from(whole),
-            _ => random.between(0.0, 2.0),
+            _ => random.uniform(0.0, 2.0),
         };
-        let within = random.between(-0.7, 0.7) * coulomb;
-        let held = (random.part() < 0.5).then_some((within - load) / b);
+        let within = random.uniform(-0.7, 0.7) * coulomb;
+        let held = (random.next_uniform() < 0.5).then_some((within - load) / b);
         Self {
             parameters: ServoParameters {
                 a,
@@ -84,7 +64,7 @@ impl Unknown {
             sample_time,
             limits: Self::allowed(b),
             held,
-            between_edges: random.part(),
+            between_edges: random.next_uniform(),
         }
     }
 
