@@ -1,4 +1,4 @@
-//! Any file is read as a scenario or refused. A program of its own: what it measures is the memory of
+//! Any file is read as a scenario or refused. A program of its own: it measures the memory of
 //! the reader alone.
 
 #[path = "program/support/readable.rs"]
@@ -177,7 +177,7 @@ impl Dice {
         other + rest
     }
 
-    /// A scenario of the repository that was hurt in some places.
+    /// A scenario of the repository, damaged in some places.
     fn scenario(&mut self) -> Vec<u8> {
         let mut lines: Vec<String> = self.one_of(&SCENARIOS).lines().map(str::to_owned).collect();
         for _ in 0..=self.below(3) {

@@ -1,4 +1,4 @@
-//! Every method on one bench: what each claims, where each breaks, as a reviewed table.
+//! The comparison of all methods: each one's claim, and where each fails, as a reviewed table.
 
 use host_sim::analysis::Status;
 use host_sim::compare::{self, with_law};

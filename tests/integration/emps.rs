@@ -90,7 +90,7 @@ fn identify(log: &Log, scenario: Scenario, passes: u32) -> [f64; 4] {
     ]
 }
 
-/// The log, where it is there.
+/// The log, if it is present.
 fn log() -> Option<Log> {
     let Some(path) = log_path() else {
         skipped("the EMPS log is not at hand: EMPS_LOG names it");

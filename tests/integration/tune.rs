@@ -150,7 +150,7 @@ impl Axis {
     }
 }
 
-/// The trial's own criterion: each rise time within 15 % of what is promised, each overshoot within three
+/// The trial's own criterion: each rise time within 15 % of the promise, each overshoot within three
 /// points.
 #[test]
 fn the_true_servo_keeps_the_promise_made_from_a_result() {

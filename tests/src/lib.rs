@@ -17,6 +17,12 @@ pub fn skipped(reason: &str) {
     let _ = std::io::stderr().write_all(line.as_bytes());
 }
 
+/// The number in a variable of the environment, such as the size of a campaign.
+#[must_use]
+pub fn environment<T: std::str::FromStr>(variable: &str) -> Option<T> {
+    std::env::var(variable).ok()?.parse().ok()
+}
+
 /// A seeded stream of random numbers, the same on every machine.
 #[derive(Debug, Clone, Copy)]
 pub struct Random(NormalSource);

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
 
-/// A page: its path, and what it refers to.
+/// A page: its path, and its references.
 #[derive(Debug, Default)]
 struct Page {
     path: PathBuf,
@@ -66,7 +66,7 @@ fn root() -> PathBuf {
     root.canonicalize().expect("the project's root")
 }
 
-/// Files of the project that end as wanted; what is built and what is hidden is left out.
+/// Files of the project with an ending, without build products and hidden files.
 fn files(folder: &Path, end: &str) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).expect("a folder");
     let mut found = Vec::new();

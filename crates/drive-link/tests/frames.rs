@@ -1,4 +1,4 @@
-//! The line may do to the bytes what it likes.
+//! Frames over a line that loses, doubles and changes bytes.
 
 use drive_link::{
     Command, Commissioning, Dither, Estimates, Format, FrameError, LONGEST_FRAME, Law,
@@ -112,7 +112,7 @@ fn settings_with_every_field_fit_a_message() {
     assert_eq!(frame(&report).expect("it fits").len(), framed.len());
 }
 
-/// Anything that was found.
+/// Any estimates.
 const SERVO: ServoParameters = ServoParameters {
     a: f64::MIN,
     b: f64::MIN,
@@ -256,7 +256,7 @@ proptest! {
         let mut receiver = Receiver::new();
         let heard = received(&mut receiver, &garbage);
         prop_assert!(heard.iter().all(Result::is_err), "{heard:?}");
-        // The first may be spoilt by what the garbage left, and not even that after a zero.
+        // The remains of the garbage may corrupt the first, but not after a zero.
         received(&mut receiver, &frame(&first).expect("it fits"));
         let heard = received(&mut receiver, &frame(&second).expect("it fits"));
         prop_assert_eq!(heard, vec![Ok(second)]);

@@ -1,4 +1,4 @@
-//! Why there are no gains, in the words of the core.
+//! The reason without gains has the core's text and figures.
 
 use drive_link::NoGains;
 use identifier_core::error::{Allowed, OutOfRange};

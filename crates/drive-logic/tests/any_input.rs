@@ -1,5 +1,5 @@
-//! Whatever comes: settings of any numbers, bytes of any value, requests in any order, a flash full of
-//! anything. The drive refuses or faults, and never moves without an order.
+//! Any input: settings of any numbers, bytes of any value, requests in any order, a flash of any
+//! content. The drive refuses or faults, and never moves without an order.
 
 #[macro_use]
 mod support;
@@ -81,7 +81,7 @@ fn law() -> impl Strategy<Value = (Law, Format)> {
     (law, prop_oneof![4 => Just(FORMAT), 1 => Just(OTHER_FORMAT)])
 }
 
-/// Settings with a few numbers that are anything, as a factor or in place of what was there.
+/// Settings with a few arbitrary numbers, as factors of the former ones or in their place.
 fn any_settings() -> impl Strategy<Value = Settings> {
     let changes = prop::collection::vec(
         (any::<prop::sample::Index>(), number(), any::<bool>()),

@@ -1,5 +1,4 @@
-//! A drive that is to commission its servo: who may order it, and that it is all or nothing whatever
-//! happens.
+//! Orders to commission: the conditions for one, and all or nothing after any interruption.
 
 #[macro_use]
 mod support;
@@ -214,7 +213,7 @@ fn a_repeated_order_is_done_once_and_another_is_refused() {
 #[test]
 fn a_power_loss_before_the_end_restores_the_gains_before_and_is_reported_once() {
     let cold = ready();
-    // Steps of keeping what holds, and of taking the mark away again.
+    // Steps of saving the gains in force, and of removing the mark.
     let steps = {
         let (bench, flash) = (Bench::new(&SERVO), Flash::with(cold.clone()));
         boot!(drive, &bench, &flash);

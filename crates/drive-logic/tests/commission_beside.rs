@@ -1,5 +1,5 @@
-//! A drive that commissions its servo beside a loop that runs: the loop's gains hold it before and, unless
-//! there are better ones, after.
+//! A commissioning beside a running loop: the loop's gains hold the servo before, and afterwards unless it
+//! has found new ones.
 
 #[macro_use]
 mod support;
@@ -38,7 +38,7 @@ fn gauss_newton() -> Settings {
     quiet
 }
 
-/// Starts a loop and lets it hold the load, away from where it started.
+/// Starts a loop that holds the load, away from its start.
 fn run(drive: &mut Drive<'_>, settings: Settings) {
     drive.done(Command::Configure(settings));
     drive.done(Command::Start);

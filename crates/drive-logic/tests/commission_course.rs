@@ -1,5 +1,4 @@
-//! A drive that commissions its servo: from nothing known to gains that hold, and whatever may come
-//! between.
+//! A commissioning from rest: from an unknown servo to gains in force, with any harm in any phase.
 
 #[macro_use]
 mod support;

@@ -204,7 +204,7 @@ fn every_harm_has_its_fault_and_releases_the_servo() {
             drive.bench.plant.borrow_mut().position += 6.3;
         }),
         (Fault::EncoderSilent, |drive| {
-            // The plug comes off, and the reference goes away until the command is at its limit.
+            // The encoder is unplugged, and the reference moves away until the command is at its limit.
             drive.bench.connected.set(false);
             drive.done(Command::Target(2.0));
         }),
@@ -218,7 +218,7 @@ fn every_harm_has_its_fault_and_releases_the_servo() {
 
 #[test]
 fn a_missing_and_a_broken_encoder_are_found_at_once() {
-    // A dither of 0.3 rad: the command is far from its limit, and the error from what is allowed.
+    // A dither of 0.3 rad: command and error are far from their limits.
     for broken_line in [false, true] {
         let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
         boot!(drive, &bench, &flash);

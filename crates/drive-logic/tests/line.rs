@@ -1,5 +1,5 @@
-//! The drive at the end of a real line: bytes take their time, in both directions, and so does the
-//! background. What matters is how soon a stop is obeyed, and what a broken line does.
+//! The drive at the end of a realistic line, with the times of bytes in both directions and of the
+//! background. The figures are the time until a stop is obeyed, and the effect of a broken line.
 
 #[macro_use]
 mod support;
@@ -27,7 +27,7 @@ const TURN: [u64; 4] = [5_000, 2_000, 700_000, 300_000];
 /// Bytes that the firmware's queues hold.
 const ROOM: usize = 2047;
 
-/// The wires, and what waits at both ends of them.
+/// The wires, and the queues at both ends of them.
 #[derive(Default)]
 struct Wires {
     to_drive: VecDeque<u8>,
@@ -88,7 +88,7 @@ impl<'a> OnLine<'a> {
         }
     }
 
-    /// Lets the time of a byte pass.
+    /// Advances by the time of a byte.
     fn step(&mut self) {
         self.now += BYTE;
         if let Some(byte) = self.wires.to_drive.pop_front()
@@ -127,7 +127,7 @@ impl<'a> OnLine<'a> {
         self.wires.to_drive.extend(bytes);
     }
 
-    /// Sends a request as a host does: after a zero, so that whatever was on the line before ends.
+    /// Sends a request as a host does: after a zero, which ends any earlier bytes on the line.
     fn say(&mut self, command: Command) -> u8 {
         self.id = self.id.wrapping_add(1);
         let framed = frame(&Request {
@@ -261,7 +261,7 @@ fn every_request_is_answered_under_any_rate_of_reports() {
     boot!(drive, &bench, &flash);
     drive.done(Command::Configure(fast()));
     let mut line = OnLine::new(drive);
-    // A background so quick that the line is what there is not enough of.
+    // A background so quick that the line is the bottleneck.
     line.turn = TURN.map(|time| time / 10);
     line.ask(Command::Watch(1));
     line.ask(Command::Start);

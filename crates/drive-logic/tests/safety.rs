@@ -157,7 +157,7 @@ fn a_servo_on_its_way_to_rest_takes_no_target() {
     running!(drive, bench, &SERVO, wanted);
     drive.pass(1001);
     for _ in 0..10 {
-        // Whatever the answer.
+        // With any answer.
         drive.ask(Command::Target(40.0));
         drive.pass(1);
     }
@@ -427,7 +427,7 @@ fn a_background_that_hangs_is_left_to_the_watchdog() {
     drive.pass(60_000);
     let released = fed(&mut drive, 400_000);
     assert!((49_999..=100_000).contains(&released), "{released}");
-    // As soon as it goes round again, the watchdog is fed again.
+    // As soon as the background runs again, the watchdog is fed again.
     drive.pass(1);
     assert_eq!(fed(&mut drive, 100), 100);
 }

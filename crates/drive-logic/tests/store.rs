@@ -1,4 +1,4 @@
-//! The power may go whenever it likes.
+//! Records in a flash that may lose its power at any step.
 
 mod support;
 
@@ -70,7 +70,7 @@ fn after_a_power_loss_the_old_or_the_new_record_is_read() {
                 read == contents(before - 1) || read == contents(before),
                 "{before} records, cut after {cut} of {steps}"
             );
-            // And the next one is kept in spite of what the cut left behind.
+            // And the next one is kept in spite of the remains of the cut.
             store.keep(&contents(before + 1)).expect("power is back");
             // A store that continues without a reboot has the same record in force.
         }

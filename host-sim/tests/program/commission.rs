@@ -3,7 +3,7 @@
 
 use std::fs;
 
-use crate::support::{folder, servo_id, standard_error};
+use crate::support::{assert_done, folder, servo_id, standard_error};
 use identifier_core::commission::Reason;
 use serde_json::Value;
 
@@ -100,7 +100,7 @@ fn results_are_the_same_in_every_run_and_alone_on_standard_output() {
     let scenario = scenario.display().to_string();
     for kind in ["--json", "--csv", "--plot"] {
         let [one, other] = [(); 2].map(|()| servo_id(&["commission", &scenario, kind, "-"]));
-        assert_eq!(one.status.code(), Some(0), "{}", standard_error(&one));
+        assert_done(&one);
         assert_eq!(one.stdout, other.stdout, "{kind}");
         let text = String::from_utf8(one.stdout).expect("text");
         match kind {
@@ -115,7 +115,7 @@ fn results_are_the_same_in_every_run_and_alone_on_standard_output() {
 
 #[test]
 fn gains_that_are_not_applied_give_exit_status_one_and_the_reason_by_text_and_number() {
-    // A locked axis: friction bears the largest command.
+    // A locked axis: friction exceeds the largest command.
     let text = PAPER.replace("coulomb = 0.0 ", "coulomb = 9000.0 ");
     assert_ne!(text, PAPER);
     let (status, said, result) = commission("locked", &text);

@@ -5,47 +5,20 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::support::simulated_drive::{Hand, SimulatedDrive};
+use crate::support::simulated_drive::{Hand, SERVO, SimulatedDrive, built_in};
 use crate::support::{folder, servo_id, standard_error};
-use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings};
+use drive_link::{Law, Settings};
 use host_sim::drive::Client;
 use host_sim::port::Port;
-use identifier_core::ControllerSettings;
-use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::diagonal;
 
-const SERVO: ServoParameters = ServoParameters {
-    a: 0.2174,
-    b: 257.7,
-    coulomb: 5.0,
-    load: 0.0,
-};
-
-/// The settings of a drive that was never configured.
+/// The settings of a drive that was never configured, with the gradient law.
 fn example() -> Settings {
-    let mut core = identifier_core::Settings {
-        cutoff: 500.0,
-        controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
-        ..identifier_core::Settings::new(1e-3, 10_000.0)
-    };
-    core.identifier.gamma = Some(diagonal([20.0, 3000.0, 100.0, 0.0]));
-    core.identifier.initial.b = Some(150.0);
-    Settings {
-        closed_loop: LoopSettings {
-            core,
-            law: Law::Gradient { friction: true },
-            format: Format::Single,
-        },
-        dither: Dither {
-            amplitude: 0.3,
-            hold: 0.05,
-        },
-        protection: Protection {
-            // This machine may be busy.
-            link_timeout: 20.0,
-            ..Protection::OF_A_BARE_MOTOR
-        },
-    }
+    let mut settings = built_in(Law::Gradient { friction: true });
+    settings.closed_loop.core.identifier.gamma = Some(diagonal([20.0, 3000.0, 100.0, 0.0]));
+    // This machine may be busy.
+    settings.protection.link_timeout = 20.0;
+    settings
 }
 
 /// A person at the drive's command line.
@@ -295,7 +268,7 @@ fn watching_alone_keeps_a_run_alive() {
     assert!(drive.with(|around| around.held).is_some());
 }
 
-/// The program, with no signal ignored: whatever runs these tests may ignore some.
+/// The program, with no signal ignored: the parent of these tests may ignore some.
 fn as_from_a_terminal() -> Command {
     let program = env!("CARGO_BIN_EXE_servo-id");
     if cfg!(target_os = "linux") {
@@ -363,7 +336,7 @@ fn a_recording_is_kept_however_it_ends() {
     let second = std::fs::read_to_string(&file).expect("kept");
     assert!(second != first && whole(&second), "{second}");
 
-    // Nothing was seen: what was seen before stays.
+    // Nothing was recorded: the earlier recording stays.
     person.fails(1, &format!("{words} --force"));
     assert_eq!(std::fs::read_to_string(&file).expect("kept"), second);
     assert_eq!(std::fs::read_dir(&folder).expect("a folder").count(), 1);

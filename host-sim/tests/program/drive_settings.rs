@@ -13,7 +13,7 @@ fn settings_of(test: &str, text: &str) -> Result<drive_link::LoopSettings, Fault
     loop_settings(&Scenario::load(&path, Purpose::Run).expect("a PC can"))
 }
 
-/// Of a and b alone, which is what the firmware has in fixed point: bounds of friction and load are not
+/// Of a and b alone, as in the firmware's fixed point: bounds of friction and load are not
 /// stated and have to be sent.
 #[test]
 fn bounds_that_follow_from_the_box_are_sent() {

@@ -1,4 +1,4 @@
-//! Faults in a scenario: what is taken, what is refused and where, and what a run makes of them.
+//! Faults in a scenario: accepted and refused values, and their effect on a run.
 
 use crate::support::readable::assert_readable;
 use host_sim::experiment::{AbortCause, Outcome};
@@ -17,7 +17,7 @@ fn parse(faults: &str) -> Result<Scenario, String> {
     })
 }
 
-/// Positions and commands of a run, and what is known of it in the end.
+/// Positions and commands of a run, and its outcome.
 fn run(faults: &str) -> (Vec<[f64; 2]>, Outcome) {
     let scenario = parse(faults).unwrap_or_else(|error| panic!("{error}"));
     let mut seen = Vec::new();

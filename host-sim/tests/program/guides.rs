@@ -1,5 +1,5 @@
 //! Every command that README, guides and the pages of the verbs show is run as it is printed, in a folder
-//! of its own, and every output that they show is compared with what the commands print.
+//! of its own, and every output that they show is compared with the output of the commands.
 
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
@@ -7,11 +7,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use crate::support::pages::{assert_block_is_printed, root};
-use crate::support::simulated_drive::SimulatedDrive;
+use crate::support::simulated_drive::{SERVO, SimulatedDrive, built_in};
 use crate::support::{folder, standard_error};
-use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings};
-use identifier_core::ControllerSettings;
-use identifier_core::parameters::ServoParameters;
+use drive_link::Law;
 
 /// Commands that are not run here, each with the reason. One that no page shows any more is an error.
 const ELSEWHERE: [(&str, &str); 6] = [
@@ -35,7 +33,7 @@ const ELSEWHERE: [(&str, &str); 6] = [
     ),
 ];
 
-/// Files that a reader has: what they are called on a page, and what makes them.
+/// Files that a reader has: their names on a page, and the commands that make them.
 const READERS: [(&str, &str); 6] = [
     ("axis.toml", "cp host-sim/scenarios/friction.toml axis.toml"),
     (
@@ -80,7 +78,7 @@ fn blocks(page: &Path, language: &str) -> Vec<String> {
     blocks
 }
 
-/// The lines of a block that are run here; what is shown and not run is noted.
+/// The lines of a block that are run here; lines that are shown and not run are noted.
 fn runnable(block: &str, shown: &mut Vec<&str>) -> String {
     let is_run = |line: &&str| {
         let elsewhere = ELSEWHERE.iter().find(|(begin, _)| line.starts_with(begin));
@@ -114,7 +112,7 @@ fn reader(name: &str) -> PathBuf {
     folder
 }
 
-/// Runs commands; what they print, or why they fail.
+/// Runs commands; their output, or their error.
 fn shell(folder: &Path, commands: &str) -> Result<String, String> {
     let path = std::env::var("PATH").unwrap_or_default();
     let output = Command::new("bash")
@@ -132,33 +130,7 @@ fn shell(folder: &Path, commands: &str) -> Result<String, String> {
 
 /// A drive that was never configured.
 fn drive() -> SimulatedDrive {
-    let servo = ServoParameters {
-        a: 0.2174,
-        b: 257.7,
-        coulomb: 5.0,
-        load: 0.0,
-    };
-    let mut core = identifier_core::Settings {
-        cutoff: 500.0,
-        controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
-        ..identifier_core::Settings::new(1e-3, 10_000.0)
-    };
-    core.identifier.initial.b = Some(150.0);
-    let drive = SimulatedDrive::start(
-        servo,
-        Settings {
-            closed_loop: LoopSettings {
-                core,
-                law: Law::GaussNewton,
-                format: Format::Single,
-            },
-            dither: Dither {
-                amplitude: 0.3,
-                hold: 0.05,
-            },
-            protection: Protection::OF_A_BARE_MOTOR,
-        },
-    );
+    let drive = SimulatedDrive::start(SERVO, built_in(Law::GaussNewton));
     drive.with(|around| around.supply = true);
     drive
 }

@@ -3,25 +3,15 @@
 #[cfg(unix)]
 use std::path::{Path, PathBuf};
 
-use crate::support::{folder, servo_id, standard_error};
+use crate::support::{argument, folder, printed, printed_json, servo_id, standard_error};
 use serde_json::Value;
 
-fn text(path: &Path) -> String {
-    path.display().to_string()
-}
-
 fn done(arguments: &[&str]) -> String {
-    let answer = servo_id(arguments);
-    assert!(
-        answer.status.success(),
-        "{arguments:?}: {}",
-        standard_error(&answer)
-    );
-    String::from_utf8_lossy(&answer.stdout).into_owned()
+    printed(&servo_id(arguments))
 }
 
 fn json(arguments: &[&str]) -> Value {
-    serde_json::from_str(&done(arguments)).expect("JSON")
+    printed_json(&servo_id(arguments))
 }
 
 fn number(value: &Value) -> f64 {
@@ -93,14 +83,14 @@ const SHEETS: [(&str, &[&str]); 3] = [
 
 fn written(name: &str, sheet: &[&str]) -> PathBuf {
     let file = folder(&format!("init-{name}")).join("servo.toml");
-    done(&[&["init", &text(&file)][..], sheet].concat());
+    done(&[&["init", &argument(&file)][..], sheet].concat());
     file
 }
 
 #[test]
 fn a_written_scenario_is_checked_run_and_commissioned() {
     for (name, sheet) in SHEETS {
-        let file = text(&written(name, sheet));
+        let file = argument(&written(name, sheet));
         let check = json(&["check", &file, "--json", "-"]);
         assert_eq!(check["warnings"], Value::Array(vec![]), "{name}");
         assert_eq!(check["loop"]["stable"], true, "{name}");
@@ -183,7 +173,7 @@ fn without_flags_init_asks_and_accepts_corrections_or_a_cancel() {
 #[test]
 fn the_numbers_are_those_of_the_data_sheet() {
     let file = written("numbers", SHEETS[0].1);
-    let servo = &json(&["check", &text(&file), "--json", "-"])["servo"];
+    let servo = &json(&["check", &argument(&file), "--json", "-"])["servo"];
     let near = |value: &Value, expected: f64| {
         assert!(
             (number(value) / expected - 1.0).abs() < 1e-5,
@@ -238,7 +228,7 @@ fn missing_or_wrong_figures_are_named_and_nothing_is_written() {
             "--torque-constant 0 is not allowed",
         ),
     ] {
-        let answer = servo_id(&[&["init", &text(&file)][..], sheet].concat());
+        let answer = servo_id(&[&["init", &argument(&file)][..], sheet].concat());
         assert_eq!(answer.status.code(), Some(2), "{sheet:?}");
         assert!(standard_error(&answer).contains(expected), "{answer:?}");
         assert!(!file.exists());
@@ -257,8 +247,8 @@ const LAW: &str = "[identifier]\nlaw = \"gauss-newton\"\nparameters = [\"a\", \"
 #[test]
 fn parameters_that_check_promises_are_identified_in_a_run() {
     let file = scenario("known", &format!("{LAW}[run]\nduration = 20.0\n"));
-    let check = json(&["check", &text(&file), "--json", "-"]);
-    let run = json(&["run", &text(&file), "--json", "-"]);
+    let check = json(&["check", &argument(&file), "--json", "-"]);
+    let run = json(&["run", &argument(&file), "--json", "-"]);
     assert_eq!(run["status"], "converged");
     for known in check["known"].as_array().expect("a list") {
         let name = known["unknown"].as_str().expect("a name");
@@ -284,7 +274,7 @@ fn parameters_that_check_promises_are_identified_in_a_run() {
 #[test]
 fn check_promises_no_parameter_that_the_motion_cannot_identify() {
     let stuck = scenario("stuck", &format!("coulomb = 1e9\n{LAW}"));
-    let check = json(&["check", &text(&stuck), "--json", "-"]);
+    let check = json(&["check", &argument(&stuck), "--json", "-"]);
     for known in check["known"].as_array().expect("a list") {
         assert_eq!(known["within_run"], false, "{known}");
         assert!(
@@ -300,7 +290,7 @@ fn check_promises_no_parameter_that_the_motion_cannot_identify() {
              [[fault]]\nkind = \"encoder-jump\"\ntime = 0.02\nsize = 100000\n"
         ),
     );
-    let check = json(&["check", &text(&broken), "--json", "-"]);
+    let check = json(&["check", &argument(&broken), "--json", "-"]);
     let known = check["known"].as_array().expect("a list");
     assert!(known.iter().any(|known| known["within_run"] == false));
     for known in known {
@@ -310,7 +300,7 @@ fn check_promises_no_parameter_that_the_motion_cannot_identify() {
             "{known}"
         );
     }
-    let told = done(&["check", &text(&broken)]);
+    let told = done(&["check", &argument(&broken)]);
     assert!(told.contains("the run breaks off"), "{told}");
     assert!(!told.contains("run longer"), "{told}");
 }
@@ -355,12 +345,12 @@ fn problems_of_a_scenario_are_reported() {
         ),
     ] {
         let file = scenario(test, &more);
-        let told = done(&["check", &text(&file)]);
+        let told = done(&["check", &argument(&file)]);
         assert!(
             told.contains("warning: ") && told.contains(expected),
             "{test}: {told}"
         );
     }
-    let told = done(&["check", &text(&scenario("sound", LAW))]);
+    let told = done(&["check", &argument(&scenario("sound", LAW))]);
     assert!(told.contains("nothing speaks against it"), "{told}");
 }

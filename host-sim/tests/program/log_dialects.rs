@@ -1,29 +1,29 @@
-//! Logs as people have them: one log in many dialects, units and clocks gives the same estimates.
+//! Formats of logs: one log in many dialects, units and clocks gives the same estimates.
 
 use std::fmt::Write as _;
-use std::io::Read;
 use std::path::PathBuf;
 
-use crate::support::{folder, servo_id, standard_error};
+use crate::support::{
+    assert_done, committed_log, folder, printed_json, refusal_message, servo_id, standard_error,
+};
 use serde_json::Value;
 
-const LOG: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/logs/simulated-servo.csv.gz");
 const SCENARIO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/replay.toml");
 
 /// Time, reference, position and command of the committed log, SI.
 fn samples() -> Vec<[f64; 4]> {
-    let file = std::fs::File::open(LOG).expect("the log is committed");
-    let mut text = String::new();
-    flate2::read::GzDecoder::new(file)
-        .read_to_string(&mut text)
-        .expect("the log is text");
     let row = |line: &str| {
         let mut fields = line
             .split(',')
             .map(|field| field.parse().expect("a number"));
         std::array::from_fn(|_| fields.next().expect("four columns"))
     };
-    text.lines().skip(1).take(4000).map(row).collect()
+    committed_log()
+        .lines()
+        .skip(1)
+        .take(4000)
+        .map(row)
+        .collect()
 }
 
 /// The committed scenario with these columns.
@@ -58,18 +58,11 @@ fn replay(test: &str, text: &str, columns: &str) -> std::process::Output {
 }
 
 fn result(test: &str, text: &str, columns: &str) -> Value {
-    let output = replay(test, text, columns);
-    let errors = standard_error(&output);
-    assert_eq!(output.status.code(), Some(0), "{test}: {errors}");
-    serde_json::from_slice(&output.stdout).expect("JSON")
+    printed_json(&replay(test, text, columns))
 }
 
 fn refusal(test: &str, text: &str, columns: &str) -> String {
-    let output = replay(test, text, columns);
-    let answer = standard_error(&output);
-    assert_eq!(output.status.code(), Some(2), "{test}: {answer}");
-    assert!(output.stdout.is_empty(), "{test}: no partial output");
-    answer
+    refusal_message(&replay(test, text, columns))
 }
 
 /// A log of comma-separated columns t, r, q, u.
@@ -317,12 +310,12 @@ fn time_stamps_that_jitter_count_as_even_and_are_reported() {
     let [log, scenario] = [files.log, files.scenario].map(|path| path.display().to_string());
     let output = servo_id(&["replay", &log, "--scenario", &scenario]);
     let shown = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
+    assert_done(&output);
     assert!(shown.contains("log.csv: 4000 samples at 800.1"), "{shown}");
     assert!(shown.contains("their time stamps jitter by 23"), "{shown}");
 }
 
-/// A range that is left out may hold whatever it likes: what is behind it is learnt from as before.
+/// An excluded range may have any content: identification continues after it as before.
 #[test]
 fn excluded_ranges_neither_teach_nor_move_the_model() {
     let plain = result("whole", &text(&samples()), PLAIN);
@@ -359,8 +352,8 @@ fn excluded_ranges_neither_teach_nor_move_the_model() {
     assert!(refusal("no-bridge", &gap, PLAIN).contains("499 samples are missing"));
 }
 
-/// Behind each of many breaks the model goes about as fast as the servo does: what is left is what the
-/// velocity estimate is late by. A model that went on from before would be off a hundred times as much.
+/// After each of many breaks the model has nearly the servo's velocity: the difference is the delay of the
+/// velocity estimate. A model with its velocity from before would be off a hundred times as much.
 #[test]
 fn the_model_takes_up_the_motion_after_a_break() {
     let plain = result("unbroken", &text(&samples()), PLAIN);

@@ -1,11 +1,13 @@
-//! MCAP logs: what a run writes, and what other programs write, is replayed as the same log in CSV is.
+//! MCAP logs, of a run and of other programs, are replayed like the same log in CSV.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::{Cursor, Write as _};
 use std::path::{Path, PathBuf};
 
-use crate::support::{folder, servo_id, standard_error};
+use crate::support::{
+    argument, assert_done, folder, printed_json, refusal_message, servo_id, standard_error,
+};
 use mcap::records::MessageHeader;
 use mcap::{WriteOptions, Writer};
 use serde_json::Value;
@@ -20,22 +22,17 @@ fn columns(log: &str) -> String {
     )
 }
 
-fn text(path: &Path) -> String {
-    path.display().to_string()
-}
-
 /// The result of a replay, without the keys that describe the log's file.
 fn replayed(log: &Path, scenario: &Path) -> Value {
     let answer = servo_id(&[
         "replay",
-        &text(log),
+        &argument(log),
         "--scenario",
-        &text(scenario),
+        &argument(scenario),
         "--json",
         "-",
     ]);
-    assert!(answer.status.success(), "{}", standard_error(&answer));
-    let mut result: Value = serde_json::from_slice(&answer.stdout).expect("JSON");
+    let mut result = printed_json(&answer);
     let object = result.as_object_mut().expect("an object");
     object.remove("origin");
     object.remove("agreement");
@@ -45,9 +42,8 @@ fn replayed(log: &Path, scenario: &Path) -> Value {
 
 /// Message about a log that is refused.
 fn refused(log: &Path, scenario: &Path) -> String {
-    let answer = servo_id(&["replay", &text(log), "--scenario", &text(scenario)]);
-    assert_eq!(answer.status.code(), Some(2), "{answer:?}");
-    standard_error(&answer)
+    let answer = servo_id(&["replay", &argument(log), "--scenario", &argument(scenario)]);
+    refusal_message(&answer)
 }
 
 /// A trace in CSV and in MCAP.
@@ -58,11 +54,11 @@ fn traces(test: &str) -> (PathBuf, PathBuf, PathBuf) {
         "run",
         SCENARIO,
         "--csv",
-        &text(&csv),
+        &argument(&csv),
         "--mcap",
-        &text(&mcap),
+        &argument(&mcap),
     ]);
-    assert!(answer.status.success(), "{}", standard_error(&answer));
+    assert_done(&answer);
     (folder, csv, mcap)
 }
 
@@ -353,7 +349,7 @@ fn a_missing_number_is_reported_with_its_message() {
     );
     let cut = format!("{plain}\ncut = [[0.0405, 0.0415]]");
     std::fs::write(&stated, columns(&cut)).expect("written");
-    let answer = servo_id(&["replay", &text(&log), "--scenario", &text(&stated)]);
+    let answer = servo_id(&["replay", &argument(&log), "--scenario", &argument(&stated)]);
     assert!(!standard_error(&answer).contains("no number"), "{answer:?}");
     assert!(
         String::from_utf8_lossy(&answer.stdout).contains("1 rows were left out"),

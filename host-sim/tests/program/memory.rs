@@ -4,6 +4,8 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
+use crate::support::argument;
+
 /// Lengths of two runs, s: both have more samples than the verdict looks at.
 const DURATIONS: [f64; 2] = [1100.0, 2200.0];
 
@@ -36,10 +38,6 @@ fn peak(arguments: &[&str]) -> u64 {
     }
 }
 
-fn text(path: &Path) -> String {
-    path.display().to_string()
-}
-
 /// The peaks of a run and of the replay of its log, with every output there is, kB.
 fn peaks_of(duration: f64, folder: &Path) -> [u64; 2] {
     let _ = std::fs::remove_dir_all(folder);
@@ -49,15 +47,16 @@ fn peaks_of(duration: f64, folder: &Path) -> [u64; 2] {
     assert!(paper.contains("duration = 60.0"));
     let long = paper.replace("duration = 60.0", &format!("duration = {duration:?}"));
     std::fs::write(&scenario, long).expect("written");
-    let [scenario, log] = [scenario, folder.join("long.csv")].map(|path| text(&path));
-    let outputs =
-        |verb: &str| ["json", "png"].map(|ending| text(&folder.join(format!("{verb}.{ending}"))));
+    let [scenario, log] = [scenario, folder.join("long.csv")].map(|path| argument(&path));
+    let outputs = |verb: &str| {
+        ["json", "png"].map(|ending| argument(&folder.join(format!("{verb}.{ending}"))))
+    };
     let [json, plot] = outputs("run");
     let run = peak(&[
         "run", &scenario, "--csv", &log, "--json", &json, "--plot", &plot,
     ]);
     let [json, plot] = outputs("replay");
-    let again = text(&folder.join("again.csv"));
+    let again = argument(&folder.join("again.csv"));
     let replay = peak(&[
         "replay",
         &log,

@@ -3,6 +3,7 @@
 
 use std::time::Instant;
 
+use crate::support::simulated_drive::SERVO;
 use drive_link::{
     Dither, Ended, Estimates, Fault, Format, Kept, Law, LoopSettings, Noticed, PROTOCOL, Progress,
     Protection, Report, Settings, Snapshot, State as Does, Status,
@@ -10,19 +11,12 @@ use drive_link::{
 use host_sim::monitor::{Dialogue, MIN_SIZE, Motion, Note, Shown, State, draw};
 use identifier_core::ControllerSettings;
 use identifier_core::commission::Phase;
-use identifier_core::parameters::ServoParameters;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use virtual_servo::{Encoder, Plant};
 
 const SAMPLE_TIME: f64 = 1e-3;
 const COUNTS: f64 = 10_000.0;
-const SERVO: ServoParameters = ServoParameters {
-    a: 0.2174,
-    b: 257.7,
-    coulomb: 5.0,
-    load: 0.0,
-};
 
 fn settings() -> Settings {
     Settings {

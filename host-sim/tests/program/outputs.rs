@@ -1,4 +1,4 @@
-//! Outputs never hurt: whole or not there, nothing replaced unasked, refused before any work.
+//! Outputs are safe: complete or absent, nothing replaced without `--force`, refused before any work.
 
 use std::fs::{self, OpenOptions};
 use std::os::unix::fs::{FileTypeExt, MetadataExt, PermissionsExt, symlink};
@@ -7,15 +7,13 @@ use std::process::{Child, Command, Output, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::support::{folder, servo_id, standard_error};
-use host_sim::paper::PROPOSED;
+use crate::support::{
+    assert_done, folder, folder_with_paper, refusal_message, servo_id, standard_error,
+};
 
-/// A folder with a scenario that runs for so long, s.
+/// A folder with a scenario of this duration, s.
 fn with_scenario(test: &str, duration: &str) -> PathBuf {
-    let folder = folder(&format!("outputs-{test}"));
-    let text = PROPOSED.replace("60.0", duration);
-    fs::write(folder.join("scenario.toml"), text).expect("the scenario is written");
-    folder
+    folder_with_paper(&format!("outputs-{test}"), duration)
 }
 
 fn program(folder: &Path, words: &str) -> Command {
@@ -31,22 +29,15 @@ fn call(folder: &Path, words: &str) -> Output {
     program(folder, words).output().expect("the program starts")
 }
 
-fn assert_done(output: &Output) {
-    assert_eq!(output.status.code(), Some(0), "{}", standard_error(output));
-}
-
 /// The call is refused as bad input, with this part of a message, and no file has come or changed.
 fn assert_refused(folder: &Path, words: &str, message: &str) {
     let before = listing(folder);
-    let output = call(folder, words);
-    let told = standard_error(&output);
-    assert_eq!(output.status.code(), Some(2), "{words}: {told}");
-    assert!(output.stdout.is_empty(), "{words}");
-    assert!(told.contains(message), "{words}: {told}");
+    let answer = refusal_message(&call(folder, words));
+    assert!(answer.contains(message), "{words}: {answer}");
     assert_eq!(listing(folder), before, "{words}");
 }
 
-/// Every name of a folder with what is there.
+/// Every name of a folder with its content.
 fn listing(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let mut found: Vec<_> = fs::read_dir(folder)
         .expect("a folder")
@@ -205,7 +196,7 @@ fn devices_and_pipes_are_written_and_not_replaced() {
     let text = reader.join().expect("read");
     assert!(text.starts_with('{') && text.ends_with("}\n"), "{text}");
 
-    // Only now: root could do to /dev/null what was not done to the pipe.
+    // Only after the pipe: root could replace /dev/null.
     assert_done(&call(
         &folder,
         "run scenario.toml --csv /dev/null --json /dev/null",

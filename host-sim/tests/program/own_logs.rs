@@ -2,17 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::support::{folder, servo_id, standard_error};
+use crate::support::{argument, folder, printed_json, servo_id, standard_error};
 use serde_json::Value;
 
 const SCENARIOS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios");
 
 /// The result of a verb that must succeed.
 fn result(arguments: &[&str]) -> Value {
-    let output = servo_id(arguments);
-    let errors = standard_error(&output);
-    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {errors}");
-    let mut result: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let mut result = printed_json(&servo_id(arguments));
     // A replay is from elsewhere than its run.
     result["origin"].take();
     result
@@ -20,12 +17,12 @@ fn result(arguments: &[&str]) -> Value {
 
 /// The result of a run, which leaves its trace here.
 fn run(scenario: &Path, log: &Path) -> Value {
-    let [scenario, log] = [scenario, log].map(|path| path.display().to_string());
+    let [scenario, log] = [scenario, log].map(argument);
     result(&["run", &scenario, "--csv", &log, "--json", "-"])
 }
 
 fn replay(scenario: &Path, log: &Path) -> Value {
-    let [scenario, log] = [scenario, log].map(|path| path.display().to_string());
+    let [scenario, log] = [scenario, log].map(argument);
     result(&["replay", &log, "--scenario", &scenario, "--json", "-"])
 }
 
@@ -234,7 +231,7 @@ fn fixed_point_needs_the_counts_per_revolution_and_names_the_key() {
     let text = std::fs::read_to_string(&path).expect("a text");
     let (_, identifier) = text.split_once("[identifier]").expect("an identifier");
     std::fs::write(&path, format!("[identifier]{identifier}")).expect("the scenario is written");
-    let [path, log] = [path, log].map(|path| path.display().to_string());
+    let [path, log] = [path, log].map(|path| argument(&path));
     let output = servo_id(&["replay", &log, "--scenario", &path]);
     let answer = standard_error(&output);
     assert_eq!(output.status.code(), Some(2), "{answer}");

@@ -1,8 +1,8 @@
-//! Several logs of one servo: learnt from one after the other, and predicted where nothing was learnt.
+//! Several logs of one servo: identification on one after the other, and prediction of others.
 
 use std::path::{Path, PathBuf};
 
-use crate::support::{folder, servo_id, standard_error};
+use crate::support::{argument, assert_done, folder, printed_json, servo_id, standard_error};
 use serde_json::Value;
 
 const PLANT: &str = "[plant]\na = 0.2174\nb = 257.7\nload = 20.0\ncoulomb = 10.0\n";
@@ -26,9 +26,9 @@ fn log_of(folder: &Path, seed: u32, sample_time: f64, effects: &str) -> PathBuf 
     );
     std::fs::write(&scenario, text).expect("written");
     let log = folder.join(format!("{seed}.csv"));
-    let [run, csv] = [&scenario, &log].map(|path| path.display().to_string());
+    let [run, csv] = [&scenario, &log].map(|path| argument(path));
     let output = servo_id(&["run", &run, "--csv", &csv]);
-    assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
+    assert_done(&output);
     log
 }
 
@@ -45,22 +45,18 @@ fn scenario(folder: &Path, parameters: &str, rest: &str) -> PathBuf {
 }
 
 fn replay(logs: &[&Path], predict: &[&Path], scenario: &Path) -> std::process::Output {
-    let text = |path: &Path| path.display().to_string();
     let mut arguments = vec!["replay".to_owned()];
-    arguments.extend(logs.iter().map(|path| text(path)));
-    arguments.extend(["--scenario".to_owned(), text(scenario)]);
+    arguments.extend(logs.iter().map(|path| argument(path)));
+    arguments.extend(["--scenario".to_owned(), argument(scenario)]);
     for path in predict {
-        arguments.extend(["--predict".to_owned(), text(path)]);
+        arguments.extend(["--predict".to_owned(), argument(path)]);
     }
     arguments.extend(["--json".to_owned(), "-".to_owned()]);
     servo_id(&arguments.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
 fn result(logs: &[&Path], predict: &[&Path], scenario: &Path) -> Value {
-    let output = replay(logs, predict, scenario);
-    let errors = standard_error(&output);
-    assert_eq!(output.status.code(), Some(0), "{errors}");
-    serde_json::from_slice(&output.stdout).expect("JSON")
+    printed_json(&replay(logs, predict, scenario))
 }
 
 fn number(value: &Value) -> f64 {
@@ -172,7 +168,7 @@ fn without_a_controller_the_command_alone_predicts() {
         number(&prediction["open_loop"]["relative"]) < 0.05,
         "{prediction}"
     );
-    let [log, other, path] = [&a, &b, &scenario].map(|path| path.display().to_string());
+    let [log, other, path] = [&a, &b, &scenario].map(|path| argument(path));
     let output = servo_id(&["replay", &log, "--scenario", &path, "--predict", &other]);
     let shown = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(shown.contains("2.csv: no closed loop"), "{shown}");
@@ -206,7 +202,7 @@ fn logs_of_different_rates_are_refused() {
     assert!(standard_error(&output).contains("nowhere.csv: the log cannot be read"));
 }
 
-/// An angle is the log's own, wherever a log begins, a second log or what is behind a range left out.
+/// An angle is the log's own, at the start of a log, of a second log, and after an excluded range.
 #[test]
 fn gravity_follows_the_angle_of_the_log() {
     const TURNED: f64 = 1.0;
@@ -219,9 +215,9 @@ fn gravity_follows_the_angle_of_the_log() {
         );
         std::fs::write(&scenario, text).expect("written");
         let log = folder.join(format!("{name}.csv"));
-        let [run, csv] = [&scenario, &log].map(|path| path.display().to_string());
+        let [run, csv] = [&scenario, &log].map(|path| argument(path));
         let output = servo_id(&["run", &run, "--csv", &csv]);
-        assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
+        assert_done(&output);
         let text = std::fs::read_to_string(&log).expect("written");
         let mut rows = "time_s,reference_rad,position_rad,command\n".to_owned();
         for line in text.lines().skip(1 + from) {

@@ -1,21 +1,18 @@
 //! Replay from the command line: the committed log, and every way a log can be wrong.
 
-use std::io::{Read, Write};
+use std::io::Write;
 use std::process::Output;
 
-use crate::support::{folder, servo_id, standard_error};
+use crate::support::{
+    committed_log, folder, printed_json, refusal_message, servo_id, standard_error,
+};
 
 const LOG: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/logs/simulated-servo.csv.gz");
 const SCENARIO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/replay.toml");
 
 /// The lines of the committed log.
 fn lines() -> Vec<String> {
-    let file = std::fs::File::open(LOG).expect("the log is committed");
-    let mut text = String::new();
-    flate2::read::GzDecoder::new(file)
-        .read_to_string(&mut text)
-        .expect("the log is text");
-    text.lines().map(str::to_owned).collect()
+    committed_log().lines().map(str::to_owned).collect()
 }
 
 fn replay_text(test: &str, text: &str, scenario: &str) -> Output {
@@ -59,10 +56,7 @@ fn refusal(test: &str, change: impl FnOnce(&mut Vec<String>)) -> String {
     let mut lines = lines();
     change(&mut lines);
     let output = replay_text(test, &(lines.join("\n") + "\n"), &scenario());
-    let answer = standard_error(&output);
-    assert_eq!(output.status.code(), Some(2), "{answer}");
-    assert!(output.stdout.is_empty(), "no partial output");
-    answer
+    refusal_message(&output)
 }
 
 /// A line with one of its fields changed.
@@ -70,12 +64,6 @@ fn with_field(line: &str, index: usize, value: &str) -> String {
     let mut fields: Vec<&str> = line.split(',').collect();
     fields[index] = value;
     fields.join(",")
-}
-
-fn result(output: &Output) -> serde_json::Value {
-    let errors = standard_error(output);
-    assert_eq!(output.status.code(), Some(0), "{errors}");
-    serde_json::from_slice(&output.stdout).expect("JSON")
 }
 
 /// A result without the name of its log and where it is from.
@@ -89,7 +77,7 @@ fn unnamed(mut result: serde_json::Value) -> serde_json::Value {
 
 #[test]
 fn the_committed_log_gives_the_servo_that_made_it() {
-    let result = result(&servo_id(&[
+    let result = printed_json(&servo_id(&[
         "replay",
         LOG,
         "--scenario",
@@ -127,7 +115,7 @@ fn each_pass_continues_from_the_last_and_pictures_are_drawn() {
             "--plot",
             &plot,
         ];
-        let result = result(&servo_id(&arguments));
+        let result = printed_json(&servo_id(&arguments));
         let b = result["estimates"]["b"]["final"].as_f64().expect("number");
         (b / 257.7 - 1.0).abs()
     };
@@ -144,11 +132,11 @@ fn each_pass_continues_from_the_last_and_pictures_are_drawn() {
 #[test]
 fn plain_and_packed_logs_are_alike() {
     let text = lines().join("\n") + "\n";
-    let plain = result(&replay_text("plain", &text, &gradient()));
+    let plain = printed_json(&replay_text("plain", &text, &gradient()));
     let path = folder("replay-packed").join("scenario.toml");
     std::fs::write(&path, gradient()).expect("the scenario is written");
     let path = path.display().to_string();
-    let packed = result(&servo_id(&[
+    let packed = printed_json(&servo_id(&[
         "replay",
         LOG,
         "--scenario",
@@ -219,7 +207,7 @@ fn a_bridged_gap_costs_next_to_nothing() {
     lines.drain(500..503);
     let text = lines.join("\n") + "\n";
     let bridging = scenario() + "bridge_gaps = 3\n";
-    let result = result(&replay_text("bridged", &text, &bridging));
+    let result = printed_json(&replay_text("bridged", &text, &bridging));
     assert_eq!(result["samples"], 8000);
     let b = result["estimates"]["b"]["final"].as_f64().expect("number");
     assert!((b / 257.7 - 1.0).abs() < 0.01, "{result}");
@@ -257,7 +245,7 @@ fn a_wrongly_declared_controller_is_reported_and_does_no_harm() {
         let b = result["estimates"]["b"]["final"].as_f64();
         b.expect("number")
     };
-    let right = result(&replay_text("right", &text, &gradient()));
+    let right = printed_json(&replay_text("right", &text, &gradient()));
     assert_eq!(right["agreement"]["holds"], true);
     assert!(right["agreement"]["relative"].as_f64().expect("number") < 0.01);
     for (test, from, to) in [
@@ -265,7 +253,7 @@ fn a_wrongly_declared_controller_is_reported_and_does_no_harm() {
         ("filter", "\"low-pass\", cutoff = 500.0", "\"difference\""),
         ("limit", "limit = 10.0", "limit = 0.5"),
     ] {
-        let wrong = result(&replay_text(test, &text, &gradient().replace(from, to)));
+        let wrong = printed_json(&replay_text(test, &text, &gradient().replace(from, to)));
         let agreement = &wrong["agreement"];
         assert_eq!(agreement["holds"], false, "{test}: {wrong}");
         assert!(agreement["relative"].as_f64().expect("number") > 0.05);
@@ -301,7 +289,7 @@ fn a_log_with_the_command_needs_neither_controller_nor_reference() {
         &["reference"],
     )
     .replace("[log]", &format!("{told}\n[log]"));
-    let found = result(&replay_text("alone", &text, &alone));
+    let found = printed_json(&replay_text("alone", &text, &alone));
     let b = found["estimates"]["b"]["final"].as_f64().expect("number");
     assert!((b / 257.7 - 1.0).abs() < 0.02, "{found}");
     assert!(found["agreement"].is_null());
@@ -317,8 +305,8 @@ fn a_log_without_the_command_is_driven_by_the_declared_controllers() {
         let b = result["estimates"]["b"]["final"].as_f64();
         b.expect("number")
     };
-    let recorded = result(&replay_text("recorded", &text, &gradient()));
-    let computed = result(&replay_text("computed", &text, &computed));
+    let recorded = printed_json(&replay_text("recorded", &text, &gradient()));
+    let computed = printed_json(&replay_text("computed", &text, &computed));
     assert!(computed["agreement"].is_null());
     assert!(
         (b(&computed) / b(&recorded) - 1.0).abs() < 1e-3,
@@ -382,7 +370,7 @@ fn a_declared_servo_does_not_turn_a_replay_into_a_run() {
     let stated = lines().join("\n") + "\n";
     let known = scenario() + "[plant]\na = 2.0\nb = 100.0\n";
     let [unjudged, judged] = [("unjudged", scenario()), ("judged", known)]
-        .map(|(test, scenario)| result(&replay_text(test, &stated, &scenario)));
+        .map(|(test, scenario)| printed_json(&replay_text(test, &stated, &scenario)));
     assert_eq!(unjudged["estimates"], judged["estimates"]);
     assert!(unjudged["truth"].is_null());
     assert_eq!(judged["truth"]["b"].as_f64(), Some(100.0));
@@ -394,8 +382,8 @@ fn columns_default_to_those_of_a_trace() {
     let stated = lines().join("\n") + "\n";
     let unstated = without(&scenario(), &["[log]"], &[]);
     assert_eq!(
-        unnamed(result(&replay_text("stated", &stated, &scenario()))),
-        unnamed(result(&replay_text("unstated", &stated, &unstated)))
+        unnamed(printed_json(&replay_text("stated", &stated, &scenario()))),
+        unnamed(printed_json(&replay_text("unstated", &stated, &unstated)))
     );
     let foreign = stated.replace("position_rad", "angle");
     let output = replay_text("foreign", &foreign, &unstated);
@@ -447,7 +435,7 @@ fn a_message_quotes_a_log_briefly_and_without_control_characters() {
     );
 }
 
-/// A few packed bytes that unpack to a row without end.
+/// A few compressed bytes that expand to an endless row.
 #[test]
 fn a_row_that_unpacks_without_end_is_refused() {
     let path = folder("replay-bomb").join("log.csv.gz");
@@ -500,7 +488,7 @@ fn a_pass_over_a_short_log_does_not_run_into_the_next() {
         "--json",
         "-",
     ];
-    let result = result(&servo_id(&arguments));
+    let result = printed_json(&servo_id(&arguments));
     let b = result["estimates"]["b"]["final"].as_f64().expect("number");
     assert!((b / 257.7 - 1.0).abs() < 0.02, "{result}");
 }
@@ -518,7 +506,7 @@ fn direct_methods_take_a_log_and_methods_with_a_loop_of_their_own_refuse_it() {
         ("mechanical-least-squares", "[\"a\", \"b\", \"load\"]"),
         ("proportional-least-squares", "[\"a\", \"b\"]"),
     ] {
-        let result = result(&replay_text(law, &log, &with(law, parameters)));
+        let result = printed_json(&replay_text(law, &log, &with(law, parameters)));
         let b = result["estimates"]["b"]["final"].as_f64().expect("number");
         // The log's servo has friction, of which these know nothing.
         assert!((b / 257.7 - 1.0).abs() < 0.1, "{law}: {result}");

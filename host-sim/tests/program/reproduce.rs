@@ -3,29 +3,17 @@
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-use crate::support::{folder, servo_id, standard_error};
+use crate::support::{argument, assert_done, folder, printed, servo_id, standard_error};
 use serde_json::{Value, json};
 
 const SCENARIO: &str = "# a servo\n[plant]\na = 0.2174\nb = 257.7\nload = 20.0\n[encoder]\nnoise = 1e-4\n\
                         [amplifier]\nlimit = 10.0\n[identifier]\nlaw = \"gauss-newton\"\n\
                         parameters = [\"a\", \"b\", \"load\"]\n[run]\nduration = 3.0\nseed = 7\n";
 
-fn text(path: &Path) -> String {
-    path.display().to_string()
-}
-
 fn done(arguments: &[&str]) -> Output {
     let answer = servo_id(arguments);
-    assert!(
-        answer.status.success(),
-        "{arguments:?}: {}",
-        standard_error(&answer)
-    );
+    assert_done(&answer);
     answer
-}
-
-fn said(answer: &Output) -> String {
-    String::from_utf8_lossy(&answer.stdout).into_owned()
 }
 
 fn read(file: &Path) -> Value {
@@ -38,10 +26,10 @@ fn ran(test: &str) -> (PathBuf, [PathBuf; 3]) {
     let scenario = folder.join("servo.toml");
     std::fs::write(&scenario, SCENARIO).expect("written");
     let files = ["r.json", "r.mcap", "r.csv"].map(|name| folder.join(name));
-    let [json, mcap, csv] = files.each_ref().map(|file| text(file));
+    let [json, mcap, csv] = files.each_ref().map(|file| argument(file));
     done(&[
         "run",
-        &text(&scenario),
+        &argument(&scenario),
         "--json",
         &json,
         "--mcap",
@@ -62,22 +50,22 @@ fn a_run_is_reproduced_from_json_from_mcap_and_from_the_file_beside_a_trace() {
     assert_eq!(origin["scenario"]["text"], SCENARIO);
     assert_eq!(origin["command"][1], "run");
     for kept in [&json, &mcap] {
-        let answer = done(&["reproduce", &text(kept)]);
+        let answer = done(&["reproduce", &argument(kept)]);
         assert!(
-            said(&answer).contains("the same result as in"),
+            printed(&answer).contains("the same result as in"),
             "{}",
-            said(&answer)
+            printed(&answer)
         );
         assert_eq!(standard_error(&answer), "");
     }
     let (again, trace) = (folder.join("again.json"), folder.join("again.csv"));
     let beside = folder.join("r.csv-metadata.json");
-    let outputs = ["--json", &text(&again), "--csv", &text(&trace)];
-    let answer = done(&[&["reproduce", &text(&beside)][..], &outputs].concat());
+    let outputs = ["--json", &argument(&again), "--csv", &argument(&trace)];
+    let answer = done(&[&["reproduce", &argument(&beside)][..], &outputs].concat());
     assert!(
-        said(&answer).contains("no result to compare with"),
+        printed(&answer).contains("no result to compare with"),
         "{}",
-        said(&answer)
+        printed(&answer)
     );
     assert_eq!(
         std::fs::read(&csv).expect("a trace"),
@@ -90,9 +78,15 @@ fn a_run_is_reproduced_from_json_from_mcap_and_from_the_file_beside_a_trace() {
     };
     assert_eq!(without(&json), without(&again));
     // A reproduced result has its origin, too.
-    done(&["reproduce", &text(&again)]);
+    done(&["reproduce", &argument(&again)]);
     // A result is read, and so is not written over.
-    let answer = servo_id(&["reproduce", &text(&json), "--json", &text(&json), "--force"]);
+    let answer = servo_id(&[
+        "reproduce",
+        &argument(&json),
+        "--json",
+        &argument(&json),
+        "--force",
+    ]);
     assert_eq!(answer.status.code(), Some(2));
     assert!(
         standard_error(&answer).contains("this file is read"),
@@ -107,7 +101,7 @@ fn a_different_version_and_a_different_result_are_reported() {
     result["origin"]["version"] = json!("0.0.9 (0123456789ab)");
     let other = folder.join("other.json");
     std::fs::write(&other, result.to_string()).expect("written");
-    let answer = done(&["reproduce", &text(&other)]);
+    let answer = done(&["reproduce", &argument(&other)]);
     let warning = standard_error(&answer);
     assert!(
         warning.contains("was written by version 0.0.9 (0123456789ab)"),
@@ -120,7 +114,7 @@ fn a_different_version_and_a_different_result_are_reported() {
         .expect("a number");
     result["estimates"]["b"]["final"] = json!(b.next_up());
     std::fs::write(&other, result.to_string()).expect("written");
-    let answer = servo_id(&["reproduce", &text(&other)]);
+    let answer = servo_id(&["reproduce", &argument(&other)]);
     assert_eq!(answer.status.code(), Some(1));
     let told = format!("estimates.b.final: {} before, {b} now", b.next_up());
     assert!(standard_error(&answer).contains(&told), "{answer:?}");
@@ -132,7 +126,7 @@ fn a_different_version_and_a_different_result_are_reported() {
         ("{\"origin\": {\"version\": 1}}", "has no origin"),
     ] {
         std::fs::write(&other, bytes).expect("written");
-        let answer = servo_id(&["reproduce", &text(&other)]);
+        let answer = servo_id(&["reproduce", &argument(&other)]);
         assert_eq!(answer.status.code(), Some(2));
         assert!(standard_error(&answer).contains(expected), "{answer:?}");
     }
@@ -147,8 +141,8 @@ fn a_replay_is_reproduced_from_the_same_log_and_from_no_other() {
                    position = \"position_rad\"\ncommand = \"command\"\n";
     std::fs::write(&scenario, columns).expect("written");
     let (json, mcap) = (folder.join("p.json"), folder.join("p.mcap"));
-    let (json, mcap) = (text(&json), text(&mcap));
-    let (log, scenario) = (text(&csv), text(&scenario));
+    let (json, mcap) = (argument(&json), argument(&mcap));
+    let (log, scenario) = (argument(&csv), argument(&scenario));
     let outputs = ["--json", &json, "--mcap", &mcap];
     let arguments = [
         "replay",
@@ -162,7 +156,7 @@ fn a_replay_is_reproduced_from_the_same_log_and_from_no_other() {
     ];
     done(&[&arguments[..], &outputs].concat());
     for kept in [&json, &mcap] {
-        assert!(said(&done(&["reproduce", kept])).contains("the same result as in"));
+        assert!(printed(&done(&["reproduce", kept])).contains("the same result as in"));
     }
     // A log that has moved with its result.
     let elsewhere = folder.join("elsewhere");
@@ -171,7 +165,7 @@ fn a_replay_is_reproduced_from_the_same_log_and_from_no_other() {
     std::fs::copy(&csv, &moved).expect("copied");
     std::fs::copy(&json, &kept).expect("copied");
     std::fs::remove_file(&csv).expect("it was there");
-    assert!(said(&done(&["reproduce", &text(&kept)])).contains("the same result as in"));
+    assert!(printed(&done(&["reproduce", &argument(&kept)])).contains("the same result as in"));
 
     let answer = servo_id(&["reproduce", &json]);
     assert_eq!(answer.status.code(), Some(2));
@@ -181,7 +175,7 @@ fn a_replay_is_reproduced_from_the_same_log_and_from_no_other() {
     );
     let changed = std::fs::read_to_string(&moved).expect("a log");
     std::fs::write(&moved, changed.replacen(",0,", ",0.0,", 1) + "\n").expect("written");
-    let answer = servo_id(&["reproduce", &text(&kept)]);
+    let answer = servo_id(&["reproduce", &argument(&kept)]);
     assert_eq!(answer.status.code(), Some(2));
     assert!(
         standard_error(&answer).contains("is not the log of the result"),
@@ -193,7 +187,7 @@ fn a_replay_is_reproduced_from_the_same_log_and_from_no_other() {
 fn a_commissioning_is_reproduced() {
     let folder = folder("rerun-commission");
     let scenario = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/commission.toml");
-    let [json, mcap, csv] = ["k.json", "k.mcap", "k.csv"].map(|name| text(&folder.join(name)));
+    let [json, mcap, csv] = ["k.json", "k.mcap", "k.csv"].map(|name| argument(&folder.join(name)));
     done(&[
         "commission",
         scenario,
@@ -207,9 +201,9 @@ fn a_commissioning_is_reproduced() {
     for kept in [&json, &mcap] {
         let answer = done(&["reproduce", kept]);
         assert!(
-            said(&answer).contains("the same result as in"),
+            printed(&answer).contains("the same result as in"),
             "{}",
-            said(&answer)
+            printed(&answer)
         );
     }
     assert!(Path::new(&(csv + "-metadata.json")).is_file());

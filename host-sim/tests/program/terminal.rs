@@ -1,16 +1,10 @@
 //! The program in a terminal: width, colours, quiet, names, suggestions, completions and manual.
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
 use crate::support::terminal::Terminal;
-use crate::support::{folder, servo_id, standard_error};
-use host_sim::paper::PROPOSED;
-
-fn said(output: &Output) -> String {
-    assert_eq!(output.status.code(), Some(0), "{}", standard_error(output));
-    String::from_utf8(output.stdout.clone()).expect("text")
-}
+use crate::support::{folder, folder_with_paper, printed, servo_id, standard_error};
 
 /// Accents that take no room of their own.
 fn marks(line: &str) -> usize {
@@ -21,19 +15,12 @@ fn marks(line: &str) -> usize {
 fn with(variable: &str, value: &str, folder: &Path, words: &str) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_servo-id"));
     command.args(words.split_whitespace()).current_dir(folder);
-    said(
+    printed(
         &command
             .env(variable, value)
             .output()
             .expect("the program starts"),
     )
-}
-
-fn with_scenario(test: &str) -> std::path::PathBuf {
-    let folder = folder(&format!("terminal-{test}"));
-    let short = PROPOSED.replace("60.0", "3.0");
-    std::fs::write(folder.join("scenario.toml"), short).expect("the scenario is written");
-    folder
 }
 
 #[test]
@@ -82,7 +69,7 @@ fn tables_fit_the_width_and_list_omitted_columns() {
 
 #[test]
 fn only_terminals_get_colours() {
-    let folder = with_scenario("colours");
+    let folder = folder_with_paper("terminal-colours", "3.0");
     let plain = with("CLICOLOR", "1", &folder, "run scenario.toml");
     assert!(!plain.contains('\u{1b}'), "{plain}");
     let coloured = with("CLICOLOR_FORCE", "1", &folder, "run scenario.toml");
@@ -93,7 +80,7 @@ fn only_terminals_get_colours() {
 
 #[test]
 fn a_terminal_shows_colours_unless_they_are_disabled() {
-    let folder = with_scenario("no-colour");
+    let folder = folder_with_paper("terminal-no-colour", "3.0");
     for (setting, is_coloured) in [("CLICOLOR=1", true), ("NO_COLOR=1", false)] {
         let words = [
             "env",
@@ -113,7 +100,7 @@ fn a_terminal_shows_colours_unless_they_are_disabled() {
 
 #[test]
 fn quiet_prints_only_errors_and_requested_output() {
-    let folder = with_scenario("quiet");
+    let folder = folder_with_paper("terminal-quiet", "3.0");
     let run = |words: &str| with("LANG", "C", &folder, words);
     assert_eq!(run("run scenario.toml --quiet"), "");
     assert_eq!(run("--quiet run scenario.toml"), "");
@@ -123,7 +110,7 @@ fn quiet_prints_only_errors_and_requested_output() {
 
 #[test]
 fn a_misspelt_verb_is_answered_with_the_nearest_name() {
-    let folder = with_scenario("nearest");
+    let folder = folder_with_paper("terminal-nearest", "3.0");
     let scenario = folder.join("scenario.toml").display().to_string();
     let wrong = folder.join("senario.toml").display().to_string();
     let cases: [(&[&str], &str); 5] = [
@@ -144,25 +131,25 @@ fn a_misspelt_verb_is_answered_with_the_nearest_name() {
 
 #[test]
 fn the_program_has_one_name() {
-    let version = said(&servo_id(&["--version"]));
+    let version = printed(&servo_id(&["--version"]));
     assert_eq!(
         version.trim(),
         format!("servo-id {}", host_sim::program::VERSION)
     );
-    assert!(said(&servo_id(&["run", "--help"])).contains("Usage: servo-id run "));
+    assert!(printed(&servo_id(&["run", "--help"])).contains("Usage: servo-id run "));
     let refused = standard_error(&servo_id(&["keys", "nothing.like.it"]));
     assert!(refused.contains("`servo-id keys`"), "{refused}");
-    let page = said(&servo_id(&["manual", "drive", "status"]));
+    let page = printed(&servo_id(&["manual", "drive", "status"]));
     assert!(page.contains(".TH servo-id-drive-status "));
 }
 
 #[test]
 fn every_shell_has_completions_and_every_verb_a_page() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
-        let script = said(&servo_id(&["completions", shell]));
+        let script = printed(&servo_id(&["completions", shell]));
         assert!(script.contains("commission"), "{shell}");
     }
-    let help = said(&servo_id(&["--help"]));
+    let help = printed(&servo_id(&["--help"]));
     let verbs = help
         .lines()
         .skip_while(|line| !line.starts_with("Commands:"))
@@ -177,7 +164,7 @@ fn every_shell_has_completions_and_every_verb_a_page() {
     assert!(verbs.len() > 10, "{verbs:?}");
     for verb in verbs {
         assert!(
-            said(&servo_id(&["manual", verb])).contains(".SH SYNOPSIS"),
+            printed(&servo_id(&["manual", verb])).contains(".SH SYNOPSIS"),
             "{verb}"
         );
     }

@@ -3,10 +3,10 @@
 use std::path::Path;
 use std::process::Output;
 
-use crate::support::{folder, servo_id, standard_error};
+use crate::support::{assert_done, folder, refusal_message, servo_id};
 use serde_json::{Value, json};
 
-/// A result as `run` writes it, of what `tune` reads.
+/// A result of `run`, with the keys that `tune` reads.
 fn result() -> Value {
     let estimate = |value: f64, error: f64| json!({ "final": value, "std_error": error });
     json!({
@@ -43,8 +43,8 @@ fn with(further: &[&'static str]) -> Vec<&'static str> {
 fn it_prints_a_controller_that_a_scenario_takes() {
     let folder = folder("tune-prints");
     let output = tune(&folder, &result(), &with(&["--response-time", "0.03"]));
-    assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
-    let told = String::from_utf8(output.stdout).expect("text");
+    assert_done(&output);
+    let message = String::from_utf8(output.stdout).expect("text");
     for part in [
         "rise time",
         "overshoot",
@@ -53,18 +53,18 @@ fn it_prints_a_controller_that_a_scenario_takes() {
         "as fast as was asked for",
         "q̈r",
     ] {
-        assert!(told.contains(part), "{part}: {told}");
+        assert!(message.contains(part), "{part}: {message}");
     }
-    let begin = told.find("[controller]").expect("a controller");
-    let end = told[begin..].find("\n\n").expect("its end") + begin;
+    let begin = message.find("[controller]").expect("a controller");
+    let end = message[begin..].find("\n\n").expect("its end") + begin;
     let scenario = format!(
         "[plant]\na = 0.2174\nb = 257.7\n{}\n[identifier]\nlaw = \"gauss-newton\"\n[run]\nduration = 1.0\n",
-        &told[begin..end]
+        &message[begin..end]
     );
     let path = folder.join("scenario.toml");
     std::fs::write(&path, scenario).expect("the scenario is written");
     let run = servo_id(&["run", &path.display().to_string()]);
-    assert_eq!(run.status.code(), Some(0), "{}", standard_error(&run));
+    assert_done(&run);
 }
 
 #[test]
@@ -75,7 +75,7 @@ fn json_has_the_promised_keys_and_pictures_are_drawn() {
         let arguments = ["--bandwidth", "60", "--json", "-", "--plot", &picture];
         let arguments: Vec<&str> = KNOWN.iter().chain(&arguments).copied().collect();
         let output = tune(&folder, &result(), &arguments);
-        assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
+        assert_done(&output);
         let document: Value = serde_json::from_slice(&output.stdout).expect("only JSON");
         let number = |pointer: &str| document.pointer(pointer).and_then(Value::as_f64);
         assert_eq!(number("/bandwidth"), Some(60.0));
@@ -113,7 +113,7 @@ fn encoder_limit_and_delay_come_from_the_scenario() {
         let mut all = arguments.to_vec();
         all.extend(["--json", "-", "--step", "0.02"]);
         let output = tune(&folder, result, &all);
-        assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
+        assert_done(&output);
         serde_json::from_slice(&output.stdout).expect("only JSON")
     };
     // A declared delay is in the identified one, a current loop is not.
@@ -129,11 +129,7 @@ fn encoder_limit_and_delay_come_from_the_scenario() {
 
 /// Message of a refusal: exit status 2, nothing on standard output.
 fn refusal(test: &str, result: &Value, arguments: &[&str]) -> String {
-    let output = tune(&folder(test), result, arguments);
-    let told = standard_error(&output);
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {told}");
-    assert!(output.stdout.is_empty(), "{arguments:?}");
-    told
+    refusal_message(&tune(&folder(test), result, arguments))
 }
 
 #[test]
@@ -152,8 +148,8 @@ fn missing_figures_are_named() {
             "the load is held by a command of -0.0776",
         ),
     ] {
-        let told = refusal("tune-asked", &result(), arguments);
-        assert!(told.contains(part), "{told}");
+        let message = refusal("tune-asked", &result(), arguments);
+        assert!(message.contains(part), "{message}");
     }
 }
 
@@ -162,13 +158,13 @@ fn a_result_that_has_not_converged_is_refused_unless_it_is_accepted() {
     let mut moving = result();
     moving["status"] = json!("moving");
     moving["reason"] = json!("b still moves");
-    let told = refusal("tune-moving", &moving, &KNOWN);
+    let message = refusal("tune-moving", &moving, &KNOWN);
     for part in [
         "result.json",
         "status = \"moving\": b still moves",
         "--accept-unconverged",
     ] {
-        assert!(told.contains(part), "{told}");
+        assert!(message.contains(part), "{message}");
     }
     let accepted = tune(
         &folder("tune-accepted"),
@@ -176,16 +172,19 @@ fn a_result_that_has_not_converged_is_refused_unless_it_is_accepted() {
         &with(&["--accept-unconverged"]),
     );
     assert_eq!(accepted.status.code(), Some(0));
-    let told = String::from_utf8_lossy(&accepted.stdout);
-    assert!(told.starts_with("warning: status = \"moving\""), "{told}");
+    let message = String::from_utf8_lossy(&accepted.stdout);
+    assert!(
+        message.starts_with("warning: status = \"moving\""),
+        "{message}"
+    );
 }
 
 #[test]
 fn a_demand_beyond_the_servo_is_refused_with_the_figure_that_would_do() {
-    let told = refusal("tune-fast", &result(), &with(&["--response-time", "0.002"]));
+    let message = refusal("tune-fast", &result(), &with(&["--response-time", "0.002"]));
     let part = "--response-time 0.002: the delay of hold, computation, servo and velocity estimate allows ";
-    assert!(told.contains(part), "{told}");
-    let would_do = told
+    assert!(message.contains(part), "{message}");
+    let would_do = message
         .split("ask for ")
         .nth(1)
         .and_then(|rest| rest.split(' ').next());
@@ -196,7 +195,7 @@ fn a_demand_beyond_the_servo_is_refused_with_the_figure_that_would_do() {
         .chain(["--response-time", &would_do])
         .collect();
     let output = tune(&folder("tune-slower"), &result(), &arguments);
-    assert_eq!(output.status.code(), Some(0), "{}", standard_error(&output));
+    assert_done(&output);
 }
 
 #[test]
@@ -221,40 +220,43 @@ fn options_out_of_their_range_are_refused_by_name() {
         ("--step", "NaN", "--step = NaN is not allowed"),
     ] {
         let arguments: Vec<&str> = KNOWN.iter().copied().chain([option, value]).collect();
-        let told = refusal("tune-range", &result(), &arguments);
-        assert!(told.contains(part), "{told}");
+        let message = refusal("tune-range", &result(), &arguments);
+        assert!(message.contains(part), "{message}");
     }
     for (option, value, part) in [
         ("--limit", "-3", "--limit = -3"),
         ("--limit", "0", "--limit = 0"),
         ("--limit", "NaN", "--limit = NaN"),
     ] {
-        let told = refusal(
+        let message = refusal(
             "tune-limit",
             &result(),
             &["--counts", "10000", option, value],
         );
-        assert!(told.contains(part), "{told}");
+        assert!(message.contains(part), "{message}");
     }
     for counts in ["-5", "NaN", "inf"] {
-        let told = refusal(
+        let message = refusal(
             "tune-counts",
             &result(),
             &["--limit", "10", "--counts", counts],
         );
-        assert!(told.contains(&format!("--counts = {counts}")), "{told}");
+        assert!(
+            message.contains(&format!("--counts = {counts}")),
+            "{message}"
+        );
     }
 }
 
 #[test]
 fn a_step_that_friction_holds_is_refused_with_what_to_do() {
-    let told = refusal(
+    let message = refusal(
         "tune-friction",
         &result(),
         &with(&["--bandwidth", "3", "--step", "0.01"]),
     );
     assert!(
-        told.contains("--step 0.01: ") && told.contains("ask for a larger step"),
-        "{told}"
+        message.contains("--step 0.01: ") && message.contains("ask for a larger step"),
+        "{message}"
     );
 }

@@ -1,4 +1,4 @@
-//! The verdict: what each kind of evidence leads to, whatever else is there.
+//! The verdict of each kind of evidence, beside any other.
 
 use host_sim::verdict::{
     Cause, Evidence, Lack, Motion, Residual, Status, UnknownEvidence, Verdict, VerdictReason,

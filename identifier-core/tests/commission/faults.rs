@@ -103,7 +103,7 @@ fn every_fault_in_every_phase_ends_it_and_restores_the_gains_before() {
                 let told = told(&course, taken);
                 row += &format!(" {told:>16}");
                 let Some(reason) = course.state.reason() else {
-                    // An actuator that is weak before it was seen strong is what the servo has.
+                    // An actuator that is weak from the start is a property of the servo.
                     let unseen = matches!(phase, Phase::ReleasedCheck | Phase::Probing);
                     if kind != FaultKind::ActuatorWeak || !unseen {
                         wrong.push(format!("{name} {kind:?} in {phase:?}: no reason"));

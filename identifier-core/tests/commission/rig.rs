@@ -21,7 +21,7 @@ pub(crate) struct Bench {
     pub(crate) before: Option<HoldingGains>,
 }
 
-/// A fault that strikes in a phase, some samples after it began, and stays.
+/// A permanent fault in a phase, some samples after the phase began.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Strike {
     pub(crate) kind: FaultKind,

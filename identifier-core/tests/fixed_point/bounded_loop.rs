@@ -1,4 +1,4 @@
-//! The paper's loop in words with bounds on every estimate: whatever comes in, and beside numbers.
+//! The paper's loop in fixed point with bounds on every estimate: under any input, and beside floating point.
 
 use fixed::types::I16F16;
 use identifier_core::control::{ControlState, Controller, position_error};

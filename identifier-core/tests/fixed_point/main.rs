@@ -1,4 +1,4 @@
-//! Words beside numbers: the same answers, whatever comes in.
+//! Fixed point beside floating point: the same estimates, under any input.
 #![cfg(feature = "fixed")]
 
 mod bounded_loop;

@@ -1,5 +1,5 @@
-//! The fixed-point loop: the same as that of double precision on the same measurements, whatever comes
-//! in, and refused by name where words do not do.
+//! The fixed-point loop: the same as that of double precision on the same measurements, safe under any
+//! input, and refused by name where fixed point does not suffice.
 
 use fixed::types::I16F16;
 use identifier_core::GradientLoop;

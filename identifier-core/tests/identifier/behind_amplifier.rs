@@ -114,7 +114,7 @@ fn found<I: FromSettings + Identify<f64>>(
     (identifier.estimates(&state), delay)
 }
 
-/// The largest errors of a law over a few seeds: of a (1/s), b and c (parts).
+/// The largest errors of a law over a few seeds: of a (1/s), b and c (relative).
 fn errors<I: FromSettings + Identify<f64>>(
     declared: &TermSettings,
     effects: &Effects,
@@ -140,7 +140,7 @@ fn check<I: FromSettings + Identify<f64>>(law: &str, time: f64) {
         let with = errors::<I>(&declared, &effects, time);
         let undeclared = errors::<I>(&TermSettings::NONE, &effects, time);
         println!("{law}, {name}: declared {with:.4?}, undeclared {undeclared:.4?}");
-        // a 1/s, b and c parts: what the effect may add to the errors without it.
+        // a 1/s, b and c relative: largest increase of the errors by the effect.
         let most = [0.1, 0.005, 0.03];
         for i in 0..3 {
             assert!(

@@ -225,7 +225,7 @@ fn humble<I: Identify<f32> + FromSettings>(i: u32) -> (Ending, Servo, String) {
     let servo = humble_servo(i);
     let mut draw = Draw::new(i + 4242);
     let kind = draw.one_of(&[Kind::Pid, Kind::Cascade, Kind::PiD]);
-    // From a wiggle of some counts to full use of the limit.
+    // From a motion of a few counts to full use of the limit.
     let natural = servo.authority() / (servo.bandwidth * servo.bandwidth);
     let amplitude = draw.between(10.0 * servo.count(), 20.0 * servo.count() + natural);
     let identifier = settings(&servo).build::<I>().expect("settings");
@@ -297,7 +297,7 @@ fn humble<I: Identify<f32> + FromSettings>(i: u32) -> (Ending, Servo, String) {
     )
 }
 
-/// Counts how runs over ordinary servos ended, prints the counts and some of what went wrong.
+/// Counts the outcomes of runs over ordinary servos, prints the counts and some failures.
 fn endings<I: Identify<f32> + FromSettings>(servos: u32) -> Vec<(Ending, Servo, String)> {
     let runs = on_all_cores(servos, humble::<I>);
     for ending in [

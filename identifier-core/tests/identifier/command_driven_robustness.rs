@@ -116,7 +116,7 @@ fn an_amplifier_that_is_off_is_reported_and_not_learnt_from() {
     println!(
         "amplifier off for 2 s: noticed {noticed:.1} %, b within 1 % three seconds later {kept:.1} %"
     );
-    // The others coasted while the command stood at its limit: a load of that size would do the same.
+    // The others coasted while the command was at its limit: a load of that size would have the same effect.
     assert!(noticed >= 75.0);
     assert!(kept >= 90.0);
 }
@@ -226,7 +226,7 @@ fn errors_leave_the_state_untouched() {
     assert!(identifier.learn(&mut state, 101.0, 1.0).is_ok());
 }
 
-/// Any sample: ordinary ones, huge ones, and what is no number.
+/// Any sample: ordinary ones, huge ones, and NaN.
 fn any_sample() -> impl Strategy<Value = (f32, f32)> {
     let increment = prop_oneof![
         8 => (-50_i32..50).prop_map(|x| x as f32),

@@ -64,7 +64,7 @@ fn off(found: &ServoParameters) -> f64 {
     (found.b / servo(0).parameters.b - 1.0).abs()
 }
 
-/// Both halves where what one has for the other is handed over after every sample.
+/// Both halves, with a hand-off after every sample.
 struct Halves<R: RecordBlocks<f32>, F: FitBlocks<f32>> {
     recorder: R,
     fitter: F,

@@ -1,4 +1,4 @@
-//! Single precision far from home: high rates, many turns, counters that wrap.
+//! Single precision at high rates, after many turns, with counters that wrap.
 
 use identifier_core::excitation::Excitation;
 use identifier_core::identifier::Identify;

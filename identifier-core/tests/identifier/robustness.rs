@@ -1,4 +1,4 @@
-//! Whatever is fed in: no panic, no NaN, no estimate outside its bounds.
+//! Under any input: no panic, no NaN, no estimate outside its bounds.
 
 use identifier_core::control::{CommandLimit, ControlState, Controller, Gains};
 use identifier_core::error::StepError;
@@ -136,7 +136,7 @@ where
         let before = state.clone();
         let (increment, command) = (N::from_f64(increment), N::from_f64(command));
         if identifier.learn(&mut state, increment, command).is_err() {
-            // A trial of a fit may have run away to what is no number, which equals nothing.
+            // A trial of a fit may have diverged to NaN, which equals nothing.
             let untouched = state == before || format!("{state:?}") == format!("{before:?}");
             prop_assert!(untouched, "a refused sample leaves the state alone");
         }

@@ -1,5 +1,5 @@
-//! Servos with one effect of a real one at a time: with its term the model finds everything, and
-//! evidence lets that term in.
+//! Servos with one real-world effect at a time: with its term the model identifies all parameters, and
+//! evidence admits that term.
 
 use core::f64::consts::TAU;
 

@@ -1,5 +1,5 @@
-//! The windowed law: its work can be cut into any slices, and the recursive law never leaves what its
-//! own first fit has found.
+//! The windowed law: its work can be cut into any slices, and the recursive law stays near its own first
+//! fit.
 
 use identifier_core::control::{ControlState, Controller};
 use identifier_core::excitation::Excitation;

@@ -1,4 +1,4 @@
-//! Moves with dwells longer than the window: what a move has shown outlasts the dwell.
+//! Moves with dwells longer than the window: the information of a move outlasts the dwell.
 
 use core::f64::consts::TAU;
 

@@ -71,7 +71,7 @@ fn run(seed: u32, effects: &Effects, terms: &TermSettings) -> Found {
     }
 }
 
-/// Effects, what is declared of them, the term, and the true sizes.
+/// Effects, their declarations, the term, and the true sizes.
 type Case = (Effects, TermSettings, Term, Vec<(Unknown, f64)>);
 
 fn effects() -> Vec<Case> {

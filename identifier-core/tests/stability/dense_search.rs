@@ -1,5 +1,5 @@
 //! The verdicts on the sampled loop by a dense search: Routh's array at every point of every grid, from
-//! the polynomial in δ = z − 1. It has nothing in common with what it judges but the equations.
+//! the polynomial in δ = z − 1. It shares only the equations with the code under test.
 
 use identifier_core::control::Gains;
 use identifier_core::interval::Interval;

@@ -158,8 +158,8 @@ fn the_shown_step_is_the_promised_one() {
     assert!((settled / tuning.promise.settling_time - 1.0).abs() < 1e-9);
 }
 
-/// With a = 3 for sure, ω = 1.5 needs hardly any derivative; where a may be 0.3 as well, it needs nine times
-/// as much, or that servo would swing.
+/// With a known to be 3, ω = 1.5 needs hardly any derivative; if a may be 0.3 too, it needs nine times
+/// as much, or that servo would oscillate.
 #[test]
 fn uncertain_friction_is_not_relied_on() {
     let servo = ServoParameters { a: 3.0, ..SERVO };

@@ -1,4 +1,4 @@
-//! Gains from identified servos, and what they promise.
+//! Gains from identified servos, and their promise.
 
 mod closed_forms;
 mod properties;

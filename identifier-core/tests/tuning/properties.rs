@@ -75,7 +75,7 @@ fn case() -> impl Strategy<Value = Case> {
     )
 }
 
-/// The goal, or a fifth less than what turned out to be the most.
+/// The goal, or a fifth less than the largest possible.
 fn within_reach(case: &Case) -> Option<(TuningSettings, Tuning)> {
     let (result, slices) = tuned(&case.settings, &case.servo);
     assert!(slices < 20_000, "{slices}");
@@ -214,7 +214,7 @@ proptest! {
             let most = 1.15 * promise.slowest_rise_time;
             let is_told = most > Promise::LONGEST / tuning.bandwidth || between < most;
             prop_assert!(between > least && is_told, "{between} {promise:?}");
-            // Friction holds the servo wherever the integral has stopped before.
+            // Friction holds the servo at any earlier value of the integral.
             let ServoParameters { b, coulomb, .. } = candidates[corner].0;
             let other = steps(&candidates[corner], friction * coulomb / b);
             prop_assert!(other.overshoot() < promise.overshoot + 0.03, "{} {promise:?}", other.overshoot());

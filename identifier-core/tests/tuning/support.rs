@@ -1,4 +1,4 @@
-//! A second opinion on a loop: its frequency response from the textbook's formulas, and its motion by the
+//! An independent model of a loop: its frequency response from the textbook's formulas, and its motion by the
 //! servo that the core is judged by.
 
 use identifier_core::commission::IdentifiedServo;
@@ -53,7 +53,7 @@ pub(crate) fn candidates(servo: &IdentifiedServo) -> Vec<Candidate> {
     all
 }
 
-/// The result, and the slices of work that it took.
+/// The result, and its number of slices of work.
 pub(crate) fn tuned(
     settings: &TuningSettings,
     servo: &IdentifiedServo,

@@ -3,41 +3,37 @@
 
 use std::collections::BTreeMap;
 
-use integration_tests::{Random, in_parallel};
+use integration_tests::{Random, environment, in_parallel};
 
 use super::judged::{Judged, commission};
 use super::servos::{Drawn, unknown};
 use super::tally::{Tally, table};
 
-/// Servos that a campaign has, for a factor of one.
+/// Servos of a campaign with a factor of one.
 const SERVOS: f64 = 50.0;
 
-/// The part of the servos that is applied, and of these that keep their promise, at least: of a thousand
+/// Smallest share of the servos that is applied, and of these that keep their promise: of a thousand
 /// 96.7 % were and 98.1 % of them did (99.4 and 100 % with 4096 counts and more).
 const APPLIED: f64 = 0.93;
 const KEPT: f64 = 0.96;
 
-/// As many times fifty servos as it takes for these parts to be no matter of a few.
-const USUAL: f64 = 8.0;
+/// Factor without `CAMPAIGN`: enough servos for these shares not to depend on a few of them.
+const DEFAULT_FACTOR: f64 = 8.0;
 
 /// Factor of a campaign on the usual number of servos.
 pub(super) fn factor() -> f64 {
-    asked("CAMPAIGN").unwrap_or(1.0)
+    environment("CAMPAIGN").unwrap_or(1.0)
 }
 
-/// The seed that servos are drawn with: another one for servos on which nothing was ever chosen.
+/// The seed of the servos: set another one for servos on which no constant was chosen.
 fn seed() -> u32 {
-    asked("CAMPAIGN_SEED").unwrap_or(15)
-}
-
-fn asked<T: std::str::FromStr>(variable: &str) -> Option<T> {
-    std::env::var(variable).ok()?.parse().ok()
+    environment("CAMPAIGN_SEED").unwrap_or(15)
 }
 
 #[test]
 fn unknown_servos_are_commissioned_within_their_limits() {
     let mut random = Random::new(seed());
-    let servos = (SERVOS * asked("CAMPAIGN").unwrap_or(USUAL)).ceil() as usize;
+    let servos = (SERVOS * environment("CAMPAIGN").unwrap_or(DEFAULT_FACTOR)).ceil() as usize;
     let drawn: Vec<Drawn> = (0..servos)
         .map(|place| unknown(&mut random, place))
         .collect();

@@ -24,7 +24,7 @@ const APPLIED: f64 = 0.75;
 /// comes with play, and a motion beyond the largest speed where there is much play.
 const KNOWN_FAULTS: [&str; 2] = ["paper, backlash, dead band", "geared, backlash 50 counts"];
 
-/// An effect of some size, what is written of it in [plant], and the reasons that name it.
+/// An effect of some size, its lines in [plant], and the reasons that name it.
 struct Effect {
     name: &'static str,
     size: &'static str,

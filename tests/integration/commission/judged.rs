@@ -1,4 +1,4 @@
-//! A commissioning, judged by what the servo did in truth.
+//! A commissioning, judged by the true motion of the servo.
 
 use host_sim::commission::{Commissioning, Outcome, StepResponse};
 use host_sim::scenario::Scenario;
@@ -8,7 +8,7 @@ use identifier_core::commission::Phase;
 pub(super) const RISE: f64 = 0.15;
 pub(super) const OVERSHOOT: f64 = 0.03;
 
-/// A commissioning that has run, with what is wrong with it.
+/// A commissioning that has run, with its violations.
 #[derive(Debug, Clone)]
 pub(super) struct Judged {
     pub(super) outcome: Outcome,

@@ -1,4 +1,4 @@
-//! Unknown servos, and what their users would allow.
+//! Unknown servos, and their users' limits.
 
 use host_sim::scenario::{Purpose, Scenario};
 use integration_tests::Random;
@@ -107,7 +107,7 @@ impl Drawn {
     }
 }
 
-/// A servo that is known, and what its user would allow.
+/// A known servo, and its user's limits.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Kind {
     pub(super) name: &'static str,
@@ -121,7 +121,7 @@ pub(super) struct Kind {
     pub(super) speed: f64,
 }
 
-/// The servos of the verdict's campaign, and what their users would allow.
+/// The servos of the verdict's campaign, and their users' limits.
 pub(super) const KINDS: [Kind; 3] = [
     Kind::allowed(&KNOWN[0], 1.5, 40.0),
     Kind::allowed(&KNOWN[1], 0.5, 40.0),
@@ -143,8 +143,8 @@ impl Kind {
         }
     }
 
-    /// To be commissioned from rest, with what is written of its plant besides. The seed draws a load
-    /// that friction bears.
+    /// The scenario of its commissioning from rest, with further lines of its plant. The seed draws a load
+    /// that friction can hold.
     pub(super) fn scenario(&self, plant: &str, seed: u32) -> Scenario {
         let Self {
             sample_time,

@@ -1,4 +1,4 @@
-//! Tables of what became of many commissionings.
+//! Tables of the outcomes of many commissionings.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -19,12 +19,12 @@ pub(super) struct Tally {
     pub(super) broken: usize,
     /// By reason, those that were not applied.
     pub(super) reasons: BTreeMap<u8, usize>,
-    /// Seconds that those took which were applied.
+    /// Durations of those that were applied, s.
     duration: f64,
 }
 
 impl Tally {
-    /// Takes in a servo whose commissioning was refused before anything moved.
+    /// Adds a servo whose commissioning was refused before anything moved.
     pub(super) fn refuse(&mut self) {
         self.servos += 1;
         self.refused += 1;

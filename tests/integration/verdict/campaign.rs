@@ -1,17 +1,14 @@
-//! Servos as they are, and how many of them a campaign runs.
+//! The servos of the campaigns, and the number of their runs.
 
 use host_sim::scenario::Scenario;
-use integration_tests::parse;
+use integration_tests::{environment, parse};
 
 /// Factor of a campaign on the usual number of runs: `CAMPAIGN=10` for ten times as many.
 pub(super) fn factor() -> u32 {
-    std::env::var("CAMPAIGN")
-        .ok()
-        .and_then(|factor| factor.parse().ok())
-        .unwrap_or(1)
+    environment("CAMPAIGN").unwrap_or(1)
 }
 
-/// A servo of a kind, with what is usual in its motion.
+/// A kind of servo, with its usual motion.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Kind {
     pub(crate) name: &'static str,
@@ -76,7 +73,7 @@ pub(crate) const KINDS: [Kind; 3] = [
 ];
 
 impl Kind {
-    /// A run of it, with what is written of its plant, encoder and identifier besides.
+    /// A run of it, with further lines of its plant, encoder and identifier.
     pub(super) fn run(&self, seed: u32, plant: &str, encoder: &str, identifier: &str) -> Scenario {
         let Self {
             sample_time,

@@ -11,7 +11,7 @@ use super::campaign::{ALL_FOUR, KINDS, Kind};
 /// Runs of each effect.
 const SEEDS: u32 = 20;
 
-/// An effect of a usual size, what is written of it in [plant], and of its term in [identifier].
+/// An effect of a usual size, its lines in [plant], and those of its term in [identifier].
 struct Effect {
     name: &'static str,
     plant: String,

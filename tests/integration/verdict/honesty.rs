@@ -29,8 +29,8 @@ fn drawn(random: &mut Random) -> Kind {
     }
 }
 
-/// The error of an estimate over what it may be: b 5 %, friction and load 20 % of themselves or a
-/// hundredth of what the command gives.
+/// The error of an estimate over its limit: b 5 %, friction and load 20 % of themselves or a
+/// hundredth of the command's acceleration.
 fn wrongness(summary: &Summary, kind: &Kind) -> f64 {
     let truth = summary.truth.expect("known");
     let off = |parameter: Parameter| {

@@ -54,7 +54,7 @@ position = \"position_rad\"
     Scenario::parse("declared", &text, Purpose::Replay).expect("valid")
 }
 
-/// Runs a servo, writes its log, and replays that with what is declared.
+/// Runs a servo, writes its log, and replays that with the declarations.
 fn replayed(number: usize, kind: &Kind, seed: u32, taken_for: &Scenario) -> Summary {
     let scenario = kind.run(seed, "", "", ALL_FOUR);
     let mut trace = Vec::new();
@@ -73,8 +73,8 @@ fn replayed(number: usize, kind: &Kind, seed: u32, taken_for: &Scenario) -> Summ
     summary
 }
 
-/// True if b is off by more than 5 %, or friction by more than a fifth and a hundredth of what the
-/// command gives.
+/// True if b is off by more than 5 %, or friction by more than a fifth and a hundredth of the
+/// command's acceleration.
 fn is_wrong(summary: &Summary, kind: &Kind) -> bool {
     let last = |parameter| {
         summary

@@ -1,4 +1,4 @@
-//! One effect at a time that the model lacks: which is named.
+//! One unmodelled effect at a time: the name that the verdict gives it.
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,5 @@
-//! The modules of every crate are a tree: no module depends on one that depends on it. What a module
-//! names by `use`, or in a path from `crate` or `super`, it depends on; its tests do not count.
+//! The modules of every crate are a tree: no module depends on one that depends on it. A module depends on
+//! the modules that it names by `use`, or in a path from `crate` or `super`; its tests do not count.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;

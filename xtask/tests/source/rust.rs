@@ -71,7 +71,7 @@ fn character(text: &str) -> usize {
     }
 }
 
-/// The code without what is only compiled for tests.
+/// The code without the parts that are compiled for tests only.
 pub(crate) fn without_tests(code: &str) -> String {
     const MARK: &str = "#[cfg(test)]";
     let mut kept = String::new();

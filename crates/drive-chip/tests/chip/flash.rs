@@ -126,7 +126,7 @@ fn searching_the_records_feeds_the_watchdog_too() {
 
 #[test]
 fn a_failure_is_reported_once_and_locks_as_well() {
-    // Protected, misaligned, wrong width, wrong order, and whatever else.
+    // Protected, misaligned, wrong width, wrong order, and any other error.
     for error in [1 << 1, 1 << 4, 1 << 5, 1 << 6, 1 << 7, 1 << 8] {
         let chip = written();
         let mut flash = wired(&chip).flash;

@@ -122,6 +122,6 @@ fn the_outputs_are_disabled_in_any_state() {
         chip.drive(1, 12, Line::Supply);
         assert_eq!(chip.output(), Output::Low);
     }
-    // Before anything was wired nothing happens.
+    // Before the wiring it has no effect.
     disable_outputs(&healthy(), &BOARD);
 }

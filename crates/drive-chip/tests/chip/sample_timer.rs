@@ -23,7 +23,7 @@ fn a_sample_leads_the_pwm_by_twelve_and_a_half_microseconds() {
             wired.timer.start(sample_time);
             assert_eq!(chip.timers.counting(), [true, true]);
             assert!((lead(&chip) - LEAD).abs() < TICK);
-            // And so it stays, wherever they are when they are started anew.
+            // It stays so from any counts at which they are started again.
             for _ in 0..5 {
                 chip.elapse(130e-6);
                 assert!((lead(&chip) - LEAD).abs() < TICK);

@@ -1,4 +1,4 @@
-//! Orders to commission, and what they come to.
+//! Orders to commission, and their outcomes.
 
 use drive_link::{Command, Fault, Outcome, Report, State};
 use identifier_core::commission::{CommissionSettings, Limits, Phase, Reason};

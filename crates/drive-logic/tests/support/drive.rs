@@ -121,7 +121,7 @@ impl<'a> Drive<'a> {
         told
     }
 
-    /// Starts, lets the loop run for a while, then does something to it: what fault follows?
+    /// Starts, runs the loop for a while, then applies a harm: the fault that follows.
     pub(crate) fn fault_after(&mut self, harm: impl FnOnce(&mut Self)) -> Option<Fault> {
         self.done(Command::Start);
         self.pass(300);

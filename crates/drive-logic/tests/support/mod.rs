@@ -177,14 +177,14 @@ pub(crate) const HEALTHY: Lines = Lines {
     high_switch: true,
 };
 
-/// A servo on the bench: what holds it, and what its encoder and output stage do.
+/// A servo on the bench: the command that is held, its encoder and its output stage.
 pub(crate) struct Bench {
     pub(crate) plant: RefCell<Plant>,
     pub(crate) encoder: Encoder,
     pub(crate) connected: Cell<bool>,
     /// Counts of an encoder that is not connected.
     pub(crate) flicker: Cell<i32>,
-    /// The count where the servo stood at first.
+    /// The count at the servo's start.
     pub(crate) first: i32,
     pub(crate) sensor_works: Cell<bool>,
     pub(crate) stage_works: Cell<bool>,
@@ -230,7 +230,7 @@ impl Bench {
         (plant.position, plant.velocity) = (position, 0.0);
     }
 
-    /// Lets a sample pass.
+    /// Advances by a sample.
     pub(crate) fn pass(&self) {
         let command = self.held.get().unwrap_or(0.0);
         self.plant.borrow_mut().advance(f64::from(command));

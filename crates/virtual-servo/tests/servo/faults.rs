@@ -1,4 +1,4 @@
-//! Faults come, do what they are called after, and go.
+//! Injected faults: each has its effect for its duration.
 
 use identifier_core::parameters::ServoParameters;
 use virtual_servo::faults::{FaultKind, Faults, InjectedFault};

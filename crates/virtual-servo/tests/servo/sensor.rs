@@ -8,7 +8,7 @@ fn errors(effects: &SensorEffects) -> SensorErrors {
     SensorErrors::new(effects, SAMPLE_TIME, 9).expect("these errors are allowed")
 }
 
-/// The standard deviation of what is seen of a servo at 0.3 rad with a velocity.
+/// Standard deviation of the readings of a servo at 0.3 rad with a velocity.
 fn spread(effects: &SensorEffects, velocity: f64) -> f64 {
     const SAMPLES: u32 = 100_000;
     let mut errors = errors(effects);

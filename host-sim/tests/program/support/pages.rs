@@ -1,4 +1,4 @@
-//! The project's pages, and the blocks in them that show what the program prints. `BLESS_PAGES=1` rewrites the blocks
+//! The project's pages, and the blocks in them that show the program's output. `BLESS_PAGES=1` rewrites the blocks
 //! that differ.
 
 use std::fs;

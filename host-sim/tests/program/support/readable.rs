@@ -1,6 +1,6 @@
 //! Requirements on every message about a scenario.
 
-/// A message names file and line, in words that are no programmer's, and shows little of the file.
+/// A message names file and line, in a user's words, and quotes little of the file.
 pub(crate) fn assert_readable(answer: &str, text: &str) {
     /// Characters of the input that a message may show in a row.
     const MAX_VALUE_CHARS: usize = 80;

@@ -7,9 +7,10 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::thread;
 use std::time::Duration;
 
-use drive_link::Settings;
+use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings};
 use drive_logic::{Chip, Lines, OutputStage};
 use host_sim::simulated_drive::{Board, Clock, FlashInMemory, SimulatedPins};
+use identifier_core::ControllerSettings;
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::parameters::ServoParameters;
 use virtual_servo::{Encoder, Plant};
@@ -26,11 +27,41 @@ const HAND: f64 = 2e-3;
 /// Longest real time that a test waits for the drive: the machine may be busy.
 const TIMEOUT: Duration = Duration::from_secs(120);
 
+/// The servo of the drive's tests.
+pub(crate) const SERVO: ServoParameters = ServoParameters {
+    a: 0.2174,
+    b: 257.7,
+    coulomb: 5.0,
+    load: 0.0,
+};
+
+/// The settings of a drive that was never configured, for a law.
+pub(crate) fn built_in(law: Law) -> Settings {
+    let mut core = identifier_core::Settings {
+        cutoff: 500.0,
+        controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
+        ..identifier_core::Settings::new(SAMPLE_TIME, COUNTS)
+    };
+    core.identifier.initial.b = Some(150.0);
+    Settings {
+        closed_loop: LoopSettings {
+            core,
+            law,
+            format: Format::Single,
+        },
+        dither: Dither {
+            amplitude: 0.3,
+            hold: 0.05,
+        },
+        protection: Protection::OF_A_BARE_MOTOR,
+    }
+}
+
 /// A hand at the shaft.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Hand {
     Off,
-    /// Moves the axis to this position, rad, and holds it, whatever the motor does.
+    /// Moves the axis to this position, rad, and holds it against the motor.
     Holds(f64),
 }
 
@@ -126,7 +157,7 @@ impl SimulatedDrive {
     }
 }
 
-/// Powers the drive up again whenever it was switched off, with its flash as it was.
+/// Powers the drive up again after each power-off, with its flash unchanged.
 fn power_cycles(
     listener: &TcpListener,
     shared: &Shared,

@@ -1,4 +1,4 @@
-//! A person at a terminal: types, and reads the screen.
+//! A pseudo-terminal: keys typed, the screen read.
 
 use std::io::{Read, Write};
 use std::num::NonZero;

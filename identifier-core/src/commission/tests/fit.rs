@@ -128,7 +128,7 @@ impl Missed {
         missed
     }
 
-    /// In at most these shares of the servos, of a few at most one more than that.
+    /// In at most these shares of the servos, plus one.
     fn at_most(&self, gain: f64, response: f64) -> bool {
         let allowed = |share: f64| (share * f64::from(self.servos)).ceil() as u32;
         self.gain <= allowed(gain) && self.response <= allowed(response)

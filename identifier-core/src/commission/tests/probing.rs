@@ -51,7 +51,7 @@ fn a_fine_encoder_gives_evidence_in_a_fifth_of_a_second() {
 #[test]
 fn a_speed_limit_far_below_the_servo_s_own_is_kept() {
     let mut fastest = 0.0_f64;
-    // In a millisecond the strongest pass half of what is then allowed.
+    // In a millisecond the strongest pass half of the limit.
     let ordinary = |unknown: &Unknown| unknown.counts >= 10_000.0 && unknown.sample_time < 5e-4;
     for mut unknown in unknown_servos().filter(ordinary) {
         // A load that is held does not gain speed before it is known.

@@ -1,4 +1,4 @@
-//! Unknown servos, what a sensible user allows them, and their first motion.
+//! Unknown servos, sensible limits for them, and their first motion.
 
 use std::vec::Vec;
 
@@ -166,7 +166,7 @@ pub(crate) struct Wiggled {
     /// Largest travel and speed, each as a share of its limit.
     pub(crate) travel: f64,
     pub(crate) speed: f64,
-    /// The largest speed backwards, of what was allowed.
+    /// The largest speed backwards, relative to the limit.
     pub(crate) backwards: f64,
     /// Increment and command of every sample.
     pub(crate) samples: Vec<[f32; 2]>,

@@ -80,7 +80,7 @@ const MAX_WAIT: f64 = 2.5;
 const KNOWN: Knowledge = Knowledge::Model([0.95, 1.08, 0.9]);
 const NOTHING: Knowledge = Knowledge::Nothing;
 
-/// A fault, what is known of the servo, what moves it; the reasons by which it may be found, in how many of
+/// A fault, the knowledge of the servo, its motion; the reasons by which it may be found, in how many of
 /// the fifteen runs it may be hidden, and within which time it is found in the others, ms.
 type Case = (FaultKind, Knowledge, Drive, &'static [Reason], usize, u32);
 

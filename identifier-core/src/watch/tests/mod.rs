@@ -1,4 +1,4 @@
-//! Faults are found in the stated time by the right number, and nothing else is.
+//! Faults are found in the stated time by the right number, without false alarms.
 
 mod faulty;
 mod healthy;

@@ -210,7 +210,7 @@ struct Control {
     last: f64,
     velocity: f64,
     integral: f64,
-    /// Of the wiggle: the command where it broke loose, and the relay's direction.
+    /// Of the probing motion: the breakaway command, and the relay's direction.
     broke: Option<f64>,
     direction: f64,
     start: f64,

@@ -35,7 +35,7 @@ pub(crate) struct Clocks {
     pub(crate) pll_fails: Cell<bool>,
     /// The switch to the PLL never happens.
     pub(crate) switch_fails: Cell<bool>,
-    /// Reads until what was begun is ready.
+    /// Reads until the step that was begun is ready.
     wait: Cell<u32>,
     /// A peripheral was switched on, and nothing was read since.
     just_on: Cell<bool>,

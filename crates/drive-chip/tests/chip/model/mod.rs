@@ -1,4 +1,4 @@
-//! A model of the chip's registers, and of those effects of theirs that a drive depends on.
+//! A model of the chip's registers and of their effects on a drive.
 //!
 //! Words are accessed by address; their bits are read through the vendor's description (`stm32f4`), never
 //! through the constants of the drivers. An access that would damage or hang a chip panics, with the section
@@ -93,7 +93,7 @@ impl Chip {
         true
     }
 
-    /// Lets time pass, s.
+    /// Advances the time, s.
     pub(crate) fn elapse(&self, seconds: f64) {
         self.pass((seconds * 1e9).round() as u64);
         self.timers.elapse(seconds, &self.clocks);

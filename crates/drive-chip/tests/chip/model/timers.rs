@@ -112,7 +112,7 @@ impl Timers {
         self.tim1.sr().read().bif().is_trigger()
     }
 
-    /// Lets both count, s.
+    /// Advances both counters, s.
     pub(crate) fn elapse(&self, seconds: f64, clocks: &Clocks) {
         let frequencies = clocks.frequencies();
         let counted = |count: u32, top: u32, frequency: f64| {
