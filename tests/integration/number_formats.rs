@@ -136,7 +136,7 @@ fn side_by_side(scenario: &Scenario, turns: u32) -> DriftResult {
 }
 
 /// The differences of a format.
-fn of(differences: &DriftResult, format: Arithmetic) -> &[Difference] {
+fn differences_of(differences: &DriftResult, format: Arithmetic) -> &[Difference] {
     match format {
         Arithmetic::Fixed => &differences.fixed,
         _ => &differences.f32,
@@ -145,7 +145,7 @@ fn of(differences: &DriftResult, format: Arithmetic) -> &[Difference] {
 
 /// Distance of a signal from that of f64, the larger of mean and root mean square, and its size.
 fn distance(differences: &DriftResult, format: Arithmetic, name: &str) -> (f64, f64) {
-    let signal = of(differences, format)
+    let signal = differences_of(differences, format)
         .iter()
         .find(|signal| signal.name == name);
     let signal = signal.expect("a signal of that name");
@@ -282,7 +282,7 @@ fn the_pid_alone_has_the_signal_to_noise_of_the_documentation() {
         (Arithmetic::F32, 140.0, 130.0),
         (Arithmetic::Fixed, 145.0, 135.0),
     ] {
-        let found = of(&differences, format);
+        let found = differences_of(&differences, format);
         let decibel = |name: &str| {
             let signal = found.iter().find(|signal| signal.name == name);
             let signal = signal.expect("a signal of that name");
